@@ -63,11 +63,7 @@ def set_options(options: object, values: Mapping[str, object]) -> None:
 
 
 def listen(host: str, port: int) -> socket.socket:
-    """A listening socket.
-
-    Raises:
-        PortTakenError: another program listens there.
-    """
+    """A listening socket."""
     try:
         return socket.create_server((host, port))
     except OSError as error:

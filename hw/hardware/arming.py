@@ -32,11 +32,7 @@ class TooSlowError(UserError):
 
 
 def check_armed(real: RealRobot, armed: bool) -> None:
-    """Check that the user has armed a real robot.
-
-    Raises:
-        NotArmedError: it is not armed.
-    """
+    """Check that the user has armed a real robot."""
     if real.hardware.emulated is None and not armed:
         raise NotArmedError(
             f"{real.path.name} is a real robot, and it moves only with --arm-the-robot; "
@@ -64,11 +60,7 @@ def least_percent(real: RealRobot) -> float:
 
 
 def check_speed(real: RealRobot) -> None:
-    """Check that the base can move at the speed of the next run.
-
-    Raises:
-        TooSlowError: it cannot.
-    """
+    """Check that the base can move at the speed of the next run."""
     if problem := too_slow(real):
         raise TooSlowError(problem)
 

@@ -63,14 +63,7 @@ def camera_of(
     *,
     for_calibration: bool = False,
 ) -> RealSenseCamera:
-    """The driver of the camera, not yet connected.
-
-    Args:
-        hardware: of the robot file.
-        description: of the camera.
-        clock: session time.
-        for_calibration: whether it delivers infrared images, with its projector off.
-    """
+    """The driver of the camera, not yet connected; for calibration with infrared, projector off."""
     file = hardware.camera
     emulator = ""
     if hardware.emulated is not None:

@@ -17,14 +17,7 @@ _PATIENCE = 30.0  # timeout of starting emulators [s]
 
 
 class Emulation:
-    """The emulators of one robot file.
-
-    Args:
-        real: the robot.
-        world: for emulators that are started here.
-        scene: likewise.
-        seed: likewise.
-    """
+    """The emulators of one robot file."""
 
     def __init__(self, real: RealRobot, world: str, scene: str, seed: int) -> None:
         self._real, self._wanted = real, (world, scene, str(seed))

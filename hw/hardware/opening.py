@@ -30,15 +30,7 @@ class OtherWorldError(UserError):
 
 
 class CommandedRobot(RobotWrapper):
-    """A robot with its lock.
-
-    Args:
-        robot: the composed robot.
-        real: the robot file.
-        lock: of the robot.
-        after: called when it is closed.
-        prepare: called when it is connected.
-    """
+    """A robot with its lock."""
 
     def __init__(
         self,

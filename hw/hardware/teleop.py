@@ -84,17 +84,7 @@ def full_scale_of(base: OmronBase) -> dict[str, float]:
 
 
 def write_full_scale(real: RealRobot, path: Path, *, throttle: bool) -> None:
-    """Write the full-scale values of a base to a file, for `full_scale: FILE`.
-
-    Args:
-        real: the robot.
-        path: of the file.
-        throttle: whether the base obeys the throttle.
-
-    Raises:
-        HardwareError: the values cannot be read.
-        OSError: the file cannot be written.
-    """
+    """Write the full-scale values of a base to a file, for `full_scale: FILE`."""
     base = base_of(real.hardware, load_robot(real.path).limits, WallClock())
     base.connect()
     try:

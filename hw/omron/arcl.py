@@ -42,12 +42,7 @@ class ArclState:
 
 
 class Arcl:
-    """One connection to the text interface; a thread of its own reads and polls it.
-
-    Args:
-        host: of the base.
-        settings: of the interface.
-    """
+    """One connection to the text interface; a thread of its own reads and polls it."""
 
     def __init__(self, host: str, settings: ArclSettings) -> None:
         self._settings = settings
@@ -99,11 +94,7 @@ class Arcl:
             raise HardwareError(f"{self._where}: it does not tell the state of the motors")
 
     def stop(self) -> None:
-        """Stop the base, without waiting for the answer.
-
-        Raises:
-            HardwareError: not connected.
-        """
+        """Stop the base, without waiting for the answer."""
         with self._changed:
             self._send(("stop",))
 

@@ -33,10 +33,6 @@ class OmronBase:
     The world is the map of the base. The pose between two messages is extrapolated with the
     measured velocity. Without a message for `OLDEST_POSE` the pose stands still and the reading has
     a fault; its stamp goes on, so that a recovery gets its chance.
-
-    Args:
-        settings: address, account and setup.
-        clock: session time, for the stamps.
     """
 
     def __init__(self, settings: OmronSettings, clock: Clock) -> None:
@@ -84,11 +80,7 @@ class OmronBase:
             raise
 
     def read(self) -> BaseState:
-        """The reading of this moment.
-
-        Raises:
-            HardwareError: it was never connected.
-        """
+        """The reading of this moment."""
         link = self._connected
         with link.lock:
             now, telemetry = stopwatch(), link.telemetry
@@ -110,9 +102,6 @@ class OmronBase:
         """Drive; returns the mean velocity that the base can follow, zero while there is a fault.
 
         A velocity inside a dead zone is driven in pulses of the slowest one outside.
-
-        Raises:
-            HardwareError: it was never connected.
         """
         link = self._connected
         wanted = Velocity(float(twist[0]), float(twist[2]))
@@ -128,11 +117,7 @@ class OmronBase:
         return np.array([applied.v, 0.0, applied.w])
 
     def read_site(self) -> Site:
-        """Full-scale values and dead zones of the base; missing ones are those of the settings.
-
-        Raises:
-            HardwareError: as for `read_teleop`.
-        """
+        """Full-scale values and dead zones of the base; missing ones are those of the settings."""
         return site_of(self.read_teleop(), self._settings.site)
 
     def read_teleop(self) -> Values:
@@ -209,14 +194,7 @@ class OmronBase:
         return self._link
 
     def _open(self, *, claim: bool) -> None:
-        """Open a new connection.
-
-        Args:
-            claim: whether a moving base is stopped; otherwise it is left to its commander.
-
-        Raises:
-            HardwareError: as for `connect`.
-        """
+        """Open a new connection; `claim`: stop a moving base."""
         settings = self._settings
         connection = open_connection(settings)
         try:

@@ -26,9 +26,6 @@ class Commander:
     older than `ZERO_AFTER` counts as zero, which lets motion resume at once. When it is older than
     `STOP_AFTER`, after `stop`, or when the base may not move, the order is `stop`, repeated until
     the base is at rest; then there is none until the next command.
-
-    Args:
-        settings: of the base.
     """
 
     def __init__(self, settings: OmronSettings) -> None:
@@ -113,10 +110,6 @@ class _Ramp:
     """Velocities towards a target that grow no faster than at given accelerations.
 
     The base decelerates within its own limits. A reversal begins at rest.
-
-    Args:
-        acceleration: [m/s^2].
-        turn_acceleration: [rad/s^2].
     """
 
     def __init__(self, acceleration: float, turn_acceleration: float) -> None:

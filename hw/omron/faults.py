@@ -22,11 +22,7 @@ _DECELERATION = Velocity(0.3, 0.8)
 
 @dataclass
 class MotionMonitor:
-    """Compares commanded with measured velocities; a finding stays until it is cleared.
-
-    Args:
-        site: of the base.
-    """
+    """Compares commanded with measured velocities; a finding stays until it is cleared."""
 
     site: Site
     finding: Fault | None = None

@@ -69,14 +69,7 @@ class Guardian:
 
 
 def watch(connection: int, pipe: int, stop: bytes, patience: float) -> None:
-    """Send stops while no heartbeat comes, until the driver leaves or has ended.
-
-    Args:
-        connection: descriptor of the socket.
-        pipe: descriptor that heartbeats come from.
-        stop: the frame that stops the base.
-        patience: longest time between two heartbeats [s].
-    """
+    """Send stops while no heartbeat comes, until the driver leaves or has ended."""
     stops_left, wait = 0, None  # the driver is ready with the first heartbeat
     while True:
         if select.select([pipe], [], [], wait)[0]:

@@ -60,11 +60,7 @@ class Greeting(NamedTuple):
 
 
 def read_greeting(packet: Packet) -> Greeting:
-    """Decode an INTRODUCTION.
-
-    Raises:
-        LayoutError: it is damaged.
-    """
+    """Decode an INTRODUCTION."""
     fields = Fields(packet.payload)
     fields.text()  # version, "alpha"
     fields.integers("HII")  # UDP port and keys
@@ -107,11 +103,7 @@ class Catalogue:
     is_complete: bool = False  # whether the last list, that of the access groups, has come
 
     def take(self, packet: Packet) -> bool:
-        """Learn from a packet; whether it was one of a list.
-
-        Raises:
-            LayoutError: it is damaged.
-        """
+        """Learn from a packet; whether it was one of a list."""
         fields = Fields(packet.payload)
         match packet.command:
             case FromServer.LIST | FromServer.ARGUMENTS | FromServer.GROUPS:
@@ -137,19 +129,11 @@ class Catalogue:
         return all(name in self.numbers for name in names)
 
     def command(self, name: str, payload: bytes = b"") -> bytes:
-        """The frame that requests something once, or commands it.
-
-        Raises:
-            KeyError: it is not offered.
-        """
+        """The frame that requests something once, or commands it."""
         return encode(self.numbers[name], payload)
 
     def request(self, name: str, interval: float | None) -> bytes:
-        """The frame that requests something every `interval` [s], or (None) on change.
-
-        Raises:
-            KeyError: it is not offered.
-        """
+        """The frame that requests something every `interval` [s], or (None) on change."""
         milliseconds = -1 if interval is None else round(interval * 1000.0)
         payload = self.numbers[name].to_bytes(2, "little")
         return encode(FromClient.REQUEST, payload + milliseconds.to_bytes(4, "little", signed=True))

@@ -34,14 +34,7 @@ _CLOSING = 2.0  # longest time that closing waits for the base to come to rest [
 
 
 class Link:
-    """One open connection, from `start` until it is lost or closed.
-
-    Args:
-        connection: past its handshake.
-        telemetry: of its catalogue.
-        settings: of the base.
-        arcl: the text interface, where there is one.
-    """
+    """One open connection, from `start` until it is lost or closed."""
 
     def __init__(
         self,
@@ -158,12 +151,7 @@ class Link:
                 connection.socket.sendall(encode(FromClient.SHUTDOWN))
 
     def _serve(self) -> None:
-        """Run until closed.
-
-        Raises:
-            HardwareError: the connection is lost.
-            OSError: likewise.
-        """
+        """Run until closed."""
         poll = select.poll()
         poll.register(self._socket, select.POLLIN)
         poll.register(self._wakes, select.POLLIN)
@@ -222,11 +210,7 @@ class Link:
             yield self._catalogue.command("ratioDrive", drive_payload(order))
 
     def _write(self, frames: bytes) -> None:
-        """Send frames at once.
-
-        Raises:
-            HardwareError: the system does not take all of them.
-        """
+        """Send frames at once."""
         try:
             if not frames or self._socket.send(frames) == len(frames):
                 return

@@ -42,11 +42,7 @@ def _checksum(frame: bytes) -> int:
 
 
 def encode(command: int, payload: bytes = b"") -> bytes:
-    """The frame of a message.
-
-    Raises:
-        ValueError: the payload is too long for one frame.
-    """
+    """The frame of a message."""
     length = _HEADER + len(payload) + _TRAILER
     if length > _LONGEST:
         raise ValueError(f"a frame of {length} bytes; at most {_LONGEST} are allowed")
@@ -98,11 +94,7 @@ class PacketStream:
 
 
 def text_field(text: str) -> bytes:
-    """Text, 8 bits a character.
-
-    Raises:
-        ValueError: it contains a NUL, or a character of more than 8 bits.
-    """
+    """Text, 8 bits a character."""
     if "\0" in text:
         raise ValueError("text with a NUL in it")
     return text.encode("latin-1") + b"\0"

@@ -103,12 +103,7 @@ class PoseAssembly:
 
 
 class Telemetry:
-    """The newest readings of one connection.
-
-    Args:
-        catalogue: of the connection.
-        score_scale: a full localisation score; None: unknown.
-    """
+    """The newest readings of one connection."""
 
     def __init__(self, catalogue: Catalogue, score_scale: float | None = None) -> None:
         self.pose: Pose | None = None  # fine where the robot offers it

@@ -21,11 +21,7 @@ Values = dict[str, float | str]
 
 
 def read_section(fields: Fields) -> tuple[str, Values]:
-    """Name and values of a section.
-
-    Raises:
-        LayoutError: it is damaged.
-    """
+    """Name and values of a section."""
     if fields.raw(1) != b"S":
         raise LayoutError("no section of a configuration")
     name = fields.text()

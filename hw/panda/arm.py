@@ -74,11 +74,6 @@ class PandaArm:
 
     After a reflex or a user stop it moves again only when it was recovered and the commands have
     been zero for a moment.
-
-    Args:
-        address: of the arm.
-        clock: session time.
-        settings: of the site.
     """
 
     def __init__(self, address: str, clock: Clock, settings: ArmSettings | None = None) -> None:
@@ -113,11 +108,7 @@ class PandaArm:
             raise HardwareError(f"the {self._process.what}: {cause}")
 
     def reading(self) -> ArmReading:
-        """The newest state of the arm; stamps are those of `stopwatch`.
-
-        Raises:
-            HardwareError: it was never connected.
-        """
+        """The newest state of the arm; stamps are those of `stopwatch`."""
         return self._process.told(ArmReading.get(self._readings))
 
     def read(self) -> ArmState:

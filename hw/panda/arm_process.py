@@ -37,15 +37,7 @@ MEMORY = 2  # mailboxes: commands come in, readings go out
 
 
 class ArmProcess:
-    """The connection to the arm, and its state.
-
-    Args:
-        library: of the vendor.
-        address: of the arm.
-        settings: contact torques (7,) [Nm] and forces (6,) [N, Nm] at which it stops.
-        memory: descriptor of the shared memory.
-        parent: the process that commands.
-    """
+    """The connection to the arm, and its state."""
 
     def __init__(
         self, library: Any, address: str, settings: dict[str, Any], memory: int, parent: Parent

@@ -60,11 +60,7 @@ class PandaHand:
         self._process.start()
 
     def reading(self) -> HandReading:
-        """The newest state of the hand; stamps are those of `stopwatch`.
-
-        Raises:
-            HardwareError: it was never connected.
-        """
+        """The newest state of the hand; stamps are those of `stopwatch`."""
         return self._process.told(HandReading.get(self._readings))
 
     def read(self) -> GripperState:

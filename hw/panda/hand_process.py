@@ -63,14 +63,7 @@ class _Motion:
 
 
 class HandProcess:
-    """The connection to the hand.
-
-    Args:
-        library: of the vendor.
-        address: of the arm that carries the hand.
-        speed: of the fingers [m/s].
-        memory: descriptor of the shared memory.
-    """
+    """The connection to the hand."""
 
     def __init__(self, library: Any, address: str, speed: float, memory: int) -> None:
         self._readings = Mailbox(open_memory(memory), 0, HAND_READING)

@@ -43,11 +43,7 @@ def missing() -> str:
 
 
 def load_library() -> ModuleType:
-    """The extension module `libfranka`, without importing the package that contains it.
-
-    Raises:
-        ImportError: it is not installed.
-    """
+    """The extension module `libfranka`, without importing the package that contains it."""
     if _PACKAGE not in sys.modules:
         spec = find_spec(_PACKAGE)
         if spec is None or spec.submodule_search_locations is None:

@@ -21,11 +21,7 @@ _GAIN = 20.0  # slope of the speed over the distance close to a limit or a goal 
 
 
 class VelocityLimiter:
-    """Brings the commanded velocities of the joints to the wanted ones.
-
-    Args:
-        limits: of the arm.
-    """
+    """Brings the commanded velocities of the joints to the wanted ones."""
 
     def __init__(self, limits: JointLimits) -> None:
         self.qdd = tuple(_ACCELERATION * most for most in limits.qdd)

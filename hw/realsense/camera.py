@@ -43,11 +43,6 @@ class RealSenseCamera:
 
     Images are rectified to the intrinsics of the description. A lost camera is reopened
     automatically when it is back; until then there is a fault.
-
-    Args:
-        description: the camera as the robot file describes it.
-        clock: session time, for the stamps.
-        settings: which camera, and how it is set up.
     """
 
     def __init__(
@@ -105,11 +100,7 @@ class RealSenseCamera:
         return (Fault(kind=FaultKind.CONNECTION, text=text, clearable=True),)
 
     def report(self) -> CameraReport:
-        """Diagnostics.
-
-        Raises:
-            HardwareError: it was never connected.
-        """
+        """Diagnostics."""
         status, image = Status.get(self._status), self._buffer.get(infrared=self._infrared)
         if status is None or image is None:
             raise HardwareError(f"the {self._process.what}: {self._process.end_of_it()}")

@@ -35,15 +35,7 @@ _RESETTING = 6.0  # a reset camera is back within this time [s]
 
 
 class CameraProcess:
-    """Opens the camera, repeatedly if necessary, and puts its images into shared memory.
-
-    Args:
-        library: of the vendor.
-        settings: of the camera.
-        spec: the images to deliver.
-        memory: descriptor of the shared memory.
-        parent: process that the images are for.
-    """
+    """Opens the camera, repeatedly if necessary, and puts its images into shared memory."""
 
     def __init__(
         self,

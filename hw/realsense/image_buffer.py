@@ -38,14 +38,7 @@ class BufferedImage:
 
 
 class ImageBuffer:
-    """Images of one size in shared memory; one process puts, others get.
-
-    Args:
-        memory: shared by the processes.
-        offset: of the buffer in it [bytes].
-        width: of the images [px].
-        height: of the images [px].
-    """
+    """Images of one size in shared memory; one process puts, others get."""
 
     def __init__(self, memory: mmap, offset: int, width: int, height: int) -> None:
         self._memory, self._offset = memory, offset
@@ -88,11 +81,7 @@ class ImageBuffer:
         return int(self._newest[0])
 
     def get(self, *, infrared: bool) -> BufferedImage | None:
-        """A copy of the newest image; None before the first.
-
-        Args:
-            infrared: whether there are infrared images.
-        """
+        """A copy of the newest image; None before the first."""
         for _ in range(_TRIES):
             newest = self.newest_number()
             if newest == 0:

@@ -54,15 +54,7 @@ class Introduction:
 
 
 class SoftwareCamera:
-    """Connects to an emulated camera; feeds the software device from `start` on.
-
-    Args:
-        library: of the vendor.
-        address: HOST:PORT of the emulated camera.
-
-    Raises:
-        GoneError: no emulated camera answers there.
-    """
+    """Connects to an emulated camera at HOST:PORT; feeds the software device from `start` on."""
 
     def __init__(self, library: Any, address: str) -> None:
         self._library = library

@@ -27,14 +27,7 @@ class HangsError(LostError):
 
 
 class Stream:
-    """Frames of one camera; made by `open_stream`.
-
-    Args:
-        library: of the vendor.
-        pipeline: started.
-        profile: of the pipeline.
-        software: feeds an emulated camera; None for a real one.
-    """
+    """Frames of one camera; made by `open_stream`."""
 
     def __init__(
         self, library: Any, pipeline: Any, profile: Any, software: SoftwareCamera | None

@@ -149,11 +149,7 @@ class FrankieEmulator:
         )
 
     def __enter__(self) -> Self:
-        """Start all parts.
-
-        Raises:
-            UserError: another program listens at one of the ports.
-        """
+        """Start all parts."""
         arguments = [self._arm_at, "5", str(self._link.memory), ",".join(self._of_arm)]
         self._arm = subprocess.Popen(
             [sys.executable, "-m", "hw.emulators.panda", *filter(None, arguments)],

@@ -28,15 +28,7 @@ class SilentEmulatorError(HardwareError):
 
 
 class EmulatorLink:
-    """One connection to an emulated Frankie; may be used by several threads.
-
-    Args:
-        address: of the emulated base.
-        port: of the console.
-
-    Raises:
-        SilentEmulatorError: it does not run.
-    """
+    """One connection to an emulated Frankie; may be used by several threads."""
 
     def __init__(self, address: str, port: int) -> None:
         self._lock = threading.Lock()
@@ -80,11 +72,7 @@ class EmulatorLink:
 
 
 class RemoteTruth:
-    """Ground truth of an emulated Frankie, for scoring and drawing.
-
-    Args:
-        link: to its console.
-    """
+    """Ground truth of an emulated Frankie, for scoring and drawing."""
 
     def __init__(self, link: EmulatorLink) -> None:
         self._link = link

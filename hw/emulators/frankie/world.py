@@ -32,15 +32,7 @@ class Image(NamedTuple):
 
 
 class EmulatedWorld:
-    """A simulated robot in a thread of its own; the drive of an emulated base.
-
-    Args:
-        robot: its description, by name or file.
-        world: `kinematic` or `physics`.
-        scene: of the world.
-        seed: of objects and camera noise.
-        link: to the emulated arm.
-    """
+    """A simulated robot in a thread of its own; the drive of an emulated base."""
 
     def __init__(self, robot: str, world: str, scene: str, seed: int, link: ArmLink) -> None:
         description = load_robot(robot)
@@ -106,11 +98,7 @@ class EmulatedWorld:
         return Image(depth, stamp, grey)
 
     def show(self, path: str, width: float) -> None:
-        """Put a printed picture in front of the camera; only infrared images show it.
-
-        Raises:
-            ValueError: there is no such picture.
-        """
+        """Put a printed picture in front of the camera; only infrared images show it."""
         with self.lock:
             wTc = self.body.wTe * self.body.description.camera.eTc
         self._paper = Paper(path, width, wTc)

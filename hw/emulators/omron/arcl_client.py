@@ -15,14 +15,7 @@ _HELP = ("status", "stop", "queryMotors", "enableMotors", "faultsGet", "getConfi
 
 
 class ArclClient:
-    """A connection, driven by the emulator's thread.
-
-    Args:
-        connection: not blocking.
-        controller: of the base.
-        options: of the base.
-        faults: names that `faultsGet` lists.
-    """
+    """A connection, driven by the emulator's thread."""
 
     def __init__(
         self,

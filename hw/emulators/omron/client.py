@@ -33,15 +33,7 @@ class Subscription:
 
 
 class Client:
-    """A connection, driven by the emulator's thread.
-
-    Args:
-        connection: not blocking.
-        requests: that are offered.
-        options: of the base.
-        number: of the connection; seeds its random numbers.
-        is_full: whether there are too many clients.
-    """
+    """A connection, driven by the emulator's thread."""
 
     def __init__(
         self,

@@ -57,12 +57,7 @@ class Drive(Protocol):
 
 
 class Unicycle:
-    """An empty world with ideal wheels.
-
-    Args:
-        pose: initial x, y and heading [m, m, rad].
-        now: time [s].
-    """
+    """An empty world with ideal wheels."""
 
     def __init__(
         self,

@@ -98,11 +98,7 @@ class OmronEmulator:
         self._listeners: list[socket.socket] = []
 
     def __enter__(self) -> Self:
-        """Listen.
-
-        Raises:
-            PortTakenError: another program does.
-        """
+        """Listen."""
         self._listen(self.options.port, self._accept)
         if self.options.arcl_password:
             self._listen(self.options.arcl_port, self._accept_arcl)

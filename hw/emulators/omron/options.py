@@ -154,11 +154,7 @@ AS_REPORTED: Mapping[str, Reported] = {
 
 
 def configure(options: Options, faults: Sequence[str], as_reported: Sequence[str]) -> None:
-    """Set the options of initial faults and reported behaviours.
-
-    Raises:
-        UserError: a name is unknown.
-    """
+    """Set the options of initial faults and reported behaviours."""
     for name in sorted(chosen(as_reported, AS_REPORTED, "base")):
         set_options(options, AS_REPORTED[name].values)
     for name in faults:

@@ -97,13 +97,7 @@ def settings(teleop: Teleop) -> tuple[tuple[str, bytes, float], ...]:
 
 
 class Requests:
-    """The requests of one emulated base, with numbers that depend on the seed.
-
-    Args:
-        controller: of the base.
-        options: of the base.
-        note: called with name and values of each motion command.
-    """
+    """The requests of one emulated base, with numbers that depend on the seed."""
 
     def __init__(
         self,

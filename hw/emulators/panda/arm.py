@@ -43,13 +43,7 @@ class Seen:
 
 
 class EmulatedArm:
-    """One arm; `tick` is one millisecond of it.
-
-    Args:
-        joints: of the arm.
-        limits: of commands.
-        reported: names of `AS_REPORTED`.
-    """
+    """One arm; `tick` is one millisecond of it."""
 
     def __init__(
         self, joints: Joints, limits: JointLimits, reported: frozenset[str] = frozenset()

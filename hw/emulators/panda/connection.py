@@ -18,13 +18,7 @@ class Request(NamedTuple):
 
 
 class Connection:
-    """One port with at most one client; a second one waits until the first has left.
-
-    Args:
-        host: address of this robot.
-        port: to listen at.
-        header: of messages: command, number, size of the whole message.
-    """
+    """One port with at most one client; a second one waits until the first has left."""
 
     def __init__(self, host: str, port: int, header: struct.Struct) -> None:
         self._header = header

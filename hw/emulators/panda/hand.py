@@ -25,12 +25,7 @@ class _Motion:
 
 
 class EmulatedHand:
-    """One hand; `tick` is one millisecond of it.
-
-    Args:
-        fingers: of the hand.
-        reported: names of `AS_REPORTED`.
-    """
+    """One hand; `tick` is one millisecond of it."""
 
     def __init__(self, fingers: Fingers, reported: frozenset[str] = frozenset()) -> None:
         self.fingers, self._reported = fingers, reported

@@ -23,11 +23,7 @@ _AHEAD = 0.02  # longest extrapolation of positions [s]
 
 
 class LinkedBody:
-    """Joints and fingers over one shared memory.
-
-    Args:
-        memory: its descriptor.
-    """
+    """Joints and fingers over one shared memory."""
 
     def __init__(self, memory: int) -> None:
         shared = open_memory(memory)
@@ -145,14 +141,5 @@ class ArmLink:
         releases: int,
         grips: int,
     ) -> None:
-        """Publish the state.
-
-        Args:
-            q: (7,) positions [rad].
-            qd: (7,) velocities [rad/s].
-            width: between the pads [m].
-            is_stopped: whether a contact keeps the arm from moving.
-            releases: that are done.
-            grips: number of the last grip that has ended.
-        """
+        """Publish the state."""
         self._there.put(stopwatch(), *q, *qd, is_stopped, releases, grips, width)

@@ -43,11 +43,7 @@ class Fingers(Protocol):
 
 
 class LaggedJoints:
-    """Joints in free air; velocities follow with a first-order lag.
-
-    Args:
-        q: (7,) initial positions [rad].
-    """
+    """Joints in free air; velocities follow with a first-order lag."""
 
     def __init__(self, q: tuple[float, ...] = READY) -> None:
         self.q = q

@@ -47,18 +47,7 @@ class Line:
 
 
 class PandaServer:
-    """One emulated Panda with its hand.
-
-    Args:
-        host: its address.
-        joints: of the arm.
-        fingers: of the hand.
-        version: reported version of the research interface.
-        reported: names of `AS_REPORTED`.
-
-    Raises:
-        NotReportedError: a name is unknown.
-    """
+    """One emulated Panda with its hand."""
 
     def __init__(
         self,

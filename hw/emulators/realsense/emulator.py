@@ -70,11 +70,7 @@ class RealSenseEmulator:
         self.taken = self.resets = 0  # numbers of images and resets
 
     def __enter__(self) -> Self:
-        """Listen.
-
-        Raises:
-            PortTakenError: another program does.
-        """
+        """Listen."""
         options = self.options
         self._listener = listen(options.host, options.port)
         for work in (self._accept, self._take):

@@ -48,11 +48,7 @@ _VALUES = {"drops": ("drop", 0.1), "delay": ("delay", 0.05), "jitter": ("jitter"
 
 
 def add_fault(options: Options, name: str) -> None:
-    """Add an initial fault.
-
-    Raises:
-        NoFaultError: there is no such fault.
-    """
+    """Add an initial fault."""
     if name not in FAULTS:
         raise NoFaultError(name, FAULTS)
     option, value = _VALUES.get(name, (name, True))
