@@ -105,12 +105,6 @@ def test_a_robot_that_is_not_there_is_bad_in_every_part(tmp_path):
         assert what in result.stderr
 
 
-def test_the_computer_alone_can_be_looked_at():
-    result = CliRunner().invoke(app, ["doctor"])
-    assert "real-time priority" in result.stdout
-    assert "commander" not in result.stdout
-
-
 @pytest.mark.parametrize(
     ("flag", "version", "is_realtime"),
     [
@@ -131,6 +125,8 @@ def test_a_real_time_kernel_is_told_by_its_flag_or_its_version(
     assert is_realtime_kernel(path) is is_realtime
 
 
-def test_a_described_robot_has_nothing_to_look_at():
+def test_a_described_robot_has_nothing_but_the_computer_to_look_at():
     result = CliRunner().invoke(app, ["doctor", "--robot", "frankie"])
     assert "described only" in result.stdout
+    assert "real-time priority" in result.stdout
+    assert "commander" not in result.stdout

@@ -122,13 +122,6 @@ def test_the_doctor_judges_what_the_base_keeps_and_moves_nothing(
         assert not emulator.heard
 
 
-def test_where_nobody_tells_the_timeout_that_is_open(tmp_path):
-    with emulator_of("no-config") as emulator:
-        without = {f"    arcl: {{password: adept, port: {emulator.arcl_port}}}": "    #"}
-        findings = list(parts.base(robot_of(emulator, tmp_path, **without)))
-    assert any(one.verdict is Verdict.OPEN and "set `Timeout`" in one.text for one in findings)
-
-
 @pytest.mark.parametrize(
     ("changes", "pulses", "percent"),
     [

@@ -17,8 +17,6 @@ from emulated_robot import emulated, needs_drivers, robot_file
 from controller import Command
 from hw import Gate, WorldOptions, open_backend
 from hw.clock import stopwatch
-from hw.emulators.frankie import WORDS
-from hw.emulators.panda import ACTIONS
 
 pytestmark = [
     needs_drivers,
@@ -54,20 +52,6 @@ GOES_ON = {
     "arm drop 0.01": "arm drop 0",
 }
 """What it is to live through."""
-NOT_FAULTS = {
-    "tell",
-    "put",
-    "board",
-    "release",
-    "arm block",
-    "arm patience",
-    "arm forget",
-    "arm tell",
-    "arm hold",
-    "arm blackout",  # of the hand alone
-    "arm rush",  # is stopped by the arm's driver, see `test_panda_told`
-    "button",
-}
 SHORT = ("arm unplug 1.5",)
 
 
@@ -185,10 +169,3 @@ def test_what_happens_every_day_stops_nothing(robot, gate, link, words):
     assert base["still"] < 0.05
     assert arm["still"] == 0.0
     assert arm["violations"] == []
-
-
-def test_every_word_of_the_emulators_is_tried():
-    words = {*(set(WORDS) - {"arm"}), *(f"arm {name}" for name in ACTIONS)}
-    tried = {*STOPS, *GOES_ON, *STOPS.values()}
-    names = {" ".join(one.split()[: 2 if one.startswith("arm") else 1]) for one in tried if one}
-    assert words - NOT_FAULTS == names - NOT_FAULTS

@@ -16,10 +16,8 @@ from hw.emulators.omron import OmronEmulator
 from hw.omron import ArclSettings, OmronBase, OmronSettings
 from hw.state import BaseState, FaultKind
 
-SPEED = 0.15
-"""Of the moving base: reached after 0.3 s, gone after 0.25 s [m/s]."""
-PATIENCE = 5.0
-"""Whatever is waited for has happened after this, also on a busy machine [s]."""
+SPEED = 0.15  # of the moving base: reached after 0.3 s, gone after 0.25 s [m/s]
+PATIENCE = 5.0  # also on a busy machine [s]
 
 
 def base_of(
@@ -54,10 +52,7 @@ def drive(base: OmronBase, v: float = SPEED, w: float = 0.0, seconds: float = 0.
 
 
 def set_off(emulator: OmronEmulator, base: OmronBase, v: float = SPEED) -> float:
-    """Command a velocity until the base has nearly reached it; when the last command was given [s].
-
-    A busy machine lets commands grow old in between.
-    """
+    """Command a velocity until the base has nearly reached it; time of the last command [s]."""
     wheels, begun = emulator.controller.drive, stopwatch()
     while wheels.twist()[0] < 0.8 * v:
         assert stopwatch() - begun < PATIENCE, base.read().faults
@@ -121,10 +116,7 @@ def rest_after(emulator: OmronEmulator, moment: float) -> float:
 
 
 def measured(what: str, emulator: OmronEmulator, moment: float) -> float:
-    """Wait until the base stands and print when it was told to and when it did; the first [s].
-
-    `pytest -rP tests/hw/omron` shows what was printed.
-    """
+    """Wait until the base stands; when it was told to rest [s]. `pytest -rP` shows both times."""
     stands = rest_after(emulator, moment)
     told = zero_after(emulator, moment)
     print(f"{what}: told to rest after {told:.2f} s, stands after {stands:.2f} s")

@@ -46,6 +46,8 @@ def test_without_commands_the_base_rests():
         assert base.read().faults == ()
         assert emulator.heard[-1].name == "stop"
         set_off(emulator, base)  # and it goes on with the next command
+        base.close()  # which waits until the base is at rest
+        assert emulator.controller.drive.twist()[0] < 0.02
 
 
 def test_a_stop_is_sent_at_once_from_any_thread():
@@ -61,15 +63,6 @@ def test_a_stop_is_sent_at_once_from_any_thread():
             return measured("stop", emulator, begun)
 
         soon(attempt, 0.05)
-
-
-def test_closing_waits_until_the_base_stands():
-    with OmronEmulator() as emulator:
-        with connected(emulator) as base:
-            set_off(emulator, base)
-        assert emulator.controller.drive.twist()[0] < 0.02
-        base.close()
-        wait_for(lambda: not emulator._clients)
 
 
 def test_a_server_that_freezes_and_comes_back():

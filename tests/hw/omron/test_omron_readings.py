@@ -1,20 +1,16 @@
 """What the base tells, whatever the network does to it, and the driver as a part of a robot."""
 
 import re
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from emulated import base_of, connected, driving, is_at_rest, wait_for
+from emulated import connected, driving, is_at_rest, wait_for
 
-from controller import Command
-from hw import ArmState, ComposedRobot, Gate, GripperState, WallClock
 from hw.clock import stopwatch
 from hw.emulators.omron import OmronEmulator, Options, Unicycle
 from hw.omron import OmronBase
 from hw.omron.telemetry import POSE
-from robots import load_robot
 
 CONDITIONS = {
     "a good network, and no fine pose": Options(seed=1, omit=frozenset(POSE)),
@@ -95,65 +91,3 @@ def test_the_first_contact_of_the_page_works_with_the_emulator(capsys):
         assert is_at_rest(emulator)
         assert emulator.controller.drive.pose()[0] > 0.01
     assert "double: trans" in capsys.readouterr().out
-
-
-class Still:
-    """The parts of the robot that are not tested here: they are there, and rest."""
-
-    def __init__(self, clock: WallClock) -> None:
-        self._clock = clock
-
-    def connect(self) -> None: ...
-
-    stop = close = recover = connect
-
-    def send(self, qd: np.ndarray) -> np.ndarray:
-        return qd
-
-    def grip(self, width: float, force: float) -> None: ...
-
-    def latest(self) -> None: ...
-
-    def faults(self) -> tuple[()]:
-        return ()
-
-
-class StillArm(Still):
-    def read(self) -> ArmState:
-        ready = load_robot("frankie").arm.ready
-        return ArmState(stamp=self._clock.now(), q=ready, qd=np.zeros(7))
-
-
-class StillGripper(Still):
-    def read(self) -> GripperState:
-        return GripperState(stamp=self._clock.now(), width=0.08, moving=False)
-
-
-def test_a_composed_robot_drives_it_through_the_gate():
-    """In real time, with the limits of the base: what the gate passes is what the base does."""
-    frankie = load_robot("frankie")
-    limits = replace(frankie.limits, base_acceleration=np.array([0.5, 0.5, 2.6]))
-    clock, period, ticks = WallClock(), 0.01, 0
-    with OmronEmulator() as emulator:
-        robot = ComposedRobot(
-            frankie,
-            arm=StillArm(clock),
-            base=base_of(emulator, clock=clock),
-            gripper=StillGripper(clock),
-            camera=Still(clock),
-            clock=clock,
-        )
-        gate = Gate(robot, replace(frankie, limits=limits), period)
-        with robot:
-            until = clock.now() + 1.0
-            while clock.now() < until:
-                state = robot.read()
-                last = gate.continue_from(state, clock.now())
-                speed = min(0.3, float(last.base_twist[0]) + 0.004)
-                command = Command(base_twist=np.array([speed, 0.0, 0.0]), qd=np.zeros(7))
-                gate.send(command, state, clock.now())
-                ticks += 1
-                clock.sleep_until(clock.now() + period)
-            assert state.faults == ()
-            assert emulator.controller.drive.pose()[0] > 0.03
-            assert sum(gate.refusals.values()) < ticks / 2  # late ticks, on a busy machine
