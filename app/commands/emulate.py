@@ -106,7 +106,7 @@ def frankie(
 
     console, ways = Terminal(), _ways("frankie", as_reported)
     _list(console, {name: what for name, (_, what) in WORDS.items()})
-    emulator = FrankieEmulator.of(robot, world=world, scene=scene, seed=seed, **ways)
+    emulator = FrankieEmulator(robot, world=world, scene=scene, seed=seed, **ways)
     with suppress(KeyboardInterrupt):
         serve(emulator, lines=sys.stdin, say=console.say)
 
@@ -142,7 +142,7 @@ def _ways(part: str, names: list[str] | None) -> dict[str, Any]:
     """The argument of an emulator that says how it behaves; `list` tells all ways, and ends."""
     if not names:
         return {}
-    table = getattr(import_module(f"hw.emulators.{part}"), "AS_REPORTED", {})
+    table = import_module(f"hw.emulators.{part}").AS_REPORTED
     if "list" in names:
         _list(Terminal(), {name: f"{one.what} [{one.source}]" for name, one in table.items()})
         raise typer.Exit

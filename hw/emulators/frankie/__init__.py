@@ -6,13 +6,12 @@
 
 from hw.emulators.common import PortTakenError
 from hw.emulators.frankie.console import WORDS, serve
-from hw.emulators.frankie.emulator import AS_REPORTED, EmulatedPlaces, FrankieEmulator
+from hw.emulators.frankie.emulator import AS_REPORTED, FrankieEmulator
 from hw.emulators.frankie.link import EmulatorLink, RemoteTruth, SilentEmulatorError
 
 __all__ = [
     "AS_REPORTED",
     "WORDS",
-    "EmulatedPlaces",
     "EmulatorLink",
     "FrankieEmulator",
     "PortTakenError",

@@ -11,5 +11,5 @@ from hw.emulators.frankie import FrankieEmulator, serve
 
 if __name__ == "__main__":
     robot, world, scene, seed, *ways = sys.argv[1:]
-    emulator = FrankieEmulator.of(robot, world=world, scene=scene, seed=int(seed), as_reported=ways)
+    emulator = FrankieEmulator(robot, world=world, scene=scene, seed=int(seed), as_reported=ways)
     serve(emulator, lines=sys.stdin, say=lambda text: print(text, flush=True))

@@ -158,7 +158,7 @@ class _Server(socketserver.ThreadingTCPServer):
 
     def __init__(self, emulator: FrankieEmulator) -> None:
         self.emulator = emulator
-        super().__init__((emulator.places.base, emulator.places.steering), _Handler)
+        super().__init__(emulator.address, _Handler)
 
     def handle_error(self, request: object, client_address: object) -> None:
         """Ignore clients that disconnect."""
@@ -185,8 +185,8 @@ def serve(
     try:
         server = _Server(emulator)
     except OSError as error:
-        port = emulator.places.steering
-        raise PortTakenError(f"port {port}: {error.strerror}; choose another one") from None
+        text = f"port {emulator.address[1]}: {error.strerror}; choose another one"
+        raise PortTakenError(text) from None
     with server, emulator:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         say(json.dumps({"did": "begin"}))

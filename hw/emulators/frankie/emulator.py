@@ -9,7 +9,6 @@ import sys
 import threading
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, field
 from math import radians
 from typing import Any, Self
 
@@ -41,112 +40,58 @@ class ArmTakenError(UserError):
     """The address of the emulated arm is not free."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class EmulatedPlaces:
-    """Addresses and accounts of the parts of one emulated robot."""
-
-    base: str = "127.0.0.1"
-    port: int = 7272
-    arcl_port: int = 7171
-    user: str = "frankie"
-    password: str = ""
-    arcl_password: str = "adept"
-    arm: str = "127.0.0.1"
-    teleop: Teleop = field(default_factory=Teleop)  # setup of the base
-    steering: int = 7270  # port of the console at the base's address; the camera is at the next one
-    rate: int = 30  # of the camera [Hz]
-
-
 class FrankieEmulator:
-    """All parts over one world; use it in a `with` statement.
+    """The emulated parts of a robot file over one world; use it in a `with` statement.
 
     Args:
-        places: their addresses.
-        robot: its description, by name or file.
+        robot: a robot file.
         world: `kinematic` or `physics`.
         scene: of the world.
         seed: of objects and camera noise.
         as_reported: names of `AS_REPORTED`.
 
     Raises:
-        UserError: a name is unknown.
+        UserError: the file is not that of an emulated robot, or a name is unknown.
     """
 
     def __init__(
-        self,
-        places: EmulatedPlaces,
-        *,
-        robot: str = "frankie",
-        world: str = "kinematic",
-        scene: str = "household",
-        seed: int = 0,
-        as_reported: Sequence[str] = (),
+        self, robot: str, *, world: str, scene: str, seed: int, as_reported: Sequence[str] = ()
     ) -> None:
         ways = chosen(as_reported, AS_REPORTED, "robot")
         of_base, self._of_arm, of_camera = (
             sorted(ways & table.keys()) for table in _TABLES.values()
         )
-        link = ArmLink()
-        self.robot, self.places = robot, places
-        self.world = EmulatedWorld(robot, world, scene, seed, link)
-        users = {places.user: (places.password, Options().users["frankie"][1])}
-        options = Options(
-            host=places.base,
-            port=places.port,
-            arcl_port=places.arcl_port,
-            users=users,
-            arcl_password=places.arcl_password,
-            teleop=places.teleop,
-        )
-        self.base = OmronEmulator(options, self.world, as_reported=of_base)
-        self.world.on_bump = self._bump
-        camera = self.world.body.description.camera
-        self.camera = RealSenseEmulator(
-            self._shoot,
-            CameraOptions(
-                host=places.base,
-                port=places.steering + 1,
-                rate=places.rate,
-                intrinsics=camera.intrinsics,
-                infrared=True,
-                baseline=camera.baseline,
-                seed=seed,
-            ),
-            as_reported=of_camera,
-        )
-        self._arm_at, self._link = places.arm, link
-        self._arm: subprocess.Popen[str] | None = None
-        self._asking = threading.Lock()
-        self._shots = 0
-
-    @classmethod
-    def of(
-        cls, robot: str, *, world: str, scene: str, seed: int, as_reported: Sequence[str] = ()
-    ) -> Self:
-        """The emulator of a robot file.
-
-        Raises:
-            UserError: the file is not that of an emulated robot, or a name is unknown.
-        """
         real = load_real_robot(robot)
         if real is None or real.hardware.emulated is None:
             raise NotEmulatedError(f"{robot}: `hardware: {{emulated: PORT}}` is missing")
-        base, arm = real.hardware.base, real.hardware.arm
-        places = EmulatedPlaces(
-            base=base.address,
+        base, arcl = real.hardware.base, real.hardware.base.arcl
+        self.robot, self._arm_at, self._link = real.body, real.hardware.arm.address, ArmLink()
+        self.address = base.address, real.hardware.emulated  # of the console
+        self.world = EmulatedWorld(self.robot, world, scene, seed, self._link)
+        self.world.on_bump = self._bump
+        options = Options(
+            host=base.address,
             port=base.port,
-            arcl_port=base.arcl.port if base.arcl else 7171,
-            user=base.user,
-            password=base.password,
-            arcl_password=base.arcl.password if base.arcl else "",
-            arm=arm.address,
+            arcl_port=arcl.port if arcl else 7171,
+            users={base.user: (base.password, Options().users["frankie"][1])},
+            arcl_password=arcl.password if arcl else "",
             teleop=_teleop(base.scale),
-            steering=real.hardware.emulated,
+        )
+        self.base = OmronEmulator(options, self.world, as_reported=of_base)
+        camera = self.world.body.description.camera
+        camera_options = CameraOptions(
+            host=base.address,
+            port=real.hardware.emulated + 1,
             rate=real.hardware.camera.rate,
+            intrinsics=camera.intrinsics,
+            infrared=True,
+            baseline=camera.baseline,
+            seed=seed,
         )
-        return cls(
-            places, robot=real.body, world=world, scene=scene, seed=seed, as_reported=as_reported
-        )
+        self.camera = RealSenseEmulator(self._shoot, camera_options, as_reported=of_camera)
+        self._arm: subprocess.Popen[str] | None = None
+        self._asking = threading.Lock()
+        self._shots = 0
 
     def __enter__(self) -> Self:
         """Start all parts."""

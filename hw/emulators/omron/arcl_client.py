@@ -35,7 +35,7 @@ class ArclClient:
         if now - self._since > self._options.arcl_lasts:
             raise GoneError
 
-    def hear(self) -> None:
+    def hear(self, now: float) -> None:
         """Read and answer; raise GoneError when the client has left or its password is wrong."""
         try:
             data = self.socket.recv(65536)

@@ -8,9 +8,8 @@ import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from math import radians
-from typing import Self
+from typing import NamedTuple, Self, TypeVar
 
 from hw.clock import stopwatch
 from hw.emulators.common import listen
@@ -20,11 +19,11 @@ from hw.emulators.omron.controller import Controller, Drive, Unicycle
 from hw.emulators.omron.options import Options, configure
 from hw.emulators.omron.requests import Requests
 
+_Any = TypeVar("_Any", Client, ArclClient)
 _CYCLE = 0.01  # of the controller and of replies [s]
 
 
-@dataclass(frozen=True)
-class Heard:
+class Heard(NamedTuple):
     """A received motion command."""
 
     at: float  # of `stopwatch` [s]
@@ -37,8 +36,7 @@ class Heard:
         return self.name == "stop" or 0.0 == self.values[0] == self.values[1]
 
 
-@dataclass(frozen=True)
-class Moved:
+class Moved(NamedTuple):
     """Motion of the base in one cycle [m/s, rad/s]."""
 
     at: float  # of `stopwatch` [s]
@@ -110,10 +108,8 @@ class OmronEmulator:
         self._over.set()
         if self._thread is not None:
             self._thread.join()
-        for connection in [one.socket for one in self._clients] + [
-            one.socket for one in self._arcl_clients
-        ]:
-            connection.close()
+        for client in (*self._clients, *self._arcl_clients):
+            client.socket.close()
         for listener in self._listeners:
             listener.close()
         self._selector.close()
@@ -200,14 +196,10 @@ class OmronEmulator:
         connection = self._accepted(listener)
         self._count += 1
         is_full = len(self._clients) >= self.options.clients
-        client = Client(connection, self._requests, self.options, self._count, is_full=is_full)
-        self._clients.append(client)
-
-        def hear() -> None:
-            with self._leaving(client, self._clients):
-                client.hear(stopwatch())
-
-        self._selector.register(connection, selectors.EVENT_READ, hear)
+        self._add(
+            Client(connection, self._requests, self.options, self._count, is_full=is_full),
+            self._clients,
+        )
 
     def _accept_arcl(self, listener: socket.socket) -> None:
         connection = self._accepted(listener)
@@ -215,13 +207,16 @@ class OmronEmulator:
             connection.close()
             return
         client = ArclClient(connection, self.controller, self.options, self.text_faults)
-        self._arcl_clients.append(client)
+        self._add(client, self._arcl_clients)
+
+    def _add(self, client: _Any, group: list[_Any]) -> None:
+        group.append(client)
 
         def hear() -> None:
-            with self._leaving(client, self._arcl_clients):
-                client.hear()
+            with self._leaving(client, group):
+                client.hear(stopwatch())
 
-        self._selector.register(connection, selectors.EVENT_READ, hear)
+        self._selector.register(client.socket, selectors.EVENT_READ, hear)
 
     @staticmethod
     def _accepted(listener: socket.socket) -> socket.socket:
@@ -232,21 +227,17 @@ class OmronEmulator:
         return connection
 
     @contextmanager
-    def _leaving(
-        self, client: Client | ArclClient, all_of_them: list[Client] | list[ArclClient]
-    ) -> Iterator[None]:
+    def _leaving(self, client: _Any, group: list[_Any]) -> Iterator[None]:
         """Forget a client that leaves; the base drives on, as the real one does."""
         try:
             yield
         except GoneError:
-            self._forget(client, all_of_them)
+            self._forget(client, group)
             client.socket.close()
 
-    def _forget(
-        self, client: Client | ArclClient, all_of_them: list[Client] | list[ArclClient]
-    ) -> None:
-        if client in all_of_them:
-            all_of_them.remove(client)  # type: ignore[arg-type]
+    def _forget(self, client: _Any, group: list[_Any]) -> None:
+        if client in group:
+            group.remove(client)
             self._selector.unregister(client.socket)
 
     def _note(self, name: str, values: tuple[float, ...]) -> None:

@@ -25,7 +25,7 @@ class Entry:
     answer: Answer
 
 
-_OTHERS = (
+_OTHERS = [
     "gotoPose",
     "dock",
     "undock",
@@ -61,7 +61,7 @@ _OTHERS = (
     "Laser_1Current",
     "Laser_2Current",
     "say",
-)
+]
 """Requests that are listed and not answered."""
 _LONG_DESCRIPTION = "goal names, one after the other; " * 320
 """Descriptions of this length are seen on newer bases."""

@@ -15,8 +15,8 @@ if __name__ == "__main__":
     body = None if memory == "-" else LinkedBody(int(memory))
     serve(
         host,
-        joints=body.joints if body else None,
-        fingers=body.fingers if body else None,
+        joints=body,
+        fingers=body,
         version=int(version),
         as_reported=[names],
         lines=sys.stdin,

@@ -23,7 +23,7 @@ _AHEAD = 0.02  # longest extrapolation of positions [s]
 
 
 class LinkedBody:
-    """Joints and fingers over one shared memory."""
+    """`Joints` and `Fingers` of the simulated robot, over one shared memory."""
 
     def __init__(self, memory: int) -> None:
         shared = open_memory(memory)
@@ -32,18 +32,37 @@ class LinkedBody:
         self._releases = self._grips = 0
         self._grip = (OPENING, 0.0, False)
         self._gripping = False
-        self.joints, self.fingers = LinkedJoints(self), LinkedFingers(self)
+        self.q: tuple[float, ...]
+        self.qd: tuple[float, ...]
+        _, self.q, self.qd, _, _ = self._state()
 
-    def move(self, qd: tuple[float, ...]) -> None:
-        """Command joint velocities (7,) for one period [rad/s]."""
+    def follow(self, qd: tuple[float, ...]) -> str:
+        """Advance by one period; the error of a contact."""
         self._way = [way + PERIOD * v for way, v in zip(self._way, qd, strict=True)]
         self._wanted.put(stopwatch(), *self._way, self._releases, self._grips, *self._grip)
+        at, q, self.qd, is_stopped, _ = self._state()
+        ahead = min(max(0.0, stopwatch() - at), _AHEAD)
+        self.q = tuple([p + ahead * v for p, v in zip(q, self.qd, strict=True)])
+        return "cartesian_reflex" if is_stopped else ""
 
     def release(self) -> None:
         """Forget a contact."""
         self._releases += 1
 
-    def grip(self, width: float, force: float, *, stops: bool = False) -> bool:
+    @property
+    def width(self) -> float:
+        """Between the pads [m]."""
+        return self._state()[4]
+
+    def close_to(self, width: float, step: float, force: float) -> bool:
+        """Whether the fingers have come to rest; their speed is that of the world."""
+        return self._command_fingers(width, force)
+
+    def stop(self) -> None:
+        """Stop the fingers where they are."""
+        self._command_fingers(self.width, 0.0, stops=True)
+
+    def _command_fingers(self, width: float, force: float, *, stops: bool = False) -> bool:
         """Command the fingers, unless that is commanded already; whether they have ended."""
         wanted = (width, force, stops)
         if not self._gripping or wanted != self._grip:
@@ -53,56 +72,13 @@ class LinkedBody:
         self._gripping = not ended
         return ended
 
-    def there(self) -> tuple[float, tuple[float, ...], tuple[float, ...], bool, float]:
+    def _state(self) -> tuple[float, tuple[float, ...], tuple[float, ...], bool, float]:
         """State of the world: stamp, positions, velocities, whether in contact, width."""
         values = self._there.get()
         if values is None:
             return (stopwatch(), READY, (0.0,) * 7, False, OPENING)
         has_met = values[15] and values[16] == self._releases
         return (values[0], values[1:8], values[8:15], has_met, values[18])
-
-
-class LinkedJoints:
-    """Seven joints of the simulated robot."""
-
-    def __init__(self, body: LinkedBody) -> None:
-        self._body = body
-        self.q: tuple[float, ...]
-        self.qd: tuple[float, ...]
-        _, self.q, self.qd, _, _ = body.there()
-
-    def follow(self, qd: tuple[float, ...]) -> str:
-        """Advance by one period; the error of a contact."""
-        self._body.move(qd)
-        at, q, speeds, is_stopped, _ = self._body.there()
-        ahead = min(max(0.0, stopwatch() - at), _AHEAD)
-        self.q = tuple([p + ahead * v for p, v in zip(q, speeds, strict=True)])
-        self.qd = speeds
-        return "cartesian_reflex" if is_stopped else ""
-
-    def release(self) -> None:
-        """Forget a contact."""
-        self._body.release()
-
-
-class LinkedFingers:
-    """Two fingers of the simulated robot."""
-
-    def __init__(self, body: LinkedBody) -> None:
-        self._body = body
-
-    @property
-    def width(self) -> float:
-        """Between the pads [m]."""
-        return self._body.there()[4]
-
-    def close_to(self, width: float, step: float, force: float) -> bool:
-        """Whether they have come to rest; their speed is that of the world."""
-        return self._body.grip(width, force)
-
-    def stop(self) -> None:
-        """Stop where they are."""
-        self._body.grip(self.width, 0.0, stops=True)
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ import threading
 from collections import deque
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import asdict
 from typing import Self, TypeAlias
 
 import numpy as np
@@ -121,17 +122,12 @@ class RealSenseEmulator:
             self._clients.clear()
 
     def _accept(self) -> None:
-        options, camera = self.options, self.options.intrinsics
+        options = self.options
         introduction = Introduction(
             name=options.name,
             serial=options.serial,
-            width=camera.width,
-            height=camera.height,
+            **asdict(options.intrinsics),
             rate=options.rate,
-            fx=camera.fx,
-            fy=camera.fy,
-            cx=camera.cx,
-            cy=camera.cy,
             depth_units=options.depth_units,
             baseline=options.baseline,
             infrared=options.infrared,

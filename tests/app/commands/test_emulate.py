@@ -65,7 +65,7 @@ def test_ways_of_real_ones_are_listed_with_their_sources_and_unknown_ones_refuse
 
 
 def test_a_whole_robot_takes_the_ways_of_its_parts():
-    emulator = FrankieEmulator.of(
+    emulator = FrankieEmulator(
         "emulated", world="kinematic", scene="single", seed=0, as_reported=["throttle-ignored"]
     )
     assert not emulator.base.controller.heeds_throttle

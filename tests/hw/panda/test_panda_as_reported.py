@@ -13,7 +13,7 @@ from emulated_panda import connected, drive, emulated, moves, needs_library, unt
 
 from hw import FaultKind, HardwareError, WallClock
 from hw.emulators.common import NotReportedError
-from hw.emulators.frankie import EmulatedPlaces, FrankieEmulator
+from hw.emulators.frankie import FrankieEmulator
 from hw.emulators.panda import AS_REPORTED, serve
 from hw.panda import ArmSettings, PandaArm, PandaHand
 
@@ -61,7 +61,9 @@ def test_every_report_names_its_source_and_is_tried_here():
 def test_what_nobody_has_reported_is_an_error_with_all_names():
     for begin in (
         lambda: serve("127.0.0.1", as_reported=["unhomed", "sulks"]),
-        lambda: FrankieEmulator(EmulatedPlaces(), as_reported=["sulks"]),
+        lambda: FrankieEmulator(
+            "emulated", world="kinematic", scene="single", seed=0, as_reported=["sulks"]
+        ),
     ):
         with pytest.raises(NotReportedError, match="no way called `sulks`"):
             begin()
