@@ -80,9 +80,7 @@ def arm(real: RealRobot) -> Iterator[Finding]:
         )
         yield Finding("arm", Verdict.OPEN, text)
         yield from _states(driver)
-    yield _line(
-        "arm", hardware.arm.address, _ARM_PORT
-    )  # also where it connects, as that says little alone
+    yield _line("arm", hardware.arm.address, _ARM_PORT)
 
 
 def _states(arm: PandaArm) -> Iterator[Finding]:

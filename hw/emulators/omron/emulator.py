@@ -108,10 +108,9 @@ class OmronEmulator:
         self._over.set()
         if self._thread is not None:
             self._thread.join()
-        for client in (*self._clients, *self._arcl_clients):
-            client.socket.close()
-        for listener in self._listeners:
-            listener.close()
+        sockets = [one.socket for one in self._clients] + [one.socket for one in self._arcl_clients]
+        for connection in (*sockets, *self._listeners):
+            connection.close()
         self._selector.close()
 
     @property

@@ -25,43 +25,10 @@ class Entry:
     answer: Answer
 
 
-_OTHERS = [
-    "gotoPose",
-    "dock",
-    "undock",
-    "localizeToPose",
-    "physicalInfo",
-    "getSafeDrive",
-    "heartbeatTcp",
-    "requestOnceReturnIsAlwaysTcp",
-    "requestOnceReturnIsAlwaysUdp",
-    "getModeDataList",
-    "getMapName",
-    "getMap",
-    "mapUpdated",
-    "getGoals",
-    "getPath",
-    "setSafeDrive",
-    "enableMotors",
-    "queryMotors",
-    "safetyStatusEStop",
-    "safetyStatusSafetyLaser",
-    "getFaults",
-    "getFaultsWithFlags",
-    "acknowledgeFault",
-    "getBlockDriving",
-    "arclSendText",
-    "arclCommand",
-    "DataStore_ModeName",
-    "DataStore_RobotFlags",
-    "DataStore_TransVel",
-    "DataStore_RotVel",
-    "DataStoreString_RobotX",
-    "DataStore_LaserLocalizationScore",
-    "Laser_1Current",
-    "Laser_2Current",
-    "say",
-]
+_OTHERS = (
+    *("gotoPose", "dock", "undock", "localizeToPose", "physicalInfo", "getMapName", "getGoals"),
+    *("safetyStatusEStop", "arclCommand", "DataStore_TransVel", "Laser_1Current", "say"),
+)
 """Requests that are listed and not answered."""
 _LONG_DESCRIPTION = "goal names, one after the other; " * 320
 """Descriptions of this length are seen on newer bases."""
