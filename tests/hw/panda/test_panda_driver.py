@@ -16,6 +16,7 @@ from emulated_panda import IN_TIME, drive, needs_library, until
 
 from hw import FaultKind, HardwareError, WallClock
 from hw.panda import ArmSettings, PandaArm
+from hw.panda.arm_process import _waited as waited
 
 pytestmark = needs_library
 ZERO = np.zeros(7)
@@ -257,19 +258,17 @@ def test_a_driver_that_gets_no_time_is_no_cable_and_it_stays_in_memory(arm):
 
 
 def test_waiting_for_a_processor_is_measured():
-    processor = min(os.sched_getaffinity(0))
-    others = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(2)]
-    measure = (
-        "import time; from hw.panda.arm_process import _waited; before, until = _waited(), "
-        "time.monotonic() + 0.4\nwhile time.monotonic() < until: pass\nprint(_waited() - before)"
-    )
+    processors = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {min(processors)})  # of this thread, and of those that it starts
+    busy = [sys.executable, "-S", "-c", "while True: pass"]
+    others = [subprocess.Popen(busy) for _ in range(2)]
     try:
-        for other in others:
-            os.sched_setaffinity(other.pid, {processor})
-        command = ["taskset", "-c", str(processor), sys.executable, "-c", measure]
-        told = subprocess.run(command, check=True, capture_output=True, text=True)
+        before, until_then = waited(), time.monotonic() + 0.5
+        while time.monotonic() < until_then:
+            pass
+        assert waited() - before > 0.08
     finally:
+        os.sched_setaffinity(0, processors)
         for other in others:
             other.kill()
             other.wait()
-    assert float(told.stdout) > 0.08
