@@ -20,9 +20,9 @@ from robots.load import SHIPPED
 PARTS = ("base", "arm", "hand", "camera")
 
 
-@pytest.fixture
-def place(tmp_path):
-    path = robot_file(tmp_path)
+@pytest.fixture(scope="module")
+def place(tmp_path_factory):
+    path = robot_file(tmp_path_factory.mktemp("robots"))
     with emulated(path) as link:
         yield path, link
 
@@ -60,13 +60,14 @@ def test_an_emulated_robot_is_good_and_has_not_moved(place):
 
 @needs_drivers
 @pytest.mark.slow
-def test_what_the_base_tells_of_itself_can_be_written_for_the_file(place, tmp_path):
+def test_what_the_base_tells_of_itself_can_be_written_for_the_file(place):
     path, _ = place
-    site = tmp_path / "site.yaml"
+    text, site = path.read_text(), path.with_name("site.yaml")
     result = CliRunner().invoke(app, ["doctor", "--robot", str(path), "--write-site", str(site)])
     assert "full_scale: " in result.stdout
-    path.write_text(path.read_text().replace("    arcl:", "    full_scale: site.yaml\n    arcl:"))
+    path.write_text(text.replace("    arcl:", "    full_scale: site.yaml\n    arcl:"))
     scale = load_real_robot(path).hardware.base.scale
+    path.write_text(text)
     assert (scale.forward, scale.turn_deg, scale.dead_translation) == (1.0, 50.0, 10.0)
 
 

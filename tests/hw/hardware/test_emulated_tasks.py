@@ -13,6 +13,8 @@ import pytest
 from emulated_robot import ROOT, emulated, needs_drivers, robot_file
 
 from app.core import replay_run
+from config import UserError
+from hw import WorldOptions, open_backend
 from hw.clock import stopwatch
 from hw.hardware import commander_of
 from robots import load_real_robot
@@ -129,14 +131,10 @@ def wait_for(link, objects: int, process: subprocess.Popen[str], patience: float
 
 
 def test_emulators_of_another_world_are_named(tmp_path):
-    path = robot_file(tmp_path)
-    with emulated(path, "single", 1):
-        process = begin(path, "pick_one", record=tmp_path)
-        _, err = process.communicate(timeout=60.0)
-    assert process.returncode == 2
-    loading, mistake = err.splitlines()
-    assert loading.endswith(": loading")
-    assert "--world kinematic --scene single --seed 1" in mistake
+    path, other = robot_file(tmp_path), WorldOptions(scene="household", seed=0)
+    words = "--world kinematic --scene single --seed 1"
+    with emulated(path, "single", 1), pytest.raises(UserError, match=words):
+        open_backend(str(path), "kinematic", other)
 
 
 @pytest.mark.slow

@@ -77,6 +77,7 @@ def test_what_the_hand_may_hold_is_not_dropped_by_homing(unhomed):
     assert link.do("arm tell")["homings"] == 0
 
 
+@pytest.mark.slow
 def test_a_firewall_is_told_and_nothing_good_beside_it(tmp_path):
     path = robot_file(tmp_path)
     with emulated(path, "single", 1, "udp-blocked"):
