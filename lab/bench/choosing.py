@@ -1,13 +1,12 @@
-"""Whether the object that was asked for is the one that is taken, judged by the simulated world.
+"""Choosing an object by its properties: is the one that was asked for taken?
 
-Where the hand does not get at it, a neighbour is put aside on a table before the next attempt.
+The simulated world is the judge. After a failed attempt a neighbour is put aside on a table.
 """
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import Any, cast
 
@@ -39,20 +38,19 @@ from lab.bench.choosing_scenes import (
     CLUTTER,
     TRAY,
     TRAY_REGION,
-    TrueThing,
-    as_it_is,
+    TrueObject,
     make_scene,
+    true_object,
 )
-from lab.shared import machine, percent, run_all
+from lab.shared import percent, run_all
 from perception import GraspDetector
 from robots import Array, load_robot
 
 ATTEMPTS = 3
-"""How often the hand goes for it, as in the shipped tasks."""
 _RATE = 10.0
 """Of the camera [Hz]: rendering takes most of the time."""
 _SAME_AREA = 0.95
-"""Of two objects of which one covers at least this share of the other either may be the largest."""
+"""Of two objects whose areas have at least this ratio either may be the largest."""
 _SAME_PLACE = 0.015
 """Of two objects whose distances differ by less than this either may be the nearest [m]."""
 _ABOVE = ToolPose(
@@ -70,23 +68,23 @@ _AT_ASIDE = ToolPose(
 
 @dataclass(frozen=True, kw_only=True)
 class Taking:
-    """What came of one scene."""
+    """The result of one scene."""
 
     seed: int
     clutter: str
     asked: str
-    """Which words were used."""
+    """The properties that were asked for."""
     objects: int
-    """How many stood there."""
+    """Number of objects in the scene."""
     counted: int
-    """How many were told apart, from where the camera looked first; -1 if that failed."""
+    """Number of objects detected in the first image; -1 if that failed."""
     wanted: str
-    """Name of what was meant, as things lay before the last attempt."""
+    """Name of the right object, by the poses before the last attempt."""
     taken: str
-    """Name of what the hand truly holds when the robot says that it has it; empty if nothing."""
+    """Name of the object truly in the hand after a successful attempt; empty if none."""
     attempts: int
     put_aside: int
-    """Neighbours of it that were, to make room."""
+    """Number of neighbours put aside."""
     reason: str
     """Of the last attempt, if that failed."""
 
@@ -102,7 +100,7 @@ def _detector() -> GraspDetector:
 
 
 def take(seed: int, *, world_name: str = "kinematic") -> Taking:
-    """Build a scene, ask for an object of it, and see what the hand holds in the end.
+    """Build a scene, ask for an object of it, and check what the hand holds in the end.
 
     Args:
         seed: of the scene.
@@ -111,7 +109,7 @@ def take(seed: int, *, world_name: str = "kinematic") -> Taking:
     Raises:
         WorldError: there is no such world, or it needs an extra.
     """
-    world, clutter, asked = make_scene(seed)
+    world, clutter, request = make_scene(seed)
     described = load_robot("frankie")
     description = replace(described, camera=replace(described.camera, rate=_RATE))
     clock = SimClock()
@@ -124,13 +122,13 @@ def take(seed: int, *, world_name: str = "kinematic") -> Taking:
         trial.run(Navigate("go", context, to=_ABOVE))
         trial.run(OpenGripper("open", context))
         seen = trial.run(Detect("count", context, region=TRAY_REGION, list=found)) is Status.SUCCESS
-        may_be: list[str] = []
+        right: list[str] = []
         taken, reason, attempts, put_aside = "", "", 0, 0
         while True:
             attempts += 1
-            things = [as_it_is(obj) for obj in world.objects]
-            may_be = meant(asked.words, things, context.state.wTb.translation)
-            grasp = Grasp("grasp", context, within=TRAY_REGION, **cast(Any, asked.words))
+            objects = [true_object(obj) for obj in world.objects]
+            right = matching(request.words, objects, context.state.wTb.translation)
+            grasp = Grasp("grasp", context, within=TRAY_REGION, **cast(Any, request.words))
             failed = _first_failed(trial, [grasp, RetreatCheck("check", context)])
             if failed is None:
                 taken, reason = _in_hand(world), ""
@@ -139,16 +137,15 @@ def take(seed: int, *, world_name: str = "kinematic") -> Taking:
             if attempts == ATTEMPTS:
                 break
             _come_back(trial)
-            put_aside += _make_room(trial, asked.words)
+            put_aside += _make_room(trial, request.words)
             _come_back(trial)
-    wanted = taken if taken in may_be else next(iter(may_be), asked.name)
     return Taking(
         seed=seed,
         clutter=clutter,
-        asked=asked.kind,
+        asked=request.kind,
         objects=len(world.objects),
         counted=len(found.read()) if seen else -1,
-        wanted=wanted,
+        wanted=taken if taken in right else next(iter(right), request.name),
         taken=taken,
         attempts=attempts,
         put_aside=put_aside,
@@ -162,14 +159,13 @@ def _first_failed(trial: Trial, leaves: Iterable[Leaf]) -> Leaf | None:
 
 
 def _come_back(trial: Trial) -> None:
-    """To where the hand was before the attempt."""
     context = trial.context
     back = Navigate("back", context, to=_ABOVE)
     _first_failed(trial, [Recover("recover", context), back, OpenGripper("open", context)])
 
 
 def _make_room(trial: Trial, words: Mapping[str, Any]) -> bool:
-    """Put a neighbour of what is meant on the table; whether it is there."""
+    """Put a neighbour of the object on the table; whether that succeeded."""
     context = trial.context
     aside = [
         Grasp("neighbour", context, within=TRAY_REGION, neighbour=True, **words),
@@ -181,21 +177,20 @@ def _make_room(trial: Trial, words: Mapping[str, Any]) -> bool:
 
 
 def _in_hand(world: World) -> str:
-    """The name of what the hand truly holds; empty if nothing."""
     return next((name for name, on in world.supports().items() if on == "hand"), "")
 
 
-def meant(words: Mapping[str, Any], things: Sequence[TrueThing], base: Array) -> list[str]:
-    """The names of those that may be taken, the likeliest first: as they truly lie by now.
+def matching(words: Mapping[str, Any], objects: Sequence[TrueObject], base: Array) -> list[str]:
+    """The names of the objects that are right, the best first.
 
     Args:
-        words: as parameters of `grasp`.
-        things: as they are.
-        base: (3,) the robot's base, in the world [m].
+        words: parameters of `grasp`.
+        objects: at their true poses.
+        base: (3,) position of the robot's base in the world [m].
     """
     fitting = [
         one
-        for one in things
+        for one in objects
         if words.get("colour") in (None, one.colour)
         and 1000.0 * one.width >= words.get("min_width_mm", 0.0)
         and 1000.0 * one.width <= words.get("max_width_mm", np.inf)
@@ -214,65 +209,45 @@ def meant(words: Mapping[str, Any], things: Sequence[TrueThing], base: Array) ->
 
 
 def run_choosing(
-    seeds: Sequence[int],
-    done: Callable[[Taking], None],
-    *,
-    world: str,
-    workers: int,
-    cluster: str | None,
+    seeds: Sequence[int], done: Callable[[Taking], None], *, world: str, workers: int
 ) -> list[Taking]:
-    """All scenes, in the order of their seeds.
-
-    Args:
-        seeds: of the scenes.
-        done: called after each scene.
-        world: `kinematic` or `physics`.
-        workers: number of processes; 1 is this one.
-        cluster: address of a dask.distributed scheduler to use instead.
-    """
-    simulator(world)  # which may not be there
+    """All scenes, in the order of their seeds; `done` is called after each."""
+    simulator(world)  # raises before any scene if it is not available
     work = partial(take, world_name=world)
     results: dict[int, Taking] = {}
-    for number, taking in run_all(work, seeds, workers=workers, cluster=cluster, batch=1):
+    for number, taking in run_all(work, seeds, workers=workers, batch=1):
         results[number] = taking
         done(taking)
     return [results[number] for number in range(len(seeds))]
 
 
 def choosing_table(takings: Sequence[Taking]) -> Table:
-    """Shares by kind of clutter and by what was asked, each with its 95 % interval."""
+    """Shares by clutter and by what was asked for, each with its 95 % interval."""
     names = ("taken", "the right one, of those taken [%]", "of all [%]", "told apart rightly [%]")
     table = Table("scenes", "number", *names)
     groups = [("all", list(takings))]
-    kinds = [kind + alike for kind in CLUTTER for alike in ("", ALIKE)]
-    groups += [(kind, [one for one in takings if one.clutter == kind]) for kind in kinds]
-    asked = sorted({one.asked for one in takings})
-    groups += [(kind, [one for one in takings if one.asked == kind]) for kind in asked]
+    for clutter in (kind + alike for kind in CLUTTER for alike in ("", ALIKE)):
+        groups.append((clutter, [one for one in takings if one.clutter == clutter]))
+    for asked in sorted({one.asked for one in takings}):
+        groups.append((asked, [one for one in takings if one.asked == asked]))
     for name, group in groups:
-        if not group:
-            continue
-        table.add_row(
-            name,
-            str(len(group)),
-            str(sum(bool(one.taken) for one in group)),
-            percent([one.is_right for one in group if one.taken]),
-            percent([one.is_right for one in group]),
-            percent([one.counted == one.objects for one in group]),
-        )
+        if group:
+            table.add_row(
+                name,
+                str(len(group)),
+                str(sum(bool(one.taken) for one in group)),
+                percent([one.is_right for one in group if one.taken]),
+                percent([one.is_right for one in group]),
+                percent([one.counted == one.objects for one in group]),
+            )
     return table
 
 
 def choosing_notes(takings: Sequence[Taking]) -> list[str]:
-    """A line for each scene in which something else came of it."""
+    """A line for each scene in which the right object was not taken."""
     return [
         f"seed {one.seed} ({one.clutter}, {one.asked}): wanted {one.wanted}, "
         + (f"took {one.taken}" if one.taken else f"took nothing: {one.reason}")
         for one in takings
         if not one.is_right
     ]
-
-
-def choosing_json(takings: Sequence[Taking]) -> str:
-    """Every scene, and the machine."""
-    scenes = [asdict(one) | {"right": one.is_right} for one in takings]
-    return json.dumps({"about": machine(), "scenes": scenes}, indent=2)

@@ -1,4 +1,4 @@
-"""Scenes of `bench choosing`: a few objects in a tray, and which one of them is asked for."""
+"""Scenes of `bench choosing`: a few objects in a tray, and a request for one of them."""
 
 from __future__ import annotations
 
@@ -44,17 +44,17 @@ ASIDE = Region(
     wTr=SE3(np.eye(3), np.array([*TABLE.centre, TABLE.height + 0.1])),
     size=np.array([1.0, 0.4, 0.2]),
 )
-"""Where neighbours are put that are in the way."""
+"""Where neighbours are put aside."""
 HEIGHT = 0.42
 """Of the camera over the floor of the tray, straight above its middle [m]."""
 CLUTTER = ("apart", "pairs", "cluster")
-"""How objects lie: 6 mm or more apart; two pairs that touch; all pushed to one in the middle."""
+"""Arrangements: 6 mm or more apart; two pairs that touch; all pushed to one in the middle."""
 ALIKE = ", alike"
-"""Added to that where two that touch have one colour."""
+"""Added to the arrangement where two that touch have one colour."""
 _AHEAD = 1.1
-"""What is asked for by its size is larger by this factor than the next one, or smaller."""
+"""Least ratio of the areas of the requested object and the next one, if requested by size."""
 _WIDER = 0.004
-"""What is asked for by its width is wider than the limit by this, and the others less [m]."""
+"""Least difference of their widths from the limit, if requested by width [m]."""
 _EYE = Intrinsics(width=400, height=400, fx=4000.0, fy=4000.0, cx=199.5, cy=199.5)
 _ABOVE = 6.0
 _FAR_EYE = Intrinsics(width=400, height=400, fx=20000.0, fy=20000.0, cx=199.5, cy=199.5)
@@ -64,53 +64,53 @@ Owners: TypeAlias = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class TrueThing:
-    """An object of a scene as it truly is."""
+class TrueObject:
+    """True properties of an object, seen from above."""
 
     name: str
     colour: str
     area: float
-    """What it covers, seen from above [m^2]."""
+    """Of its outline [m^2]."""
     width: float
-    """Shorter edge of the smallest rectangle around that [m]."""
+    """Shorter edge of the smallest rectangle around the outline [m]."""
     middle: tuple[float, float]
     """Of that rectangle, x and y in the world [m]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Asked:
-    """What is asked for, and what is meant by it before anything is touched."""
+class Request:
+    """A request for one object."""
 
     words: Mapping[str, object] = field(default_factory=dict)
-    """As parameters of `grasp`."""
+    """Parameters of `grasp`."""
     name: str
-    """Of the one object that is meant; empty for the nearest, which depends on the robot."""
+    """Of the object; empty for the nearest, which depends on the robot."""
 
     @property
     def kind(self) -> str:
-        """Which words, for a table."""
+        """The properties that are requested, for a table."""
         by_width = any(word.endswith("width_mm") for word in self.words)
         parts = [str(self.words.get("choose", "")), "colour" if "colour" in self.words else ""]
         return " + ".join(part for part in (*parts, "width" if by_width else "") if part)
 
 
-def make_scene(seed: int) -> tuple[World, str, Asked]:
-    """A world, how its objects lie, and what is asked for: always the same for a seed."""
+def make_scene(seed: int) -> tuple[World, str, Request]:
+    """A world, the arrangement of its objects, and a request; always the same for a seed."""
     rng = np.random.default_rng((seed, 17))
     clutter = CLUTTER[seed % len(CLUTTER)]
     for _ in range(_TRIES):
         world = make_world(clutter, rng)
-        things = [as_it_is(obj) for obj in world.objects]
-        asking = _ASKING[(seed // len(CLUTTER)) % len(_ASKING)]
-        if asked := asking(things, rng):
-            return world, clutter + (ALIKE if _alike_touch(world) else ""), asked
+        objects = [true_object(obj) for obj in world.objects]
+        make = _REQUESTS[(seed // len(CLUTTER)) % len(_REQUESTS)]
+        if request := make(objects, rng):
+            return world, clutter + (ALIKE if _alike_touch(world) else ""), request
     raise RuntimeError(f"no scene for seed {seed}")
 
 
 def make_world(
     clutter: str, rng: np.random.Generator, kinds: Sequence[str] = tuple(HOUSEHOLD)
 ) -> World:
-    """Five to eight objects of some classes in the tray, lying as `CLUTTER` says."""
+    """Five to eight objects of some classes in the tray, in one of the arrangements `CLUTTER`."""
     count = int(rng.integers(5, 9))
     scene = Scene(
         container=Container(centre=TRAY, inner_size=INNER, floor_height=FLOOR),
@@ -120,7 +120,8 @@ def make_world(
     world = _built(scene, rng)
     if clutter == "pairs":
         for obj in world.objects[:2]:
-            _push(world, obj, _nearest(obj, world.objects))
+            others = [other for other in world.objects if other is not obj]
+            _push(world, obj, min(others, key=lambda other: _gap(other, obj.pose.translation)))
     elif clutter == "cluster":
         middle = min(world.objects, key=lambda obj: _gap(obj, np.array([*TRAY, 0.0])))
         others = sorted(world.objects, key=lambda obj: _gap(obj, middle.pose.translation))
@@ -130,16 +131,11 @@ def make_world(
 
 
 def _push(world: World, obj: SimObject, other: SimObject) -> None:
-    """Push an object along the floor towards another one, until something stops it."""
+    """Push an object along the floor towards another one, until it is blocked."""
     way = other.pose.translation - obj.pose.translation
     way[2] = 0.0
     length = float(np.linalg.norm(way))
     world.push(obj, way / length, length)
-
-
-def _nearest(obj: SimObject, objects: Sequence[SimObject]) -> SimObject:
-    others = [other for other in objects if other is not obj]
-    return min(others, key=lambda other: _gap(other, obj.pose.translation))
 
 
 def _gap(obj: SimObject, point: Array) -> float:
@@ -179,10 +175,10 @@ def seen_from_above(
     return frame, owner
 
 
-def as_it_is(obj: SimObject) -> TrueThing:
-    """An object where it lies.
+def true_object(obj: SimObject) -> TrueObject:
+    """The properties of an object at its true pose.
 
-    Measured on an image of it alone, from so far above that all rays are parallel.
+    Measured on an image of it alone, from a distance at which all rays are nearly parallel.
     """
     x, y, z = obj.pose.translation
     wTc = SE3(np.diag([1.0, -1.0, -1.0]), np.array([x, y, z + _ABOVE]))
@@ -190,7 +186,7 @@ def as_it_is(obj: SimObject) -> TrueThing:
     pixel = _ABOVE / _EYE.fx
     covered = np.argwhere(ids >= 0)
     (row, column), edges, _ = cv2.minAreaRect(covered.astype(np.float32))
-    return TrueThing(
+    return TrueObject(
         name=obj.name,
         colour=colour_name(*obj.parts[0].colour),
         area=len(covered) * pixel**2,
@@ -215,66 +211,64 @@ def _alike_touch(world: World) -> bool:
     )
 
 
-def _largest(things: Sequence[TrueThing], rng: np.random.Generator) -> Asked | None:
-    first, second = sorted(things, key=lambda one: -one.area)[:2]
-    if first.area < _AHEAD * second.area:
-        return None
-    return Asked(words={"choose": "largest"}, name=first.name)
+_MakeRequest: TypeAlias = Callable[[Sequence[TrueObject], np.random.Generator], Request | None]
 
 
-def _smallest(things: Sequence[TrueThing], rng: np.random.Generator) -> Asked | None:
-    first, second = sorted(things, key=lambda one: one.area)[:2]
-    if second.area < _AHEAD * first.area:
-        return None
-    return Asked(words={"choose": "smallest"}, name=first.name)
+def _by_size(choose: str, sign: float) -> _MakeRequest:
+    def make(objects: Sequence[TrueObject], rng: np.random.Generator) -> Request | None:
+        first, second = sorted(objects, key=lambda one: sign * one.area)[:2]
+        larger, smaller = (first, second) if sign < 0.0 else (second, first)
+        if larger.area < _AHEAD * smaller.area:
+            return None
+        return Request(words={"choose": choose}, name=first.name)
+
+    return make
 
 
-def _nearest_one(things: Sequence[TrueThing], rng: np.random.Generator) -> Asked | None:
-    """Known once the robot stands where it looks from."""
-    return Asked(words={"choose": "nearest"}, name="")
+def _by_width(word: str, sign: float) -> _MakeRequest:
+    def make(objects: Sequence[TrueObject], rng: np.random.Generator) -> Request | None:
+        first, second = sorted(objects, key=lambda one: sign * one.width)[:2]
+        wider, narrower = (first, second) if sign < 0.0 else (second, first)
+        if wider.width < narrower.width + 2.0 * _WIDER:
+            return None
+        limit = round(500.0 * (first.width + second.width))
+        return Request(words={word: float(limit)}, name=first.name)
+
+    return make
 
 
-def _of_colour(things: Sequence[TrueThing], rng: np.random.Generator) -> Asked | None:
-    colours = [one.colour for one in things]
-    single = [one for one in things if colours.count(one.colour) == 1]
+_largest = _by_size("largest", -1.0)
+
+
+def _nearest(objects: Sequence[TrueObject], rng: np.random.Generator) -> Request | None:
+    return Request(words={"choose": "nearest"}, name="")
+
+
+def _of_colour(objects: Sequence[TrueObject], rng: np.random.Generator) -> Request | None:
+    colours = [one.colour for one in objects]
+    single = [one for one in objects if colours.count(one.colour) == 1]
     if not single:
         return None
     one = single[rng.integers(len(single))]
-    return Asked(words={"colour": one.colour}, name=one.name)
+    return Request(words={"colour": one.colour}, name=one.name)
 
 
-def _largest_of_colour(things: Sequence[TrueThing], rng: np.random.Generator) -> Asked | None:
-    colours = [one.colour for one in things]
+def _largest_of_colour(objects: Sequence[TrueObject], rng: np.random.Generator) -> Request | None:
+    colours = [one.colour for one in objects]
     several = sorted({colour for colour in colours if colours.count(colour) > 1})
     if not several:
         return None
     colour = several[rng.integers(len(several))]
-    asked = _largest([one for one in things if one.colour == colour], rng)
-    return asked and Asked(words={**asked.words, "colour": colour}, name=asked.name)
+    request = _largest([one for one in objects if one.colour == colour], rng)
+    return request and Request(words={**request.words, "colour": colour}, name=request.name)
 
 
-def _widest(things: Sequence[TrueThing], rng: np.random.Generator) -> Asked | None:
-    first, second = sorted(things, key=lambda one: -one.width)[:2]
-    if first.width < second.width + 2.0 * _WIDER:
-        return None
-    limit = round(500.0 * (first.width + second.width))
-    return Asked(words={"min_width_mm": float(limit)}, name=first.name)
-
-
-def _narrowest(things: Sequence[TrueThing], rng: np.random.Generator) -> Asked | None:
-    first, second = sorted(things, key=lambda one: one.width)[:2]
-    if second.width < first.width + 2.0 * _WIDER:
-        return None
-    limit = round(500.0 * (first.width + second.width))
-    return Asked(words={"max_width_mm": float(limit)}, name=first.name)
-
-
-_ASKING: tuple[Callable[[Sequence[TrueThing], np.random.Generator], Asked | None], ...] = (
+_REQUESTS: tuple[_MakeRequest, ...] = (
     _largest,
-    _smallest,
-    _nearest_one,
+    _by_size("smallest", 1.0),
+    _nearest,
     _of_colour,
     _largest_of_colour,
-    _widest,
-    _narrowest,
+    _by_width("min_width_mm", -1.0),
+    _by_width("max_width_mm", 1.0),
 )

@@ -1,4 +1,4 @@
-"""What is measured: a robot, a preset of the controller, and how fast the base may drive."""
+"""Configuration of a measurement: robot, preset of the controller, limits of the base."""
 
 from __future__ import annotations
 
@@ -27,9 +27,7 @@ from robots import load_robot, with_base_speed, with_base_speeds, with_reverse_s
 EXAMPLE = "example"
 """The preset of the paper's controller whose velocities are scaled as in its published example."""
 
-SETTINGS: dict[str, ControllerSettings] = {**PRESETS, EXAMPLE: PAPER}
-"""The settings of every preset."""
-
+_SETTINGS: dict[str, ControllerSettings] = {**PRESETS, EXAMPLE: PAPER}
 _PUBLISHED_BASE_SPEED = 4.0
 """Limit of the base in the published robot descriptions [m/s and rad/s]."""
 _FAR, _FAR_GAIN, _NEAR_GAIN = 0.5, 0.7, 1.4
@@ -45,15 +43,15 @@ class Configuration:
     base_speed: float | None = None
     """Largest speed of the base [m/s]; None is the default of the preset."""
     reverse_speed: float | None = None
-    """Largest speed of the base backwards [m/s]; None keeps its share of the forward speed, and
-    with a published controller all of it."""
+    """Largest reverse speed of the base [m/s]; None keeps its ratio to the forward speed, which is
+    1 for a published controller."""
     period: float = 0.01
     """Control period [s]."""
     changes: tuple[tuple[str, Any], ...] = ()
     """Settings that differ from the preset, by name."""
 
     def model(self) -> RobotModel:
-        """The robot."""
+        """A new model of the robot."""
         description = load_robot(self.robot)
         if self.preset != "frankie":
             speed = self.base_speed or _PUBLISHED_BASE_SPEED
@@ -64,14 +62,9 @@ class Configuration:
 
     def controller(self, model: RobotModel) -> Controller:
         """A new controller."""
-        settings = replace(SETTINGS[self.preset], period=self.period, **dict(self.changes))
+        settings = replace(_SETTINGS[self.preset], period=self.period, **dict(self.changes))
         controller = HolisticController(model, settings)
         return PublishedExample(controller) if self.preset == EXAMPLE else controller
-
-    @property
-    def speed_text(self) -> str:
-        """Largest base speed, as text."""
-        return f"{self.model().limits.base_twist[0]:.1f}"
 
 
 class PublishedExample:

@@ -1,7 +1,7 @@
-"""Checks whether the arm touches itself, the base or the floor.
+"""Contacts of the arm with itself, the base and the floor.
 
-The arm is made of capsules with the radii of the manufacturer's self-collision model, the base is a
-box, the floor a half-space. The controller has shapes of its own.
+Capsules with the radii of the manufacturer's self-collision model, a box for the base and a
+half-space for the floor: shapes that are independent of those of the controller.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class _Capsule(NamedTuple):
 
 
 HAND = 8
-"""Links are counted from the arm's foot (0) to the hand."""
+"""Number of the hand; link 0 is the foot of the arm."""
 
 CAPSULES = (
     _Capsule(0, (-0.09, 0.0, 0.06), (-0.06, 0.0, 0.06), 0.06),
@@ -56,10 +56,9 @@ SURFACE = 1e-6
 
 
 class Contacts(NamedTuple):
-    """What the arm touches in one posture."""
+    """Contacts of the arm in one posture; neighbouring links do not count."""
 
     arm: bool
-    """Two links that are not neighbours touch each other."""
     base: bool
     floor: bool
 
@@ -69,16 +68,16 @@ class Contacts(NamedTuple):
         return self.arm or self.base or self.floor
 
 
-def _placed(shape: _Capsule) -> tuple[coal.Capsule, SE3]:
-    start, end = np.array(shape.start), np.array(shape.end)
+def capsule_on_link(capsule: _Capsule, shrunk: float = 0.0) -> tuple[float, float, SE3]:
+    """Radius less `shrunk`, length [m] and pose of a capsule along z, on its link."""
+    start, end = np.array(capsule.start), np.array(capsule.end)
     axis = end - start
-    length = float(np.linalg.norm(axis))
-    turn = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), axis / length)
-    return coal.Capsule(shape.radius - SURFACE, length), SE3(turn, (start + end) / 2.0)
+    turn = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), axis)
+    return capsule.radius - shrunk, float(np.linalg.norm(axis)), SE3(turn, (start + end) / 2.0)
 
 
 class ContactChecker:
-    """Checks what the arm of one robot touches.
+    """Contacts of the arm of one robot.
 
     Args:
         model: the robot; its chain of joints carries the shapes.
@@ -87,7 +86,7 @@ class ContactChecker:
     def __init__(self, model: RobotModel) -> None:
         self._model = model
         links = model.link_poses(SE3.Identity(), np.zeros(N_ARM))
-        geometry = pin.GeometryModel()
+        geometry = self._geometry = pin.GeometryModel()
 
         def add(name: str, joint: int, placement: SE3, shape: object) -> int:
             return int(
@@ -95,18 +94,18 @@ class ContactChecker:
             )
 
         for number, capsule in enumerate(CAPSULES):
-            shape, placement = _placed(capsule)
+            radius, length, placement = capsule_on_link(capsule, SURFACE)
             moves_with = min(capsule.link, N_ARM)
             joint = model.n_base + moves_with if moves_with else 0
             frame = links[moves_with] if moves_with else SE3.Identity()
-            add(f"capsule{number}", joint, frame.actInv(links[capsule.link] * placement), shape)
+            on_joint = frame.actInv(links[capsule.link] * placement)
+            add(f"capsule{number}", joint, on_joint, coal.Capsule(radius, length))
         height = float(links[0].translation[2])
         box = coal.Box(*model.description.base.size[:2], height)
         base = add("base", 0, SE3(np.eye(3), np.array([0.0, 0.0, height / 2.0])), box)
         floor = add("floor", 0, SE3.Identity(), coal.Halfspace(np.array([0.0, 0.0, 1.0]), 0.0))
 
-        self._geometry = geometry
-        self._kinds: list[str] = []
+        self._partners: list[str] = []
         for a, b in combinations(range(len(CAPSULES)), 2):
             pair = (CAPSULES[a].link, CAPSULES[b].link)
             if pair[1] - pair[0] > 1 and pair != _SHOULDER:
@@ -118,31 +117,28 @@ class ContactChecker:
         self._data = model.chain.createData()
         self._geometry_data = pin.GeometryData(geometry)
 
-    def _add_pair(self, kind: str, a: int, b: int) -> None:
+    def _add_pair(self, partner: str, a: int, b: int) -> None:
         self._geometry.addCollisionPair(pin.CollisionPair(a, b))
-        self._kinds.append(kind)
+        self._partners.append(partner)
 
     def __call__(self, q: Array) -> Contacts:
-        """What the arm touches at joint positions q (7,) [rad]."""
-        if not self._touching(q, True):
+        """The contacts at joint positions q (7,) [rad]."""
+        if not self._collides(q, stop_at_first=True):
             return Contacts(False, False, False)
-        found = {kind for kind, _ in self._pairs_in_contact(q)}
+        found = {partner for partner, _ in self.pairs_in_contact(q)}
         return Contacts("arm" in found, "base" in found, "floor" in found)
 
-    def _pairs_in_contact(self, q: Array) -> list[tuple[str, Any]]:
-        self._touching(q, False)
+    def pairs_in_contact(self, q: Array) -> list[tuple[str, Any]]:
+        """Partner (arm, base or floor) and collision pair of every contact at q (7,) [rad]."""
+        self._collides(q, stop_at_first=False)
+        pairs, results = self._geometry.collisionPairs, self._geometry_data.collisionResults
         return [
-            (kind, pair)
-            for kind, pair, result in zip(
-                self._kinds,
-                self._geometry.collisionPairs,
-                self._geometry_data.collisionResults,
-                strict=True,
-            )
+            (partner, pair)
+            for partner, pair, result in zip(self._partners, pairs, results, strict=True)
             if result.isCollision()
         ]
 
-    def _touching(self, q: Array, stop_at_first: bool) -> bool:
+    def _collides(self, q: Array, *, stop_at_first: bool) -> bool:
         return bool(
             pin.computeCollisions(
                 self._model.chain,

@@ -1,7 +1,4 @@
-"""What can be unlike the benches of the paper: where motions start, and how well the robot hears.
-
-Starts are drawn with a seed, one for every goal, all free of contact.
-"""
+"""Start postures, sensor noise and delay of the reach bench."""
 
 from __future__ import annotations
 
@@ -27,13 +24,13 @@ from lab.bench.contacts import ContactChecker
 from lab.bench.motion import Controller, State
 
 STARTS = ("ready", "random", "limits", "singular", "stretched")
-"""How the arm starts."""
+"""Start postures of the arm."""
 _AT_A_LIMIT = 0.02
 """Distance of joints at a limit [rad]."""
 _STRETCHED = -0.09
 """Elbow of a stretched arm [rad]; it straightens at the joint's limit of -0.07."""
 _SINGULAR_OF = 200
-"""How many random postures the least manipulable one is chosen from."""
+"""Number of random postures of which the least manipulable one is chosen."""
 
 
 def draw_start(model: RobotModel, kind: str, rng: np.random.Generator) -> Array:
@@ -67,14 +64,14 @@ def draw_start(model: RobotModel, kind: str, rng: np.random.Generator) -> Array:
 
 @dataclass(frozen=True, kw_only=True)
 class Disturbance:
-    """How well the robot is seen, and how fast it hears."""
+    """White noise of the state (standard deviations) and delay of the commands."""
 
     joint_noise: float = 0.0
-    """Standard deviation of the joint positions, white [rad]."""
+    """Of the joint positions [rad]."""
     base_noise: float = 0.0
-    """The same of the base's x and y [m]."""
+    """Of the base's x and y [m]."""
     heading_noise: float = 0.0
-    """The same of its heading [rad]."""
+    """Of the base's heading [rad]."""
     delay: float = 0.0
     """From the state to the command that follows from it [s]."""
 
@@ -86,11 +83,11 @@ NOISY = Disturbance(joint_noise=1e-3, base_noise=5e-3, heading_noise=radians(0.3
 
 @dataclass(kw_only=True, eq=False)
 class Disturbed:
-    """A controller that sees a noisy state and is heard too late.
+    """A controller with a noisy state and delayed commands.
 
     Args:
         controller: the controller.
-        disturbance: what is disturbed.
+        disturbance: noise and delay.
         period: control period [s].
         rng: draws the noise.
     """
@@ -100,7 +97,7 @@ class Disturbed:
     period: float
     rng: np.random.Generator
     _last: Command = field(default_factory=Command.stop)
-    _under_way: list[Command] = field(default_factory=list)
+    _delayed: list[Command] = field(default_factory=list)
 
     def step(
         self,
@@ -109,15 +106,14 @@ class Disturbed:
         last: Command,
         surroundings: Surroundings = OPEN_FLOOR,
     ) -> tuple[Command, StepReport]:
-        """The command that takes effect now; the controller goes on from the one that it gave."""
+        """The command that takes effect now; the controller continues from its own last one."""
         d, rng = self.disturbance, self.rng
         x, y = rng.normal(size=2) * d.base_noise
         turn = pin.utils.rotate("z", rng.normal() * d.heading_noise)
         wTb = SE3(turn @ state.wTb.rotation, state.wTb.translation + np.array([x, y, 0.0]))
-        seen = State(wTb=wTb, q=state.q + rng.normal(size=len(state.q)) * d.joint_noise)
-        self._last, report = self.controller.step(seen, goal, self._last, surroundings)
-        self._under_way.append(self._last)
-        late = round(d.delay / self.period)
-        if len(self._under_way) <= late:
+        noisy = State(wTb=wTb, q=state.q + rng.normal(size=len(state.q)) * d.joint_noise)
+        self._last, report = self.controller.step(noisy, goal, self._last, surroundings)
+        self._delayed.append(self._last)
+        if len(self._delayed) <= round(d.delay / self.period):
             return Command.stop(), report
-        return self._under_way.pop(0), report
+        return self._delayed.pop(0), report

@@ -1,4 +1,4 @@
-"""How good a motion is: whether it arrived or why not, limits, contacts, smoothness.
+"""Evaluation of a motion: failure, limit violations, contacts, smoothness, manipulability.
 
 Everything is computed from the samples of the motion, nothing from the reports of the controller.
 """
@@ -16,31 +16,31 @@ from lab.bench.contacts import ContactChecker
 from lab.bench.motion import Motion
 
 _ROUNDING = 1e-9
-"""Share by which a limit may be passed."""
+"""Tolerance of a limit, as a share of it."""
 _FINAL_SECONDS = 5.0
-"""The end of a motion, which shows how it failed [s]."""
+"""The end of a motion, which classifies its failure [s]."""
 _STILL = 5e-3
 """An error that varies by less than this does not change [m]."""
 _PROGRESS = 1e-3
-"""Nearer by less than this is no progress [m]."""
+"""An error that decreases by less than this is no progress [m]."""
 
 
 class Failure(StrEnum):
     """Why a goal was not reached."""
 
     TIME_OVER = "time over"
-    """It was still getting nearer."""
+    """The error was still decreasing."""
     STUCK_STILL = "stuck still"
     STUCK_MOVING = "stuck moving"
     INFEASIBLE = "infeasible"
     """The QP had no solution at least once."""
     UNREACHABLE = "called unreachable"
-    """The controller gave it up."""
+    """By the controller."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Violations:
-    """Samples in which a limit was passed."""
+    """Number of samples in which a limit was exceeded."""
 
     position: int
     """Of a joint."""
@@ -56,7 +56,7 @@ class Violations:
 
 @dataclass(frozen=True, kw_only=True)
 class ContactCounts:
-    """Samples in which the arm was in contact."""
+    """Number of samples in which the arm was in contact."""
 
     arm: int
     """With itself."""
@@ -73,11 +73,7 @@ class Trial:
     failure: Failure | None
     """None if the goal was reached."""
     time: float
-    """When the goal was reached or given up [s]."""
-    position_error: float
-    """At the end [m]."""
-    orientation_error: float
-    """At the end [rad]."""
+    """Until the goal was reached or given up [s]."""
     heading_error: float
     """θ_ε at the end: bearing of the end effector seen from the base [rad]."""
     manipulability: float
@@ -92,7 +88,7 @@ class Evaluator:
     """Evaluates the motions of one robot.
 
     Args:
-        model: the robot, with the limits that count.
+        model: the robot, with the limits that are checked.
     """
 
     def __init__(self, model: RobotModel) -> None:
@@ -107,8 +103,6 @@ class Evaluator:
         return Trial(
             failure=failure_of(motion),
             time=motion.duration,
-            position_error=float(motion.position_error[-1]),
-            orientation_error=float(motion.orientation_error[-1]),
             heading_error=float(np.arctan2(y, x)),
             manipulability=self.manipulability(motion.q[-1]),
             violations=count_violations(self.model, motion),
@@ -160,25 +154,25 @@ def limit_usage(model: RobotModel, motion: Motion) -> tuple[Array, Array]:
 
 
 def count_violations(model: RobotModel, motion: Motion) -> Violations:
-    """Samples in which a limit was passed, by kind."""
+    """Number of samples in which a limit was exceeded, by quantity."""
     limits, n_base = model.limits, model.n_base
     outside = (motion.q < limits.q_min - _ROUNDING) | (motion.q > limits.q_max + _ROUNDING)
     velocity, acceleration = (usage > 1.0 + _ROUNDING for usage in limit_usage(model, motion))
-    kinds = {
+    exceeded = {
         "position": outside[1:].any(axis=1),
         "velocity": velocity[:, n_base:].any(axis=1),
         "acceleration": acceleration[:, n_base:].any(axis=1),
         "base": (velocity | acceleration)[:, :n_base].any(axis=1),
     }
-    over = np.array(list(kinds.values())).any(axis=0)
-    counts = {kind: int(samples.sum()) for kind, samples in kinds.items()}
-    return Violations(samples=int(over.sum()), **counts)
+    any_of_them = np.array(list(exceeded.values())).any(axis=0)
+    counts = {name: int(samples.sum()) for name, samples in exceeded.items()}
+    return Violations(samples=int(any_of_them.sum()), **counts)
 
 
 def cumulative_jerk(positions: Array, period: float, after: float = 0.0) -> float:
-    """Sum of |third difference| / period² of positions (k, 3) [m], rest before them included.
+    """Sum of |third difference| / period² of positions (k, 3) [m], preceded by rest [m/s^2].
 
-    What comes in the first seconds counts only if it is `after` them.
+    The first `after` seconds do not count.
     """
     resting = np.repeat(positions[:1], 3, axis=0)
     thirds = np.diff(np.vstack([resting, positions[1:]]), n=3, axis=0)
@@ -186,10 +180,9 @@ def cumulative_jerk(positions: Array, period: float, after: float = 0.0) -> floa
 
 
 def jerk_noise(positions: Array, period: float) -> float:
-    """What rounding alone contributes to the cumulative jerk of positions (k, 3) [m/s^2].
+    """Contribution of rounding to the cumulative jerk of positions (k, 3) [m/s^2].
 
-    It is measured on a motion at constant speed between the same ends, which has no jerk after its
-    start.
+    Measured on a motion at constant speed between the same ends, which has no jerk.
     """
     constant = np.linspace(positions[0], positions[-1], len(positions))
     return float(np.linalg.norm(np.diff(constant, n=3, axis=0), axis=1).sum() / period**2)

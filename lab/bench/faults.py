@@ -1,13 +1,13 @@
-"""The bench of faults: everything that can go wrong, in every phase of bringing an object.
+"""Fault matrix: every fault in every phase of delivering an object.
 
-Each cell of the matrix is a run of its own in which one thing goes wrong once, in one phase. What
-became of it is judged on the truth: on the simulated world, and on the robot beneath the injected
-faults.
+Each cell is a run of its own in which one fault occurs once, in one phase. The judge is the
+simulated world, and the robot beneath the injected faults.
 """
 
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stderr
 from dataclasses import asdict, dataclass, field
@@ -15,27 +15,20 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from traceback import format_exc
 
-from app.core import (
-    PHASES,
-    End,
-    Instruments,
-    RunOptions,
-    Setup,
-    Tick,
-    current_phases,
-    run_task,
-)
+from rich.table import Table
+
+from app.core import PHASES, End, Instruments, RunOptions, Setup, Tick, current_phases, run_task
 from app.live import ControlOptions, View, ViewOptions
 from config import UserError, suggest
 from hw import Robot, Truth, stopwatch
-from lab.bench.fault_matrix import INTO, TROUBLES, USUALLY_INTO, Trouble
+from lab.bench.fault_matrix import FAULTS, INTO, USUALLY_INTO, Fault
 from lab.bench.witness import AT_REST, Violations, Witness
-from lab.shared import run_all
+from lab.shared import machine, run_all
 from trees.language import TreeNode
 
-TREE = Path(__file__).parent / "one_object.yaml"
+TREE = Path(__file__).parent / "tasks/one_object.yaml"
 GOAL = "table"
-"""What the object has to rest on in the end."""
+"""Where the object must rest in the end."""
 
 LONGEST = 240.0
 """A run that takes longer hangs [s of simulated time]."""
@@ -43,49 +36,49 @@ LONGEST_REAL = 600.0
 """The same [s of real time]."""
 
 _MOVES = 0.02
-"""Faster than this the robot goes on [m/s or rad/s]."""
+"""A faster robot moves [m/s or rad/s]."""
 _ACKNOWLEDGED_AFTER = 0.5
-"""When the stand-in for a person acknowledges a released emergency stop [s]."""
+"""Delay after which the simulated person acknowledges a released emergency stop [s]."""
 _AFTERMATH = 0.05
-"""What an injected fault itself does to objects is over after this [s]."""
+"""Time within which an injected fault itself affects objects [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Cell:
-    """What is to go wrong, and when."""
+    """A fault in a phase."""
 
-    trouble: str
+    fault: str
     phase: str
     seed: int
 
 
 @dataclass(frozen=True, kw_only=True)
 class CellResult:
-    """What became of it."""
+    """The result of one cell."""
 
-    trouble: str
+    fault: str
     phase: str
     seed: int
     injected_s: float | None
-    """When it went wrong [s]; None if the run never came to that phase."""
+    """Time of the fault [s]; None if the run never entered the phase."""
     outcome: str
-    """One of the values of `End`, or `exception` if `run_task` raised."""
+    """One of the values of `End`, `hang`, or `exception` if `run_task` raised."""
     reason: str
     exit_code: int | None
     duration_s: float
     rest_s: float | None
-    """From then until the robot stood still, where it has to [s]."""
+    """From the fault to standstill, where the robot must stop [s]."""
     resume_s: float | None
-    """From the end of the trouble until the robot went on, where it had to rest [s]."""
+    """From the end of the fault to motion, where the robot must stop [s]."""
     violations: Violations
     lost: int
-    """Objects on the floor or nowhere, without those that the fault itself took away."""
+    """Objects on the floor or unsupported, without those that the fault itself took away."""
     moving: bool
     """Whether the robot still moved when the run was over."""
     stopped: bool
-    """Whether it had been told to stop by itself then, which takes time that is not simulated."""
+    """Whether its last command was to stop, which takes time that is not simulated."""
     wrong_success: bool
-    """Whether the tree says success and the object is not where it was to be placed."""
+    """Whether the tree reports success and the object is not at its target."""
     hang: bool
     crash: bool
     """Whether the run ended with an exception instead of an outcome."""
@@ -93,9 +86,9 @@ class CellResult:
 
 @dataclass(eq=False)
 class _CellRun(Instruments):
-    """Lets one thing go wrong and watches."""
+    """Injects one fault and observes the true robot."""
 
-    trouble: Trouble
+    fault: Fault
     phase: str
     entered: float | None = None
     injected: float | None = None
@@ -110,18 +103,18 @@ class _CellRun(Instruments):
     """Objects that the fault itself took away."""
 
     def beneath(self, robot: Robot) -> Robot:
-        """The robot, watched."""
+        """The robot with its judge."""
         witness = self.witness = Witness(robot, seen=self._see)
         return witness
 
     def begin(self, setup: Setup, nodes: Sequence[TreeNode]) -> None:
-        """Note where the objects are."""
+        """Keep the setup and the nodes."""
         self._begun = stopwatch()
         self._setup, self.truth = setup, setup.truth
         self._nodes = [place.node for place in nodes]
 
     def after(self, tick: Tick) -> None:
-        """Begin the trouble in its phase."""
+        """Begin the fault in its phase."""
         if self.injected is not None:
             return
         now = self._setup.clock.session.now()
@@ -130,20 +123,20 @@ class _CellRun(Instruments):
         elif self.entered is None:
             self.entered = now
         elif now - self.entered >= INTO.get(self.phase, USUALLY_INTO):
-            self._undo = self.trouble.begin(self._setup, self._nodes)
+            self._undo = self.fault.begin(self._setup, self._nodes)
             self.injected = now
 
     def _see(self) -> None:
-        """Watch it, and end what does not end by itself."""
+        """After each reading: note rest and motion, and end the fault when it is due."""
         if self.witness is not None and self.witness.state is not None:
             self.now = self.witness.state.stamp
         if self.injected is None:
             return
-        now = self.now
+        now, duration = self.now, self.fault.duration
         since = now - self.injected
         if since <= _AFTERMATH:
             self.excused = set(self.lost())
-        if self.cleared is None and self.trouble.lasts is not None and since >= self.trouble.lasts:
+        if self.cleared is None and duration is not None and since >= duration:
             self._undo()
             self.cleared = now
         if self.rest is None and self.speed < AT_REST:
@@ -158,89 +151,79 @@ class _CellRun(Instruments):
 
     def is_over(self) -> bool:
         """Whether the run takes too long."""
-        took = stopwatch() - self._begun
-        self.hang |= self.now > LONGEST or took > LONGEST_REAL
+        self.hang |= self.now > LONGEST or stopwatch() - self._begun > LONGEST_REAL
         return self.hang
 
-    def lost(self) -> list[str]:
-        """Names of the objects that nothing but the floor carries."""
-        supports = self.truth.supports() if self.truth else {}
-        return [name for name, support in supports.items() if support in ("", "floor")]
+    def supports(self) -> dict[str, str]:
+        """The true support of every object."""
+        return dict(self.truth.supports()) if self.truth else {}
 
-    def is_placed(self) -> bool:
-        """Whether every object rests where it was to be placed."""
-        supports = self.truth.supports() if self.truth else {}
-        return set(supports.values()) == {GOAL}
+    def lost(self) -> list[str]:
+        """Names of the objects on the floor or unsupported."""
+        return [name for name, support in self.supports().items() if support in ("", "floor")]
 
 
 def cells(faults: Sequence[str], phases: Sequence[str], seeds: Sequence[int]) -> list[Cell]:
-    """The cells of a matrix.
-
-    Args:
-        faults: names of its rows; none takes all.
-        phases: names of its columns; none takes all.
-        seeds: of objects, camera noise and faults.
+    """The cells of these rows and columns; none takes all.
 
     Raises:
         UserError: no row or column has such a name.
     """
-    known = [trouble.name for trouble in TROUBLES]
-    _check("--faults", faults, known)
-    _check("--phases", phases, PHASES)
+    names = [fault.name for fault in FAULTS]
+    for option, chosen, valid in (("--faults", faults, names), ("--phases", phases, PHASES)):
+        for name in chosen:
+            if name not in valid:
+                hint = suggest(name, valid)
+                raise UserError(f"{option} {name}: there is none of this name; {hint}")
     return [
-        Cell(trouble=name, phase=phase, seed=seed)
-        for name in faults or known
+        Cell(fault=name, phase=phase, seed=seed)
+        for name in faults or names
         for phase in phases or PHASES
         for seed in seeds
     ]
 
 
 def run_cells(wanted: Sequence[Cell], workers: int, done: Callable[[CellResult], None]) -> None:
-    """Run the cells.
-
-    Args:
-        wanted: the cells.
-        workers: number of processes.
-        done: called after each cell.
-    """
+    """Run the cells; `done` is called after each."""
     for _, result in run_all(run_cell, wanted, workers=workers):
         done(result)
 
 
 def run_cell(cell: Cell) -> CellResult:
     """Run one cell."""
-    trouble = next(one for one in TROUBLES if one.name == cell.trouble)
-    run = _CellRun(trouble, cell.phase)
+    fault = next(one for one in FAULTS if one.name == cell.fault)
+    run = _CellRun(fault, cell.phase)
+    after = _ACKNOWLEDGED_AFTER if fault.acknowledged else None
     with TemporaryDirectory() as folder, hushed():
         options = RunOptions(
             tree=TREE,
             seed=cell.seed,
-            paced=trouble.paced,
+            paced=fault.paced,
             record=Path(folder),
             recording=False,
             view=ViewOptions(view=View.NONE),
-            control=_control(trouble),
+            control=ControlOptions(acknowledge_after=after),
         )
         try:
             outcome = run_task(options, interrupted=run.is_over, instruments=run).outcome
             end, reason, code = outcome.end.value, outcome.reason, outcome.end.exit_code
         except Exception:
             end, reason, code = "exception", format_exc().strip().splitlines()[-1], None
-    succeeded = end == End.SUCCESS.value
+    is_placed = set(run.supports().values()) == {GOAL}
     return CellResult(
         **asdict(cell),
-        injected_s=_rounded(run.injected),
+        injected_s=None if run.injected is None else round(run.injected, 2),
         outcome="hang" if run.hang else end,
         reason=reason,
         exit_code=code,
         duration_s=round(run.now, 2),
-        rest_s=_difference(run.rest, run.injected) if trouble.stops else None,
-        resume_s=_difference(run.resumed, run.cleared) if trouble.stops else None,
+        rest_s=_difference(run.rest, run.injected) if fault.stops else None,
+        resume_s=_difference(run.resumed, run.cleared) if fault.stops else None,
         violations=run.witness.violations if run.witness else Violations(),
         lost=len(set(run.lost()) - run.excused),
         moving=run.speed > _MOVES,
         stopped=run.witness is not None and run.witness.stopped,
-        wrong_success=succeeded and not run.is_placed(),
+        wrong_success=end == End.SUCCESS.value and not is_placed,
         hang=run.hang,
         crash=code is None,
     )
@@ -248,7 +231,7 @@ def run_cell(cell: Cell) -> CellResult:
 
 @contextmanager
 def hushed() -> Iterator[None]:
-    """Runs have nothing to say to the person at the terminal."""
+    """Discard standard error."""
     with open(os.devnull, "w", encoding="utf-8") as nothing, redirect_stderr(nothing):
         yield
 
@@ -259,16 +242,55 @@ def _difference(later: float | None, earlier: float | None) -> float | None:
     return round(max(0.0, later - earlier), 2)
 
 
-def _rounded(value: float | None) -> float | None:
-    return None if value is None else round(value, 2)
+def faults_table(results: Sequence[CellResult]) -> Table:
+    """One row for each fault, summed over phases and seeds, and their sum."""
+    table = Table(title=f"faults x phases, on {machine()['machine']}")
+    columns = ("fault", "runs", "outcomes", "rest [s]", "resume [s]", "limits", "lost")
+    for name in (*columns, "moving", "wrong success", "hang", "crash"):
+        table.add_column(name, justify="left" if name in ("fault", "outcomes") else "right")
+    for name in dict.fromkeys(one.fault for one in results):
+        table.add_row(name, *_sums([one for one in results if one.fault == name]))
+    table.add_section()
+    table.add_row("sum", *_sums(results))
+    return table
 
 
-def _control(trouble: Trouble) -> ControlOptions:
-    after = _ACKNOWLEDGED_AFTER if trouble.acknowledged else None
-    return ControlOptions(acknowledge_after=after)
+def faults_notes(results: Sequence[CellResult]) -> list[str]:
+    """A line for each cell with a wrong result."""
+    stopping = {fault.name for fault in FAULTS if fault.stops}
+    lines = []
+    for one in results:
+        no_rest = one.fault in stopping and one.rest_s is None and not one.stopped
+        wrong = {
+            "wrong success": one.wrong_success,
+            "hang": one.hang,
+            "crash": one.crash,
+            "limits": one.violations.total > 0,
+            "still moving": one.moving and not one.stopped,
+            "never entered": one.injected_s is None,
+            "never at rest": one.injected_s is not None and no_rest,
+        }
+        if names := ", ".join(name for name, is_so in wrong.items() if is_so):
+            lines.append(f"{one.fault} in {one.phase}, seed {one.seed}: {names} ({one.reason})")
+    return lines
 
 
-def _check(option: str, names: Sequence[str], known: Sequence[str]) -> None:
-    for name in names:
-        if name not in known:
-            raise UserError(f"{option} {name}: there is none of this name; {suggest(name, known)}")
+def _sums(results: Sequence[CellResult]) -> list[str]:
+    hit = [one for one in results if one.injected_s is not None]
+    outcomes = Counter(one.outcome for one in hit)
+    times = ([one.rest_s for one in hit], [one.resume_s for one in hit])
+    longest = [max((time for time in some if time is not None), default=None) for some in times]
+    counts = (
+        [one.violations.total for one in hit],
+        [one.lost for one in hit],
+        [one.moving and not one.stopped for one in hit],
+        [one.wrong_success for one in hit],
+        [one.hang for one in hit],
+        [one.crash for one in hit],
+    )
+    return [
+        str(len(hit)) if len(hit) == len(results) else f"{len(hit)} of {len(results)}",
+        ", ".join(f"{count} {name}" for name, count in outcomes.most_common()),
+        *("-" if time is None else f"{time:.2f}" for time in longest),
+        *(str(sum(values)) for values in counts),
+    ]

@@ -1,48 +1,37 @@
-"""The goals of Experiment 2: drawn with a seed and known to be reachable, or from a file."""
+"""The goals of Experiment 2: drawn with a seed and reachable."""
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
-import numpy.typing as npt
 import pinocchio as pin
 from pinocchio import SE3
 
-from config import UserError
-from controller import Array, RobotModel
+from controller import RobotModel
 from lab.bench.contacts import ContactChecker
 from robots import reach
 
 PLACES = ("anywhere", "near", "far", "floor", "above")
-"""Where goals can be: in the disc, within 1 m, between 3.5 and 4 m, low, or above the base."""
-_PARTS = {"near": (0.0, 1.0), "far": (3.5, 4.0), "above": (0.0, 0.35)}
-"""Nearest and farthest of these from the start [m]."""
+"""Regions of the goals: the disc, within 1 m, between 3.5 and 4 m, low, or above the base."""
+_RINGS = {"near": (0.0, 1.0), "far": (3.5, 4.0), "above": (0.0, 0.35)}
+"""Least and largest distance of these from the start [m]."""
 _LOW, _HIGH = 0.15, 0.8
-"""Goals at the floor are lower than this, goals above the base higher [m]."""
+"""Largest height of goals at the floor, least height of goals above the base [m]."""
 DISC = 4.0
-"""Goals are nearer to the start than this [m]."""
+"""Largest distance of goals from the start [m]."""
 _MARGIN = 0.1
-"""Drawn postures keep this distance from every joint limit [rad]."""
+"""Distance of postures from every joint limit [rad]."""
 _LOWEST = 0.05
-"""Tool and flange are at least this far above the floor [m]."""
+"""Least height of tool and flange [m]."""
 _PALM_LOWEST = 0.005
-"""The corners of the palm are at least this far above the floor where goals are low: the capsules
-around the hand leave them free [m]."""
-_POSE_TOLERANCE = 1e-4
-"""Poses in a file may differ from a rigid motion by this much, as in single precision."""
-
-
-class GoalFileError(UserError):
-    """A file of goals cannot be used."""
+"""Least height of the corners of the palm of low goals, which the capsules leave free [m]."""
 
 
 def generate_goals(model: RobotModel, count: int, seed: int, where: str = "anywhere") -> list[SE3]:
     """Poses `wTe` of the tool that the robot can reach without contact.
 
-    A posture is drawn uniformly within the joint limits, the heading of the base uniformly, and
-    the tool's place uniformly in a disc of 4 m around the start; the base stands where that puts
-    it. Postures in which the arm touches itself, the base or the floor are left out.
+    The posture is drawn uniformly within the joint limits, the heading of the base uniformly, and
+    the position of the tool uniformly in a disc of 4 m around the start. Postures in which the
+    arm touches itself, the base or the floor are rejected.
 
     Args:
         model: the robot.
@@ -50,7 +39,7 @@ def generate_goals(model: RobotModel, count: int, seed: int, where: str = "anywh
         seed: the same seed gives the same goals.
         where: one of `PLACES`.
     """
-    nearest, farthest = _PARTS.get(where, (0.0, DISC))
+    nearest, farthest = _RINGS.get(where, (0.0, DISC))
     rng = np.random.default_rng(seed)
     contacts = ContactChecker(model)
     limits = model.limits
@@ -75,56 +64,5 @@ def generate_goals(model: RobotModel, count: int, seed: int, where: str = "anywh
 
 
 def _palm_height(model: RobotModel, tool: SE3) -> float:
-    """Of the lowest corner of the palm above the floor [m]."""
+    """Height of the lowest corner of the palm [m]."""
     return -reach(model.description.gripper.palm.moved(tool), np.array([0.0, 0.0, -1.0]))
-
-
-def load_goals(path: Path) -> list[SE3]:
-    """The poses in a file.
-
-    Args:
-        path: an .npz file whose array `T` (N, 4, 4) holds poses of the tool in the world.
-
-    Raises:
-        GoalFileError: it cannot be read, or does not hold poses.
-    """
-    try:
-        content = np.load(path, allow_pickle=False)
-        arrays = dict(content) if isinstance(content, np.lib.npyio.NpzFile) else None
-    except FileNotFoundError:
-        raise GoalFileError(f"--goals {path}: there is no such file") from None
-    except Exception as error:
-        raise GoalFileError(f"--goals {path}: not a readable .npz file ({error})") from None
-    if arrays is None:
-        raise GoalFileError(f"--goals {path}: one bare array; save it with np.savez(file, T=poses)")
-    if "T" not in arrays:
-        has = ", ".join(sorted(arrays)) or "nothing"
-        raise GoalFileError(f"--goals {path}: has {has} but no array T of shape (N, 4, 4)")
-    poses = arrays["T"]
-    if poses.ndim != 3 or poses.shape[1:] != (4, 4) or not len(poses):
-        raise GoalFileError(
-            f"--goals {path}: T must have shape (N, 4, 4), N > 0; got {poses.shape}"
-        )
-    if poses.dtype.kind not in "fiu":
-        raise GoalFileError(f"--goals {path}: T must hold numbers, got {poses.dtype}")
-    return [_pose(path, number, np.asarray(T, float)) for number, T in enumerate(poses)]
-
-
-def _pose(path: Path, number: int, T: npt.NDArray[np.float64]) -> SE3:
-    if not np.isfinite(T).all():
-        raise GoalFileError(f"--goals {path}: T[{number}] has numbers that are not finite")
-    R = T[:3, :3]
-    nearest = _nearest_rotation(R)
-    off = max(float(np.abs(R - nearest).max()), float(np.abs(T[3] - [0, 0, 0, 1]).max()))
-    if off > _POSE_TOLERANCE:
-        raise GoalFileError(
-            f"--goals {path}: T[{number}] is not a pose: a rotation, a position and the last row"
-            " 0 0 0 1"
-        )
-    return SE3(nearest, T[:3, 3].copy())
-
-
-def _nearest_rotation(R: Array) -> Array:
-    U, _, Vt = np.linalg.svd(R)
-    turn = np.diag([1.0, 1.0, np.linalg.det(U @ Vt)])
-    return np.asarray(U @ turn @ Vt, float)

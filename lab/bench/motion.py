@@ -1,4 +1,4 @@
-"""A robot that follows its commands exactly, and the motion that results."""
+"""Simulation of one motion with a controller: exact integration, or with first-order lag."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ from controller import (
 GoalAt: TypeAlias = Callable[[float], PoseGoal]
 """The goal at a time since the start [s]."""
 SurroundingsAt: TypeAlias = Callable[[float], Surroundings]
-"""What is around the robot at a time since the start [s]."""
+"""The obstacles at a time since the start [s]."""
 
 _PROGRESS = 1e-3
-"""Nearer by less than this is no progress [m]."""
+"""An error that decreases by less than this is no progress [m]."""
 _METRES_PER_RADIAN = 0.3
-"""What a radian of orientation error counts like, to measure progress."""
+"""Weight of the orientation error in the measure of progress."""
 
 
 class Controller(Protocol):
@@ -49,19 +49,19 @@ class Controller(Protocol):
 
 @dataclass(kw_only=True, eq=False)
 class State:
-    """Where base and arm are, and what they do."""
+    """State of base and arm."""
 
     wTb: SE3
     q: Array
     heading: float = 0.0
-    """Of the base, turns counted [rad]."""
+    """Of the base, not wrapped [rad]."""
     command: Command = field(default_factory=Command.stop)
-    """What moves them."""
+    """The last command."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Motion:
-    """One motion from rest, sampled at every one of its k periods."""
+    """One motion, sampled at every one of its k periods."""
 
     period: float
     """Control period [s]."""
@@ -72,7 +72,7 @@ class Motion:
     velocities: Array
     """(k, n) of all degrees of freedom, base first."""
     tool: Array
-    """(k + 1, 3) where the tool is in the world [m]."""
+    """(k + 1, 3) position of the end effector in the world [m]."""
     position_error: Array
     """(k + 1,) distance to the goal of that time [m]."""
     orientation_error: Array
@@ -82,11 +82,11 @@ class Motion:
     arrived: bool
     """Whether the motion ended because the goal was reached."""
     unreachable: str = ""
-    """Why the controller gave the goal up; empty if it did not."""
+    """Why the controller reported the goal as unreachable; empty if it did not."""
     first: Array | None = None
     """(n,) velocities before the motion; None is rest."""
     end: State | None = None
-    """Where the robot is at the end, and what it does."""
+    """State at the end."""
 
     @property
     def duration(self) -> float:
@@ -118,26 +118,24 @@ def run_motion(
     elapsed: Callable[[], float] | None = None,
     surroundings_at: SurroundingsAt = lambda time: OPEN_FLOOR,
     lag: bool = False,
-    watch: Callable[[float, StepReport], None] = lambda time, report: None,
 ) -> Motion:
     """Move from rest at the origin until the goal is reached or time is up.
 
     Args:
         controller: computes the commands.
         model: the robot.
-        goal_at: where to go; arrived means within the goal's own tolerances.
+        goal_at: the goal, with the tolerances for arrival.
         period: control period [s].
         limit: longest time [s].
-        patience: give up after this long without progress [s].
-        stop_on_arrival: stop when the goal is reached, or go on to the limit.
-        start: (7,) joint positions at first [rad]; None is ready.
-        before: how an earlier motion ended, to go on from there without a stop.
-        elapsed: how long a period really lasts, of which the controller knows nothing [s].
-        surroundings_at: what is around; a motion ends when the controller says that it makes the
-            goal unreachable.
+        patience: give up after this time without progress [s].
+        stop_on_arrival: stop when the goal is reached, or continue to the limit.
+        start: (7,) initial joint positions [rad]; None is ready.
+        before: final state of an earlier motion, to continue from without a stop.
+        elapsed: true duration of a period [s], unknown to the controller.
+        surroundings_at: the obstacles; a motion ends when the controller reports the goal as
+            unreachable.
         lag: whether base and arm follow their commands with the lags of the robot's description,
             or exactly.
-        watch: called after every step.
     """
     q = model.description.arm.ready.copy() if start is None else start
     state = before or State(wTb=SE3.Identity(), q=q)
@@ -164,14 +162,13 @@ def run_motion(
         if unreachable:
             break
         last, report = controller.step(state, goal, last, surroundings_at(time))
-        watch(time, report)
         solved, unreachable = solved and report.solved, report.unreachable
-        lasted = period if elapsed is None else elapsed()
-        applied = _followed(model, applied, last, lasted) if lag else last
-        heading = heading + applied.base_twist[2] * lasted
+        duration = period if elapsed is None else elapsed()
+        applied = _lagged(model, applied, last, duration) if lag else last
+        heading = heading + applied.base_twist[2] * duration
         state = State(
-            wTb=integrate_base(state.wTb, heading, applied, lasted),
-            q=state.q + applied.qd * lasted,
+            wTb=integrate_base(state.wTb, heading, applied, duration),
+            q=state.q + applied.qd * duration,
             heading=heading,
             command=last,
         )
@@ -194,7 +191,7 @@ def run_motion(
     )
 
 
-def _followed(model: RobotModel, before: Command, command: Command, period: float) -> Command:
+def _lagged(model: RobotModel, before: Command, command: Command, period: float) -> Command:
     """The velocities that a robot with first-order lag has a period later."""
     base = 1.0 - exp(-period / model.description.base.lag)
     arm = 1.0 - exp(-period / model.description.arm.lag)

@@ -1,7 +1,7 @@
-"""Goals that never stop: how far the tool stays behind them.
+"""Following goals that keep moving: the error after catching up.
 
-Every goal moves at a constant speed at constant height; what differs is how it turns. The tool
-points down, and its yaw stays as it is or follows the path.
+Every goal moves at a constant speed at constant height; the paths differ in how they turn. The tool
+points down, and its yaw is fixed or follows the path.
 """
 
 from __future__ import annotations
@@ -21,22 +21,21 @@ from lab.bench.motion import GoalAt, run_motion
 from lab.shared import run_all
 
 PATHS = ("line", "circle 1 m", "circle 0.5 m", "sine", "random walk")
-"""Of the goals."""
 _START = np.array([1.5, -0.5, 0.7])
-"""Where the goals are at first [m]."""
+"""Position of the goals at first [m]."""
 _SINE_HEADING, _SINE_PERIOD = np.deg2rad(60.0), 8.0
 """Largest heading of the sine [rad], and its period [s]."""
 _WALK_TURN, _WALK_MEMORY = 0.4, 1.0
-"""Standard deviation of the turn rate of the random walk [rad/s], and how long it lasts [s]."""
+"""Standard deviation of the turn rate of the random walk [rad/s], and its correlation time [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Following:
-    """What is followed, and for how long."""
+    """A goal to follow."""
 
     path: str
     along: bool
-    """Whether the yaw of the tool follows the path, or stays."""
+    """Whether the yaw of the tool follows the path, or is fixed."""
     known: bool
     """Whether the controller is given the velocity of the goal."""
     speed: float = 0.3
@@ -51,7 +50,7 @@ class Following:
 
 @dataclass(frozen=True, kw_only=True)
 class Followed:
-    """How well a goal was followed, after catching up."""
+    """Errors after catching up, and counts from the start."""
 
     robot: str
     base_speed: float
@@ -64,18 +63,11 @@ class Followed:
     tilt_max_deg: float
     """Largest angle between the tool's axis and that of the goal."""
     limit_violations: int
-    """Samples over any limit, from the start."""
     contact_samples: int
-    """Samples in which the arm is in contact, from the start."""
 
 
 def moving_goal(following: Following, period: float) -> GoalAt:
-    """A goal that moves, at the times of the control periods.
-
-    Args:
-        following: which goal.
-        period: control period [s].
-    """
+    """The goal as a function of time, at multiples of the control period [s]."""
     times = np.asarray(np.arange(round(following.duration / period) + 1) * period, float)
     turn = _turn_rates(following, times, period)
     heading = np.concatenate([[0.0], np.cumsum(turn[:-1] * period)])
@@ -97,7 +89,7 @@ def moving_goal(following: Following, period: float) -> GoalAt:
 
 
 def _turn_rates(following: Following, times: Array, period: float) -> Array:
-    """How fast the direction of the goal turns at every time [rad/s]."""
+    """Turn rate of the direction of motion at every time [rad/s]."""
     match following.path:
         case "line":
             return np.zeros(len(times))
@@ -118,7 +110,7 @@ def _turn_rates(following: Following, times: Array, period: float) -> Array:
 def run_following(
     configuration: Configuration, followings: Sequence[Following], workers: int = 1
 ) -> list[Followed]:
-    """Follow every one of several goals."""
+    """Follow each of several goals from rest."""
     tasks = [(configuration, following) for following in followings]
     done = dict(run_all(_follow, tasks, workers=workers))
     return [done[number] for number in range(len(tasks))]
@@ -127,11 +119,10 @@ def run_following(
 def _follow(task: tuple[Configuration, Following]) -> Followed:
     configuration, following = task
     model, period = configuration.model(), configuration.period
-    goal_at = moving_goal(following, period)
     motion = run_motion(
         configuration.controller(model),
         model,
-        goal_at,
+        moving_goal(following, period),
         period=period,
         limit=following.duration,
         stop_on_arrival=False,
@@ -158,7 +149,7 @@ def _follow(task: tuple[Configuration, Following]) -> Followed:
 
 
 def moving_table(rows: Sequence[Followed]) -> Table:
-    """As a table."""
+    """One row for every goal."""
     table = Table(title="Goals that keep moving", title_justify="left")
     for name in ("robot", "base m/s", "path", "yaw", "velocity"):
         table.add_column(name)

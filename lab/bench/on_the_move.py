@@ -1,23 +1,21 @@
-"""What it saves to grasp in passing: the same objects, once standing and once on the move."""
+"""Grasping on the move: the same objects grasped standing and in passing."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
 from rich.table import Table
 
 from app.core import RunOptions, Summary, run_task
-from lab.bench.failures import causes
-from lab.bench.whole_tasks import run_tasks
+from lab.bench.tasks import failure_causes, run_tasks
 from lab.shared import paired_difference, percent
 
-_HERE = Path(__file__).parent
-WAYS = {name: _HERE / f"{name}.yaml" for name in ("standing", "in_passing")}
-"""The two tasks, which differ in nothing but `next_goal` and what follows a miss."""
+_TASKS = Path(__file__).parent / "tasks"
+WAYS = {name: _TASKS / f"{name}.yaml" for name in ("standing", "in_passing")}
+"""The two tasks, which differ only in the next goal and in what follows a miss."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,10 +24,10 @@ class Passing:
 
     way: str
     seed: int
-    brought: bool
-    """Whether the object lies where it was to be brought, as the world tells."""
+    delivered: bool
+    """Whether the object truly lies on the table ahead."""
     first: bool
-    """Whether the first closing of the fingers brought it, and nothing had failed before."""
+    """Whether it was delivered at the first attempt, without any failure."""
     seconds: float
     contacts: int
     limit_violations: int
@@ -41,23 +39,30 @@ class PassingFigures:
 
     way: str
     runs: int
-    brought: int
+    delivered: int
     first: int
-    """How many were brought at the first attempt."""
+    """Number of objects delivered at the first attempt."""
     time_mean_s: float | None
-    """Of those that were brought; None of none."""
+    """Of the runs that delivered; None without any."""
     contacts: int
     limit_violations: int
 
 
 @dataclass(frozen=True, kw_only=True)
 class Saving:
-    """Of the time of a standing grasp, over the seeds that both ways brought to the table."""
+    """Time saved in passing over the seeds delivered both ways, as a share of the standing time."""
 
     pairs: int
     share: float
     interval: tuple[float, float]
-    """Of 95 %, by bootstrap over the seeds."""
+    """95 %, by bootstrap over the seeds."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Run:
+    summary: Summary
+    failures: int
+    """Number of failed actions."""
 
 
 def run_on_the_move(
@@ -66,49 +71,36 @@ def run_on_the_move(
     done: Callable[[Summary], None],
     *,
     workers: int = 1,
-    cluster: str | None = None,
 ) -> list[Passing]:
-    """Run both tasks for every seed.
+    """Run both tasks for every seed: all standing runs, then all others.
 
     Args:
         options: of each run, except for task and seed.
         seeds: of the object and the camera's noise.
         done: called after each run.
         workers: number of processes; 1 is this one.
-        cluster: address of a dask.distributed scheduler to use instead.
-
-    Returns:
-        All standing runs, then all others, in the order of the seeds.
 
     Raises:
-        KeyboardInterrupt: a person has ended a run, and with it the others.
+        KeyboardInterrupt: a run was interrupted; the others end as well.
     """
     chosen = list(seeds)
     wanted = [replace(options, tree=tree, seed=seed) for tree in WAYS.values() for seed in chosen]
-    runs = run_tasks(_run, wanted, attrgetter("summary"), done, workers=workers, cluster=cluster)
-    return [_passing(run) for run in runs]
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Run:
-    summary: Summary
-    failures: int
-    """Of leaves that move the robot."""
+    return [_passing(run) for run in run_tasks(_run, wanted, done, workers=workers)]
 
 
 def _run(options: RunOptions) -> _Run:
     result = run_task(options)
-    return _Run(summary=result.summary, failures=sum(causes(result.folder).values()))
+    return _Run(summary=result.summary, failures=sum(failure_causes(result.folder).values()))
 
 
 def _passing(run: _Run) -> Passing:
     summary = run.summary
-    brought = summary.placed == summary.objects > 0
+    delivered = summary.placed == summary.objects > 0
     return Passing(
         way=summary.task,
         seed=summary.seed,
-        brought=brought,
-        first=brought and summary.attempts == summary.objects and not run.failures,
+        delivered=delivered,
+        first=delivered and summary.attempts == summary.objects and not run.failures,
         seconds=summary.duration_s,
         contacts=summary.contacts,
         limit_violations=summary.limit_violations,
@@ -116,9 +108,9 @@ def _passing(run: _Run) -> Passing:
 
 
 def saving(runs: Sequence[Passing]) -> Saving | None:
-    """What passing saves; None where no seed was brought both ways."""
+    """The time saved; None where no seed was delivered both ways."""
     standing, passing = (
-        {run.seed: run.seconds for run in runs if run.way == way and run.brought} for way in WAYS
+        {run.seed: run.seconds for run in runs if run.way == way and run.delivered} for way in WAYS
     )
     both = sorted(standing.keys() & passing.keys())
     if not both:
@@ -135,11 +127,11 @@ def passing_figures(runs: Sequence[Passing]) -> list[PassingFigures]:
 
 
 def _figures(way: str, runs: Sequence[Passing]) -> PassingFigures:
-    times = [run.seconds for run in runs if run.brought]
+    times = [run.seconds for run in runs if run.delivered]
     return PassingFigures(
         way=way,
         runs=len(runs),
-        brought=len(times),
+        delivered=len(times),
         first=sum(run.first for run in runs),
         time_mean_s=float(np.mean(times)) if times else None,
         contacts=sum(run.contacts for run in runs),
@@ -150,13 +142,13 @@ def _figures(way: str, runs: Sequence[Passing]) -> PassingFigures:
 def on_the_move_table(runs: Sequence[Passing]) -> Table:
     """One row for each way."""
     table = Table(title="The same objects, standing and in passing (95 % intervals)")
-    for column in ("way", "brought", "at the first attempt [%]", "mean time [s]", "contacts"):
+    columns = ("delivered", "at the first attempt [%]", "mean time [s]", "contacts", "over limit")
+    for column in ("way", *columns):
         table.add_column(column, justify="left" if column == "way" else "right")
-    table.add_column("over limit", justify="right")
     for of_way in passing_figures(runs):
         table.add_row(
             of_way.way.replace("_", " "),
-            f"{of_way.brought} of {of_way.runs}",
+            f"{of_way.delivered} of {of_way.runs}",
             percent([run.first for run in runs if run.way == of_way.way]),
             "-" if of_way.time_mean_s is None else f"{of_way.time_mean_s:.2f}",
             str(of_way.contacts),

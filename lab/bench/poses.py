@@ -1,16 +1,16 @@
-"""Experiment 1: four goals, one of them moving.
+"""Experiment 1 of the paper: four goals, one of them moving.
 
 a is straight ahead, b to the right, c behind; d is a, moving with two constant velocities and then
 standing still. The tool starts above the ready posture's ground point, pointing down.
 
 The velocity of d changes with `GOAL_ACCELERATION`, as that of a real object does. No robot with
-limited accelerations can follow a goal whose velocity jumps exactly: `jumps` shows what is left.
+limited accelerations can follow a goal whose velocity jumps without error.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from itertools import groupby
 
 import numpy as np
@@ -20,8 +20,8 @@ from rich.table import Table
 
 from controller import Array, PoseGoal, RobotModel
 from lab.bench.configuration import Configuration
-from lab.bench.evaluation import Evaluator, Trial, cumulative_jerk, jerk_noise, limit_usage
-from lab.bench.motion import GoalAt, Motion, run_motion
+from lab.bench.evaluation import Evaluator, cumulative_jerk, jerk_noise, limit_usage
+from lab.bench.motion import GoalAt, run_motion
 
 POSES = ("a", "b", "c", "d")
 PAPER_TIMES = {"a": 5.42, "b": 6.17, "c": 6.17, "d": 13.12}
@@ -38,29 +38,62 @@ GOAL_ACCELERATION = 1.0
 _SETTLED = 5.0
 """The error of d counts from this time on [s]."""
 _START = 0.5
-"""The start from rest is over [s]."""
+"""Duration of the start from rest [s]."""
 _LIMIT, _LIMIT_D = 20.0, 16.0
 
-_COLUMNS = (
-    "arrived s",
-    "paper s",
-    "error mm",
-    "error °",
-    "jerk",
-    "÷ example",
-    "later",
-    "m min",
-    "m mean",
-    "speed %",
-    "accel. %",
-    "over limit",
-    "contact",
-)
+_COLUMNS = {
+    "arrived s": "{time}",
+    "paper s": "{paper_time_s:.2f}",
+    "error mm": "{position_error_mm:.1f}",
+    "error °": "{orientation_error_deg:.2f}",
+    "jerk": "{jerk:.1f}",
+    "÷ example": "{jerk_ratio:.2f}",
+    "later": "{later_jerk:.1f}",
+    "m min": "{manipulability_min:.3f}",
+    "m mean": "{manipulability_mean:.3f}",
+    "speed %": "{speed:.0f}",
+    "accel. %": "{acceleration:.0f}",
+    "over limit": "{limit_violations}",
+    "contact": "{contact_samples}",
+}
 _CAPTION = (
     "Errors of d: the largest from 5 s on. Jerk: cumulative, of the tool, from rest (m/s²), and"
     " divided by that of the published example; later: after the first 0.5 s. Speed, accel.:"
     " largest share of a limit."
 )
+
+
+@dataclass(frozen=True, kw_only=True)
+class PoseResult:
+    """The figures of one motion."""
+
+    robot: str
+    preset: str
+    base_speed: float
+    reverse_speed: float
+    pose: str
+    period_s: float
+    time_s: float | None
+    """To arrive; for d, after the goal has stopped. None if it did not arrive."""
+    paper_time_s: float
+    position_error_mm: float
+    """At the end; for d the largest from 5 s on."""
+    orientation_error_deg: float
+    """At the end; for d the largest from 5 s on."""
+    jerk: float
+    """Cumulative, of the tool, from rest [m/s^2]."""
+    later_jerk: float
+    """The part of it after the first 0.5 s [m/s^2]."""
+    jerk_noise: float
+    """The part of it that is rounding [m/s^2]."""
+    manipulability_min: float
+    manipulability_mean: float
+    velocity_usage_max: float
+    """Share of the limits."""
+    acceleration_usage_max: float
+    """Share of the limits."""
+    limit_violations: int
+    contact_samples: int
 
 
 def goal_of(
@@ -77,7 +110,7 @@ def goal_of(
         pose: a, b, c or d.
         model: the robot.
         tolerances: of position [m] and orientation [rad].
-        told: whether the controller is told the velocity of the goal.
+        told: whether the goal states its velocity.
         acceleration: of a moving goal; if infinite, its velocity jumps [m/s^2].
     """
     start = model.bTe(model.description.arm.ready).translation
@@ -118,54 +151,6 @@ def _moved(time: float, acceleration: float) -> tuple[Array, Array]:
     return moved, velocity
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class PoseRun:
-    """The motion of one configuration to one pose."""
-
-    pose: str
-    configuration: Configuration
-    goal_at: GoalAt
-    motion: Motion
-    trial: Trial
-    manipulability: Array
-    """(k + 1,) of the arm over time."""
-    velocity_usage: Array
-    """(k, n) as shares of the limits."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class PoseResult:
-    """The figures of one run."""
-
-    robot: str
-    preset: str
-    base_speed: float
-    reverse_speed: float
-    pose: str
-    period_s: float
-    time_s: float | None
-    """To arrive; for d, after the goal has stopped. None if it did not arrive."""
-    paper_time_s: float
-    position_error_mm: float
-    """At the end; for d the largest from 5 s on."""
-    orientation_error_deg: float
-    """At the end; for d the largest from 5 s on."""
-    jerk: float
-    """Cumulative, of the tool, from rest [m/s^2]."""
-    later_jerk: float
-    """Of that, what comes after the first 0.5 s [m/s^2]."""
-    jerk_noise: float
-    """What rounding contributes to it [m/s^2]."""
-    manipulability_min: float
-    manipulability_mean: float
-    velocity_usage_max: float
-    """Share of the limits."""
-    acceleration_usage_max: float
-    """Share of the limits."""
-    limit_violations: int
-    contact_samples: int
-
-
 def run_pose(
     configuration: Configuration,
     pose: str,
@@ -173,25 +158,20 @@ def run_pose(
     *,
     jumps: bool = False,
     told: bool = False,
-) -> PoseRun:
-    """Move to a pose; d goes on after the arrival.
+) -> PoseResult:
+    """Move to a pose; d continues after the arrival.
 
     Args:
         configuration: robot and controller.
         pose: a, b, c or d.
         tolerances: of position [m] and orientation [rad].
         jumps: whether the velocity of the goal of d jumps.
-        told: whether the controller is told that velocity.
+        told: whether the goal of d states its velocity.
     """
     model = configuration.model()
     evaluator = Evaluator(model)
-    goal_at = goal_of(
-        pose,
-        model,
-        tolerances,
-        told=told,
-        acceleration=np.inf if jumps else GOAL_ACCELERATION,
-    )
+    acceleration = np.inf if jumps else GOAL_ACCELERATION
+    goal_at = goal_of(pose, model, tolerances, told=told, acceleration=acceleration)
     moving = pose == "d"
     motion = run_motion(
         configuration.controller(model),
@@ -201,48 +181,34 @@ def run_pose(
         limit=_LIMIT_D if moving else _LIMIT,
         stop_on_arrival=not moving,
     )
-    return PoseRun(
-        pose=pose,
-        configuration=configuration,
-        goal_at=goal_at,
-        motion=motion,
-        trial=evaluator(motion),
-        manipulability=np.array([evaluator.manipulability(q) for q in motion.q]),
-        velocity_usage=limit_usage(model, motion)[0],
-    )
-
-
-def pose_result(run: PoseRun) -> PoseResult:
-    """The figures of a run."""
-    motion, times, goal = run.motion, run.motion.times(), run.goal_at(0.0)
-    within = (motion.position_error <= goal.position_tolerance) & (
-        motion.orientation_error <= goal.orientation_tolerance
-    )
+    trial, times = evaluator(motion), motion.times()
+    within = (motion.position_error <= tolerances[0]) & (motion.orientation_error <= tolerances[1])
     counts = slice(-1, None)
-    if run.pose == "d":
+    if moving:
         within &= times >= _LEGS[-1][0]
         counts = slice(round(_SETTLED / motion.period), None)
-    model = run.configuration.model()
+    manipulability = np.array([evaluator.manipulability(q) for q in motion.q])
+    speeds, accelerations = limit_usage(model, motion)
     return PoseResult(
-        robot=run.configuration.robot,
-        preset=run.configuration.preset,
+        robot=configuration.robot,
+        preset=configuration.preset,
         base_speed=float(model.limits.base_twist[0]),
         reverse_speed=float(model.limits.base_reverse),
-        pose=run.pose,
+        pose=pose,
         period_s=motion.period,
         time_s=float(times[np.argmax(within)]) if within.any() else None,
-        paper_time_s=PAPER_TIMES[run.pose],
+        paper_time_s=PAPER_TIMES[pose],
         position_error_mm=1e3 * float(motion.position_error[counts].max()),
         orientation_error_deg=float(np.rad2deg(motion.orientation_error[counts].max())),
-        jerk=cumulative_jerk(motion.tool, motion.period),
+        jerk=trial.jerk,
         later_jerk=cumulative_jerk(motion.tool, motion.period, after=_START),
         jerk_noise=jerk_noise(motion.tool, motion.period),
-        manipulability_min=float(run.manipulability.min()),
-        manipulability_mean=float(run.manipulability.mean()),
-        velocity_usage_max=float(run.velocity_usage.max()),
-        acceleration_usage_max=float(limit_usage(model, motion)[1].max()),
-        limit_violations=run.trial.violations.samples,
-        contact_samples=run.trial.contacts.samples,
+        manipulability_min=float(manipulability.min()),
+        manipulability_mean=float(manipulability.mean()),
+        velocity_usage_max=float(speeds.max()),
+        acceleration_usage_max=float(accelerations.max()),
+        limit_violations=trial.violations.samples,
+        contact_samples=trial.contacts.samples,
     )
 
 
@@ -265,20 +231,11 @@ def poses_tables(results: Sequence[PoseResult], example: Sequence[PoseResult]) -
         for name in _COLUMNS:
             table.add_column(name, justify="right")
         for row in group:
-            table.add_row(
-                row.pose,
-                "-" if row.time_s is None else f"{row.time_s:.2f}",
-                f"{row.paper_time_s:.2f}",
-                f"{row.position_error_mm:.1f}",
-                f"{row.orientation_error_deg:.2f}",
-                f"{row.jerk:.1f}",
-                f"{row.jerk / jerks[robot, row.pose]:.2f}",
-                f"{row.later_jerk:.1f}",
-                f"{row.manipulability_min:.3f}",
-                f"{row.manipulability_mean:.3f}",
-                f"{100 * row.velocity_usage_max:.0f}",
-                f"{100 * row.acceleration_usage_max:.0f}",
-                str(row.limit_violations),
-                str(row.contact_samples),
-            )
+            values = asdict(row) | {
+                "time": "-" if row.time_s is None else f"{row.time_s:.2f}",
+                "jerk_ratio": row.jerk / jerks[robot, row.pose],
+                "speed": 100 * row.velocity_usage_max,
+                "acceleration": 100 * row.acceleration_usage_max,
+            }
+            table.add_row(row.pose, *(text.format(**values) for text in _COLUMNS.values()))
         yield table

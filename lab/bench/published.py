@@ -1,7 +1,7 @@
 """The step of the published example, computed by roboticstoolbox-python, as a reference.
 
-Release 1.5.0 of the toolbox no longer has the Frankie of the paper; it is built here from the
-description that still comes with it. The published example for the omnidirectional robot puts ε of
+Release 1.5.0 of the toolbox no longer contains the Frankie of the paper; it is built here from the
+description that is still included. The published example for the omnidirectional robot puts ε of
 eq. 13 on the wrong degree of freedom of the base; here it is on the rotation.
 """
 
@@ -20,7 +20,7 @@ from controller import Array
 _EFFORT = 0.01
 """k_a, and the cost of base motion times |e|."""
 _GAIN, _ROTATION_FACTOR = 1.5, 1.3
-"""β, and what the rotation is multiplied by."""
+"""β, and the factor of the rotation."""
 _STOP, _INFLUENCE = 0.1, 0.9
 """ρ_s and ρ_i of the dampers [rad]."""
 _HEADING_GAIN = 0.5

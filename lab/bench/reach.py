@@ -1,4 +1,4 @@
-"""Experiment 2: how many of many goals are reached, how fast, and within which limits."""
+"""Experiment 2 of the paper: reaching many goals from rest."""
 
 from __future__ import annotations
 
@@ -19,28 +19,40 @@ from lab.bench.evaluation import Evaluator, Trial
 from lab.bench.motion import run_motion
 from lab.shared import run_all
 
+PATIENCE = 15.0
+"""A goal has failed after this time without progress [s]."""
+
+SWEEPS: dict[str, tuple[tuple[tuple[str, Any], ...], ...]] = {
+    "heading": tuple((("heading_gain", gain),) for gain in (0.0, 0.1, 0.5, 1.0)),
+    "manipulability": tuple(
+        (("manipulability_of", choice),) for choice in ("none", "whole body", "arm")
+    ),
+}
+"""Changes of the settings, each one row of Table II or III of the paper."""
+
+_COUNTS = {"failed": "failures", "over limit": "limit_violations", "contact": "contact_samples"}
+"""Columns of counts, and the fields that they show."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Conditions:
-    """When a goal counts as reached, and when it is given up."""
+    """Conditions of the trials."""
 
     limit: float = 20.0
-    """Longest time [s]."""
+    """Longest time for each goal [s]."""
     position_tolerance: float = 0.01
     """[m]."""
     orientation_tolerance: float = float(np.deg2rad(1.0))
     """[rad]."""
-    patience: float = 15.0
-    """Stuck after this long without progress [s]."""
     starts: str = "ready"
-    """How the arm starts, one of `STARTS`."""
+    """Start postures of the arm, one of `STARTS`."""
     disturbance: Disturbance = QUIET
     seed: int = 0
     """Of starts, noise and jitter, together with the number of the goal."""
     chain: int = 1
-    """Goals that are approached one after another, without a stop between them."""
+    """Number of goals that are approached one after another, without a stop between them."""
     jitter: tuple[float, float] | None = None
-    """Shortest and longest time that a control period really lasts [s]; None is as it should."""
+    """Shortest and longest true duration of a control period [s]; None is the nominal one."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -54,12 +66,13 @@ class _Task:
 
 
 @lru_cache(maxsize=8)
-def _evaluator(configuration: Configuration) -> Evaluator:
+def evaluator_of(configuration: Configuration) -> Evaluator:
+    """The evaluator of a configuration, with its model; made once a process."""
     return Evaluator(configuration.model())
 
 
 def _trials(task: _Task) -> list[Trial]:
-    evaluator, conditions = _evaluator(task.configuration), task.conditions
+    evaluator, conditions = evaluator_of(task.configuration), task.conditions
     rng = np.random.default_rng((conditions.seed, task.number))
     start = draw_start(evaluator.model, conditions.starts, rng)
     controller = task.configuration.controller(evaluator.model)
@@ -82,10 +95,10 @@ def _trials(task: _Task) -> list[Trial]:
         motion = run_motion(
             controller,
             evaluator.model,
-            partial(_still, goal),
+            lambda time, goal=goal: goal,  # type: ignore[misc]
             period=task.configuration.period,
             limit=conditions.limit,
-            patience=conditions.patience,
+            patience=PATIENCE,
             start=start,
             before=before,
             elapsed=None if jitter is None else partial(clock.uniform, *jitter),
@@ -95,17 +108,12 @@ def _trials(task: _Task) -> list[Trial]:
     return done
 
 
-def _still(goal: PoseGoal, time: float) -> PoseGoal:
-    return goal
-
-
 def run_trials(
     configuration: Configuration,
     conditions: Conditions,
     goals: Sequence[SE3],
     *,
     workers: int = 1,
-    cluster: str | None = None,
 ) -> Iterator[tuple[int, Trial]]:
     """One motion to every goal; yields the goal's number and the trial as they finish."""
     chain, poses = conditions.chain, np.array([goal.homogeneous for goal in goals])
@@ -118,7 +126,7 @@ def run_trials(
         )
         for first in range(0, len(poses), chain)
     ]
-    for link, trials in run_all(_trials, tasks, workers=workers, cluster=cluster):
+    for link, trials in run_all(_trials, tasks, workers=workers):
         for place, trial in enumerate(trials):
             yield link * chain + place, trial
 
@@ -133,16 +141,10 @@ class Reach:
     """Limit of the base [m/s]."""
     reverse_speed: float
     """The same backwards [m/s]."""
-    starts: str
-    chain: int
-    jitter_s: tuple[float, float] | None
-    disturbance: dict[str, float]
     changes: dict[str, Any]
     """Settings that differ from the preset."""
     period_s: float
-    time_limit_s: float
-    position_tolerance_mm: float
-    orientation_tolerance_deg: float
+    conditions: dict[str, Any]
     goals: int
     failures: int
     failures_by_reason: dict[str, int]
@@ -154,8 +156,7 @@ class Reach:
     contact_samples: int
     """Samples in which the arm is in contact."""
     contact_samples_by_kind: dict[str, int]
-    trials_with_contacts: list[int]
-    samples: int
+    trials_with_contacts: int
     time_median_s: float | None
     time_mean_s: float | None
     time_p95_s: float | None
@@ -174,6 +175,7 @@ def aggregate_trials(
     """Count and average the trials of one configuration, in the order of their goals."""
     times = np.array([trial.time for trial in done if trial.failure is None])
     reasons = Counter(str(trial.failure) for trial in done if trial.failure is not None)
+    limits = evaluator_of(configuration).model.limits
 
     def statistic(function: Any, *arguments: float) -> float | None:
         return round(float(function(times, *arguments)), 4) if len(times) else None
@@ -181,17 +183,11 @@ def aggregate_trials(
     return Reach(
         robot=configuration.robot,
         preset=configuration.preset,
-        base_speed=float(configuration.model().limits.base_twist[0]),
-        reverse_speed=configuration.model().limits.base_reverse,
-        starts=conditions.starts,
-        chain=conditions.chain,
-        jitter_s=conditions.jitter,
-        disturbance=asdict(conditions.disturbance),
+        base_speed=float(limits.base_twist[0]),
+        reverse_speed=limits.base_reverse,
         changes=dict(configuration.changes),
         period_s=configuration.period,
-        time_limit_s=conditions.limit,
-        position_tolerance_mm=1e3 * conditions.position_tolerance,
-        orientation_tolerance_deg=float(np.rad2deg(conditions.orientation_tolerance)),
+        conditions=asdict(conditions),
         goals=len(done),
         failures=reasons.total(),
         failures_by_reason=dict(reasons),
@@ -201,8 +197,7 @@ def aggregate_trials(
         trials_with_violations=sum(trial.violations.samples > 0 for trial in done),
         contact_samples=sum(trial.contacts.samples for trial in done),
         contact_samples_by_kind=_summed([trial.contacts for trial in done]),
-        trials_with_contacts=[i for i, trial in enumerate(done) if trial.contacts.samples],
-        samples=sum(round(trial.time / configuration.period) + 1 for trial in done),
+        trials_with_contacts=sum(trial.contacts.samples > 0 for trial in done),
         time_median_s=statistic(np.median),
         time_mean_s=statistic(np.mean),
         time_p95_s=statistic(np.percentile, 95.0),
@@ -221,17 +216,8 @@ def _summed(counts: Sequence[Any]) -> dict[str, int]:
     return dict(total)
 
 
-SWEEPS: dict[str, tuple[tuple[tuple[str, Any], ...], ...]] = {
-    "heading": tuple((("heading_gain", gain),) for gain in (0.0, 0.1, 0.5, 1.0)),
-    "manipulability": tuple(
-        (("manipulability_of", choice),) for choice in ("none", "whole body", "arm")
-    ),
-}
-"""Changes of the settings, each one row of Table II or III of the paper."""
-
-
 def reach_table(rows: Sequence[Reach]) -> Table:
-    """As a table."""
+    """One row for every configuration."""
     table = Table(title="Experiment 2: reaching goals", title_justify="left")
     for name in ("robot", "preset", "base m/s", "back"):
         table.add_column(name)
@@ -256,30 +242,18 @@ def reach_table(rows: Sequence[Reach]) -> Table:
 
 
 def reach_notes(rows: Sequence[Reach]) -> list[str]:
-    """A line for every row with failures, violations or contacts: which kinds, and how many."""
+    """A line for every row with failures, violations or contacts: which, and how many."""
     lines = []
     for row in rows:
-        kinds = (
-            f"{number} {kind}"
-            for counted in (
-                row.failures_by_reason,
-                row.limit_violations_by_kind,
-                {f"contact with {what}": n for what, n in row.contact_samples_by_kind.items()},
-            )
-            for kind, number in counted.items()
-            if number
-        )
-        if text := ", ".join(kinds):
+        counts = {
+            **row.failures_by_reason,
+            **row.limit_violations_by_kind,
+            **{f"contact with {what}": n for what, n in row.contact_samples_by_kind.items()},
+        }
+        text = ", ".join(f"{number} {name}" for name, number in counts.items() if number)
+        if text:
             lines.append(f"{row.robot} {_setting(row)} {row.base_speed:.1f} m/s: {text}")
     return lines
-
-
-_COUNTS = {
-    "failed": "failures",
-    "over limit": "limit_violations",
-    "contact": "contact_samples",
-}
-"""Columns of counts, and the fields that they show."""
 
 
 def _setting(row: Reach) -> str:

@@ -1,4 +1,4 @@
-"""Every figure of a list of experiments once more, beside what it was."""
+"""Comparison of the documented figures of a list of experiments with new ones."""
 
 from __future__ import annotations
 
@@ -19,21 +19,20 @@ from config import StrictModel, UserError
 
 
 class RegenerateError(UserError):
-    """An experiment did not run, or has no such figure."""
+    """An experiment failed, or has no such figure."""
 
 
 class Experiment(StrictModel):
-    """One command of `frankie-task bench`, and the figures that are read off its JSON."""
+    """One command of `frankie-task bench`, and the figures to read from its JSON."""
 
     table: str
-    """Which table of the page it is."""
+    """Table of the page."""
     command: str
-    """What follows `frankie-task bench`."""
+    """Arguments of `frankie-task bench`."""
     quick: str
     """Options that make it small."""
     figures: Annotated[list[tuple[str, str, float, float]], Field(min_length=1)]
-    """Name, where it stands in the JSON as `results.0.time_s`, what it was, and how much more or
-    less is no change."""
+    """Name, path in the JSON such as `results.0.time_s`, documented value, and tolerance."""
 
 
 class Experiments(StrictModel):
@@ -44,7 +43,7 @@ class Experiments(StrictModel):
 
 @dataclass(frozen=True, kw_only=True)
 class Regenerated:
-    """A figure, as it was and as it is."""
+    """The documented and the new value of a figure."""
 
     table: str
     name: str
@@ -54,77 +53,62 @@ class Regenerated:
 
     @property
     def changed(self) -> bool:
-        """Whether it is further from what it was than counts as none."""
+        """Whether the difference exceeds the tolerance."""
         return abs(self.now - self.was) > self.within + 1e-9
 
 
 def regenerate(
     experiment: Experiment, folder: Path, quick: bool
 ) -> tuple[list[Regenerated], float]:
-    """Run an experiment, and read its figures.
+    """Run an experiment; returns its figures and its duration [s].
 
     Args:
-        experiment: what to run.
-        folder: where its JSON, what it printed and its runs go.
+        experiment: to run.
+        folder: for its JSON, output and runs.
         quick: in its small size, whose figures are others.
 
-    Returns:
-        The figures, and how long it took [s].
-
     Raises:
-        RegenerateError: it failed, or a figure is not there.
+        RegenerateError: it failed, or a figure is missing.
     """
     words = shlex.split(experiment.command) + (shlex.split(experiment.quick) if quick else [])
-    file = folder / f"{_file_name(experiment.table)}.json"
+    name = "".join(letter if letter.isalnum() else "_" for letter in experiment.table)
+    file = folder / f"{name}.json"
     command = [sys.executable, "-m", "frankie_task_cli", "bench", *words, "--json", str(file)]
     begun = perf_counter()
-    with file.with_suffix(".txt").open("w", encoding="utf-8") as said:
-        ran = subprocess.run(command, stdout=said, stderr=subprocess.STDOUT, check=False)
+    with file.with_suffix(".txt").open("w", encoding="utf-8") as output:
+        ran = subprocess.run(command, stdout=output, stderr=subprocess.STDOUT, check=False)
     if ran.returncode:
         failed = f"frankie-task bench {shlex.join(words)}: exit code {ran.returncode}"
-        raise RegenerateError(f"{failed}; what it said is in {said.name}")
+        raise RegenerateError(f"{failed}; its output is in {output.name}")
     report = json.loads(file.read_text(encoding="utf-8"))
+    table = experiment.table
     return [
         Regenerated(
-            table=experiment.table,
-            name=name,
-            was=was,
-            within=within,
-            now=_figure(report, where, experiment.table),
+            table=table, name=name, was=was, within=within, now=_figure(report, path, table)
         )
-        for name, where, was, within in experiment.figures
+        for name, path, was, within in experiment.figures
     ], perf_counter() - begun
 
 
+def _figure(report: object, path: str, table: str) -> float:
+    found = report
+    try:
+        for step in path.split("."):
+            found = found[int(step)] if isinstance(found, list) else found[step]  # type: ignore[index]
+        return float(found)  # type: ignore[arg-type]
+    except (LookupError, TypeError, ValueError):
+        raise RegenerateError(f"{table}: its JSON has no figure at `{path}`") from None
+
+
 def regenerated_table(figures: Iterable[Regenerated], quick: bool) -> Table:
-    """Was and is, figure by figure; of a small size nothing is judged."""
+    """Documented and new values; with a small size nothing is judged."""
     table = Table(title="Was and is" + (", in small sizes: not to be compared" if quick else ""))
     for column in ("table", "figure", "was", "no change within", "is", ""):
         table.add_column(column, justify="left" if column in ("table", "figure") else "right")
     last = ""
     for one in figures:
         mark = "CHANGED" if one.changed and not quick else ""
-        table.add_row(
-            one.table if one.table != last else "",
-            one.name,
-            f"{one.was:g}",
-            f"± {one.within:g}",
-            f"{one.now:.4g}",
-            mark,
-        )
+        name = one.table if one.table != last else ""
+        table.add_row(name, one.name, f"{one.was:g}", f"± {one.within:g}", f"{one.now:.4g}", mark)
         last = one.table
     return table
-
-
-def _file_name(table: str) -> str:
-    return "".join(letter if letter.isalnum() else "_" for letter in table)
-
-
-def _figure(report: object, where: str, table: str) -> float:
-    found = report
-    try:
-        for step in where.split("."):
-            found = found[int(step)] if isinstance(found, list) else found[step]  # type: ignore[index]
-        return float(found)  # type: ignore[arg-type]
-    except (LookupError, TypeError, ValueError):
-        raise RegenerateError(f"{table}: its JSON has no figure at `{where}`") from None

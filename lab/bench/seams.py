@@ -1,10 +1,10 @@
-"""What tells a seam between two things from one across a single thing, fitted.
+"""Training of the network that separates touching objects.
 
     python -m lab.bench.seams perception/weights/seams.json
 
 Objects of many classes, none of them held out, lie in heaps, in two colours only, so that many
-touch their like; and as they are in `bench choosing`. The renderer knows which object every point
-is of. A network is fitted to most of the scenes, and judged by others, as they are.
+touch others of the same colour, and as in `bench choosing`. The renderer labels the points with
+their object. The network is fitted to most of the scenes and evaluated on the others.
 """
 
 from __future__ import annotations
@@ -37,34 +37,34 @@ from robots import Array
 
 SCENES = 2400
 FIRST_SEED = 100_000
-_LIKE_SEVERAL = ("caterpillar", "composed", "stack", "twins")  # nobody could say that they are one
-_CLASSES = tuple(name for name in (*HOUSEHOLD, *TRAIN, *MODELLED) if name not in _LIKE_SEVERAL)
+_AMBIGUOUS = ("caterpillar", "composed", "stack", "twins")  # cannot be known to be one object
+_CLASSES = tuple(name for name in (*HOUSEHOLD, *TRAIN, *MODELLED) if name not in _AMBIGUOUS)
 _COLOURS = ((214, 84, 70), (84, 104, 184))
 _HEIGHTS = (0.36, 0.5)  # of the camera over the floor [m]
 _OFF = 0.04  # the middle of the tray from the middle of the image, at most [m]
-_CUT_THROUGH = 0.12  # a seam that leaves more than this of a thing on its smaller side cuts it
-_LEAST = 0.05  # what has less of a piece is noise in it
-_HELD_OUT = 6  # every such scene is not fitted to
-_NEEDED = 0.9  # from 0.5 to 0.9 known classes fare alike; unknown ones are cut less often
+_CUT_THROUGH = 0.12  # share of an object on the smaller side of a seam that cuts it
+_LEAST = 0.05  # smaller shares of a piece are noise
+_HELD_OUT = 6  # one scene of this many is held out
+_NEEDED = 0.9  # known classes are cut alike from 0.5 to 0.9, unknown ones less often
 _HIDDEN = (32, 32)
 _EPOCHS, _BATCH = 40, 512
 _RATE, _DECAY = 3e-3, 1e-4
 
 
 class Seam(NamedTuple):
-    """A seam across a piece."""
+    """A candidate seam across a piece, with its label."""
 
     piece: tuple[int, int]
     """Scene, and number of the piece in it."""
     many: bool
-    """Whether the piece is more than one thing."""
+    """Whether the piece is more than one object."""
     right: bool
-    """Whether only things lie on both sides, and none is cut through."""
+    """Whether it separates objects and cuts none."""
     measures: Array
 
 
 def scene_seams(seed: int) -> list[Seam]:
-    """All seams of a scene whose right is known."""
+    """All labelled seams of a scene."""
     rng = np.random.default_rng((seed, 31))
     natural = seed % 2 == 1
     world = make_world(CLUTTER[seed % 3 if natural else 1 + seed // 2 % 2], rng, _CLASSES)
@@ -95,10 +95,7 @@ def scene_seams(seed: int) -> list[Seam]:
 
 
 def fit(seams: Sequence[Seam]) -> BoundaryModel:
-    """The model of some seams, for which even the unlikeliest is cut; always the same.
-
-    Every piece counts as much as the root of the number of its seams.
-    """
+    """The model fitted to seams, always the same; a seam weighs 1 / √(seams of its piece)."""
     import torch
     from torch import nn
 
@@ -139,22 +136,22 @@ def fit(seams: Sequence[Seam]) -> BoundaryModel:
 
 
 def mistakes(model: BoundaryModel, seams: Sequence[Seam]) -> dict[float, int]:
-    """By the likelihood that is needed: pieces cut wrongly, or not cut though they are many."""
+    """Number of pieces cut wrongly or wrongly left whole, by the threshold of the likelihood."""
     likely = model.likely(np.array([one.measures for one in seams]))
     best: dict[tuple[int, int], tuple[float, Seam]] = {}
-    for told, one in zip(likely, seams, strict=True):
-        if one.piece not in best or told > best[one.piece][0]:
-            best[one.piece] = (float(told), one)
+    for likelihood, one in zip(likely, seams, strict=True):
+        if one.piece not in best or likelihood > best[one.piece][0]:
+            best[one.piece] = (float(likelihood), one)
     return {
         float(needed): sum(
-            not one.right if told > needed else one.many for told, one in best.values()
+            not one.right if likelihood > needed else one.many for likelihood, one in best.values()
         )
         for needed in np.arange(0.1, 0.95, 0.05).round(2)
     }
 
 
 def main() -> None:
-    """Fit, and write the file that is named."""
+    """Fit, and write the file given as the argument."""
     (file,) = sys.argv[1:]
     found: dict[int, list[Seam]] = {}
     with progress("scenes", SCENES) as advance:
@@ -165,19 +162,19 @@ def main() -> None:
     held_out = [n for n in range(SCENES) if n % _HELD_OUT == 1]
     model = fit([one for n in sorted(set(found) - set(held_out)) for one in found[n]])
     wrong = mistakes(model, [one for n in held_out for one in found[n]])
-    print(f"mistakes in {len(held_out)} scenes, by the likelihood that is needed: {wrong}")
-    told = {
+    print(f"mistakes in {len(held_out)} scenes, by threshold: {wrong}")
+    weights = {
         "measures": BOUNDARY_FEATURES,
         "middle": _plain(model.middle),
         "spread": _plain(model.spread),
         "layers": [[_plain(each) for each in layer] for layer in model.layers],
         "needed": _NEEDED,
     }
-    Path(file).write_text(json.dumps(told) + "\n", encoding="utf-8")
+    Path(file).write_text(json.dumps(weights) + "\n", encoding="utf-8")
 
 
 def _plain(values: Array) -> object:
-    """For JSON, with as many digits as matter."""
+    """For JSON, with five digits."""
     return np.vectorize(lambda each: float(f"{each:.5g}"))(values).tolist()
 
 

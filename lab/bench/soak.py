@@ -1,18 +1,17 @@
-"""The soak: hours of one task, with a random fault every minute, judged on the truth.
+"""Soak test: hours of one task, with a random fault every minute.
 
 Objects are carried to and fro between a container and a table. A run that ends, by a fault that a
-program may not clear, is counted and begun anew, until the hours are over. A stand-in for a person
-acknowledges emergency stops and puts back what fell where the robot cannot get it.
+program may not clear, is counted and started again, until the hours are over. A simulated person
+acknowledges emergency stops and puts back objects that fell out of reach.
 """
 
 from __future__ import annotations
 
-import json
 import sys
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import redirect_stderr
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from traceback import format_exc
@@ -29,9 +28,7 @@ from lab.bench.witness import Violations, Witness
 from lab.shared import machine
 from trees.language import TreeNode
 
-_HERE = Path(__file__).parent
-TREE = _HERE / "back_and_forth.yaml"
-SCENE = _HERE / "back_and_forth_scene.yaml"
+_TASKS = Path(__file__).parent / "tasks"
 
 LONGEST_S: Mapping[str, float] = MappingProxyType(
     {
@@ -54,54 +51,58 @@ LONGEST_S: Mapping[str, float] = MappingProxyType(
         "state nan": 0.1,
     }
 )
-"""The faults of the soak, all of which a task can outlive, and how long each lasts at most [s]."""
+"""The faults of the soak, all of which a task can survive, and the longest duration of each [s]."""
 
-FAULT_EVERY = 60.0
-"""One fault in each such time, at a random moment [s]."""
+_FAULT_EVERY = 60.0
+"""One fault in each such interval, at a random time [s]."""
 _LOOK_EVERY = 10.0
-"""How often the stand-in for a person looks for objects that fell [s]."""
+"""Interval at which the simulated person looks for fallen objects [s]."""
 _ACKNOWLEDGED_AFTER = 0.5
-"""When it acknowledges a released emergency stop [s]."""
+"""Delay after which it acknowledges a released emergency stop [s]."""
 _MOST_RUNS_AN_HOUR = 60
-"""More runs than this in an hour are no soak but a failure."""
+"""With more runs than this in an hour the soak has failed."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Sample:
-    """What the process held at one moment."""
+    """Resources of the process at one time."""
 
     hours: float
-    """Simulated time since the soak began."""
+    """Simulated time since the beginning."""
     footprint: Footprint
 
 
 @dataclass(kw_only=True)
 class Soak:
-    """What came of it."""
+    """The result of a soak."""
 
     hours: float = 0.0
     """Simulated."""
     real_s: float = 0.0
     runs: int = 0
     endings: dict[str, int] = field(default_factory=dict)
-    """How the runs ended before the hours were over: outcome and reason."""
+    """Outcome and reason of the runs that ended before the hours were over."""
     faults: dict[str, int] = field(default_factory=dict)
     """How often each was injected."""
     carried: int = 0
     """Objects that the task placed."""
     put_back: int = 0
-    """How often an object fell, and was put back by the stand-in for a person."""
+    """How often a fallen object was put back."""
     unaccounted: int = 0
-    """Objects that were at the end of a run neither on furniture, nor in the hand, nor taken away
-    by a fault of that moment, nor on the floor for less than the time between two looks."""
+    """Objects at the end of a run neither on furniture, nor in the hand, nor taken away by a fault
+    of that moment, nor on the floor for less than the interval between two looks."""
     violations: Violations = field(default_factory=Violations)
     samples: list[Sample] = field(default_factory=list)
 
     @property
+    def settled(self) -> Footprint:
+        """The resources after the first tenth of the soak."""
+        return self.samples[len(self.samples) // 10].footprint
+
+    @property
     def memory_growth(self) -> float:
         """Of the memory after the first tenth of the soak, as a share of it."""
-        first = self.samples[len(self.samples) // 10].footprint.rss
-        return self.samples[-1].footprint.rss / first - 1.0
+        return self.samples[-1].footprint.rss / self.settled.rss - 1.0
 
 
 class _SoakRun(Instruments):
@@ -111,7 +112,7 @@ class _SoakRun(Instruments):
         soak: where everything is counted.
         hours: when the soak is over.
         rng: of the faults.
-        progress: told the hours so far, now and then.
+        progress: called once a simulated minute.
     """
 
     def __init__(
@@ -129,18 +130,18 @@ class _SoakRun(Instruments):
         self._fallen: set[str] = set()
 
     def beneath(self, robot: Robot) -> Robot:
-        """The robot, watched."""
+        """The robot with its judge."""
         self._witness = Witness(robot, self._soak.violations)
         return self._witness
 
     def begin(self, setup: Setup, nodes: Sequence[TreeNode]) -> None:
-        """Note where the objects are."""
+        """Note the initial poses of the objects."""
         assert isinstance(setup.truth, DisturbableWorld)
         self._setup, self._world = setup, setup.truth
         self._homes = {one.name: one.pose for one in setup.truth.objects}
 
     def after(self, tick: Tick) -> None:
-        """Faults, the look for what fell, and the counts."""
+        """Inject faults, and put fallen objects back."""
         now = self._setup.clock.session.now()
         self._soak.hours = self._before + now / 3600.0
         self._disturb(now)
@@ -153,18 +154,17 @@ class _SoakRun(Instruments):
         return self._soak.hours >= self._hours
 
     def end(self) -> None:
-        """Count what is left."""
+        """Count the objects."""
         self._soak.carried += self._setup.context.log.placed
         self._soak.unaccounted += len(self._astray() - self._fallen)
 
     def _disturb(self, now: float) -> None:
-        """One fault a minute."""
-        if now // FAULT_EVERY > self._minute:
-            self._minute = int(now // FAULT_EVERY)
+        if now // _FAULT_EVERY > self._minute:
+            self._minute = int(now // _FAULT_EVERY)
             name = str(self._rng.choice(list(LONGEST_S)))
-            lasts = LONGEST_S[name] * self._rng.uniform(0.2, 1.0)
-            start = now + self._rng.uniform(0.0, FAULT_EVERY - lasts)
-            self._fault, self._injected = (name, start, start + lasts), False
+            duration = LONGEST_S[name] * self._rng.uniform(0.2, 1.0)
+            start = now + self._rng.uniform(0.0, _FAULT_EVERY - duration)
+            self._fault, self._injected = (name, start, start + duration), False
             self._soak.samples.append(Sample(hours=self._soak.hours, footprint=footprint()))
             self._progress(self._soak)
         if self._fault is None:
@@ -175,10 +175,10 @@ class _SoakRun(Instruments):
         elif now >= start and not self._injected:
             self._setup.robot.inject(name, stop - start)
             self._injected = True
-            _count(self._soak.faults, name)
+            self._soak.faults[name] = self._soak.faults.get(name, 0) + 1
 
     def _tidy(self) -> None:
-        """Put back what has lain out of reach since the last look, and forget full places."""
+        """Put back objects that were astray at the last look, too; forget full places."""
         astray = self._astray()
         for name in astray & self._fallen:
             self._world.put(name, self._homes[name])
@@ -191,7 +191,7 @@ class _SoakRun(Instruments):
                 del places[region]
 
     def _astray(self) -> set[str]:
-        """Objects that are not where the task can find them, but for one that is taken away."""
+        """Objects out of the task's reach, unless a fault takes one away at this moment."""
         if self._fault is not None and self._fault[0] == "object taken" and self._injected:
             return set()
         supports = self._world.supports()
@@ -202,22 +202,22 @@ def run_soak(hours: float, seed: int, progress: Callable[[Soak], None]) -> Soak:
     """Run the task for hours of simulated time.
 
     Args:
-        hours: how many.
+        hours: simulated.
         seed: of objects, camera noise and faults.
         progress: called once a simulated minute.
     """
     soak, rng, begun, terminal = Soak(), np.random.default_rng((seed, 1)), stopwatch(), sys.stderr
 
-    def tell(soak: Soak) -> None:
+    def report(soak: Soak) -> None:
         with redirect_stderr(terminal):
             progress(soak)
 
     while soak.hours < hours and soak.runs < max(10.0, _MOST_RUNS_AN_HOUR * hours):
-        run = _SoakRun(soak, hours, rng, tell)
+        run = _SoakRun(soak, hours, rng, report)
         with TemporaryDirectory() as folder, hushed():
             options = RunOptions(
-                tree=TREE,
-                scene=str(SCENE),
+                tree=_TASKS / "back_and_forth.yaml",
+                scene=str(_TASKS / "back_and_forth_scene.yaml"),
                 seed=seed + soak.runs,
                 record=Path(folder),
                 recording=False,
@@ -232,29 +232,28 @@ def run_soak(hours: float, seed: int, progress: Callable[[Soak], None]) -> Soak:
         soak.runs += 1
         run.end()
         if not run.is_over():
-            _count(soak.endings, ending)
+            soak.endings[ending] = soak.endings.get(ending, 0) + 1
         soak.real_s = stopwatch() - begun
     return soak
 
 
 def soak_table(soak: Soak) -> Table:
-    """What came of it, for people."""
+    """The result as a table."""
     title = f"{soak.hours:.2f} simulated hours, on {machine()['machine']}"
     table = Table(title=title, title_justify="left", show_header=False)
-    last = soak.samples[-1].footprint
-    first = soak.samples[len(soak.samples) // 10].footprint
+    first, last, found = soak.settled, soak.samples[-1].footprint, soak.violations
+    faults = ", ".join(f"{n} {name}" for name, n in Counter(soak.faults).most_common())
+    endings = "\n".join(f"{n} {why}" for why, n in Counter(soak.endings).most_common())
     rows = {
         "time": f"{soak.real_s / 60.0:.1f} min, {3600.0 * soak.hours / soak.real_s:.1f} times real",
         "runs": f"{soak.runs}",
-        "ended early": "\n".join(f"{n} {why}" for why, n in Counter(soak.endings).most_common())
-        or "none",
-        "faults": f"{sum(soak.faults.values())}: "
-        + ", ".join(f"{n} {name}" for name, n in Counter(soak.faults).most_common()),
+        "ended early": endings or "none",
+        "faults": f"{sum(soak.faults.values())}: {faults}",
         "objects carried": f"{soak.carried}",
         "fell, put back": f"{soak.put_back}",
         "not accounted for": f"{soak.unaccounted}",
-        "limit violations": f"{soak.violations.position} position, {soak.violations.velocity} "
-        f"velocity, {soak.violations.acceleration} acceleration",
+        "limit violations": f"{found.position} position, {found.velocity} velocity, "
+        f"{found.acceleration} acceleration",
         "memory": f"{first.rss / 1e6:.0f} MB after a tenth, {last.rss / 1e6:.0f} MB in the end, "
         f"{100.0 * soak.memory_growth:+.1f} %",
         "threads": f"{first.threads} and {last.threads}",
@@ -263,13 +262,3 @@ def soak_table(soak: Soak) -> Table:
     for name, value in rows.items():
         table.add_row(name, value)
     return table
-
-
-def soak_json(soak: Soak) -> str:
-    """What came of it, and the machine."""
-    about = machine() | {"memory_growth": round(soak.memory_growth, 4)}
-    return json.dumps({"about": about, "soak": asdict(soak)}, indent=1)
-
-
-def _count(counts: dict[str, int], name: str) -> None:
-    counts[name] = counts.get(name, 0) + 1

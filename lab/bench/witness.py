@@ -1,4 +1,4 @@
-"""What a robot really does, whatever faults make of its readings: the judge of the benches."""
+"""Judge of the true motion of a robot, beneath the injected faults."""
 
 from __future__ import annotations
 
@@ -12,26 +12,26 @@ from hw import Robot, RobotState, RobotWrapper
 from robots import Array
 
 AT_REST = 0.01
-"""Slower than this is at rest [m/s or rad/s]."""
+"""A slower robot is at rest [m/s or rad/s]."""
 
 _PERIOD = 0.01
 """Of control [s]."""
 _GAP = 1.5 * _PERIOD
-"""After this long without a command the robot may have begun to stop by itself [s]."""
+"""After this time without a command the robot may have begun to stop by itself [s]."""
 _ROUNDING = 1.001
 
 
 @dataclass(kw_only=True)
 class Violations:
-    """How often a limit was exceeded."""
+    """Counts of exceeded limits."""
 
     position: int = 0
     """Readings with a joint out of its range."""
     velocity: int = 0
-    """Readings with a joint or the base faster than it may be."""
+    """Readings with a joint or the base too fast."""
     acceleration: int = 0
-    """Commands that change a velocity faster than it may change. Braking may use the emergency
-    deceleration, and a change that was not used may be saved up for one period."""
+    """Commands that change a velocity too fast. Braking may use the emergency deceleration, and an
+    unused change may be saved up for one period."""
 
     @property
     def total(self) -> int:
@@ -40,10 +40,10 @@ class Violations:
 
 
 class Witness(RobotWrapper):
-    """A robot between the injected faults and the real or simulated one, which it passes on to.
+    """A robot that checks the true readings and the commands against the limits.
 
     Args:
-        robot: the one that is watched.
+        robot: the real or simulated robot beneath.
         violations: where they are counted; None starts at zero.
         seen: called after every reading.
     """
@@ -61,7 +61,7 @@ class Witness(RobotWrapper):
         self.state: RobotState | None = None
         """The last true reading."""
         self.stopped = False
-        """Whether the last that it was told was to stop by itself."""
+        """Whether the last command was to stop."""
         self._now = -np.inf
         self._sent = self._before = Command.stop()
 
@@ -73,12 +73,11 @@ class Witness(RobotWrapper):
         return float(max(np.abs(self.state.qd).max(), np.abs(self.state.base_twist).max()))
 
     def read(self) -> RobotState:
-        """The robot's reading, held against the limits."""
+        """The true reading, checked against the limits."""
         state = self.state = self._robot.read()
         limits, found = self._limits, self.violations
-        found.position += bool(
-            ((state.q > limits.q_max + 1e-6) | (state.q < limits.q_min - 1e-6)).any()
-        )
+        outside = (state.q > limits.q_max + 1e-6) | (state.q < limits.q_min - 1e-6)
+        found.position += bool(outside.any())
         found.velocity += _exceeds(state.qd, limits.qd) or _exceeds(
             state.base_twist, limits.base_speed(state.base_twist)
         )
@@ -86,13 +85,12 @@ class Witness(RobotWrapper):
         return state
 
     def send(self, command: Command) -> Command:
-        """Pass a command on, held against the one before."""
+        """Pass a command on, checked against the one before."""
         self.stopped = False
         state = self._robot.read()
+        gap = 0.0
         if state.stamp > self._now:
             gap, self._now, self._before = state.stamp - self._now, state.stamp, self._sent
-        else:
-            gap = 0.0
         dt = min(gap, _GAP) + _PERIOD
         measured = Command(base_twist=state.base_twist, qd=state.qd)
         starts = (self._before, measured) if gap > _GAP else (self._before,)
@@ -101,27 +99,21 @@ class Witness(RobotWrapper):
         return self._sent
 
     def stop(self) -> None:
-        """As the robot does."""
+        """Stop the robot."""
         self.stopped = True
         super().stop()
 
     def _follows(self, before: Command, command: Command, dt: float) -> bool:
         """Whether a command may follow another within a time [s]."""
-        limits = self._limits
+        limits, old, new = self._limits, before.base_twist, command.base_twist
         return command.is_finite() and not (
-            _changes(
-                before.base_twist,
-                command.base_twist,
-                limits.base_acceleration,
-                limits.base_emergency,
-                dt,
-            )
+            _changes(old, new, limits.base_acceleration, limits.base_emergency, dt)
             or _changes(before.qd, command.qd, limits.qdd, limits.qdd, dt)
         )
 
 
 def _changes(before: Array, after: Array, faster: Array, slower: Array, dt: float) -> bool:
-    """Whether a velocity changes by more than it may within a time [s]."""
+    """Whether a velocity changes by more than allowed within a time [s]."""
     brakes = (np.abs(after) < np.abs(before)) & (after * before >= 0.0)
     return _exceeds(after - before, np.where(brakes, slower, faster) * dt)
 

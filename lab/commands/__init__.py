@@ -2,7 +2,7 @@
 
 import typer
 
-from lab.commands.bench import bench
+from lab.bench import app as bench
 from lab.commands.calibrate import app as calibrate
 from lab.commands.grasp import app as grasp
 

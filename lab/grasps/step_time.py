@@ -131,7 +131,7 @@ def measure_perception(frames: int) -> PerceptionResult:
     times = _time_steps(detectors, seen)
     timer = PartTimer(_parts())
     default = next(iter(detectors.values()))
-    with timer.watching():
+    with timer.measuring():
         for frame in seen:
             timer.step(lambda frame=frame: default.detect(frame, _CONTAINER))  # type: ignore[misc]
     parts = {name: 1e-3 * median for name, median in timer.medians().items()}

@@ -1,15 +1,15 @@
-"""What the rooms of the laboratory share: machine, worker processes, progress, statistics."""
+"""Shared by the rooms of the laboratory: machine, worker processes, progress, statistics."""
 
 from lab.shared.environment import machine
 from lab.shared.parts import Functions, PartTimer
 from lab.shared.progress_bar import progress
-from lab.shared.statistics import interval, paired_difference, percent, share
-from lab.shared.workers import ClusterError, run_all
+from lab.shared.statistics import bootstrap, interval, paired_difference, percent, share
+from lab.shared.workers import run_all
 
 __all__ = [
-    "ClusterError",
     "Functions",
     "PartTimer",
+    "bootstrap",
     "interval",
     "machine",
     "paired_difference",

@@ -11,7 +11,7 @@ _CPU_INFO = Path("/proc/cpuinfo")
 
 
 def machine() -> dict[str, str]:
-    """Processor, version of Python and versions of the packages that affect speed, by name."""
+    """Processor and versions of Python and of the packages that affect speed, by name."""
     packages = {name: version(name) for name in ("numpy", "pin", "piqp")}
     return {
         "machine": f"{os.cpu_count()} x {_processor()}",

@@ -1,4 +1,4 @@
-"""CPU time of the parts of a step, by timing the functions that it calls."""
+"""CPU time of the parts of a step, measured by wrapping the functions that it calls."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class PartTimer:
         self._times: list[tuple[int, int]] = []
 
     def step(self, work: Callable[[], Result]) -> Result:
-        """Do one step; its parts are measured only while `watching`."""
+        """Do one step; its parts are measured only inside `measuring`."""
         self._now = dict.fromkeys(self._functions, 0)
         begun_wall, begun = perf_counter_ns(), thread_time_ns()
         result = work()
@@ -44,20 +44,16 @@ class PartTimer:
         names = (*self._functions, "rest")
         return {name: float(np.median([s[name] for s in self._steps]) / 1e3) for name in names}
 
-    def wall_ns(self) -> npt.NDArray[np.float64]:
-        """(N,) how long every step took [ns]."""
-        return np.array([wall for wall, _ in self._times], dtype=float)
-
-    def cpu_ns(self) -> npt.NDArray[np.float64]:
-        """(N,) processor time of every step [ns]."""
-        return np.array([cpu for _, cpu in self._times], dtype=float)
+    def times_ns(self) -> npt.NDArray[np.float64]:
+        """(2, N) wall-clock time and CPU time of every step [ns]."""
+        return np.array(self._times, dtype=float).T
 
     def parts_ns(self, number: int) -> dict[str, int]:
-        """Processor time of the parts of one step, and of its rest [ns]."""
+        """CPU time of the parts of one step, and of its rest [ns]."""
         return self._steps[number]
 
     @contextmanager
-    def watching(self) -> Iterator[None]:
+    def measuring(self) -> Iterator[None]:
         """Measure the parts inside of this context."""
         places = [
             (part, *place) for part, functions in self._functions.items() for place in functions

@@ -1,9 +1,10 @@
-"""Shares of outcomes and the differences between them, each with what chance can do to it."""
+"""Shares, means and differences with 95 % confidence intervals."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import sqrt
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -35,24 +36,32 @@ def percent(outcomes: Sequence[bool]) -> str:
     return f"{part:.1f} ({100.0 * low:.1f} to {100.0 * high:.1f})"
 
 
+def bootstrap(
+    values: Sequence[float], statistic: Callable[..., Any] = np.mean, draws: int = 2000
+) -> tuple[float, float]:
+    """95 % interval of a statistic of values by seeded bootstrap (Efron, 1979)."""
+    sample = np.array(values)
+    drawn = np.random.default_rng(0).integers(len(sample), size=(draws, len(sample)))
+    low, high = np.percentile(statistic(sample[drawn], axis=1), (2.5, 97.5))
+    return float(low), float(high)
+
+
 def paired_difference(
     one: npt.NDArray[np.float64],
     other: npt.NDArray[np.float64],
     per: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None = None,
 ) -> tuple[float, float, float]:
-    """How much more one has than another over the same scenes: mean, and 95 % interval.
-
-    The interval is that of a bootstrap over the scenes (Efron, 1979), always with the same draws.
+    """Difference of two means over the same scenes, and its 95 % interval by seeded bootstrap.
 
     Args:
-        one: (N,) what it reached in each scene.
-        other: (N,) the same of the other.
-        per: (N,) what each of both spent on it; None is 1 for each scene.
+        one: (N,) the first quantity in each scene.
+        other: (N,) the second.
+        per: (N,) and (N,) the cost of each in each scene, which its sum is divided by; None is 1
+            for each scene.
     """
     n = len(one)
     spent = (np.ones(n), np.ones(n)) if per is None else per
-    rng = np.random.default_rng(0)
-    drawn = rng.integers(0, n, (_DRAWS, n))
+    drawn = np.random.default_rng(0).integers(0, n, (_DRAWS, n))
 
     def ratio(reached: npt.NDArray[np.float64], cost: npt.NDArray[np.float64]) -> float:
         return float(reached.sum() / max(cost.sum(), 1.0))

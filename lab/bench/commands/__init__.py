@@ -1,0 +1,22 @@
+"""`frankie-task bench ...`: the commands of the benches."""
+
+import typer
+
+from lab.bench.commands.faults import faults, soak
+from lab.bench.commands.obstacles import obstacles
+from lab.bench.commands.paper import moving, poses, reach
+from lab.bench.commands.regenerate import experiments
+from lab.bench.commands.tasks import choosing, on_the_move, pick_place
+from lab.bench.commands.timing import timing
+
+app = typer.Typer(
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    help="Measure: the paper's experiments, obstacles, whole tasks, faults, times of the parts.",
+)
+_MOTIONS = (reach, poses, moving, obstacles)
+_TASKS = (pick_place, on_the_move, choosing, faults, soak)
+for command in (*_MOTIONS, *_TASKS, timing, experiments):
+    app.command(command.__name__.replace("_", "-"))(command)
+
+__all__ = ["app"]

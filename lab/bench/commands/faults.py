@@ -1,0 +1,83 @@
+"""`bench faults` and `bench soak`: tasks with faults, one in each phase or at random for hours."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from lab.bench.commands.options import (
+    Json,
+    Seeds,
+    check_writable,
+    seed_range,
+    show,
+    write_json,
+)
+
+if TYPE_CHECKING:
+    from lab.bench.faults import Cell, CellResult
+    from lab.bench.soak import Soak
+
+Names = Annotated[list[str] | None, typer.Option(help="Only this one; may be repeated.")]
+
+
+def faults(
+    faults: Names = None,
+    phases: Names = None,
+    seeds: Seeds = "1-1",
+    quick: Annotated[
+        bool, typer.Option("--quick", help="A few faults in two phases, in some seconds.")
+    ] = False,
+    workers: Annotated[int, typer.Option(help="Processes.", min=1)] = 2,
+    json: Json = None,
+) -> None:
+    """Inject every fault in every phase of a task; the simulated world is the judge."""
+    from lab.bench import faults as bench
+    from lab.bench.fault_matrix import QUICK, QUICK_PHASES
+    from lab.shared import progress
+
+    check_writable(json)
+    rows, columns = faults or [], phases or []
+    if quick:
+        rows, columns = rows or list(QUICK), columns or list(QUICK_PHASES)
+    cells = bench.cells(rows, columns, seed_range(seeds))
+    results: dict[Cell, CellResult] = {}
+    with progress("faults", len(cells)) as advance:
+
+        def done(result: CellResult) -> None:
+            cell = bench.Cell(fault=result.fault, phase=result.phase, seed=result.seed)
+            results[cell] = result
+            advance(result.wrong_success or result.hang or result.crash)
+
+        bench.run_cells(cells, workers, done)
+    ordered = [results[cell] for cell in cells]
+    show(bench.faults_table(ordered), *bench.faults_notes(ordered))
+    write_json(json, {"cells": [asdict(one) for one in ordered]})
+
+
+def soak(
+    hours: Annotated[float, typer.Option(help="Simulated hours.", min=0.05)] = 8.0,
+    seed: Annotated[int, typer.Option(help="Of objects, noise and faults.", min=0)] = 0,
+    json: Json = None,
+) -> None:
+    """Carry objects to and fro for hours, with a random fault every minute."""
+    from lab.bench.soak import run_soak, soak_table
+    from lab.shared import progress
+
+    check_writable(json)
+    minutes = max(1, round(60.0 * hours))
+    with progress("simulated minutes", minutes) as advance:
+        counted = 0
+
+        def done(soak: Soak) -> None:
+            nonlocal counted
+            if counted < minutes and 60.0 * soak.hours >= counted:
+                counted += 1
+                advance(False)
+
+        result = run_soak(hours, seed, done)
+    show(soak_table(result))
+    growth = round(result.memory_growth, 4)
+    write_json(json, {"memory_growth": growth, "soak": asdict(result)})

@@ -1,0 +1,76 @@
+"""`bench obstacles`: reaching goals among furniture and walkers."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from app.commands import refuse
+from lab.bench.commands.options import (
+    BOTH,
+    Json,
+    Robot,
+    Workers,
+    check_writable,
+    chosen,
+    chosen_robots,
+    show,
+    workers_of,
+    write_results,
+)
+
+
+def obstacles(
+    robot: Robot = BOTH,
+    controller: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="frankie, `without guidance`, paper or blind; may be repeated; default: all."
+        ),
+    ] = None,
+    family: Annotated[
+        list[str] | None,
+        typer.Option(help="room, shelf, table or walkers; may be repeated; default: all."),
+    ] = None,
+    count: Annotated[int, typer.Option(help="Number of seeded worlds.", min=1)] = 1000,
+    seed: Annotated[int, typer.Option(help="Seed of the worlds.", min=0)] = 0,
+    only: Annotated[
+        list[str] | None,
+        typer.Option(help="One of these worlds, such as shelf:3; may be repeated."),
+    ] = None,
+    limit: Annotated[float, typer.Option(help="Longest time per goal in seconds.", min=0.1)] = 40.0,
+    workers: Workers = None,
+    json: Json = None,
+) -> None:
+    """Reach goals among furniture and walkers; count failures and contacts, compare the times."""
+    from lab.bench.obstacles.report import obstacle_notes, obstacle_rows, obstacle_table
+    from lab.bench.obstacles.trials import CONTROLLERS, Setup, run_worlds, world_names
+    from lab.bench.obstacles.worlds import FAMILIES
+    from lab.shared import progress
+
+    check_writable(json)
+    controllers = tuple(chosen("--controller", controller, CONTROLLERS))
+    names = world_names(count, chosen("--family", family, FAMILIES))
+    if only:
+        names = [_world(one, FAMILIES) for one in only]
+    rows = []
+    for name in chosen_robots(robot):
+        setup = Setup(robot=name, controllers=controllers, seed=seed, limit=limit)
+        processes = min(workers_of(workers), len(names))
+        done = {}
+        with progress(f"{name} obstacles", len(names)) as advance:
+            for number, trials in run_worlds(setup, names, workers=processes):
+                done[number] = trials
+                advance(trials[0].reason is not None)
+        rows += obstacle_rows(setup, [done[number] for number in sorted(done)])
+    show(obstacle_table(rows), *obstacle_notes(rows))
+    write_results(json, rows, seed=seed)
+
+
+def _world(text: str, families: tuple[str, ...]) -> tuple[str, int]:
+    family, _, number = text.partition(":")
+    if family not in families or not number.isdigit():
+        listed = ", ".join(families)
+        refuse(f"--only {text}: give family and number such as shelf:3; families: {listed}")
+    return family, int(number)

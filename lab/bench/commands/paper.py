@@ -1,0 +1,246 @@
+"""`bench reach`, `bench poses` and `bench moving`: the controller's experiments of the paper."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from app.commands import refuse
+from lab.bench.commands.options import (
+    BOTH,
+    Json,
+    Period,
+    ReverseSpeed,
+    Robot,
+    Workers,
+    check_writable,
+    chosen,
+    chosen_robots,
+    show,
+    workers_of,
+    write_results,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from pinocchio import SE3
+
+    from lab.bench.configuration import Configuration
+    from lab.bench.reach import Conditions, Reach
+
+
+class Preset(StrEnum):
+    """The controller to measure."""
+
+    FRANKIE = "frankie"
+    """Ours."""
+    PAPER = "paper"
+    """The published one."""
+    EXAMPLE = "example"
+    """The published one, its velocities scaled as in its published example."""
+
+
+class Sweep(StrEnum):
+    """The setting to vary."""
+
+    HEADING = "heading"
+    MANIPULABILITY = "manipulability"
+
+
+PresetOption = Annotated[
+    Preset, typer.Option(help="frankie: ours; paper: as published; example: its published code.")
+]
+Speeds = Annotated[
+    list[float] | None,
+    typer.Option("--base-speed", help="Limit of the base in m/s; may be repeated.", min=0.05),
+]
+ToleranceMm = Annotated[float, typer.Option(help="Tolerance of the position.", min=0.01)]
+ToleranceDeg = Annotated[float, typer.Option(help="Tolerance of the orientation.", min=0.01)]
+
+
+def reach(
+    robot: Robot = BOTH,
+    preset: PresetOption = Preset.FRANKIE,
+    base_speed: Speeds = None,
+    reverse_speed: ReverseSpeed = None,
+    goals: Annotated[
+        str, typer.Option(help="anywhere, near, far, floor or above (the base).")
+    ] = "anywhere",
+    starts: Annotated[
+        str, typer.Option(help="Of the arm: ready, random, limits, singular or stretched.")
+    ] = "ready",
+    noise: Annotated[
+        bool, typer.Option("--noise", help="The state is off by 1 mrad, 5 mm and 0.3 degrees.")
+    ] = False,
+    delay_ms: Annotated[
+        float, typer.Option(help="From a state to its command.", min=0.0, max=200.0)
+    ] = 0.0,
+    jitter_ms: Annotated[
+        str | None,
+        typer.Option(
+            metavar="<from-to>",
+            help="True duration of a period, as 5-30; the controller assumes --period.",
+        ),
+    ] = None,
+    chain: Annotated[
+        int, typer.Option(help="Goals to approach one after another, without a stop.", min=1)
+    ] = 1,
+    count: Annotated[int, typer.Option(help="Number of seeded goals.", min=1)] = 1000,
+    seed: Annotated[int, typer.Option(help="Seed of the goals.", min=0)] = 0,
+    limit: Annotated[float, typer.Option(help="Longest time per goal in seconds.", min=0.1)] = 20.0,
+    tolerance_mm: ToleranceMm = 10.0,
+    tolerance_deg: ToleranceDeg = 1.0,
+    sweep: Annotated[Sweep | None, typer.Option(help="Vary a setting of the preset.")] = None,
+    period: Period = 0.01,
+    workers: Workers = None,
+    json: Json = None,
+) -> None:
+    """Experiment 2: reach many goals from rest; count failures, limit violations and contacts."""
+    from dataclasses import replace
+    from math import radians
+
+    from lab.bench.configuration import Configuration
+    from lab.bench.disturbance import NOISY, QUIET, STARTS
+    from lab.bench.goals import PLACES, generate_goals
+    from lab.bench.reach import SWEEPS, Conditions, reach_notes, reach_table
+
+    chosen("--starts", [starts], STARTS)
+    chosen("--goals", [goals], PLACES)
+    conditions = Conditions(
+        starts=starts,
+        disturbance=replace(NOISY if noise else QUIET, delay=delay_ms / 1e3),
+        seed=seed,
+        chain=chain,
+        jitter=_parse_jitter(jitter_ms),
+        limit=limit,
+        position_tolerance=tolerance_mm / 1e3,
+        orientation_tolerance=radians(tolerance_deg),
+    )
+    check_writable(json)
+    speeds: Sequence[float | None] = base_speed or (
+        [1.0, 1.5] if preset is Preset.FRANKIE else [None]
+    )
+    rows = []
+    for name in chosen_robots(robot):
+        for speed in speeds:
+            for changes in SWEEPS[sweep.value] if sweep else ((),):
+                configuration = Configuration(
+                    robot=name,
+                    preset=preset.value,
+                    base_speed=speed,
+                    reverse_speed=reverse_speed,
+                    period=period,
+                    changes=changes,
+                )
+                targets = generate_goals(configuration.model(), count, seed, goals)
+                rows.append(_reach(configuration, conditions, targets, workers_of(workers)))
+    show(reach_table(rows), *reach_notes(rows))
+    write_results(json, rows, seed=seed, goals=goals)
+
+
+def _parse_jitter(given: str | None) -> tuple[float, float] | None:
+    """Shortest and longest period [s], from milliseconds as in `5-30`."""
+    if given is None:
+        return None
+    first, _, last = given.partition("-")
+    try:
+        shortest, longest = float(first) / 1e3, float(last) / 1e3
+    except ValueError:
+        shortest = longest = 0.0
+    if not 0.0 < shortest <= longest <= 1.0:
+        refuse(f"--jitter-ms {given}: give the shortest and the longest period, as 5-30")
+    return shortest, longest
+
+
+def _reach(
+    configuration: Configuration, conditions: Conditions, goals: Sequence[SE3], workers: int
+) -> Reach:
+    from lab.bench.reach import aggregate_trials, run_trials
+    from lab.shared import progress
+
+    speed = configuration.model().limits.base_twist[0]
+    name = f"{configuration.robot} {configuration.preset} {speed:.1f} m/s"
+    done = {}
+    with progress(name, len(goals)) as advance:
+        for number, trial in run_trials(configuration, conditions, goals, workers=workers):
+            done[number] = trial
+            advance(trial.failure is not None)
+    return aggregate_trials(configuration, conditions, [done[number] for number in sorted(done)])
+
+
+def poses(
+    robot: Robot = BOTH,
+    preset: PresetOption = Preset.FRANKIE,
+    base_speed: Speeds = None,
+    reverse_speed: ReverseSpeed = None,
+    pose: Annotated[
+        list[str] | None, typer.Option(help="a, b, c or d; may be repeated; default: all.")
+    ] = None,
+    tolerance_mm: ToleranceMm = 10.0,
+    tolerance_deg: ToleranceDeg = 1.0,
+    period: Period = 0.01,
+    jumps: Annotated[
+        bool, typer.Option("--jumps", help="Let the velocity of the goal of d jump.")
+    ] = False,
+    told: Annotated[
+        bool, typer.Option("--told", help="Give the controller the velocity of the goal of d.")
+    ] = False,
+    json: Json = None,
+) -> None:
+    """Experiment 1: the paper's four poses; times, smoothness and manipulability."""
+    from math import radians
+
+    from lab.bench.configuration import EXAMPLE, Configuration
+    from lab.bench.poses import POSES, poses_tables, run_pose
+    from lab.shared import progress
+
+    check_writable(json)
+    names = chosen("--pose", pose, POSES)
+    tolerances = (tolerance_mm / 1e3, radians(tolerance_deg))
+    robots = chosen_robots(robot)
+    speeds: Sequence[float | None] = base_speed or [1.5 if preset is Preset.FRANKIE else None]
+    ours = [
+        Configuration(
+            robot=name,
+            preset=preset.value,
+            base_speed=speed,
+            reverse_speed=reverse_speed,
+            period=period,
+        )
+        for name in robots
+        for speed in speeds
+    ]
+    examples = [Configuration(robot=name, preset=EXAMPLE, period=period) for name in robots]
+    results = []
+    with progress("poses", (len(ours) + len(examples)) * len(names)) as advance:
+        for configuration in (*ours, *examples):
+            for name in names:
+                result = run_pose(configuration, name, tolerances, jumps=jumps, told=told)
+                results.append(result)
+                advance(result.time_s is None)
+    split = len(ours) * len(names)
+    show(*poses_tables(results[:split], results[split:]))
+    write_results(json, results[:split], jumps=jumps)
+
+
+def moving(robot: Robot = BOTH, workers: Workers = None, json: Json = None) -> None:
+    """Follow goals at 0.3 m/s that never stop: largest errors after catching up."""
+    from lab.bench.configuration import Configuration
+    from lab.bench.moving import PATHS, Following, moving_table, run_following
+
+    check_writable(json)
+    followings = [
+        Following(path=path, along=along, known=known)
+        for path in PATHS
+        for along in (False, True)
+        for known in (True, False)
+    ]
+    rows = []
+    for name in chosen_robots(robot):
+        configuration = Configuration(robot=name, base_speed=1.0)
+        rows += run_following(configuration, followings, workers_of(workers))
+    show(moving_table(rows))
+    write_results(json, rows)

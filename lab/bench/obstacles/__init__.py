@@ -1,0 +1,1 @@
+"""Reaching goals among obstacles: seeded worlds, trials, an independent judge, the report."""

@@ -1,0 +1,187 @@
+"""Report of `bench obstacles`: counts of every controller, tables, JSON."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from rich.table import Table
+
+from lab.bench.obstacles.trials import Setup, WorldTrial
+from lab.bench.obstacles.worlds import FAMILIES
+from lab.shared import bootstrap
+
+_WORST = 8
+"""Number of contacts that are listed for each controller."""
+_MM = 1e3
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tally:
+    """Counts of one controller in some worlds."""
+
+    worlds: int
+    failures: int
+    """Not reached, or reached with contact or over a limit."""
+    failures_by_reason: dict[str, int]
+    not_reached: int
+    worlds_with_contact: int
+    """Worlds with an avoidable contact."""
+    contact_samples: int
+    """The same in samples."""
+    worlds_with_unavoidable_contact: int
+    """Worlds with unavoidable contacts only."""
+    self_contact_samples: int
+    """Samples in which the arm touched itself, the base or the floor."""
+    worst_depth_mm: float
+    """0 without contact."""
+    least_clearance_mm: float
+    """Over all samples of all worlds; negative with contact."""
+    time_median_s: float | None
+    """Of the goals that were reached."""
+    time_ratio: float | None
+    """Median over the worlds of the time with obstacles by the time without."""
+    time_ratio_interval: tuple[float, float] | None
+    """95 %."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ObstacleRow:
+    """The result of one robot with one controller."""
+
+    robot: str
+    controller: str
+    base_speed: float
+    """Limit of the base [m/s]."""
+    time_limit_s: float
+    seed: int
+    all: Tally
+    families: dict[str, Tally]
+    worlds: list[dict[str, Any]]
+    """One for every world."""
+
+
+def tally(trials: Sequence[WorldTrial]) -> Tally:
+    """The counts of some trials."""
+    reasons = Counter(trial.reason for trial in trials if trial.reason is not None)
+    reached = [trial for trial in trials if trial.trial.failure is None]
+    times = [t.trial.time for t in reached]
+    ratios = [t.trial.time / t.free_time for t in reached if t.free_time]
+    low, high = bootstrap(ratios, np.median, 1000) if ratios else (0.0, 0.0)
+    depths = [touch.depth for t in trials for touch in t.verdict.touches if touch.avoidable]
+    return Tally(
+        worlds=len(trials),
+        failures=reasons.total(),
+        failures_by_reason=dict(sorted(reasons.items())),
+        not_reached=len(trials) - len(reached),
+        worlds_with_contact=sum(t.verdict.avoidable_samples > 0 for t in trials),
+        contact_samples=sum(t.verdict.avoidable_samples for t in trials),
+        worlds_with_unavoidable_contact=sum(
+            t.verdict.samples > 0 and not t.verdict.avoidable_samples for t in trials
+        ),
+        self_contact_samples=sum(t.trial.contacts.samples for t in trials),
+        worst_depth_mm=round(_MM * max(depths, default=0.0), 2),
+        least_clearance_mm=round(_MM * min(t.verdict.clearance for t in trials), 2),
+        time_median_s=round(float(np.median(times)), 3) if times else None,
+        time_ratio=round(float(np.median(ratios)), 3) if ratios else None,
+        time_ratio_interval=(round(low, 3), round(high, 3)) if ratios else None,
+    )
+
+
+def obstacle_rows(setup: Setup, done: Sequence[Sequence[WorldTrial]]) -> list[ObstacleRow]:
+    """A row for every controller, from the trials of every world."""
+    rows = []
+    for number, controller in enumerate(setup.controllers):
+        trials = [world[number] for world in done]
+        by_family = {name: [one for one in trials if one.family == name] for name in FAMILIES}
+        rows.append(
+            ObstacleRow(
+                robot=setup.robot,
+                controller=controller,
+                base_speed=setup.configuration(controller).base_speed or 0.0,
+                time_limit_s=setup.limit,
+                seed=setup.seed,
+                all=tally(trials),
+                families={name: tally(own) for name, own in by_family.items() if own},
+                worlds=[_as_json(trial) for trial in trials],
+            )
+        )
+    return rows
+
+
+def _as_json(trial: WorldTrial) -> dict[str, Any]:
+    return {
+        "world": trial.name,
+        "reason": trial.reason,
+        "unreachable": trial.unreachable,
+        "time_s": round(trial.trial.time, 3),
+        "free_time_s": None if trial.free_time is None else round(trial.free_time, 3),
+        "clearance_mm": round(_MM * trial.verdict.clearance, 2),
+        "nearest": trial.verdict.nearest,
+        "touches": [
+            {
+                "what": f"{touch.part} and {touch.obstacle}",
+                "samples": touch.samples,
+                "depth_mm": round(_MM * touch.depth, 2),
+                "time_s": round(touch.time, 3),
+                "avoidable": touch.avoidable,
+            }
+            for touch in trial.verdict.touches
+        ],
+    }
+
+
+def obstacle_table(rows: Sequence[ObstacleRow]) -> Table:
+    """All worlds, and each family, of every robot and controller."""
+    table = Table(title="Obstacles: reaching goals among furniture", title_justify="left")
+    for name in ("robot, controller", "family"):
+        table.add_column(name, no_wrap=True)
+    for name in ("worlds", "failed", "not reached", "contact", "worst mm", "clear mm", "median s"):
+        table.add_column(name, justify="right")
+    table.add_column("times free time", justify="right", no_wrap=True)
+    for row in rows:
+        for family, counts in (("all", row.all), *row.families.items()):
+            ratio = counts.time_ratio, *(counts.time_ratio_interval or ())
+            table.add_row(
+                f"{row.robot}, {row.controller}" if family == "all" else "",
+                family,
+                str(counts.worlds),
+                str(counts.failures),
+                str(counts.not_reached),
+                str(counts.worlds_with_contact),
+                f"{counts.worst_depth_mm:.1f}",
+                f"{counts.least_clearance_mm:.1f}",
+                "-" if counts.time_median_s is None else f"{counts.time_median_s:.2f}",
+                "-" if ratio[0] is None else "{:.2f} ({:.2f}-{:.2f})".format(*ratio),
+                end_section=family == FAMILIES[-1],
+            )
+    return table
+
+
+def obstacle_notes(rows: Sequence[ObstacleRow]) -> Iterator[str]:
+    """Lines on the reasons of failures, and on the worst contacts with the names of worlds."""
+    for row in rows:
+        title = f"{row.robot}, {row.controller}"
+        if row.all.failures_by_reason:
+            reasons = ", ".join(f"{n} {reason}" for reason, n in row.all.failures_by_reason.items())
+            yield f"{title}: {reasons}"
+        if row.all.worlds_with_unavoidable_contact:
+            yield f"{title}: {row.all.worlds_with_unavoidable_contact} only unavoidably touched"
+        lost = [w for w in row.worlds if w["reason"] not in (None, "contact", "over limit")]
+        if lost:
+            shown = (f"{w['world']} ({w['unreachable'] or w['reason']})" for w in lost[:_WORST])
+            yield f"{title}: not reached: {', '.join(shown)}" + (", ..." * (len(lost) > _WORST))
+        deepest = [
+            (w["world"], max(w["touches"], key=lambda touch: touch["depth_mm"]))
+            for w in row.worlds
+            if w["touches"]
+        ]
+        for world, touch in sorted(deepest, key=lambda pair: -pair[1]["depth_mm"])[:_WORST]:
+            blame = "" if touch["avoidable"] else ", not avoidable"
+            yield (
+                f"{title}: {world}: {touch['what']}, {touch['depth_mm']:.1f} mm deep,"
+                f" {touch['samples']} samples from {touch['time_s']:.2f} s{blame}"
+            )

@@ -1,0 +1,228 @@
+"""Time of a control step: of the presets on the way to seeded goals, and in a whole task.
+
+All controllers compute the same step from the same state, in an order that is drawn again for every
+step, so that none has warmer caches or a less busy computer. The command of the first one moves
+the robot.
+"""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from time import perf_counter_ns, thread_time_ns
+from typing import Any
+
+import numpy as np
+from pinocchio import SE3
+
+from app.core import Instruments, RunOptions, Setup, run_task
+from controller import (
+    OPEN_FLOOR,
+    STEP_PARTS,
+    Array,
+    Command,
+    KinematicState,
+    MotionGoal,
+    PoseGoal,
+    StepReport,
+    Surroundings,
+)
+from lab.bench.configuration import Configuration
+from lab.bench.goals import generate_goals
+from lab.bench.motion import Controller, run_motion
+from lab.bench.published import PublishedStep
+from lab.bench.timing import Timing, TimingReport
+from lab.shared import PartTimer
+from trees.language import TreeNode
+
+RTB, CACHED = "rtb example", "rtb example, limits cached"
+
+_GOALS = 100
+_LIMIT = 20.0
+"""Of one motion [s]."""
+_STEPS_A_GOAL = 400
+_WORST = 5
+"""Number of the slowest steps of a run that are listed."""
+
+Step = Callable[[KinematicState, PoseGoal, Command], Any]
+
+
+@dataclass(kw_only=True, eq=False)
+class InterleavedTimer:
+    """A controller that steps like its first one, and times all of them."""
+
+    controllers: dict[str, Step]
+    rng: np.random.Generator
+    wall: dict[str, list[int]] = field(default_factory=dict)
+    cpu: dict[str, list[int]] = field(default_factory=dict)
+    results: list[dict[str, Any]] = field(default_factory=list)
+
+    def step(
+        self,
+        state: KinematicState,
+        goal: MotionGoal | None,
+        last: Command,
+        surroundings: Surroundings = OPEN_FLOOR,
+    ) -> tuple[Command, StepReport]:
+        """The step of every controller, on open floor; returns that of the first."""
+        assert isinstance(goal, PoseGoal)
+        names = list(self.controllers)
+        results: dict[str, Any] = {}
+        for index in self.rng.permutation(len(names)):
+            name = names[index]
+            step = self.controllers[name]
+            wall, cpu = perf_counter_ns(), thread_time_ns()
+            results[name] = step(state, goal, last)
+            cpu, wall = thread_time_ns() - cpu, perf_counter_ns() - wall
+            self.wall.setdefault(name, []).append(wall)
+            self.cpu.setdefault(name, []).append(cpu)
+        self.results.append(results)
+        first: tuple[Command, StepReport] = results[names[0]]
+        return first
+
+
+def time_steps(robot: str, *, steps: int, against_rtb: bool, seed: int) -> TimingReport:
+    """Time the presets, and the published example if wanted, on the way to goals.
+
+    Args:
+        robot: frankie or omni.
+        steps: least number of steps.
+        against_rtb: whether the published example is timed too; then the report states the largest
+            difference of the paper preset's velocities from the example's.
+        seed: of the goals and of the order of the controllers.
+
+    Raises:
+        ToolboxError: the example is asked for and not installed.
+    """
+    ours = Configuration(robot=robot)
+    paper = Configuration(robot=robot, preset="paper")
+    model, paper_model = ours.model(), paper.model()
+    goals = generate_goals(model, _GOALS, seed)
+    references: dict[str, Step] = {}
+    if against_rtb:
+        plain, cached = PublishedStep(robot), PublishedStep(robot)
+        cached.cache_limits()
+        references[RTB] = lambda state, goal, last: plain(state.wTb, state.q, goal.wTe)
+        references[CACHED] = lambda state, goal, last: cached(state.wTb, state.q, goal.wTe)
+    timer = InterleavedTimer(controllers={}, rng=np.random.default_rng(seed))
+    gc.collect()
+    gc.disable()
+    try:
+        for number in range(len(goals) * steps):
+            timer.controllers = {
+                "frankie": ours.controller(model).step,
+                "paper": paper.controller(paper_model).step,
+                **references,
+            }
+            _move_to(timer, ours, goals[number % len(goals)])
+            gc.collect()
+            if len(timer.results) >= steps:
+                break
+    finally:
+        gc.enable()
+    timings = [
+        Timing.of(f"{robot}: {name}", np.array(timer.wall[name]), np.array(timer.cpu[name]))
+        for name in timer.controllers
+    ]
+    parts = _parts(ours, goals[: max(1, len(timer.results) // _STEPS_A_GOAL // 4)])
+    listed = ", ".join(f"{name} {time:.0f}" for name, time in parts.items())
+    notes = [f"{robot}: parts of a step of frankie (median µs): {listed}"]
+    for own, other in [(1, 0), *((a, b) for b in range(2, len(timings)) for a in (0, 1))]:
+        ratio = timings[other].cpu_median / timings[own].cpu_median
+        names = f"{timings[other].name} / {timings[own].name}".replace(f"{robot}: ", "")
+        notes.append(f"{robot}, CPU time: {names} = {ratio:.2f}")
+    agreement = _agreement(timer, paper_model.velocities) if references else None
+    if agreement is not None:
+        notes.append(f"{robot}: paper and rtb example differ by at most {agreement:.1e}")
+    figures = {f"{robot} parts": parts, f"{robot} agreement": agreement}
+    return TimingReport(timings=timings, notes=notes, figures=figures)
+
+
+def _move_to(controller: Controller, configuration: Configuration, wTe: SE3) -> None:
+    model = configuration.model()
+    goal = PoseGoal(
+        wTe=wTe,
+        speed=float(model.limits.base_twist[0]),
+        position_tolerance=0.01,
+        orientation_tolerance=float(np.deg2rad(1.0)),
+    )
+    run_motion(controller, model, lambda time: goal, period=configuration.period, limit=_LIMIT)
+
+
+def _parts(configuration: Configuration, goals: Sequence[SE3]) -> dict[str, float]:
+    """Median CPU time of the parts of a step [µs]."""
+    timer = PartTimer(STEP_PARTS)
+    controller = configuration.controller(configuration.model())
+    with timer.measuring():
+        for wTe in goals:
+            _move_to(_Timed(controller, timer), configuration, wTe)
+    return timer.medians()
+
+
+@dataclass(frozen=True, eq=False)
+class _Timed:
+    """A controller whose steps are timed."""
+
+    controller: Controller
+    timer: PartTimer
+
+    def step(
+        self,
+        state: KinematicState,
+        goal: MotionGoal | None,
+        last: Command,
+        surroundings: Surroundings = OPEN_FLOOR,
+    ) -> tuple[Command, StepReport]:
+        """The command for the next period."""
+        return self.timer.step(lambda: self.controller.step(state, goal, last, surroundings))
+
+
+def _agreement(timer: InterleavedTimer, velocities: Callable[[Command], Array]) -> float:
+    """Largest difference of the paper preset from the published example [rad/s and m/s]."""
+    differences = [
+        np.abs(velocities(results["paper"][0]) - results[RTB]).max() for results in timer.results
+    ]
+    return float(np.max(differences))
+
+
+class _StepTimer(Instruments):
+    """Times every step of the controller of a run."""
+
+    def __init__(self) -> None:
+        self.timer = PartTimer(STEP_PARTS)
+
+    def begin(self, setup: Setup, nodes: Sequence[TreeNode]) -> None:
+        """Wrap the controller's step."""
+        controller, timer = setup.controller, self.timer
+        plain = controller.step
+
+        def step(
+            state: KinematicState, goal: MotionGoal | None, last: Command, around: Surroundings
+        ) -> tuple[Command, StepReport]:
+            return timer.step(lambda: plain(state, goal, last, around))
+
+        # The loop looks the method up on this object.
+        controller.step = step  # type: ignore[method-assign, assignment]
+
+
+def time_task(tree: Path, robot: str, seed: int, record: Path) -> TimingReport:
+    """Run a task and time every control step, with the search for stances and routes.
+
+    Raises:
+        UserError: bad input; nothing has moved.
+    """
+    options = RunOptions(tree=tree, robot=robot, seed=seed, record=record, recording=False)
+    instruments = _StepTimer()
+    timer = instruments.timer
+    with timer.measuring():
+        summary = run_task(options, instruments=instruments).summary
+    wall, cpu = timer.times_ns()
+    name = f"{summary.robot}: {summary.task}, {summary.scene}, seed {summary.seed}"
+    notes = []
+    for number in np.argsort(-cpu, kind="stable")[:_WORST].tolist():
+        parts = sorted(timer.parts_ns(number).items(), key=lambda part: -part[1])[:3]
+        listed = ", ".join(f"{part} {ns / 1e3:.0f}" for part, ns in parts)
+        notes.append(f"{name}: step {number} took {cpu[number] / 1e3:.0f} µs: {listed}")
+    return TimingReport(timings=[Timing.of(name, wall, cpu)], notes=notes)

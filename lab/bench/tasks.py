@@ -1,0 +1,73 @@
+"""Whole tasks in worker processes, and the causes of the failures of their behaviours."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Protocol, TypeVar
+
+from app.core import EVENTS, End, RunOptions, Summary, read_events
+from behaviours import LEAVES
+from lab.shared import run_all
+
+_QUESTIONS = ("region_empty",)
+"""Leaves that answer a question, besides the conditions: their FAILURE means no."""
+_NUMBER = re.compile(r"\d+(\.\d+)?")
+
+
+class WithSummary(Protocol):
+    """The result of a run."""
+
+    @property
+    def summary(self) -> Summary:
+        """Of the run."""
+
+
+R = TypeVar("R", bound=WithSummary)
+
+
+def run_tasks(
+    work: Callable[[RunOptions], R],
+    options: Sequence[RunOptions],
+    done: Callable[[Summary], None],
+    *,
+    workers: int,
+) -> list[R]:
+    """Run every task.
+
+    Args:
+        work: runs one; a function at module level.
+        options: of each run.
+        done: called after each run, in the order of completion.
+        workers: number of processes; 1 is this one.
+
+    Returns:
+        The results of `work`, in the order of `options`.
+
+    Raises:
+        KeyboardInterrupt: a run was interrupted; the others end as well.
+    """
+    runs: dict[int, R] = {}
+    for number, run in run_all(work, options, workers=workers, batch=1):
+        runs[number] = run
+        done(run.summary)
+        if run.summary.outcome == End.INTERRUPTED.value:
+            raise KeyboardInterrupt
+    return [runs[number] for number in range(len(options))]
+
+
+def failure_causes(folder: Path) -> dict[str, int]:
+    """Counts of the messages of failed actions of a run, without numbers, most frequent first."""
+    nodes: list[dict[str, str]] = []
+    found: Counter[str] = Counter()
+    for event in read_events(folder / EVENTS):
+        if event.event == "begin":
+            nodes = list(event.fields["nodes"])
+        if event.event != "node" or event.fields["status"] != "FAILURE":
+            continue
+        leaf = LEAVES.get(nodes[event.fields["node"]]["kind"])
+        if leaf is not None and not leaf.is_condition and leaf.key not in _QUESTIONS:
+            found[f"{leaf.key}: {_NUMBER.sub('#', str(event.fields['message']))}"] += 1
+    return dict(found.most_common())

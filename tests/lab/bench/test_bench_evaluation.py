@@ -1,0 +1,142 @@
+"""Evaluation of motions: contacts, limits, failures, smoothness, each on a constructed case."""
+
+import numpy as np
+import pytest
+
+from controller import robot_model
+from lab.bench.contacts import CAPSULES, HAND, ContactChecker
+from lab.bench.evaluation import (
+    Evaluator,
+    Failure,
+    count_violations,
+    cumulative_jerk,
+    failure_of,
+    jerk_noise,
+)
+from lab.bench.motion import Motion
+from robots import load_robot
+
+READY = load_robot("frankie").arm.ready
+
+ROBOTS = ("frankie", "omni")
+PERIOD = 0.01
+
+OVER_THE_BASE = np.array([0.0, -1.2, 0.0, -2.4, 0.0, 2.6, 0.8])
+INTO_THE_BASE = np.array([3.0, 1.2, 0.0, -2.2, 0.0, 2.0, 0.8])
+ON_ITSELF = np.array([0.0, 0.0, 0.0, -3.05, 0.0, 0.3, 0.8])
+ON_THE_FLOOR = np.array([0.0, 1.7, 0.0, -1.2, 0.0, 2.4, 0.8])
+
+
+def still(model, samples=10, **changes):
+    """A motion that stands at READY, with some arrays replaced."""
+    fields = {
+        "period": PERIOD,
+        "base": np.zeros((samples + 1, 3)),
+        "q": np.tile(READY, (samples + 1, 1)),
+        "velocities": np.zeros((samples, model.n)),
+        "tool": np.zeros((samples + 1, 3)),
+        "position_error": np.ones(samples + 1),
+        "orientation_error": np.zeros(samples + 1),
+        "solved": True,
+        "arrived": False,
+    }
+    return Motion(**(fields | changes))
+
+
+def links_in_contact(checker, q):
+    """Pairs of links of the arm that touch each other, the lower number first."""
+    pairs = [pair for partner, pair in checker.pairs_in_contact(q) if partner == "arm"]
+    return {(CAPSULES[pair.first].link, CAPSULES[pair.second].link) for pair in pairs}
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_contacts_with_the_arm_the_base_and_the_floor(robot):
+    checker = ContactChecker(robot_model(robot))
+    for q in (READY, OVER_THE_BASE, np.array([0.0, 0.3, 0.0, -1.8, 0.0, 2.1, 0.8])):
+        assert not checker(q).any
+    contacts = checker(INTO_THE_BASE)
+    assert (contacts.base, contacts.floor) == (True, False)
+    assert checker(ON_ITSELF).arm
+    assert any(HAND in pair for pair in links_in_contact(checker, ON_ITSELF))
+    if robot == "omni":
+        assert checker(ON_THE_FLOOR).floor
+
+
+def test_neighbouring_links_never_count_as_contact():
+    model = robot_model("frankie")
+    checker = ContactChecker(model)
+    rng = np.random.default_rng(1)
+    for q in rng.uniform(model.limits.q_min, model.limits.q_max, (300, 7)):
+        assert all(b - a > 1 for a, b in links_in_contact(checker, q))
+
+
+def test_every_limit_is_checked():
+    model = robot_model("frankie")
+    assert count_violations(model, still(model)).samples == 0
+    n_base, step = model.n_base, model.acceleration_limits * PERIOD
+    ramp = np.minimum(np.arange(1, 501)[:, None] * step, model.velocity_limits[1])
+
+    assert count_violations(model, still(model, 500, velocities=ramp)).samples == 0
+
+    fast = ramp.copy()
+    fast[400:, n_base] *= 1.0 + 1e-6
+    found = count_violations(model, still(model, 500, velocities=fast))
+    assert (found.velocity, found.acceleration, found.base) == (100, 0, 0)
+
+    jump = np.zeros((10, model.n))
+    jump[5:, n_base + 3] = step[n_base + 3] * 1.01
+    found = count_violations(model, still(model, velocities=jump))
+    assert (found.velocity, found.acceleration, found.base) == (0, 1, 0)
+
+    drive = np.zeros((10, model.n))
+    drive[0, 1] = step[1] * 1.01
+    drive[1:, 1] = step[1]
+    assert count_violations(model, still(model, velocities=drive)).base == 1
+
+    q = np.tile(READY, (11, 1))
+    q[4, 3] = model.limits.q_max[3] + 1e-6
+    found = count_violations(model, still(model, q=q))
+    assert (found.position, found.samples) == (1, 1)
+
+
+def error_over(seconds, function):
+    return np.array([function(t) for t in np.arange(0.0, seconds + PERIOD / 2, PERIOD)])
+
+
+@pytest.mark.parametrize(
+    ("function", "reason"),
+    [
+        (lambda t: 0.3, Failure.STUCK_STILL),
+        (lambda t: 0.3 + 0.1 * np.sin(5.0 * t), Failure.STUCK_MOVING),
+        (lambda t: 4.0 - 0.1 * t, Failure.TIME_OVER),
+    ],
+)
+def test_why_a_goal_was_not_reached(function, reason):
+    model = robot_model("frankie")
+    error = error_over(20.0, function)
+    assert failure_of(still(model, len(error) - 1, position_error=error)) is reason
+
+
+def test_other_failures_come_before_those_of_the_error():
+    model = robot_model("frankie")
+    assert failure_of(still(model, solved=False)) is Failure.INFEASIBLE
+    assert failure_of(still(model, unreachable="too far")) is Failure.UNREACHABLE
+    assert failure_of(still(model, arrived=True)) is None
+
+
+def test_jerk_is_that_of_a_known_motion_and_an_even_motion_has_none():
+    times = np.arange(0.0, 2.0, PERIOD)
+    cubic = np.outer(times**3, [0.0, 2.0, 0.0])
+    assert cumulative_jerk(cubic, PERIOD) == pytest.approx(12.0 * 2.0, rel=0.02)
+    even = np.outer(times, [1.0, 1.0, 0.0])
+    assert jerk_noise(even, PERIOD) < 1e-6
+    assert cumulative_jerk(even, PERIOD) == pytest.approx(np.sqrt(2.0) / PERIOD * 2.0, rel=1e-6)
+
+
+def test_manipulability_and_heading_are_those_of_the_posture():
+    model = robot_model("omni")
+    trial = Evaluator(model)(still(model, arrived=True))
+    assert trial.manipulability == pytest.approx(0.0838, abs=1e-4)
+    assert trial.heading_error == pytest.approx(0.0, abs=1e-9)
+    assert trial.contacts.samples == 0
+    assert trial.failure is None

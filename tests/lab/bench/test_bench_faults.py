@@ -1,0 +1,106 @@
+"""The fault matrix: its judge and its counts."""
+
+import numpy as np
+import pytest
+from bench_call import refused, report
+from harness import Harness
+
+from controller import Command
+from hw import INJECTABLE
+from lab.bench import faults
+from lab.bench.faults import Cell, faults_notes
+from lab.bench.witness import Witness
+
+CARRY = Cell(fault="frames lost", phase="carry", seed=1)
+
+
+@pytest.mark.slow
+def test_a_fault_that_harms_nothing_leaves_a_clean_row():
+    carried = faults.run_cell(CARRY)
+    assert carried.injected_s is not None
+    assert (carried.outcome, carried.exit_code) == ("success", 0)
+    assert carried.violations.total == carried.lost == 0
+    assert not any((carried.wrong_success, carried.hang, carried.crash, carried.moving))
+    assert faults_notes([carried]) == []
+
+
+@pytest.mark.slow
+def test_an_object_that_is_not_where_the_tree_says_is_a_wrong_success(monkeypatch):
+    monkeypatch.setattr(faults, "GOAL", "another table")
+    result = faults.run_cell(CARRY)
+    assert result.outcome == "success"
+    assert result.wrong_success
+    assert "wrong success" in faults_notes([result])[0]
+
+
+def test_a_run_that_takes_too_long_hangs(monkeypatch):
+    monkeypatch.setattr(faults, "LONGEST", 1.0)
+    result = faults.run_cell(CARRY)
+    assert result.hang
+    assert result.outcome == "hang"
+    assert result.duration_s < 3.0
+
+
+def test_an_exception_instead_of_an_outcome_is_a_crash(monkeypatch):
+    def run_task(options, *, interrupted, instruments):
+        instruments.beneath(Harness().robot)
+        raise OSError("no outcome")
+
+    monkeypatch.setattr(faults, "run_task", run_task)
+    result = faults.run_cell(CARRY)
+    assert result.crash
+    assert result.reason == "OSError: no outcome"
+
+
+def test_sums_and_json_one_row_a_cell(monkeypatch, tmp_path):
+    monkeypatch.setattr(faults, "LONGEST", 1.0)
+    chosen = ("--faults", "frames lost", "--faults", "reflex", "--phases", "recover")
+    kept = report(tmp_path, "faults", *chosen, "--workers", 1)
+    assert [(one["fault"], one["phase"]) for one in kept["cells"]] == [
+        ("frames lost", "recover"),
+        ("reflex", "recover"),
+    ]
+    assert "2 hang" in kept["stdout"]
+    assert kept["stdout"].count(", seed 1: hang") == 2
+
+
+def test_unknown_names_are_refused_with_a_suggestion():
+    refused("did you mean `reflex`?", "faults", "--faults", "reflx")
+    refused("did you mean `descend`?", "faults", "--phases", "decend")
+
+
+def test_the_matrix_has_every_fault_that_can_be_injected():
+    assert {fault.name for fault in faults.FAULTS} >= set(INJECTABLE)
+
+
+def driving(speed: float) -> Command:
+    return Command(base_twist=np.array([speed, 0.0, 0.0]), qd=np.zeros(7))
+
+
+def driven(*speeds: float) -> Witness:
+    """A robot that got these speeds, one a period."""
+    harness = Harness()
+    witness = Witness(harness.robot)
+    for number, speed in enumerate(speeds):
+        harness.clock.sleep_until(0.01 * number)
+        witness.read()
+        witness.send(driving(speed))
+    return witness
+
+
+def test_the_witness_counts_what_changes_too_fast():
+    limit = 0.01 * Harness().robot.description.limits.base_acceleration[0]
+    assert driven(0.0, limit, 2 * limit, 3 * limit).violations.total == 0
+    assert driven(0.0, limit, 10 * limit).violations.acceleration == 1
+    assert driven(limit, 2 * limit, -10 * limit).violations.acceleration == 1
+
+
+def test_the_witness_counts_what_is_too_fast_and_out_of_range():
+    harness = Harness()
+    witness = Witness(harness.robot)
+    for number in range(400):
+        harness.clock.sleep_until(0.01 * number)
+        witness.read()
+        witness.send(Command(base_twist=np.zeros(3), qd=np.array([1.0, *np.zeros(5), 3.0])))
+    assert witness.violations.position > 0
+    assert witness.violations.velocity > 0

@@ -1,0 +1,124 @@
+"""`bench obstacles`, and the motions that it judges."""
+
+import numpy as np
+import pytest
+from bench_call import refused, report
+from pinocchio import SE3
+
+from controller import OPEN_FLOOR, Command, PoseGoal, Surroundings
+from lab.bench.configuration import Configuration
+from lab.bench.motion import integrate_base, run_motion
+from lab.bench.obstacles.trials import world_names
+from lab.shared import bootstrap
+
+FAMILIES = ["room", "shelf", "table", "walkers"]
+
+
+@pytest.mark.slow
+def test_a_row_for_every_robot_and_controller(tmp_path):
+    kept = report(tmp_path, "obstacles", "--count", 4, "--limit", 3, "--workers", 1)
+    assert "furniture" in kept["stdout"]
+    assert kept["machine"]
+    assert [(row["robot"], row["controller"]) for row in kept["results"]] == [
+        (robot, controller)
+        for robot in ("frankie", "omni")
+        for controller in ("frankie", "without guidance", "paper", "blind")
+    ]
+    for row in kept["results"]:
+        assert row["all"]["worlds"] == 4
+        assert list(row["families"]) == FAMILIES
+        assert row["all"]["failures"] == sum(row["all"]["failures_by_reason"].values())
+        assert [world["world"] for world in row["worlds"]] == [f"{name}:0" for name in FAMILIES]
+        for world in row["worlds"]:
+            assert bool(world["touches"]) == (world["clearance_mm"] < 0.0)
+
+
+@pytest.mark.slow
+def test_the_number_of_processes_does_not_change_the_figures(tmp_path):
+    options = ("--robot", "omni", "--controller", "frankie", "--family", "walkers", "--limit", 2)
+    one, two = (
+        report(tmp_path, "obstacles", *options, "--count", 7, "--workers", n)["results"]
+        for n in (1, 2)
+    )
+    assert one == two
+
+
+def test_one_world_is_run_without_failure(tmp_path):
+    options = ("--robot", "omni", "--controller", "frankie", "--only", "table:0", "--workers", 1)
+    (row,) = report(tmp_path, "obstacles", *options)["results"]
+    (world,) = row["worlds"]
+    assert (world["world"], world["reason"], world["touches"]) == ("table:0", None, [])
+    assert row["all"]["failures"] == 0
+    assert row["all"]["time_ratio"] == pytest.approx(world["time_s"] / world["free_time_s"], 1e-3)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--family", "shelv"), "shelf"),
+        (("--controller", "papre"), "paper"),
+        (("--only", "shelf"), "shelf:3"),
+        (("--robot", "frank"), "frankie"),
+    ],
+)
+def test_unknown_names_are_refused_in_one_line(arguments, message):
+    refused(message, "obstacles", *arguments)
+
+
+def test_the_families_take_turns():
+    assert world_names(3, ("room", "table")) == [("room", 0), ("table", 0), ("room", 1)]
+
+
+def test_the_interval_of_a_median_contains_it_and_shrinks():
+    rng = np.random.default_rng(1)
+    widths = []
+    for count in (20, 500):
+        values = list(rng.normal(1.0, 0.1, count))
+        low, high = bootstrap(values, np.median, 1000)
+        assert low <= np.median(values) <= high
+        widths.append(high - low)
+    assert widths[1] < widths[0]
+
+
+GOAL = PoseGoal(wTe=SE3(np.diag([1.0, -1.0, -1.0]), np.array([1.5, 0.5, 0.6])))
+
+
+def moved(controller=None, **options):
+    configuration = Configuration(robot="frankie", base_speed=1.0)
+    model = configuration.model()
+    controller = controller or configuration.controller(model)
+    return run_motion(controller, model, lambda time: GOAL, period=0.01, limit=8.0, **options)
+
+
+def test_a_robot_with_lag_starts_later_and_arrives_too():
+    exact, late = moved(), moved(lag=True)
+    assert exact.arrived
+    assert late.arrived
+    begun = (np.abs(motion.q[10] - motion.q[0]).max() for motion in (exact, late))
+    assert next(begun) > 1.2 * next(begun) > 0.0
+
+
+def test_the_controller_is_given_the_obstacles_and_its_report_ends_the_motion():
+    seen = []
+
+    class Stops:
+        def step(self, state, goal, last, surroundings=OPEN_FLOOR):
+            seen.append(surroundings)
+            return Command.stop(), Report(len(seen))
+
+    class Report:
+        solved = True
+
+        def __init__(self, steps):
+            self.unreachable = "too far" if steps == 5 else ""
+
+    around = Surroundings()
+    assert moved(Stops(), surroundings_at=lambda time: around).unreachable == "too far"
+    assert seen == [around] * 5
+
+
+def test_the_base_drives_exact_arcs():
+    quarter = Command(base_twist=np.array([np.pi / 2.0, 0.0, np.pi / 2.0]), qd=np.zeros(7))
+    wTb = integrate_base(SE3.Identity(), np.pi / 2.0, quarter, 1.0)
+    assert wTb.translation == pytest.approx([1.0, 1.0, 0.0])
+    assert wTb.rotation[:, 0] == pytest.approx([0.0, 1.0, 0.0])

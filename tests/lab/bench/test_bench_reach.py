@@ -1,0 +1,107 @@
+"""`bench reach`, `bench poses` and `bench moving`."""
+
+import pytest
+from bench_call import call, refused, report
+
+
+def test_reach_counts_the_results_of_all_goals(tmp_path):
+    kept = report(tmp_path, "reach", "--count", 4, "--base-speed", 1.0, "--workers", 1)
+    assert "Experiment 2" in kept["stdout"]
+    assert kept["seed"] == 0
+    assert kept["machine"]
+    assert [(row["robot"], row["base_speed"]) for row in kept["results"]] == [
+        ("frankie", 1.0),
+        ("omni", 1.0),
+    ]
+    for row in kept["results"]:
+        assert row["goals"] == 4
+        assert row["failures"] == sum(row["failures_by_reason"].values()) == 0
+        assert row["limit_violations"] == 0
+        assert row["contact_samples"] == 0
+        assert 0.5 < row["time_median_s"] <= row["time_p95_s"] <= row["time_max_s"] <= 20.0
+        assert 0.0 < row["manipulability_mean"] < 0.2
+
+
+@pytest.mark.slow
+def test_the_number_of_processes_does_not_change_the_figures(tmp_path):
+    common = ("--robot", "omni", "--count", 7, "--base-speed", 1.5, "--limit", 1.0)
+    one, two = (report(tmp_path, "reach", *common, "--workers", n)["results"] for n in (1, 2))
+    assert one == two
+    (row,) = one
+    assert row["failures"] == sum(row["failures_by_reason"].values()) > 0
+    assert len(row["failed_goals"]) == row["failures"]
+
+
+@pytest.mark.slow
+def test_a_sweep_has_a_row_for_every_value_and_changes_the_outcome(tmp_path):
+    options = ("--preset", "paper", "--robot", "frankie", "--count", 2, "--limit", 2)
+    rows = report(tmp_path, "reach", *options, "--workers", 1, "--sweep", "heading")["results"]
+    gains = [{"heading_gain": gain} for gain in (0.0, 0.1, 0.5, 1.0)]
+    assert [row["changes"] for row in rows] == gains
+    assert len({row["theta_eps_mean_deg"] for row in rows}) == 4
+
+
+def test_bad_options_are_refused_in_one_line(tmp_path):
+    for command in ("reach", "poses", "timing"):
+        refused("cannot be written", command, "--json", tmp_path / "no" / "file")
+    refused("stretched", "reach", "--starts", "streched", "--count", 1)
+    refused("near", "reach", "--goals", "nera", "--count", 1)
+    refused("as 5-30", "reach", "--jitter-ms", "30-5", "--count", 1)
+    refused("--pose e", "poses", "--pose", "e")
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        pytest.param(("--starts", "limits"), marks=pytest.mark.slow),
+        pytest.param(("--starts", "stretched", "--goals", "above"), marks=pytest.mark.slow),
+        ("--starts", "singular", "--noise", "--goals", "near"),
+        pytest.param(
+            ("--starts", "random", "--delay-ms", 30, "--goals", "floor"), marks=pytest.mark.slow
+        ),
+    ],
+)
+def test_other_starts_goals_and_disturbances(tmp_path, options):
+    common = ("--robot", "frankie", "--base-speed", 1.0, "--count", 2, "--workers", 1)
+    (row,) = report(tmp_path, "reach", *common, *options)["results"]
+    assert (row["failures"], row["limit_violations"], row["contact_samples"]) == (0, 0, 0)
+
+
+def test_chains_of_goals_with_jitter_and_a_slow_reverse_speed(tmp_path):
+    common = ("--robot", "omni", "--base-speed", 1.0, "--count", 4, "--workers", 1)
+    times = []
+    for speed in (0.1, 1.0):
+        options = ("--chain", 2, "--jitter-ms", "5-30", "--reverse-speed", speed)
+        (row,) = report(tmp_path, "reach", *common, *options)["results"]
+        assert row["conditions"]["chain"] == 2
+        assert row["conditions"]["jitter"] == [0.005, 0.03]
+        assert row["reverse_speed"] == speed
+        assert (row["failures"], row["limit_violations"], row["contact_samples"]) == (0, 0, 0)
+        times.append(row["time_mean_s"])
+    assert times[0] > times[1]
+
+
+def test_poses_reports_times_beside_those_of_the_paper(tmp_path):
+    kept = report(tmp_path, "poses", "--robot", "frankie", "--pose", "a")
+    assert "5.42" in kept["stdout"]
+    (row,) = kept["results"]
+    assert row["pose"] == "a"
+    assert row["time_s"] < row["paper_time_s"]
+    assert row["position_error_mm"] <= 10.0
+    assert row["limit_violations"] == 0
+    assert row["contact_samples"] == 0
+    assert row["jerk_noise"] < 1e-3 * row["jerk"]
+
+
+@pytest.mark.slow
+def test_moving_follows_every_path(tmp_path):
+    for row in report(tmp_path, "moving", "--workers", 2)["results"]:
+        assert row["error_max_mm"] < (10.0 if row["known"] else 40.0), row
+        assert row["tilt_max_deg"] < 2.0
+        assert (row["limit_violations"], row["contact_samples"]) == (0, 0)
+
+
+def test_help_names_every_bench():
+    out = call("--help")[1]
+    names = "reach poses moving obstacles pick-place on-the-move choosing faults soak timing"
+    assert all(name in out for name in (*names.split(), "experiments"))

@@ -1,0 +1,215 @@
+"""The judge of obstacles: exact distances, constructed contacts, avoidable or not."""
+
+import coal
+import numpy as np
+import pinocchio as pin
+import pytest
+from pinocchio import SE3
+
+from controller import robot_model
+from lab.bench.obstacles.judge import Judge
+from lab.bench.obstacles.robot_shapes import RobotShapes
+from lab.bench.obstacles.shapes import Placed, distances
+from lab.bench.obstacles.walkers import Walker
+from robots import Box, Capsule, Cylinder, Geom, coal_geometry, load_robot
+
+PERIOD = 0.01
+FRANKIE = load_robot("frankie")
+FRONT = FRANKIE.base.size[0] / 2.0
+
+
+def upright(x, y, z, heading=0.0):
+    return SE3(pin.utils.rotate("z", heading), np.array([x, y, z]))
+
+
+def distance(part, around, within=10.0):
+    return distances(Placed.fixed(part, 1), Placed.fixed(around, 1), within)[0]
+
+
+LINK = Capsule(0.05, 0.1)
+BODY = Box((0.3, 0.2, 0.1))
+BLOCK, COLUMN = Box((1.0, 1.0, 1.0)), Cylinder(0.1, 1.0)
+TURNED = np.pi / 4.0
+
+
+@pytest.mark.parametrize(
+    ("part", "at", "around", "expected"),
+    [
+        (LINK, upright(0, 0, 0.3), Box((1.0, 1.0, 0.1)), 0.05),  # above a board
+        (LINK, upright(0.3, 0, 0), COLUMN, 0.15),
+        (LINK, upright(0, 0, 0), Box((1.0, 1.0, 0.01)), -0.06),  # upright through a board
+        (BODY, upright(-1.305, 0, 0), BLOCK, 0.005),  # face to face
+        (BODY, upright(-1.295, 0, 0), BLOCK, -0.005),
+        (BODY, upright(1.5, 0, 0, TURNED), BLOCK, 0.5 - 0.25 * np.sqrt(2.0)),  # edge to face
+        (BODY, upright(0, 0, 0), Cylinder(0.05, 1.0), -0.1),  # a post in the middle, 0.1 m high
+        (BODY, upright(-0.41, 0, 0), COLUMN, 0.01),  # before a face
+        (BODY, upright(-0.395, 0, 0), COLUMN, -0.005),
+        (BODY, upright(0.4, 0.3, 0), COLUMN, 0.1 * np.sqrt(2.0) - 0.1),  # beside an edge
+    ],
+)
+def test_distances_are_those_of_geometry(part, at, around, expected):
+    found = distance(Geom(part, at), Geom(around, SE3.Identity()))
+    assert found == pytest.approx(expected, abs=1e-4)
+
+
+def test_distances_agree_with_another_implementation():
+    rng, compared = np.random.default_rng(0), 0
+    parts = (Capsule(0.05, 0.1), Box((0.35, 0.25, 0.19)), Box((0.03, 0.1, 0.04)))
+    things = (Box((0.3, 0.2, 0.02)), Cylinder(0.2, 0.5), Box((0.02, 0.02, 0.4)))
+    for number in range(180):
+        turned = pin.exp3(rng.uniform(-np.pi, np.pi, 3))
+        part = Geom(parts[number % 3], SE3(turned, rng.uniform(-0.6, 0.6, 3)))
+        place = upright(*rng.uniform(-0.5, 0.5, 3), rng.uniform(-np.pi, np.pi))
+        around = Geom(things[number // 3 % 3], place)
+        other = coal.distance(
+            *(
+                argument
+                for geom in (part, around)
+                for argument in (
+                    coal_geometry(geom.shape),
+                    coal.Transform3s(geom.pose.rotation, geom.pose.translation),
+                )
+            ),
+            coal.DistanceRequest(),
+            coal.DistanceResult(),
+        )
+        if other > 1e-3:
+            assert distance(part, around) == pytest.approx(other, abs=1e-4)
+            compared += 1
+        elif other < -1e-3:
+            assert distance(part, around) < 0.0
+    assert compared > 80
+
+
+def test_the_shapes_are_where_the_model_of_the_robot_is():
+    rng = np.random.default_rng(0)
+    for name in ("frankie", "omni"):
+        model, shapes = robot_model(name), RobotShapes(load_robot(name))
+        base = rng.uniform(-2.0, 2.0, (5, 3))
+        q = rng.uniform(model.limits.q_min, model.limits.q_max, (5, 7))
+        tool = shapes.tool(base, q)
+        for (x, y, heading), posture, place in zip(base, q, tool.positions, strict=True):
+            expected = model.wTe(upright(x, y, 0.0, heading), posture).translation
+            assert place == pytest.approx(expected, abs=1e-9)
+
+
+def drive(distance, samples=200):
+    """Straight ahead, arm ready."""
+    base = np.column_stack([np.linspace(0.0, distance, samples), np.zeros((samples, 2))])
+    return base, np.tile(FRANKIE.arm.ready, (samples, 1))
+
+
+def crate(x, height=0.3):
+    """A box whose near face is x ahead of the start."""
+    return Geom(Box((0.2, 0.2, height / 2.0)), upright(x + 0.2, 0.0, height / 2.0), "crate")
+
+
+def test_a_robot_that_drives_through_a_box_touches_it():
+    base, q = drive(1.5)
+    verdict = Judge(FRANKIE)(base, q, PERIOD, [crate(FRONT + 0.5)])
+    (touch,) = verdict.touches
+    assert (touch.part, touch.obstacle, touch.avoidable) == ("base", "crate", True)
+    first = int(np.argmax(base[:, 0] > 0.5))
+    assert touch.time == pytest.approx(first * PERIOD, abs=PERIOD)
+    assert verdict.samples == touch.samples == (base[:, 0] > 0.5 + 1e-6).sum()
+    assert verdict.nearest == "base and crate"
+
+
+@pytest.mark.parametrize("room", [0.001, -0.001])
+def test_clearance_and_depth_are_right_to_a_tenth_of_a_millimetre(room):
+    base, q = drive(0.4)
+    verdict = Judge(FRANKIE)(base, q, PERIOD, [crate(FRONT + 0.4 + room)])
+    assert verdict.clearance == pytest.approx(room, abs=1e-4)
+    assert bool(verdict.touches) == (room < 0.0)
+    if verdict.touches:
+        assert verdict.touches[0].depth == pytest.approx(-room, abs=1e-4)
+
+
+def test_the_hand_the_fingers_and_the_camera_are_seen():
+    base, q = np.zeros((1, 3)), FRANKIE.arm.ready[None]
+    seen = set()
+    for name, part in RobotShapes(FRANKIE).placed(base, q):
+        bead = Geom(Box((0.001, 0.001, 0.001)), SE3(np.eye(3), part.positions[0]), "bead")
+        assert name in {touch.part for touch in Judge(FRANKIE)(base, q, PERIOD, [bead]).touches}
+        seen.add(name)
+    assert seen == {"base", "hand", "fingers", "camera", *(f"link{n}" for n in range(8))}
+
+
+def test_a_hand_in_the_floor_touches_it_and_wheels_do_not():
+    reaching_down = np.array([0.0, 1.7, 0.0, -1.2, 0.0, 2.4, 0.8])
+    judge = Judge(load_robot("omni"))
+    for q, expected in ((FRANKIE.arm.ready, set()), (reaching_down, {"floor"})):
+        verdict = judge(np.zeros((1, 3)), q[None], PERIOD, [])
+        assert {touch.obstacle for touch in verdict.touches} == expected
+
+
+def walker(**changes):
+    """A walker from ahead, straight towards the robot."""
+    fields = {
+        "name": "walker",
+        "shape": Cylinder(0.25, 0.85),
+        "start": np.array([4.0, 0.0]),
+        "direction": np.array([-1.0, 0.0]),
+        "speed": 0.8,
+    }
+    return Walker(**(fields | changes))
+
+
+def judged(base, **changes):
+    q = np.tile(FRANKIE.arm.ready, (len(base), 1))
+    return Judge(FRANKIE)(base, q, PERIOD, [], [walker(**changes)])
+
+
+def test_a_walker_walks_to_and_fro():
+    there_and_back = walker(length=2.0)
+    places = there_and_back.positions(np.array([0.0, 2.5, 5.0]))[:, 0]
+    assert places == pytest.approx([4.0, 2.0, 4.0])
+    assert there_and_back.velocity(1.0)[0] == pytest.approx(-0.8)
+    assert there_and_back.velocity(3.0)[0] == pytest.approx(0.8)
+    assert there_and_back.course_time(3.5) == pytest.approx(1.0)
+
+
+ALONG, ACROSS = 0.0, np.pi / 2.0
+BESIDE = FRANKIE.base.size[1] / 2.0 + 0.25
+"""Where a walker touches the side of a base that stands across [m]."""
+LATE = {"start": np.array([BESIDE - 0.1, 0.0]), "direction": np.array([1.0, 0.0]), "length": 0.2}
+
+
+def standing(heading, samples=500):
+    return np.tile([0.0, 0.0, heading], (samples, 1))
+
+
+def test_contacts_that_a_standing_robot_could_not_avoid():
+    """Along the walker's line it cannot leave sideways; a turn of the walker comes too late."""
+    verdict = judged(standing(ALONG))
+    assert verdict.samples > 50
+    assert verdict.avoidable_samples == 0
+    verdict = judged(standing(ACROSS, 200), **LATE, phase=0.15)
+    assert verdict.samples > 0
+    assert verdict.avoidable_samples == 0
+
+
+def test_contacts_that_a_robot_could_have_avoided():
+    """It stands across the walker's line, drives into the walker, or drives into its way."""
+    times = np.arange(600) * PERIOD
+    zero = times * 0.0
+    into_the_walker = np.column_stack([0.5 * times, zero, zero])
+    into_the_way = np.column_stack([zero, np.minimum(-3.0 + 0.7 * times, 0.0), zero + ACROSS])
+    for base in (standing(ACROSS), into_the_walker[:500], into_the_way):
+        verdict = judged(base)
+        assert verdict.avoidable_samples == verdict.samples > 50
+
+
+@pytest.mark.parametrize("brakes", [True, False])
+def test_a_walker_that_turns_back_before_a_braking_robot_excuses_the_contact(brakes):
+    """It walks away ahead of the robot and turns back when the robot is near."""
+    turns, speed = 1.0, 0.8
+    acceleration = float(FRANKIE.limits.base_acceleration[0])
+    times = np.arange(300) * PERIOD
+    late = np.maximum(times - turns - FRANKIE.base.lag, 0.0)
+    left = np.maximum(speed - acceleration * late * brakes, 0.0)
+    base = np.column_stack([np.cumsum(left) * PERIOD, np.zeros((300, 2))])
+    start = np.array([speed * turns + 0.95 + FRONT, 0.0])
+    verdict = judged(base, start=start, direction=np.array([-1.0, 0.0]), length=5.0, phase=9.2)
+    assert verdict.samples > 0
+    assert bool(verdict.avoidable_samples) == (not brakes)
