@@ -8,20 +8,18 @@ the robot.
 from __future__ import annotations
 
 import gc
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from time import perf_counter_ns, thread_time_ns
-from typing import Any
 
 import numpy as np
 from pinocchio import SE3
 
-from app.core import Instruments, RunOptions, Setup, run_task
+from app.core import Instruments, RunOptions, Setup, Tick, run_task
 from controller import (
     OPEN_FLOOR,
     STEP_PARTS,
-    Array,
     Command,
     KinematicState,
     MotionGoal,
@@ -32,12 +30,9 @@ from controller import (
 from lab.bench.configuration import Configuration
 from lab.bench.goals import generate_goals
 from lab.bench.motion import Controller, run_motion
-from lab.bench.published import PublishedStep
 from lab.bench.timing import Timing, TimingReport
 from lab.shared import PartTimer
 from trees.language import TreeNode
-
-RTB, CACHED = "rtb example", "rtb example, limits cached"
 
 _GOALS = 100
 _LIMIT = 20.0
@@ -46,18 +41,15 @@ _STEPS_A_GOAL = 400
 _WORST = 5
 """Number of the slowest steps of a run that are listed."""
 
-Step = Callable[[KinematicState, PoseGoal, Command], Any]
-
 
 @dataclass(kw_only=True, eq=False)
 class InterleavedTimer:
     """A controller that steps like its first one, and times all of them."""
 
-    controllers: dict[str, Step]
+    controllers: dict[str, Controller]
     rng: np.random.Generator
     wall: dict[str, list[int]] = field(default_factory=dict)
     cpu: dict[str, list[int]] = field(default_factory=dict)
-    results: list[dict[str, Any]] = field(default_factory=list)
 
     def step(
         self,
@@ -67,58 +59,43 @@ class InterleavedTimer:
         surroundings: Surroundings = OPEN_FLOOR,
     ) -> tuple[Command, StepReport]:
         """The step of every controller, on open floor; returns that of the first."""
-        assert isinstance(goal, PoseGoal)
         names = list(self.controllers)
-        results: dict[str, Any] = {}
+        results = {}
         for index in self.rng.permutation(len(names)):
             name = names[index]
-            step = self.controllers[name]
+            controller = self.controllers[name]
             wall, cpu = perf_counter_ns(), thread_time_ns()
-            results[name] = step(state, goal, last)
+            results[name] = controller.step(state, goal, last)
             cpu, wall = thread_time_ns() - cpu, perf_counter_ns() - wall
             self.wall.setdefault(name, []).append(wall)
             self.cpu.setdefault(name, []).append(cpu)
-        self.results.append(results)
-        first: tuple[Command, StepReport] = results[names[0]]
-        return first
+        return results[names[0]]
 
 
-def time_steps(robot: str, *, steps: int, against_rtb: bool, seed: int) -> TimingReport:
-    """Time the presets, and the published example if wanted, on the way to goals.
+def time_steps(robot: str, *, steps: int, seed: int) -> TimingReport:
+    """Time our controller and the paper's on the way to goals.
 
     Args:
         robot: frankie or omni.
         steps: least number of steps.
-        against_rtb: whether the published example is timed too; then the report states the largest
-            difference of the paper preset's velocities from the example's.
         seed: of the goals and of the order of the controllers.
-
-    Raises:
-        ToolboxError: the example is asked for and not installed.
     """
     ours = Configuration(robot=robot)
     paper = Configuration(robot=robot, preset="paper")
     model, paper_model = ours.model(), paper.model()
     goals = generate_goals(model, _GOALS, seed)
-    references: dict[str, Step] = {}
-    if against_rtb:
-        plain, cached = PublishedStep(robot), PublishedStep(robot)
-        cached.cache_limits()
-        references[RTB] = lambda state, goal, last: plain(state.wTb, state.q, goal.wTe)
-        references[CACHED] = lambda state, goal, last: cached(state.wTb, state.q, goal.wTe)
     timer = InterleavedTimer(controllers={}, rng=np.random.default_rng(seed))
     gc.collect()
     gc.disable()
     try:
         for number in range(len(goals) * steps):
             timer.controllers = {
-                "frankie": ours.controller(model).step,
-                "paper": paper.controller(paper_model).step,
-                **references,
+                "frankie": ours.controller(model),
+                "paper": paper.controller(paper_model),
             }
             _move_to(timer, ours, goals[number % len(goals)])
             gc.collect()
-            if len(timer.results) >= steps:
+            if len(timer.wall["paper"]) >= steps:
                 break
     finally:
         gc.enable()
@@ -126,18 +103,14 @@ def time_steps(robot: str, *, steps: int, against_rtb: bool, seed: int) -> Timin
         Timing.of(f"{robot}: {name}", np.array(timer.wall[name]), np.array(timer.cpu[name]))
         for name in timer.controllers
     ]
-    parts = _parts(ours, goals[: max(1, len(timer.results) // _STEPS_A_GOAL // 4)])
+    parts = _parts(ours, goals[: max(1, len(timer.wall["paper"]) // _STEPS_A_GOAL // 4)])
     listed = ", ".join(f"{name} {time:.0f}" for name, time in parts.items())
-    notes = [f"{robot}: parts of a step of frankie (median µs): {listed}"]
-    for own, other in [(1, 0), *((a, b) for b in range(2, len(timings)) for a in (0, 1))]:
-        ratio = timings[other].cpu_median / timings[own].cpu_median
-        names = f"{timings[other].name} / {timings[own].name}".replace(f"{robot}: ", "")
-        notes.append(f"{robot}, CPU time: {names} = {ratio:.2f}")
-    agreement = _agreement(timer, paper_model.velocities) if references else None
-    if agreement is not None:
-        notes.append(f"{robot}: paper and rtb example differ by at most {agreement:.1e}")
-    figures = {f"{robot} parts": parts, f"{robot} agreement": agreement}
-    return TimingReport(timings=timings, notes=notes, figures=figures)
+    ratio = timings[0].cpu_median / timings[1].cpu_median
+    notes = [
+        f"{robot}: parts of a step of frankie (median µs): {listed}",
+        f"{robot}, CPU time: frankie / paper = {ratio:.2f}",
+    ]
+    return TimingReport(timings=timings, notes=notes)
 
 
 def _move_to(controller: Controller, configuration: Configuration, wTe: SE3) -> None:
@@ -179,19 +152,16 @@ class _Timed:
         return self.timer.step(lambda: self.controller.step(state, goal, last, surroundings))
 
 
-def _agreement(timer: InterleavedTimer, velocities: Callable[[Command], Array]) -> float:
-    """Largest difference of the paper preset from the published example [rad/s and m/s]."""
-    differences = [
-        np.abs(velocities(results["paper"][0]) - results[RTB]).max() for results in timer.results
-    ]
-    return float(np.max(differences))
-
-
 class _StepTimer(Instruments):
-    """Times every step of the controller of a run."""
+    """Times every tick of a run and the controller's step in it."""
 
     def __init__(self) -> None:
         self.timer = PartTimer(STEP_PARTS)
+        self.ticks: list[float] = []
+
+    def after(self, tick: Tick) -> None:
+        """Note the duration of the tick."""
+        self.ticks.append(tick.seconds)
 
     def begin(self, setup: Setup, nodes: Sequence[TreeNode]) -> None:
         """Wrap the controller's step."""
@@ -208,7 +178,7 @@ class _StepTimer(Instruments):
 
 
 def time_task(tree: Path, robot: str, seed: int, record: Path) -> TimingReport:
-    """Run a task and time every control step, with the search for stances and routes.
+    """Run a task and time every tick, and the control step in it with stances and routes.
 
     Raises:
         UserError: bad input; nothing has moved.
@@ -225,4 +195,5 @@ def time_task(tree: Path, robot: str, seed: int, record: Path) -> TimingReport:
         parts = sorted(timer.parts_ns(number).items(), key=lambda part: -part[1])[:3]
         listed = ", ".join(f"{part} {ns / 1e3:.0f}" for part, ns in parts)
         notes.append(f"{name}: step {number} took {cpu[number] / 1e3:.0f} µs: {listed}")
-    return TimingReport(timings=[Timing.of(name, wall, cpu)], notes=notes)
+    ticks = Timing.of(f"{name}, whole ticks", 1e9 * np.array(instruments.ticks))
+    return TimingReport(timings=[Timing.of(name, wall, cpu), ticks], notes=notes)

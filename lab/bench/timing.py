@@ -1,30 +1,34 @@
-"""Times of repeated work: statistics, table, and the cost of the tree language."""
+"""Times of repeated work: statistics and table; reading a task file; the start of a run."""
 
 from __future__ import annotations
 
 import gc
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+import subprocess
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
 from math import isnan, nan
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter_ns, thread_time_ns
-from typing import Any, cast
 
 import numpy as np
-from py_trees.common import Status
 from rich.table import Table
 
-from behaviours import Condition, Context, Leaf
+from config import UserError
 from controller import Array
-from hw import SimClock
+from hw import stopwatch
 from lab.shared import machine
-from trees.language import build, load, nodes_in_order
+from trees.language import load
 
-NODES_READ = 200
-NODES_TICKED = 31
-_ROUNDS = 50
-"""How often the file is read; the tree is ticked a hundred times as often."""
+_READS = 50
+_PROGRAM = (sys.executable, "-m", "frankie_task_cli")
+_RUNNING = "▶"
+"""Mark of a node that has begun to run; the first tick commands motion."""
+
+
+class StartError(UserError):
+    """A run did not start."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,8 +65,6 @@ class TimingReport:
 
     timings: Sequence[Timing]
     notes: Sequence[str] = ()
-    figures: dict[str, Any] = field(default_factory=dict)
-    """Further figures for the JSON file."""
 
 
 def timing_table(timings: Sequence[Timing]) -> Table:
@@ -77,87 +79,52 @@ def timing_table(timings: Sequence[Timing]) -> Table:
     return table
 
 
-class Holds(Condition):
-    """A condition that always succeeds."""
-
-    key = "holds"
-
-    def update(self) -> Status:
-        """One tick."""
-        return self.success("yes")
-
-
-class Works(Leaf):
-    """An action that keeps running.
-
-    Args:
-        effort: not used.
-        patience_s: not used.
-    """
-
-    key = "works"
-    moves = False
-
-    def __init__(
-        self, name: str, context: Context, *, effort: float = 1.0, patience_s: float = 2.0
-    ) -> None:
-        super().__init__(name, context)
-
-    def update(self) -> Status:
-        """One tick."""
-        return self.running("working")
-
-
-_LEAVES: dict[str, type[Leaf]] = {leaf.key: leaf for leaf in (Holds, Works)}
-
-
-class _ContextPart:
-    """The part of a context that these leaves use."""
-
-    clock = SimClock()
-
-
-def _large_task() -> str:
-    """A file of `NODES_READ` nodes, one composite for every four leaves."""
-    part = (
-        "    - name: part {}\n      retry: 3\n      timeout_s: 10\n      sequence:\n"
-        "        - works: {{effort: 0.5, patience_s: 1.5}}\n        - holds\n"
-        "        - works: {{effort: $effort}}\n        - {{invert: true, holds: }}\n"
-    )
-    parts = "".join(part.format(number) for number in range(NODES_READ // 5))
-    return f"task: large\nparams: {{effort: {{default: 2.0}}}}\ntree:\n  sequence:\n{parts}"
-
-
-def _busy_task() -> str:
-    """A file whose tree has `NODES_TICKED` nodes, all of which are ticked in every tick."""
-    guarded = "    - reactive_sequence: [holds, holds, holds, holds, works]\n"
-    return f"task: busy\ntree:\n  parallel:\n{guarded * (NODES_TICKED // 6)}"
-
-
-def time_tree() -> TimingReport:
-    """Time reading a file of 200 nodes, and a tick of a tree of 31 nodes."""
-    with TemporaryDirectory() as folder:
-        large, busy = Path(folder) / "large.yaml", Path(folder) / "busy.yaml"
-        large.write_text(_large_task(), encoding="utf-8")
-        busy.write_text(_busy_task(), encoding="utf-8")
-        root = build(load(busy, leaves=_LEAVES), cast(Context, _ContextPart()))
-        assert len(nodes_in_order(root)) == NODES_TICKED
-        timings = [
-            _timed(
-                f"read a file of {NODES_READ} nodes", lambda: load(large, leaves=_LEAVES), _ROUNDS
-            ),
-            _timed(f"tick a tree of {NODES_TICKED} nodes", root.tick_once, 100 * _ROUNDS),
-        ]
-    return TimingReport(timings=timings)
-
-
-def _timed(name: str, work: Callable[[], object], rounds: int) -> Timing:
-    work()
-    wall, cpu = np.empty(rounds), np.empty(rounds)
+def time_reading(tree: Path) -> TimingReport:
+    """Time reading and checking a task file."""
+    load(tree)
+    times = []
     gc.collect()
-    for number in range(rounds):
+    for _ in range(_READS):
         begun, begun_cpu = perf_counter_ns(), thread_time_ns()
-        work()
-        cpu[number] = thread_time_ns() - begun_cpu
-        wall[number] = perf_counter_ns() - begun
-    return Timing.of(name, wall, cpu)
+        load(tree)
+        times.append((perf_counter_ns() - begun, thread_time_ns() - begun_cpu))
+    wall, cpu = np.array(times, dtype=float).T
+    return TimingReport(timings=[Timing.of(f"read {tree.stem}", wall, cpu)])
+
+
+def time_start(tree: Path, runs: int) -> TimingReport:
+    """Time from the command to the first words and to the first motion, in processes of their own.
+
+    Raises:
+        StartError: a run ended before it moved.
+    """
+    seconds = np.array([_start(tree) for _ in range(runs)])
+    names = ("start to the first words", "start to the first motion")
+    return TimingReport(
+        timings=[Timing.of(name, 1e9 * times) for name, times in zip(names, seconds.T, strict=True)]
+    )
+
+
+def _start(tree: Path) -> tuple[float, float]:
+    """Time to the first words, and to the first motion [s]."""
+    with TemporaryDirectory() as folder:
+        begun = stopwatch()
+        process = subprocess.Popen(
+            [*_PROGRAM, "run", str(tree), "--view", "none", "--record", folder],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            encoding="utf-8",
+        )
+        assert process.stderr is not None
+        words, last = 0.0, "nothing was written"
+        with process:
+            for line in process.stderr:
+                words = words or stopwatch() - begun
+                if _RUNNING in line:
+                    motion = stopwatch() - begun
+                    process.terminate()
+                    process.stderr.read()  # so that the process can write on until it has ended
+                    return words, motion
+                last = line.strip() or last
+    raise StartError(f"the run did not start: {last}")

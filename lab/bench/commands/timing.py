@@ -31,19 +31,13 @@ class Part(StrEnum):
     STEP = "step"
     """A control step on the way to seeded goals."""
     TASK = "task"
-    """Every control step of a whole task."""
+    """Every tick and control step of a whole task."""
     TREE = "tree"
-    """Reading a task file, and a tick."""
+    """Reading a task file."""
     PERCEPTION = "perception"
     """From a frame to grasps."""
     START = "start"
-    """From `run` to the first words and the first motion; a `check`."""
-
-
-class Reference(StrEnum):
-    """A published implementation to compare with."""
-
-    RTB = "rtb"
+    """From `run` to the first words and the first motion."""
 
 
 def timing(
@@ -51,11 +45,8 @@ def timing(
         list[Part] | None, typer.Argument(help="What to time; default: all but `task`.")
     ] = None,
     robot: Robot = BOTH,
-    versus: Annotated[
-        Reference | None, typer.Option("--vs", help="step: also time the published example.")
-    ] = None,
     task: Annotated[
-        str, typer.Option(help="task, start: a task file or a shipped task.")
+        str, typer.Option(help="task, tree, start: a task file or a shipped task.")
     ] = "pick_place",
     seed: Annotated[int, typer.Option(help="Seed of the goals, or of the task.", min=0)] = 0,
     count: Annotated[
@@ -68,44 +59,31 @@ def timing(
 
     check_writable(json)
     wanted = parts or [part for part in Part if part is not Part.TASK]
-    report: dict[str, Any] = {}
-    if Part.PERCEPTION in wanted:
-        report["perception"] = _perception(count or 60)
-    reports: list[TimingReport] = []
-    for part in wanted:
-        reports += _measured(part, robot, versus is Reference.RTB, task, seed, count)
-    timings = [one for each in reports for one in each.timings]
+    robots, tree = chosen_robots(robot), find_tree(task)
+    perception = _perception(count or 60) if Part.PERCEPTION in wanted else None
+    reports = [one for part in wanted for one in _measured(part, robots, tree, seed, count)]
+    timings = [one for report in reports for one in report.timings]
     if timings:
-        show(timing_table(timings), *(note for each in reports for note in each.notes))
-    for each in reports:
-        report |= each.figures
-    write_json(json, {"results": [asdict(one) for one in timings], **report})
+        show(timing_table(timings), *(note for report in reports for note in report.notes))
+    write_json(json, {"results": [asdict(one) for one in timings], "perception": perception})
 
 
 def _measured(
-    part: Part, robot: str, against_rtb: bool, task: str, seed: int, count: int | None
+    part: Part, robots: list[str], tree: Path, seed: int, count: int | None
 ) -> list[TimingReport]:
-    from lab.bench.start_time import time_start
     from lab.bench.step_time import time_steps, time_task
-    from lab.bench.timing import time_tree
+    from lab.bench.timing import time_reading, time_start
 
     match part:
         case Part.STEP:
-            steps = count or 10_000
-            return [
-                time_steps(name, steps=steps, against_rtb=against_rtb, seed=seed)
-                for name in chosen_robots(robot)
-            ]
+            return [time_steps(name, steps=count or 10_000, seed=seed) for name in robots]
         case Part.TASK:
             with TemporaryDirectory() as folder:
-                return [
-                    time_task(find_tree(task), name, seed, Path(folder))
-                    for name in chosen_robots(robot)
-                ]
+                return [time_task(tree, name, seed, Path(folder)) for name in robots]
         case Part.TREE:
-            return [time_tree()]
+            return [time_reading(tree)]
         case Part.START:
-            return [time_start(find_tree(task), count or 5)]
+            return [time_start(tree, count or 5)]
         case _:
             return []
 

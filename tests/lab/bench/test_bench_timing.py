@@ -1,11 +1,7 @@
 """`bench timing`."""
 
-from importlib import import_module
-
 import pytest
 from bench_call import refused, report
-
-from lab.bench import published
 
 QUICK = """\
 task: quick
@@ -21,46 +17,27 @@ def test_steps_ticks_and_the_steps_of_a_task_are_timed(tmp_path):
     options = ("--robot", "omni", "--count", 30, "--task", task)
     kept = report(tmp_path, "timing", "step", "task", "tree", *options)
     assert kept["machine"]
-    frankie, paper, run, read, tick = kept["results"]
+    frankie, paper, run, ticks, reading = kept["results"]
     assert (frankie["name"], paper["name"]) == ("omni: frankie", "omni: paper")
     assert run["name"] == "omni: quick, single, seed 0"
     assert run["steps"] > 50
-    assert tick["median"] < read["median"]
+    assert ticks["steps"] == run["steps"]
+    assert run["median"] < ticks["median"]
+    assert reading["name"] == "read quick"
     for timing in kept["results"]:
         assert timing["steps"] >= 30
         assert 0.0 < timing["median"] <= timing["p95"] <= timing["p99"] <= timing["worst"]
-        assert 0.0 < timing["cpu_median"] <= timing["cpu_p95"]
     assert kept["stdout"].count(" µs: ") == 5  # the slowest steps
+    assert 0.0 < run["cpu_median"] <= run["cpu_p95"]
     assert "CPU time: frankie / paper = " in kept["stdout"]
-    assert min(kept["omni parts"].values()) > 0.0
-    assert kept["omni agreement"] is None
-
-
-def test_the_toolbox_must_be_installed(monkeypatch):
-    def find(name: str):
-        if name.split(".")[0] == "roboticstoolbox":
-            raise ModuleNotFoundError(f"No module named {name!r}", name="roboticstoolbox")
-        return import_module(name)
-
-    monkeypatch.setattr(published, "import_module", find)
-    refused("pip install roboticstoolbox-python", "timing", "step", "--vs", "rtb", "--count", 10)
-
-
-@pytest.mark.slow
-def test_the_paper_preset_agrees_with_the_published_example(tmp_path):
-    for package in ("roboticstoolbox", "qpsolvers", "quadprog"):
-        pytest.importorskip(package)
-    kept = report(tmp_path, "timing", "step", "--vs", "rtb", "--count", 1000)
-    for robot in ("frankie", "omni"):
-        assert kept[f"{robot} agreement"] < 1e-5
+    assert "parts of a step of frankie" in kept["stdout"]
 
 
 @pytest.mark.slow
 def test_perception_and_starts_are_timed(tmp_path):
     kept = report(tmp_path, "timing", "perception", "start", "--task", "pick_one", "--count", 2)
-    words, motion, check = kept["results"]
+    words, motion = kept["results"]
     assert 0.0 < words["median"] < motion["median"]
-    assert 0.0 < check["median"] < motion["median"]
     assert kept["perception"]["times_ms"]
 
 
