@@ -68,7 +68,6 @@ SIDE_BY_SIDE = {
         ("controller", "perception"),
         ("trees.draw", "trees.btcpp"),
         ("hw.omron", "hw.emulators.omron"),
-        ("lab.grasps", "lab.bench"),
         ("lab.grasps", "lab.calibration"),
         ("lab.bench", "lab.calibration"),
     )
