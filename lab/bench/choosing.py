@@ -33,7 +33,6 @@ from behaviours import (
 from hw import Backend, SimClock, simulator
 from hw.sim import World
 from lab.bench.choosing_scenes import (
-    ALIKE,
     ASIDE,
     CLUTTER,
     TRAY,
@@ -226,7 +225,7 @@ def choosing_table(takings: Sequence[Taking]) -> Table:
     names = ("taken", "the right one, of those taken [%]", "of all [%]", "told apart rightly [%]")
     table = Table("scenes", "number", *names)
     groups = [("all", list(takings))]
-    for clutter in (kind + alike for kind in CLUTTER for alike in ("", ALIKE)):
+    for clutter in CLUTTER:
         groups.append((clutter, [one for one in takings if one.clutter == clutter]))
     for asked in sorted({one.asked for one in takings}):
         groups.append((asked, [one for one in takings if one.asked == asked]))

@@ -49,15 +49,12 @@ HEIGHT = 0.42
 """Of the camera over the floor of the tray, straight above its middle [m]."""
 CLUTTER = ("apart", "pairs", "cluster")
 """Arrangements: 6 mm or more apart; two pairs that touch; all pushed to one in the middle."""
-ALIKE = ", alike"
-"""Added to the arrangement where two that touch have one colour."""
 _AHEAD = 1.1
 """Least ratio of the areas of the requested object and the next one, if requested by size."""
 _WIDER = 0.004
 """Least difference of their widths from the limit, if requested by width [m]."""
 _EYE = Intrinsics(width=400, height=400, fx=4000.0, fy=4000.0, cx=199.5, cy=199.5)
 _ABOVE = 6.0
-_FAR_EYE = Intrinsics(width=400, height=400, fx=20000.0, fy=20000.0, cx=199.5, cy=199.5)
 _TRIES = 200
 
 Owners: TypeAlias = npt.NDArray[np.int64]
@@ -103,7 +100,7 @@ def make_scene(seed: int) -> tuple[World, str, Request]:
         objects = [true_object(obj) for obj in world.objects]
         make = _REQUESTS[(seed // len(CLUTTER)) % len(_REQUESTS)]
         if request := make(objects, rng):
-            return world, clutter + (ALIKE if _alike_touch(world) else ""), request
+            return world, clutter, request
     raise RuntimeError(f"no scene for seed {seed}")
 
 
@@ -192,22 +189,6 @@ def true_object(obj: SimObject) -> TrueObject:
         area=len(covered) * pixel**2,
         width=(min(edges) + 1.0) * pixel,
         middle=(x + (column - _EYE.cx) * pixel, y - (row - _EYE.cy) * pixel),
-    )
-
-
-def _alike_touch(world: World) -> bool:
-    """Whether two objects of one colour are less than 2 mm apart, seen from above."""
-    seen = [one for obj in world.objects for one in obj.visual()]
-    numbers = [n for n, obj in enumerate(world.objects) for _ in obj.visual()]
-    wTc = SE3(np.diag([1.0, -1.0, -1.0]), np.array([*TRAY, FLOOR + 5.0 * _ABOVE]))
-    _, ids = DepthRenderer(_FAR_EYE).render(seen, wTc, with_ids=True)
-    shown = np.array([*numbers, -1])[ids]
-    colours = [colour_name(*obj.parts[0].colour) for obj in world.objects]
-    wide = [cv2.dilate((shown == n).astype(np.uint8), np.ones((3, 3))) for n in set(numbers)]
-    return any(
-        colours[a] == colours[b] and np.logical_and(wide[a], wide[b]).any()
-        for a in range(len(colours))
-        for b in range(a)
     )
 
 

@@ -177,12 +177,3 @@ def cumulative_jerk(positions: Array, period: float, after: float = 0.0) -> floa
     resting = np.repeat(positions[:1], 3, axis=0)
     thirds = np.diff(np.vstack([resting, positions[1:]]), n=3, axis=0)
     return float(np.linalg.norm(thirds[round(after / period) :], axis=1).sum() / period**2)
-
-
-def jerk_noise(positions: Array, period: float) -> float:
-    """Contribution of rounding to the cumulative jerk of positions (k, 3) [m/s^2].
-
-    Measured on a motion at constant speed between the same ends, which has no jerk.
-    """
-    constant = np.linspace(positions[0], positions[-1], len(positions))
-    return float(np.linalg.norm(np.diff(constant, n=3, axis=0), axis=1).sum() / period**2)

@@ -20,7 +20,7 @@ from rich.table import Table
 
 from controller import Array, PoseGoal, RobotModel
 from lab.bench.configuration import Configuration
-from lab.bench.evaluation import Evaluator, cumulative_jerk, jerk_noise, limit_usage
+from lab.bench.evaluation import Evaluator, cumulative_jerk, limit_usage
 from lab.bench.motion import GoalAt, run_motion
 
 POSES = ("a", "b", "c", "d")
@@ -84,8 +84,6 @@ class PoseResult:
     """Cumulative, of the tool, from rest [m/s^2]."""
     later_jerk: float
     """The part of it after the first 0.5 s [m/s^2]."""
-    jerk_noise: float
-    """The part of it that is rounding [m/s^2]."""
     manipulability_min: float
     manipulability_mean: float
     velocity_usage_max: float
@@ -202,7 +200,6 @@ def run_pose(
         orientation_error_deg=float(np.rad2deg(motion.orientation_error[counts].max())),
         jerk=trial.jerk,
         later_jerk=cumulative_jerk(motion.tool, motion.period, after=_START),
-        jerk_noise=jerk_noise(motion.tool, motion.period),
         manipulability_min=float(manipulability.min()),
         manipulability_mean=float(manipulability.mean()),
         velocity_usage_max=float(speeds.max()),

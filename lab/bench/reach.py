@@ -152,11 +152,9 @@ class Reach:
     limit_violations: int
     """Samples over any limit."""
     limit_violations_by_kind: dict[str, int]
-    trials_with_violations: int
     contact_samples: int
     """Samples in which the arm is in contact."""
     contact_samples_by_kind: dict[str, int]
-    trials_with_contacts: int
     time_median_s: float | None
     time_mean_s: float | None
     time_p95_s: float | None
@@ -165,8 +163,6 @@ class Reach:
     """Mean |θ_ε| at the end, over all trials."""
     manipulability_mean: float
     """Mean of the arm's at the end, over all trials."""
-    jerk_median: float
-    """Of the tool's cumulative jerk [m/s^2]."""
 
 
 def aggregate_trials(
@@ -194,17 +190,14 @@ def aggregate_trials(
         failed_goals=[i for i, trial in enumerate(done) if trial.failure is not None],
         limit_violations=sum(trial.violations.samples for trial in done),
         limit_violations_by_kind=_summed([trial.violations for trial in done]),
-        trials_with_violations=sum(trial.violations.samples > 0 for trial in done),
         contact_samples=sum(trial.contacts.samples for trial in done),
         contact_samples_by_kind=_summed([trial.contacts for trial in done]),
-        trials_with_contacts=sum(trial.contacts.samples > 0 for trial in done),
         time_median_s=statistic(np.median),
         time_mean_s=statistic(np.mean),
         time_p95_s=statistic(np.percentile, 95.0),
         time_max_s=statistic(np.max),
         theta_eps_mean_deg=float(np.rad2deg(np.mean([abs(t.heading_error) for t in done]))),
         manipulability_mean=float(np.mean([trial.manipulability for trial in done])),
-        jerk_median=float(np.median([trial.jerk for trial in done])),
     )
 
 

@@ -33,14 +33,6 @@ def test_an_object_that_is_not_where_the_tree_says_is_a_wrong_success(monkeypatc
     assert "wrong success" in faults_notes([result])[0]
 
 
-def test_a_run_that_takes_too_long_hangs(monkeypatch):
-    monkeypatch.setattr(faults, "LONGEST", 1.0)
-    result = faults.run_cell(CARRY)
-    assert result.hang
-    assert result.outcome == "hang"
-    assert result.duration_s < 3.0
-
-
 def test_an_exception_instead_of_an_outcome_is_a_crash(monkeypatch):
     def run_task(options, *, interrupted, instruments):
         instruments.beneath(Harness().robot)
@@ -52,7 +44,7 @@ def test_an_exception_instead_of_an_outcome_is_a_crash(monkeypatch):
     assert result.reason == "OSError: no outcome"
 
 
-def test_sums_and_json_one_row_a_cell(monkeypatch, tmp_path):
+def test_a_run_that_takes_too_long_hangs_and_each_cell_has_a_row(monkeypatch, tmp_path):
     monkeypatch.setattr(faults, "LONGEST", 1.0)
     chosen = ("--faults", "frames lost", "--faults", "reflex", "--phases", "recover")
     kept = report(tmp_path, "faults", *chosen, "--workers", 1)
@@ -60,6 +52,10 @@ def test_sums_and_json_one_row_a_cell(monkeypatch, tmp_path):
         ("frames lost", "recover"),
         ("reflex", "recover"),
     ]
+    for cell in kept["cells"]:
+        assert cell["hang"]
+        assert cell["outcome"] == "hang"
+        assert cell["duration_s"] < 3.0
     assert "2 hang" in kept["stdout"]
     assert kept["stdout"].count(", seed 1: hang") == 2
 

@@ -90,7 +90,6 @@ def test_poses_reports_times_beside_those_of_the_paper(tmp_path):
     assert row["position_error_mm"] <= 10.0
     assert row["limit_violations"] == 0
     assert row["contact_samples"] == 0
-    assert row["jerk_noise"] < 1e-3 * row["jerk"]
 
 
 @pytest.mark.slow

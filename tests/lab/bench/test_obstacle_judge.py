@@ -36,14 +36,11 @@ TURNED = np.pi / 4.0
     ("part", "at", "around", "expected"),
     [
         (LINK, upright(0, 0, 0.3), Box((1.0, 1.0, 0.1)), 0.05),  # above a board
-        (LINK, upright(0.3, 0, 0), COLUMN, 0.15),
         (LINK, upright(0, 0, 0), Box((1.0, 1.0, 0.01)), -0.06),  # upright through a board
-        (BODY, upright(-1.305, 0, 0), BLOCK, 0.005),  # face to face
-        (BODY, upright(-1.295, 0, 0), BLOCK, -0.005),
+        (BODY, upright(-1.295, 0, 0), BLOCK, -0.005),  # face to face
         (BODY, upright(1.5, 0, 0, TURNED), BLOCK, 0.5 - 0.25 * np.sqrt(2.0)),  # edge to face
         (BODY, upright(0, 0, 0), Cylinder(0.05, 1.0), -0.1),  # a post in the middle, 0.1 m high
-        (BODY, upright(-0.41, 0, 0), COLUMN, 0.01),  # before a face
-        (BODY, upright(-0.395, 0, 0), COLUMN, -0.005),
+        (BODY, upright(-0.395, 0, 0), COLUMN, -0.005),  # before a face
         (BODY, upright(0.4, 0.3, 0), COLUMN, 0.1 * np.sqrt(2.0) - 0.1),  # beside an edge
     ],
 )
@@ -55,12 +52,12 @@ def test_distances_are_those_of_geometry(part, at, around, expected):
 def test_distances_agree_with_another_implementation():
     rng, compared = np.random.default_rng(0), 0
     parts = (Capsule(0.05, 0.1), Box((0.35, 0.25, 0.19)), Box((0.03, 0.1, 0.04)))
-    things = (Box((0.3, 0.2, 0.02)), Cylinder(0.2, 0.5), Box((0.02, 0.02, 0.4)))
+    obstacles = (Box((0.3, 0.2, 0.02)), Cylinder(0.2, 0.5), Box((0.02, 0.02, 0.4)))
     for number in range(180):
         turned = pin.exp3(rng.uniform(-np.pi, np.pi, 3))
         part = Geom(parts[number % 3], SE3(turned, rng.uniform(-0.6, 0.6, 3)))
         place = upright(*rng.uniform(-0.5, 0.5, 3), rng.uniform(-np.pi, np.pi))
-        around = Geom(things[number // 3 % 3], place)
+        around = Geom(obstacles[number // 3 % 3], place)
         other = coal.distance(
             *(
                 argument

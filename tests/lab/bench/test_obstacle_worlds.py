@@ -125,15 +125,12 @@ def wall(y_from, y_to):
     return Geom(Box((0.05, half, 1.0)), SE3(np.eye(3), place), "wall")
 
 
-def test_a_stance_behind_a_wall_is_reached_through_a_gap_only_if_it_is_wide_enough():
+def test_a_path_needs_a_wide_gap_and_a_free_start():
     assert paths([]).reaches(*STANCE)
     assert paths([wall(-6.0, 2.0)]).reaches(*STANCE)
     assert not paths([wall(-6.0, 6.0)]).reaches(*STANCE)
     assert paths([wall(-6.0, 1.0), wall(2.1, 6.0)]).reaches(*STANCE)
     assert not paths([wall(-6.0, 1.0), wall(1.8, 6.0)]).reaches(*STANCE)
-
-
-def test_a_start_without_room_is_no_start():
     assert paths([]).start_is_free
     post = Geom(Box((0.05, 0.05, 1.0)), SE3(np.eye(3), np.array([0.0, 0.36, 1.0])), "post")
     assert not paths([post]).start_is_free
