@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from controller import (
-    OPEN_FLOOR,
     PAPER,
     PRESETS,
     Command,
@@ -21,7 +20,7 @@ from controller import (
     StepReport,
     Surroundings,
 )
-from lab.bench.motion import Controller
+from lab.bench.motion import Step
 from robots import load_robot, with_base_speed, with_base_speeds, with_reverse_speed
 
 EXAMPLE = "example"
@@ -60,35 +59,29 @@ class Configuration:
             return RobotModel(with_base_speeds(description, None, self.reverse_speed))
         return RobotModel(with_base_speeds(description, self.base_speed, self.reverse_speed))
 
-    def controller(self, model: RobotModel) -> Controller:
+    def controller(self, model: RobotModel) -> HolisticController:
         """A new controller."""
         settings = replace(_SETTINGS[self.preset], period=self.period, **dict(self.changes))
-        controller = HolisticController(model, settings)
-        return PublishedExample(controller) if self.preset == EXAMPLE else controller
+        return HolisticController(model, settings)
+
+    def step(self, model: RobotModel) -> Step:
+        """The step of a new controller."""
+        step = self.controller(model).step
+        return _as_published(step) if self.preset == EXAMPLE else step
 
 
-class PublishedExample:
-    """The published example: the same QP, its velocities scaled afterwards whatever the limits.
-
-    Args:
-        controller: with the preset of the paper.
-    """
-
-    def __init__(self, controller: HolisticController) -> None:
-        self._controller = controller
+def _as_published(plain: Step) -> Step:
+    """The step of the published example, whose velocities are scaled whatever the limits."""
 
     def step(
-        self,
-        state: KinematicState,
-        goal: MotionGoal | None,
-        last: Command,
-        surroundings: Surroundings = OPEN_FLOOR,
+        state: KinematicState, goal: MotionGoal | None, last: Command, surroundings: Surroundings
     ) -> tuple[Command, StepReport]:
-        """The command for the next period."""
-        command, report = self._controller.step(state, goal, last, surroundings)
+        command, report = plain(state, goal, last, surroundings)
         if not isinstance(goal, PoseGoal):
             return command, report
         wTe = state.wTb * report.bTe
         error = float(np.abs(wTe.actInv(goal.wTe).translation).sum())
         gain = _FAR_GAIN / error if error > _FAR else _NEAR_GAIN
         return Command(base_twist=command.base_twist * gain, qd=command.qd * gain), report
+
+    return step

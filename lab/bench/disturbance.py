@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import radians
 
 import numpy as np
@@ -10,7 +10,6 @@ import pinocchio as pin
 from pinocchio import SE3
 
 from controller import (
-    OPEN_FLOOR,
     Array,
     Command,
     KinematicState,
@@ -21,7 +20,7 @@ from controller import (
     manipulability,
 )
 from lab.bench.contacts import ContactChecker
-from lab.bench.motion import Controller, State
+from lab.bench.motion import State, Step
 
 STARTS = ("ready", "random", "limits", "singular", "stretched")
 """Start postures of the arm."""
@@ -81,39 +80,24 @@ NOISY = Disturbance(joint_noise=1e-3, base_noise=5e-3, heading_noise=radians(0.3
 """An ordinary encoder and an ordinary localisation."""
 
 
-@dataclass(kw_only=True, eq=False)
-class Disturbed:
-    """A controller with a noisy state and delayed commands.
-
-    Args:
-        controller: the controller.
-        disturbance: noise and delay.
-        period: control period [s].
-        rng: draws the noise.
-    """
-
-    controller: Controller
-    disturbance: Disturbance
-    period: float
-    rng: np.random.Generator
-    _last: Command = field(default_factory=Command.stop)
-    _delayed: list[Command] = field(default_factory=list)
+def disturbed(
+    plain: Step, disturbance: Disturbance, period: float, rng: np.random.Generator
+) -> Step:
+    """A step with a noisy state and delayed commands; it continues from its own last command."""
+    own, delayed = Command.stop(), list[Command]()
 
     def step(
-        self,
-        state: KinematicState,
-        goal: MotionGoal | None,
-        last: Command,
-        surroundings: Surroundings = OPEN_FLOOR,
+        state: KinematicState, goal: MotionGoal | None, last: Command, surroundings: Surroundings
     ) -> tuple[Command, StepReport]:
-        """The command that takes effect now; the controller continues from its own last one."""
-        d, rng = self.disturbance, self.rng
-        x, y = rng.normal(size=2) * d.base_noise
-        turn = pin.utils.rotate("z", rng.normal() * d.heading_noise)
+        nonlocal own
+        x, y = rng.normal(size=2) * disturbance.base_noise
+        turn = pin.utils.rotate("z", rng.normal() * disturbance.heading_noise)
         wTb = SE3(turn @ state.wTb.rotation, state.wTb.translation + np.array([x, y, 0.0]))
-        noisy = State(wTb=wTb, q=state.q + rng.normal(size=len(state.q)) * d.joint_noise)
-        self._last, report = self.controller.step(noisy, goal, self._last, surroundings)
-        self._delayed.append(self._last)
-        if len(self._delayed) <= round(d.delay / self.period):
+        q = state.q + rng.normal(size=len(state.q)) * disturbance.joint_noise
+        own, report = plain(State(wTb=wTb, q=q), goal, own, surroundings)
+        delayed.append(own)
+        if len(delayed) <= round(disturbance.delay / period):
             return Command.stop(), report
-        return self._delayed.pop(0), report
+        return delayed.pop(0), report
+
+    return step

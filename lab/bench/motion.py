@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import cos, exp, sin
-from typing import Protocol, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 import pinocchio as pin
@@ -27,24 +27,15 @@ GoalAt: TypeAlias = Callable[[float], PoseGoal]
 """The goal at a time since the start [s]."""
 SurroundingsAt: TypeAlias = Callable[[float], Surroundings]
 """The obstacles at a time since the start [s]."""
+Step: TypeAlias = Callable[
+    [KinematicState, MotionGoal | None, Command, Surroundings], tuple[Command, StepReport]
+]
+"""The step of a controller: state, goal, last command and obstacles to the next command."""
 
 _PROGRESS = 1e-3
 """An error that decreases by less than this is no progress [m]."""
 _METRES_PER_RADIAN = 0.3
 """Weight of the orientation error in the measure of progress."""
-
-
-class Controller(Protocol):
-    """What `HolisticController` and its comparisons have in common."""
-
-    def step(
-        self,
-        state: KinematicState,
-        goal: MotionGoal | None,
-        last: Command,
-        surroundings: Surroundings = OPEN_FLOOR,
-    ) -> tuple[Command, StepReport]:
-        """The command for the next period."""
 
 
 @dataclass(kw_only=True, eq=False)
@@ -105,7 +96,7 @@ def pose_errors(wTe: SE3, goal: SE3) -> tuple[float, float]:
 
 
 def run_motion(
-    controller: Controller,
+    step: Step,
     model: RobotModel,
     goal_at: GoalAt,
     *,
@@ -122,7 +113,7 @@ def run_motion(
     """Move from rest at the origin until the goal is reached or time is up.
 
     Args:
-        controller: computes the commands.
+        step: computes the commands.
         model: the robot.
         goal_at: the goal, with the tolerances for arrival.
         period: control period [s].
@@ -161,7 +152,7 @@ def run_motion(
             break
         if unreachable:
             break
-        last, report = controller.step(state, goal, last, surroundings_at(time))
+        last, report = step(state, goal, last, surroundings_at(time))
         solved, unreachable = solved and report.solved, report.unreachable
         duration = period if elapsed is None else elapsed()
         applied = _lagged(model, applied, last, duration) if lag else last

@@ -120,7 +120,7 @@ def _follow(task: tuple[Configuration, Following]) -> Followed:
     configuration, following = task
     model, period = configuration.model(), configuration.period
     motion = run_motion(
-        configuration.controller(model),
+        configuration.step(model),
         model,
         moving_goal(following, period),
         period=period,

@@ -172,7 +172,7 @@ def run_pose(
     goal_at = goal_of(pose, model, tolerances, told=told, acceleration=acceleration)
     moving = pose == "d"
     motion = run_motion(
-        configuration.controller(model),
+        configuration.step(model),
         model,
         goal_at,
         period=configuration.period,

@@ -14,7 +14,7 @@ from rich.table import Table
 
 from controller import Array, PoseGoal
 from lab.bench.configuration import Configuration
-from lab.bench.disturbance import QUIET, Disturbance, Disturbed, draw_start
+from lab.bench.disturbance import QUIET, Disturbance, disturbed, draw_start
 from lab.bench.evaluation import Evaluator, Trial
 from lab.bench.motion import run_motion
 from lab.shared import run_all
@@ -75,14 +75,9 @@ def _trials(task: _Task) -> list[Trial]:
     evaluator, conditions = evaluator_of(task.configuration), task.conditions
     rng = np.random.default_rng((conditions.seed, task.number))
     start = draw_start(evaluator.model, conditions.starts, rng)
-    controller = task.configuration.controller(evaluator.model)
+    step, period = task.configuration.step(evaluator.model), task.configuration.period
     if conditions.disturbance != QUIET:
-        controller = Disturbed(
-            controller=controller,
-            disturbance=conditions.disturbance,
-            period=task.configuration.period,
-            rng=rng,
-        )
+        step = disturbed(step, conditions.disturbance, period, rng)
     jitter, clock = conditions.jitter, np.random.default_rng((conditions.seed, task.number, 1))
     done, before = [], None
     for pose in task.goals:
@@ -93,10 +88,10 @@ def _trials(task: _Task) -> list[Trial]:
             orientation_tolerance=conditions.orientation_tolerance,
         )
         motion = run_motion(
-            controller,
+            step,
             evaluator.model,
             lambda time, goal=goal: goal,  # type: ignore[misc]
-            period=task.configuration.period,
+            period=period,
             limit=conditions.limit,
             patience=PATIENCE,
             start=start,

@@ -8,8 +8,8 @@ the robot.
 from __future__ import annotations
 
 import gc
+from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from time import perf_counter_ns, thread_time_ns
 
@@ -18,7 +18,6 @@ from pinocchio import SE3
 
 from app.core import Instruments, RunOptions, Setup, Tick, run_task
 from controller import (
-    OPEN_FLOOR,
     STEP_PARTS,
     Command,
     KinematicState,
@@ -29,7 +28,7 @@ from controller import (
 )
 from lab.bench.configuration import Configuration
 from lab.bench.goals import generate_goals
-from lab.bench.motion import Controller, run_motion
+from lab.bench.motion import Step, run_motion
 from lab.bench.timing import Timing, TimingReport
 from lab.shared import PartTimer
 from trees.language import TreeNode
@@ -42,33 +41,36 @@ _WORST = 5
 """Number of the slowest steps of a run that are listed."""
 
 
-@dataclass(kw_only=True, eq=False)
 class InterleavedTimer:
-    """A controller that steps like its first one, and times all of them."""
+    """Times the steps of several controllers; the first one's command is used.
 
-    controllers: dict[str, Controller]
-    rng: np.random.Generator
-    wall: dict[str, list[int]] = field(default_factory=dict)
-    cpu: dict[str, list[int]] = field(default_factory=dict)
+    Args:
+        rng: of the order of the controllers.
+    """
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        self.steps: dict[str, Step] = {}
+        self.wall: defaultdict[str, list[int]] = defaultdict(list)
+        self.cpu: defaultdict[str, list[int]] = defaultdict(list)
+        self._rng = rng
 
     def step(
         self,
         state: KinematicState,
         goal: MotionGoal | None,
         last: Command,
-        surroundings: Surroundings = OPEN_FLOOR,
+        surroundings: Surroundings,
     ) -> tuple[Command, StepReport]:
-        """The step of every controller, on open floor; returns that of the first."""
-        names = list(self.controllers)
-        results = {}
-        for index in self.rng.permutation(len(names)):
+        """The step of every controller; returns that of the first."""
+        names, results = list(self.steps), {}
+        for index in self._rng.permutation(len(names)):
             name = names[index]
-            controller = self.controllers[name]
+            step = self.steps[name]
             wall, cpu = perf_counter_ns(), thread_time_ns()
-            results[name] = controller.step(state, goal, last)
+            results[name] = step(state, goal, last, surroundings)
             cpu, wall = thread_time_ns() - cpu, perf_counter_ns() - wall
-            self.wall.setdefault(name, []).append(wall)
-            self.cpu.setdefault(name, []).append(cpu)
+            self.wall[name].append(wall)
+            self.cpu[name].append(cpu)
         return results[names[0]]
 
 
@@ -84,16 +86,13 @@ def time_steps(robot: str, *, steps: int, seed: int) -> TimingReport:
     paper = Configuration(robot=robot, preset="paper")
     model, paper_model = ours.model(), paper.model()
     goals = generate_goals(model, _GOALS, seed)
-    timer = InterleavedTimer(controllers={}, rng=np.random.default_rng(seed))
+    timer = InterleavedTimer(np.random.default_rng(seed))
     gc.collect()
     gc.disable()
     try:
         for number in range(len(goals) * steps):
-            timer.controllers = {
-                "frankie": ours.controller(model),
-                "paper": paper.controller(paper_model),
-            }
-            _move_to(timer, ours, goals[number % len(goals)])
+            timer.steps = {"frankie": ours.step(model), "paper": paper.step(paper_model)}
+            _move_to(timer.step, ours, goals[number % len(goals)])
             gc.collect()
             if len(timer.wall["paper"]) >= steps:
                 break
@@ -101,7 +100,7 @@ def time_steps(robot: str, *, steps: int, seed: int) -> TimingReport:
         gc.enable()
     timings = [
         Timing.of(f"{robot}: {name}", np.array(timer.wall[name]), np.array(timer.cpu[name]))
-        for name in timer.controllers
+        for name in timer.steps
     ]
     parts = _parts(ours, goals[: max(1, len(timer.wall["paper"]) // _STEPS_A_GOAL // 4)])
     listed = ", ".join(f"{name} {time:.0f}" for name, time in parts.items())
@@ -113,7 +112,7 @@ def time_steps(robot: str, *, steps: int, seed: int) -> TimingReport:
     return TimingReport(timings=timings, notes=notes)
 
 
-def _move_to(controller: Controller, configuration: Configuration, wTe: SE3) -> None:
+def _move_to(step: Step, configuration: Configuration, wTe: SE3) -> None:
     model = configuration.model()
     goal = PoseGoal(
         wTe=wTe,
@@ -121,35 +120,26 @@ def _move_to(controller: Controller, configuration: Configuration, wTe: SE3) -> 
         position_tolerance=0.01,
         orientation_tolerance=float(np.deg2rad(1.0)),
     )
-    run_motion(controller, model, lambda time: goal, period=configuration.period, limit=_LIMIT)
+    run_motion(step, model, lambda time: goal, period=configuration.period, limit=_LIMIT)
 
 
 def _parts(configuration: Configuration, goals: Sequence[SE3]) -> dict[str, float]:
     """Median CPU time of the parts of a step [µs]."""
     timer = PartTimer(STEP_PARTS)
-    controller = configuration.controller(configuration.model())
+    step = _timed(configuration.step(configuration.model()), timer)
     with timer.measuring():
         for wTe in goals:
-            _move_to(_Timed(controller, timer), configuration, wTe)
+            _move_to(step, configuration, wTe)
     return timer.medians()
 
 
-@dataclass(frozen=True, eq=False)
-class _Timed:
-    """A controller whose steps are timed."""
-
-    controller: Controller
-    timer: PartTimer
-
+def _timed(plain: Step, timer: PartTimer) -> Step:
     def step(
-        self,
-        state: KinematicState,
-        goal: MotionGoal | None,
-        last: Command,
-        surroundings: Surroundings = OPEN_FLOOR,
+        state: KinematicState, goal: MotionGoal | None, last: Command, surroundings: Surroundings
     ) -> tuple[Command, StepReport]:
-        """The command for the next period."""
-        return self.timer.step(lambda: self.controller.step(state, goal, last, surroundings))
+        return timer.step(lambda: plain(state, goal, last, surroundings))
+
+    return step
 
 
 class _StepTimer(Instruments):
@@ -165,16 +155,9 @@ class _StepTimer(Instruments):
 
     def begin(self, setup: Setup, nodes: Sequence[TreeNode]) -> None:
         """Wrap the controller's step."""
-        controller, timer = setup.controller, self.timer
-        plain = controller.step
-
-        def step(
-            state: KinematicState, goal: MotionGoal | None, last: Command, around: Surroundings
-        ) -> tuple[Command, StepReport]:
-            return timer.step(lambda: plain(state, goal, last, around))
-
         # The loop looks the method up on this object.
-        controller.step = step  # type: ignore[method-assign, assignment]
+        step = _timed(setup.controller.step, self.timer)
+        setup.controller.step = step  # type: ignore[method-assign, assignment]
 
 
 def time_task(tree: Path, robot: str, seed: int, record: Path) -> TimingReport:

@@ -33,7 +33,7 @@ def go(goal, surroundings=None, planning=None, limit=40.0):
     around = surroundings or Surroundings()
     reports = []
     motion = run_motion(
-        controller,
+        controller.step,
         model,
         lambda t: goal,
         period=0.01,
@@ -118,7 +118,7 @@ def test_a_goal_that_moves_a_little_is_gone_for_once_more():
     goals = [PoseGoal(wTe=at(0.6, 0.2 + 0.02 * late, 0.7)) for late in (False, True)]
     model = robot_model("frankie")
     motion = run_motion(
-        PlanningController(model),
+        PlanningController(model).step,
         model,
         lambda t: goals[t > 0.5],
         period=0.01,

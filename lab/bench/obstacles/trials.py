@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-from controller import OPEN_FLOOR, HolisticController, PoseGoal
+from controller import OPEN_FLOOR, PoseGoal
 from lab.bench.configuration import Configuration
 from lab.bench.evaluation import Trial
 from lab.bench.motion import Motion, run_motion
@@ -97,11 +97,10 @@ def run_world(setup: Setup, controller: str, world: World) -> Motion:
         orientation_tolerance=_CONDITIONS.orientation_tolerance,
     )
     around = (lambda time: OPEN_FLOOR) if controller == BLIND else world.surroundings
-    robot = configuration.controller(model)
-    if isinstance(robot, HolisticController):
-        robot.prepare(around(0.0))
+    prepared = configuration.controller(model)
+    prepared.prepare(around(0.0))
     return run_motion(
-        robot,
+        prepared.step,
         model,
         lambda time: goal,
         period=configuration.period,

@@ -1,11 +1,13 @@
 """`bench obstacles`, and the motions that it judges."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from bench_call import refused, report
 from pinocchio import SE3
 
-from controller import OPEN_FLOOR, Command, PoseGoal, Surroundings
+from controller import Command, PoseGoal, Surroundings
 from lab.bench.configuration import Configuration
 from lab.bench.motion import integrate_base, run_motion
 from lab.bench.obstacles.trials import world_names
@@ -83,11 +85,11 @@ def test_the_interval_of_a_median_contains_it_and_shrinks():
 GOAL = PoseGoal(wTe=SE3(np.diag([1.0, -1.0, -1.0]), np.array([1.5, 0.5, 0.6])))
 
 
-def moved(controller=None, **options):
+def moved(step=None, **options):
     configuration = Configuration(robot="frankie", base_speed=1.0)
     model = configuration.model()
-    controller = controller or configuration.controller(model)
-    return run_motion(controller, model, lambda time: GOAL, period=0.01, limit=8.0, **options)
+    step = step or configuration.step(model)
+    return run_motion(step, model, lambda time: GOAL, period=0.01, limit=8.0, **options)
 
 
 def test_a_robot_with_lag_starts_later_and_arrives_too():
@@ -101,19 +103,13 @@ def test_a_robot_with_lag_starts_later_and_arrives_too():
 def test_the_controller_is_given_the_obstacles_and_its_report_ends_the_motion():
     seen = []
 
-    class Stops:
-        def step(self, state, goal, last, surroundings=OPEN_FLOOR):
-            seen.append(surroundings)
-            return Command.stop(), Report(len(seen))
-
-    class Report:
-        solved = True
-
-        def __init__(self, steps):
-            self.unreachable = "too far" if steps == 5 else ""
+    def stops(state, goal, last, surroundings):
+        seen.append(surroundings)
+        unreachable = "too far" if len(seen) == 5 else ""
+        return Command.stop(), SimpleNamespace(solved=True, unreachable=unreachable)
 
     around = Surroundings()
-    assert moved(Stops(), surroundings_at=lambda time: around).unreachable == "too far"
+    assert moved(stops, surroundings_at=lambda time: around).unreachable == "too far"
     assert seen == [around] * 5
 
 
