@@ -20,27 +20,27 @@ if TYPE_CHECKING:
     from perception.grasps.feasibility import assess
     from perception.grasps.hand_geometry import hand_sizes
     from perception.grasps.height_map import HeightMap, build_height_map
-    from perception.grasps.network_input import central_crop, prepare
-    from perception.grasps.network_io import (
+    from perception.grasps.network_input import (
         ANGLE_BINS,
         OUTPUT_STRIDE,
         WeightsError,
+        central_crop,
+        prepare,
     )
     from perception.grasps.patches import NUMBERS, GraspPatches, HoldProbability, joined_patches
     from perception.grasps.scene_memory import SceneMemory
     from perception.grasps.tracker import GraspTracker, TrackerSettings
-    from perception.objects.agreement import consensus
     from perception.objects.boundaries import (
         BOUNDARY_FEATURES,
         boundary_features,
         candidate_boundaries,
     )
+    from perception.objects.classes import SHAPE_CLASSES, known_classes, with_classes
     from perception.objects.colours import COLOURS, ColourName, colour_name
     from perception.objects.detected_object import DetectedObject, DetectedObjects
     from perception.objects.footprint import Footprint
-    from perception.objects.kinds import SHAPE_CLASSES, known_classes, with_classes
     from perception.objects.recogniser import Labelled, Recogniser, RecogniserError
-    from perception.objects.segmentation import raised_regions, segment_objects
+    from perception.objects.segmentation import consensus, raised_regions, segment_objects
     from perception.objects.touching import BoundaryModel, blob_of, log_features
     from perception.region_map import WALL_MARGIN, RegionMap, Segment
     from perception.surface_grid import SurfaceGrid, SurfaceSettings, surface_cells

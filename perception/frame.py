@@ -10,10 +10,8 @@ from pinocchio import SE3
 
 from robots import Intrinsics
 
-Array: TypeAlias = npt.NDArray[np.float64]
-"""Geometry in double precision."""
-Image: TypeAlias = npt.NDArray[np.float32]
-"""Depth, heights and network maps in single precision."""
+Array: TypeAlias = npt.NDArray[np.float64]  # geometry in double precision
+Image: TypeAlias = npt.NDArray[np.float32]  # depth, heights and network maps in single precision
 FloatArray: TypeAlias = npt.NDArray[np.floating]
 Mask: TypeAlias = npt.NDArray[np.bool_]
 Indices: TypeAlias = npt.NDArray[np.int64]

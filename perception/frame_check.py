@@ -1,6 +1,6 @@
-"""Whether a depth frame is what it claims to be: its shape, type, scale, pose, stamp and picture.
+"""Plausibility checks of depth frames: shape, type, scale, pose, stamp and picture.
 
-What is said is the mistake and its probable cause, in one line without a number that changes.
+A message names the mistake and its probable cause, in one line without changing numbers.
 """
 
 from __future__ import annotations
@@ -12,29 +12,20 @@ import numpy as np
 from perception.frame import FloatArray, Frame
 from perception.geometry import world_maps
 
-_EVERY = 16
-"""Scale and picture are judged by every so many-th row and column [px]."""
-_NEAREST, _FARTHEST = 0.1, 20.0
-"""No depth camera of a wrist measures less or more than this in the middle of an image [m]."""
-_BELOW_FLOOR = 0.3
-"""What lies lower than this is not in a world whose floor is at 0 [m]."""
-_MOST = 0.5
-"""Share of the pixels that no noise makes and no hole leaves."""
-_STILL, _STILL_TURN = 0.5e-3, 2e-3
-"""A camera that moves less than this stands still [m, rad]."""
-_MOVED, _TURNED = 3e-3, 0.01
-"""A camera that moves more than this sees something else [m, rad]."""
-_NOISY = 0.3
-"""Share of the pixels that change from one image of a still camera to the next, by noise alone."""
-_LEVEL = 1e-3
-"""Heights of a picture of nothing but a level plane differ by less than this [m]."""
+_EVERY = 16  # scale and picture are judged by every n-th row and column [px]
+_NEAREST, _FARTHEST = 0.1, 20.0  # range of a wrist camera in the middle of an image [m]
+_BELOW_FLOOR = 0.3  # nothing is lower than this in a world whose floor is at 0 [m]
+_MOST = 0.5  # share of the pixels that neither noise nor holes explain
+_STILL, _STILL_TURN = 0.5e-3, 2e-3  # a camera that moves less stands still [m, rad]
+_MOVED, _TURNED = 3e-3, 0.01  # a camera that moves more sees another picture [m, rad]
+_NOISY = 0.3  # share of the pixels that noise alone changes between images
+_LEVEL = 1e-3  # largest height difference in a picture of a level plane [m]
 
 
 def frame_problem(frame: Frame) -> str:
-    """What of one frame cannot be as it is, and its probable cause; empty if all can.
+    """What is wrong with a frame by itself, and its probable cause; empty if nothing is.
 
-    A mirrored or upside-down image, depth of half or twice its scale, and a pose that is another
-    one cannot be told from one image.
+    Mirrored images, a depth of half or twice its scale, and a wrong pose cannot be detected.
     """
     depth, camera = np.asarray(frame.depth), frame.intrinsics
     if mistake := _mistake_in_shape(depth.shape, (camera.height, camera.width)):
@@ -59,17 +50,15 @@ def frame_problem(frame: Frame) -> str:
 
 
 class FrameChecker:
-    """Judges the frames of one camera, one after the other, each once."""
+    """Checks the frames of one camera in sequence, each once."""
 
     def __init__(self) -> None:
         self._stamp = -inf
-        self._picture: Frame | None = None
-        """The first frame that showed what the newest one shows."""
-        self._is_noisy = False
-        """Whether no two images of this camera are the same."""
+        self._picture: Frame | None = None  # first frame with the newest picture
+        self._is_noisy = False  # whether no two images of this camera are the same
 
     def mistake(self, frame: Frame) -> str:
-        """Why not to believe a frame, see `frame_problem`; empty if it is believed."""
+        """Why not to trust a frame, see `frame_problem`; empty if it is trusted."""
         if mistake := frame_problem(frame):
             return mistake
         goes_back, self._stamp = frame.stamp < self._stamp, frame.stamp
@@ -85,7 +74,7 @@ class FrameChecker:
         return "the picture does not change, not even its noise: the camera hangs" * self._is_noisy
 
     def relocalise(self) -> None:
-        """The camera has not moved, but its poses have."""
+        """Accept a jump of the poses while the camera has not moved."""
         if not self._is_noisy:
             self._picture = None
 
@@ -124,13 +113,13 @@ def _moves(before: Frame, frame: Frame, distance: float, angle: float) -> bool:
 
 
 def _both_level(before: Frame, frame: Frame) -> bool:
-    """Whether both show one level plane, without noise: it looks alike from everywhere above it."""
+    """Whether both show one level plane without noise, which looks the same from anywhere."""
     heights = np.concatenate([_heights(before), _heights(frame)])
     return len(heights) == 0 or bool(np.ptp(heights) < _LEVEL)
 
 
 def _heights(frame: Frame) -> FloatArray:
-    """(N,) height in the world of what a sample of the pixels shows [m]."""
+    """(N,) heights in the world of a sample of the pixels [m]."""
     depth = _sample(frame.depth).astype(float)
     rows, columns = (np.arange(0, side, _EVERY, dtype=float) for side in frame.depth.shape)
     u, v = columns[None, :], rows[:, None]

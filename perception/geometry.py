@@ -1,4 +1,4 @@
-"""From pixels to world points and back."""
+"""Pinhole camera geometry: from pixels to world points and back."""
 
 from __future__ import annotations
 
@@ -19,17 +19,14 @@ def world_points(
     u: Array,
     v: Array,
 ) -> Array:
-    """World points of pixels.
+    """(..., 3) world points of pixels [m]; NaN where the depth is.
 
     Args:
-        depth: depth along the optical axis of each pixel, any shape [m].
+        depth: along the optical axis, any shape [m].
         intrinsics: the camera's pinhole model.
         wTc: camera in the world.
-        u: columns in the full image, shaped like `depth` or broadcast to it [px].
+        u: columns in the full image, broadcast to `depth` [px].
         v: rows in the full image, likewise [px].
-
-    Returns:
-        (..., 3) points [m]; NaN where the depth is.
     """
     return np.stack(world_maps(depth.astype(float), intrinsics, wTc, u, v), axis=-1)
 
@@ -44,13 +41,7 @@ def world_maps(
 ) -> list[FloatArray]:
     """World coordinates of pixels as separate arrays [m], in the precision of `depth`.
 
-    Args:
-        depth: see `world_points`.
-        intrinsics: see `world_points`.
-        wTc: see `world_points`.
-        u: see `world_points`.
-        v: see `world_points`.
-        axes: which of x (0), y (1) and z (2) to compute.
+    Arguments as of `world_points`; `axes` selects x (0), y (1) and z (2).
     """
     x = ((u - intrinsics.cx) / intrinsics.fx).astype(depth.dtype)
     y = ((v - intrinsics.cy) / intrinsics.fy).astype(depth.dtype)
@@ -94,17 +85,14 @@ class Camera:
 def closing_direction(
     intrinsics: Intrinsics, wTc: SE3, pixel: Array, angle: Array, height: Array
 ) -> Array:
-    """Horizontal closing directions from their angles in the image.
+    """(N,) horizontal closing directions, from x towards y of the world [rad].
 
     Args:
         intrinsics: the camera's pinhole model.
         wTc: camera in the world.
         pixel: (N, 2) full-image (u, v).
-        angle: (N,) from u towards v [rad].
-        height: (N,) height of the horizontal plane [m].
-
-    Returns:
-        (N,) from x towards y of the world [rad].
+        angle: (N,) in the image, from u towards v [rad].
+        height: (N,) of the horizontal plane [m].
     """
     camera = Camera(intrinsics=intrinsics, wTc=wTc)
     step = 4.0 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
@@ -113,7 +101,7 @@ def closing_direction(
 
 
 def grasp_pose(x: float, y: float, z: float, direction: float, wTc: SE3) -> SE3:
-    """A grasp from straight above; of the two equivalent ones, the one that turns the camera less.
+    """WTg of a grasp from straight above, turned by half a turn if that turns the camera less.
 
     Args:
         x: centre in the world [m].
@@ -132,7 +120,7 @@ def grasp_pose(x: float, y: float, z: float, direction: float, wTc: SE3) -> SE3:
 
 
 def disc(centre: Array, radius: float, count: int) -> Array:
-    """(count, 3) points spread evenly over a level disc, in a spiral (Vogel 1979)."""
+    """(count, 3) points spread evenly over a level disc, in a spiral (Vogel, 1979)."""
     n = np.arange(count) + 0.5
     r, turn = radius * np.sqrt(n / count), n * np.pi * (3.0 - np.sqrt(5.0))
     flat: Array = np.stack([r * np.cos(turn), r * np.sin(turn), np.zeros(count)], axis=1)
@@ -140,7 +128,7 @@ def disc(centre: Array, radius: float, count: int) -> Array:
 
 
 def points_along_rays(frame: Frame, points: Array) -> Array:
-    """(N, 3) what is seen on the rays through (N, 3) points, in the world [m]; else NaN."""
+    """(N, 3) measured points on the rays through (N, 3) points, in the world [m]; else NaN."""
     seen = np.full(points.shape, np.nan)
     ahead = np.flatnonzero((points - frame.wTc.translation) @ frame.wTc.rotation[:, 2] > 0.0)
     camera = Camera(intrinsics=frame.intrinsics, wTc=frame.wTc)

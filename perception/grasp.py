@@ -1,4 +1,4 @@
-"""The output of perception: grasps in the world and in the image."""
+"""Results of grasp detection, in the world and in the image."""
 
 from __future__ import annotations
 
@@ -13,41 +13,33 @@ from pinocchio import SE3
 class GraspEstimate:
     """One grasp, estimated from one frame."""
 
-    wTg: SE3
-    """Grasp in the world: origin between the tips, z the approach, y the closing direction."""
-    width: float
-    """Distance between the contacts along the closing direction [m]."""
+    wTg: SE3  # origin between the finger tips, z the approach, y the closing direction
+    width: float  # distance between the contacts along the closing direction [m]
     quality: float
-    """0 to 1: how likely the grasp holds without a hard contact; where nobody tells that, the
-    feasibility score times the square root of the network's, less penalties."""
-    stamp: float
-    """When the frame was captured [s]."""
-    pixel: tuple[float, float]
-    """(u, v) of the grasp centre in the full image [px]."""
-    angle: float
-    """Closing direction in the image, from u towards v [rad]."""
+    """0 to 1: how likely the grasp holds without a hard contact; without an estimate of that, the
+    feasibility score times the square root of the network's, less penalties.
+    """
+    stamp: float  # time of capture [s]
+    pixel: tuple[float, float]  # (u, v) of the grasp centre in the full image [px]
+    angle: float  # closing direction in the image, from u towards v [rad]
     opening: float
     """Distance between the pads for the descent, at which the fingers touch nothing [m]."""
-    whole: bool = True
-    """Whether the image shows all of what is grasped, and so how far its middle is."""
-    depth: float = 0.0
-    """Of the grasp centre below the surface [m]."""
-    lever: float = 0.0
-    """Level distance from the middle of the thing that is grasped [m]."""
-    volume: float = 0.0
-    """Of that thing, below its upper surface [m^3]."""
+    whole: bool = True  # whether the image shows all of the object, and so its middle
+    depth: float = 0.0  # of the grasp centre below the surface [m]
+    lever: float = 0.0  # horizontal distance from the middle of the object [m]
+    volume: float = 0.0  # of the object, below its upper surface [m^3]
     middle: tuple[float, float] | None = None
-    """x, y of the middle of that thing in the world [m]; None if the image does not show it all."""
+    """x, y of the middle of the object in the world [m]; None if the image does not show it all."""
     velocity: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
-    """(3,) of that thing in the world [m/s]; zeros as long as nobody has seen it move."""
+    """(3,) of the object in the world [m/s]; zeros as long as it was not seen to move."""
 
     @property
     def twist(self) -> npt.NDArray[np.float64] | None:
-        """(6,) how it moves, linear then angular [m/s, rad/s]; None if nobody has seen it move."""
+        """(6,) linear then angular [m/s, rad/s]; None if it was not seen to move."""
         return np.concatenate([self.velocity, np.zeros(3)]) if self.velocity.any() else None
 
     def wTg_at(self, time: float) -> SE3:
-        """Where the grasp is at a time [s], if it goes on as it moves."""
+        """The grasp pose at a time [s] at constant velocity."""
         return SE3(self.wTg.rotation, self.wTg.translation + (time - self.stamp) * self.velocity)
 
 
@@ -55,16 +47,13 @@ class GraspEstimate:
 class Detection:
     """The grasps found in one frame."""
 
-    grasps: tuple[GraspEstimate, ...]
-    """Best first."""
-    reason: str
-    """Why `grasps` is empty; empty when it is not."""
+    grasps: tuple[GraspEstimate, ...]  # best first
+    reason: str  # why `grasps` is empty; empty when it is not
     quality: npt.NDArray[np.float32]
     """(300, 300) quality map of the network; 0 where depth was missing or outside the workspace."""
     crop: tuple[float, float, float]
-    """(u0, v0, size) of the square of the full image that the quality map covers [px]."""
+    """(u0, v0, size) of the part of the image that the map covers [px]."""
     occupied_area: float
-    """Area from above that is at least `OCCUPIED_HEIGHT` above the workspace's floor [m^2]; NaN if
-    the frame cannot be used."""
-    stamp: float
-    """When the frame was captured [s]."""
+    """Area from above that is above the workspace's floor [m^2]; NaN if the frame cannot be used.
+    Area from above that is above the workspace's floor [m^2]; NaN if the frame cannot be used."""
+    stamp: float  # time of capture [s]

@@ -1,8 +1,7 @@
-"""Map of a region's floor, put together from depth frames: what was seen of it, what stands on it.
+"""Height map of the floor of a region, accumulated from depth frames.
 
-Heights are taken over the plane that the frames themselves show for the floor, so that an error of
-the camera's mount does not count as an object. How low a thing may be and still count follows from
-their noise: `RegionMap.lowest` says it.
+Heights are relative to the plane that the frames show for the floor, so that an error of the camera
+mount does not count as an object. The smallest height that counts follows from their noise.
 """
 
 from __future__ import annotations
@@ -19,41 +18,36 @@ from perception.frame import Array, Frame, Mask
 from perception.geometry import world_points
 from perception.grasps.network_input import valid_depth
 
-WALL_MARGIN = 0.008
-"""Smallest distance of a grasp or an object to the sides of the workspace [m]."""
-_NEAR_FLOOR = 0.015  # the floor is looked for at most so far from where it should be [m]
-_BELOW = 0.03  # noise may put the floor so far below where it is [m]
+WALL_MARGIN = 0.008  # smallest distance of a grasp or an object to the sides of the workspace [m]
+_NEAR_FLOOR = 0.015  # largest height of the floor over its nominal one [m]
+_BELOW = 0.03  # noise may put the floor this far below [m]
 _ROUNDS = (True, True, True, False, False, False)  # of fitting the floor: to its lower half?
-_LEAST_CELLS = 50  # that show a floor which can be fitted
-_SIGMAS = 6.0  # what stands out of the floor by so many standard deviations is no noise
-_LOWEST = 0.0025  # what is lower than this in a cell never counts [m] ...
-_LOWEST_WIDE = 0.0015  # ... nor than this in all the cells of a window [m]
+_LEAST_CELLS = 50  # of a floor that can be fitted
+_SIGMAS = 6.0  # standard deviations of the floor's noise that an object exceeds
+_LOWEST = 0.0025  # smallest height that counts in a cell [m] ...
+_LOWEST_WIDE = 0.0015  # ... and in all the cells of a window [m]
 _WINDOW = 5  # side of such a window [cells]
-_OBJECT = 3.0e-4  # what covers less may be a part of another [m^2]
-_BETWEEN = 0.4  # a cell is seen if it lies among cells of which so many are measured
-_STRIP = 0.025  # along the sides, walls hide a strip of this width from one of two imagers [m]
-_STRIP_CELLS = 4  # narrower than so many cells such a strip hides no object
+_OBJECT = 3.0e-4  # a smaller area may be a part of another object [m^2]
+_BETWEEN = 0.4  # share of measured neighbours that makes a cell seen
+_STRIP = 0.025  # width beside the sides in which walls hide the floor from one imager [m]
+_STRIP_CELLS = 4  # a narrower strip hides no object
 
 
 class Segment(NamedTuple):
-    """What stands by itself in the region, or a part that was not seen, from above."""
+    """An object in the region, or a part of it that was not seen, from above."""
 
-    centre: Array
-    """(3,) on the floor of the region, in the world [m]."""
-    area: float
-    """Seen from above [m^2]."""
+    centre: Array  # (3,) on the floor of the region, in the world [m]
+    area: float  # seen from above [m^2]
 
 
 @dataclass(frozen=True, eq=False)
 class _Judged:
-    occupied: Mask
-    """(X, Y) cells in which something stands."""
-    lowest: float
-    """What is lower than this does not count there [m]."""
+    occupied: Mask  # (X, Y) cells with an object
+    lowest: float  # smallest height that counts [m]
 
 
 class RegionMap:
-    """What depth frames have shown of the floor of a region, in square cells seen from above.
+    """Square cells of the floor of a region, as seen from above.
 
     Args:
         wTr: centre of the upright box of the region, in the world.
@@ -70,10 +64,9 @@ class RegionMap:
         self._count = np.zeros(shape)
         self._sum = np.zeros(shape)
         self.frames = 0
-        """How many were taken in."""
 
     def add(self, frame: Frame) -> None:
-        """Take in a frame."""
+        """Add a frame."""
         every = self._stride
         depth = np.asarray(frame.depth)[::every, ::every]
         v, u = np.nonzero(valid_depth(depth))
@@ -102,34 +95,30 @@ class RegionMap:
 
     @property
     def _is_seen(self) -> Mask:
-        """(X, Y) cells that were measured, and those between such that lie between pixels."""
+        """(X, Y) cells that were measured, and those that lie between pixels."""
         measured = (self._count > 0).astype(np.float32)
         seen: Mask = (measured > 0.0) | (cv2.blur(measured, (3, 3)) > _BETWEEN)
         return seen
 
     @property
     def lowest(self) -> float:
-        """What is lower than this over the floor is not told from it [m]; infinite if unseen."""
+        """Smallest height over the floor that counts [m]; infinite if nothing was seen."""
         return self._judged.lowest
 
     def segments(self, smallest: float) -> list[Segment]:
-        """Everything that stands by itself and covers at least an area [m^2]."""
+        """Every separate object that covers at least an area [m^2]."""
         return self._pieces(_opened(self._judged.occupied, 2), smallest)
 
     @property
     def least_count(self) -> int:
-        """How many objects stand there at least: pieces with hardly a gap between may be one."""
+        """Least number of objects: pieces with hardly a gap between may be one."""
         joined = cv2.morphologyEx(
             self._judged.occupied.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)
         )
         return len(self._pieces(joined > 0, _OBJECT))
 
     def hidden(self, smallest: float) -> list[Segment]:
-        """The parts that were not seen, and in which something may stand.
-
-        Args:
-            smallest: parts of a smaller area do not count [m^2].
-        """
+        """Unseen parts of at least an area [m^2], in which an object may stand."""
         unseen = ~self._is_seen
         parts = _opened(unseen, 2)
         strip = round(_STRIP / self._cell)
@@ -140,7 +129,7 @@ class RegionMap:
 
     @cached_property
     def _judged(self) -> _Judged:
-        """The cells that stand out of the floor by more than its own scatter."""
+        """The cells that stand out of the floor by more than its noise."""
         seen = self._count > 0
         if not seen.any():
             return _Judged(seen, np.inf)
@@ -173,7 +162,7 @@ class RegionMap:
 
 
 def _opened(mask: Mask, side: int) -> Mask:
-    """Without what no square of so many cells fits into."""
+    """Without what no square of this side [cells] fits into."""
     square = np.ones((side, side), np.uint8)
     opened: Mask = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, square) > 0
     return opened
@@ -182,9 +171,9 @@ def _opened(mask: Mask, side: int) -> Mask:
 def _over_floor(height: Array, seen: Mask, cell: float) -> tuple[Array, Mask]:
     """Heights (X, Y) over the plane of the floor [m], and which cells show it.
 
-    A plane is fitted to what is near the height 0, and again to the lower half of that, so that it
-    comes down to the floor though most of that be covered; then to all that is near to the plane.
-    If hardly any cell shows a floor, it is at 0.
+    A plane is fitted to what is near the height 0, then to the lower half of that, so that it finds
+    the floor though most of it be covered; then to all that is near the plane. If hardly any cell
+    shows a floor, it is at 0.
     """
     x, y = np.meshgrid(*(cell * np.arange(n) for n in height.shape), indexing="ij")
     terms = np.stack([np.ones_like(x), x, y], axis=-1)
@@ -203,6 +192,6 @@ def _over_floor(height: Array, seen: Mask, cell: float) -> tuple[Array, Mask]:
 
 
 def _scatter(above: Array) -> float:
-    """Standard deviation of heights over a plane, from those below it [m]: nothing stands there."""
+    """Standard deviation of heights over a plane, from those below it [m]."""
     below = above[above <= 0.0]
     return float(np.sqrt(np.mean(below**2))) if len(below) else 0.0

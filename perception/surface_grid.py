@@ -1,8 +1,8 @@
-"""From depth frames to points of surfaces that are really there, remembered for a while.
+"""Points of surfaces in depth frames, accumulated in a voxel grid with a limited memory.
 
-Points are collected in the cells of a grid. A cell counts when it was hit twice, so that no single
-wrong pixel becomes an obstacle. It is emptied when the camera sees what is behind it, and forgotten
-some time after it was seen last if it is far away: what is near stays until it is seen to be gone.
+A cell counts when it was hit twice, so that no single wrong pixel becomes an obstacle. It is
+cleared when the camera sees what is behind it, and forgotten some time after it was seen last
+unless near.
 """
 
 from __future__ import annotations
@@ -19,53 +19,33 @@ from perception.geometry import Camera, world_points
 
 @dataclass(frozen=True, kw_only=True)
 class SurfaceSettings:
-    """What is believed, and for how long."""
+    """Thresholds and memory of `SurfaceGrid`."""
 
-    stride: int = 8
-    """Only every n-th pixel is used, along rows and columns."""
-    farthest: float = 2.0
-    """Depths beyond this are too noisy [m]."""
-    neighbour: int = 2
-    """A point needs neighbours this far beside it [px] ..."""
-    slope: float = 0.03
-    """... whose depths differ by no more than this, per depth."""
-    floor: float = 0.06
-    """What is lower than this is taken for the floor [m]."""
-    cell: float = 0.03
-    """Side of a cell [m]."""
-    least_hits: int = 2
-    """A cell that was hit less often counts for nothing ..."""
-    doubtful: float = 1.0
-    """... and is forgotten this long after the hit [s]."""
-    most_hits: int = 8
-    """More hits make a cell no more certain."""
-    seen_through: int = 2
-    """Hits that a cell loses in every frame that sees what is behind it."""
-    behind: float = 0.03
-    """What is seen is behind a cell if it is farther away by more than this, and by more than the
-    noise [m]."""
-    memory: float = 20.0
-    """A cell is forgotten this long after it was seen last [s] ..."""
-    near: float = 1.3
-    """... unless it is nearer than this to the camera, seen from above: robots that wait before
-    something for long must not run into it [m]."""
-    around: float = 2.0
-    """Cells that are farther away than this are forgotten at once [m]."""
+    stride: int = 8  # only every n-th pixel is used, along rows and columns
+    farthest: float = 2.0  # larger depths are too noisy [m]
+    neighbour: int = 2  # a point needs neighbours this far beside it [px] ...
+    slope: float = 0.03  # ... whose depths differ by at most this share
+    floor: float = 0.06  # lower points belong to the floor [m]
+    cell: float = 0.03  # side of a cell [m]
+    least_hits: int = 2  # of a cell that counts ...
+    doubtful: float = 1.0  # ... others are forgotten this long after the hit [s]
+    most_hits: int = 8  # further hits make a cell no more certain
+    seen_through: int = 2  # hits that a cell loses in a frame that sees behind it
+    behind: float = 0.03  # least distance of what is seen behind a cell, noise apart [m]
+    memory: float = 20.0  # a cell is forgotten this long after it was seen last [s] ...
+    near: float = 1.3  # ... unless it is horizontally nearer than this to the camera [m]
+    around: float = 2.0  # cells farther away are forgotten at once [m]
 
 
-_NOISE = 0.015
-"""Three standard deviations of the depth at 1 m; they grow with its square [m]."""
+_NOISE = 0.015  # three standard deviations of the depth at 1 m; they grow with its square [m]
 
 
 class Cells(NamedTuple):
     """N cells of a grid in the world, in order."""
 
-    keys: npt.NDArray[np.int64]
-    """(N,) their numbers, ascending."""
-    points: Array
-    """(N, 3) the mean of what was seen in each, in the world [m]."""
-    hits: npt.NDArray[np.int64]
-    """(N,) how often each was hit."""
+    keys: npt.NDArray[np.int64]  # (N,) ascending
+    points: Array  # (N, 3) mean of the points in each cell, in the world [m]
+    hits: npt.NDArray[np.int64]  # (N,) number of hits
 
     def of(self, kept: npt.NDArray[np.bool_]) -> Cells:
         """Some of them."""
@@ -73,10 +53,10 @@ class Cells(NamedTuple):
 
 
 def surface_cells(frame: Frame, settings: SurfaceSettings) -> Cells:
-    """Where a frame shows surfaces, without the floor.
+    """Cells with surfaces in a frame, without the floor.
 
-    At the edge of a surface a depth camera sees things that are not there: between near and far.
-    A point counts only if at least three of the four beside it are about as far away.
+    At the edge of a surface a depth camera measures points between near and far. A point counts
+    only if at least three of its four neighbours are about as far away.
     """
     s, depth, n = settings, frame.depth, settings.neighbour
     rows, columns = depth.shape
@@ -99,11 +79,7 @@ def surface_cells(frame: Frame, settings: SurfaceSettings) -> Cells:
 
 
 class SurfaceGrid:
-    """What was seen around the robot lately.
-
-    Args:
-        settings: what is believed, and for how long.
-    """
+    """Surfaces seen around the robot lately."""
 
     def __init__(self, settings: SurfaceSettings) -> None:
         self._settings = settings
@@ -114,7 +90,7 @@ class SurfaceGrid:
 
     @property
     def points(self) -> Array:
-        """(N, 3) in the world, one for every cell in which there is something [m]."""
+        """(N, 3) in the world, one for every cell that counts [m]."""
         return self._points[self._hits >= self._settings.least_hits]
 
     def keep(self, kept: npt.NDArray[np.bool_]) -> None:
@@ -128,12 +104,7 @@ class SurfaceGrid:
         return self._points
 
     def update(self, frame: Frame, seen: Cells) -> None:
-        """Take a newer frame.
-
-        Args:
-            frame: empties cells.
-            seen: what it shows; fills cells.
-        """
+        """Let a newer frame clear cells, and its `surface_cells` fill others."""
         s = self._settings
         self._hits -= s.seen_through * self._seen_through(frame)
         age = frame.stamp - self._stamps
@@ -180,5 +151,4 @@ class SurfaceGrid:
         self._stamps = np.concatenate([self._stamps, np.full(len(new.keys), stamp)])[order]
 
 
-_OFFSET = 1 << 20
-"""Makes the numbers of cells positive."""
+_OFFSET = 1 << 20  # makes the numbers of cells positive

@@ -1,8 +1,7 @@
-"""Training samples of grasp networks: images and their dense labels.
+"""Training samples of grasp networks: images, dense labels, shards of them, and random windows.
 
-Samples are stored in shards, compressed files of a few hundred images in integers (depth in tenths
-of a millimetre, quality in 1/255). A `SampleStream` keeps some shards in memory and draws windows
-from them, rotated, mirrored and zoomed at random, so that memory does not limit the data set.
+Shards are compressed files of a few hundred images in integers. A `SampleStream` keeps some of them
+in memory and draws windows, rotated, mirrored and zoomed at random.
 """
 
 from __future__ import annotations
@@ -17,63 +16,48 @@ import numpy as np
 import numpy.typing as npt
 
 from perception.frame import Image
-from perception.grasps.network_io import ANGLE_BINS, GRID_SIZE, OUTPUT_STRIDE, WIDTH_SCALE
+from perception.grasps.network_input import ANGLE_BINS, GRID_SIZE, OUTPUT_STRIDE, WIDTH_SCALE
 
-WINDOW = 192
-"""Side of the part of an image that a training step uses [px]."""
-ZOOM = 1.2
-"""Windows are cut larger or smaller by at most this factor, then resized."""
+WINDOW = 192  # side of the part of an image that a training step uses [px]
+ZOOM = 1.2  # windows are cut larger or smaller by at most this factor
 _SPAN = WINDOW // OUTPUT_STRIDE  # side of a window [cells]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Labels:
-    """The desired output of a network at the cells that show an object; quality is 0 elsewhere."""
+    """Desired output of a network at the cells that show an object; quality is 0 elsewhere."""
 
-    cell: npt.NDArray[np.int16]
-    """(N,) row * GRID_SIZE + column."""
-    quality: Image
-    """(N, ANGLE_BINS) 0 to 1."""
-    width: Image
-    """(N, ANGLE_BINS) distance between the contacts [input px]."""
+    cell: npt.NDArray[np.int16]  # (N,) row * GRID_SIZE + column
+    quality: Image  # (N, ANGLE_BINS) 0 to 1
+    width: Image  # (N, ANGLE_BINS) distance between the contacts [input px]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Sample:
     """One image and its labels."""
 
-    image: Image
-    """(INPUT_SIZE, INPUT_SIZE) the network's input [m]."""
+    image: Image  # (INPUT_SIZE, INPUT_SIZE) the network's input [m]
     labels: Labels
 
 
 class Batch(NamedTuple):
-    """The windows of one training step."""
+    """Windows of one training step, n = WINDOW / OUTPUT_STRIDE."""
 
-    image: Image
-    """(B, 1, WINDOW, WINDOW) [m]."""
-    quality: Image
-    """(B, ANGLE_BINS, n, n) with n = WINDOW / OUTPUT_STRIDE."""
-    width: Image
-    """(B, ANGLE_BINS, n, n) [input px / WIDTH_SCALE]."""
-    on_object: Image
-    """(B, n, n) 1 where a cell shows an object."""
+    image: Image  # (B, 1, WINDOW, WINDOW) [m]
+    quality: Image  # (B, ANGLE_BINS, n, n)
+    width: Image  # (B, ANGLE_BINS, n, n) [input px / WIDTH_SCALE]
+    on_object: Image  # (B, n, n) 1 where a cell shows an object
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Shard:
     """Samples as integers."""
 
-    image: npt.NDArray[np.int16]
-    """(S, INPUT_SIZE, INPUT_SIZE) [0.1 mm]."""
-    first: npt.NDArray[np.int64]
-    """(S + 1,) index of the first cell of each sample, and the end."""
-    cell: npt.NDArray[np.int16]
-    """(N,) row * GRID_SIZE + column."""
-    quality: npt.NDArray[np.uint8]
-    """(N, ANGLE_BINS) [1/255]."""
-    width: npt.NDArray[np.uint8]
-    """(N, ANGLE_BINS) [half input px]."""
+    image: npt.NDArray[np.int16]  # (S, INPUT_SIZE, INPUT_SIZE) [0.1 mm]
+    first: npt.NDArray[np.int64]  # (S + 1,) first cell of each sample, and the end
+    cell: npt.NDArray[np.int16]  # (N,) row * GRID_SIZE + column
+    quality: npt.NDArray[np.uint8]  # (N, ANGLE_BINS) [1/255]
+    width: npt.NDArray[np.uint8]  # (N, ANGLE_BINS) [half input px]
 
     @classmethod
     def of(cls, samples: Sequence[Sample]) -> Shard:
@@ -106,11 +90,10 @@ class Shard:
             return cls(**{f.name: file[f.name] for f in fields(cls)})
 
     def dense(self, index: int) -> tuple[Image, Image, Image]:
-        """Labels of a sample on the whole grid.
+        """Dense labels of a sample.
 
         Returns:
-            (GRID_SIZE, GRID_SIZE, ANGLE_BINS) quality and width [input px], and the
-            (GRID_SIZE, GRID_SIZE) mask of objects.
+            (n, n, ANGLE_BINS) quality and width [input px], and the (n, n) mask of objects.
         """
         part = slice(self.first[index], self.first[index + 1])
         grids = []

@@ -19,19 +19,15 @@ from lab.calibration.fit import Poses, Problem, Spread, difference
 from lab.calibration.result import Calibration, CalibrationError, Limits, require_views, worst
 from robots import Intrinsics
 
-FEWEST = 10
-"""Views in which the board must be found."""
+FEWEST = 10  # views in which the board must be found
 LIMITS = Limits(residual=15.0, uncertainty=Spread(3.0, 0.3), check=Spread(30.0, 1.5))
 _HINT = (
     "did the board move, does it lie flat on the floor, is the camera calibrated, does the base "
     "know where it is, did it turn by half a turn or more between the views?"
 )
-_SCALE = 5.0
-"""A board that is further off counts less [mm]."""
-_ARM = 0.3
-"""On which a turn of the board counts: 0.2 deg as much as 1 mm [m]."""
-_WEIGHTS = np.array([1.0, 1.0, 3.0])
-"""Of the board's place along its edges, and of its height."""
+_SCALE = 5.0  # A board that is further off counts less [mm]
+_ARM = 0.3  # on which a turn of the board counts: 0.2 deg as much as 1 mm [m]
+_WEIGHTS = np.array([1.0, 1.0, 3.0])  # of the board's place along its edges, and of its height
 _ALL, _ON_THE_FLOOR = range(6), (0, 1, 5)
 _FACE_UP = pin.utils.rotate("x", np.pi)
 
@@ -40,10 +36,8 @@ _FACE_UP = pin.utils.rotate("x", np.pi)
 class Taken:
     """One image, and where base and arm were."""
 
-    wTb: SE3
-    """The base in its own map, or by its odometry."""
-    aTe: SE3
-    """The end effector on the arm's foot."""
+    wTb: SE3  # the base in its own map, or by its odometry
+    aTe: SE3  # the end effector on the arm's foot
     image: Grey
 
 
@@ -52,8 +46,7 @@ class View:
     """One image of the board."""
 
     wTb: SE3
-    aTm: SE3
-    """The board on the arm's foot, from this view alone."""
+    aTm: SE3  # the board on the arm's foot, from this view alone
 
 
 def solve(

@@ -16,8 +16,7 @@ from robots import Intrinsics
 Array = npt.NDArray[np.float64]
 Grey = npt.NDArray[np.uint8]
 
-_FEWEST = 8
-"""Corners that a view must show."""
+_FEWEST = 8  # corners that a view must show
 
 
 @dataclass(frozen=True)
@@ -30,10 +29,8 @@ class Board:
 
     columns: int = 7
     rows: int = 5
-    square: float = 0.04
-    """Edge of a square [m]."""
-    marker: float = 0.03
-    """Edge of a marker [m]."""
+    square: float = 0.04  # edge of a square [m]
+    marker: float = 0.03  # edge of a marker [m]
 
     @cached_property
     def pattern(self) -> Any:
@@ -67,10 +64,8 @@ class Board:
 class Corners:
     """Corners of the board that were found in one image."""
 
-    board: Array
-    """(N, 3) where they are on the board [m]."""
-    image: Array
-    """(N, 2) where they are in the image [px]."""
+    board: Array  # (N, 3) where they are on the board [m]
+    image: Array  # (N, 2) where they are in the image [px]
 
 
 def find_corners(image: Grey, board: Board) -> Corners | None:

@@ -14,17 +14,13 @@ from lab.calibration.board import Array
 
 View = TypeVar("View")
 Poses = tuple[SE3, ...]
-Residuals = Callable[[Poses, Sequence[View]], Array]
-"""(N, M) residuals of poses on N views."""
+Residuals = Callable[[Poses, Sequence[View]], Array]  # (N, M) residuals of poses on N views
 
 
 _STEPS = 60
-_GAIN = 1e-7
-"""A step that lowers the cost by a smaller share is the last."""
-_DIFFERENCE = 1e-6
-"""For slopes [m, rad]."""
-_SINGULAR = 1e10
-"""Condition of a normal matrix from which on the views do not tell all."""
+_GAIN = 1e-7  # A step that lowers the cost by a smaller share is the last
+_DIFFERENCE = 1e-6  # for slopes [m, rad]
+_SINGULAR = 1e10  # condition of a normal matrix from which on the views do not tell all
 
 
 @dataclass(frozen=True)

@@ -19,15 +19,13 @@ from lab.calibration.fit import Poses, Problem, Spread, difference
 from lab.calibration.result import Calibration, Limits, require_views, worst
 from robots import Intrinsics
 
-FEWEST = 10
-"""Views in which the board must be found."""
+FEWEST = 10  # views in which the board must be found
 LIMITS = Limits(residual=1.0, uncertainty=Spread(1.0, 0.1), check=Spread(3.0, 1.0))
 _HINT = (
     "did the board or the camera's mount move, is the edge of a square what --square says, "
     "does the camera turn about several axes?"
 )
-_SCALE = 0.5
-"""A corner that is further off counts less [px]."""
+_SCALE = 0.5  # A corner that is further off counts less [px]
 _ALL = range(6)
 
 
@@ -35,11 +33,9 @@ _ALL = range(6)
 class View:
     """One image of the board."""
 
-    aTe: SE3
-    """The end effector on the arm's foot."""
+    aTe: SE3  # the end effector on the arm's foot
     corners: Corners
-    cTm: SE3
-    """The board before the camera, from this view alone."""
+    cTm: SE3  # the board before the camera, from this view alone
 
 
 def views_of(taken: Sequence[tuple[SE3, Grey]], board: Board, camera: Intrinsics) -> list[View]:

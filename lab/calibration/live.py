@@ -16,12 +16,9 @@ from hw.realsense import RealSenseCamera
 from lab.calibration.board import Array, Grey
 from robots import RealRobot, load_robot
 
-_SETTLED = 0.5
-"""After a motion, until nothing swings any more [s]."""
-_PATIENCE = 3.0
-"""For an image [s]."""
-_LOOK = 0.01
-"""[s]"""
+_SETTLED = 0.5  # after a motion, until nothing swings any more [s]
+_PATIENCE = 3.0  # for an image [s]
+_LOOK = 0.01  # [s]
 
 
 class Eye:

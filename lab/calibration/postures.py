@@ -14,18 +14,12 @@ from robots import RobotDescription
 _REACH = np.array([0.35, 0.35, 0.35, 0.35, 0.6, 0.5, 0.9])
 """How far each joint goes from the first posture [rad]."""
 _CANDIDATES = 6000
-_DEPTHS = (0.28, 0.65)
-"""Of the board's middle before the camera [m]."""
-_STEEPEST = np.deg2rad(45.0)
-"""Between the camera's axis and the board's."""
-_MARGIN = 25.0
-"""Of the board from the edge of the image [px]."""
-_CLEARANCE = 0.12
-"""Of the finger tips above the plane of the board [m]."""
-_JOINT_MARGIN = 0.15
-"""From the ends of the joints [rad]."""
-_ROTATION = 0.5
-"""[m/rad] for how different two postures are."""
+_DEPTHS = (0.28, 0.65)  # of the board's middle before the camera [m]
+_STEEPEST = np.deg2rad(45.0)  # between the camera's axis and the board's
+_MARGIN = 25.0  # of the board from the edge of the image [px]
+_CLEARANCE = 0.12  # of the finger tips above the plane of the board [m]
+_JOINT_MARGIN = 0.15  # from the ends of the joints [rad]
+_ROTATION = 0.5  # [m/rad] for how different two postures are
 
 
 def aTe_of(model: RobotModel, q: Array) -> SE3:

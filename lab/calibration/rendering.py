@@ -11,26 +11,19 @@ from hw.sim import photograph
 from lab.calibration.board import Board, Grey
 from robots import Intrinsics
 
-_PIXELS = 60
-"""Of a square in the picture of the board."""
-_GROUND = 0.4
-"""Brightness of what is around it, between ink and paper."""
+_PIXELS = 60  # of a square in the picture of the board
+_GROUND = 0.4  # brightness of what is around it, between ink and paper
 
 
 @dataclass(frozen=True, kw_only=True)
 class Look:
     """How the board looks to the imager."""
 
-    blur: float = 0.7
-    """Standard deviation of the lens' blur [px]."""
-    noise: float = 4.0
-    """Standard deviation of the noise, of 255."""
-    black: float = 40.0
-    """Brightness of the ink, of 255."""
-    white: float = 190.0
-    """Brightness of the paper, of 255."""
-    shade: float = 0.25
-    """By how much the light falls off from one edge of the image to the other."""
+    blur: float = 0.7  # standard deviation of the lens' blur [px]
+    noise: float = 4.0  # standard deviation of the noise, of 255
+    black: float = 40.0  # brightness of the ink, of 255
+    white: float = 190.0  # brightness of the paper, of 255
+    shade: float = 0.25  # by how much the light falls off from one edge of the image to the other
 
 
 def render(

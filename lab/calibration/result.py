@@ -20,8 +20,7 @@ class CalibrationError(UserError):
 class Limits:
     """A result beyond one of these is refused."""
 
-    residual: float
-    """In the unit of the residual."""
+    residual: float  # in the unit of the residual
     uncertainty: Spread
     check: Spread
 
@@ -30,27 +29,18 @@ class Limits:
 class Calibration:
     """A transform, and how good it is."""
 
-    key: str
-    """Of the robot file: where the transform belongs."""
-    what: str
-    """The transform in words."""
+    key: str  # of the robot file: where the transform belongs
+    what: str  # the transform in words
     transform: SE3
     views: int
-    held_out: int
-    """Of them, that were left out of the fit at first, and used as well in the end."""
-    residual: float
-    """Root mean square over all views."""
-    unit: str
-    """Of the residual."""
-    uncertainty: Spread
-    """Standard error of the transform."""
-    check: Spread
-    """The worst of the views that were held out, by the fit without them."""
-    from_nominal: Spread
-    """How far it is from what the robot file says."""
+    held_out: int  # of them, that were left out of the fit at first, and used as well in the end
+    residual: float  # root mean square over all views
+    unit: str  # of the residual
+    uncertainty: Spread  # standard error of the transform
+    check: Spread  # the worst of the views that were held out, by the fit without them
+    from_nominal: Spread  # how far it is from what the robot file says
     limits: Limits
-    hint: str
-    """What may be wrong when it is poor."""
+    hint: str  # what may be wrong when it is poor
 
     def shortcomings(self) -> list[str]:
         """Why it is not good enough; empty if it is."""

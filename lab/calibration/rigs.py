@@ -51,12 +51,9 @@ class Noise:
     """What is wrong with the measurements of a simulated rig."""
 
     look: Look = field(default_factory=Look)
-    joints: float = 1e-4
-    """Standard deviation of a joint position [rad]."""
-    place: float = 5e-4
-    """Standard deviation of the base's place along x and along y [m]."""
-    heading: float = np.deg2rad(0.03)
-    """Standard deviation of the base's heading [rad]."""
+    joints: float = 1e-4  # standard deviation of a joint position [rad]
+    place: float = 5e-4  # standard deviation of the base's place along x and along y [m]
+    heading: float = np.deg2rad(0.03)  # standard deviation of the base's heading [rad]
 
 
 class SimulatedArm:

@@ -25,8 +25,7 @@ class NetworkChoice:
     """What to evaluate; see `GraspDetector`."""
 
     weights: Path | None = None
-    network: str | None = None
-    """Name of a shipped network, or one of `WITHOUT_NETWORK`."""
+    network: str | None = None  # name of a shipped network, or one of `WITHOUT_NETWORK`
     ranked: str | None = None
     """`likelihood` (to hold) or `check` (score of check and network); None is that of a run."""
 

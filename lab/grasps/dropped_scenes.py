@@ -62,8 +62,7 @@ _TRIES = 50
 class DroppedScene:
     """Objects at rest, and the region in which to grasp."""
 
-    group: str
-    """One of `GROUPS`, or `meshes`."""
+    group: str  # one of `GROUPS`, or `meshes`
     world: World
     region: Region
 

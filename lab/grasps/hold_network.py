@@ -27,8 +27,7 @@ if TYPE_CHECKING:
 Array: TypeAlias = npt.NDArray[np.float64]
 Score: TypeAlias = Callable[[Array, Array], float]
 
-TRAINING_SETS = ("trained", "bodies", "light")
-"""The sets of outcomes that are learnt from."""
+TRAINING_SETS = ("trained", "bodies", "light")  # the sets of outcomes that are learnt from
 _BINS = 10  # of the calibration error
 _DRAWS = 1000  # of a bootstrap
 

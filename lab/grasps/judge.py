@@ -29,10 +29,8 @@ from lab.grasps.scenes import (
 )
 from perception import GraspDetector, GraspEstimate, segment_objects
 
-ATTEMPTS = 3
-"""Attempts at each object of a bin."""
-MAX_FAILURES = 4
-"""Failed attempts in a row after which a bin is given up."""
+ATTEMPTS = 3  # attempts at each object of a bin
+MAX_FAILURES = 4  # failed attempts in a row after which a bin is given up
 
 _ABOVE, _NEAR = 0.35, 0.06  # of the hand over the floor, and the grasp, before it descends [m]
 _FAST, _SLOW, _LIFTING = 0.25, 0.1, 0.2  # speeds of the hand [m/s]

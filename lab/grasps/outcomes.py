@@ -34,8 +34,7 @@ SETS: Mapping[str, tuple[int, tuple[str, ...]]] = {
 }
 """By name: seed of the first scene, and the groups of objects that take turns. Nothing is ever
 trained on the last."""
-SCENES = 50
-"""Scenes in each file."""
+SCENES = 50  # scenes in each file
 _GRASP_STREAM = 4  # of random numbers
 _POINTS = 40  # tried in a frame at most
 _GRASPS = 6  # executed of a frame at most
@@ -47,16 +46,11 @@ _FEASIBLE = 16  # grasps at a point at most, of which one is drawn
 class Outcomes:
     """Measurements around grasps, and their outcomes."""
 
-    patches: GraspPatches
-    """N grasps."""
-    good: npt.NDArray[np.bool_]
-    """(N,) whether it held without a hard contact."""
-    scene: npt.NDArray[np.int64]
-    """(N,) seeds of the scenes."""
-    objects: npt.NDArray[np.int64]
-    """(N,) number of objects in the scene."""
-    mass: npt.NDArray[np.float64]
-    """(N,) of the object at each grasp [kg]; no image shows it."""
+    patches: GraspPatches  # N grasps
+    good: npt.NDArray[np.bool_]  # (N,) whether it held without a hard contact
+    scene: npt.NDArray[np.int64]  # (N,) seeds of the scenes
+    objects: npt.NDArray[np.int64]  # (N,) number of objects in the scene
+    mass: npt.NDArray[np.float64]  # (N,) of the object at each grasp [kg]; no image shows it
 
 
 _COLUMNS = tuple(f.name for f in fields(Outcomes) if f.name != "patches")

@@ -12,26 +12,20 @@ import numpy.typing as npt
 from config import ConfigError
 from lab.shared import machine
 
-HARD = 60.0
-"""A contact with more force on the hand is a hard one [N]."""
-HELD, NO_GRASP = "held", "no grasp"
-"""Ends of an attempt: success, and no attempt at all."""
-BIN = 6
-"""Objects in a bin."""
+HARD = 60.0  # A contact with more force on the hand is a hard one [N]
+HELD, NO_GRASP = "held", "no grasp"  # ends of an attempt: success, and no attempt at all
+BIN = 6  # objects in a bin
 
 
 @dataclass(frozen=True, kw_only=True)
 class Attempt:
     """Result of the best grasp in one frame."""
 
-    end: str
-    """`HELD`, `NO_GRASP`, or where it failed."""
-    target_class: str = ""
-    """Class of the object nearest to the grasp."""
+    end: str  # `HELD`, `NO_GRASP`, or where it failed
+    target_class: str = ""  # class of the object nearest to the grasp
     force: float = 0.0
     """Hardest contact on the hand on its way down and until the fingers have closed [N]."""
-    quality: float = 0.0
-    """As estimated by the detector."""
+    quality: float = 0.0  # as estimated by the detector
 
     @property
     def held(self) -> bool:
@@ -49,8 +43,7 @@ class BinResult:
     """Result of emptying a bin."""
 
     cleared: int
-    attempts: tuple[Attempt, ...]
-    """Frames without a grasp included."""
+    attempts: tuple[Attempt, ...]  # frames without a grasp included
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,14 +74,11 @@ class Row:
 class GraspEvaluation:
     """Results of several detectors over the same scenes."""
 
-    scenes: tuple[str, ...]
-    """Group and class of each single scene."""
-    rows: tuple[Row, ...]
-    """All others are compared with the first."""
+    scenes: tuple[str, ...]  # group and class of each single scene
+    rows: tuple[Row, ...]  # all others are compared with the first
     hopeless: tuple[int, ...] = ()
     """Numbers of the single scenes in which neither a row nor a random grasp held the object."""
-    by_chance: int = 0
-    """Random grasps tried in each scene in which no row held the object."""
+    by_chance: int = 0  # random grasps tried in each scene in which no row held the object
 
     @property
     def feasible(self) -> npt.NDArray[np.bool_]:

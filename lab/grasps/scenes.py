@@ -33,10 +33,8 @@ from robots import load_robot
 Array = npt.NDArray[np.float64]
 
 ROBOT = load_robot("frankie")
-FLOOR = 0.456
-"""Height of the support surface [m]."""
-OBJECT_WIDTHS = (5.0, 70.0)
-"""Range of the smallest width by which the objects can be grasped [mm]."""
+FLOOR = 0.456  # height of the support surface [m]
+OBJECT_WIDTHS = (5.0, 70.0)  # range of the smallest width by which the objects can be grasped [mm]
 TRAINING_CLASSES: tuple[str, ...] = (*HOUSEHOLD, *TRAIN)
 HELDOUT_CLASSES: tuple[str, ...] = tuple(HELDOUT)
 """Classes of the objects in evaluation scenes; none is in training scenes."""
@@ -60,14 +58,10 @@ _AROUND = Fixture(name="around", centre=(0.0, 0.0, FLOOR - 0.011), size=(2.0, 2.
 class View:
     """A camera that looks at a scene."""
 
-    wTc: SE3
-    """Camera in the world."""
-    height: float
-    """Of the camera above the floor [m]."""
-    tilt: float
-    """Of the optical axis from straight down [rad]."""
-    noise_level: float
-    """0 to 1."""
+    wTc: SE3  # camera in the world
+    height: float  # of the camera above the floor [m]
+    tilt: float  # of the optical axis from straight down [rad]
+    noise_level: float  # 0 to 1
     noise: D435Noise
 
 

@@ -18,8 +18,7 @@ from perception import Detection, GraspDetector, GraspEstimate
 from robots import Intrinsics
 
 _D435_FOCAL = 0.6  # focal length of a D435 in image widths
-Picture: TypeAlias = npt.NDArray[np.uint8]
-"""(H, W, 3) blue, green, red, as in OpenCV."""
+Picture: TypeAlias = npt.NDArray[np.uint8]  # (H, W, 3) blue, green, red, as in OpenCV
 
 _BEST, _OTHER, _TEXT = (60, 60, 240), (200, 180, 60), (255, 255, 255)
 _SHOWN = 5  # number of grasps

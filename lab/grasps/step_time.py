@@ -63,8 +63,7 @@ class PerceptionResult:
     """Times of all detectors; the first is the default."""
 
     times: tuple[StepTimes, ...]
-    parts: Mapping[str, float]
-    """Median times of the parts of the default's step [ms]."""
+    parts: Mapping[str, float]  # median times of the parts of the default's step [ms]
 
     @property
     def ratios(self) -> dict[str, float]:

@@ -20,8 +20,7 @@ from lab.grasps.training_data import shard_count, shard_path, write_shards
 if TYPE_CHECKING:
     from perception.networks import RoundReport
 
-RECIPES = Path(__file__).parent / "recipes"
-"""Folder of the shipped recipes."""
+RECIPES = Path(__file__).parent / "recipes"  # folder of the shipped recipes
 
 Count = Annotated[int, Field(ge=1)]
 Seed = Annotated[int, Field(ge=0)]
@@ -31,8 +30,7 @@ class Data(StrictModel):
     """The rendered images."""
 
     images: Count = 16384
-    validation_images: Count = 1024
-    """Of other scenes; they decide when training stops."""
+    validation_images: Count = 1024  # of other scenes; they decide when training stops
     seed: Seed = 0
 
 

@@ -48,14 +48,10 @@ from robots import Intrinsics
 
 Array = npt.NDArray[np.float64]
 
-SPACING = 0.005
-"""Between labelled points [m]."""
-VIEWS = 4
-"""Images per scene."""
-STEEP_VIEWS = 0.25
-"""Share of the images that are steep views."""
-SHARD_SCENES = 64
-"""Scenes per shard."""
+SPACING = 0.005  # between labelled points [m]
+VIEWS = 4  # images per scene
+STEEP_VIEWS = 0.25  # share of the images that are steep views
+SHARD_SCENES = 64  # scenes per shard
 
 _CAMERA_HEIGHT = 2.5  # of the exact view, above the floor [m]
 _EXTENT = 0.66  # side of the square of the floor in the exact view [m]
@@ -105,14 +101,12 @@ def samples_of(seed: int, number: int) -> list[Sample]:
 class WorldLabels:
     """Labels at points all over the objects, on a grid of `SPACING`."""
 
-    origin: Array
-    """(2,) x and y of cell (0, 0) [m]."""
+    origin: Array  # (2,) x and y of cell (0, 0) [m]
     height: npt.NDArray[np.float32]
     """(rows, columns) surface height; NaN where there is no object [m]."""
     quality: npt.NDArray[np.float32]
     """(rows, columns, ANGLE_BINS), direction i π / ANGLE_BINS from x towards y of the world."""
-    width: npt.NDArray[np.float32]
-    """(rows, columns, ANGLE_BINS) [m]."""
+    width: npt.NDArray[np.float32]  # (rows, columns, ANGLE_BINS) [m]
 
 
 def exact_view(world: World) -> tuple[HeightMap, Array, npt.NDArray[np.bool_]]:

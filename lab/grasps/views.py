@@ -18,8 +18,7 @@ from lab.grasps.choice import NetworkChoice, all_results, require_physics
 from lab.grasps.scenes import EVALUATION_SEED, Array, camera_noise
 from lab.shared import share
 
-TILTS_DEG = (0.0, 10.0, 20.0, 30.0, 40.0, 50.0)
-"""Of the optical axis from straight down."""
+TILTS_DEG = (0.0, 10.0, 20.0, 30.0, 40.0, 50.0)  # of the optical axis from straight down
 DISTANCES = (0.2, 0.3, 0.45, 0.7, 1.0, 1.5)
 """From the camera to the top of the object, along the optical axis [m]."""
 

@@ -1,7 +1,7 @@
-"""Candidates of grasps in an image, and the sources that need no network: points of the image.
+"""Candidate grasps in an image, and sources of them that need no network.
 
-They tell what a network adds to the feasibility check: with `RandomPoints` the check gets what
-chance offers, with `SpreadPoints` it chooses for itself.
+The sources show what a network adds to the feasibility check: with `RandomPoints` the check gets
+random points, with `SpreadPoints` it decides alone.
 """
 
 from __future__ import annotations
@@ -18,36 +18,29 @@ from perception.grasps.refinement import ALL_DIRECTIONS, TURN_COST
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Candidates:
-    """Where a grasp may be good, best first."""
+    """Candidate grasps, best first."""
 
-    pixel: Array
-    """(N, 2) input pixel (u, v), subpixel."""
-    angle: Array
-    """(N,) closing direction, from u towards v [rad]."""
-    width: Array
-    """(N,) opening [input px]; 0 if unknown."""
-    quality: Array
-    """(N,) 0 to 1."""
+    pixel: Array  # (N, 2) input pixel (u, v), subpixel
+    angle: Array  # (N,) closing direction, from u towards v [rad]
+    width: Array  # (N,) opening [input px]; 0 if unknown
+    quality: Array  # (N,) 0 to 1
 
 
 class Proposals(NamedTuple):
     """The candidates of one image."""
 
     candidates: Candidates
-    """Best first."""
-    quality: Image
-    """(INPUT_SIZE, INPUT_SIZE) quality, for display; 0 where no grasp is allowed."""
+    quality: Image  # (INPUT_SIZE, INPUT_SIZE) quality, for display; 0 where no grasp is allowed
     directions: int
-    """Closing directions to assess at each candidate. GG-CNN needs all: where several are good, its
-    angle is their average, which may be bad."""
-    turn_cost: float = TURN_COST
-    """Share of its score that a grasp loses at right angles to its candidate's direction."""
-    most: int = 8
-    """Grasps that are left of them, at most."""
+    """Closing directions to assess at each candidate; GG-CNN needs all, because its angle may be
+    the average of several good ones.
+    """
+    turn_cost: float = TURN_COST  # see `refinement.TURN_COST`
+    most: int = 8  # largest number of refined grasps
 
 
 class CandidateSource(Protocol):
-    """What proposes grasps: a network, or what stands in for one."""
+    """A source of candidates: a network, or what replaces one."""
 
     @property
     def name(self) -> str:
@@ -63,45 +56,33 @@ class CandidateSource(Protocol):
 
 
 class RandomPoints:
-    """Points by chance where a grasp may be, the same ones in the same image.
-
-    Args:
-        count: of the points.
-    """
+    """Random points where a grasp is allowed, the same in the same image."""
 
     name = "none"
-
-    def __init__(self, count: int = 16) -> None:
-        self._count = count
+    count = 16
 
     def propose(self, image: Image, allowed: Mask) -> Proposals:
         """See `CandidateSource`."""
         v, u = np.nonzero(allowed)
         rng = np.random.default_rng(len(u))
-        chosen = rng.choice(len(u), min(self._count, len(u)), replace=False)
+        chosen = rng.choice(len(u), min(self.count, len(u)), replace=False)
         return _equally_good(u[chosen], v[chosen], rng.uniform(0.0, np.pi, len(chosen)), allowed)
 
 
 class SpreadPoints:
-    """Points evenly spread over all that may be grasped, so that the check alone decides.
-
-    Args:
-        count: of the points, at most.
-    """
+    """Points evenly spread over all that is allowed."""
 
     name = "check"
-
-    def __init__(self, count: int = 128) -> None:
-        self._count = count
+    count = 128
 
     def propose(self, image: Image, allowed: Mask) -> Proposals:
         """See `CandidateSource`."""
-        step = max(1, int(np.sqrt(np.count_nonzero(allowed) / self._count)))
+        step = max(1, int(np.sqrt(np.count_nonzero(allowed) / self.count)))
         v, u = (
             step // 2 + step * at
             for at in np.nonzero(allowed[step // 2 :: step, step // 2 :: step])
         )
-        few = np.linspace(0, len(u) - 1, min(self._count, len(u))).astype(int)
+        few = np.linspace(0, len(u) - 1, min(self.count, len(u))).astype(int)
         return _equally_good(u[few], v[few], np.zeros(len(few)), allowed)
 
 
@@ -116,4 +97,4 @@ WITHOUT_NETWORK: Mapping[str, Callable[[], CandidateSource]] = {
     RandomPoints.name: RandomPoints,
     SpreadPoints.name: SpreadPoints,
 }
-"""What can be named where a network is wanted, and is none."""
+"""Sources that can be named instead of a network."""

@@ -1,4 +1,4 @@
-"""The profile of a scene along lines in the closing direction: runs, free space and edges.
+"""Profile of a scene along lines in the closing direction: solid runs, free space and edges.
 
 A line is sampled every `STEP` from -63 mm to 63 mm about the grasp centre, past an open finger.
 """
@@ -9,8 +9,7 @@ import numpy as np
 
 from perception.frame import Array, Image, Mask
 
-STEP = 0.0015
-"""Between the samples of a line [m]."""
+STEP = 0.0015  # between the samples of a line [m]
 ALONG = np.arange(-42, 43, dtype=np.float32) * np.float32(STEP)
 """(S,) offsets of the samples along the closing direction [m]."""
 
@@ -19,10 +18,7 @@ _CONTACT_ZONE = 0.003  # edge points this near to the outermost one belong to th
 
 
 def runs(occupied: Mask) -> tuple[Array, Array, Mask]:
-    """Ends of the solid run around the middle of each line [m], and whether there is one.
-
-    A run that reaches the end of the line ends there.
-    """
+    """Ends of the solid run around the middle of each line [m], and whether there is one."""
     free = ~occupied
     to_right = free[..., _CENTRE:]
     right = np.where(to_right.any(-1), to_right.argmax(-1), to_right.shape[-1])

@@ -1,4 +1,4 @@
-"""From one depth frame to ranked grasps in the world."""
+"""The grasp detector: from one depth frame to ranked grasps in the world."""
 
 from __future__ import annotations
 
@@ -14,30 +14,29 @@ from perception.frame_check import frame_problem
 from perception.geometry import world_points
 from perception.grasp import Detection
 from perception.grasps.candidates import WITHOUT_NETWORK, CandidateSource, SpreadPoints
-from perception.grasps.height_map import HeightMap
-from perception.grasps.local_heights import local_heights
+from perception.grasps.height_map import HeightMap, local_heights
 from perception.grasps.network_input import (
+    INPUT_SIZE,
+    OUTPUT_STRIDE,
     NoDepthError,
     Prepared,
     central_crop,
     prepare,
     valid_depth,
 )
-from perception.grasps.network_io import INPUT_SIZE, OUTPUT_STRIDE
 from perception.grasps.patches import HoldProbability
 from perception.grasps.ranking import MIN_OBJECT_HEIGHT, GraspRanking
 from perception.grasps.scene_memory import SceneMemory
-from perception.grasps.smoothing import FAR, smoothed
+from perception.grasps.stereo import FAR, smoothed
 from perception.region_map import WALL_MARGIN
 from robots import GripperDescription
 
-OCCUPIED_HEIGHT = 0.010
-"""Surfaces lower than this above the floor do not count as occupied [m]."""
-_MIN_VALID = 0.02  # smallest share of pixels with a depth in a usable frame
+OCCUPIED_HEIGHT = 0.010  # surfaces lower than this above the floor are not occupied [m]
+_MIN_VALID = 0.02  # share of pixels with a depth in a usable frame
 _MAX_CAMERA_AXIS_Z = -0.5  # the optical axis is within 60 degrees of straight down
-_LEVEL_BIN = 0.005  # of the histogram of heights that finds the largest level surface [m]
-_AREA_STEP = 3  # only every third row and column is counted for areas [px]
-_LITTLE = 1e-4  # what covers less is noise [m^2]
+_LEVEL_BIN = 0.005  # of the histogram of heights that finds the support surface [m]
+_AREA_STEP = 3  # only every third row and column counts for areas [px]
+_LITTLE = 1e-4  # a smaller area is noise [m^2]
 
 
 class GraspDetector:
@@ -45,14 +44,13 @@ class GraspDetector:
 
     Args:
         weights: a weights file; None takes shipped weights.
-        network: name of a shipped network, or of what does without one; None takes the default.
-            Not with `weights`.
-        gripper: the hand that grasps.
-        proposer: what alone proposes grasps, instead of `weights` and `network`.
+        network: name of a shipped network or of a source without one, instead of `weights`.
+        gripper: the hand.
+        proposer: source of candidates, instead of `weights` and `network`.
         hold: how likely grasps hold; None takes what is shipped for this hand, if anything is.
-        by_check: rank grasps by check and network, and not by how likely they hold; None does so
-            where `network` names what does without one.
-        lever_arm: prefer grasps near the middle of things.
+            by_check: rank grasps by check and network, and not by how likely they hold; None does
+            so for
+            sources without a network.
 
     Raises:
         WeightsError: the weights are missing or do not fit.
@@ -67,9 +65,8 @@ class GraspDetector:
         proposer: CandidateSource | None = None,
         hold: HoldProbability | None = None,
         by_check: bool | None = None,
-        lever_arm: bool = True,
     ) -> None:
-        self._gripper, self._lever_arm = gripper, lever_arm
+        self._gripper = gripper
         if network is not None and network in WITHOUT_NETWORK:
             proposer = WITHOUT_NETWORK[network]()
             by_check = True if by_check is None else by_check
@@ -106,7 +103,7 @@ class GraspDetector:
         Args:
             frame: depth image with the camera's model and pose.
             workspace: where to grasp; None is everywhere above the largest level surface.
-            memory: of the frames before this one, and this one from now on; None has only this one.
+            memory: of earlier frames, to which this one is added; None has only this one.
 
         Returns:
             Grasps, best first, or none and the reason, which may be an unusable frame.
@@ -150,7 +147,6 @@ class GraspDetector:
             floor,
             self._gripper,
             self._hold,
-            lever_arm=self._lever_arm,
         )
         grasps = search.among(proposals)
         # Where nobody tells what hardly holds, points all over find chords at the rims of what is
@@ -230,7 +226,7 @@ def _level(scene: HeightMap) -> float:
 
 
 def _well_inside(workspace: Workspace, points: Array) -> Mask:
-    """Which of the (N, 3) points lie inside and at least `WALL_MARGIN` from the upright sides."""
+    """Which of the (N, 3) points are inside and at least `WALL_MARGIN` from the upright sides."""
     inside = np.ones(len(points), dtype=np.bool_)
     for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1)):
         inside &= workspace.contains(points + WALL_MARGIN * np.array([dx, dy, 0.0]))

@@ -3,11 +3,8 @@
 For a grasp from straight above, the scene is sampled along lines in the closing direction, spread
 over the width of the fingers. On each line the solid run around the grasp centre is the body that
 the pads close on. Everything else above the finger tips must leave room for the fingers, and
-everything above the palm must leave room for the palm. What the image does not show is in the way
-of the fingers.
-
-The same check labels training scenes, where heights are exact, and refines the candidates of a
-network, where they are measured.
+everything above the palm for the palm; what is hidden is in the way of the fingers. The same check
+labels training scenes, where heights are exact.
 """
 
 from __future__ import annotations
@@ -27,10 +24,8 @@ from robots import GripperDescription
 
 DEPTHS = (0.014, 0.022, 0.030)
 """Depths of the grasp centre below the surface that are tried, at most half the height [m]."""
-FLOOR_CLEARANCE = 0.011
-"""Smallest height of the grasp centre above the floor [m]."""
-FRICTION = 0.5
-"""Coefficient of friction that a grasp may rely on."""
+FLOOR_CLEARANCE = 0.011  # smallest height of the grasp centre above the floor [m]
+FRICTION = 0.5  # coefficient of friction that a grasp may rely on
 
 _PALM_CELLS = ceil(PALM_SPACING / CELL)  # side of the square around each palm point [cells]
 
@@ -74,24 +69,15 @@ _CONTACT_LINES = _Ramp(worst=1.0, good=3.0, least=0.1)  # lines that the smaller
 class Assessment:
     """The feasibility of N grasps. Where `score` is 0 the other values are undefined."""
 
-    score: Array
-    """(N,) 0 is infeasible, 1 is best."""
-    x: Array
-    """(N,) grasp centre, midway between the contacts, in the world [m]."""
-    y: Array
-    """(N,) [m]."""
-    z: Array
-    """(N,) height of the grasp centre [m]."""
-    top: Array
-    """(N,) height of the surface at the grasp [m]."""
-    width: Array
-    """(N,) distance between the contacts along the closing direction [m]."""
-    opening: Array
-    """(N,) distance between the pads for the descent, at which the fingers touch nothing [m]."""
-    offset: Array
-    """(N,) displacement of the centre along the closing direction [m]."""
-    turn: Array
-    """(N,) turn of the closing direction that makes it normal to the contacts [rad]."""
+    score: Array  # (N,) 0 is infeasible, 1 is best
+    x: Array  # (N,) midway between the contacts, in the world [m]
+    y: Array  # (N,) [m]
+    z: Array  # (N,) height of the grasp centre [m]
+    top: Array  # (N,) height of the surface at the grasp [m]
+    width: Array  # (N,) distance between the contacts along the closing direction [m]
+    opening: Array  # (N,) distance between the pads for a free descent [m]
+    offset: Array  # (N,) displacement of the centre along the closing direction [m]
+    turn: Array  # (N,) of the closing direction towards the normal of the contacts [rad]
 
 
 def assess(
@@ -175,7 +161,7 @@ def _assess_at(
 
     Args:
         heights: (N, across, along) around each grasp, in the world [m].
-        unknown: (N, along) where the image does not show all that is in the way of the fingers.
+        unknown: (N, along) where something hidden may be in the way of the fingers.
         top: (N,) height of the surface at the grasp [m].
         deep: (N,) desired height of the grasp centre [m].
         lowest: (N,) height below which palm or camera would collide [m].
@@ -242,9 +228,9 @@ def _lowest(
     sine: Array,
     floor: float,
 ) -> Array:
-    """(N,) height of the grasp centre below which palm or camera would meet something [m].
+    """(N,) height of the grasp centre below which palm or camera would collide [m].
 
-    What is unknown is as high as `TALLEST`, or as the camera.
+    Hidden objects are as high as `TALLEST`, or as the camera.
     """
     heights = scene.heights
     if scene.unknown is not None:

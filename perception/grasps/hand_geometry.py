@@ -1,4 +1,4 @@
-"""The dimensions of a gripper in the feasibility check, and the margins added to them."""
+"""Dimensions of a gripper in the feasibility check, with safety margins."""
 
 from __future__ import annotations
 
@@ -13,56 +13,38 @@ import numpy as np
 from perception.frame import Array, Image
 from robots import GripperDescription, half_extents
 
-TIP_MARGIN = 0.0004
-"""Added to the reach of the finger tips [m]."""
-FINGER_MARGIN = 0.00005
-"""Added to the thickness of the fingers [m]."""
-FINGER_END_MARGIN = 0.002
-"""Added to the fingers at their lower end, below which only the pads reach [m]."""
-PALM_ALLOWANCE = 0.0001
-"""Subtracted from the reach of the palm, which the check keeps clear by more than this [m]."""
-PALM_MARGIN = 0.004
-"""Added to the palm on all sides, for errors of the arm [m]."""
-LINE_SPACING = 0.0035
-"""Between the lines along which the scene is sampled, across the fingers [m]."""
-PALM_SPACING = 0.016
-"""Between the points at which the scene is sampled under the palm [m]."""
+TIP_MARGIN = 0.0004  # added to the reach of the finger tips [m]
+FINGER_MARGIN = 0.00005  # added to the thickness of the fingers [m]
+FINGER_END_MARGIN = 0.002  # added to the fingers at their lower end [m]
+PALM_ALLOWANCE = 0.0001  # subtracted from the reach of the palm [m]
+PALM_MARGIN = 0.004  # added to the palm on all sides, for errors of the arm [m]
+LINE_SPACING = 0.0035  # between the sampled lines, across the fingers [m]
+PALM_SPACING = 0.016  # between the sampled points under the palm [m]
 
 
 class Overhead(NamedTuple):
-    """A part of the hand that stays above what is grasped and what stands around it."""
+    """A part of the hand above the grasped object and its surroundings."""
 
-    height: float
-    """Above the grasp centre [m]."""
-    along: Array
-    """(P,) offset along of points under it, each for `PALM_SPACING` around it [m]."""
-    across: Array
-    """(P,) their offset across [m]."""
+    height: float  # above the grasp centre [m]
+    along: Array  # (P,) offsets along the closing direction of points under it [m]
+    across: Array  # (P,) offsets across [m]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class HandDimensions:
-    """A parallel gripper above the scene: `along` the closing direction and `across` it."""
+    """A parallel gripper, `along` the closing direction and `across` it."""
 
-    opening: float
-    """Distance between the pads when fully open [m]."""
-    tip: float
-    """Height of the grasp centre above the finger tips [m]."""
-    palm: float
-    """Height of the palm above the grasp centre [m]."""
+    opening: float  # between the pads when fully open [m]
+    tip: float  # height of the grasp centre above the finger tips [m]
+    palm: float  # height of the palm above the grasp centre [m]
     finger: float
-    """Height above the grasp centre from which on the fingers are as thick as
-    `finger_thickness` [m]."""
-    pad_thickness: float
-    """From the inner face of a pad outwards [m]."""
-    finger_thickness: float
-    """From the inner face of a pad to the outer face of its finger [m]."""
-    lines: Image
-    """(L,) offset across of each line, over the width of the fingers [m]."""
-    pad_lines: slice
-    """Those over the width of the pads."""
+    """Height above the grasp centre from which on the fingers have `finger_thickness` [m]."""
+    pad_thickness: float  # from the inner face of a pad outwards [m]
+    finger_thickness: float  # from the inner face of a pad to the outer face [m]
+    lines: Image  # (L,) offset across of each line, over the width of the fingers [m]
+    pad_lines: slice  # those over the width of the pads
     overhead: tuple[Overhead, ...]
-    """The palm, and the camera if it has one: on both sides, as a hand may be turned round."""
+    """The palm, and the camera on both sides, as a hand may be turned round."""
 
 
 def hand_sizes(gripper: GripperDescription) -> dict[str, float]:
@@ -108,11 +90,11 @@ def _overhead(gripper: GripperDescription) -> Iterator[Overhead]:
 
 
 def _points(half: float) -> Array:
-    """(P,) points that cover a length, each half of `PALM_SPACING` to either side [m]."""
+    """(P,) points that cover a length of twice `half` [m]."""
     last = _rounded(half - 0.5 * PALM_SPACING)
     return np.linspace(-last, last, ceil(2.0 * half / PALM_SPACING))
 
 
 def _rounded(length: float) -> float:
-    """To a micrometre: sums of decimal lengths then have no error in the last bit."""
+    """To a micrometre, so that sums of decimal lengths have no error in the last bit."""
     return round(float(length), 6)

@@ -1,4 +1,4 @@
-"""A height map of the scene: its upper surface on a regular grid of the world."""
+"""Height map of the scene: its upper surface on a regular grid of the world."""
 
 from __future__ import annotations
 
@@ -8,33 +8,30 @@ import cv2
 import numpy as np
 from pinocchio import SE3
 
-from perception.frame import Array, Image, Indices, Mask
-from perception.geometry import world_maps
-from perception.grasps.network_input import fill
-from perception.grasps.stereo import Occlusion
+from perception.frame import Array, Frame, Image, Indices, Mask
+from perception.geometry import world_maps, world_points
+from perception.grasps.network_input import Crop, fill, valid_depth
+from perception.grasps.stereo import Occlusion, rising_holes, unknown_pixels
 from robots import Intrinsics
 
-CELL = 0.0015
-"""Side of a cell [m]."""
+CELL = 0.0015  # side of a cell [m]
 MAX_OFFSET = 0.36
-"""Points farther than this along x or y of the world from what the middle of the image shows are
-left out, which bounds the size of the map [m]."""
+"""Largest distance of points, along x or y of the world, from what the middle of the image shows
+[m]."""
+
+REACH = 0.07  # of the image beside a crop: the fingers reach no farther from a grasp [m]
+_INSIDE = 2  # of the border [px]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class HeightMap:
     """Heights on a grid whose rows run along y of the world and columns along x."""
 
-    heights: Image
-    """(rows, columns) height in the world [m]."""
-    origin: Array
-    """(2,) x and y of the centre of cell (0, 0) [m]."""
-    cell: float = CELL
-    """Side of a cell [m]."""
-    unknown: Mask | None = None
-    """(rows, columns) where something may stand that the image does not show; None is nowhere."""
-    rising: Mask | None = None
-    """(rows, columns) where that may be as high as the camera: within its minimum range."""
+    heights: Image  # (rows, columns) in the world [m]
+    origin: Array  # (2,) x and y of the centre of cell (0, 0) [m]
+    cell: float = CELL  # side of a cell [m]
+    unknown: Mask | None = None  # (rows, columns) where something hidden may stand; None is nowhere
+    rising: Mask | None = None  # (rows, columns) where that may be as high as the camera
 
     def at(self, x: Array | Image, y: Array | Image) -> Image:
         """Heights at world positions of any shape [m]; outside the grid, those of its border."""
@@ -52,11 +49,7 @@ def look_up(values: Image, origin: Array, cell: float, x: Array | Image, y: Arra
 
 
 def hide_outside(unknown: Mask) -> None:
-    """Mark the margin of a map as unknown in place: one cell stands for all that is outside.
-
-    Args:
-        unknown: (rows, columns) see `HeightMap`.
-    """
+    """Mark the margin of a map as unknown in place: it stands for all that is outside."""
     for edge in (unknown, unknown.T):
         edge[[0, -1]] = True
 
@@ -85,8 +78,7 @@ def build_height_map(
     """The upper surface of a depth image.
 
     A cell without a point takes the lower of its two neighbours in the row: behind something higher
-    lies the background. A 3x3 median then removes single outliers. Where the image does not show
-    what stands there, the cell is unknown besides.
+    lies the background. A 3x3 median then removes single outliers.
 
     Args:
         depth: (H, W) without holes [m].
@@ -140,9 +132,63 @@ def build_height_map(
 
 
 def _filled(shape: tuple[int, int], origin: Array, at: Array) -> Mask:
-    """(rows, columns) the cells with one of (N, 2) positions in the world [m], or beside one."""
+    """(rows, columns) the cells at or beside one of (N, 2) positions in the world [m]."""
     column, row = np.rint((at - origin) / CELL).astype(np.int64).T
     inside = (column >= 0) & (column < shape[1]) & (row >= 0) & (row < shape[0])
     cells = np.zeros(shape, dtype=np.uint8)
     cells[row[inside], column[inside]] = 1
     return np.asarray(cv2.dilate(cells, np.ones((3, 3), dtype=np.uint8))) > 0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LocalHeights:
+    """What a frame shows in and around a crop."""
+
+    scene: HeightMap
+    border: Array
+    """(B, 3) points along the border of what the image shows, and round its holes, in the world
+    [m]."""
+
+
+def local_heights(frame: Frame, depth: Image, crop: Crop, support: float) -> LocalHeights:
+    """The heights of a crop and, as far as the image shows it, of `REACH` around it.
+
+    Args:
+        frame: with the camera's model and pose.
+        depth: (H, W) of the frame [m].
+        crop: where grasps are searched.
+        support: depth of the support surface along the optical axis [m].
+
+    Raises:
+        NoDepthError: no pixel has a depth.
+    """
+    more = int(REACH * frame.intrinsics.fx / support)
+    u, v = (
+        np.arange(max(first - more, 0), min(first + crop.size + more, end))
+        for first, end in ((crop.u0, depth.shape[1]), (crop.v0, depth.shape[0]))
+    )
+    part = depth[v[0] : v[-1] + 1, u[0] : u[-1] + 1]
+    missing = ~valid_depth(part)
+    filled = fill(part, missing)
+    unknown = unknown_pixels(part, missing, frame.intrinsics.fx, support)
+    unseen = Occlusion(
+        pixels=unknown,
+        rising=rising_holes(part, missing, unknown),
+        corner=(int(u[0]), int(v[0])),
+        ground=float(frame.wTc.act(np.array([0.0, 0.0, support]))[2]),
+    )
+    u, v = u.astype(float)[None, :], v.astype(float)[:, None]
+    return LocalHeights(
+        scene=build_height_map(filled, frame.intrinsics, frame.wTc, u, v, unseen),
+        border=_border(frame, filled, unseen.pixels, u, v),
+    )
+
+
+def _border(frame: Frame, depth: Image, unseen: Mask, u: Array, v: Array) -> Array:
+    rows, columns = (np.arange(_INSIDE, n - _INSIDE) for n in depth.shape)
+    row = np.concatenate([rows, rows, np.repeat(rows[[0, -1]], len(columns))])
+    column = np.concatenate([np.repeat(columns[[0, -1]], len(rows)), columns, columns])
+    wider = cv2.dilate(unseen.astype(np.uint8), np.ones((2 * _INSIDE + 1,) * 2, dtype=np.uint8))
+    beside_row, beside_column = np.nonzero((wider > 0) & ~unseen)
+    row, column = np.append(row, beside_row), np.append(column, beside_column)
+    return world_points(depth[row, column], frame.intrinsics, frame.wTc, u[0, column], v[row, 0])

@@ -1,13 +1,10 @@
-"""From a depth image to the network's input: a crop of constant scale, levelled and filled.
+"""Input of the grasp networks: a crop of constant scale, levelled and filled.
 
-A network cannot infer scale: its widths are in pixels and the mean depth is subtracted. The crop is
-therefore sized so that one input pixel always covers the same length at the depth of the support
-surface, as far as the image is large enough. Nor can it infer the camera's tilt: depth is replaced
-by the vertical distance below the camera, which equals the depth if the camera looks straight down.
-
-A stereo camera mostly misses the shadow of a nearer surface. The background lies hidden there, so a
-hole takes the farther of its two neighbours in the row. Which holes are no shadows is told apart
-where it matters to the hand (`unknown.py`).
+A network cannot infer scale: its widths are in pixels and the mean depth is subtracted. One input
+pixel therefore always covers the same length at the depth of the support surface, as far as the
+image is large enough. Nor can it infer the camera's tilt: depth is replaced by the vertical
+distance below the camera. A hole is mostly the stereo shadow of a nearer surface, so it takes the
+farther of its two neighbours in the row.
 """
 
 from __future__ import annotations
@@ -18,15 +15,22 @@ import cv2
 import numpy as np
 from pinocchio import SE3
 
+from config import UserError
 from perception.frame import Array, Image, Mask
 from perception.geometry import world_maps
-from perception.grasps.network_io import INPUT_SIZE
 from robots import Intrinsics
 
-METRES_PER_PIXEL = 0.0015
-"""Length that one input pixel covers at the depth of the support surface [m]."""
-MAX_DEPTH = 5.0
-"""Larger readings are taken as missing [m]."""
+INPUT_SIZE = 300  # side of a network's input image [px]
+OUTPUT_STRIDE = 3  # input pixels per cell of the labels and of the maps of `AngleBinNetwork`
+GRID_SIZE = INPUT_SIZE // OUTPUT_STRIDE  # side of the grid of labels [cells]
+ANGLE_BINS = 16  # closing directions: bin i is i π / 16, anticlockwise in the image
+WIDTH_SCALE = 150.0  # a width map holds the opening divided by this, as published [input px]
+METRES_PER_PIXEL = 0.0015  # length that an input pixel covers at the support surface [m]
+MAX_DEPTH = 5.0  # larger readings are missing [m]
+
+
+class WeightsError(UserError):
+    """Weights are missing or do not fit the network."""
 
 
 class NoDepthError(ValueError):
@@ -43,12 +47,9 @@ def valid_depth(depth: Image) -> Mask:
 class Crop:
     """A square part of the full image."""
 
-    u0: int
-    """Left column [px]."""
-    v0: int
-    """Top row [px]."""
-    size: int
-    """Side [px]."""
+    u0: int  # left column [px]
+    v0: int  # top row [px]
+    size: int  # side [px]
 
     @property
     def scale(self) -> float:
@@ -66,12 +67,9 @@ class Prepared:
     """A crop of a depth image, ready for the network."""
 
     crop: Crop
-    depth: Image
-    """(300, 300) depth without holes [m]."""
-    below: Image
-    """(300, 300) vertical distance below the camera [m]."""
-    missing: Mask
-    """(300, 300) where `depth` was filled in."""
+    depth: Image  # (300, 300) depth without holes [m]
+    below: Image  # (300, 300) vertical distance below the camera [m]
+    missing: Mask  # (300, 300) where `depth` was filled in
 
     @property
     def network_input(self) -> Image:
@@ -81,7 +79,7 @@ class Prepared:
 
 
 def central_crop(shape: tuple[int, int], intrinsics: Intrinsics, depth: float) -> Crop:
-    """The crop about the image centre that has the network's scale at a depth.
+    """The crop about the image centre with the network's scale at a depth.
 
     Args:
         shape: (H, W) of the image.
@@ -95,13 +93,7 @@ def central_crop(shape: tuple[int, int], intrinsics: Intrinsics, depth: float) -
 
 
 def prepare(depth: Image, crop: Crop, intrinsics: Intrinsics, wTc: SE3) -> Prepared:
-    """Crop a depth image, fill its holes, resize it to the network's input and level it.
-
-    Args:
-        depth: (H, W) depth [m]; pixels without `valid_depth` are missing.
-        crop: which part of it.
-        intrinsics: the camera's pinhole model.
-        wTc: camera in the world.
+    """Crop an (H, W) depth image [m], fill its holes, resize and level it.
 
     Raises:
         NoDepthError: no pixel of the crop has a depth.
@@ -128,14 +120,9 @@ def prepare(depth: Image, crop: Crop, intrinsics: Intrinsics, wTc: SE3) -> Prepa
 
 
 def fill(depth: Image, missing: Mask) -> Image:
-    """Fill each missing pixel with the larger of its nearest neighbours left and right.
+    """A copy whose missing pixels have the larger of their nearest neighbours left and right.
 
-    Args:
-        depth: (H, W).
-        missing: (H, W) which pixels to fill.
-
-    Returns:
-        A copy without holes. A row without a value is copied from the nearest row with one.
+    A row without a value is copied from the nearest row with one.
 
     Raises:
         NoDepthError: all pixels are missing.

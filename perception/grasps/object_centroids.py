@@ -1,8 +1,8 @@
-"""How far from its middle a thing is gripped.
+"""Objects in a height map and their centroids, for the lever arm of a grasp.
 
-The weight of what hangs in the fingers turns it about the line between the pads; the farther the
-grasp is from the middle of the thing, the easier it swings, slips and is lost. A thing is what
-stands out of the floor by itself; its middle is that of the volume below its upper surface.
+The weight of an object turns it about the line between the pads; the farther the grasp is from its
+centroid, the easier it slips. An object is a connected region above the floor; its centroid is that
+of the volume below its upper surface.
 """
 
 from __future__ import annotations
@@ -13,22 +13,20 @@ import numpy as np
 from perception.frame import Array, Indices, Mask, Workspace
 from perception.grasps.height_map import HeightMap, look_up
 
-LONGEST = 0.08
-"""A lever arm of this length or more counts as ... [m]"""
-LEAST = 0.2
-"""... this share of a grasp in the middle."""
-_STEP = 2  # only every second row and column of the map is counted [cells]
+LONGEST = 0.08  # a lever arm of this length or more counts as ... [m]
+LEAST = 0.2  # ... this share of a grasp at the centroid
+_STEP = 2  # only every second row and column is counted [cells]
 
 
 class ObjectCentroids:
-    """The things in a height map, and where their middles are.
+    """Connected objects of a height map and their centroids.
 
     Args:
         scene: measured heights.
-        lowest: nothing below this height belongs to a thing [m].
-        workspace: nothing outside belongs to one; None is everywhere.
-        border: (B, 3) points along the border of the image, in the world [m]. Of what it cuts off
-            nobody knows the middle.
+        lowest: height above which points belong to objects [m].
+        workspace: limits the objects; None is everywhere.
+        border: (B, 3) points along the border of the image, in the world [m]. The centroid
+            of an object that it cuts off is unknown.
     """
 
     def __init__(
@@ -50,56 +48,56 @@ class ObjectCentroids:
             inside = workspace.contains(np.stack([x, y, heights[row, column]], axis=1))
             raised[row[~inside], column[~inside]] = False
             row, column, x, y = row[inside], column[inside], x[inside], y[inside]
-        count, things = cv2.connectedComponents(raised.astype(np.uint8), connectivity=8)
-        self._things = np.asarray(things, dtype=np.float32)
-        thing, above = things[row, column], heights[row, column] - lowest
-        volume = np.maximum(np.bincount(thing, above, count), 1e-9)
+        count, objects = cv2.connectedComponents(raised.astype(np.uint8), connectivity=8)
+        self._objects = np.asarray(objects, dtype=np.float32)
+        number, above = objects[row, column], heights[row, column] - lowest
+        volume = np.maximum(np.bincount(number, above, count), 1e-9)
         self._volume = volume * self._cell**2
-        self._middle_x = np.bincount(thing, above * x, count) / volume
-        self._middle_y = np.bincount(thing, above * y, count) / volume
+        self._middle_x = np.bincount(number, above * x, count) / volume
+        self._middle_y = np.bincount(number, above * y, count) / volume
         self._cut_off = np.zeros(count, dtype=np.bool_)
         self._hidden = np.zeros(count, dtype=np.bool_)
         if scene.unknown is not None:  # what is beside it may be more of it
-            beside = cv2.dilate(self._things, np.ones((3, 3), dtype=np.uint8))
+            beside = cv2.dilate(self._objects, np.ones((3, 3), dtype=np.uint8))
             self._hidden[beside[scene.unknown[::_STEP, ::_STEP]].astype(np.int64)] = True
             self._hidden[0] = False
         if border is not None:
             leaving = border[border[:, 2] > lowest]
-            self._cut_off[self._thing_at(leaving[:, 0], leaving[:, 1])] = True
+            self._cut_off[self._object_at(leaving[:, 0], leaving[:, 1])] = True
             self._cut_off[0] = False
 
-    def _thing_at(self, x: Array, y: Array) -> Indices:
-        """(N,) the number of the thing there; 0 is none."""
-        return look_up(self._things, self._origin, self._cell, x, y).astype(np.int64)
+    def _object_at(self, x: Array, y: Array) -> Indices:
+        """(N,) the number of the object there; 0 is none."""
+        return look_up(self._objects, self._origin, self._cell, x, y).astype(np.int64)
 
     def to_middle(self, x: Array, y: Array) -> tuple[Array, Array]:
-        """The way to the middle of the thing at (N,) positions [m]; 0 where nothing stands."""
-        thing = self._thing_at(x, y)
-        there = thing > 0
+        """The way to the centroid of the object at (N,) positions [m]; 0 without one."""
+        number = self._object_at(x, y)
+        there = number > 0
         return (
-            np.where(there, self._middle_x[thing] - x, 0.0),
-            np.where(there, self._middle_y[thing] - y, 0.0),
+            np.where(there, self._middle_x[number] - x, 0.0),
+            np.where(there, self._middle_y[number] - y, 0.0),
         )
 
     def at(self, x: Array, y: Array) -> Array:
-        """Lever arms of grasps at (N,) positions in the world [m]; 0 where nothing stands."""
+        """Lever arms of grasps at (N,) positions in the world [m]; 0 without an object."""
         arm: Array = np.hypot(*self.to_middle(x, y))
         return arm
 
     def volume(self, x: Array, y: Array) -> Array:
-        """Of the things at (N,) positions, below their upper surface [m^3]; 0 for none."""
-        thing = self._thing_at(x, y)
-        return np.where(thing > 0, self._volume[thing], 0.0)
+        """Of the objects at (N,) positions, below their upper surface [m^3]; 0 for none."""
+        number = self._object_at(x, y)
+        return np.where(number > 0, self._volume[number], 0.0)
 
     def preference(self, x: Array, y: Array) -> Array:
-        """1 for grasps in the middle of a thing, less for those farther from it; (N,)."""
+        """(N,) 1 for grasps at the centroid of an object, less for those farther from it."""
         return np.maximum(1.0 - self.at(x, y) / LONGEST, LEAST)
 
     def shows_all(self, x: Array, y: Array) -> Mask:
-        """(N,) whether the image shows all of what stands there, and so its middle."""
-        return ~self._cut_off[self._thing_at(x, y)]
+        """(N,) whether the image shows all of the object there."""
+        return ~self._cut_off[self._object_at(x, y)]
 
     def shows_middle(self, x: Array, y: Array) -> Mask:
-        """(N,) whether something stands there, and the image shows all of it and around it."""
-        thing = self._thing_at(x, y)
-        return (thing > 0) & ~self._cut_off[thing] & ~self._hidden[thing]
+        """(N,) whether the image shows all of an object there, and around it."""
+        number = self._object_at(x, y)
+        return (number > 0) & ~self._cut_off[number] & ~self._hidden[number]

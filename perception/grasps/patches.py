@@ -1,7 +1,7 @@
-"""What is seen around grasps, in their own frames: what a network needs to tell whether they hold.
+"""Height patches around grasps, in their own frames: the input of the hold network.
 
-Two maps of heights, one as large as the open hand and one as large as long objects, rows across the
-closing direction and columns along it; and a few numbers.
+Two height maps, one as large as the open hand and one as large as long objects, rows across the
+closing direction and columns along it; and scalars.
 """
 
 from __future__ import annotations
@@ -18,10 +18,8 @@ from perception.grasps.height_map import HeightMap
 from perception.grasps.object_centroids import ObjectCentroids
 from perception.grasps.refinement import RefinedGrasps
 
-NEAR_CELL, NEAR_SHAPE = 0.0025, (32, 48)
-"""Side of a cell [m] and rows and columns of the map as large as the hand."""
-FAR_CELL, FAR_SHAPE = 0.010, (32, 32)
-"""The same of the map as large as long objects."""
+NEAR_CELL, NEAR_SHAPE = 0.0025, (32, 48)  # cell [m] and shape of the map as large as the hand
+FAR_CELL, FAR_SHAPE = 0.010, (32, 32)  # the same of the map as large as long objects
 NUMBERS = (
     "score",
     "width",
@@ -35,35 +33,32 @@ NUMBERS = (
     "camera_distance",
     "camera_cosine",
 )
-"""Names of the columns of `GraspPatches.numbers`."""
+"""Columns of `GraspPatches.numbers`."""
 _FARTHEST = 0.3  # heights are clipped to this above and below the grasp [m]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class GraspPatches:
-    """What is seen around N grasps."""
+    """Height patches and scalars of N grasps."""
 
-    near: npt.NDArray[np.float16]
-    """(N, 32, 48) heights relative to the grasp [m]."""
-    near_unknown: Mask
-    """(N, 32, 48) where something may stand that the image does not show."""
-    far: npt.NDArray[np.float16]
-    """(N, 32, 32) as `near`."""
-    far_unknown: Mask
-    """(N, 32, 32) as `near_unknown`."""
+    near: npt.NDArray[np.float16]  # (N, 32, 48) heights relative to the grasp [m]
+    near_unknown: Mask  # (N, 32, 48) where something hidden may stand
+    far: npt.NDArray[np.float16]  # (N, 32, 32) as `near`
+    far_unknown: Mask  # (N, 32, 32) as `near_unknown`
     numbers: Image
-    """(N, 11) see `NUMBERS`: the score of the check; lengths in m, of the grasp over the floor and
-    below the surface, from it to the middle of the thing along and across the closing direction,
-    and to the camera; the volume of the thing in m^3; whether the image shows all of it; the cosine
-    between the way to the camera and the vertical."""
+    """(N, 11) see `NUMBERS`: score of the check; lengths in m, of the grasp over the floor and
+    below the surface, from it to the centroid along and across, and to the camera; volume of the
+    object in m^3; whether it is all in the image; cosine between the way to the camera and the
+    vertical.
+    """
 
     def only(self, which: Indices) -> GraspPatches:
-        """Those of some grasps."""
+        """A selection of them."""
         return GraspPatches(**{f.name: getattr(self, f.name)[which] for f in fields(self)})
 
 
 def joined_patches(parts: Sequence[GraspPatches]) -> GraspPatches:
-    """All of several, one after the other."""
+    """All of several, concatenated."""
     return GraspPatches(
         **{
             f.name: np.concatenate([getattr(part, f.name) for part in parts])
@@ -77,21 +72,21 @@ HoldProbability: TypeAlias = Callable[[GraspPatches], Array]
 
 
 def grasp_patches(
-    scene: HeightMap, found: RefinedGrasps, levers: ObjectCentroids, camera: Array, floor: float
+    scene: HeightMap, found: RefinedGrasps, centroids: ObjectCentroids, camera: Array, floor: float
 ) -> GraspPatches:
-    """What a frame shows around grasps.
+    """Height patches and scalars of grasps.
 
     Args:
         scene: measured heights.
         found: the grasps.
-        levers: of the scene.
+        centroids: of the scene.
         camera: (3,) in the world [m].
         floor: height of the support surface [m].
     """
     cosine, sine = np.cos(found.direction), np.sin(found.direction)
     near, near_unknown = _around(scene, found, cosine, sine, NEAR_CELL, NEAR_SHAPE)
     far, far_unknown = _around(scene, found, cosine, sine, FAR_CELL, FAR_SHAPE)
-    x, y = levers.to_middle(found.x, found.y)
+    x, y = centroids.to_middle(found.x, found.y)
     to_camera = camera - np.stack([found.x, found.y, found.z], axis=1)
     distance = np.linalg.norm(to_camera, axis=1)
     columns = {
@@ -102,8 +97,8 @@ def grasp_patches(
         "height": found.z - floor,
         "middle_along": cosine * x + sine * y,
         "middle_across": cosine * y - sine * x,
-        "volume": levers.volume(found.x, found.y),
-        "whole": levers.shows_all(found.x, found.y),
+        "volume": centroids.volume(found.x, found.y),
+        "whole": centroids.shows_all(found.x, found.y),
         "camera_distance": distance,
         "camera_cosine": to_camera[:, 2] / distance,
     }

@@ -1,4 +1,4 @@
-"""From candidates in an image to grasps in the world, best first."""
+"""Ranking of grasps: feasible grasps at the candidates of an image, best first, in the world."""
 
 from __future__ import annotations
 
@@ -9,29 +9,23 @@ from perception.geometry import Camera, closing_direction, grasp_pose, world_poi
 from perception.grasp import GraspEstimate
 from perception.grasps.candidates import Proposals
 from perception.grasps.feasibility import Assessment
-from perception.grasps.local_heights import LocalHeights
-from perception.grasps.network_input import Prepared
-from perception.grasps.network_io import INPUT_SIZE
+from perception.grasps.height_map import LocalHeights
+from perception.grasps.network_input import INPUT_SIZE, Prepared
 from perception.grasps.object_centroids import ObjectCentroids
 from perception.grasps.patches import HoldProbability, grasp_patches
 from perception.grasps.refinement import ALL_DIRECTIONS, RefinedGrasps, refine
 from robots import GripperDescription
 
-MIN_OBJECT_HEIGHT = 0.008
-"""Surfaces lower than this above the floor are not grasped [m]."""
-LEAST_HOLD = 0.25
-"""A grasp that is told to hold less likely than this is none."""
-ROOMY = 0.045
-"""What is wider than this leaves the hand, which is a few millimetres off, little room [m] ..."""
-LOSS_BY_WIDTH = 1.5
-"""... and loses this against what is as likely to hold [1/m]: 3 % at 65 mm."""
-LOSS_BY_LEVER = 0.3
-"""The same against one that is nearer to the middle of the object [1/m]."""
-_ANGLE_STEP = 0.005  # to either side of a grasp, to see its direction in the image [m]
+MIN_OBJECT_HEIGHT = 0.008  # surfaces lower than this above the floor are not grasped [m]
+LEAST_HOLD = 0.25  # grasps less likely to hold than this are discarded
+ROOMY = 0.045  # objects wider than this leave an inaccurate hand little room [m] ...
+LOSS_BY_WIDTH = 1.5  # ... and lose this against equally likely ones [1/m]: 3 % at 65 mm
+LOSS_BY_LEVER = 0.3  # loss with the distance from the middle of the object [1/m]
+_ANGLE_STEP = 0.005  # to either side of a grasp, for its direction in the image [m]
 
 
 class GraspRanking:
-    """Assesses candidates on the heights that one frame shows.
+    """Assesses and ranks candidates on the heights of one frame.
 
     Args:
         frame: with the camera's model and pose.
@@ -40,9 +34,7 @@ class GraspRanking:
         workspace: where to grasp; None is everywhere.
         floor: height of the support surface [m].
         gripper: the hand.
-        hold: how likely grasps hold, which then is their quality; None leaves that to check and
-            network.
-        lever_arm: whether grasps near the middle of things come first.
+        hold: how likely grasps hold, which is then their quality; None ranks by check and network.
     """
 
     def __init__(
@@ -54,20 +46,16 @@ class GraspRanking:
         floor: float,
         gripper: GripperDescription,
         hold: HoldProbability | None = None,
-        *,
-        lever_arm: bool = True,
     ) -> None:
         self._frame, self._prepared, self._scene = frame, prepared, around.scene
         self._hold = hold
         self._workspace, self._floor, self._gripper = workspace, floor, gripper
-        self.unlikely = False
-        """Whether the hand fits somewhere, but is not likely to hold anything there."""
+        self.unlikely = False  # whether the hand fits somewhere, but is not likely to hold
         lowest = floor + MIN_OBJECT_HEIGHT
-        self._levers = ObjectCentroids(around.scene, lowest, workspace, around.border)
-        self._preferring = self._levers if lever_arm else None
+        self._centroids = ObjectCentroids(around.scene, lowest, workspace, around.border)
 
     def among(self, proposals: Proposals) -> tuple[GraspEstimate, ...]:
-        """The feasible grasps at the candidates, in all directions if the wanted ones have none."""
+        """The feasible grasps at candidates, in all directions if the preferred ones have none."""
         candidates = proposals.candidates
         if len(candidates.quality) == 0:
             return ()
@@ -79,16 +67,16 @@ class GraspRanking:
         return ()
 
     def _judged(self, found: RefinedGrasps) -> RefinedGrasps:
-        """Those inside the workspace; if it is told how likely they hold, the likely ones first."""
+        """Those inside the workspace, ranked by how likely they hold if that is known."""
         if self._workspace is not None:
             centres = np.stack([found.x, found.y, found.top], axis=1)
             found = found.only(self._workspace.contains(centres))
         if self._hold is None or not len(found.score):
             return found
         camera = self._frame.wTc.translation
-        likely = self._hold(grasp_patches(self._scene, found, self._levers, camera, self._floor))
+        likely = self._hold(grasp_patches(self._scene, found, self._centroids, camera, self._floor))
         self.unlikely = self.unlikely or bool((likely < LEAST_HOLD).all())
-        loss = LOSS_BY_LEVER * self._levers.at(found.x, found.y)
+        loss = LOSS_BY_LEVER * self._centroids.at(found.x, found.y)
         loss += LOSS_BY_WIDTH * np.maximum(found.width - ROOMY, 0.0)
         ranked = found.ranked(likely, likely - loss)
         return ranked.only(ranked.score >= LEAST_HOLD)
@@ -118,12 +106,12 @@ class GraspRanking:
             directions=directions,
             turn_cost=proposals.turn_cost,
             count=proposals.most,
-            levers=self._preferring,
+            centroids=self._centroids,
             owned=self._owned if isinstance(self._workspace, ObjectRegion) else None,
         )
 
     def _owned(self, found: Assessment, direction: Array) -> Mask:
-        """Which grasps close on what is meant alone; their contacts are half a width aside."""
+        """Which grasps close on the workspace's objects alone."""
         assert isinstance(self._workspace, ObjectRegion)
         centres = np.stack([found.x, found.y, found.z], axis=1)
         aside = np.stack([np.cos(direction), np.sin(direction), np.zeros(len(direction))], axis=1)
@@ -139,11 +127,11 @@ class GraspRanking:
         )
         pixel = camera.project(centre)
         line = camera.project(centre + along) - camera.project(centre - along)
-        whole = self._levers.shows_all(found.x, found.y)
-        is_middle = self._levers.shows_middle(found.x, found.y)
-        lever = self._levers.at(found.x, found.y)
-        to_x, to_y = self._levers.to_middle(found.x, found.y)
-        volume = self._levers.volume(found.x, found.y)
+        whole = self._centroids.shows_all(found.x, found.y)
+        is_middle = self._centroids.shows_middle(found.x, found.y)
+        lever = self._centroids.at(found.x, found.y)
+        to_x, to_y = self._centroids.to_middle(found.x, found.y)
+        volume = self._centroids.volume(found.x, found.y)
         return tuple(
             GraspEstimate(
                 wTg=grasp_pose(found.x[i], found.y[i], found.z[i], found.direction[i], frame.wTc),

@@ -1,6 +1,6 @@
-"""Local search around the network's candidates for grasps that are feasible.
+"""Local search around candidates for feasible grasps.
 
-Every candidate is assessed in several closing directions, those near its own preferred. The best
+Every candidate is assessed in several closing directions, preferably those near its own. The best
 are assessed again after centring between their contacts and turning perpendicular to them.
 """
 
@@ -17,16 +17,12 @@ from perception.grasps.height_map import HeightMap
 from perception.grasps.object_centroids import ObjectCentroids
 from robots import GripperDescription
 
-ALL_DIRECTIONS = 12
-"""Closing directions that cover the half turn, in steps of 15°."""
+ALL_DIRECTIONS = 12  # closing directions that cover the half turn, in steps of 15°
 TURN_COST = 0.3
-"""Share of its score that a grasp loses at right angles to the direction that a network wants."""
-MAX_TURN = 0.3
-"""Largest turn towards the normal of the contacts [rad]."""
-SAME_DISTANCE = 0.010
-"""Two grasps at less than this distance [m] ..."""
-SAME_ANGLE = np.radians(25.0)
-"""... and angle [rad] are duplicates; the better one is kept."""
+"""Share of its score that a grasp loses at right angles to the direction of its candidate."""
+MAX_TURN = 0.3  # largest turn towards the normal of the contacts [rad]
+SAME_DISTANCE = 0.010  # two grasps at less than this distance [m] ...
+SAME_ANGLE = np.radians(25.0)  # ... and angle [rad] are duplicates
 _CENTRED = 0.010  # offset from the contacts' middle at which a score is down to a fifth [m]
 
 
@@ -34,29 +30,21 @@ _CENTRED = 0.010  # offset from the contacts' middle at which a score is down to
 class RefinedGrasps:
     """Feasible grasps, best first."""
 
-    x: Array
-    """(N,) centre in the world [m]."""
-    y: Array
-    """(N,) [m]."""
-    z: Array
-    """(N,) [m]."""
-    top: Array
-    """(N,) height of the surface above the centre [m]."""
-    direction: Array
-    """(N,) closing direction in the world, from x towards y [rad]."""
-    width: Array
-    """(N,) distance between the contacts [m]."""
-    opening: Array
-    """(N,) distance between the pads for the descent, at which the fingers touch nothing [m]."""
-    score: Array
-    """(N,) 0 to 1."""
+    x: Array  # (N,) centre in the world [m]
+    y: Array  # (N,) [m]
+    z: Array  # (N,) [m]
+    top: Array  # (N,) height of the surface above the centre [m]
+    direction: Array  # (N,) closing direction, from x towards y of the world [rad]
+    width: Array  # (N,) distance between the contacts [m]
+    opening: Array  # (N,) distance between the pads for a free descent [m]
+    score: Array  # (N,) 0 to 1
 
     def only(self, which: Indices | Mask) -> RefinedGrasps:
-        """Some of them, in the order of their indices."""
+        """A selection of them."""
         return RefinedGrasps(**{f.name: getattr(self, f.name)[which] for f in fields(self)})
 
     def ranked(self, score: Array, preference: Array) -> RefinedGrasps:
-        """The same grasps with another score, those preferred most first."""
+        """The same grasps with another score, the most preferred first."""
         return replace(self, score=score).only(np.argsort(-preference, kind="stable"))
 
 
@@ -72,7 +60,7 @@ def refine(
     directions: int = ALL_DIRECTIONS,
     turn_cost: float = TURN_COST,
     count: int = 8,
-    levers: ObjectCentroids | None = None,
+    centroids: ObjectCentroids | None = None,
     owned: Callable[[Assessment, Array], Mask] | None = None,
 ) -> RefinedGrasps:
     """Refine candidates on the measured heights.
@@ -85,12 +73,11 @@ def refine(
         quality: (N,) their quality by the network, 0 to 1.
         floor: height of the support surface [m].
         gripper: the hand.
-        directions: number tried at each candidate, evenly over the half turn from its own on.
-        turn_cost: share of its score that a grasp loses at right angles to its candidate's
-            direction.
-        count: of grasps that are assessed again, as they are and turned, and are left at most.
-        levers: of the scene, so that grasps in the middle of things come first; None leaves it.
-        owned: (grasps, closing directions) to which of them may be taken; None is all.
+        directions: number tried at each candidate, evenly over the half turn.
+        turn_cost: see `TURN_COST`.
+        count: largest number of grasps that are assessed again and returned.
+        centroids: to prefer grasps near the middle of objects; None does not.
+        owned: (grasps, closing directions) to which of them are allowed; None allows all.
     """
     turns = np.arange(directions) * np.pi / directions
     tried = (direction[:, None] + turns[None, :]).ravel()
@@ -99,8 +86,8 @@ def refine(
     )
     first = assess(scene, x, y, tried, floor, gripper)
     score = first.score * prior * _preference(tried - proposed, turn_cost)
-    if levers is not None:
-        score *= levers.preference(first.x, first.y)
+    if centroids is not None:
+        score *= centroids.preference(first.x, first.y)
     if owned is not None:
         score *= owned(first, tried)
     best = np.argsort(-score, kind="stable")[:count]
@@ -113,8 +100,8 @@ def refine(
     off_centre = np.clip(1.2 - np.abs(found.offset) / _CENTRED, 0.1, 1.0)
     score = found.score * prior[again] * off_centre
     score *= _preference(tried - proposed[again], turn_cost)
-    if levers is not None:
-        score *= levers.preference(found.x, found.y)
+    if centroids is not None:
+        score *= centroids.preference(found.x, found.y)
     if owned is not None:
         score *= owned(found, tried)
     kept = _distinct(found, tried, score, count)

@@ -1,8 +1,7 @@
-"""What earlier images showed, for where the newest shows nothing.
+"""Memory of earlier height maps, for where the newest image shows nothing.
 
-From near, an image is narrower than the hand, and a wall beside an object hides what is behind it.
-Mostly the camera has seen that on its way there. Where the newest image shows what stands, it alone
-counts.
+From near, an image is narrower than the hand, and a wall beside an object hides what is behind it;
+mostly the camera has seen that on its way there.
 """
 
 from __future__ import annotations
@@ -21,11 +20,10 @@ from perception.grasp import GraspEstimate
 from perception.grasps.height_map import HeightMap, hide_outside
 from perception.grasps.ranking import MIN_OBJECT_HEIGHT
 
-OLDEST = 2.0
-"""What an image showed longer ago may have changed [s]."""
-_APART = 0.4  # images that are remembered [s]
-_AROUND = 0.12  # of the newest image: a hand that grasps in it reaches no farther [m]
-_NEAR = 0.015  # what is that near to a grasp, along x or y, may be what it is on [m]
+OLDEST = 2.0  # age from which on an image no longer counts [s]
+_APART = 0.4  # time between remembered images [s]
+_AROUND = 0.12  # reach of a hand around the newest image [m]
+_NEAR = 0.015  # what is this near to a grasp, along x or y, may be its object [m]
 
 
 class _Shown(NamedTuple):
@@ -34,18 +32,13 @@ class _Shown(NamedTuple):
 
 
 class SceneMemory:
-    """What the images of the last seconds showed of what stands still."""
+    """Height maps of the last seconds."""
 
     def __init__(self) -> None:
         self._shown: deque[_Shown] = deque()
 
     def completed(self, scene: HeightMap, stamp: float) -> HeightMap:
-        """The map of the newest image, completed by what those before it showed.
-
-        Args:
-            scene: the map; it is remembered.
-            stamp: when the image was captured [s].
-        """
+        """Remember the newest height map, and complete it by earlier ones."""
         while self._shown and not 0.0 <= stamp - self._shown[-1].stamp <= OLDEST:
             self._shown.pop()
         earlier = [shown.scene for shown in self._shown]
@@ -54,12 +47,7 @@ class SceneMemory:
         return completed(scene, earlier)
 
     def without(self, moving: GraspEstimate, floor: float) -> SceneMemory:
-        """The same, but for the object at a grasp, which is not where these images showed it.
-
-        Args:
-            moving: the grasp, and how fast the object moves.
-            floor: height of the support surface [m].
-        """
+        """A copy without the object at a moving grasp."""
         left, lowest = SceneMemory(), floor + MIN_OBJECT_HEIGHT
         for stamp, scene in self._shown:
             then = moving.wTg_at(stamp).translation
@@ -68,7 +56,7 @@ class SceneMemory:
 
 
 def _without(scene: HeightMap, point: Array, lowest: float) -> HeightMap:
-    """A map in which what stands at or near a point is unknown."""
+    """A map in which the objects at or near a point are unknown."""
     if scene.unknown is None:
         return scene
     reach = np.arange(-_NEAR, _NEAR + scene.cell, scene.cell)
@@ -83,12 +71,7 @@ def _without(scene: HeightMap, point: Array, lowest: float) -> HeightMap:
 
 
 def completed(scene: HeightMap, earlier: Iterable[HeightMap]) -> HeightMap:
-    """A map in and around which every unknown cell is that of the first other map that shows it.
-
-    Args:
-        scene: the map.
-        earlier: others of the same world.
-    """
+    """A map in and around which every unknown cell is that of the first other map that shows it."""
     if scene.unknown is None:
         return scene
     others = [

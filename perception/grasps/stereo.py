@@ -1,9 +1,9 @@
-"""What a depth image does not show, and where on the ground that may stand.
+"""Stereo depth: smoothing of noise, and what a depth image does not show.
 
-A hole in a stereo image has a cause. In the *shadow* of a nearer surface, which only one of the two
-imagers sees, lies the background; no shadow is wider than the difference of the disparities. Every
-other wide hole may be anything: a thing within the minimum range, one that gives no return. Nor
-does the image tell what is beyond its border.
+Far depth is noisy: a stereo camera measures disparity, and at 1.5 m a tenth of a pixel is 12 mm. A
+hole in a stereo image is the *shadow* of a nearer surface, seen by one imager only and no wider
+than the difference of the disparities; every other wide hole may hide anything, and so does what is
+beyond the border.
 """
 
 from __future__ import annotations
@@ -16,20 +16,40 @@ from pinocchio import SE3
 
 from perception.frame import Array, Image, Indices, Mask
 from perception.geometry import world_points
+from perception.grasps.network_input import valid_depth
 from robots import Intrinsics
 
-BASELINE = 0.05
-"""Between the imagers of the camera; that of a RealSense D435 [m]."""
-NEAREST = 0.175
-"""The camera measures nothing nearer than this; that of a RealSense D435 [m]."""
-TALLEST = 0.08
-"""What is unknown may be as high above the ground as this, under the palm [m]."""
-_MARGIN = 8  # a shadow with the lost pixels of its edges is at most so much wider [px]
+BASELINE = 0.05  # between the imagers of a RealSense D435 [m]
+NEAREST = 0.175  # minimum range of a RealSense D435 [m]
+TALLEST = 0.08  # assumed height of hidden objects above the ground, under the palm [m]
+_MARGIN = 8  # by which a shadow is wider, with the lost pixels of its edges [px]
 _SMALLEST = 5  # narrower holes are speckles, along rows and columns [px]
-_RISING = 0.02  # what is farther than `NEAREST` by less than this may come nearer [m]
-_BESIDE = 7  # a surface that ends so near to a hole goes on in it [px]
-_TOUCHING = 10  # pixels of a hole beside such a surface that are no chance
-_NEARER = np.linspace(0.06, NEAREST, 11)  # depths at which what is nearer is looked for [m]
+_RISING = 0.02  # a surface farther than `NEAREST` by less than this may come nearer [m]
+_BESIDE = 7  # a surface that ends this near to a hole goes on in it [px]
+_TOUCHING = 10  # pixels of a hole beside such a surface
+_NEARER = np.linspace(0.06, NEAREST, 11)  # depths at which nearer objects are assumed [m]
+
+FAR = 0.8  # from here on the noise is worse than what averaging takes from small objects [m]
+_WINDOW = 7  # side of the neighbourhood [px]
+_NEAR = 3.0  # standard deviation of the weight with the distance in the image [px]
+_SIMILAR = 0.4  # and with the difference of disparities [px]
+_NOTHING = -1e3  # so unlike any disparity that it has no weight [px]
+
+
+def smoothed(depth: Image, fx: float) -> Image:
+    """(H, W) depth [m] with less noise; missing pixels stay missing.
+
+    Disparities are averaged over neighbours on the same surface (bilateral filter, Tomasi and
+    Manduchi, 1998); `fx` is the focal length along the rows [px].
+    """
+    valid = valid_depth(depth)
+    scale = np.float32(fx * BASELINE)
+    disparity = np.full(depth.shape, _NOTHING, dtype=np.float32)
+    disparity[valid] = scale / depth[valid]
+    averaged = np.asarray(cv2.bilateralFilter(disparity, _WINDOW, _SIMILAR, _NEAR))
+    result = np.full(depth.shape, np.nan, dtype=np.float32)
+    result[valid] = scale / averaged[valid]
+    return result
 
 
 def unknown_pixels(depth: Image, missing: Mask, fx: float, farthest: float) -> Mask:
@@ -39,7 +59,7 @@ def unknown_pixels(depth: Image, missing: Mask, fx: float, farthest: float) -> M
         depth: (H, W) [m].
         missing: (H, W) which pixels have no depth.
         fx: focal length along the rows [px].
-        farthest: depth of the background where a hole reaches the border of the image [m].
+        farthest: depth of the background beyond the border of the image [m].
     """
     width = depth.shape[1]
     pixel = np.flatnonzero(missing)
@@ -63,15 +83,10 @@ def unknown_pixels(depth: Image, missing: Mask, fx: float, farthest: float) -> M
 
 
 def rising_holes(depth: Image, missing: Mask, unknown: Mask) -> Mask:
-    """Which of the unknown pixels may show something within the minimum range of the camera.
+    """Which of the unknown pixels may show an object within the minimum range of the camera.
 
-    They are those of a hole beside which something measured is about as near as `NEAREST`: a tall
-    thing whose upper part the camera does not measure.
-
-    Args:
-        depth: (H, W) [m].
-        missing: (H, W) which pixels have no depth.
-        unknown: (H, W) see `unknown_pixels`.
+    They are those of a hole beside which something is about as near as `NEAREST`: a tall object
+    whose upper part the camera does not measure.
     """
     rising = ~missing & (depth < NEAREST + _RISING)
     if not rising.any() or not unknown.any():
@@ -87,17 +102,13 @@ def rising_holes(depth: Image, missing: Mask, unknown: Mask) -> Mask:
 class Occlusion:
     """What a crop of a depth image does not show, above the ground."""
 
-    pixels: Mask
-    """(H, W) which pixels of the crop show nothing, and are no shadow; see `unknown_pixels`."""
-    corner: tuple[int, int]
-    """(u, v) of the crop's first pixel in the full image [px]."""
-    ground: float
-    """Height of the ground in the world [m]."""
-    rising: Mask
-    """(H, W) which of the pixels may show something nearer than `NEAREST`; see `rising_holes`."""
+    pixels: Mask  # (H, W) see `unknown_pixels`
+    corner: tuple[int, int]  # (u, v) of the crop's first pixel in the full image [px]
+    ground: float  # height of the ground in the world [m]
+    rising: Mask  # (H, W) see `rising_holes`
 
     def within_range(self, intrinsics: Intrinsics, wTc: SE3) -> Array:
-        """(N, 2) x and y in the world [m] of where something nearer than `NEAREST` may be."""
+        """(N, 2) x and y in the world [m] where an object nearer than `NEAREST` may be."""
         row, column = (each[:, None] for each in np.nonzero(self.rising))
         points = world_points(
             np.broadcast_to(_NEARER, (len(row), len(_NEARER))),
@@ -109,12 +120,11 @@ class Occlusion:
         return points[..., :2].reshape(-1, 2)
 
     def hides(self, x: Array, y: Array, intrinsics: Intrinsics, wTc: SE3) -> Mask:
-        """At which (N,) positions in the world [m] something unknown may stand.
+        """(N,) at which positions in the world [m] something hidden may stand.
 
-        Whatever stands on the ground hides the ground below itself. So the ground is projected into
-        the image: outside, or in a hole, something unknown may stand there. Where a measured thing
-        hides the ground, nothing else is supposed to; but that thing itself may be taller where the
-        image ends below `TALLEST`.
+        An object on the ground hides the ground below itself. So the ground is projected into the
+        image: outside, or in a hole, an object may stand there. Where a measured object hides the
+        ground, only that object itself may be taller, where the image ends below `TALLEST`.
         """
         cTw = wTc.inverse()
         inside = self._inside(*self._pixel(x, y, self.ground + TALLEST, intrinsics, cTw))

@@ -1,10 +1,9 @@
-"""Tracks one grasp over frames, in the world, until the camera is so near that it is locked.
+"""Tracking of one grasp over frames, in the world, until the camera is so near that it is locked.
 
-The tracker is empty, following or locked. While following, the grasp is smoothed with the candidate
-nearest to it, whatever its rank, so that changes of the ranking do not move the goal. It switches
-only to a candidate that is clearly better for several frames in a row, and not to one on something
-that the image cuts off: nearer to the camera the visible part of it looks better than it is. What
-moves is expected where it will have come (`grasp_motion`), also once its grasp is locked.
+The tracked grasp is smoothed with the candidate nearest to it, whatever its rank. The tracker
+switches only to a candidate that is clearly better for several frames in a row, and not to one on
+an object that the image cuts off: its visible part looks better than it is. A moving object is
+expected where its velocity takes it, also once its grasp is locked.
 """
 
 from __future__ import annotations
@@ -23,28 +22,18 @@ from perception.grasps.velocity import GraspVelocity
 
 @dataclass(frozen=True, kw_only=True)
 class TrackerSettings:
-    """When a candidate is the tracked grasp, and when the tracker switches."""
+    """Thresholds of following, switching and rejecting."""
 
-    near_distance: float = 0.03
-    """Largest horizontal distance of a candidate that is the tracked grasp [m]."""
-    near_angle: float = float(np.radians(30.0))
-    """Largest angle between such a candidate and the tracked grasp [rad]."""
-    smoothing: float = 0.4
-    """Weight of the newest frame in the tracked grasp, 0 to 1."""
-    lost_after: int = 15
-    """Frames in a row without such a candidate until the grasp is lost."""
-    switch_ratio: float = 1.4
-    """A better candidate has at least this times the quality of the tracked grasp, or ..."""
-    switch_odds: float = 2.5
-    """... this times the odds to hold: 0.93 where the tracked grasp has 0.84 ..."""
-    switch_after: int = 4
-    """... in this many frames in a row, until the tracker switches to it."""
-    rejected_distance: float = 0.015
-    """Largest horizontal distance of a candidate to a failed grasp for it to be avoided [m]."""
-    rejected_angle: float = float(np.radians(20.0))
-    """Largest angle between such a candidate and the failed grasp [rad]."""
-    remembered: int = 32
-    """Number of failed grasps that are remembered."""
+    near_distance: float = 0.03  # horizontal, of a candidate that is the tracked grasp [m]
+    near_angle: float = float(np.radians(30.0))  # of such a candidate [rad]
+    smoothing: float = 0.4  # weight of the newest frame, 0 to 1
+    lost_after: int = 15  # frames in a row without such a candidate
+    switch_ratio: float = 1.4  # of the quality of a better candidate to the tracked, or ...
+    switch_odds: float = 2.5  # ... of the odds to hold, e.g. 0.93 to 0.84 ...
+    switch_after: int = 4  # ... in this many frames in a row
+    rejected_distance: float = 0.015  # horizontal, of a candidate to a failed grasp [m]
+    rejected_angle: float = float(np.radians(20.0))  # of such a candidate [rad]
+    remembered: int = 32  # number of failed grasps
 
 
 _DEFAULT = TrackerSettings()
@@ -56,16 +45,16 @@ class GraspTracker:
     """Tracks one grasp.
 
     Args:
-        lock_distance: distance of the camera to the grasp below which the grasp is locked, as soon
-            as it was seen for long enough to tell whether it moves; infinite locks it at once [m].
+            lock_distance: distance of the camera at which the grasp is locked, once it is known
+            whether it
+            moves; infinite locks it at once [m].
         settings: of following, switching and rejecting.
     """
 
     def __init__(self, lock_distance: float = 0.25, settings: TrackerSettings = _DEFAULT) -> None:
         self.lock_distance = lock_distance
         self.settings = settings
-        self.reason = ""
-        """Why the last `update` returned None; empty when it returned a grasp."""
+        self.reason = ""  # why the last `update` returned None
         self._rejected: deque[SE3] = deque(maxlen=settings.remembered)
         self.reset()
 
@@ -83,7 +72,7 @@ class GraspTracker:
         self._frames_outdone = 0
 
     def reject(self, wTg: SE3) -> None:
-        """Remember a failed grasp; similar candidates are avoided from now on."""
+        """Remember a failed grasp; similar candidates are avoided."""
         self._rejected.append(wTg)
 
     def forget(self) -> None:
@@ -91,11 +80,7 @@ class GraspTracker:
         self._rejected.clear()
 
     def update(self, detection: Detection, wTc: SE3) -> GraspEstimate | None:
-        """Update with one frame.
-
-        Args:
-            detection: the grasps found in it.
-            wTc: camera in the world at capture.
+        """Update with the detection of a frame of a camera at `wTc`.
 
         Returns:
             The tracked grasp; None if there is none, and `reason` says why.
@@ -120,7 +105,7 @@ class GraspTracker:
             return
         s, tracked = self.settings, self._tracked
         tracked = replace(tracked, wTg=tracked.wTg_at(detection.stamp), stamp=detection.stamp)
-        near = [c for c in candidates if _alike(c.wTg, tracked.wTg, s.near_distance, s.near_angle)]
+        near = [c for c in candidates if _close(c.wTg, tracked.wTg, s.near_distance, s.near_angle)]
         if near:
             self._frames_missed = 0
             nearest = min(near, key=lambda c: _difference(c.wTg, tracked.wTg))
@@ -151,7 +136,7 @@ class GraspTracker:
 
     def _track(self, grasp: GraspEstimate) -> None:
         if grasp.middle is None:
-            is_same = self._motion.has_brought(grasp.wTg.translation[:2], grasp.stamp)
+            is_same = self._motion.has_reached(grasp.wTg.translation[:2], grasp.stamp)
         else:
             is_same = self._motion.may_be_at(grasp.middle, grasp.stamp)
         if not is_same:
@@ -163,13 +148,13 @@ class GraspTracker:
     def _is_rejected(self, grasp: GraspEstimate) -> bool:
         s = self.settings
         return any(
-            _alike(grasp.wTg, failed, s.rejected_distance, s.rejected_angle)
+            _close(grasp.wTg, failed, s.rejected_distance, s.rejected_angle)
             for failed in self._rejected
         )
 
 
 def _blend(tracked: GraspEstimate, newest: GraspEstimate, weight: float) -> GraspEstimate:
-    """The newest estimate with pose, width and quality smoothed exponentially by its weight."""
+    """The newest estimate with pose, width and quality smoothed exponentially."""
     target = _same_way_round(newest.wTg, tracked.wTg)
     start = tracked.wTg
     turn = log3(start.rotation.T @ target.rotation)
@@ -192,7 +177,7 @@ def _turn(a: SE3, b: SE3) -> float:
     return float(np.linalg.norm(log3(a.rotation.T @ b.rotation)))
 
 
-def _alike(a: SE3, b: SE3, distance: float, angle: float) -> bool:
+def _close(a: SE3, b: SE3, distance: float, angle: float) -> bool:
     apart = np.linalg.norm((a.translation - b.translation)[:2])
     return bool(apart <= distance) and _turn(_same_way_round(a, b), b) <= angle
 

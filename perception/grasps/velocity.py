@@ -1,8 +1,8 @@
-"""How fast what is grasped moves, from where its middle was seen in one frame after another.
+"""Velocity of a grasped object, from the positions of its middle in successive frames.
 
 A straight line is fitted to the middles of the last moments (least squares). The grasp itself tells
-less: it may slide along an object that stands still. So does the middle of what the image cuts off,
-which is left out, and so is one that is not on the line; several of these begin a new one.
+less: it may slide along an object that stands still. The middle of an object that the image cuts
+off is left out, and so is one that is not on the line; several of these begin a new one.
 """
 
 from __future__ import annotations
@@ -12,67 +12,49 @@ from dataclasses import dataclass
 from math import hypot, inf
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from perception.frame import Array
 
 
 @dataclass(frozen=True, kw_only=True)
 class VelocitySettings:
     """When a grasp counts as moving."""
 
-    window: float = 0.6
-    """What was seen so long before the newest, or longer, tells nothing any more [s]."""
-    least_time: float = 0.1
-    """Nobody knows how an object moves before its middle was seen for so long [s] ..."""
-    least_frames: int = 5
-    """... and in this many frames ..."""
-    patience: float = 0.2
-    """... but that is not waited for longer than this; then it counts as standing still [s]."""
-    least_speed: float = 0.05
-    """What is slower than this stands still [m/s]."""
+    window: float = 0.6  # of the fit [s]
+    least_time: float = 0.1  # of observation until the velocity is known [s] ...
+    least_frames: int = 5  # ... with this many frames ...
+    patience: float = 0.2  # ... or until it counts as standing still [s]
+    least_speed: float = 0.05  # slower objects stand still [m/s]
     straightness: float = 0.1
-    """A motion scatters about its line by at most this share of its length, root mean square."""
-    jump: float = 0.02
-    """A middle is that of something else if it has come farther than this [m] ..."""
-    fastest: float = 0.3
-    """... and farther than at this speed [m/s]."""
-    astray: float = 0.01
-    """Once it is known how an object moves, a middle is none of it that is farther than this from
-    where it will have come [m] ..."""
-    unsteady: float = 0.03
-    """... and farther than if its speed had changed by this [m/s]: the image shows only a part."""
-    reach: float = 0.08
-    """A grasp no farther than this from where the middle will have come is on that object [m]."""
+    """Largest scatter about the line as a share of its length, root mean square."""
+    jump: float = 0.02  # a middle is that of another object if it came farther than this [m] ...
+    fastest: float = 0.3  # ... and farther than at this speed [m/s]
+    astray: float = 0.01  # largest distance of a middle from the line [m] ...
+    unsteady: float = 0.03  # ... plus this change of speed: the image shows only a part [m/s]
+    reach: float = 0.08  # largest distance of a grasp on the object from its middle [m]
 
 
 _DEFAULT = VelocitySettings()
 
 
 class GraspVelocity:
-    """The velocity of one grasp over the floor.
-
-    Args:
-        settings: when it counts as moving.
-    """
+    """The horizontal velocity of one grasp."""
 
     def __init__(self, settings: VelocitySettings = _DEFAULT) -> None:
         self._settings = settings
         self._seen: deque[tuple[float, float, float]] = deque()
         self._since = inf
         self._velocity = np.zeros(3)
-        self._line: tuple[Array, Array] | None = None
-        """Fitted last: stamp, x and y of its middle, and its rate."""
+        self._line: tuple[Array, Array] | None = None  # mean of (stamp, x, y), and rate
         self._astray = 0
-        self.is_known = False
-        """Whether it was seen for long enough to tell, or to give that up."""
+        self.is_known = False  # whether it was seen for long enough
 
     def __call__(self, middle: tuple[float, float] | None, stamp: float) -> Array:
-        """The velocity (3,), level, after one more frame [m/s]; zeros if it stands still.
+        """Velocity (3,) after one more frame [m/s]; zeros if it stands still.
 
         Args:
             middle: x, y of the object in the world [m]; None if it is not seen.
-            stamp: when the frame was captured [s].
+            stamp: time of capture [s].
         """
         s, seen = self._settings, self._seen
         self._since = min(self._since, stamp)
@@ -112,26 +94,21 @@ class GraspVelocity:
         s = self._settings
         return hypot(middle[0] - x, middle[1] - y) <= s.jump + s.fastest * (stamp - then)
 
-    def has_brought(self, place: Array, stamp: float) -> bool:
-        """Whether what moves has come to where a grasp is on it, whose image shows no middle.
-
-        Args:
-            place: (2,) x and y of the grasp in the world [m].
-            stamp: when it is seen there [s].
-        """
+    def has_reached(self, place: Array, stamp: float) -> bool:
+        """Whether the moving object has come to a grasp at (2,) x, y without a visible middle."""
         if self._line is None or not self._velocity.any():
             return False
         return bool(np.linalg.norm(self._expected(stamp) - place) <= self._settings.reach)
 
     def _expected(self, stamp: float) -> Array:
-        """(2,) where the middle will have come by the line [m]."""
+        """(2,) the middle by the line [m]."""
         assert self._line is not None
         mean, rate = self._line
         there: Array = mean[1:] + rate * (stamp - mean[0])
         return there
 
     def _is_astray(self, middle: tuple[float, float], stamp: float) -> bool:
-        """Whether it is not where the object will have come."""
+        """Whether a middle is too far from the line."""
         if self._line is None or not self._seen:
             return False
         s, since = self._settings, stamp - self._seen[-1][0]

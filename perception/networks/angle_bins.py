@@ -1,9 +1,7 @@
 """The angle-bin network: grasp quality and width of 16 closing directions at every cell.
 
-GG-CNN regresses one direction per pixel, as the cosine and sine of twice its angle. Where several
-directions are good, at the corner of a box or on a ball, it learns their average, which may be bad.
-Here every direction has its own quality and width, on a grid three times as coarse, which also
-makes the network smaller and faster.
+GG-CNN regresses one direction per pixel; where several are good, it learns their average, which may
+be bad. Here every direction has its own quality and width, on a grid three times as coarse.
 """
 
 from __future__ import annotations
@@ -12,10 +10,9 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from perception.grasps.network_io import ANGLE_BINS
+from perception.grasps.network_input import ANGLE_BINS
 
-CHANNELS = (24, 40, 64)
-"""Channels at 1/3, 1/6 and 1/12 of the image size."""
+CHANNELS = (24, 40, 64)  # at 1/3, 1/6 and 1/12 of the image size
 
 
 def _block(before: int, after: int, size: int = 3, stride: int = 1, dilation: int = 1) -> nn.Module:

@@ -1,12 +1,9 @@
 """GG-CNN: grasp quality, angle and width for every pixel of a depth image.
 
 `GGCNN` is the published network (Morrison, Corke and Leitner, "Closing the Loop for Robotic
-Grasping", RSS 2018), layer for layer and with the published parameter names, so that published
-weights load.
-
-Evaluated layer by layer, GG-CNN is slow on a CPU: nearly all the work is in one 9x9 transposed
-convolution. `subpixel_form` turns each transposed convolution into an equal 3x3 convolution
-followed by a pixel shuffle, and the four heads into one; `evaluate` runs that form.
+Grasping", RSS 2018) with the published parameter names, so that published weights load. On a CPU
+nearly all its work is in one 9x9 transposed convolution. `subpixel_form` turns each transposed
+convolution into an equal 3x3 convolution followed by a pixel shuffle, and the four heads into one.
 """
 
 from __future__ import annotations
@@ -60,12 +57,11 @@ class GGCNN(nn.Module):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SubpixelKernels:
-    """The kernels of an equal network without transposed convolutions and with one head."""
+    """An equal network without transposed convolutions and with one head."""
 
     down: tuple[tuple[Tensor, Tensor, int, int], ...]
     """Weight, bias, stride, padding of each convolution."""
-    up: tuple[tuple[Tensor, Tensor, int], ...]
-    """3x3 weight, bias and shuffle factor of each upsampling."""
+    up: tuple[tuple[Tensor, Tensor, int], ...]  # 3x3 weight, bias and shuffle factor of each
     head: tuple[Tensor, Tensor]
 
 

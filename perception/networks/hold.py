@@ -1,8 +1,7 @@
-"""The network that tells how likely a grasp holds, from what is seen around it.
+"""The hold network: how likely a grasp holds, from the height patches around it.
 
 It learns from grasps that were executed in physics (`frankie-task grasp outcomes`): 1 for those
-that held to the end of the shaking without a hard contact. It sees more than the feasibility check:
-how far the thing reaches beyond the hand, what stands around it, and what the image does not show.
+that held to the end of the shaking without a hard contact.
 """
 
 from __future__ import annotations
@@ -28,8 +27,7 @@ from perception.networks.proposer import fused_form, one_thread
 from perception.networks.weights import read_metadata, read_state
 from robots import GripperDescription
 
-CHANNELS = (16, 32)
-"""Of the first layer and of those after it."""
+CHANNELS = (16, 32)  # of the first layer and of those after it
 _HIDDEN = 64  # units before the last
 _LENGTH, _FAR_LENGTH = 0.03, 0.05  # units of the heights in both maps [m]
 _NUMBERS = 13 + MEASURES  # beside the maps
@@ -109,7 +107,7 @@ class HoldNetwork(nn.Module):
 
 
 def _scaled(numbers: Tensor) -> Tensor:
-    """(N, 13) of the order of 1; a thing that is mirrored has the same ones."""
+    """(N, 13) of the order of 1, the same for a mirrored object."""
     of = dict(zip(NUMBERS, numbers.unbind(1), strict=True))
     along, across = of["middle_along"].abs(), of["middle_across"].abs()
     lever = torch.hypot(along, across)
@@ -134,7 +132,7 @@ def _scaled(numbers: Tensor) -> Tensor:
 
 
 def as_tensors(patches: GraspPatches, gripper: GripperDescription) -> tuple[Tensor, ...]:
-    """The arguments of `HoldNetwork.forward`: the fields of patches and what is measured there."""
+    """The arguments of `HoldNetwork.forward`: the fields of patches, and their `hold_measures`."""
     near, near_unknown, far, far_unknown, numbers = (
         torch.from_numpy(np.asarray(each, dtype=np.float32))
         for each in (
@@ -169,7 +167,7 @@ def shipped_hold(gripper: GripperDescription) -> HoldProbability | None:
 
 
 def probability_by(network: HoldNetwork, gripper: GripperDescription) -> HoldProbability:
-    """A function that evaluates a network on one thread, in the form that is fastest."""
+    """A function that evaluates a network on one thread, in its fastest form."""
     fused = fused_form(network)
 
     def probability(patches: GraspPatches) -> Array:

@@ -1,8 +1,7 @@
-"""What the maps around a grasp tell about the room for the hand and about what the pads meet.
+"""Measures of the patches around a grasp: room for the hand, and what the pads meet.
 
-Where the fingers are in the maps depends on how far they are open. To find that by itself a network
-would need many more outcomes. The two sides of a grasp are alike, so of each pair of measures the
-larger one comes first.
+They spare the network from learning where the fingers are. The two sides of a grasp are equivalent,
+so of each pair of measures the larger one comes first.
 """
 
 from __future__ import annotations
@@ -19,8 +18,7 @@ from robots import GripperDescription, half_extents
 
 Measure: TypeAlias = Callable[[Tensor, Tensor], Tensor]
 
-MEASURES = 17
-"""Of each grasp."""
+MEASURES = 17  # of each grasp
 _LEVELS = (-0.005, 0.0, 0.004)  # over the grasp centre, at which the pads meet the body [m]
 _BODY = -0.006  # what is higher over the grasp centre than this is the body [m]
 _STANDS = 0.008  # what is higher over the floor than this stands on it [m]
@@ -37,14 +35,9 @@ def hold_measures(
     numbers: Tensor,
     gripper: GripperDescription,
 ) -> Tensor:
-    """(N, MEASURES) of the order of 1; a grasp that is mirrored has the same ones.
+    """(N, MEASURES) of the order of 1, the same for a mirrored grasp.
 
-    Args:
-        near: (N, 32, 48) as in `GraspPatches`.
-        far: (N, 32, 32) as there.
-        far_unknown: (N, 32, 32) as there.
-        numbers: (N, 11) as there.
-        gripper: the hand.
+    Arguments as in `GraspPatches`.
     """
     hand = hand_dimensions(gripper)
     of = {name: numbers[:, at, None, None] for at, name in enumerate(NUMBERS)}
@@ -84,7 +77,7 @@ def hold_measures(
 
 
 def _cells(shape: tuple[int, int], cell: float) -> tuple[Tensor, Tensor]:
-    """Where the cells of a map are along and across the closing direction [m]."""
+    """Positions of the cells of a map along and across the closing direction [m]."""
     rows, columns = ((torch.arange(count) - 0.5 * (count - 1)) * cell for count in shape)
     return columns[None, None, :], rows[None, :, None]
 

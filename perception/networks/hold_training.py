@@ -1,4 +1,4 @@
-"""Fits `HoldNetwork` to outcomes: grasps as they were seen, and whether they held."""
+"""Fit of the hold network to outcomes of grasps."""
 
 from __future__ import annotations
 
@@ -23,11 +23,9 @@ class FitSettings:
     """Length and speed of the fit."""
 
     seed: int = 0
-    rounds: int = 16
-    """Times that every grasp is seen."""
+    rounds: int = 16  # passes over the data
     batch: int = 128
-    learning_rate: float = 2e-3
-    """The highest, of one cycle (Smith and Topin, 2019)."""
+    learning_rate: float = 2e-3  # the highest, of one cycle (Smith and Topin, 2019)
     weight_decay: float = 1e-3
 
 
@@ -36,8 +34,7 @@ class FitReport:
     """Progress, after a round."""
 
     round: int
-    loss: float
-    """Mean binary cross entropy in this round, with dropout."""
+    loss: float  # mean binary cross entropy in this round, with dropout
 
 
 def fit_hold(

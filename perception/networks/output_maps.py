@@ -1,4 +1,4 @@
-"""From a network's maps to a few candidate grasps in the image.
+"""Candidate grasps as local maxima of a network's output maps.
 
 GG-CNN's cosine and sine maps are smoothed, not the angle, which wraps at half a turn. The maps of
 the angle-bin network are also smoothed over the closing directions, which are periodic.
@@ -13,26 +13,20 @@ import numpy as np
 
 from perception.frame import Array, Image, Indices, Mask
 from perception.grasps.candidates import Candidates
-from perception.grasps.network_io import ANGLE_BINS, INPUT_SIZE, OUTPUT_STRIDE, WIDTH_SCALE
+from perception.grasps.network_input import ANGLE_BINS, INPUT_SIZE, OUTPUT_STRIDE, WIDTH_SCALE
 
-SMOOTHING = 2.0
-"""Standard deviation of the blur of quality, cosine and sine [input px]."""
-WIDTH_SMOOTHING = 1.0
-"""Standard deviation of the blur of the width [input px]."""
-BIN_SMOOTHING = 0.7
-"""Standard deviation of the blur of the quality of each closing direction [cells]."""
+SMOOTHING = 2.0  # standard deviation of the blur of quality, cosine and sine [input px]
+WIDTH_SMOOTHING = 1.0  # standard deviation of the blur of the width [input px]
+BIN_SMOOTHING = 0.7  # standard deviation of the blur of each direction's quality [cells]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class GraspMaps:
     """GG-CNN's output for every pixel, smoothed."""
 
-    quality: Image
-    """(300, 300) 0 where no grasp is allowed."""
-    angle: Image
-    """(300, 300) closing direction, from u towards v, in (-π/2, π/2] [rad]."""
-    width: Image
-    """(300, 300) opening [input px]."""
+    quality: Image  # (300, 300) 0 where no grasp is allowed
+    angle: Image  # (300, 300) closing direction, from u towards v, in (-π/2, π/2] [rad]
+    width: Image  # (300, 300) opening [input px]
 
 
 def grasp_maps(maps: Image, allowed: Mask) -> GraspMaps:
@@ -91,8 +85,7 @@ def bin_candidates(
         output: (n, n, 2 ANGLE_BINS) quality, 0 to 1, and width of each direction.
         allowed: (n, n) where a grasp may be.
         count: largest number of candidates.
-        distance: within this of a maximum no cell is better, in its own or the two adjacent
-            directions [cells].
+        distance: within this no cell is better, in its own or the adjacent directions [cells].
         threshold: smallest quality; at least a twentieth of the best is required, too.
 
     Returns:
@@ -147,12 +140,7 @@ def _both_neighbours(maps: Image, combined: np.ufunc) -> Image:
 def _subpixel(values: Image, v: Indices, u: Indices, dv: int, du: int) -> Array:
     """Subpixel offset of each peak along v or u, by a parabola.
 
-    Args:
-        values: (rows, columns), or (N, rows, columns) with one map per peak.
-        v: (N,) rows of the peaks.
-        u: (N,) columns.
-        dv: 1 for the offset along v, else 0.
-        du: 1 for the offset along u, else 0.
+    `values` is (rows, columns), or (N, rows, columns) with one map per peak.
     """
     rows, columns = values.shape[-2:]
     which = (np.arange(len(v)),) if values.ndim == 3 else ()

@@ -1,8 +1,8 @@
-"""One interface to all grasp networks: depth image in, ranked candidates out.
+"""Inference of the grasp networks: depth image in, ranked candidates out.
 
-For inference a network is converted into an equivalent faster form: batch norms are folded into the
-convolutions, transposed convolutions become sub-pixel convolutions, memory is channels last, and
-one thread is used.
+A network is converted into an equivalent faster form: batch norms are folded into the convolutions,
+transposed convolutions become sub-pixel convolutions, memory is channels last, and one thread is
+used.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from torch.nn.utils.fusion import fuse_conv_bn_eval
 
 from perception.frame import Image, Mask
 from perception.grasps.candidates import Proposals
-from perception.grasps.network_io import ANGLE_BINS, OUTPUT_STRIDE
+from perception.grasps.network_input import ANGLE_BINS, OUTPUT_STRIDE
 from perception.grasps.refinement import ALL_DIRECTIONS
 from perception.networks.angle_bins import AngleBinNetwork
 from perception.networks.ggcnn import GGCNN, SubpixelKernels, evaluate, subpixel_form
@@ -39,17 +39,11 @@ class Proposer:
 
     def __init__(self, network: Network, *, plain: bool = False) -> None:
         self.name = network_name(network) + (", plain torch" if plain else "")
-        """For tables."""
         self._bins = isinstance(network, AngleBinNetwork)
         self._forward: Forward = deepcopy(network).eval() if plain else inference_form(network)
 
     def propose(self, image: Image, allowed: Mask) -> Proposals:
-        """Candidates in one image.
-
-        Args:
-            image: (INPUT_SIZE, INPUT_SIZE) depth less its mean, clipped to [-1, 1] [m].
-            allowed: (INPUT_SIZE, INPUT_SIZE) where a grasp may be.
-        """
+        """See `CandidateSource`."""
         output = self.infer(image)
         if self._bins:
             middle = slice(OUTPUT_STRIDE // 2, None, OUTPUT_STRIDE)
@@ -90,7 +84,7 @@ def fused_form(network: nn.Module) -> nn.Module:
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Torch computes on one thread meanwhile: on a busy machine several wait for each other."""
+    """Let torch compute on one thread: on a busy machine several wait for each other."""
     threads = torch.get_num_threads()
     if threads != 1:
         torch.set_num_threads(1)

@@ -1,10 +1,9 @@
 """Training of grasp networks: the losses and the loop.
 
-A step uses random windows of a `SampleStream`. After every round of steps the moving average of the
-weights is evaluated on validation windows; the best average is kept, and training stops early when
-it has not improved for some rounds. All randomness follows from the seed and the number of the
-round, so an interrupted and resumed training ends with the same weights, bit for bit on one thread
-of the same machine.
+After every round of steps the moving average of the weights is evaluated on validation windows; the
+best average is kept, and training stops early when it has not improved for some rounds. All
+randomness follows from the seed and the round, so a resumed training ends with the same weights,
+bit for bit on one thread of the same machine.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from perception.grasps.network_io import ANGLE_BINS, OUTPUT_STRIDE
+from perception.grasps.network_input import ANGLE_BINS, OUTPUT_STRIDE
 from perception.networks.angle_bins import AngleBinNetwork
 from perception.networks.ggcnn import GGCNN, evaluate, subpixel_form
 from perception.networks.weights import Network
@@ -42,16 +41,11 @@ class TrainingSettings:
 
     seed: int = 0
     rounds: int = 16
-    steps: int = 500
-    """Steps per round."""
-    batch: int = 16
-    """Windows per step."""
-    learning_rate: float = 2e-3
-    """Highest of AdamW: a linear warm-up of 100 steps, then cosine decay."""
-    patience: int = 4
-    """Rounds without a better validation until training stops."""
-    in_memory: int = 8
-    """Shards in memory."""
+    steps: int = 500  # per round
+    batch: int = 16  # windows per step
+    learning_rate: float = 2e-3  # highest of AdamW: linear warm-up of 100 steps, then cosine decay
+    patience: int = 4  # rounds without a better validation until training stops
+    in_memory: int = 8  # shards
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,21 +53,16 @@ class RoundReport:
     """The state of a training after a round."""
 
     round: int
-    loss: float
-    """Mean over the round."""
-    validation: float
-    """Loss of the moving average of the weights on the validation windows."""
-    best: float
-    """Smallest `validation` so far."""
+    loss: float  # mean over the round
+    validation: float  # loss of the averaged weights on the validation windows
+    best: float  # smallest `validation` so far
 
 
 class TrainingResult(NamedTuple):
     """The result of a training."""
 
-    network: Network
-    """With the best moving average of the weights, on the CPU."""
-    validation: float
-    """Its loss on the validation windows."""
+    network: Network  # with the best averaged weights, on the CPU
+    validation: float  # its loss on the validation windows
 
 
 def train(
@@ -229,10 +218,9 @@ def bin_loss(maps: Tensor, quality: Tensor, width: Tensor) -> Tensor:
 def maps_loss(maps: Tensor, quality: Tensor, width: Tensor, on_object: Tensor) -> Tensor:
     """Weighted squared error from the best direction of each cell.
 
-    The published loss is the squared error of all maps over all pixels, most of which show nothing
-    to grasp. Here angle and width are weighted by the quality of the grasp, and quality counts more
-    on objects than beside them. Among equally good directions the one nearest to u is the target,
-    because the network would learn their average.
+    Unlike in the published loss, angle and width are weighted by the quality of the grasp, and
+    quality counts more on objects. Among equally good directions the one nearest to u is the
+    target, because the network would learn their average.
 
     Args:
         maps: (B, 4, 3 n, 3 n) output of a `GGCNN`.

@@ -21,20 +21,17 @@ from safetensors.torch import load_file, save_file
 from torch import Tensor, nn
 
 from perception.grasps.candidates import WITHOUT_NETWORK
-from perception.grasps.network_io import WeightsError
+from perception.grasps.network_input import WeightsError
 from perception.networks.angle_bins import AngleBinNetwork
 from perception.networks.ggcnn import GGCNN
 
 Network: TypeAlias = AngleBinNetwork | GGCNN
 
 NETWORKS: dict[str, type[Network]] = {"bins": AngleBinNetwork, "ggcnn": GGCNN}
-"""Every network by its name on the command line. Weights of all are shipped in `weights/`."""
 DEFAULT_NETWORK = "bins"
 
-LARGEST_WEIGHT = 1e4
-"""No trained weight is larger; those that are shipped stay below 100."""
-_LARGEST_OUTPUT = 1e6
-"""On a plain image. What trained networks answer is of the order of 1."""
+LARGEST_WEIGHT = 1e4  # of a trained network; shipped weights stay below 100
+_LARGEST_OUTPUT = 1e6  # on a plain image; trained networks answer about 1
 
 
 def shipped_network(name: str = DEFAULT_NETWORK) -> Network:
@@ -54,14 +51,11 @@ def shipped_network(name: str = DEFAULT_NETWORK) -> Network:
 
 
 def load_network(path: Path) -> Network:
-    """The network of a weights file, with those weights.
-
-    Args:
-        path: a safetensors file, or a state dict saved by PyTorch with the published names.
+    """The network of a weights file.
 
     Raises:
-        WeightsError: the file is missing, unreadable, not of a known network, or holds numbers that
-            no training leaves.
+        WeightsError: the file is missing, unreadable, not of a known network, or holds implausible
+            numbers.
     """
     state = _read(path)
     for make in NETWORKS.values():
@@ -87,11 +81,11 @@ def load_network(path: Path) -> Network:
 
 
 def read_state(path: Path, network: nn.Module) -> dict[str, Tensor]:
-    """The tensors of a weights file that are those of a network.
+    """The tensors of a weights file for a network.
 
     Raises:
-        WeightsError: the file is missing, unreadable, of another network, or holds numbers that no
-            training leaves.
+            WeightsError: the file is missing, unreadable, of another network, or holds implausible
+            numbers.
     """
     state = _read(path)
     if state.keys() != network.state_dict().keys():
@@ -109,7 +103,7 @@ def _checked(path: Path, state: dict[str, Tensor], network: nn.Module) -> dict[s
 
 
 def _problem(given: Tensor, expected: Tensor) -> str:
-    """Why a tensor cannot stand for another; empty if it can."""
+    """Why a tensor cannot replace another; empty if it can."""
     if given.layout is not torch.strided or given.is_quantized or given.device.type != "cpu":
         return "is not a plain array of numbers"
     if given.shape != expected.shape:

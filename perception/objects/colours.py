@@ -1,7 +1,6 @@
 """Names of colours, by hue, saturation and value.
 
-Eleven words that people tell apart without thinking. Between two of them there is a line, and light
-moves things across it: a name is only as good as the light is white.
+Light moves objects across the limits: a name is only as good as the light is white.
 """
 
 from __future__ import annotations
@@ -24,18 +23,12 @@ ColourName: TypeAlias = Literal[
 ]
 COLOURS: tuple[ColourName, ...] = get_args(ColourName)
 
-BLACK = 0.2
-"""Darker than this value is black."""
-GREY = 0.17
-"""Less saturated than this is grey, or white ..."""
-WHITE = 0.85
-"""... from this value on."""
-BROWN = 0.5
-"""Orange of less chroma (saturation times value) than this is brown, and yellow."""
-PINK = 0.5
-"""Red of less saturation than this is pink, if its value is at least ..."""
-LIGHT = 0.7
-"""... this."""
+BLACK = 0.2  # darker than this value is black
+GREY = 0.17  # less saturated than this is grey, or white ...
+WHITE = 0.85  # ... from this value on
+BROWN = 0.5  # orange or yellow of less saturation times value than this is brown
+PINK = 0.5  # red of less saturation than this is pink, if its value is at least ...
+LIGHT = 0.7  # ... this
 HUES: tuple[tuple[float, ColourName], ...] = (
     (13.0, "red"),
     (42.0, "orange"),
@@ -46,7 +39,7 @@ HUES: tuple[tuple[float, ColourName], ...] = (
     (335.0, "pink"),
     (360.0, "red"),
 )
-"""Up to which hue each name goes [deg]."""
+"""Largest hue of each name [deg]."""
 
 
 def colour_name(red: float, green: float, blue: float) -> ColourName:

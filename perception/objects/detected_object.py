@@ -1,4 +1,4 @@
-"""What stands in a region, as the camera has seen it."""
+"""An object of a region as segmented from a depth image."""
 
 from __future__ import annotations
 
@@ -11,33 +11,24 @@ if TYPE_CHECKING:
     from perception.frame import Array, Mask
     from perception.objects.footprint import Footprint
 
-REACH = 0.008
-"""Grasps and points this far beside an object still belong to it [m]."""
+REACH = 0.008  # grasps and points this far beside an object still belong to it [m]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DetectedObject:
-    """One object of a region; it is a `Workspace` that no grasp of its neighbours lies in."""
+    """One object of a region; it is a `Workspace` without the grasps of its neighbours."""
 
-    wTo: SE3
-    """Middle of the box around it, turned about z only: x along its longer edge seen from above."""
+    wTo: SE3  # middle of its box, turned about z only: x along its longer edge from above
     size: tuple[float, float, float]
-    """Length, width and height of that box [m]; the width is the shorter edge seen from above."""
-    area: float
-    """What it covers, seen from above [m^2]."""
-    colour: str
-    """The name of its colour; empty where the camera sees none."""
-    kind: str = ""
-    """What a recogniser takes it for; empty if none was asked, or none knows it."""
-    whole: bool
-    """Whether the image shows all of it."""
-    box: tuple[int, int, int, int]
-    """Left, top, right and bottom in the image [px]."""
-    floor: float
-    """Height of what it stands on, in the world [m]."""
+    """Length, width (the shorter edge from above) and height of that box [m]."""
+    area: float  # seen from above [m^2]
+    colour: str  # name of its colour; empty if the camera has none
+    kind: str = ""  # class by a recogniser; empty if not asked or unknown
+    whole: bool  # whether the image shows all of it
+    box: tuple[int, int, int, int]  # left, top, right and bottom in the image [px]
+    floor: float  # height of what it stands on, in the world [m]
     footprint: Footprint
-    around: Footprint = field(repr=False)
-    """The same and `REACH` around it."""
+    around: Footprint = field(repr=False)  # with `REACH` around it
 
     @property
     def position(self) -> Array:
@@ -56,7 +47,6 @@ class DetectedObject:
         return " ".join(word for word in ("the", self.colour, self.kind or "object") if word)
 
     def __str__(self) -> str:
-        """For people: what it is, where, and how wide."""
         x, y, _ = self.position
         return f"{self.name} at {x:.2f}, {y:.2f}, {1000 * self.width:.0f} mm wide"
 
@@ -66,10 +56,9 @@ class DetectedObject:
 
 
 class DetectedObjects(tuple[DetectedObject, ...]):
-    """What stands in a region."""
+    """The objects of a region."""
 
     __slots__ = ()
 
     def __str__(self) -> str:
-        """For people."""
         return ", ".join(map(str, self)) or "nothing"

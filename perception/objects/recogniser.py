@@ -1,8 +1,8 @@
-"""Recognisers say what kind of thing an object is; packages may offer more of them.
+"""Recognisers name the class of an object; packages may offer more of them.
 
 A recogniser is a class without arguments, offered as an entry point of `frankie_task.recognisers`.
-The shipped one goes by shape. A package is imported only for a kind that the shipped one does not
-know, and a broken one breaks only the tasks that ask for such a kind.
+A package is imported only for a class that the shipped recogniser does not know, and a broken one
+breaks only the tasks that ask for such a class.
 """
 
 from __future__ import annotations
@@ -18,66 +18,54 @@ from perception.frame import ColourFrame
 from perception.objects.detected_object import DetectedObjects
 
 ENTRY_POINTS = "frankie_task.recognisers"
-"""Entry-point group in which other packages offer their recognisers."""
-PATIENCE = 20.0
-"""How long the import of a package may take [s]."""
-OVERLAP = 0.5
-"""A label belongs to an object if their boxes share this much of what they cover together."""
+PATIENCE = 20.0  # for the import of a package [s]
+OVERLAP = 0.5  # smallest intersection over union of the boxes of a label and its object
 
-Box = tuple[int, int, int, int]
-"""Left, top, right and bottom in the image, inclusive [px]."""
+Box = tuple[int, int, int, int]  # left, top, right and bottom in the image, inclusive [px]
 
 
 class RecogniserError(Exception):
-    """A recogniser does not do what it should; the text says which, and why."""
+    """A recogniser failed; the text says which, and why."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Labelled:
-    """A part of the image, and what it shows."""
+    """A part of the image, and its class."""
 
     kind: str
     box: Box
-    score: float
-    """How sure the recogniser is, from 0 to 1."""
+    score: float  # confidence, 0 to 1
 
 
 class Recogniser(Protocol):
-    """Knows some kinds of things."""
+    """Recognises some classes of objects."""
 
     @property
     def kinds(self) -> Sequence[str]:
-        """What it can tell, as words that a task uses."""
+        """The classes, as words that a task uses."""
 
     def recognise(self, frame: ColourFrame, objects: DetectedObjects) -> Sequence[Labelled]:
-        """What an image shows.
+        """Labels of an image.
 
         Args:
-            frame: depth, colours if the camera has them, and where it was taken from.
-            objects: what stands in the region, told apart; need not be looked at.
+            frame: depth, colours if the camera has them, and the camera's pose.
+            objects: segmented in the region; a recogniser may ignore them.
         """
 
 
 @dataclass(frozen=True, kw_only=True)
 class KnownClasses:
-    """All kinds that this installation knows."""
+    """All classes that this installation knows."""
 
     recognisers: Mapping[str, tuple[str, Recogniser]]
-    """By the kind: who tells it, and the recogniser. The first who offers a kind tells it."""
-    problems: tuple[str, ...] = ()
-    """Of packages that cannot be used, a line each."""
+    """By the class: name of the recogniser, and it. The first that offers a class is asked."""
+    problems: tuple[str, ...] = ()  # of packages that cannot be used, a line each
 
 
 def labelled(
     frame: ColourFrame, objects: DetectedObjects, name: str, recogniser: Recogniser
 ) -> DetectedObjects:
-    """The objects, with their kinds as a recogniser says.
-
-    Args:
-        frame: that shows them.
-        objects: told apart.
-        name: of the recogniser, for messages.
-        recogniser: that is asked.
+    """The objects with their classes by a recogniser; `name` is for messages.
 
     Raises:
         RecogniserError: the recogniser raised an exception, or answered something else than labels.
@@ -111,7 +99,7 @@ def _checked(label: Labelled) -> Labelled:
 
 
 def _shared(one: Box, other: Box) -> float:
-    """What two boxes share, in what they cover together."""
+    """Intersection over union of two boxes."""
 
     def area(left: int, top: int, right: int, bottom: int) -> int:
         return max(0, right - left + 1) * max(0, bottom - top + 1)
@@ -123,12 +111,7 @@ def _shared(one: Box, other: Box) -> float:
 
 
 def installed(shipped: Mapping[str, Recogniser], wanted: str) -> KnownClasses:
-    """What is known; packages are looked at only if the shipped recognisers do not know a kind.
-
-    Args:
-        shipped: recognisers of the project, by name.
-        wanted: a kind.
-    """
+    """Known classes; packages are imported only if the shipped recognisers do not know `wanted`."""
     recognisers = {kind: (name, one) for name, one in shipped.items() for kind in one.kinds}
     problems: list[str] = []
     for entry in [] if wanted in recognisers else entries(ENTRY_POINTS):

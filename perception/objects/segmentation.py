@@ -1,13 +1,14 @@
-"""The objects that stand in a region, told apart by height, colour and shape.
+"""Segmentation of the objects in a region by height, colour and shape.
 
 Seen from straight above, whatever stands out of the floor is cut where the colour changes and where
-the height jumps. What is left in one piece, things of one colour that touch, is cut where a seam
-between two things is likely (`cutting.py`).
+the height jumps. Touching objects of one colour are split where a boundary is likely (`touching`).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -19,35 +20,27 @@ from perception.grasps.network_input import valid_depth
 from perception.objects.boundaries import largest_parts
 from perception.objects.colours import colour_name
 from perception.objects.detected_object import REACH, DetectedObject, DetectedObjects
-from perception.objects.footprint import Footprint
-from perception.objects.grid import Grid
+from perception.objects.footprint import Footprint, Grid
 from perception.objects.touching import split_touching
 
-LOWEST = 0.008
-"""What is lower than this over the floor is none of it [m]."""
-MARGIN = 0.006
-"""Nothing nearer than this to the sides of the region is counted: there may be walls [m]."""
-SMALLEST = 1.0e-4
-"""What covers less than this belongs to its neighbour, or is noise [m^2]."""
-OTHER_COLOUR = 30.0
-"""Neighbours whose red, green and blue differ by more than this, of 255, are two things."""
-STEP = 0.025
-"""Without colours, neighbours whose heights differ by more than this are two things [m]."""
-CELL = 0.0015
-"""Side of a cell of the grid, at least [m] ..."""
-PIXELS = 1.25
-"""... and this many pixels of the camera on the floor, or the grid has holes."""
-BORDER = 3
-"""What comes this near to the border of the image may go on beyond it [px]."""
+LOWEST = 0.008  # smallest height of an object over the floor [m]
+MARGIN = 0.006  # nothing this near to the sides counts: there may be walls [m]
+SMALLEST = 1.0e-4  # a smaller area belongs to a neighbour, or is noise [m^2]
+OTHER_COLOUR = 30.0  # smallest difference of red, green and blue between two objects, of 255
+STEP = 0.025  # without colours, smallest difference of height between two objects [m]
+CELL = 0.0015  # side of a cell of the grid, at least [m] ...
+PIXELS = 1.25  # ... and this many pixels of the camera on the floor
+BORDER = 3  # an object this near to the border may go on beyond it [px]
+SAME = 0.65  # shared area of two views of one object; halves of an object share less
 _SQUARE = np.ones((3, 3), dtype=np.uint8)
 
 
 def segment_objects(frame: ColourFrame, workspace: Workspace) -> DetectedObjects | None:
-    """What stands in a region, from the left to the right of the image.
+    """The objects in a region, from the left to the right of the image.
 
     Args:
-        frame: of a camera that looks down.
-        workspace: the region; its floor is what things stand on.
+        frame: of a camera that frames down.
+        workspace: the region; objects stand on its floor.
 
     Returns:
         The objects; None if there is no depth in the image.
@@ -67,26 +60,17 @@ def segment_objects(frame: ColourFrame, workspace: Workspace) -> DetectedObjects
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RaisedRegions:
-    """What stands out of a floor, not yet told apart where things of one colour touch."""
+    """Connected regions above a floor; touching objects of one colour are not yet split."""
 
-    raised: Mask
-    """(H, W) which pixels show it."""
-    points: Array
-    """(P, 3) of these pixels in the world [m]."""
-    of_point: Indices
-    """(P,) number of what hangs together, from 1; 0 is too small."""
-    cell: float
-    """Side of the cells that it is looked at in, from above [m]."""
-    smallest: int
-    """What has fewer pixels is no object."""
+    raised: Mask  # (H, W) which pixels are above the floor
+    points: Array  # (P, 3) of these pixels in the world [m]
+    of_point: Indices  # (P,) number of the region, from 1; 0 is too small
+    cell: float  # side of the cells for its shape from above [m]
+    smallest: int  # smallest number of pixels of an object
 
 
 def raised_regions(frame: ColourFrame, workspace: Workspace) -> RaisedRegions | None:
-    """What hangs together in a region; arguments as for `segment_objects`.
-
-    Returns:
-        None if there is no depth in the image.
-    """
+    """Connected regions above the floor; None if there is no depth in the image."""
     valid = valid_depth(frame.depth)
     if not valid.any():
         return None
@@ -107,7 +91,7 @@ def raised_regions(frame: ColourFrame, workspace: Workspace) -> RaisedRegions | 
 
 
 def _raised(frame: ColourFrame, workspace: Workspace, valid: Mask) -> tuple[Mask, Array]:
-    """Which pixels (H, W) show what stands out in the region, and their points (P, 3)."""
+    """Which pixels (H, W) are above the floor in the region, and their points (P, 3)."""
     v, u = np.nonzero(valid)
     points = world_points(
         frame.depth[v, u], frame.intrinsics, frame.wTc, u.astype(float), v.astype(float)
@@ -123,10 +107,10 @@ def _raised(frame: ColourFrame, workspace: Workspace, valid: Mask) -> tuple[Mask
 
 
 def _labels(raised: Mask, missing: Mask, heights: Image, colours: Colours | None) -> Indices:
-    """(H, W) numbers of what hangs together in the image, from 1; 0 where nothing stands.
+    """(H, W) numbers of connected regions of the image, from 1; 0 elsewhere.
 
-    Where there are colours, pixels of one colour hang together whatever their depth, also through
-    those that have none: the side of a thing that falls away below its top belongs to it.
+    Where there are colours, pixels of one colour are connected whatever their depth, also through
+    those that have none: the side of an object belongs to its top.
     """
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
@@ -156,7 +140,7 @@ def _labels(raised: Mask, missing: Mask, heights: Image, colours: Colours | None
 
 
 def _without_crumbs(label: Indices, raised: Mask, smallest: int) -> Indices:
-    """The same, numbered anew; what has fewer raised pixels is left out."""
+    """The labels numbered anew, without regions of fewer raised pixels."""
     sizes = np.bincount(label[raised], minlength=int(label.max()) + 1)
     kept = sizes >= max(smallest, 1)
     kept[0] = False
@@ -193,7 +177,7 @@ def _object(
 
 
 def _without_spurs(cells: Mask) -> Mask:
-    """Cells without what hangs on them by a thread, or lies apart: noise at the edge of things."""
+    """Cells without thin or separate parts: noise at the edge of objects."""
     image = cells.astype(np.uint8)
     opened = cv2.morphologyEx(image, cv2.MORPH_OPEN, _SQUARE)
     parts = largest_parts(opened > 0, 0.0)
@@ -204,7 +188,7 @@ def _without_spurs(cells: Mask) -> Mask:
 
 
 def _footprints(cells: Mask, grid: Grid) -> tuple[Footprint, Footprint]:
-    """Of an object, cut out, and of what is around it."""
+    """Of an object, and of what is around it."""
     far = round(REACH / grid.cell) + 1
     row, column = np.nonzero(cells)
     top, left = int(row.min()), int(column.min())
@@ -215,4 +199,30 @@ def _footprints(cells: Mask, grid: Grid) -> tuple[Footprint, Footprint]:
     return (
         Footprint(cells=part, origin=origin, cell=grid.cell),
         Footprint(cells=wide, origin=origin, cell=grid.cell),
+    )
+
+
+def consensus(frames: Sequence[DetectedObjects]) -> DetectedObjects:
+    """The objects in more than half of several frames, from the left to the right of the image.
+
+    Sizes and areas are medians; all else is as in the newest frame, which is the last.
+    """
+    groups: list[list[DetectedObject]] = []
+    for one in (one for frame in reversed(frames) for one in frame):
+        comparable = (group for group in groups if group[0].footprint.shared(one.footprint) >= SAME)
+        if (group := next(comparable, None)) is None:
+            groups.append([one])
+        else:
+            group.append(one)
+    most = [_typical(group) for group in groups if 2 * len(group) > len(frames)]
+    return DetectedObjects(sorted(most, key=lambda one: one.box))
+
+
+def _typical(group: Sequence[DetectedObject]) -> DetectedObject:
+    length, width, height = np.median([one.size for one in group], axis=0).tolist()
+    return replace(
+        group[0],
+        size=(length, width, height),
+        area=float(np.median([one.area for one in group])),
+        colour=Counter(one.colour for one in group).most_common(1)[0][0],
     )

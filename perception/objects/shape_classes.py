@@ -1,8 +1,7 @@
-"""What kind of thing an object is, by its measured shape: the recogniser that needs no network.
+"""Recogniser of simple bodies by their measured shape; it needs no network.
 
-Four numbers tell simple bodies apart: how much of the rectangle around its outline an object fills,
-how much of it is near its top, and the ratios of its edges and of its height. A score is how near
-the measured numbers are to those of a body.
+The features are how much of its bounding rectangle an object fills, how much of it is near its top,
+and the ratios of its edges and of its height.
 """
 
 from __future__ import annotations
@@ -20,24 +19,18 @@ from perception.grasps.network_input import valid_depth
 from perception.objects.detected_object import DetectedObject, DetectedObjects
 from perception.objects.recogniser import Labelled
 
-TOP = 0.85
-"""What is higher than this share of an object's height is its top."""
-LEAST = 0.15
-"""A score below this is no answer."""
+TOP = 0.85  # share of an object's height above which is its top
+LEAST = 0.15  # smallest score of an answer
 
 
 @dataclass(frozen=True)
 class Form:
-    """The shape of an object seen from above, in numbers without units; NaN is any."""
+    """Shape features of an object seen from above, without units; NaN is any."""
 
-    fill: float
-    """The area that it covers, in that of the smallest rectangle around it."""
-    top: float
-    """How much of that area is near its highest."""
-    squareness: float
-    """The rectangle's shorter edge, in longer ones."""
-    tallness: float
-    """Its height, in shorter edges."""
+    fill: float  # its area, in that of the smallest rectangle around it
+    top: float  # share of that area near its highest
+    squareness: float  # shorter edge of the rectangle, in longer ones
+    tallness: float  # its height, in shorter edges
 
 
 KINDS: Mapping[str, Form] = {
@@ -46,15 +39,16 @@ KINDS: Mapping[str, Form] = {
     "ball": Form(fill=0.76, top=0.54, squareness=1.0, tallness=1.0),
     "roll": Form(fill=0.88, top=0.65, squareness=nan, tallness=1.0),
 }
-"""What geometry says of each (1 and 1; 0.79 and 1; 0.79 and 0.51; 1 and 0.71), less what the noise
-of a camera takes from edges. A can stands; a roll is round and lies, a cylinder or a capsule."""
+"""Geometry says 1 and 1; 0.79 and 1; 0.79 and 0.51; 1 and 0.71; the noise of a camera takes off
+from edges. A can stands; a roll is round and lies, a cylinder or a capsule.
+"""
 
 SPREAD = Form(fill=0.06, top=0.12, squareness=0.08, tallness=0.15)
-"""How far the measured numbers of one kind are from these, about."""
+"""Typical deviations of measured features."""
 
 
 class ShapeClasses:
-    """Names boxes, cans, balls and rolls by what the depth camera measures of them."""
+    """Names boxes, cans, balls and rolls by their depth."""
 
     kinds: ClassVar[tuple[str, ...]] = tuple(KINDS)
 
@@ -72,7 +66,7 @@ class ShapeClasses:
 
 
 def _score(form: Array, body: Form) -> float:
-    """1 for the numbers of the body itself, and less the more spreads they are away."""
+    """1 for the features of the body itself, less the more spreads they are away."""
     spreads = (form - np.array(astuple(body))) / np.array(astuple(SPREAD))
     return float(np.exp(-0.5 * np.nansum(spreads**2)))
 
@@ -82,7 +76,7 @@ def measured(frame: ColourFrame, one: DetectedObject, valid: Mask) -> Form:
 
     Args:
         frame: that shows it.
-        one: what is known of it.
+        one: the object.
         valid: (H, W) which pixels have a depth.
     """
     left, above, right, below = one.box

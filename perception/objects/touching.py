@@ -1,7 +1,7 @@
-"""ObjectRegion of one colour that touch, cut apart where a seam between two of them is likely.
+"""Splits touching objects of one colour where a boundary between them is likely.
 
-How likely a seam is says a small network on its measures, fitted to simulated scenes
-(`python -m lab.bench.seams`). The likeliest is cut, and both sides are looked at again.
+A small network on the features of a boundary, fitted to simulated scenes (`python -m
+lab.bench.seams`), estimates how likely it is. The likeliest is cut, and both sides are split again.
 """
 
 from __future__ import annotations
@@ -20,34 +20,31 @@ from perception.objects.boundaries import (
     boundary_features,
     candidate_boundaries,
 )
-from perception.objects.grid import Grid
+from perception.objects.footprint import Grid
 
 WEIGHTS = Path(__file__).parents[1] / "weights" / "seams.json"
-_LITTLE = 1e-4  # is added before log_features are taken
-_FARTHEST = 4.0  # what is farther from the mean counts as so far [standard deviations]
+_LITTLE = 1e-4  # is added before logarithms are taken
+_FARTHEST = 4.0  # features are clipped to this [standard deviations]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BoundaryModel:
-    """How likely two things meet at a seam."""
+    """How likely a boundary separates two objects."""
 
-    middle: Array
-    """(F,) mean of the logarithm of each measure."""
-    spread: Array
-    """(F,) their standard deviations."""
+    middle: Array  # (F,) mean of the logarithm of each feature
+    spread: Array  # (F,) their standard deviations
     layers: tuple[tuple[Array, Array], ...]
-    """(outputs, inputs) weights and (outputs,) constants of each; all but the last rectify."""
-    needed: float
-    """A seam that is less likely than this is not cut."""
+    """(outputs, inputs) weights and (outputs,) constants; all but the last rectify."""
+    needed: float  # least likelihood of a boundary that is cut
 
     def inputs(self, measures: Array) -> Array:
-        """(N, F) of the first layer for (N, F) measures."""
+        """(N, F) of the first layer for (N, F) features."""
         far = (log_features(measures) - self.middle) / self.spread
         inputs: Array = np.clip(far, -_FARTHEST, _FARTHEST)
         return inputs
 
     def likely(self, measures: Array) -> Array:
-        """(N,) probabilities for (N, F) measures."""
+        """(N,) probabilities for (N, F) features."""
         values = self.inputs(measures)
         for weights, constants in self.layers[:-1]:
             values = np.maximum(values @ weights.T + constants, 0.0)
@@ -58,7 +55,7 @@ class BoundaryModel:
 
 
 def log_features(measures: Array) -> Array:
-    """Of measures of any shape; small ones are told apart as well as large ones."""
+    """Logarithms of features of any shape."""
     told: Array = np.log(np.maximum(measures, 0.0) + _LITTLE)
     return told
 
@@ -77,13 +74,13 @@ def boundary_model() -> BoundaryModel:
 
 
 def split_touching(of_point: Indices, points: Array, floor: float, cell: float) -> Indices:
-    """Numbers (P,) of points, from 1; pieces with a likely seam in them are cut.
+    """Numbers (P,) of points, from 1, after splitting.
 
     Args:
         of_point: numbers from 1; 0 belongs to nothing.
         points: (P, 3) in the world [m].
-        floor: what things stand on [m].
-        cell: side of the cells that pieces are looked at in [m].
+        floor: height that objects stand on [m].
+        cell: side of the cells that blobs are made of [m].
     """
     cut = of_point.copy()
     open_numbers = [int(n) for n in np.unique(of_point) if n > 0]
@@ -91,8 +88,8 @@ def split_touching(of_point: Indices, points: Array, floor: float, cell: float) 
     while open_numbers:
         number = open_numbers.pop()
         mine = np.flatnonzero(cut == number)
-        piece, at = blob_of(points[mine], floor, cell)
-        part = _part(piece)
+        blob, at = blob_of(points[mine], floor, cell)
+        part = _part(blob)
         if part is None:
             continue
         is_part = part[at]
@@ -105,19 +102,19 @@ def split_touching(of_point: Indices, points: Array, floor: float, cell: float) 
 
 
 def blob_of(points: Array, floor: float, cell: float) -> tuple[Blob, tuple[Indices, Indices]]:
-    """A piece from its (P, 3) points, and the row and column (P,) of each."""
+    """A blob from its (P, 3) points, and the row and column (P,) of each."""
     own = points - np.array([0.0, 0.0, floor])
     grid = Grid.over(own, cell)
-    piece = Blob(above=grid.heights(own), cells=grid.covered(own), cell=cell)
-    return piece, grid.cells_of(own)
+    blob = Blob(above=grid.heights(own), cells=grid.covered(own), cell=cell)
+    return blob, grid.cells_of(own)
 
 
-def _part(piece: Blob) -> Mask | None:
-    """What lies on one side of the likeliest seam; None if none is likely."""
-    found = list(candidate_boundaries(piece))
+def _part(blob: Blob) -> Mask | None:
+    """One side of the likeliest boundary; None if none is likely."""
+    found = list(candidate_boundaries(blob))
     if not found:
         return None
     model = boundary_model()
-    likely = model.likely(np.array([boundary_features(piece, parts) for parts in found]))
+    likely = model.likely(np.array([boundary_features(blob, parts) for parts in found]))
     best = int(likely.argmax())
     return found[best][1] if likely[best] > model.needed else None

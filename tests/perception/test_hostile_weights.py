@@ -9,7 +9,7 @@ import pytest
 import torch
 from safetensors.torch import load_file, save_file
 
-from perception.grasps.network_io import WeightsError
+from perception.grasps.network_input import WeightsError
 from perception.networks.weights import NETWORKS, load_network, read_metadata
 
 SHIPPED = Path("perception/weights")

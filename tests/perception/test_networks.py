@@ -8,7 +8,7 @@ import pytest
 import torch
 from safetensors.torch import save_file
 
-from perception.grasps.network_io import ANGLE_BINS, WeightsError
+from perception.grasps.network_input import ANGLE_BINS, WeightsError
 from perception.networks.angle_bins import AngleBinNetwork
 from perception.networks.ggcnn import GGCNN, evaluate, subpixel_form
 from perception.networks.proposer import Proposer

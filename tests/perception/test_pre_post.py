@@ -4,8 +4,15 @@ import numpy as np
 import pytest
 from pinocchio import SE3, exp3
 
-from perception.grasps.network_input import METRES_PER_PIXEL, Crop, central_crop, fill, prepare
-from perception.grasps.network_io import ANGLE_BINS, WIDTH_SCALE
+from perception.grasps.network_input import (
+    ANGLE_BINS,
+    METRES_PER_PIXEL,
+    WIDTH_SCALE,
+    Crop,
+    central_crop,
+    fill,
+    prepare,
+)
 from perception.networks.output_maps import bin_candidates, find_candidates, grasp_maps
 from robots import Intrinsics
 

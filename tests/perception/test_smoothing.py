@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from perception.grasps.smoothing import smoothed
+from perception.grasps.stereo import smoothed
 
 FX, BASELINE = 385.0, 0.05
 

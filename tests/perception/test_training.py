@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import torch
 
-from perception.grasps.network_io import ANGLE_BINS, GRID_SIZE, INPUT_SIZE, OUTPUT_STRIDE
+from perception.grasps.network_input import ANGLE_BINS, GRID_SIZE, INPUT_SIZE, OUTPUT_STRIDE
 from perception.networks.angle_bins import AngleBinNetwork
 from perception.networks.ggcnn import GGCNN
 from perception.networks.training import RoundReport, TrainingSettings, train

@@ -11,8 +11,7 @@ from test_grasp_feasibility import HAND, X, box, scene
 
 from hw.sim import World
 from perception.grasps.feasibility import assess
-from perception.grasps.height_map import HeightMap
-from perception.grasps.local_heights import local_heights
+from perception.grasps.height_map import HeightMap, local_heights
 from perception.grasps.network_input import central_crop
 from perception.grasps.object_centroids import ObjectCentroids
 from perception.grasps.stereo import BASELINE, unknown_pixels

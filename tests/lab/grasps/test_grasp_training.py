@@ -29,8 +29,7 @@ from lab.grasps.training_data import (
     write_shards,
 )
 from perception import GraspDetector
-from perception.grasps.network_input import METRES_PER_PIXEL
-from perception.grasps.network_io import ANGLE_BINS, GRID_SIZE
+from perception.grasps.network_input import ANGLE_BINS, GRID_SIZE, METRES_PER_PIXEL
 from perception.training_samples import Sample, Shard
 from robots import Box, Geom
 

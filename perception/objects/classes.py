@@ -1,4 +1,4 @@
-"""The kinds of things that this installation can recognise."""
+"""Classes of objects that this installation can recognise."""
 
 from __future__ import annotations
 
@@ -16,33 +16,21 @@ from perception.objects.recogniser import (
 )
 from perception.objects.shape_classes import ShapeClasses
 
-SHAPE_CLASSES = ShapeClasses.kinds
-"""What the shipped recogniser tells."""
+SHAPE_CLASSES = ShapeClasses.kinds  # classes of the shipped recogniser
 SHIPPED: Mapping[str, Recogniser] = {"shapes": ShapeClasses()}
 
 
 @cache
 def known_classes(wanted: str) -> KnownClasses:
-    """What is known, found out once in a process.
-
-    Packages are imported only if the shipped recognisers do not know the kind.
-
-    Args:
-        wanted: a kind.
-    """
+    """Known classes, found once in a process; see `installed`."""
     return installed(SHIPPED, wanted)
 
 
 def with_classes(frame: ColourFrame, objects: DetectedObjects, kind: str) -> DetectedObjects:
-    """The objects with their kinds, by the recogniser of one kind.
-
-    Args:
-        frame: that shows them.
-        objects: told apart.
-        kind: whose recogniser is asked.
+    """The objects with their classes, by the recogniser of one class.
 
     Raises:
-        RecogniserError: there is none, or it does not do what it should.
+        RecogniserError: there is none, or it failed.
     """
     known = known_classes(kind)
     if kind not in known.recognisers:
