@@ -1,23 +1,26 @@
 """Base-arm calibration: where the arm stands on the base, from views of a board on the floor.
 
-The base stands at many places around the board, turned differently, while the arm holds the camera
-over it. That the board lies flat on the floor gives height and tilt of the arm's foot, which no
-motion of a base in the plane could tell; the motion gives the rest.
+The base stands at many places around the board while the arm holds the camera over it. That the
+board lies flat on the floor gives height and tilt of the arm's foot, which motion in the plane
+cannot; the motion gives the rest.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
 
-from lab.calibration.board import Array, Board, Grey, find_corners, pose_of
+from controller import RobotModel
+from lab.calibration.board import Array, Board, find_corners, pose_of
 from lab.calibration.fit import Poses, Problem, Spread, difference
+from lab.calibration.postures import aTe_of
 from lab.calibration.result import Calibration, CalibrationError, Limits, require_views, worst
-from robots import Intrinsics
+from lab.calibration.rigs import BaseRig
+from robots import RobotDescription
 
 FEWEST = 10  # views in which the board must be found
 LIMITS = Limits(residual=15.0, uncertainty=Spread(3.0, 0.3), check=Spread(30.0, 1.5))
@@ -25,20 +28,11 @@ _HINT = (
     "did the board move, does it lie flat on the floor, is the camera calibrated, does the base "
     "know where it is, did it turn by half a turn or more between the views?"
 )
-_SCALE = 5.0  # A board that is further off counts less [mm]
-_ARM = 0.3  # on which a turn of the board counts: 0.2 deg as much as 1 mm [m]
+_SCALE = 5.0  # larger errors of the board count less [mm]
+_ARM = 0.3  # lever of a turn of the board: 0.2 deg counts as 1 mm [m]
 _WEIGHTS = np.array([1.0, 1.0, 3.0])  # of the board's place along its edges, and of its height
 _ALL, _ON_THE_FLOOR = range(6), (0, 1, 5)
 _FACE_UP = pin.utils.rotate("x", np.pi)
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Taken:
-    """One image, and where base and arm were."""
-
-    wTb: SE3  # the base in its own map, or by its odometry
-    aTe: SE3  # the end effector on the arm's foot
-    image: Grey
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,59 +43,62 @@ class View:
     aTm: SE3  # the board on the arm's foot, from this view alone
 
 
-def solve(
-    taken: Sequence[Taken],
+def calibrate_base_arm(
+    rig: BaseRig,
+    description: RobotDescription,
     board: Board,
-    camera: Intrinsics,
-    eTc: SE3,
-    nominal: SE3,
     thickness: float = 0.0,
+    say: Callable[[str], None] = lambda _: None,
 ) -> Calibration:
-    """bTa, the arm's foot on the base.
+    """View a board on the floor from many places, and find bTa, the arm's foot on the base.
 
     Args:
-        taken: images of the board, and where they were taken from.
-        board: that lay still on the floor.
-        camera: intrinsics of the images.
-        eTc: the camera on the end effector, calibrated.
-        nominal: bTa as the robot file has it; the search begins there.
-        thickness: of the board: so high is its face above the floor [m].
+        rig: a base whose camera sees the board.
+        description: of the robot, with a calibrated camera mount.
+        board: at rest on the floor.
+        thickness: height of the board's face above the floor [m].
+        say: receives lines of progress.
 
     Raises:
-        CalibrationError: too few images show the board, or it is not the floor that it lies on.
-            Whether the result is good is for the caller to ask.
+        CalibrationError: the board is seen too seldom, or does not lie on the floor. The caller
+            asks whether the result is good.
     """
-    views = []
-    for one in taken:
-        if (corners := find_corners(one.image, board)) is not None:
-            views.append(View(one.wTb, one.aTe * eTc * pose_of(corners, camera)))
-    require_views(len(views), len(taken), FEWEST)
+    model, camera, nominal = RobotModel(description), description.camera, description.bTa
+    views, taken = [], 0
+    while rig.next_place():
+        wTb, aTe, corners = rig.wTb(), aTe_of(model, rig.q()), find_corners(rig.image(), board)
+        taken += 1
+        if corners is not None:
+            views.append(View(wTb, aTe * camera.eTc * pose_of(corners, camera.intrinsics)))
+        say(f"view {taken}: the board is {'not seen' if corners is None else 'seen'}")
+    require_views(len(views), taken, FEWEST)
     middle = SE3(np.eye(3), board.centre)
-    problem = Problem[View](lambda x, them: _misses(x, them, middle), (_ALL, _ON_THE_FLOOR), _SCALE)
+    problem = Problem[View](
+        lambda x, them: _residuals(x, them, middle), (_ALL, _ON_THE_FLOOR), _SCALE
+    )
     poses, checks = problem.solve_checked(
         lambda used: (nominal, _on_the_floor(used, nominal, thickness)),
         views,
         lambda x, held: [difference(SE3.Identity(), one) for one in _apart(x, held, middle)],
     )
-    bTa, _ = poses
     return Calibration(
         key="arm_mount",
         what="bTa, the arm's foot on the base",
-        transform=bTa,
+        transform=poses[0],
         views=len(views),
         held_out=len(checks),
         residual=_rms(poses, views, middle),
         unit="mm",
         uncertainty=problem.uncertainty(poses, views),
         check=worst(checks),
-        from_nominal=difference(bTa, nominal),
+        from_nominal=difference(poses[0], nominal),
         limits=LIMITS,
         hint=_HINT,
     )
 
 
 def _on_the_floor(views: Sequence[View], nominal: SE3, thickness: float) -> SE3:
-    """About where the board lies, face up on the floor.
+    """Approximate pose of the board, face up on the floor.
 
     Raises:
         CalibrationError: it does not lie there.
@@ -119,20 +116,17 @@ def _on_the_floor(views: Sequence[View], nominal: SE3, thickness: float) -> SE3:
     return SE3(turn @ _FACE_UP, np.array([x, y, thickness]))
 
 
-def _misses(poses: Poses, views: Sequence[View], middle: SE3) -> Array:
-    """(2 N, 3) by how far the middle of the board misses itself, and its turn on an arm [mm].
-
-    Its height is worth more than its place: the floor moves less than the base errs.
-    """
+def _residuals(poses: Poses, views: Sequence[View], middle: SE3) -> Array:
+    """(2 N, 3) errors of the board's middle, and of its rotation on a lever [mm]."""
     apart = _apart(poses, views, middle)
     places = [_WEIGHTS * one.translation for one in apart]
     return 1e3 * np.array([*places, *(_ARM * pin.log3(one.rotation) for one in apart)])
 
 
 def _rms(poses: Poses, views: Sequence[View], middle: SE3) -> float:
-    """By how far the middle of the board misses itself [mm]."""
-    misses = [one.translation for one in _apart(poses, views, middle)]
-    return 1e3 * float(np.sqrt((np.array(misses) ** 2).sum(1).mean()))
+    """Root mean square error of the board's middle [mm]."""
+    errors = [one.translation for one in _apart(poses, views, middle)]
+    return 1e3 * float(np.sqrt((np.array(errors) ** 2).sum(1).mean()))
 
 
 def _apart(poses: Poses, views: Sequence[View], middle: SE3) -> list[SE3]:

@@ -1,4 +1,4 @@
-"""The ChArUco board: what is printed, and where its corners are in an image."""
+"""The ChArUco board: its print, and its corners in an image."""
 
 from __future__ import annotations
 
@@ -62,19 +62,14 @@ class Board:
 
 @dataclass(frozen=True, eq=False)
 class Corners:
-    """Corners of the board that were found in one image."""
+    """Corners of the board found in one image."""
 
-    board: Array  # (N, 3) where they are on the board [m]
-    image: Array  # (N, 2) where they are in the image [px]
+    board: Array  # (N, 3) on the board [m]
+    image: Array  # (N, 2) in the image [px]
 
 
 def find_corners(image: Grey, board: Board) -> Corners | None:
-    """The corners of the board in an image; None if too few are seen.
-
-    Args:
-        image: (H, W) brightness.
-        board: that is looked for.
-    """
+    """The corners of the board in an (H, W) image; None if too few are seen."""
     parameters = cv2.aruco.DetectorParameters()
     parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
     detector = cv2.aruco.CharucoDetector(
@@ -88,7 +83,7 @@ def find_corners(image: Grey, board: Board) -> Corners | None:
 
 
 def pose_of(corners: Corners, camera: Intrinsics) -> SE3:
-    """cTm, the board before the camera, from its corners in one image."""
+    """cTm, the board in the camera's frame, from its corners in one image."""
     _, turn, shift = cv2.solvePnP(
         corners.board, corners.image, camera.matrix, None, flags=cv2.SOLVEPNP_IPPE
     )

@@ -1,4 +1,4 @@
-"""Least squares over poses, how sure the result is, and what it says of views it has not seen."""
+"""Least squares over poses, the uncertainty of the result, and a check with held-out views."""
 
 from __future__ import annotations
 
@@ -18,33 +18,34 @@ Residuals = Callable[[Poses, Sequence[View]], Array]  # (N, M) residuals of pose
 
 
 _STEPS = 60
-_GAIN = 1e-7  # A step that lowers the cost by a smaller share is the last
-_DIFFERENCE = 1e-6  # for slopes [m, rad]
-_SINGULAR = 1e10  # condition of a normal matrix from which on the views do not tell all
+_GAIN = 1e-7  # smallest gain of a step, as a share of the cost
+_DIFFERENCE = 1e-6  # of numerical derivatives [m, rad]
+_SINGULAR = 1e10  # condition of a normal matrix that leaves poses undetermined
 
 
 @dataclass(frozen=True)
 class Spread:
-    """How far poses lie apart."""
+    """Distance of poses."""
 
     mm: float
     deg: float
 
 
 def difference(one: SE3, other: SE3) -> Spread:
-    """Between two poses of the same thing."""
+    """Distance of two poses."""
     apart = float(np.linalg.norm(one.translation - other.translation))
     turned = float(np.linalg.norm(pin.log3(one.rotation.T @ other.rotation)))
     return Spread(1e3 * apart, float(np.rad2deg(turned)))
 
 
 class Problem(Generic[View]):
-    """Poses that explain what was seen: Levenberg and Marquardt's least squares.
+    """Poses with the smallest residuals, by Levenberg and Marquardt's least squares.
 
     Args:
         residuals: of the poses.
-        free: for each pose, which of its six freedoms (x, y, z, turns about them) are sought.
-        scale: a residual beyond this counts less.
+            free: for each pose, which of its six freedoms (x, y, z, rotations about them) are
+            estimated.
+        scale: larger residuals count less.
     """
 
     def __init__(
@@ -54,7 +55,7 @@ class Problem(Generic[View]):
         self._count = sum(map(len, free))
 
     def solve(self, start: Poses, views: Sequence[View]) -> Poses:
-        """The best poses, sought from a start."""
+        """The best poses from a start."""
         poses, damping = start, 1e-6
         cost = self._cost(poses, views)
         for _ in range(_STEPS):
@@ -76,27 +77,27 @@ class Problem(Generic[View]):
         views: Sequence[View],
         check: Callable[[Poses, Sequence[View]], list[Spread]],
     ) -> tuple[Poses, list[Spread]]:
-        """The best poses; and how far off the views are that were held out of a first fit.
+        """The best poses, and the errors of views that were held out of a first fit.
 
         Args:
-            start: where the search begins, from the views that are used first.
+            start: initial poses for some views.
             views: all.
-            check: how far off views are, by poses.
+            check: errors of views, by poses.
         """
         used, held = ([views[k] for k in part] for part in split(len(views)))
         poses = self.solve(start(used), used)
         return self.solve(poses, views), check(poses, held)
 
     def rms(self, poses: Poses, views: Sequence[View]) -> float:
-        """Of the residuals, each of them a point in the plane or in space."""
+        """Root mean square of the residuals, each a point in the plane or in space."""
         residuals = self._residuals(poses, views)
         return float(np.sqrt((residuals**2).sum(-1).mean()))
 
     def uncertainty(self, poses: Poses, views: Sequence[View]) -> Spread:
-        """Standard error of the first pose: the larger of two.
+        """Standard error of the first pose: the larger of two estimates.
 
-        The jackknife, which leaves out one view at a time, knows that the errors within a view are
-        alike. The curvature of the cost knows what the views do not tell at all.
+        The jackknife, which leaves out one view at a time, accounts for correlated errors within a
+        view. The curvature of the cost accounts for what the views do not determine at all.
         """
         normal, _ = self._linearised(poses, views)
         if np.linalg.cond(normal) > _SINGULAR:
@@ -120,7 +121,7 @@ class Problem(Generic[View]):
         return float((np.sqrt(1.0 + squares) - 1.0).sum())
 
     def _linearised(self, poses: Poses, views: Sequence[View]) -> tuple[Array, Array]:
-        """Normal matrix and gradient of the cost, in which what is far off counts less."""
+        """Normal matrix and gradient of the robust cost."""
         here = self._residuals(poses, views)
         slopes = []
         for step in _DIFFERENCE * np.eye(self._count):
@@ -145,7 +146,7 @@ class Problem(Generic[View]):
 
 
 def split(count: int, share: float = 0.25, fewest: int = 3) -> tuple[list[int], list[int]]:
-    """Which views are used, and which are held out: those spread evenly among all."""
+    """Views to use, and views to hold out, spread evenly."""
     held = max(fewest, round(share * count))
     out = sorted({int((k + 0.5) * count / held) for k in range(held)})
     return [k for k in range(count) if k not in out], out

@@ -1,12 +1,12 @@
-"""Hand-eye calibration: where the camera is on the hand, from views of a board that lies still.
+"""Hand-eye calibration: where the camera is on the hand, from views of a board at rest.
 
-The arm takes the camera to many poses. A closed form gives a start; the result makes the corners of
-the board fall where they were seen. A quarter of the views is held out and says how good it is.
+A closed form gives a start; the result minimises the reprojection error of the board's corners. A
+quarter of the views is held out to check it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -14,10 +14,13 @@ import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
 
-from lab.calibration.board import Array, Board, Corners, Grey, find_corners, pose_of
+from controller import RobotModel
+from lab.calibration.board import Array, Board, Corners, find_corners, pose_of
 from lab.calibration.fit import Poses, Problem, Spread, difference
-from lab.calibration.result import Calibration, Limits, require_views, worst
-from robots import Intrinsics
+from lab.calibration.postures import aTe_of, postures
+from lab.calibration.result import Calibration, CalibrationError, Limits, require_views, worst
+from lab.calibration.rigs import ArmRig
+from robots import Intrinsics, RobotDescription
 
 FEWEST = 10  # views in which the board must be found
 LIMITS = Limits(residual=1.0, uncertainty=Spread(1.0, 0.1), check=Spread(3.0, 1.0))
@@ -25,7 +28,7 @@ _HINT = (
     "did the board or the camera's mount move, is the edge of a square what --square says, "
     "does the camera turn about several axes?"
 )
-_SCALE = 0.5  # A corner that is further off counts less [px]
+_SCALE = 0.5  # larger errors of a corner count less [px]
 _ALL = range(6)
 
 
@@ -33,60 +36,76 @@ _ALL = range(6)
 class View:
     """One image of the board."""
 
-    aTe: SE3  # the end effector on the arm's foot
+    aTe: SE3  # end effector on the arm's foot
     corners: Corners
-    cTm: SE3  # the board before the camera, from this view alone
+    cTm: SE3  # board in the camera's frame, from this view alone
 
 
-def views_of(taken: Sequence[tuple[SE3, Grey]], board: Board, camera: Intrinsics) -> list[View]:
-    """Those of the images (aTe, image) that show the board."""
-    views = []
-    for aTe, image in taken:
-        if (corners := find_corners(image, board)) is not None:
-            views.append(View(aTe, corners, pose_of(corners, camera)))
-    return views
-
-
-def solve(
-    taken: Sequence[tuple[SE3, Grey]], board: Board, camera: Intrinsics, nominal: SE3
+def calibrate_hand_eye(
+    rig: ArmRig,
+    description: RobotDescription,
+    board: Board,
+    count: int,
+    rng: np.random.Generator,
+    say: Callable[[str], None] = lambda _: None,
 ) -> Calibration:
-    """eTc, the camera on the end effector.
+    """Move the camera around the board, and find eTc, the camera on the end effector.
 
     Args:
-        taken: the end effector on the arm's foot, and the image seen from there.
-        board: that lay still.
-        camera: intrinsics of the images.
-        nominal: eTc as the robot file has it; only compared with.
+        rig: an arm whose camera sees the board.
+        description: of the robot, with a camera mount that is right to some centimetres.
+        board: at rest.
+        count: of views.
+        rng: chooses the postures.
+        say: receives lines of progress.
 
     Raises:
-        CalibrationError: too few images show the board. Whether the result is good is for the
-            caller to ask.
+        CalibrationError: the board is not seen, or too seldom. The caller asks whether the result
+            is good.
     """
-    views = views_of(taken, board, camera)
-    require_views(len(views), len(taken), FEWEST)
-    problem = Problem[View](lambda x, them: _misses(x, them, camera), (_ALL, _ALL), _SCALE)
-    poses, checks = problem.solve_checked(
-        start, views, lambda x, held: [_check(view, x, board) for view in held]
+    model, eTc, camera = (
+        RobotModel(description),
+        description.camera.eTc,
+        description.camera.intrinsics,
     )
-    eTc, _ = poses
+    first = rig.q()
+    corners = find_corners(rig.image(), board)
+    if corners is None:
+        raise CalibrationError(
+            "the camera does not see the board: take the hand 0.4 m above its middle; compare "
+            "--columns and --rows with what was printed"
+        )
+    aTm = aTe_of(model, first) * eTc * pose_of(corners, camera)
+    views = []
+    for number, q in enumerate(postures(description, model, first, aTm, board, count, rng), 1):
+        rig.move_to(q)
+        aTe, corners = aTe_of(model, rig.q()), find_corners(rig.image(), board)
+        if corners is not None:
+            views.append(View(aTe, corners, pose_of(corners, camera)))
+        say(f"view {number} of {count}")
+    require_views(len(views), count, FEWEST)
+    problem = Problem[View](lambda x, them: _residuals(x, them, camera), (_ALL, _ALL), _SCALE)
+    poses, checks = problem.solve_checked(
+        _start, views, lambda x, held: [_check(view, x, board) for view in held]
+    )
     return Calibration(
         key="camera_mount",
         what="eTc, the camera on the end effector",
-        transform=eTc,
+        transform=poses[0],
         views=len(views),
         held_out=len(checks),
         residual=problem.rms(poses, views),
         unit="px",
         uncertainty=problem.uncertainty(poses, views),
         check=worst(checks),
-        from_nominal=difference(eTc, nominal),
+        from_nominal=difference(poses[0], eTc),
         limits=LIMITS,
         hint=_HINT,
     )
 
 
-def start(views: Sequence[View]) -> Poses:
-    """(eTc, aTm) in closed form (Park and Martin 1994), from the motions between all views.
+def _start(views: Sequence[View]) -> Poses:
+    """(eTc, aTm) in closed form (Park and Martin, 1994), from the motions between all views.
 
     Of a motion A of the hand and the same motion B of the camera, A eTc = eTc B.
     """
@@ -107,8 +126,8 @@ def start(views: Sequence[View]) -> Poses:
     return eTc, views[0].aTe * eTc * views[0].cTm
 
 
-def _misses(poses: Poses, views: Sequence[View], camera: Intrinsics) -> Array:
-    """(N, 2) by how far the corners of all views miss those that were seen [px]."""
+def _residuals(poses: Poses, views: Sequence[View], camera: Intrinsics) -> Array:
+    """(N, 2) reprojection errors of the corners of all views [px]."""
     eTc, aTm = poses
     eTm = [view.aTe.actInv(aTm) for view in views]
     cTm = [eTc.actInv(one) for one in eTm]
@@ -119,12 +138,12 @@ def _misses(poses: Poses, views: Sequence[View], camera: Intrinsics) -> Array:
     seen = np.concatenate([view.corners.image for view in views])
     x, y, z = (np.einsum("nij,nj->ni", turns, points) + shifts).T
     pixels = np.stack([camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy], axis=1)
-    missed: Array = pixels - seen
-    return missed
+    errors: Array = pixels - seen
+    return errors
 
 
 def _check(view: View, poses: Poses, board: Board) -> Spread:
-    """By how far the board of a view that was not used is off, in its middle."""
+    """Error of the board's middle in a view that was not used."""
     eTc, aTm = poses
     middle = SE3(np.eye(3), board.centre)
     return difference(view.cTm * middle, (view.aTe * eTc).actInv(aTm) * middle)

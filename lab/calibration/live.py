@@ -18,23 +18,18 @@ from robots import RealRobot, load_robot
 
 _SETTLED = 0.5  # after a motion, until nothing swings any more [s]
 _PATIENCE = 3.0  # for an image [s]
-_LOOK = 0.01  # [s]
+_LOOK = 0.01  # between looks for an image [s]
 
 
 class Eye:
-    """The infrared images of a connected camera.
-
-    Args:
-        camera: with `infrared` on and the `emitter` off.
-        clock: that it stamps with.
-    """
+    """The infrared images of a connected camera, with `infrared` on and the `emitter` off."""
 
     def __init__(self, camera: RealSenseCamera, clock: Clock) -> None:
         self._camera, self._clock = camera, clock
         self._pause = threading.Event()
 
     def image(self) -> Grey:
-        """One that is captured after this call.
+        """An image captured after this call.
 
         Raises:
             HardwareError: none comes.
@@ -50,13 +45,9 @@ class Eye:
 
 
 class LiveArm(Eye):
-    """A Panda that takes a camera around. Nothing looks out for obstacles.
+    """A Panda with a camera, both connected; nothing watches for obstacles.
 
-    Args:
-        arm: connected.
-        camera: connected.
-        clock: of both.
-        speed: of the fastest joint [rad/s].
+    `speed` is that of the fastest joint [rad/s].
     """
 
     def __init__(
@@ -66,31 +57,24 @@ class LiveArm(Eye):
         self._arm, self._speed = arm, speed
 
     def q(self) -> Array:
-        """As the arm tells."""
+        """As measured."""
         return self._arm.read().q
 
     def move_to(self, q: Array) -> None:
-        """Straight in joint space.
+        """Move straight in joint space.
 
         Raises:
-            HardwareError: it does not get there.
+            HardwareError: the arm does not get there.
         """
         self._arm.move_to([float(one) for one in q], self._speed)
         self._pause.wait(_SETTLED)
 
 
 class LiveBase(Eye):
-    """A base that a person drives from place to place.
+    """A base that a person drives from place to place; arm and camera are connected.
 
-    Its driver is connected only while the base stands and is asked where it is: a driver stops a
-    base that others move.
-
-    Args:
-        base: not connected.
-        arm: connected; it rests.
-        camera: connected.
-        clock: of all.
-        ask: asks the person for another place, and waits; False if that was the last.
+    Its driver is connected only while the base stands and is read: a driver stops a base that
+    others move. `ask` asks the person for another place, and waits; False if that was the last.
     """
 
     def __init__(
@@ -109,10 +93,10 @@ class LiveBase(Eye):
         return self._ask()
 
     def wTb(self) -> SE3:
-        """As the base tells.
+        """The pose of the base.
 
         Raises:
-            HardwareError: it cannot be asked.
+            HardwareError: it cannot be read.
         """
         self._base.connect()
         try:
@@ -121,7 +105,7 @@ class LiveBase(Eye):
             self._base.close()
 
     def q(self) -> Array:
-        """As the arm tells."""
+        """As measured."""
         return self._arm.read().q
 
 
@@ -130,12 +114,12 @@ def live_arm(real: RealRobot, *, armed: bool) -> Iterator[LiveArm]:
     """Connect the arm and the camera of a real robot.
 
     Args:
-        real: what its file says.
-        armed: whether a person has said that it may move.
+        real: the robot file.
+        armed: whether a person has allowed motion.
 
     Raises:
-        UserError: nobody has, or another program commands it.
-        HardwareError: one of them cannot be reached.
+        UserError: it is not armed, or another program commands it.
+        HardwareError: a part cannot be reached.
     """
     check_armed(real, armed)
     with _parts(real) as (arm, camera, clock):
@@ -144,15 +128,11 @@ def live_arm(real: RealRobot, *, armed: bool) -> Iterator[LiveArm]:
 
 @contextmanager
 def live_base(real: RealRobot, ask: Callable[[], bool]) -> Iterator[LiveBase]:
-    """Connect the arm and the camera of a real robot, and ask the base when it is wanted.
-
-    Args:
-        real: what its file says.
-        ask: asks the person for another place, and waits; False if that was the last.
+    """Connect the arm and the camera of a real robot; the base is read when it stands.
 
     Raises:
         UserError: another program commands it.
-        HardwareError: one of them cannot be reached.
+        HardwareError: a part cannot be reached.
     """
     with _parts(real) as (arm, camera, clock):
         limits = load_robot(real.path).limits

@@ -1,4 +1,4 @@
-"""Where the arm takes the camera: postures that show the board from many sides."""
+"""Postures of the arm from which the camera sees the board."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from lab.calibration.result import CalibrationError
 from robots import RobotDescription
 
 _REACH = np.array([0.35, 0.35, 0.35, 0.35, 0.6, 0.5, 0.9])
-"""How far each joint goes from the first posture [rad]."""
+"""Of each joint from the first posture [rad]."""
 _CANDIDATES = 6000
-_DEPTHS = (0.28, 0.65)  # of the board's middle before the camera [m]
-_STEEPEST = np.deg2rad(45.0)  # between the camera's axis and the board's
+_DEPTHS = (0.28, 0.65)  # of the board's middle in the camera's frame [m]
+_STEEPEST = np.deg2rad(45.0)  # between the axes of camera and board
 _MARGIN = 25.0  # of the board from the edge of the image [px]
 _CLEARANCE = 0.12  # of the finger tips above the plane of the board [m]
-_JOINT_MARGIN = 0.15  # from the ends of the joints [rad]
-_ROTATION = 0.5  # [m/rad] for how different two postures are
+_JOINT_MARGIN = 0.15  # from the joint limits [rad]
+_ROTATION = 0.5  # weight of rotations in the distance of two postures [m/rad]
 
 
 def aTe_of(model: RobotModel, q: Array) -> SE3:
@@ -36,17 +36,17 @@ def postures(
     count: int,
     rng: np.random.Generator,
 ) -> list[Array]:
-    """Joint positions (7,) [rad] that show all of the board, as different as can be.
+    """Joint positions (7,) [rad] that show all of the board, as different as possible.
 
-    They are near the first one, and the hand stays above the plane of the board. Nothing else is
-    known of what stands around.
+    They are near the first ones, and the hand stays above the plane of the board; other obstacles
+    are unknown.
 
     Args:
-        description: of the robot; its camera's mount may be wrong by some centimetres.
+        description: of the robot; its camera mount may be wrong by some centimetres.
         model: of the robot.
         first: joint positions from which the board is seen.
-        aTm: where the board is on the arm's foot, about.
-        board: that lies there.
+        aTm: approximate pose of the board on the arm's foot.
+        board: the board.
         count: of postures.
         rng: for the candidates.
 
@@ -88,7 +88,7 @@ def _shows(description: RobotDescription, aTe: SE3, aTm: SE3, board: Board) -> b
 
 
 def _different(poses: list[SE3], count: int) -> list[int]:
-    """Numbers of poses, each as far from those before as can be."""
+    """Numbers of poses, each as far from those before as possible."""
     turns = np.array([pin.log3(poses[0].rotation.T @ one.rotation) for one in poses])
     features = np.column_stack([_ROTATION * turns, [one.translation for one in poses]])
     chosen = [0]
@@ -101,10 +101,10 @@ def _different(poses: list[SE3], count: int) -> list[int]:
 
 
 def _short_way(first: Array, goals: list[Array]) -> list[Array]:
-    """The same postures, each followed by the nearest that is left."""
-    way, here, left = [], first, list(goals)
-    while left:
-        nearest = min(range(len(left)), key=lambda k: float(np.abs(left[k] - here).max()))
-        here = left.pop(nearest)
+    """The same postures, each followed by the nearest remaining one."""
+    way, here, remaining = [], first, list(goals)
+    while remaining:
+        nearest = min(range(len(remaining)), key=lambda k: float(np.abs(remaining[k] - here).max()))
+        here = remaining.pop(nearest)
         way.append(here)
     return way

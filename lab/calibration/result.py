@@ -1,4 +1,4 @@
-"""What a calibration has found, whether that is good enough, and the file that it is written to."""
+"""Result of a calibration: the transform, its quality, and its file."""
 
 from __future__ import annotations
 
@@ -27,20 +27,20 @@ class Limits:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Calibration:
-    """A transform, and how good it is."""
+    """A transform and its quality."""
 
-    key: str  # of the robot file: where the transform belongs
+    key: str  # key of the transform in the robot file
     what: str  # the transform in words
     transform: SE3
     views: int
-    held_out: int  # of them, that were left out of the fit at first, and used as well in the end
+    held_out: int  # number of views left out of the first fit
     residual: float  # root mean square over all views
     unit: str  # of the residual
     uncertainty: Spread  # standard error of the transform
-    check: Spread  # the worst of the views that were held out, by the fit without them
-    from_nominal: Spread  # how far it is from what the robot file says
+    check: Spread  # worst held-out view, by the fit without them
+    from_nominal: Spread  # distance from the robot file
     limits: Limits
-    hint: str  # what may be wrong when it is poor
+    hint: str  # probable causes of a poor result
 
     def shortcomings(self) -> list[str]:
         """Why it is not good enough; empty if it is."""
@@ -59,16 +59,16 @@ class Calibration:
         ]
 
     def require_good(self) -> None:
-        """Accept it or not.
+        """Refuse a poor result.
 
         Raises:
-            CalibrationError: it is poor; nothing should be written.
+            CalibrationError: it is poor.
         """
         if poor := self.shortcomings():
             raise CalibrationError(f"refused: {', '.join(poor)}; {self.hint}")
 
     def lines(self) -> list[str]:
-        """It in words."""
+        """For people."""
         x, y, z = 1e3 * self.transform.translation
         moved = self.from_nominal
         return [
@@ -81,7 +81,7 @@ class Calibration:
         ]
 
     def yaml(self, command: str) -> str:
-        """The file: the transform as the robot file takes it, and how good it is."""
+        """The file: the transform as the robot file takes it, and its quality."""
         rows = [", ".join(f"{value:.9f}" for value in row) for row in self.transform.rotation]
         xyz = ", ".join(f"{value:.6f}" for value in self.transform.translation)
         sure, check = self.uncertainty, self.check
@@ -105,7 +105,7 @@ class Calibration:
         """Write the file.
 
         Raises:
-            CalibrationError: that cannot be done.
+            CalibrationError: it cannot be written.
         """
         try:
             path.write_text(self.yaml(command), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""What is calibrated: an arm with a camera, a base with both; simulated here, real in `live`."""
+"""Rigs to be calibrated: an arm with a camera, and a base with both; simulated ones."""
 
 from __future__ import annotations
 
@@ -11,27 +11,30 @@ from pinocchio import SE3
 from scipy.optimize import least_squares
 
 from controller import RobotModel
+from hw.sim import photograph
 from lab.calibration.board import Array, Board, Grey
 from lab.calibration.postures import aTe_of
-from lab.calibration.rendering import Look, render
-from robots import RobotDescription
+from robots import Intrinsics, RobotDescription
+
+_PIXELS = 60  # per square in the picture of the board
+_GROUND = 0.4  # brightness around the board, between ink and paper
 
 
 class ArmRig(Protocol):
-    """An arm that takes a camera around."""
+    """An arm with a camera."""
 
     def q(self) -> Array:
         """(7,) measured joint positions [rad]."""
 
     def move_to(self, q: Array) -> None:
-        """Take the arm to joint positions (7,) [rad], and wait until it rests."""
+        """Move to joint positions (7,) [rad], and wait until the arm rests."""
 
     def image(self) -> Grey:
         """(H, W) image of this moment."""
 
 
 class BaseRig(Protocol):
-    """A base that is taken from place to place, with an arm that rests."""
+    """A base that is moved from place to place, with an arm at rest."""
 
     def next_place(self) -> bool:
         """Wait until the base stands at another place; False if there is none left."""
@@ -47,8 +50,39 @@ class BaseRig(Protocol):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Look:
+    """Appearance of the board in the image."""
+
+    blur: float = 0.7  # standard deviation of the lens' blur [px]
+    noise: float = 4.0  # standard deviation of the noise, of 255
+    black: float = 40.0  # brightness of the ink, of 255
+    white: float = 190.0  # brightness of the paper, of 255
+    shade: float = 0.25  # by which the light falls off from one edge of the image to the other
+
+
+def render(
+    board: Board, cTm: SE3, camera: Intrinsics, look: Look, rng: np.random.Generator
+) -> Grey:
+    """(H, W) brightness of an image of the board at cTm on a grey ground, with blur and noise."""
+    printed = board.picture(_PIXELS).astype(np.float32) / 255.0
+    paper = np.pad(printed, _PIXELS // 2, constant_values=1.0)
+    edge = -0.5 * board.square
+    return photograph(
+        np.float32(look.black) + np.float32(look.white - look.black) * paper,
+        board.square / _PIXELS,
+        cTm * SE3(np.eye(3), np.array([edge, edge, 0.0])),
+        camera,
+        rng,
+        ground=look.black + (look.white - look.black) * _GROUND,
+        blur=look.blur,
+        noise=look.noise,
+        shade=look.shade,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
 class Noise:
-    """What is wrong with the measurements of a simulated rig."""
+    """Errors of a simulated rig."""
 
     look: Look = field(default_factory=Look)
     joints: float = 1e-4  # standard deviation of a joint position [rad]
@@ -57,13 +91,13 @@ class Noise:
 
 
 class SimulatedArm:
-    """A board lies below the camera; the camera is not quite where the robot file has it.
+    """An arm over a board, with a camera mount that differs from the robot file.
 
     Args:
         description: of the robot, nominal.
-        board: that is seen.
+        board: below the camera.
         noise: of images and joints.
-        rng: for noise, board and camera's mount.
+        rng: for noise, board and mount.
         offset: standard deviations of the true mount from the nominal one [m, rad].
     """
 
@@ -79,15 +113,13 @@ class SimulatedArm:
         self._camera = description.camera.intrinsics
         self._model = RobotModel(description)
         self.eTc = _beside(description.camera.eTc, offset, rng)
-        """The truth."""
         self._q = description.arm.ready.copy()
         turn = pin.utils.rotate("z", rng.uniform(-np.pi, np.pi)) @ pin.utils.rotate("x", 0.05)
         cTm = SE3(turn, np.array([0.0, 0.0, rng.uniform(0.38, 0.45)]) - turn @ board.centre)
         self.aTm = aTe_of(self._model, self._q) * self.eTc * cTm
-        """Where the board is on the arm's foot."""
 
     def q(self) -> Array:
-        """The joint positions, with noise."""
+        """With noise."""
         noisy: Array = self._q + self._noise.joints * self._rng.standard_normal(7)
         return noisy
 
@@ -96,20 +128,20 @@ class SimulatedArm:
         self._q = q.copy()
 
     def image(self) -> Grey:
-        """Drawn, with noise and blur."""
+        """With noise and blur."""
         cTm = (aTe_of(self._model, self._q) * self.eTc).actInv(self.aTm)
         return render(self._board, cTm, self._camera, self._noise.look, self._rng)
 
 
 class SimulatedBase:
-    """A board lies on the floor; the arm's foot is not quite where the robot file has it.
+    """A base at a board on the floor, with an arm's foot that differs from the robot file.
 
     Args:
-        description: of the robot, nominal; its camera's mount is right.
-        board: that is seen.
+        description: of the robot, nominal; its camera mount is right.
+        board: on the floor.
         noise: of images, joints and base.
         rng: for noise, places and the foot of the arm.
-        places: at which the base stands.
+        places: number of places of the base.
         height: of the camera above the floor [m].
     """
 
@@ -124,18 +156,17 @@ class SimulatedBase:
     ) -> None:
         self._description, self._board = description, board
         self._noise, self._rng = noise, rng
-        self._left = places
+        self._remaining = places
         self._model = RobotModel(description)
         self.bTa = _beside(description.bTa, (0.01, 0.02), rng)
-        """The truth."""
         self._q = _looking_down(description, self._model, height)
         self._wTb = SE3.Identity()
 
     def next_place(self) -> bool:
         """Somewhere around the board, which stays in the middle of the map."""
-        if self._left == 0:
+        if self._remaining == 0:
             return False
-        self._left -= 1
+        self._remaining -= 1
         rng, camera = self._rng, self._description.camera
         seen = camera.intrinsics
         u, v = rng.uniform(0.2, 0.8, 2) * (seen.width, seen.height)
@@ -147,19 +178,19 @@ class SimulatedBase:
         return True
 
     def wTb(self) -> SE3:
-        """The place of the base, with noise."""
+        """With noise."""
         noise, rng = self._noise, self._rng
         shift = np.array([*rng.normal(0.0, noise.place, 2), 0.0])
         turn = pin.utils.rotate("z", rng.normal(0.0, noise.heading))
         return SE3(self._wTb.rotation @ turn, self._wTb.translation + shift)
 
     def q(self) -> Array:
-        """The joint positions, with noise."""
+        """With noise."""
         noisy: Array = self._q + self._noise.joints * self._rng.standard_normal(7)
         return noisy
 
     def image(self) -> Grey:
-        """Drawn, with noise and blur."""
+        """With noise and blur."""
         description = self._description
         face_up = pin.utils.rotate("x", np.pi)
         wTm = SE3(face_up, -face_up @ self._board.centre)
@@ -174,7 +205,7 @@ def _beside(pose: SE3, offset: tuple[float, float], rng: np.random.Generator) ->
 
 
 def _looking_down(description: RobotDescription, model: RobotModel, height: float) -> Array:
-    """(7,) joint positions that hold the camera at a height over the floor before the base [m]."""
+    """(7,) joint positions with the camera at a height over the floor before the base [m]."""
     limits, ready, eTc = description.limits, description.arm.ready, description.camera.eTc
     rotation = (model.bTe(ready) * eTc).rotation
     goal = SE3(rotation, np.array([description.base.size[0] / 2.0 + 0.2, 0.0, height]))

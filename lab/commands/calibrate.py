@@ -1,4 +1,4 @@
-"""`frankie-task calibrate`: where the camera is on the hand, and the arm on the base."""
+"""`frankie-task calibrate`: camera on the hand, and arm on the base."""
 
 from __future__ import annotations
 
@@ -119,14 +119,14 @@ def base_arm(
         rig = lab.SimulatedBase(description, one, lab.Noise(), rng, views)
         _accept(lab.calibrate_base_arm(rig, description, one), out, truth=rig.bTa)
         return
-    left = views
+    remaining = views
 
     def ask() -> bool:
-        nonlocal left
-        if left == 0:
+        nonlocal remaining
+        if remaining == 0:
             return False
-        left -= 1
-        say(f"drive on, until the board is in view elsewhere, and stand; at most {left} more")
+        remaining -= 1
+        say(f"drive on, until the board is in view elsewhere, and stand; at most {remaining} more")
         say("Enter: take an image. End of input (Ctrl-D): the last one was enough.")
         return bool(sys.stdin.readline())
 
@@ -136,7 +136,6 @@ def base_arm(
 
 
 def _real(robot: str) -> RealRobot:
-    """How a robot is reached."""
     from robots import load_real_robot
 
     if (real := load_real_robot(robot)) is None:
@@ -152,7 +151,7 @@ def _board(columns: int, rows: int, square: float) -> Board:
 
 
 def _accept(found: Calibration, out: Path, truth: SE3 | None = None) -> None:
-    """Tell what was found; write it if it is good, refuse it if not."""
+    """Print a result; write it if it is good, refuse it if not."""
     from lab.calibration import difference
 
     for line in found.lines():
@@ -169,7 +168,7 @@ def _accept(found: Calibration, out: Path, truth: SE3 | None = None) -> None:
 
 @contextmanager
 def _faults_told() -> Iterator[None]:
-    """A fault of the hardware ends the command in one line."""
+    """End the command in one line at a hardware fault."""
     from hw import HardwareError
 
     try:

@@ -48,8 +48,7 @@ class GraspDetector:
         gripper: the hand.
         proposer: source of candidates, instead of `weights` and `network`.
         hold: how likely grasps hold; None takes what is shipped for this hand, if anything is.
-            by_check: rank grasps by check and network, and not by how likely they hold; None does
-            so for
+        by_check: rank grasps by check and network, not by how likely they hold; None does so for
             sources without a network.
 
     Raises:
@@ -139,23 +138,15 @@ class GraspDetector:
             return _no_grasp(frame, reason, covered, occupied)
         proposals = self.proposer.propose(prepared.network_input, allowed)
         is_meant = isinstance(workspace, ObjectRegion)
-        search = GraspRanking(
-            frame,
-            prepared,
-            around,
-            workspace,
-            floor,
-            self._gripper,
-            self._hold,
-        )
-        grasps = search.among(proposals)
-        # Where nobody tells what hardly holds, points all over find chords at the rims of what is
-        # too wide; so then they are looked at only on the one thing that is meant.
+        ranking = GraspRanking(frame, prepared, around, workspace, floor, self._gripper, self._hold)
+        grasps = ranking.among(proposals)
+        # Without a hold estimate, spread points find chords at the rims of objects that are too
+        # wide, so then they are tried only on given objects.
         if not grasps and self._otherwise is not None and (is_meant or self._hold is not None):
-            grasps = search.among(self._otherwise.propose(prepared.network_input, allowed))
+            grasps = ranking.among(self._otherwise.propose(prepared.network_input, allowed))
         if grasps:
             reason = ""
-        elif search.unlikely:
+        elif ranking.unlikely:
             reason = "the hand fits, but is not likely to hold anything"
         elif is_meant:
             reason = "the hand fits nowhere on what is meant"

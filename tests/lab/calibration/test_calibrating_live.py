@@ -99,15 +99,12 @@ def test_hand_eye_through_both_drivers(arm):
 
 
 def test_a_camera_that_is_lost_meanwhile_is_said(arm):
-    shot = Shot(
-        depth=np.full((480, 640), 0.4, np.float32),
-        stamp=0.0,
-        infrared=np.zeros((480, 640), np.uint8),
-    )
-    with RealSenseEmulator(
-        lambda: Shot(depth=shot.depth, stamp=stopwatch(), infrared=shot.infrared),
-        Options(infrared=True, rate=6),
-    ) as emulator:
+    depth, grey = np.full((480, 640), 0.4, np.float32), np.zeros((480, 640), np.uint8)
+
+    def shoot() -> Shot:
+        return Shot(depth=depth, stamp=stopwatch(), infrared=grey)
+
+    with RealSenseEmulator(shoot, Options(infrared=True, rate=6)) as emulator:
         clock = WallClock()
         camera = infrared(clock, emulator.address)
         try:

@@ -38,19 +38,41 @@ def call(*arguments: str):
 @pytest.mark.parametrize(
     ("command", "key"), [("hand-eye", "camera_mount"), ("base-arm", "arm_mount")]
 )
-def test_a_simulated_calibration_is_written_as_the_robot_file_takes_it(tmp_path, command, key):
+def test_a_simulated_calibration_is_written_as_the_robot_file_takes_it(
+    tmp_path, site, command, key
+):
     out = tmp_path / "found.yaml"
     code, said, _ = call(command, "--simulate", "--views", "16", "--out", str(out))
     assert code == 0
     assert "wrong by 0." in said
     assert f"{out} written" in said
     file = yaml.safe_load(out.read_text())
-    frankie = load_robot("frankie")
-    nominal = frankie.camera.eTc if key == "camera_mount" else frankie.bTa
     pose = PoseFile(**file[key]).pose()
-    assert np.linalg.norm(pose.translation - nominal.translation) < 0.05
     assert file["quality"]["views"] == 16
     assert file["quality"]["uncertainty"]["mm"] < 3.0
+    text, frankie = site.read_text(), load_robot("frankie")
+    site.write_text(f"{text}{key}: found.yaml\n")
+    robot = load_robot(site)
+    taken = robot.camera.eTc if key == "camera_mount" else robot.bTa
+    assert taken.isApprox(pose)
+    nominal = frankie.camera.eTc if key == "camera_mount" else frankie.bTa
+    assert np.linalg.norm(pose.translation - nominal.translation) < 0.05
+
+
+def test_a_wrong_file_of_a_calibration_is_refused(tmp_path, site):
+    out = tmp_path / "hand_eye.yaml"
+    assert call("hand-eye", "--simulate", "--views", "16", "--out", str(out))[0] == 0
+    text = site.read_text()
+    site.write_text(text + "arm_mount: hand_eye.yaml\n")
+    with pytest.raises(ConfigError, match="has no `arm_mount`; it is of another calibration"):
+        load_robot(site)
+    site.write_text(text + "camera_mount: hand_ey.yaml\n")
+    with pytest.raises(ConfigError, match=r"there is no file .*hand_ey\.yaml"):
+        load_robot(site)
+    out.write_text(out.read_text().replace("quality", "qualty"))
+    site.write_text(text + "camera_mount: hand_eye.yaml\n")
+    with pytest.raises(ConfigError, match=r"hand_eye\.yaml:"):
+        load_robot(site)
 
 
 def test_a_file_that_cannot_be_written_is_named(tmp_path):
@@ -99,25 +121,6 @@ def test_a_robot_that_cannot_be_reached_is_a_hardware_fault_in_a_line(site, comm
     code, _, error = call(command, "--robot", str(site), *arming)
     assert (code, len(error.splitlines())) == (3, 1)
     assert "no camera is plugged in" in error
-
-
-def test_a_robot_file_takes_the_file_of_a_calibration(site, tmp_path):
-    out = tmp_path / "hand_eye.yaml"
-    call("hand-eye", "--simulate", "--views", "16", "--out", str(out))
-    text = site.read_text()
-    site.write_text(text + "camera_mount: hand_eye.yaml\n")
-    pose = PoseFile(**yaml.safe_load(out.read_text())["camera_mount"]).pose()
-    assert load_robot(site).camera.eTc.isApprox(pose)
-    site.write_text(text + "arm_mount: hand_eye.yaml\n")
-    with pytest.raises(ConfigError, match="has no `arm_mount`; it is of another calibration"):
-        load_robot(site)
-    site.write_text(text + "camera_mount: hand_ey.yaml\n")
-    with pytest.raises(ConfigError, match=r"there is no file .*hand_ey\.yaml"):
-        load_robot(site)
-    out.write_text(out.read_text().replace("quality", "qualty"))
-    site.write_text(text + "camera_mount: hand_eye.yaml\n")
-    with pytest.raises(ConfigError, match=r"hand_eye\.yaml:"):
-        load_robot(site)
 
 
 def test_a_pose_in_a_robot_file_is_checked_where_it_stands(site):
