@@ -38,9 +38,7 @@ def call(*arguments: str):
 @pytest.mark.parametrize(
     ("command", "key"), [("hand-eye", "camera_mount"), ("base-arm", "arm_mount")]
 )
-def test_a_simulated_calibration_is_written_as_the_robot_file_takes_it(
-    tmp_path, site, command, key
-):
+def test_a_simulated_calibration_is_taken_by_the_robot_file(tmp_path, site, command, key):
     out = tmp_path / "found.yaml"
     code, said, _ = call(command, "--simulate", "--views", "16", "--out", str(out))
     assert code == 0
