@@ -45,9 +45,8 @@ class GraspTracker:
     """Tracks one grasp.
 
     Args:
-            lock_distance: distance of the camera at which the grasp is locked, once it is known
-            whether it
-            moves; infinite locks it at once [m].
+        lock_distance: distance of the camera at which the grasp is locked, once it is known whether
+            it moves; infinite locks it at once [m].
         settings: of following, switching and rejecting.
     """
 

@@ -25,13 +25,13 @@ def test_points_lie_where_a_grasp_may_be_and_are_the_same_again(source) -> None:
 def test_there_are_as_many_as_wanted_and_no_more_than_pixels() -> None:
     few = np.zeros_like(ALLOWED)
     few[7, 7:10] = True
-    assert len(RandomPoints(16).propose(IMAGE, ALLOWED).candidates.quality) == 16
-    assert len(RandomPoints(16).propose(IMAGE, few).candidates.quality) == 3
-    assert len(SpreadPoints(128).propose(IMAGE, few).candidates.quality) == 3
+    assert len(RandomPoints().propose(IMAGE, ALLOWED).candidates.quality) == 16
+    assert len(RandomPoints().propose(IMAGE, few).candidates.quality) == 3
+    assert len(SpreadPoints().propose(IMAGE, few).candidates.quality) == 3
 
 
 def test_spread_points_leave_no_large_part_out() -> None:
-    pixel = SpreadPoints(128).propose(IMAGE, ALLOWED).candidates.pixel
+    pixel = SpreadPoints().propose(IMAGE, ALLOWED).candidates.pixel
     assert 64 <= len(pixel) <= 128
     v, u = np.nonzero(ALLOWED)
     distance = np.hypot(u[:, None] - pixel[:, 0], v[:, None] - pixel[:, 1]).min(axis=1)

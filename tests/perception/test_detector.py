@@ -1,6 +1,5 @@
 """From frame to grasps in the world: exact geometry, unusable frames, and the shipped weights."""
 
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -15,11 +14,9 @@ from perception import (
     Detection,
     GraspDetector,
     Proposals,
-    WeightsError,
 )
 from perception.frame import Array, Image, Mask, ObjectRegion
-from perception.geometry import closing_direction, grasp_pose
-from perception.grasps.feasibility import DEPTHS
+from perception.geometry import closing_direction
 from robots import Box, Geom, load_robot
 
 ROBOT = load_robot("frankie")
@@ -82,19 +79,7 @@ def test_closing_directions_are_exact_for_a_tilted_camera() -> None:
         assert found[0] == pytest.approx(direction, abs=2e-3)
 
 
-@pytest.mark.parametrize("direction", [-2.5, -1.0, 0.0, 0.4, 1.5, 3.0])
-def test_the_grasp_comes_from_above_and_turns_the_camera_least(direction: float) -> None:
-    wTc = looking_down(0.4, yaw=0.7)
-    wTg = grasp_pose(3.0, 0.1, 0.5, direction, wTc)
-    assert wTg.rotation[:, 2] == pytest.approx([0.0, 0.0, -1.0])
-    assert np.linalg.det(wTg.rotation) == pytest.approx(1.0)
-    across = np.array([-np.sin(direction), np.cos(direction), 0.0])
-    assert abs(wTg.rotation[:, 1] @ across) < 1e-9
-    assert wTg.rotation[:, 1] @ wTc.rotation[:, 0] >= 0.0
-
-
-@pytest.mark.parametrize("tilt", [(0.0, 0.0), (0.1, -0.08)])
-@pytest.mark.parametrize("yaw", [-0.9, 0.5])
+@pytest.mark.parametrize(("yaw", "tilt"), [(-0.9, (0.0, 0.0)), (0.5, (0.1, -0.08))])
 def test_the_shipped_weights_grasp_a_box_across(
     detector: GraspDetector, yaw: float, tilt: tuple[float, float]
 ) -> None:
@@ -106,17 +91,11 @@ def test_the_shipped_weights_grasp_a_box_across(
     assert abs((turn + np.pi / 2) % np.pi - np.pi / 2) < np.deg2rad(12)
     assert best.width == pytest.approx(0.04, abs=0.006)
     assert best.stamp == 4.5
+    assert best.wTg.rotation[:, 2] == pytest.approx([0.0, 0.0, -1.0])
     hand = Hand(GRIPPER, best.wTg)
     assert world.collision(hand, best.opening) is None
     assert world.close_fingers(hand, best.opening, 20.0).holding == "box"
     assert [g.quality for g in found.grasps] == sorted(g.quality for g in found.grasps)[::-1]
-
-
-def test_the_height_is_below_the_surface_and_above_the_floor(detector: GraspDetector) -> None:
-    found = detector.detect(frame(box_world(), looking_down(0.42)), WORKSPACE)
-    for grasp in found.grasps:
-        height = grasp.wTg.translation[2] - FLOOR
-        assert 0.05 - DEPTHS[-1] - 0.003 <= height <= 0.05 - DEPTHS[0] + 0.004
 
 
 def test_pixel_and_angle_are_where_the_grasp_is_in_the_image(detector: GraspDetector) -> None:
@@ -146,38 +125,31 @@ def test_only_what_lies_in_the_workspace_is_grasped(detector: GraspDetector) -> 
 
 
 class Astray:
-    """Proposes a single grasp, on the floor of the container."""
+    """Proposes a single grasp, in a corner where the hand meets the wall."""
 
     name = "astray"
 
     def propose(self, image: Image, allowed: Mask) -> Proposals:
-        """The corner of what may be grasped; there the hand meets the wall."""
-        one = Candidates(
-            pixel=np.array([[20.0, 20.0]]),
-            angle=np.zeros(1),
-            width=np.zeros(1),
-            quality=np.ones(1),
-        )
+        pixel, none = np.array([[20.0, 20.0]]), np.zeros(1)
+        one = Candidates(pixel=pixel, angle=none, width=none, quality=np.ones(1))
         return Proposals(one, np.zeros_like(image), directions=1)
 
 
 class Half:
-    """The half of the box beyond its middle, as a thing that was told apart."""
+    """The half of the box beyond its middle, as a segmented object."""
 
     floor = FLOOR
 
     def contains(self, points: Array) -> Mask:
-        """Points of the workspace on that side."""
         inside: Mask = WORKSPACE.contains(points) & (points[:, 0] > 3.03)
         return inside
 
     def owns(self, centres: Array, contacts: Array) -> Mask:
-        """Grasps with both contacts on that side."""
         owned: Mask = self.contains(contacts.reshape(-1, 3)).reshape(-1, 2).all(axis=1)
         return owned & self.contains(centres)
 
 
-def test_on_what_is_meant_the_check_looks_everywhere_if_no_proposal_fits() -> None:
+def test_on_given_objects_the_check_looks_everywhere_if_no_proposal_fits() -> None:
     seen = frame(box_world(), looking_down(0.4))
     astray = GraspDetector(gripper=GRIPPER, by_check=True)
     astray.proposer = Astray()
@@ -235,41 +207,32 @@ def test_the_same_frame_gives_the_same_grasps_bit_for_bit(detector: GraspDetecto
 GOOD_POSE = looking_down(0.42)
 BAD_FRAMES = {
     "all missing": (np.full((480, 640), np.nan, dtype=np.float32), GOOD_POSE),
-    "all zero": (np.zeros((480, 640), dtype=np.float32), GOOD_POSE),
-    "saturated": (np.full((480, 640), 65.535, dtype=np.float32), GOOD_POSE),
     "infinite": (np.full((480, 640), np.inf, dtype=np.float32), GOOD_POSE),
     "negative": (np.full((480, 640), -1.0, dtype=np.float32), GOOD_POSE),
     "constant": (np.full((480, 640), 0.4, dtype=np.float32), GOOD_POSE),
     "three channels": (np.full((480, 640, 3), 0.4, dtype=np.float32), GOOD_POSE),
-    "flat list": (np.full(480, 0.4, dtype=np.float32), GOOD_POSE),
     "empty": (np.zeros((0, 0), dtype=np.float32), GOOD_POSE),
     "tiny": (np.full((4, 4), 0.4, dtype=np.float32), GOOD_POSE),
     "looking up": (
         np.random.default_rng(0).uniform(0.3, 0.5, (480, 640)).astype(np.float32),
         SE3.Identity(),
     ),
-    "lost camera": (
-        np.random.default_rng(0).uniform(0.3, 0.5, (480, 640)).astype(np.float32),
-        SE3(np.eye(3), np.full(3, np.nan)),
-    ),
 }
 
 
 @pytest.mark.parametrize("name", BAD_FRAMES)
-@pytest.mark.parametrize("workspace", [None, WORKSPACE])
-def test_unusable_frames_give_a_reason_and_no_exception(
-    detector: GraspDetector, name: str, workspace: Region | None
-) -> None:
+def test_unusable_frames_give_a_reason_and_no_exception(detector: GraspDetector, name: str) -> None:
     depth, wTc = BAD_FRAMES[name]
     bad = SimpleNamespace(depth=depth, intrinsics=CAMERA, wTc=wTc, stamp=1.0)
-    found = detector.detect(bad, workspace)
-    assert found.grasps == ()
-    assert found.reason
-    assert "\n" not in found.reason
-    assert np.isnan(found.occupied_area)  # not known, which is not the same as empty
+    for workspace in (None, WORKSPACE):
+        found = detector.detect(bad, workspace)
+        assert found.grasps == ()
+        assert found.reason
+        assert "\n" not in found.reason
+        assert np.isnan(found.occupied_area)  # unknown, which is not the same as empty
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_nonsense_depth_is_survived(detector: GraspDetector, seed: int) -> None:
     rng = np.random.default_rng(seed)
     depth = rng.uniform(-0.1, 6.0, (480, 640)).astype(np.float32)
@@ -279,8 +242,3 @@ def test_nonsense_depth_is_survived(detector: GraspDetector, seed: int) -> None:
         DepthFrame(depth=depth, intrinsics=CAMERA, wTc=wTc, stamp=0.0), WORKSPACE
     )
     assert (found.grasps == ()) == bool(found.reason)
-
-
-def test_missing_weights_are_said_so(tmp_path: Path) -> None:
-    with pytest.raises(WeightsError, match="no such weights file"):
-        GraspDetector(tmp_path / "nothing.safetensors", gripper=GRIPPER)

@@ -1,4 +1,4 @@
-"""Weights that nobody trained: each is refused in one line, and no code in them runs."""
+"""Hostile weights files: each is refused in one line, and no code in them runs."""
 
 import pickle
 import random
@@ -26,24 +26,12 @@ class Bomb:
 
 
 def tensors(change):
-    """A safetensors file of the shipped weights, with some changed."""
+    """A file of the shipped weights, with some changed."""
 
     def make(path: Path) -> None:
         state = load_file(SHIPPED / "bins.safetensors")
         name = next(key for key, value in state.items() if value.is_floating_point())
-        changed = change(state, name)
-        save_file(changed, path)
-
-    return make
-
-
-def saved(change):
-    """The same as a file of PyTorch."""
-
-    def make(path: Path) -> None:
-        state = load_file(SHIPPED / "bins.safetensors")
-        name = next(key for key, value in state.items() if value.is_floating_point())
-        torch.save(change(state, name), path)
+        (save_file if path.suffix == ".safetensors" else torch.save)(change(state, name), path)
 
     return make
 
@@ -67,7 +55,6 @@ def one(make):
 
 HOSTILE = {
     "all 1e38": ("s", every(1e38)),
-    "all 1e5": ("s", every(1e5)),
     "all 9999, which no answer survives": ("s", every(9999.0)),
     "all endless": ("s", every(float("inf"))),
     "negative variances": (
@@ -75,20 +62,14 @@ HOSTILE = {
         tensors(lambda s, _: {k: -abs(v) - 1 if "running_var" in k else v for k, v in s.items()}),
     ),
     "one that is no number": ("s", tensors(one(lambda v: torch.full_like(v, torch.nan)))),
-    "one of 1e30": ("s", tensors(one(lambda v: torch.full_like(v, 1e30)))),
     "another shape": ("s", tensors(one(lambda v: torch.zeros(3)))),
-    "no numbers at all": ("s", tensors(one(lambda v: torch.zeros(0)))),
     "whole numbers": ("s", tensors(one(lambda v: v.to(torch.int64)))),
-    "truths": ("s", tensors(one(lambda v: v > 0))),
     "one missing": ("s", tensors(lambda s, name: {k: v for k, v in s.items() if k != name})),
-    "one too many": ("s", tensors(lambda s, name: s | {"more": torch.zeros(1)})),
     "truncated": ("s", data(lambda b: b[:5000])),
-    "the last byte missing": ("s", data(lambda b: b[:-1])),
     "empty": ("s", data(lambda b: b"")),
     "a header of 2^63": ("s", data(lambda b: struct.pack("<Q", 2**63) + b[8:])),
     "a header of brackets": ("s", data(lambda b: struct.pack("<Q", 10**6) + b"{" * 10**6)),
     "a header that is no text": ("s", data(lambda b: b.replace(b"weight", b"we\xffght"))),
-    "a name with a zero": ("s", data(lambda b: b.replace(b"weight", b"wei\x00ht"))),
     "overlapping tensors": (
         "s",
         data(lambda b: b.replace(b'"data_offsets":[0,', b'"data_offsets":[4,', 1)),
@@ -99,14 +80,11 @@ HOSTILE = {
         "s",
         lambda path: path.write_bytes(pickle.dumps(Bomb(path.parent / "ran"))),
     ),
-    "a garbled archive": ("p", lambda path: path.write_bytes(b"PK\x03\x04" + bytes(3000))),
-    "an empty file": ("p", lambda path: path.write_bytes(b"")),
-    "half a file": ("p", lambda path: (saved(lambda s, _: s)(path), halve(path))),
+    "half a file": ("p", lambda path: (tensors(lambda s, _: s)(path), halve(path))),
     "a list": ("p", lambda path: torch.save([], path)),
     "numbers as names": ("p", lambda path: torch.save({1: torch.zeros(2)}, path)),
-    "a sparse tensor": ("p", saved(one(lambda v: v.to_sparse()))),
-    "a tensor without data": ("p", saved(one(lambda v: v.to("meta")))),
-    "a complex tensor": ("p", saved(one(lambda v: v.to(torch.complex64)))),
+    "a sparse tensor": ("p", tensors(one(lambda v: v.to_sparse()))),
+    "a tensor without data": ("p", tensors(one(lambda v: v.to("meta")))),
     "a folder": ("p", Path.mkdir),
     "nothing": ("s", lambda path: None),
 }
@@ -144,7 +122,7 @@ def test_flipped_bytes_are_refused_or_give_a_network_that_answers(name, tmp_path
     good, rng = (SHIPPED / f"{name}.safetensors").read_bytes(), random.Random(0)
     path = tmp_path / "w.safetensors"
     loaded = 0
-    for _ in range(60):
+    for _ in range(30):
         content = bytearray(good)
         for _ in range(rng.choice((1, 3, 20))):
             where = 4000 if rng.random() < 0.7 else len(content)
@@ -158,7 +136,7 @@ def test_flipped_bytes_are_refused_or_give_a_network_that_answers(name, tmp_path
         with torch.inference_mode():
             assert torch.isfinite(network(torch.zeros(1, 1, 300, 300))).all()
         read_metadata(path)
-    assert 0 < loaded < 60
+    assert 0 < loaded < 30
 
 
 def test_odd_metadata_is_text(tmp_path):

@@ -1,4 +1,4 @@
-"""What a map of a region knows: what stands there, however low, and what was not seen."""
+"""Maps of regions: objects, however low, and what was not seen."""
 
 from dataclasses import replace
 
@@ -40,7 +40,7 @@ def seen_in(shown: list[DepthFrame]) -> RegionMap:
     return seen
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(2))
 def test_an_empty_floor_is_empty_though_the_camera_is_mounted_a_little_wrong(seed):
     wTc = looking_down(0.5, yaw=0.4 * seed)
     error = SE3(exp3(np.radians([0.3, -0.3, 0.3])), np.array([0.002, -0.002, 0.002]))

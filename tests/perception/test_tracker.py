@@ -1,4 +1,4 @@
-"""Following one grasp through made-up sequences of detections."""
+"""Tracking of one grasp through synthetic sequences of detections."""
 
 from dataclasses import replace
 
@@ -51,17 +51,10 @@ def position(estimate: GraspEstimate | None) -> np.ndarray:
     return np.asarray(estimate.wTg.translation)
 
 
-def test_the_best_is_followed_first() -> None:
+def test_the_tracker_does_not_switch_to_what_the_image_cuts_off() -> None:
     tracker = GraspTracker()
-    followed = tracker.update(seen(grasp(0.1, 0.0, quality=0.9), grasp(-0.1, 0.0)), FAR)
-    assert position(followed)[0] == pytest.approx(0.1)
-    assert tracker.reason == ""
-    assert not tracker.locked
-
-
-def test_what_the_image_cuts_off_is_not_switched_to() -> None:
-    tracker = GraspTracker()
-    tracker.update(seen(grasp(0.0, 0.0, quality=0.3)), FAR)
+    first = tracker.update(seen(grasp(0.0, 0.0, quality=0.3), grasp(0.2, 0.0, quality=0.2)), FAR)
+    assert position(first)[0] == pytest.approx(0.0)
     cut_off = replace(grasp(0.1, 0.0, quality=0.9), whole=False)
     for _ in range(10):
         followed = tracker.update(seen(grasp(0.0, 0.0, quality=0.3), cut_off), FAR)
@@ -69,15 +62,6 @@ def test_what_the_image_cuts_off_is_not_switched_to() -> None:
     for _ in range(10):
         followed = tracker.update(seen(grasp(0.0, 0.0, quality=0.3), grasp(0.1, 0.0)), FAR)
     assert position(followed)[0] == pytest.approx(0.1)
-
-
-def test_a_ranking_that_jumps_to_and_fro_does_not_move_the_goal() -> None:
-    tracker = GraspTracker()
-    for frame in range(40):
-        left = grasp(-0.1, 0.0, quality=0.6 if frame % 2 else 0.7)
-        right = grasp(0.1, 0.0, quality=0.7 if frame % 2 else 0.6)
-        followed = tracker.update(seen(left, right), FAR)
-        assert position(followed)[0] == pytest.approx(-0.1)
 
 
 def test_a_single_frame_that_looks_much_better_elsewhere_does_not_either() -> None:
@@ -94,7 +78,7 @@ def test_a_single_frame_that_looks_much_better_elsewhere_does_not_either() -> No
     [(0.4, 0.9, 0.2), (0.3, 0.43, 0.2), (0.8, 0.95, 0.2), (0.8, 0.9, 0.0), (0.98, 0.99, 0.0)],
 )
 def test_one_that_stays_clearly_better_is_followed_instead(quality, other, x) -> None:
-    """Of those that are likely to hold it is what they lack that tells them apart."""
+    """Of likely ones the odds decide."""
     tracker = GraspTracker()
     tracker.update(seen(grasp(0.0, 0.0, quality=quality)), FAR)
     for _ in range(SETTINGS.switch_after):
@@ -144,17 +128,17 @@ def test_near_the_grasp_the_goal_is_locked_and_moves_no_more() -> None:
     assert back_up is locked
     tracker.reset()
     assert not tracker.locked
-
-
-def test_an_infinite_distance_locks_at_first_sight() -> None:
-    tracker = GraspTracker(lock_distance=np.inf)
-    tracker.update(seen(grasp(0.0, 0.0)), FAR)
-    assert tracker.locked
+    at_once = GraspTracker(lock_distance=np.inf)
+    at_once.update(seen(grasp(0.0, 0.0)), FAR)
+    assert at_once.locked
 
 
 def test_a_grasp_that_is_not_seen_again_is_lost_with_a_reason() -> None:
     tracker = GraspTracker()
     tracker.update(seen(grasp(0.0, 0.0)), FAR)
+    for _ in range(SETTINGS.lost_after - 1):
+        tracker.update(seen(), FAR)
+    tracker.update(seen(grasp(0.0, 0.0)), FAR)  # the count starts anew
     for _ in range(SETTINGS.lost_after - 1):
         assert tracker.update(seen(reason="nothing stands out"), FAR) is not None
     assert tracker.update(seen(reason="nothing stands out"), FAR) is None
@@ -163,15 +147,6 @@ def test_a_grasp_that_is_not_seen_again_is_lost_with_a_reason() -> None:
     assert tracker.reason == "nothing stands out"
     assert tracker.update(seen(grasp(0.1, 0.1)), FAR) is not None
     assert tracker.reason == ""
-
-
-def test_being_seen_again_in_time_starts_the_count_anew() -> None:
-    tracker = GraspTracker()
-    tracker.update(seen(grasp(0.0, 0.0)), FAR)
-    for _ in range(5):
-        for _ in range(SETTINGS.lost_after - 1):
-            tracker.update(seen(), FAR)
-        assert tracker.update(seen(grasp(0.0, 0.0)), FAR) is not None
 
 
 def test_a_failed_grasp_is_avoided_until_forgotten() -> None:
@@ -196,12 +171,3 @@ def test_only_grasps_like_a_failed_one_are_avoided(x: float, yaw_deg: float, avo
     tracker.reject(grasp(0.0, 0.0).wTg)
     followed = tracker.update(seen(grasp(x, 0.0, yaw_deg=yaw_deg)), FAR)
     assert (followed is None) == avoided
-
-
-def test_memory_of_failures_is_bounded() -> None:
-    tracker = GraspTracker()
-    first = grasp(0.0, 0.0)
-    tracker.reject(first.wTg)
-    for i in range(1000):
-        tracker.reject(grasp(1.0 + i, 0.0).wTg)
-    assert tracker.update(seen(first), FAR) is not None

@@ -66,7 +66,11 @@ def test_across_a_box_is_good_and_along_it_is_too_wide() -> None:
     assert across["width"] == pytest.approx(0.04, abs=0.003)
     assert across["top"] == pytest.approx(FLOOR + 0.05, abs=1e-4)
     assert across["z"] == pytest.approx(FLOOR + 0.05 - DEPTHS[0], abs=1e-4)
+    assert across["width"] + 0.015 < across["opening"] <= GRIPPER.opening
+    assert across["z"] + HAND.palm > FLOOR + 0.05
     assert feasibility(where, 30)["score"] == 0.0
+    assert feasibility(where, 120, x=-0.04, y=0.05)["score"] == 0.0  # the air beside it
+    assert feasibility(scene(), 0)["score"] == 0.0
 
 
 def test_the_dimensions_are_those_of_the_franka_hand_with_margins() -> None:
@@ -98,12 +102,6 @@ def test_another_gripper_is_assessed_with_its_own_dimensions() -> None:
     assert raised["z"] > feasibility(where, 90)["z"]
 
 
-def test_no_grasp_is_too_deep_for_the_palm() -> None:
-    for height in (0.04, 0.07, 0.10):
-        found = feasibility(scene(box(0, 0, 0.04, 0.04, height)), 90)
-        assert found["z"] + HAND.palm > FLOOR + height
-
-
 def test_round_things_are_grasped_deeper_than_upright_ones() -> None:
     upright = feasibility(scene(box(0, 0, 0.05, 0.05, 0.05)), 0)
     round_one = feasibility(scene(ball(0, 0, 0.03)), 0)
@@ -118,10 +116,9 @@ def test_the_centre_moves_to_the_middle_between_the_contacts() -> None:
     assert off["x"] == pytest.approx(0.01, abs=1e-9)
 
 
-@pytest.mark.parametrize("skew_deg", [-15, 15])
-def test_the_turn_makes_the_closing_direction_square(skew_deg: float) -> None:
-    found = feasibility(scene(box(0, 0, 0.12, 0.04, 0.05)), 90 + skew_deg)
-    assert np.rad2deg(found["turn"]) == pytest.approx(-skew_deg, abs=4)
+def test_the_turn_makes_the_closing_direction_square() -> None:
+    found = feasibility(scene(box(0, 0, 0.12, 0.04, 0.05)), 90 + 15)
+    assert np.rad2deg(found["turn"]) == pytest.approx(-15, abs=4)
 
 
 def test_low_things_are_taken_just_above_the_floor() -> None:
@@ -138,12 +135,6 @@ def test_a_ball_is_good_from_everywhere_and_a_flat_cone_from_nowhere() -> None:
         assert feasibility(scene(cone(0.035, 0.03)), direction)["score"] < 0.1
 
 
-def test_the_bare_floor_and_the_air_beside_an_object_are_nothing() -> None:
-    where = scene(box(0, 0, 0.1, 0.04, 0.05))
-    assert feasibility(scene(), 0)["score"] == 0.0
-    assert feasibility(where, 90, y=0.05)["score"] == 0.0
-
-
 @pytest.mark.parametrize(("gap", "fits"), [(0.010, False), (0.030, True)])
 def test_a_neighbour_must_leave_room_for_a_finger(gap: float, fits: bool) -> None:
     neighbour = box(0, 0.02 + gap + 0.03, 0.1, 0.06, 0.05)
@@ -153,11 +144,6 @@ def test_a_neighbour_must_leave_room_for_a_finger(gap: float, fits: bool) -> Non
         finger_outside = found["opening"] / 2 + 0.0158
         assert finger_outside < 0.02 + gap
         assert found["opening"] > found["width"] + 0.007
-
-
-def test_a_lone_object_is_approached_with_room_to_spare() -> None:
-    found = feasibility(scene(box(0, 0, 0.1, 0.04, 0.05)), 90)
-    assert found["width"] + 0.015 < found["opening"] <= GRIPPER.opening
 
 
 def test_the_palm_stays_above_tall_neighbours_or_gives_up() -> None:
@@ -178,11 +164,6 @@ def test_the_camera_stays_above_what_stands_beside_the_hand() -> None:
     where = scene(box(0, 0, 0.03, 0.04, 0.05), tall)
     assert feasibility(where, 90)["score"] == 0.0
     assert feasibility(where, 90, gripper=replace(GRIPPER, camera=None))["score"] > 0.0
-
-
-def test_a_wall_beside_the_fingers_counts_as_much_as_an_object() -> None:
-    wall = box(0, 0.05, 0.3, 0.006, 0.05)
-    assert feasibility(scene(box(0, 0.02, 0.1, 0.04, 0.03), wall), 90, y=0.02)["score"] == 0.0
 
 
 def test_refining_turns_a_bad_proposal_into_a_good_one() -> None:
@@ -212,14 +193,6 @@ def test_what_is_refined_is_checked_where_it_has_been_moved_to() -> None:
     assert (np.abs(again.offset) < 0.002).all()
 
 
-def test_refining_nothing_or_the_impossible_gives_nothing() -> None:
-    one = np.ones(1)
-    empty = np.zeros(0)
-    where = scene(box(0, 0, 0.2, 0.15, 0.05))
-    assert len(refine(where, 0 * one, 0 * one, 0 * one, one, FLOOR, GRIPPER).score) == 0
-    assert len(refine(where, empty, empty, empty, empty, FLOOR, GRIPPER).score) == 0
-
-
 def test_height_maps_of_a_tilted_camera_are_level() -> None:
     """A plane seen obliquely is a level map at its height, whatever the depths."""
     camera = Intrinsics(width=200, height=200, fx=200.0, fy=200.0, cx=99.5, cy=99.5)
@@ -239,32 +212,36 @@ def test_height_maps_of_a_tilted_camera_are_level() -> None:
 def test_of_equal_grasps_the_one_in_the_middle_comes_first() -> None:
     """A bar with a heavy head: its ends and its middle are as good to the fingers."""
     where = scene(box(0.0, 0.0, 0.24, 0.02, 0.03), box(0.10, 0.0, 0.04, 0.06, 0.05))
-    levers = ObjectCentroids(where, FLOOR + 0.008, None)
+    centroids = ObjectCentroids(where, FLOOR + 0.008, None)
     at = np.array([-0.09, -0.02, 0.03])
     two = (at, 0 * at, np.full(3, np.pi / 2), np.full(3, 0.8), FLOOR, GRIPPER)
-    first = refine(where, *two, directions=1, levers=levers).x[0]
+    first = refine(where, *two, directions=1, centroids=centroids).x[0]
     assert abs(first - 0.03) < 0.01
-    assert levers.at(np.array([0.03]), np.zeros(1))[0] < 0.03
+    assert centroids.at(np.array([0.03]), np.zeros(1))[0] < 0.03
     assert refine(where, *two, directions=1).score.max() > 0
+    too_wide = scene(box(0, 0, 0.2, 0.15, 0.05))
+    assert len(refine(too_wide, *two).score) == 0
+    empty = np.zeros(0)
+    assert len(refine(where, empty, empty, empty, empty, FLOOR, GRIPPER).score) == 0
 
 
 def test_lever_arms_are_those_of_one_thing_and_none_beside_it() -> None:
     where = scene(box(-0.1, 0.0, 0.06, 0.04, 0.03), box(0.1, 0.0, 0.06, 0.04, 0.06))
-    levers = ObjectCentroids(where, FLOOR + 0.008, None)
-    arms = levers.at(np.array([-0.1, 0.12, 0.0]), np.zeros(3))
+    centroids = ObjectCentroids(where, FLOOR + 0.008, None)
+    arms = centroids.at(np.array([-0.1, 0.12, 0.0]), np.zeros(3))
     assert arms == pytest.approx([0.0, 0.02, 0.0], abs=0.003)
-    assert levers.preference(np.array([-0.1, 0.12]), np.zeros(2)) == pytest.approx(
+    assert centroids.preference(np.array([-0.1, 0.12]), np.zeros(2)) == pytest.approx(
         [1.0, 0.75], abs=0.04
     )
 
 
-def test_of_what_the_image_cuts_off_nobody_knows_the_middle() -> None:
+def test_the_middle_of_what_the_image_cuts_off_is_unknown() -> None:
     """A bar that leaves the image at its right end, and a ball beside it."""
     where = scene(box(0.1, 0.0, 0.16, 0.03, 0.04), ball(-0.1, 0.0, 0.02))
     y = np.linspace(-0.1, 0.1, 50)
     x = np.full_like(y, X.max())
     border = np.stack([x, y, where.at(x, y)], axis=1)
-    levers = ObjectCentroids(where, FLOOR + 0.008, None, border)
+    centroids = ObjectCentroids(where, FLOOR + 0.008, None, border)
     at = np.array([0.1, 0.16, -0.1, 0.0]), np.zeros(4)
-    assert levers.shows_all(*at).tolist() == [False, False, True, True]
+    assert centroids.shows_all(*at).tolist() == [False, False, True, True]
     assert ObjectCentroids(where, FLOOR + 0.008, None).shows_all(*at).all()

@@ -1,4 +1,4 @@
-"""What an image does not show: holes and their causes, the border, and the hand beside them."""
+"""Stereo depth: smoothing, holes and their causes, the border, and the hand beside them."""
 
 from dataclasses import replace
 
@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from pinocchio import SE3
 from test_detector import CAMERA, FLOOR, GRIPPER, box_world, frame, looking_down
-from test_grasp_feasibility import FLOOR as MAP_FLOOR
-from test_grasp_feasibility import HAND, X, box, scene
+from test_feasibility import FLOOR as MAP_FLOOR
+from test_feasibility import HAND, X, box, scene
 
 from hw.sim import World
 from perception.grasps.feasibility import assess
 from perception.grasps.height_map import HeightMap, local_heights
 from perception.grasps.network_input import central_crop
 from perception.grasps.object_centroids import ObjectCentroids
-from perception.grasps.stereo import BASELINE, unknown_pixels
+from perception.grasps.stereo import BASELINE, smoothed, unknown_pixels
 from robots import Box, Geom
 
 FX = 400.0
@@ -38,18 +38,11 @@ def test_only_a_hole_wider_than_any_shadow_is_unknown() -> None:
     assert unknown_share(image_with_hole(40, 40 + shadow)) == 0.0
     assert unknown_share(image_with_hole(40, 60 + shadow)) == 1.0
     assert unknown_share(image_with_hole(40, 40 + shadow, near=0.59)) == 1.0
-
-
-def test_a_speckle_is_not_unknown() -> None:
-    depth = np.full((40, 120), 0.6, dtype=np.float32)
-    depth[10:14, 50:54] = np.nan
-    assert unknown_share(depth) == 0.0
-
-
-def test_a_hole_without_neighbours_is_unknown() -> None:
-    depth = np.full((40, 120), 0.6, dtype=np.float32)
-    depth[10:25] = np.nan
-    assert unknown_share(depth) == 1.0
+    speckle, rows = (np.full((40, 120), 0.6, dtype=np.float32) for _ in range(2))
+    speckle[10:14, 50:54] = np.nan
+    assert unknown_share(speckle) == 0.0
+    rows[10:25] = np.nan  # without neighbours
+    assert unknown_share(rows) == 1.0
 
 
 def seen_from(wTc: SE3, hole: int = 0) -> HeightMap:
@@ -103,8 +96,8 @@ def test_what_the_hand_hides_is_cut_off(below: int, whole: bool) -> None:
     depth = np.array(seen.depth)
     depth[-below:] = np.nan
     around = local_heights(seen, depth, central_crop(depth.shape, CAMERA, 0.3), 0.3)
-    levers = ObjectCentroids(around.scene, FLOOR + 0.008, None, around.border)
-    assert levers.shows_all(np.array([3.0]), np.zeros(1)).tolist() == [whole]
+    centroids = ObjectCentroids(around.scene, FLOOR + 0.008, None, around.border)
+    assert centroids.shows_all(np.array([3.0]), np.zeros(1)).tolist() == [whole]
 
 
 def test_the_middle_is_not_known_of_what_stands_beside_something_unknown() -> None:
@@ -115,10 +108,10 @@ def test_the_middle_is_not_known_of_what_stands_beside_something_unknown() -> No
     here = np.array([2.99]), np.zeros(1)
     for depth, shown in ((np.array(seen.depth), True), (hidden, False)):
         around = local_heights(seen, depth, central_crop(depth.shape, CAMERA, 0.3), 0.3)
-        levers = ObjectCentroids(around.scene, FLOOR + 0.008, None, around.border)
-        assert levers.at(*here)[0] < 0.05
-        assert levers.shows_middle(*here).tolist() == [shown]
-        assert levers.shows_middle(np.array([3.1]), np.zeros(1)).tolist() == [False]  # nothing
+        centroids = ObjectCentroids(around.scene, FLOOR + 0.008, None, around.border)
+        assert centroids.at(*here)[0] < 0.05
+        assert centroids.shows_middle(*here).tolist() == [shown]
+        assert centroids.shows_middle(np.array([3.1]), np.zeros(1)).tolist() == [False]  # nothing
 
 
 def test_a_thing_that_gives_no_depth_is_unknown_where_it_stands() -> None:
@@ -126,9 +119,6 @@ def test_a_thing_that_gives_no_depth_is_unknown_where_it_stands() -> None:
     found = seen_from(looking_down(0.4), hole=80)
     assert unknown_at(found, 3.0, 0.0)
     assert not unknown_at(found, 3.1, 0.0)
-
-
-def test_what_is_outside_the_map_is_unknown() -> None:
     unknown = seen_from(looking_down(0.45, yaw=0.4)).unknown
     assert unknown is not None
     assert all(edge.all() for edge in (unknown[0], unknown[-1], unknown[:, 0], unknown[:, -1]))
@@ -169,3 +159,34 @@ def test_no_finger_goes_down_where_the_image_shows_nothing(beside: float, fits: 
     assert HAND.opening > 0.03
     found = assess(where, 0 * one, 0 * one, 0 * one, MAP_FLOOR, GRIPPER)
     assert (found.score[0] > 0.0) == fits
+
+
+def step(near: float, far: float, noise: float, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """The true depth of a step and what a stereo camera measures, with a noise in pixels."""
+    true = np.full((60, 80), far, dtype=np.float32)
+    true[20:40, 30:50] = near
+    disparity = FX * BASELINE / true
+    disparity += noise * np.random.default_rng(seed).standard_normal(true.shape)
+    return true, (FX * BASELINE / disparity).astype(np.float32)
+
+
+def test_smoothing_improves_far_surfaces_and_keeps_edges() -> None:
+    true, measured = step(1.5, 1.5, noise=0.1)
+    before, after = (np.std(depth - true) for depth in (measured, smoothed(measured, FX)))
+    assert before == pytest.approx(0.0113, rel=0.1)
+    assert after < before / 3
+    true, measured = step(1.35, 1.5, noise=0.05)
+    edge = 0.5 * (1.35 + 1.5)
+    assert np.mean((smoothed(measured, FX) < edge) == (true < edge)) > 0.999
+
+
+def test_a_hole_stays_a_hole_and_spoils_nothing_around_it() -> None:
+    true, measured = step(1.5, 1.5, noise=0.02)
+    measured[30, 40] = np.nan
+    measured[10:14, 10:14] = 0.0
+    result = smoothed(measured, FX)
+    assert np.isnan(result[30, 40])
+    assert np.isnan(result[10:14, 10:14]).all()
+    seen = np.isfinite(result)
+    assert seen.sum() == true.size - 17
+    assert np.abs(result[seen] - 1.5).max() < 0.006

@@ -1,4 +1,4 @@
-"""Preparing depth images and reading the network's maps, on images with known answers."""
+"""Network input and output maps, on images with known answers."""
 
 import numpy as np
 import pytest
@@ -21,26 +21,15 @@ DOWN = np.diag([1.0, -1.0, -1.0])
 ALL = np.ones((300, 300), dtype=np.bool_)
 
 
-@pytest.mark.parametrize("depth", [0.36, 0.45, 0.6])
-def test_the_scale_is_constant_where_the_image_is_large_enough(depth: float) -> None:
+@pytest.mark.parametrize("depth", [0.01, 0.36, 0.6, 100.0])
+def test_the_crop_is_inside_the_image_and_of_constant_scale_where_it_can_be(depth: float) -> None:
     crop = central_crop((480, 640), CAMERA, depth)
-    assert crop.scale * depth / CAMERA.fx == pytest.approx(METRES_PER_PIXEL, rel=0.01)
-    assert crop.u0 + crop.size / 2 == pytest.approx(320, abs=1)
-
-
-@pytest.mark.parametrize("depth", [0.01, 0.2, 100.0])
-def test_the_crop_stays_inside_the_image(depth: float) -> None:
-    crop = central_crop((480, 640), CAMERA, depth)
-    assert crop.u0 >= 0
-    assert crop.v0 >= 0
+    assert min(crop.u0, crop.v0) >= 0
     assert crop.u0 + crop.size <= 640
     assert crop.v0 + crop.size <= 480
-
-
-def test_the_outer_corners_of_the_input_are_those_of_the_crop() -> None:
-    crop = Crop(u0=100, v0=50, size=360)
-    corners = crop.to_image(np.array([[-0.5, -0.5], [299.5, 299.5]]))
-    assert corners == pytest.approx(np.array([[99.5, 49.5], [459.5, 409.5]]))
+    assert crop.u0 + crop.size / 2 == pytest.approx(320, abs=1)
+    if 0.3 < depth < 1.0:
+        assert crop.scale * depth / CAMERA.fx == pytest.approx(METRES_PER_PIXEL, rel=0.01)
 
 
 def to_input(crop: Crop, u: float, v: float) -> np.ndarray:
@@ -61,11 +50,6 @@ def test_a_shadow_beside_an_object_is_filled_with_the_background() -> None:
     assert (filled[:, 6:10] == np.float32(0.5)).all()
     assert (filled[:, 10:15] == np.float32(0.4)).all()
     assert np.isfinite(filled).all()
-
-
-def test_filling_nothing_at_all_is_refused() -> None:
-    with pytest.raises(ValueError, match="no pixel of the depth image"):
-        fill(np.zeros((3, 3), dtype=np.float32), np.ones((3, 3), dtype=np.bool_))
 
 
 def test_preparing_keeps_depth_marks_holes_and_takes_the_mean_away() -> None:
@@ -98,7 +82,7 @@ def _maps(u: float, v: float, angle: float, width: float) -> np.ndarray:
     return maps
 
 
-@pytest.mark.parametrize("angle_deg", [-80, -45, 0, 30, 60, 89])
+@pytest.mark.parametrize("angle_deg", [-80, 0, 89])
 def test_a_ridge_is_found_to_a_fraction_of_a_pixel(angle_deg: float) -> None:
     angle = np.deg2rad(angle_deg)
     rng = np.random.default_rng(0)
@@ -109,11 +93,6 @@ def test_a_ridge_is_found_to_a_fraction_of_a_pixel(angle_deg: float) -> None:
     turn = (found.angle[0] - angle + np.pi / 2) % np.pi - np.pi / 2
     assert abs(np.rad2deg(turn)) < 5.0
     assert found.width[0] == pytest.approx(27.0, abs=0.5)
-
-
-def test_the_peak_of_a_smooth_ridge_is_exact_to_a_tenth_of_a_pixel() -> None:
-    found = find_candidates(grasp_maps(_maps(120.3, 200.7, 0.0, 20.0), ALL))
-    assert found.pixel[0] == pytest.approx([120.3, 200.7], abs=0.1)
 
 
 def test_the_angle_does_not_suffer_where_it_wraps_around() -> None:
@@ -135,17 +114,6 @@ def test_no_grasp_where_none_is_allowed() -> None:
     assert not any(100 <= u < 140 and 180 <= v < 220 for u, v in found.pixel)
     nothing = find_candidates(grasp_maps(maps, np.zeros_like(ALL)))
     assert len(nothing.quality) == 0
-
-
-def test_candidates_are_ranked_apart_and_limited() -> None:
-    maps = np.zeros((4, 300, 300), dtype=np.float32)
-    for i in range(9):
-        ridge = _maps(30.0 + 30.0 * i, 150.0, 0.0, 20.0)
-        maps[0] = np.maximum(maps[0], ridge[0] * (0.5 + 0.05 * i))
-    found = find_candidates(grasp_maps(maps, ALL), count=5)
-    assert len(found.quality) == 5
-    assert (np.diff(found.quality) <= 0).all()
-    assert found.pixel[0, 0] == pytest.approx(270.0, abs=1.0)
 
 
 def test_a_tilted_camera_gives_a_level_image() -> None:
@@ -172,7 +140,7 @@ def _answer(u: float, v: float, bin_: float, width: float) -> np.ndarray:
     return np.concatenate([quality, widths], axis=2).astype(np.float32)
 
 
-@pytest.mark.parametrize("bin_", [0.0, 0.4, 7.7, 15.8])
+@pytest.mark.parametrize("bin_", [0.4, 15.8])
 def test_the_best_direction_and_place_are_found_between_the_bins(bin_: float) -> None:
     everywhere = np.ones((100, 100), dtype=np.bool_)
     found, quality = bin_candidates(_answer(130.0, 88.0, bin_, 24.0), everywhere)
@@ -190,10 +158,6 @@ def test_two_good_directions_at_one_place_are_two_candidates() -> None:
     found, _ = bin_candidates(np.maximum(one, other), everywhere)
     assert len(found.quality) == 2
     assert sorted(np.rint(-found.angle * ANGLE_BINS / np.pi)) == [2, 10]
-
-
-def test_bins_are_silent_where_no_grasp_is_allowed() -> None:
-    nowhere = np.zeros((100, 100), dtype=np.bool_)
-    found, quality = bin_candidates(_answer(150.0, 150.0, 2.0, 20.0), nowhere)
-    assert len(found.quality) == 0
+    nothing, quality = bin_candidates(one, ~everywhere)
+    assert len(nothing.quality) == 0
     assert not quality.any()

@@ -1,4 +1,4 @@
-"""Grasps by how likely they hold, and where to look when a network proposes none."""
+"""Ranking of grasps by how likely they hold, and the fallback when a network proposes none."""
 
 import numpy as np
 import pytest
