@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     )
     from perception.grasps.patches import NUMBERS, GraspPatches, HoldProbability, joined_patches
     from perception.grasps.scene_memory import SceneMemory
-    from perception.grasps.tracker import GraspTracker, TrackerSettings
+    from perception.grasps.tracker import GraspTracker
     from perception.objects.boundaries import (
         BOUNDARY_FEATURES,
         boundary_features,
@@ -84,7 +84,6 @@ __all__ = [
     "Shard",
     "SurfaceGrid",
     "SurfaceSettings",
-    "TrackerSettings",
     "WeightsError",
     "Workspace",
     "assess",

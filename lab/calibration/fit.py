@@ -43,8 +43,7 @@ class Problem(Generic[View]):
 
     Args:
         residuals: of the poses.
-            free: for each pose, which of its six freedoms (x, y, z, rotations about them) are
-            estimated.
+        free: which of its six freedoms (x, y, z, rotations) are estimated, for each pose.
         scale: larger residuals count less.
     """
 

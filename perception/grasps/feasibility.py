@@ -121,43 +121,17 @@ def assess(
         np.tile(lowest, n),
         hand,
     )
-    scores = found.score.reshape(n, -1) * (1.0 - _DEPTH_COST * np.arange(n))[:, None]
+    scores = found["score"].reshape(n, -1) * (1.0 - _DEPTH_COST * np.arange(n))[:, None]
     best = scores.argmax(axis=0), np.arange(len(top))
-
-    def chosen(name: str) -> Array:
-        values: Array = getattr(found, name).reshape(n, -1)[best]
-        return values
-
-    offset = chosen("offset")
-    return Assessment(
-        score=chosen("score"),
-        x=x + cosine * offset,
-        y=y + sine * offset,
-        z=chosen("z"),
-        top=top,
-        width=chosen("width"),
-        opening=chosen("opening"),
-        offset=offset,
-        turn=chosen("turn"),
-    )
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _AtDepth:
-    """The fields of `Assessment` at one depth each; all (N,)."""
-
-    score: Array
-    z: Array
-    width: Array
-    opening: Array
-    offset: Array
-    turn: Array
+    chosen = {name: values.reshape(n, -1)[best] for name, values in found.items()}
+    offset = chosen["offset"]
+    return Assessment(x=x + cosine * offset, y=y + sine * offset, top=top, **chosen)
 
 
 def _assess_at(
     heights: Image, unknown: Mask, top: Array, deep: Array, lowest: Array, hand: HandDimensions
-) -> _AtDepth:
-    """Assess grasps at one depth each.
+) -> dict[str, Array]:
+    """Fields of `Assessment` of grasps at one depth each.
 
     Args:
         heights: (N, across, along) around each grasp, in the world [m].
@@ -209,14 +183,14 @@ def _assess_at(
         _CONTACT_LINES(np.minimum(lines_left, lines_right)),
         whole & (width > _MIN_WIDTH),
     )
-    return _AtDepth(
-        score=np.prod(np.stack([np.asarray(f, dtype=float) for f in factors]), axis=0),
-        z=z,
-        width=width,
-        opening=opening,
-        offset=offset,
-        turn=-0.5 * (turn_left + turn_right),
-    )
+    return {
+        "score": np.prod(np.stack([np.asarray(f, dtype=float) for f in factors]), axis=0),
+        "z": z,
+        "width": width,
+        "opening": opening,
+        "offset": offset,
+        "turn": -0.5 * (turn_left + turn_right),
+    }
 
 
 def _lowest(

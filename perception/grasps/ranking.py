@@ -61,7 +61,20 @@ class GraspRanking:
             return ()
         x, y, direction = self._in_world(candidates.pixel, candidates.angle)
         for directions in sorted({proposals.directions, ALL_DIRECTIONS}):
-            found = self._refine(x, y, direction, directions, proposals)
+            found = refine(
+                self._scene,
+                x,
+                y,
+                direction,
+                candidates.quality,
+                self._floor,
+                self._gripper,
+                directions=directions,
+                turn_cost=proposals.turn_cost,
+                count=proposals.most,
+                centroids=self._centroids,
+                owned=self._owned if isinstance(self._workspace, ObjectRegion) else None,
+            )
             if len(found.score):
                 return self._estimates(self._judged(found))
         return ()
@@ -91,24 +104,6 @@ class GraspRanking:
         height = points[:, 2]
         turned = closing_direction(frame.intrinsics, frame.wTc, pixel, angle, height)
         return points[:, 0], points[:, 1], turned
-
-    def _refine(
-        self, x: Array, y: Array, direction: Array, directions: int, proposals: Proposals
-    ) -> RefinedGrasps:
-        return refine(
-            self._scene,
-            x,
-            y,
-            direction,
-            proposals.candidates.quality,
-            self._floor,
-            self._gripper,
-            directions=directions,
-            turn_cost=proposals.turn_cost,
-            count=proposals.most,
-            centroids=self._centroids,
-            owned=self._owned if isinstance(self._workspace, ObjectRegion) else None,
-        )
 
     def _owned(self, found: Assessment, direction: Array) -> Mask:
         """Which grasps close on the workspace's objects alone."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import isinf
 
 import numpy as np
@@ -19,24 +19,14 @@ from pinocchio import SE3, exp3, log3
 from perception.grasp import Detection, GraspEstimate
 from perception.grasps.velocity import GraspVelocity
 
-
-@dataclass(frozen=True, kw_only=True)
-class TrackerSettings:
-    """Thresholds of following, switching and rejecting."""
-
-    near_distance: float = 0.03  # horizontal, of a candidate that is the tracked grasp [m]
-    near_angle: float = float(np.radians(30.0))  # of such a candidate [rad]
-    smoothing: float = 0.4  # weight of the newest frame, 0 to 1
-    lost_after: int = 15  # frames in a row without such a candidate
-    switch_ratio: float = 1.4  # of the quality of a better candidate to the tracked, or ...
-    switch_odds: float = 2.5  # ... of the odds to hold, e.g. 0.93 to 0.84 ...
-    switch_after: int = 4  # ... in this many frames in a row
-    rejected_distance: float = 0.015  # horizontal, of a candidate to a failed grasp [m]
-    rejected_angle: float = float(np.radians(20.0))  # of such a candidate [rad]
-    remembered: int = 32  # number of failed grasps
-
-
-_DEFAULT = TrackerSettings()
+LOST_AFTER = 15  # frames in a row without a candidate that is the tracked grasp
+SWITCH_AFTER = 4  # frames in a row with a better candidate
+_NEAR = 0.03, float(np.radians(30.0))  # largest distance of such a candidate [m, rad]
+_REJECTED = 0.015, float(np.radians(20.0))  # largest distance to a failed grasp [m, rad]
+_SMOOTHING = 0.4  # weight of the newest frame, 0 to 1
+_SWITCH_RATIO = 1.4  # of the quality of a better candidate to the tracked, or ...
+_SWITCH_ODDS = 2.5  # ... of the odds to hold, e.g. 0.93 to 0.84
+_REMEMBERED = 32  # failed grasps
 _TURN_WEIGHT = 0.2 / np.pi  # a right angle counts as much as a distance of 0.1 m [m/rad]
 _HALF_TURN = SE3(np.diag([-1.0, -1.0, 1.0]), np.zeros(3))
 
@@ -47,14 +37,12 @@ class GraspTracker:
     Args:
         lock_distance: distance of the camera at which the grasp is locked, once it is known whether
             it moves; infinite locks it at once [m].
-        settings: of following, switching and rejecting.
     """
 
-    def __init__(self, lock_distance: float = 0.25, settings: TrackerSettings = _DEFAULT) -> None:
+    def __init__(self, lock_distance: float = 0.25) -> None:
         self.lock_distance = lock_distance
-        self.settings = settings
         self.reason = ""  # why the last `update` returned None
-        self._rejected: deque[SE3] = deque(maxlen=settings.remembered)
+        self._rejected: deque[SE3] = deque(maxlen=_REMEMBERED)
         self.reset()
 
     @property
@@ -102,36 +90,35 @@ class GraspTracker:
             else:
                 self.reason = detection.reason or "all grasps in sight have failed before"
             return
-        s, tracked = self.settings, self._tracked
+        tracked = self._tracked
         tracked = replace(tracked, wTg=tracked.wTg_at(detection.stamp), stamp=detection.stamp)
-        near = [c for c in candidates if _close(c.wTg, tracked.wTg, s.near_distance, s.near_angle)]
+        near = [c for c in candidates if _close(c.wTg, tracked.wTg, *_NEAR)]
         if near:
             self._frames_missed = 0
             nearest = min(near, key=lambda c: _difference(c.wTg, tracked.wTg))
             velocity = self._motion(nearest.middle, nearest.stamp)
-            tracked = replace(_blend(tracked, nearest, s.smoothing), velocity=velocity)
+            tracked = replace(_blend(tracked, nearest, _SMOOTHING), velocity=velocity)
             self._tracked = tracked
         else:
             self._frames_missed += 1
-            if self._frames_missed >= s.lost_after:
+            if self._frames_missed >= LOST_AFTER:
                 motion = self._motion
                 self.reset()
                 if tracked.velocity.any():  # it goes on while it is not seen
                     self._motion = motion
-                self.reason = f"the grasp was not seen again in {s.lost_after} frames"
+                self.reason = f"the grasp was not seen again in {LOST_AFTER} frames"
                 return
         best = next((c for c in candidates if c.whole), None)
         if best is None or best in near or not self._is_better(best.quality, tracked.quality):
             self._frames_outdone = 0
             return
         self._frames_outdone += 1
-        if self._frames_outdone >= s.switch_after:
+        if self._frames_outdone >= SWITCH_AFTER:
             self._track(best)
 
     def _is_better(self, quality: float, than: float) -> bool:
-        s = self.settings
-        odds = quality * (1.0 - than) >= s.switch_odds * than * (1.0 - quality)
-        return quality >= s.switch_ratio * than or odds
+        odds = quality * (1.0 - than) >= _SWITCH_ODDS * than * (1.0 - quality)
+        return quality >= _SWITCH_RATIO * than or odds
 
     def _track(self, grasp: GraspEstimate) -> None:
         if grasp.middle is None:
@@ -145,11 +132,7 @@ class GraspTracker:
         self._frames_missed = self._frames_outdone = 0
 
     def _is_rejected(self, grasp: GraspEstimate) -> bool:
-        s = self.settings
-        return any(
-            _close(grasp.wTg, failed, s.rejected_distance, s.rejected_angle)
-            for failed in self._rejected
-        )
+        return any(_close(grasp.wTg, failed, *_REJECTED) for failed in self._rejected)
 
 
 def _blend(tracked: GraspEstimate, newest: GraspEstimate, weight: float) -> GraspEstimate:

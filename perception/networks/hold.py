@@ -45,22 +45,11 @@ class HoldNetwork(nn.Module):
     def __init__(self) -> None:
         super().__init__()
         first, then = CHANNELS
-        self.near = nn.Sequential(
-            _block(3, first),
-            nn.MaxPool2d(2),
-            _block(first, then),
-            nn.MaxPool2d(2),
-            _block(then, then),
-            nn.MaxPool2d(2),
-            _block(then, then),
-        )
+        pool = nn.MaxPool2d(2)
+        blocks = _block(3, first), _block(first, then), _block(then, then), _block(then, then)
+        self.near = nn.Sequential(blocks[0], pool, blocks[1], pool, blocks[2], pool, blocks[3])
         self.far = nn.Sequential(
-            _block(3, first),
-            nn.MaxPool2d(2),
-            _block(first, then),
-            nn.MaxPool2d(2),
-            _block(then, then),
-            nn.MaxPool2d(2),
+            _block(3, first), pool, _block(first, then), pool, _block(then, then), pool
         )
         cells = sum(rows * columns // 64 for rows, columns in (NEAR_SHAPE, FAR_SHAPE))
         self.head = nn.Sequential(
@@ -82,25 +71,20 @@ class HoldNetwork(nn.Module):
     ) -> Tensor:
         """(N,) logits of the probability; the arguments are those of `as_tensors`."""
         height = numbers[:, NUMBERS.index("height"), None, None]
-        maps = (
-            torch.stack(
-                [
-                    near.clamp(-0.05, 0.05) / _LENGTH,
-                    near_unknown,
-                    (near + height).clamp(0.0, 0.15) / _FAR_LENGTH,
-                ],
-                dim=1,
-            ),
-            torch.stack(
-                [
-                    far.clamp(-0.1, 0.1) / _FAR_LENGTH,
-                    far_unknown,
-                    (far + height).clamp(0.0, 0.2) / _FAR_LENGTH,
-                ],
-                dim=1,
-            ),
+        near_maps = (
+            near.clamp(-0.05, 0.05) / _LENGTH,
+            near_unknown,
+            (near + height).clamp(0.0, 0.15) / _FAR_LENGTH,
         )
-        seen = [self.near(maps[0]).flatten(1), self.far(maps[1]).flatten(1)]
+        far_maps = (
+            far.clamp(-0.1, 0.1) / _FAR_LENGTH,
+            far_unknown,
+            (far + height).clamp(0.0, 0.2) / _FAR_LENGTH,
+        )
+        seen = [
+            self.near(torch.stack(near_maps, dim=1)).flatten(1),
+            self.far(torch.stack(far_maps, dim=1)).flatten(1),
+        ]
         return torch.as_tensor(
             self.head(torch.cat([*seen, _scaled(numbers), measures], dim=1))[:, 0]
         )
@@ -133,15 +117,9 @@ def _scaled(numbers: Tensor) -> Tensor:
 
 def as_tensors(patches: GraspPatches, gripper: GripperDescription) -> tuple[Tensor, ...]:
     """The arguments of `HoldNetwork.forward`: the fields of patches, and their `hold_measures`."""
+    fields = (patches.near, patches.near_unknown, patches.far, patches.far_unknown, patches.numbers)
     near, near_unknown, far, far_unknown, numbers = (
-        torch.from_numpy(np.asarray(each, dtype=np.float32))
-        for each in (
-            patches.near,
-            patches.near_unknown,
-            patches.far,
-            patches.far_unknown,
-            patches.numbers,
-        )
+        torch.from_numpy(np.asarray(each, dtype=np.float32)) for each in fields
     )
     measures = hold_measures(near, far, far_unknown, numbers, gripper)
     return near, near_unknown, far, far_unknown, numbers, measures

@@ -7,9 +7,8 @@ import pytest
 from pinocchio import SE3, exp3
 
 from perception import Detection, GraspEstimate, GraspTracker
-from perception.grasps.tracker import TrackerSettings
+from perception.grasps.tracker import LOST_AFTER, SWITCH_AFTER
 
-SETTINGS = TrackerSettings()
 DOWN = np.diag([1.0, -1.0, -1.0])
 
 
@@ -67,7 +66,7 @@ def test_the_tracker_does_not_switch_to_what_the_image_cuts_off() -> None:
 def test_a_single_frame_that_looks_much_better_elsewhere_does_not_either() -> None:
     tracker = GraspTracker()
     tracker.update(seen(grasp(0.0, 0.0, quality=0.4)), FAR)
-    for _ in range(SETTINGS.switch_after - 1):
+    for _ in range(SWITCH_AFTER - 1):
         tracker.update(seen(grasp(0.0, 0.0, quality=0.4), grasp(0.2, 0.0, quality=0.9)), FAR)
     followed = tracker.update(seen(grasp(0.0, 0.0, quality=0.4)), FAR)
     assert position(followed)[0] == pytest.approx(0.0)
@@ -81,7 +80,7 @@ def test_one_that_stays_clearly_better_is_followed_instead(quality, other, x) ->
     """Of likely ones the odds decide."""
     tracker = GraspTracker()
     tracker.update(seen(grasp(0.0, 0.0, quality=quality)), FAR)
-    for _ in range(SETTINGS.switch_after):
+    for _ in range(SWITCH_AFTER):
         followed = tracker.update(
             seen(grasp(0.0, 0.0, quality=quality), grasp(0.2, 0.0, quality=other)), FAR
         )
@@ -136,13 +135,13 @@ def test_near_the_grasp_the_goal_is_locked_and_moves_no_more() -> None:
 def test_a_grasp_that_is_not_seen_again_is_lost_with_a_reason() -> None:
     tracker = GraspTracker()
     tracker.update(seen(grasp(0.0, 0.0)), FAR)
-    for _ in range(SETTINGS.lost_after - 1):
+    for _ in range(LOST_AFTER - 1):
         tracker.update(seen(), FAR)
     tracker.update(seen(grasp(0.0, 0.0)), FAR)  # the count starts anew
-    for _ in range(SETTINGS.lost_after - 1):
+    for _ in range(LOST_AFTER - 1):
         assert tracker.update(seen(reason="nothing stands out"), FAR) is not None
     assert tracker.update(seen(reason="nothing stands out"), FAR) is None
-    assert str(SETTINGS.lost_after) in tracker.reason
+    assert str(LOST_AFTER) in tracker.reason
     assert tracker.update(seen(reason="nothing stands out"), FAR) is None
     assert tracker.reason == "nothing stands out"
     assert tracker.update(seen(grasp(0.1, 0.1)), FAR) is not None
