@@ -16,7 +16,6 @@ from pinocchio import SE3, Quaternion
 
 from behaviours import Region
 from config import ConfigError
-from hw import DepthFrame
 from hw.sim import MODELLED, RANDOM_BODIES, Objects, SimObject, World
 from hw.sim.physics import FloatingHand
 from lab.grasps.scenes import (
@@ -26,8 +25,6 @@ from lab.grasps.scenes import (
     OBJECT_WIDTHS,
     ROBOT,
     TRAINING_CLASSES,
-    noisy_frame,
-    random_view,
     world_with,
 )
 from perception import WALL_MARGIN
@@ -113,12 +110,6 @@ def is_inside(obj: SimObject, region: Region) -> bool:
     where = obj.pose.translation
     room = np.array([WALL_MARGIN + 0.012, WALL_MARGIN + 0.012, 0.0])
     return bool(region.contains(np.array([where + side * room for side in (-1.0, 1.0)])).all())
-
-
-def random_frame(world: World, rng: np.random.Generator) -> DepthFrame:
-    """A noisy frame from a random view of the objects."""
-    view = random_view(world, rng)
-    return noisy_frame(world.shapes(), view.wTc, view.noise, rng)
 
 
 def at_rest(world: World) -> FloatingHand:

@@ -93,10 +93,10 @@ def scene_outcomes(seed: int, groups: tuple[str, ...]) -> Outcomes | None:
         groups: of objects, in turn.
     """
     # Not at the top: MuJoCo is an extra.
-    from lab.grasps.dropped_scenes import drop_scene, random_frame
+    from lab.grasps.dropped_scenes import drop_scene
     from lab.grasps.judge import execute
     from lab.grasps.results import BIN
-    from lab.grasps.scenes import EVALUATION_SEED, ROBOT, nearest_object
+    from lab.grasps.scenes import EVALUATION_SEED, ROBOT, nearest_object, noisy_frame, random_view
 
     count = (1, BIN)[seed % 2]
     scene = drop_scene(seed, count, group=group_of(seed, groups))
@@ -107,7 +107,8 @@ def scene_outcomes(seed: int, groups: tuple[str, ...]) -> Outcomes | None:
     good: list[bool] = []
     mass: list[float] = []
     for _ in range(1 if count == 1 else 2):
-        frame = random_frame(scene.world, rng)
+        view = random_view(scene.world, rng)
+        frame = noisy_frame(scene.world.shapes(), view.wTc, view.noise, rng)
         remaining = _GRASPS
         for _ in range(_POINTS):
             found = detector.detect(frame, scene.region).grasps

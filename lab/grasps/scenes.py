@@ -59,9 +59,6 @@ class View:
     """A camera that looks at a scene."""
 
     wTc: SE3  # camera in the world
-    height: float  # of the camera above the floor [m]
-    tilt: float  # of the optical axis from straight down [rad]
-    noise_level: float  # 0 to 1
     noise: D435Noise
 
 
@@ -74,10 +71,6 @@ def random_world(
 
 def world_with(objects: Objects, rng: np.random.Generator) -> tuple[World, Region]:
     """Objects around the origin, in a container or on a bare surface, on a pedestal or a table.
-
-    Args:
-        objects: which ones.
-        rng: random generator.
 
     Returns:
         The world and the region in which to grasp: inside the walls.
@@ -116,11 +109,7 @@ def training_count(rng: np.random.Generator) -> int:
 def random_view(world: World, rng: np.random.Generator, *, steep: bool = False) -> View:
     """A view of one of the objects or of the surface next to it.
 
-    Args:
-        world: the scene.
-        rng: random generator.
-        steep: from farther away and at 15 to 50 degrees, beyond the wrist camera's; else at less
-            than 15 degrees.
+    Steep views are from farther away and at 15 to 50 degrees, others at less than 15 degrees.
     """
     height = rng.uniform(*(_STEEP_HEIGHT if steep else _HEIGHT))
     target = world.objects[rng.integers(len(world.objects))].pose.translation
@@ -133,14 +122,8 @@ def random_view(world: World, rng: np.random.Generator, *, steep: bool = False) 
     # A tilted camera stands back, so that its optical axis meets the target.
     axis = lean @ np.array([0.0, 0.0, -1.0])
     x, y = np.array([x, y]) + axis[:2] / axis[2] * height
-    noise_level = rng.random()
-    return View(
-        wTc=SE3(lean @ turn @ down, np.array([x, y, FLOOR + height])),
-        height=height,
-        tilt=tilt,
-        noise_level=noise_level,
-        noise=camera_noise(noise_level),
-    )
+    wTc = SE3(lean @ turn @ down, np.array([x, y, FLOOR + height]))
+    return View(wTc=wTc, noise=camera_noise(rng.random()))
 
 
 def noisy_frame(

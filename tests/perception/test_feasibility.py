@@ -217,22 +217,16 @@ def test_of_equal_grasps_the_one_in_the_middle_comes_first() -> None:
     two = (at, 0 * at, np.full(3, np.pi / 2), np.full(3, 0.8), FLOOR, GRIPPER)
     first = refine(where, *two, directions=1, centroids=centroids).x[0]
     assert abs(first - 0.03) < 0.01
-    assert centroids.at(np.array([0.03]), np.zeros(1))[0] < 0.03
+    arms = centroids.at(np.array([0.03, 0.03, -0.11]), np.array([0.0, 0.1, 0.0]))
+    assert arms[0] < 0.03
+    assert arms[1] == 0.0  # beside it
+    assert arms[2] > 0.1
+    assert centroids.preference(np.array([0.03]), np.zeros(1))[0] > 0.6
     assert refine(where, *two, directions=1).score.max() > 0
     too_wide = scene(box(0, 0, 0.2, 0.15, 0.05))
     assert len(refine(too_wide, *two).score) == 0
     empty = np.zeros(0)
     assert len(refine(where, empty, empty, empty, empty, FLOOR, GRIPPER).score) == 0
-
-
-def test_lever_arms_are_those_of_one_thing_and_none_beside_it() -> None:
-    where = scene(box(-0.1, 0.0, 0.06, 0.04, 0.03), box(0.1, 0.0, 0.06, 0.04, 0.06))
-    centroids = ObjectCentroids(where, FLOOR + 0.008, None)
-    arms = centroids.at(np.array([-0.1, 0.12, 0.0]), np.zeros(3))
-    assert arms == pytest.approx([0.0, 0.02, 0.0], abs=0.003)
-    assert centroids.preference(np.array([-0.1, 0.12]), np.zeros(2)) == pytest.approx(
-        [1.0, 0.75], abs=0.04
-    )
 
 
 def test_the_middle_of_what_the_image_cuts_off_is_unknown() -> None:

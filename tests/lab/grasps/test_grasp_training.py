@@ -56,7 +56,7 @@ def seen(yaw: float, camera_yaw: float, tilt: float = 0.0) -> Sample:
     lean = exp3(np.array([0.0, tilt, 0.0]))
     rotation = lean @ exp3(np.array([0.0, 0.0, camera_yaw])) @ np.diag([1.0, -1.0, -1.0])
     place = np.array([0.45 * np.tan(tilt), 0.0, FLOOR + 0.45])
-    view = View(wTc=SE3(rotation, place), height=0.45, tilt=tilt, noise_level=0.0, noise=PERFECT)
+    view = View(wTc=SE3(rotation, place), noise=PERFECT)
     return render_sample(world, label_world(world), view, np.random.default_rng(0))
 
 
