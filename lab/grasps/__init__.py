@@ -8,7 +8,7 @@ from lab.grasps.scenes import ROBOT
 from lab.grasps.show import show_grasps
 from lab.grasps.step_time import (
     measure_perception,
-    perception_json,
+    perception_figures,
     perception_notes,
     perception_table,
 )
@@ -26,7 +26,7 @@ __all__ = [
     "evaluation_tables",
     "fit_hold_network",
     "measure_perception",
-    "perception_json",
+    "perception_figures",
     "perception_notes",
     "perception_table",
     "probability_table",

@@ -6,11 +6,11 @@ thread, which other processes do not affect.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from inspect import getmodule
 from time import thread_time_ns
+from typing import Any
 
 import cv2
 import numpy as np
@@ -152,11 +152,10 @@ def perception_notes(result: PerceptionResult) -> list[str]:
     return [f"{result.times[0].name}, ms: {parts}", *ratios]
 
 
-def perception_json(result: PerceptionResult, about: Mapping[str, str]) -> str:
-    """All times as a JSON object, with `about` the machine."""
-    figures = {
+def perception_figures(result: PerceptionResult) -> dict[str, Any]:
+    """All times, for JSON."""
+    return {
         "times_ms": [asdict(each) for each in result.times],
         "ratios": result.ratios,
         "parts_ms": dict(result.parts),
     }
-    return json.dumps({**about, **figures}, indent=2)

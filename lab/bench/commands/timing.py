@@ -90,11 +90,8 @@ def _measured(
 
 def _perception(frames: int) -> dict[str, Any]:
     """Print the times of a perception step, and return them for the JSON file."""
-    from json import loads
-
     from lab import grasps
 
     result = grasps.measure_perception(frames)
     show(grasps.perception_table(result), *grasps.perception_notes(result))
-    figures: dict[str, Any] = loads(grasps.perception_json(result, {}))
-    return figures
+    return grasps.perception_figures(result)

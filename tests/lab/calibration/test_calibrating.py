@@ -131,12 +131,13 @@ class Straight(SimulatedBase):
             r"residual .* --square",
         ),
         (lambda: hand_eye(seed=1, rig=Bumped), "did the board"),
-        (lambda: hand_eye(seed=2, rig=Stiff), "uncertainty"),
+        pytest.param(lambda: hand_eye(seed=2, rig=Stiff), "uncertainty", marks=pytest.mark.slow),
         (lambda: hand_eye(seed=2, rig=OneAxis), "uncertainty"),
         (lambda: base_arm(seed=1, rig=Straight), "uncertainty"),
-        (
+        pytest.param(
             lambda: base_arm(seed=1, place=0.03, heading=np.deg2rad(1.0)),
             "does the base know where it is",
+            marks=pytest.mark.slow,
         ),
     ],
 )
