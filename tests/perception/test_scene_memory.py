@@ -94,7 +94,7 @@ def test_the_newest_image_counts_where_it_shows_what_stands(detector: GraspDetec
 
 def test_images_are_remembered_one_by_one_as_they_grow_old(detector: GraspDetector) -> None:
     memory = SceneMemory()
-    for stamp in np.arange(0.0, 1.5 * OLDEST, 0.25):
+    for stamp in np.arange(0.0, 1.5 * OLDEST, 0.2):
         detector.detect(from_afar(float(stamp)), WORKSPACE, memory)
     assert across(detector, from_near(2.3 * OLDEST), memory)
     assert not across(detector, from_near(2.5 * OLDEST), memory)
