@@ -136,7 +136,7 @@ LEAVES = known_leaves()
 
 
 class Dice(Behaviour):
-    """Ends or runs on as a die falls; a success writes every key."""
+    """Outcomes or runs on as a die falls; a success writes every key."""
 
     def __init__(self, name: str, rng: random.Random, values: dict[Key, object]) -> None:
         super().__init__(name)

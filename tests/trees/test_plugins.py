@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from app.commands import app
-from trees.language import check, known_leaves, plugin_problems, plugins
+from trees.language import check, known_leaves, plugin_problems, registry
 
 LEAF = """\
 from frankie_task import Leaf, Status
@@ -75,8 +75,8 @@ def install(tmp_path, monkeypatch):
     home = tmp_path / "site"
     home.mkdir()
     monkeypatch.syspath_prepend(str(home))
-    monkeypatch.setattr(plugins, "PATIENCE", 1.0)
-    plugins.offer_of.cache_clear()
+    monkeypatch.setattr(registry, "IMPORT_TIMEOUT", 1.0)
+    registry.offer_of.cache_clear()
     installed = []
 
     def install(source: str, entry: str = "hello") -> None:
@@ -93,7 +93,7 @@ def install(tmp_path, monkeypatch):
     for module in installed:
         sys.modules.pop(module, None)
     monkeypatch.undo()
-    plugins.offer_of.cache_clear()
+    registry.offer_of.cache_clear()
     known_leaves()  # forgets the problems
 
 
@@ -134,7 +134,7 @@ def test_a_broken_package_is_named_and_stops_only_who_uses_it(install, task, kin
         began = time.monotonic()
         code, out, err = call(*arguments)
         assert (code, bool(out), err) == (0, True, "")
-        assert kind != "hangs" or time.monotonic() - began < plugins.PATIENCE
+        assert kind != "hangs" or time.monotonic() - began < registry.IMPORT_TIMEOUT
     for arguments in (("nodes",), ("schema",)):
         code, out, err = call(*arguments)
         assert code == 0

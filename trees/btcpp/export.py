@@ -16,8 +16,14 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from config import Diagnostics, Location
 from trees.btcpp.counterparts import MAIN, SUBTREE, TAKEN
-from trees.btcpp.ports import ANY_TYPE, leaf_model, parameter_port, pointer, port_type
-from trees.btcpp.pose_text import pose_text
+from trees.btcpp.ports import (
+    ANY_TYPE,
+    leaf_model,
+    parameter_port,
+    pointer,
+    port_type,
+    pose_text,
+)
 from trees.btcpp.writer import Writer
 from trees.language import LeafType, Task, TaskFileError, ValueType
 

@@ -1,14 +1,10 @@
-"""A task as a picture: indented text for a terminal, SVG for people, Mermaid for documents.
-
-`box` holds the content of a picture; `text`, `svg` and `mermaid` draw it.
-"""
+"""A task as a picture: indented text, SVG or a Mermaid flowchart."""
 
 from collections.abc import Callable, Mapping
 
 from trees.draw.box import Box, boxes
-from trees.draw.mermaid import mermaid
+from trees.draw.formats import mermaid, text
 from trees.draw.svg import svg
-from trees.draw.text import text
 
 FORMATS: Mapping[str, Callable[[Box], str]] = {"text": text, "svg": svg, "mermaid": mermaid}
 """What draws a box and all below it, by name."""

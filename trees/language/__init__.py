@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING
 from config import lazy_face
 
 if TYPE_CHECKING:
-    from trees.language.branch import Branch, Ticking, failed_node
+    from trees.language.branch import Branch, Ticking, TreeNode, failed_node, nodes_in_order
     from trees.language.builder import build, real_leaf
     from trees.language.declarations import DECLARATIONS, declarations_text
     from trees.language.documents import FILE_KEYS
-    from trees.language.errors import LeafError, TaskFileError
     from trees.language.leaf_classes import describe_leaves
-    from trees.language.leaf_type import ADD, SET, LeafType, Output, Parameter
+    from trees.language.leaf_type import ADD, SET, LeafError, LeafType, Output, Parameter
     from trees.language.loader import check, examine, load
     from trees.language.mappings import NAMING_HINT, WORD
     from trees.language.named_poses import PoseSection, RegionSection
@@ -29,16 +28,16 @@ if TYPE_CHECKING:
         Node,
         SubtreeNode,
         Task,
+        TaskFileError,
         guards_of,
         is_condition,
         leaves_at,
         nodes_below,
     )
-    from trees.language.tree_nodes import TreeNode, nodes_in_order
     from trees.language.value_types import PARAMETER_TYPES, NamedValue, ValueType
     from trees.language.values import Argument, KeyRead, KeyWrite
     from trees.language.vocabulary import CHILDREN, COMPOSITES, MODIFIERS, NAME, SUBTREE
-    from trees.language.word_types import CompositeWord, Counterpart, Form, ModifierWord
+    from trees.language.words import CompositeWord, Counterpart, Form, ModifierWord
 else:
     __getattr__ = lazy_face(__name__)
 

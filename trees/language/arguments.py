@@ -11,9 +11,9 @@ from trees.language import aliases
 from trees.language.aliases import renamed
 from trees.language.leaf_type import ADD, LeafType
 from trees.language.mappings import WORD
-from trees.language.plausibility import meant, radians_for_degrees
 from trees.language.scope import Scope
 from trees.language.syntax import LeafNode
+from trees.language.units import meant, radians_for_degrees
 from trees.language.value_types import NAMED_TYPES, ValueType
 from trees.language.values import Argument, KeyRead, KeyWrite, MismatchError, convert, described
 from trees.language.vocabulary import MODIFIERS, NAME

@@ -1,17 +1,15 @@
-"""What all branches of a tree have in common.
+"""Base class of composites and modifiers, and functions on built trees.
 
-Composites and modifiers are py_trees behaviours that share three rules. A child that returns
-INVALID has failed. A halt calls `terminate` of each running leaf once, and of no other. The
-feedback message of a branch is that of the child that decides it, with the child's name, so that
-the root says why it failed. An exception passes through untouched; a halt then still reaches every
-leaf that was running.
+A child that returns INVALID has failed. A halt calls `terminate` of each running leaf once, and of
+no other. The feedback message of a branch is that of the child that decides it, with the child's
+name. An exception passes through; a halt then still reaches every leaf that was running.
 """
 
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Generator, Iterable, Mapping
-from typing import TYPE_CHECKING, ClassVar
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -26,7 +24,6 @@ OPPOSITE: Mapping[Status, Status] = {
     Status.SUCCESS: Status.FAILURE,
     Status.FAILURE: Status.SUCCESS,
 }
-"""Of the outcomes that a node can have."""
 
 Now = Callable[[], TaskTime]
 """The time of the task."""
@@ -34,10 +31,8 @@ Now = Callable[[], TaskTime]
 ROUNDING = 1e-9
 """Stamps are sums of periods: this keeps the number of ticks independent of their rounding [s]."""
 
-_AT_ONCE = 0.5
-"""A node that fails within this time fails at once [s]."""
-_PAUSE, _LONGEST_PAUSE = 0.1, 1.0
-"""Before it starts again [s]."""
+_AT_ONCE = 0.5  # a node that fails within this time fails at once [s]
+_PAUSE, _LONGEST_PAUSE = 0.1, 1.0  # before it starts again [s]
 
 Ticking = Generator[Behaviour, None, Status]
 """Yields the nodes that it ticks and returns a status."""
@@ -111,11 +106,10 @@ class Branch(Composite):
 
 
 class Again:
-    """When a node that has failed is to start again: at the next tick, unless it fails at once.
+    """When a failed node starts again: at the next tick, unless it fails at once.
 
-    What fails at once has changed nothing, and would fail at every tick. From the second such
-    failure in a row on it starts again after a pause that doubles, from 0.1 s up to 1 s. An answer
-    of a condition is no failure: it may be asked at every tick.
+    From the second immediate failure in a row on it pauses first, from 0.1 s doubling up to 1 s. An
+    answer of a condition is no failure: it may be asked at every tick.
 
     Args:
         now: the time [s].
@@ -179,3 +173,33 @@ def failed_node(root: Behaviour) -> Behaviour:
     while failed := [child for child in node.children if child.status is Status.FAILURE]:
         node = failed[-1]
     return node
+
+
+class TreeNode(NamedTuple):
+    """A node and where it is in its tree."""
+
+    path: str
+    """Names from the root down, joined by `/`; no other node of the tree has it."""
+    node: Behaviour
+    depth: int
+    """0 for the root."""
+
+
+def nodes_in_order(root: Behaviour) -> list[TreeNode]:
+    """All nodes, parents before children and children in their order.
+
+    Siblings of the same name are told apart by a number: `navigate`, `navigate 2`.
+    """
+    return list(_below(TreeNode(root.name, root, 0)))
+
+
+def _below(parent: TreeNode) -> Iterator[TreeNode]:
+    yield parent
+    taken: set[str] = set()
+    for child in parent.node.children:
+        name, number = child.name, 1
+        while name in taken:
+            number += 1
+            name = f"{child.name} {number}"
+        taken.add(name)
+        yield from _below(TreeNode(f"{parent.path}/{name}", child, parent.depth + 1))

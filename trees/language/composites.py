@@ -1,4 +1,4 @@
-"""The composites: branches that decide which of their children run, and when.
+"""The composites but `switch` and `for_each`: they decide which children run, and when.
 
 The first line of each docstring is what `frankie-task nodes` and an editor show of the word.
 """
@@ -13,6 +13,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from trees.language.branch import (
+    OPPOSITE,
     Again,
     Branch,
     Now,
@@ -27,12 +28,9 @@ from trees.language.branch import (
 if TYPE_CHECKING:
     from behaviours import Context
 
-GIVE_UP_AFTER = 5
-"""This many failures of the same kind in a row end `forever`."""
-OUT_OF_REACH_AFTER = 2
-"""So many of those of a node that cannot get where it is to go: the second one began anew."""
-FAILURES_APART = 2.0
-"""Failures of the same kind that follow each other faster than this count once [s]."""
+GIVE_UP_AFTER = 5  # failures of the same kind in a row end `forever`
+OUT_OF_REACH_AFTER = 2  # the same if the goal of the node is unreachable
+FAILURES_APART = 2.0  # failures of the same kind that follow each other faster count once [s]
 
 _NUMBER = re.compile(r"\d+(\.\d+)?")
 
@@ -162,17 +160,16 @@ class Parallel(Branch):
 class Forever(Branch):
     """Starts its child again after every failure; gives up when it always fails alike.
 
-    Alike is: the same node failed with the same message, numbers aside, `GIVE_UP_AFTER` times in a
-    row, twice if it cannot get where it is to go, and no object was placed in between. An answer of
-    a condition is no failure, and failures that follow each other faster than `FAILURES_APART`
-    count once, so that a task may wait. A child that fails at once again and again gets a pause
-    between two starts.
+    Alike: the same node, the same message but for numbers, `GIVE_UP_AFTER` times in a row (twice if
+    its goal is unreachable), and no object placed in between. An answer of a condition is no
+    failure, and failures within `FAILURES_APART` count once, so that a task may wait. A child that
+    fails at once again and again gets a pause between two starts.
 
     Args:
         name: the node's name in the tree.
         children: exactly one.
         now: the task's clock.
-        placed: how many objects have been placed so far.
+        placed: number of objects placed so far.
     """
 
     key = "forever"
@@ -220,7 +217,7 @@ class Forever(Branch):
         return Status.RUNNING
 
     def _count(self, failed: Behaviour) -> int:
-        """How often in a row the child has failed for the reason that it has failed now."""
+        """Number of failures in a row for the same reason."""
         if is_answer(failed):
             return 0
         now, message = self._now(), _NUMBER.sub("#", failed.feedback_message)
@@ -263,3 +260,30 @@ class Until(Branch):
                 return status
             self._position += 1
         return Status.RUNNING
+
+
+class AllOf(ReactiveSequence):
+    """A condition: succeeds if all the conditions below it do."""
+
+    key = "all_of"
+    is_condition = True
+
+
+class AnyOf(ReactiveFallback):
+    """A condition: succeeds if one of the conditions below it does."""
+
+    key = "any_of"
+    is_condition = True
+
+
+class Not(Branch):
+    """A condition: succeeds if the condition below it fails."""
+
+    key = "not"
+    is_condition = True
+
+    def advance(self) -> Ticking:
+        """Ask, and answer the opposite."""
+        status = yield from self.run(self.children[0])
+        self.feedback_message = f"not ({self.feedback_message})"
+        return OPPOSITE.get(status, status)

@@ -1,4 +1,4 @@
-"""Follows the tree as it may run: how each node can end, and which keys are written then.
+"""Data flow of a tree: the outcomes of each node, and the keys that are written then.
 
 Each key is of one type, and is certainly written before it is read: by `set`, or by a leaf or a
 subtree that has succeeded. Of a node that has failed, only what it writes on every way to its
@@ -14,8 +14,8 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from config import Diagnostics, Location, parse_scalar, suggest
-from trees.language.ends import NEVER, Ends, Keys
 from trees.language.leaf_type import ADD, SET
+from trees.language.outcomes import NEVER, Keys, Outcomes
 from trees.language.parameters import TaskParameter
 from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode, TaskOutput
 from trees.language.value_types import SEEN_ONE, ValueType, type_of
@@ -30,16 +30,16 @@ class Fact(NamedTuple):
 
     before: Keys
     """The keys that are written when it starts; None if it is never reached."""
-    own: Ends
+    own: Outcomes
     """How it can end without its modifiers."""
-    ends: Ends
+    outcomes: Outcomes
 
 
 @dataclass(frozen=True, kw_only=True)
 class FlowResult:
     """What is known about the tree of one file."""
 
-    ends: Ends
+    outcomes: Outcomes
     outputs: Mapping[str, TaskOutput]
     """With their types."""
     facts: Mapping[int, Fact]
@@ -69,13 +69,13 @@ def check_flow(
         if parameter.is_late and parameter.type is not None
     }
     flow = _Flow(parameters=parameters, diagnostics=diagnostics, types=dict(late))
-    ends = flow.follow(root, frozenset(late))
+    outcomes = flow.follow(root, frozenset(late))
     for name, output in outputs.items():
         flow.read.add(name)
         if name not in flow.types:
             message = f"nothing in the tree writes the output `{name}`"
             diagnostics.error(output.location, message, suggest(name, flow.writes))
-        elif ends.success is not None and name not in ends.success:
+        elif outcomes.success is not None and name not in outcomes.success:
             message = f"the tree can succeed without having written the output `{name}`"
             diagnostics.error(output.location, message, f"begin it with `set: {{{name}: ...}}`")
     for name, location in flow.writes.items():
@@ -85,7 +85,7 @@ def check_flow(
     if diagnostics.fatal:
         return None
     typed = {name: replace(output, type=flow.types.get(name)) for name, output in outputs.items()}
-    return FlowResult(ends=ends, outputs=typed, facts=flow.facts)
+    return FlowResult(outcomes=outcomes, outputs=typed, facts=flow.facts)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,7 +101,7 @@ class _Flow:
     read: set[str] = field(default_factory=set)
     facts: dict[int, Fact] = field(default_factory=dict)
 
-    def follow(self, node: Node, before: Keys) -> Ends:
+    def follow(self, node: Node, before: Keys) -> Outcomes:
         """How a node can end that starts when the keys `before` are written."""
         start = before
         for key, value in reversed(list(node.modifiers.items())):
@@ -115,21 +115,21 @@ class _Flow:
             if node.item is not None:
                 self._write(node.item, SEEN_ONE)
             options = {**node.options, "cases": node.cases, "item": node.item}
-            ends = COMPOSITES[node.key].ends(children, options, start)
+            outcomes = COMPOSITES[node.key].outcomes(children, options, start)
             self._compare_cases(node)
         elif isinstance(node, SubtreeNode):
-            ends = self._subtree(node, start)
+            outcomes = self._subtree(node, start)
         else:
-            ends = self._leaf(node, start)
-        own = ends if start is not None else NEVER
-        ends = own
+            outcomes = self._leaf(node, start)
+        own = outcomes if start is not None else NEVER
+        outcomes = own
         for key, value in node.modifiers.items():
             if value is not False:
-                ends = MODIFIERS[key].ends(ends, before)
-        self.facts[id(node)] = Fact(before, own, ends)
-        return ends
+                outcomes = MODIFIERS[key].outcomes(outcomes, before)
+        self.facts[id(node)] = Fact(before, own, outcomes)
+        return outcomes
 
-    def _leaf(self, node: LeafNode, before: Keys) -> Ends:
+    def _leaf(self, node: LeafNode, before: Keys) -> Outcomes:
         for value in node.arguments.values():
             self._read(value, before)
         for name, write in node.outputs.items():
@@ -142,7 +142,7 @@ class _Flow:
                     write, self._type_of(argument) if is_set else node.type.outputs[name].type
                 )
         self._compare(node)
-        return Ends(_with(before, node.outputs), before if node.type.can_fail else None)
+        return Outcomes(_with(before, node.outputs), before if node.type.can_fail else None)
 
     def _add(self, write: KeyWrite, more: ValueType | None, before: Keys) -> None:
         """A number is added to a key that holds one."""
@@ -181,13 +181,13 @@ class _Flow:
                 hint = "give values of one kind, without quotes for a number"
                 self.diagnostics.error(node.location, message, hint)
 
-    def _subtree(self, node: SubtreeNode, before: Keys) -> Ends:
+    def _subtree(self, node: SubtreeNode, before: Keys) -> Outcomes:
         for value in node.arguments.values():
             self._read(value, before)
         for name, write in node.outputs.items():
             self._write(write, node.task.outputs[name].type)
-        can = node.task.ends
-        return Ends(
+        can = node.task.outcomes
+        return Outcomes(
             None if can.success is None else _with(before, node.outputs),
             None if can.failure is None else before,
         )

@@ -15,8 +15,7 @@ from collections.abc import Iterable, Mapping
 from functools import cache
 
 from behaviours import Condition, Key, Leaf
-from trees.language.errors import LeafError
-from trees.language.leaf_type import OWN_LEAVES, LeafType, Output, Parameter
+from trees.language.leaf_type import OWN_LEAVES, LeafError, LeafType, Output, Parameter
 from trees.language.mappings import NAMING_HINT, WORD
 from trees.language.value_types import ValueType, read_annotation
 from trees.language.vocabulary import RESERVED

@@ -6,11 +6,16 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from config import UserError
 from trees.language.keys import Add, Set
 from trees.language.value_types import ValueType
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
+
+
+class LeafError(UserError):
+    """A leaf class cannot be used in task files; the text says which and what to change."""
 
 
 @dataclass(frozen=True, kw_only=True)

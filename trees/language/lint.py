@@ -1,25 +1,29 @@
-"""Warnings: what is allowed in a task file, but probably a mistake."""
+"""Warnings about what is probably a mistake, and the error of two movers at the same time."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from itertools import pairwise
 
 from config import Diagnostics
-from trees.language.ends import Ends, InOrder, Need, Outcome
 from trees.language.flow import Fact
+from trees.language.outcomes import InOrder, Need, Outcome, Outcomes
 from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode, nodes_below
 from trees.language.vocabulary import COMPOSITES, MODIFIERS
 
 
-def lint(root: Node, facts: Mapping[int, Fact], diagnostics: Diagnostics) -> None:
-    """Warn of nodes that are never reached, conditions asked once, and words without effect.
+def lint(root: Node, facts: Mapping[int, Fact], diagnostics: Diagnostics) -> bool:
+    """Check a tree for what is allowed, but probably not meant.
 
     Args:
         root: the tree of one file.
-        facts: what is known about its nodes.
+        facts: about its nodes.
         diagnostics: of the file.
+
+    Returns:
+        Whether there is no error.
     """
+    sound = True
     for node in nodes_below(root):
         fact = facts[id(node)]
         if fact.before is None:
@@ -28,24 +32,34 @@ def lint(root: Node, facts: Mapping[int, Fact], diagnostics: Diagnostics) -> Non
             _warn_of_unreached(node, facts, diagnostics)
             _warn_of_order(node, diagnostics)
             word, child = COMPOSITES[node.key], node.children[0]
-            if why := _needless(word.needs, child, facts[id(child)].ends):
+            if why := _needless(word.needs, child, facts[id(child)].outcomes):
                 message = f"`{node.key}` has no effect on `{child.name}`: {why}"
                 diagnostics.warning(node.location, message, "remove it")
-        ends = fact.own
+            sound &= not _note_movers(node, diagnostics)
+            _warn_of_endless(node, facts, diagnostics)
+        outcomes = fact.own
         for key, value in node.modifiers.items():
             if value is False:
                 continue
-            if why := _needless(MODIFIERS[key].needs, node, ends):
+            if why := _needless(MODIFIERS[key].needs, node, outcomes):
                 message = f"`{key}` has no effect on `{node.name}`: {why}"
                 diagnostics.warning(node.location, message, "remove it")
-            ends = MODIFIERS[key].ends(ends, fact.before)
+            outcomes = MODIFIERS[key].outcomes(outcomes, fact.before)
+        if "retry" in node.modifiers and "while" in node.modifiers:
+            message = (
+                f"`while` ends all attempts of `{node.name}`: what it stops is not tried again"
+            )
+            hint = "put it on a node below the `retry`; if it is meant, on a `sequence` around"
+            diagnostics.warning(node.location, message, hint)
+        _warn_of_short_timeouts(node, diagnostics)
+    return sound
 
 
-def _needless(need: Need, node: Node, ends: Ends) -> str | None:
-    """Why a word has no effect on a node that can end in these ways; None if it has."""
+def _needless(need: Need, node: Node, outcomes: Outcomes) -> str | None:
+    """Why a word has no effect on a node with these outcomes; None if it has."""
     missing = {
-        Need.SUCCESS: ends.success is None,
-        Need.FAILURE: ends.failure is None,
+        Need.SUCCESS: outcomes.success is None,
+        Need.FAILURE: outcomes.failure is None,
         Need.TIME: not _runs(node),
         Need.NOTHING: False,
     }
@@ -58,9 +72,9 @@ def _warn_of_unreached(
     """Of the first child that never starts."""
     for before, child in pairwise(node.children):
         if facts[id(child)].before is None:
-            ends = facts[id(before)].ends
-            never = "fails" if ends.success is not None else "succeeds"
-            never = "ends" if ends.success is None and ends.failure is None else never
+            outcomes = facts[id(before)].outcomes
+            never = "fails" if outcomes.success is not None else "succeeds"
+            never = "ends" if outcomes.success is None and outcomes.failure is None else never
             message = f"`{child.name}` is never reached: `{before.name}` before it never {never}"
             diagnostics.warning(child.location, message, f"remove it, or change `{before.name}`")
             break
@@ -69,7 +83,7 @@ def _warn_of_unreached(
 def _warn_of_order(node: CompositeNode, diagnostics: Diagnostics) -> None:
     """Of conditions that are asked too rarely, and actions that are started too often."""
     word = COMPOSITES[node.key]
-    if word.ends == InOrder(Outcome.SUCCESS):
+    if word.outcomes == InOrder(Outcome.SUCCESS):
         (_warn_of_early_action if word.is_reactive else _warn_of_lone_guards)(node, diagnostics)
 
 
@@ -110,3 +124,68 @@ def _runs(node: Node) -> bool:
     if isinstance(node, SubtreeNode):
         return _takes_time(node.task.root)
     return COMPOSITES[node.key].takes_time or any(map(_takes_time, node.children))
+
+
+def _note_movers(node: CompositeNode, diagnostics: Diagnostics) -> bool:
+    """Whether two children that run at the same time can move the robot, which is an error."""
+    if not COMPOSITES[node.key].at_once:
+        return False
+    firsts = [next(_movers(child), None) for child in node.children]
+    movers = [(child, leaf) for child, leaf in zip(node.children, firsts, strict=True) if leaf]
+    for child, leaf in movers[1:]:
+        other = movers[0][1]
+        message = f"`{other.name}` and `{leaf.name}` would both move the robot at the same time"
+        hint = "let one run after the other, in a `sequence`"
+        diagnostics.error(child.location, message, hint)
+    return len(movers) > 1
+
+
+def _movers(node: Node) -> Iterator[LeafNode]:
+    """The leaves at and below a node that may move the robot, those of other files included."""
+    for one in nodes_below(node):
+        if isinstance(one, SubtreeNode):
+            yield from _movers(one.task.root)
+        elif isinstance(one, LeafNode) and one.type.moves:
+            yield one
+
+
+def _warn_of_endless(
+    node: CompositeNode, facts: Mapping[int, Fact], diagnostics: Diagnostics
+) -> None:
+    """Of a loop around a child that never succeeds."""
+    child = node.children[0]
+    if COMPOSITES[node.key].takes_time and facts[id(child)].outcomes.success is None:
+        message = f"`{node.key}` cannot succeed: `{child.name}` never does"
+        hint = "put something that can succeed first, or a `timeout_s` beside it"
+        if "timeout_s" not in node.modifiers:
+            diagnostics.warning(node.location, message, hint)
+
+
+def _warn_of_short_timeouts(node: Node, diagnostics: Diagnostics) -> None:
+    """Of a timeout that is over before the node can have succeeded."""
+    least = _own_duration(node)
+    for key, value in node.modifiers.items():
+        if key == "timeout_s" and isinstance(value, int | float) and least >= value:
+            message = f"`timeout_s: {value:g}` is over before `{node.name}` can succeed"
+            hint = f"it waits for {least:g} s; give it more time"
+            diagnostics.warning(node.location, message, hint)
+        least = MODIFIERS[key].duration(least, value)
+
+
+def _duration(node: Node) -> float:
+    """Minimum duration of a node with its modifiers until it succeeds [s]."""
+    least = _own_duration(node)
+    for key, value in node.modifiers.items():
+        least = MODIFIERS[key].duration(least, value)
+    return least
+
+
+def _own_duration(node: Node) -> float:
+    """The same without its modifiers [s]."""
+    if isinstance(node, SubtreeNode):
+        return _duration(node.task.root)
+    if isinstance(node, CompositeNode):
+        durations = [_duration(child) for child in node.children]
+        return COMPOSITES[node.key].duration(durations, node.options)
+    seconds = node.arguments.get(node.type.duration)
+    return seconds if isinstance(seconds, int | float) else 0.0

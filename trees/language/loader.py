@@ -12,18 +12,15 @@ from typing import TYPE_CHECKING
 from behaviours import BasePose, Posture, Region, ToolPose
 from config import Diagnostic, Diagnostics, Location, TooManyErrorsError, YamlScalar
 from trees.language.documents import Document, read_document
-from trees.language.errors import TaskFileError
 from trees.language.flow import check_flow
 from trees.language.lint import lint
-from trees.language.meaning import check_meaning
-from trees.language.named_poses import NamedValues, read_named_values
+from trees.language.named_poses import NamedValues, read_named_values, read_site
 from trees.language.parameters import TaskParameter, override_values, with_values
 from trees.language.parse import read_node
 from trees.language.registry import Installed
 from trees.language.scope import Scope
-from trees.language.site_file import read_site
 from trees.language.subtrees import Subtrees
-from trees.language.syntax import SCENE, Task
+from trees.language.syntax import SCENE, Task, TaskFileError
 
 if TYPE_CHECKING:
     from behaviours import Leaf
@@ -200,8 +197,7 @@ class _Assembler:
         if flow is None:
             return None
         _warn_of_unused(scope)
-        lint(root, flow.facts, diagnostics)
-        if not check_meaning(root, flow.facts, diagnostics):
+        if not lint(root, flow.facts, diagnostics):
             return None
         return Task(
             name=document.name,
@@ -216,7 +212,7 @@ class _Assembler:
             site=named.files,
             outputs=flow.outputs,
             root=root,
-            ends=flow.ends,
+            outcomes=flow.outcomes,
         )
 
 

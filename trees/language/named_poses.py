@@ -21,10 +21,11 @@ from config import (
     YamlScalar,
     YamlValue,
     quoted,
+    read_yaml,
     validate,
 )
-from trees.language.mappings import ABSENT, named_entries
-from trees.language.plausibility import meant, radians_for_degrees
+from trees.language.mappings import ABSENT, fields, named_entries
+from trees.language.units import meant, radians_for_degrees
 from trees.language.value_types import NamedValue
 
 # Numbers and kinematics are imported where a pose is made: a task without one is checked sooner.
@@ -233,3 +234,16 @@ def _references(value: YamlValue) -> Iterator[YamlScalar]:
             yield from _references(item)
     elif isinstance(value.value, str) and value.value.startswith("$"):
         yield value
+
+
+SITE_KEYS = ("description", "poses", "regions")
+"""What may stand in such a file."""
+
+
+def read_site(diagnostics: Diagnostics) -> NamedValues:
+    """What the file defines that the diagnostics are about."""
+    read = read_yaml(diagnostics)
+    entries = read and fields(read[1], "the file of places", diagnostics, optional=SITE_KEYS)
+    if not entries:
+        return NamedValues()
+    return read_named_values(entries.get("poses"), entries.get("regions"), diagnostics)

@@ -23,17 +23,17 @@ from config import (
     quoted,
     suggest,
 )
-from trees.language import aliases
+from trees.language import aliases, synonyms
 from trees.language.aliases import renamed
 from trees.language.arguments import read_leaf
-from trees.language.forms import FORMS
 from trees.language.mappings import fields
+from trees.language.node_syntax import FORMS
 from trees.language.scope import Scope
 from trees.language.syntax import CompositeNode, LeafNode, Modifiers, Node, is_condition
 from trees.language.value_types import NamedValue, ValueType
 from trees.language.values import KeyRead, MismatchError, convert
-from trees.language.vocabulary import CHILDREN, COMPOSITES, MEANT, MODIFIERS, NAME, SUBTREE
-from trees.language.word_types import CompositeWord, Form
+from trees.language.vocabulary import CHILDREN, COMPOSITES, MODIFIERS, NAME, SUBTREE
+from trees.language.words import CompositeWord, Form
 
 _Given: TypeAlias = Plain | KeyRead | LeafNode | CompositeNode
 """What a modifier may be given."""
@@ -110,7 +110,7 @@ def _node_key(location: Location, entries: Mapping[str, YamlEntry], scope: Scope
         if key in scope.problems:
             message, _, hint = scope.problems[key].rpartition("; ")
         elif not keys:
-            meant = MEANT.get(key.lower())
+            meant = synonyms.NODES.get(key.lower())
             message, hint = f"unknown node `{key}`", suggest(key, nodes)
             hint = f"write {meant}" if meant else hint
         elif keys[0] in scope.leaves and key in scope.leaves[keys[0]].parameters:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeAlias
 
-from config import Diagnostic, Location, Plain
-from trees.language.ends import Ends
+from config import Diagnostic, Location, Plain, UserError
 from trees.language.leaf_type import LeafType
+from trees.language.outcomes import Outcomes
 from trees.language.parameters import TaskParameter
 from trees.language.value_types import NamedValue, ValueType
 from trees.language.values import Argument, KeyRead, KeyWrite
@@ -107,6 +107,18 @@ def nodes_below(node: Node) -> Iterator[Node]:
             yield from nodes_below(child)
 
 
+class TaskFileError(UserError):
+    """A task file cannot be used.
+
+    Args:
+        diagnostics: everything that is wrong with it and its subtrees, in order.
+    """
+
+    def __init__(self, diagnostics: Iterable[Diagnostic]) -> None:
+        self.diagnostics = tuple(diagnostics)
+        super().__init__("\n".join(str(diagnostic) for diagnostic in self.diagnostics))
+
+
 @dataclass(frozen=True, kw_only=True)
 class TaskOutput:
     """A key whose value an including file may read."""
@@ -138,7 +150,7 @@ class Task:
     """Of the poses and regions that a file of places defines, that file."""
     outputs: Mapping[str, TaskOutput]
     root: Node
-    ends: Ends
+    outcomes: Outcomes
     """How its tree can end."""
     warnings: tuple[Diagnostic, ...] = ()
     """What is probably a mistake, and does not keep the task from running."""

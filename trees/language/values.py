@@ -9,21 +9,10 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from config import Location, Plain, YamlScalar, YamlValue, describe, quoted, suggest, written
+from trees.language import synonyms
 from trees.language.value_types import NAMED_TYPES, SEEN_TYPES, NamedValue, ValueType
 
 _SUM = re.compile(r"[-+.\d\s()]*\d\s*[-+*/]\s*[-+.\d\s()*/]+")
-_SYNONYMS: Mapping[str, str] = {
-    "biggest": "largest",
-    "big": "largest",
-    "widest": "largest",
-    "tiniest": "smallest",
-    "closest": "nearest",
-    "any": "best",
-    "violet": "purple",
-    "magenta": "pink",
-    "cyan": "blue",
-}
-"""What people write for a choice that is called something else."""
 _WITH_UNIT = re.compile(r"([-+]?\d+(?:\.\d+)?)\s*(?:m|cm|mm|s|ms|min|deg|°|rad|%|N|m/s|kg|g)")
 
 
@@ -156,7 +145,7 @@ def _mismatch(
     message = f"expected {expected}, got {described(value)}"
     if expected.choices and isinstance(value.value, str):
         known = [written(choice) for choice in expected.choices]
-        near = suggest(_SYNONYMS.get(value.value.lower(), value.value), known)
+        near = suggest(synonyms.CHOICES.get(value.value.lower(), value.value), known)
         hint = near if near.startswith("did you mean") else hint
     if expected.is_number and isinstance(value.value, str):
         if _SUM.fullmatch(value.value):

@@ -1,13 +1,37 @@
-"""The words of the language: composites and modifiers, and the keys that are neither."""
+"""The words of the language: tables of composites and modifiers, and the other keys."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
-from trees.language.composite_words import COMPOSITES
-from trees.language.modifier_words import MODIFIERS
+from py_trees.behaviour import Behaviour
 
-__all__ = ["CHILDREN", "COMPOSITES", "MEANT", "MODIFIERS", "NAME", "RESERVED", "SUBTREE"]
+from trees.language import composites, modifiers, switch_for_each
+from trees.language.branch import Branch, Now
+from trees.language.durations import (
+    enough,
+    first,
+    for_each,
+    in_order,
+    longer,
+    nothing,
+    nothing_sure,
+    times,
+)
+from trees.language.outcomes import (
+    InOrder,
+    Need,
+    Outcome,
+    Source,
+    each,
+    one_of,
+    opposite,
+    side_by_side,
+    until_first_succeeds,
+    until_success,
+)
+from trees.language.value_types import ValueType
+from trees.language.words import CompositeWord, Counterpart, Form, ModifierWord, Option
 
 CHILDREN = "children"
 """The key of the children where a composite has options."""
@@ -18,43 +42,229 @@ NAME = "name"
 SUBTREE = "subtree"
 """The key of a node that stands for the tree of another file."""
 
+_ALL, _ANY = InOrder(Outcome.SUCCESS), InOrder(Outcome.FAILURE)
+_POLICY = Option(
+    type=ValueType(types=(int,), choices=("all", "any"), least=1),
+    default="all",
+    description="How many children have to succeed; it fails when this number is out of reach.",
+)
+
+COMPOSITES: Mapping[str, CompositeWord] = {
+    word.node.key: word
+    for word in (
+        CompositeWord(
+            node=composites.Sequence,
+            symbol="→",
+            duration=in_order,
+            outcomes=_ALL,
+            counterpart=Counterpart("Sequence"),
+        ),
+        CompositeWord(
+            node=composites.Fallback,
+            symbol="?",
+            outcomes=_ANY,
+            counterpart=Counterpart("Fallback"),
+        ),
+        CompositeWord(
+            node=composites.ReactiveSequence,
+            symbol="⇉",
+            duration=in_order,
+            outcomes=_ALL,
+            is_reactive=True,
+            counterpart=Counterpart("ReactiveSequence"),
+        ),
+        CompositeWord(
+            node=composites.ReactiveFallback,
+            symbol="⁇",
+            outcomes=_ANY,
+            is_reactive=True,
+            counterpart=Counterpart("ReactiveFallback"),
+        ),
+        CompositeWord(
+            node=composites.Parallel,
+            symbol="‖",
+            at_once=True,
+            duration=enough,
+            outcomes=side_by_side,
+            options={"policy": _POLICY},
+            counterpart=Counterpart("Parallel"),
+        ),
+        CompositeWord(
+            node=composites.Forever,
+            symbol="∞",
+            duration=in_order,
+            outcomes=until_success,
+            takes_time=True,
+            needs=Need.FAILURE,
+            children="one node",
+            most=1,
+            counterpart=Counterpart("RetryUntilSuccessful", fixed=(("num_attempts", "-1"),)),
+        ),
+        CompositeWord(
+            node=composites.Until,
+            symbol="↻",
+            duration=first,
+            outcomes=until_first_succeeds,
+            takes_time=True,
+            children="a question, then the work to do",
+            least=2,
+            counterpart=None,
+        ),
+        CompositeWord(
+            node=composites.AllOf,
+            symbol="∧",
+            asks=True,
+            outcomes=_ALL,
+            children="one or more conditions",
+            counterpart=Counterpart("ReactiveSequence"),
+        ),
+        CompositeWord(
+            node=composites.AnyOf,
+            symbol="∨",
+            asks=True,
+            outcomes=_ANY,
+            children="one or more conditions",
+            counterpart=Counterpart("ReactiveFallback"),
+        ),
+        CompositeWord(
+            node=composites.Not,
+            symbol="¬",
+            asks=True,
+            outcomes=opposite,
+            children="one condition",
+            most=1,
+            counterpart=Counterpart("Inverter"),
+        ),
+        CompositeWord(
+            node=composites.ResumingSequence,
+            symbol="⇥",
+            duration=nothing_sure,
+            outcomes=_ALL,
+            counterpart=Counterpart("SequenceWithMemory"),
+        ),
+        CompositeWord(
+            node=switch_for_each.ForEach,
+            symbol="∀",
+            form=Form.EACH,
+            duration=for_each,
+            outcomes=each,
+            children="an `item`, values `in`, and what to `do`",
+            counterpart=Counterpart("Sequence"),
+        ),
+        CompositeWord(
+            node=switch_for_each.Switch,
+            symbol="⎇",
+            form=Form.CASES,
+            outcomes=one_of,
+            children="a `value`, `cases`, and perhaps `else`",
+            counterpart=None,
+        ),
+    )
+}
+
+_SECONDS = ValueType(types=(float,), above=0.0, most=604_800.0)
+_COUNT = ValueType(types=(int,), least=1, most=100_000)
+_FLAG = ValueType(types=(bool,))
+
+
+def _flag(make: Callable[[Behaviour], Branch]) -> Callable[[Behaviour, bool, Now], Behaviour]:
+    """A modifier that is switched on or off."""
+    return lambda node, wanted, now: make(node) if wanted else node
+
+
+MODIFIERS: Mapping[str, ModifierWord] = {
+    "timeout_s": ModifierWord(
+        node=modifiers.Timeout,
+        wrap=modifiers.Timeout,
+        type=_SECONDS,
+        fails=(Source.FAILURE, Source.EARLY),
+        needs=Need.TIME,
+        counterpart=Counterpart("Timeout", port="msec", scale=1000),
+    ),
+    "delay_s": ModifierWord(
+        node=modifiers.Delay,
+        wrap=modifiers.Delay,
+        type=_SECONDS,
+        duration=longer,
+        takes_time=True,
+        counterpart=Counterpart("Delay", port="delay_msec", scale=1000),
+    ),
+    "invert": ModifierWord(
+        node=modifiers.Invert,
+        wrap=_flag(modifiers.Invert),
+        type=_FLAG,
+        duration=nothing,
+        succeeds=(Source.FAILURE,),
+        fails=(Source.SUCCESS,),
+        counterpart=Counterpart("Inverter"),
+    ),
+    "retry": ModifierWord(
+        node=modifiers.Retry,
+        wrap=modifiers.Retry,
+        type=_COUNT,
+        takes_time=True,
+        needs=Need.FAILURE,
+        counterpart=Counterpart("RetryUntilSuccessful", port="num_attempts"),
+    ),
+    "repeat": ModifierWord(
+        node=modifiers.Repeat,
+        wrap=lambda node, rounds, now: modifiers.Repeat(node, rounds),
+        type=_COUNT,
+        duration=times,
+        takes_time=True,
+        counterpart=Counterpart("Repeat", port="num_cycles"),
+    ),
+    "once": ModifierWord(
+        node=modifiers.Once,
+        wrap=_flag(modifiers.Once),
+        type=_FLAG,
+        duration=nothing,
+        counterpart=Counterpart("RunOnce", fixed=(("then_skip", "false"),)),
+    ),
+    "cooldown_s": ModifierWord(
+        node=modifiers.Cooldown,
+        wrap=modifiers.Cooldown,
+        type=_SECONDS,
+        fails=(Source.FAILURE, Source.EARLY),
+        counterpart=None,
+    ),
+    "unless": ModifierWord(
+        node=modifiers.Unless,
+        wrap=lambda node, condition, now: modifiers.Unless(condition, node),
+        duration=nothing,
+        succeeds=(Source.SUCCESS, Source.EARLY),
+        runs_on=Outcome.FAILURE,
+        counterpart=Counterpart("ReactiveFallback"),
+    ),
+    "while": ModifierWord(
+        node=modifiers.While,
+        wrap=lambda node, condition, now: modifiers.While(condition, node),
+        fails=(Source.FAILURE, Source.EARLY),
+        runs_on=Outcome.SUCCESS,
+        counterpart=Counterpart("ReactiveSequence"),
+    ),
+    "force_success": ModifierWord(
+        node=modifiers.ForceSuccess,
+        wrap=_flag(modifiers.ForceSuccess),
+        type=_FLAG,
+        duration=nothing,
+        succeeds=(Source.SUCCESS, Source.FAILURE),
+        fails=(),
+        needs=Need.FAILURE,
+        counterpart=Counterpart("ForceSuccess"),
+    ),
+    "force_failure": ModifierWord(
+        node=modifiers.ForceFailure,
+        wrap=_flag(modifiers.ForceFailure),
+        type=_FLAG,
+        duration=nothing,
+        succeeds=(),
+        fails=(Source.SUCCESS, Source.FAILURE),
+        needs=Need.SUCCESS,
+        counterpart=Counterpart("ForceFailure"),
+    ),
+}
+"""Innermost first: this order holds whatever the order in the file."""
+
 RESERVED = frozenset({NAME, SUBTREE, *COMPOSITES, *MODIFIERS})
 """Words that no leaf may take as its key."""
-
-MEANT: Mapping[str, str] = {
-    "selector": "`fallback`",
-    "select": "`fallback`",
-    "priority": "`fallback` or `reactive_fallback`",
-    "inverter": "the modifier `invert: true`, or `not` for a condition",
-    "repeater": "the modifier `repeat`",
-    "loop": "`forever`, `until`, or the modifier `repeat`",
-    "if": "`unless` or `while` beside a node, `switch`, or a `fallback`",
-    "if_then_else": "`switch`, or a `fallback`",
-    "and": "`all_of`",
-    "or": "`any_of`",
-    "script": "`set` or `add`",
-    "delay": "`wait`, or the modifier `delay_s`",
-    "sleep": "`wait`",
-    "guard": "the modifier `while`",
-    "condition": "the key of the condition itself",
-    "action": "the key of the behaviour itself",
-    "timeout": "the modifier `timeout_s`",
-    "cooldown": "the modifier `cooldown_s`",
-    "force_fail": "the modifier `force_failure`",
-    "include": "`subtree`",
-    "for": "`for_each`, or the modifier `repeat`",
-    "print": "`say`",
-    "pick": "`grasp`, then `retreat_check`",
-    "pick_up": "`grasp`, then `retreat_check`",
-    "put": "`place`",
-    "drop": "`place`, or `open_gripper`",
-    "release": "`place`, or `open_gripper`",
-    "close_gripper": "`grasp`",
-    "go": "`navigate`",
-    "goto": "`navigate`",
-    "go_to": "`navigate`",
-    "move": "`navigate`, `drive`, or `move_arm`",
-    "move_to": "`navigate`",
-    "move_base": "`drive`, or `navigate` to a base pose",
-}
-"""What people mean by words of other tree languages, and by plain ones."""

@@ -4,7 +4,6 @@
 of reach, below the floor or inside furniture, regions without a surface, scenes that there are not.
 """
 
-from trees.site.check import check, place_diagnostics
-from trees.site.scenes import scene_of
+from trees.site.check import check, place_diagnostics, scene_of
 
 __all__ = ["check", "place_diagnostics", "scene_of"]

@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from os.path import isfile
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from behaviours import Region
-from config import Diagnostic, Severity
-from trees.language import SCENE, NamedValue, Task, examine
-from trees.site.places import Definition, Use, definitions, uses
-from trees.site.scenes import is_scene, scene_of
+from config import Diagnostic, Diagnostics, Location, Severity, YamlMap, read_yaml
+from trees.language import (
+    SCENE,
+    LeafNode,
+    NamedValue,
+    SubtreeNode,
+    Task,
+    examine,
+    leaves_at,
+    nodes_below,
+)
 
 if TYPE_CHECKING:
     from robots import Geom, RobotDescription
@@ -19,6 +27,65 @@ if TYPE_CHECKING:
 _USUAL = "frankie"
 
 NO_OVERRIDES: Mapping[str, str] = MappingProxyType({})
+
+
+class _Use(NamedTuple):
+    """A place that a leaf is given."""
+
+    path: Path
+    """Of the file with the leaf."""
+    leaf: LeafNode
+    parameter: str
+    value: NamedValue
+
+
+class _Definition(NamedTuple):
+    """Where a file says what a place is."""
+
+    path: Path
+    location: Location
+
+
+def _uses(task: Task) -> Iterator[_Use]:
+    """Every place that a leaf of the task or of its subtrees is given and that is known by now."""
+    for node in nodes_below(task.root):
+        for leaf in leaves_at(node):
+            for parameter, value in leaf.arguments.items():
+                if isinstance(value, NamedValue):
+                    yield _Use(task.path, leaf, parameter, value)
+        if isinstance(node, SubtreeNode):
+            yield from _uses(node.task)
+
+
+def _definitions(task: Task) -> Mapping[int, _Definition]:
+    """Where the places of a task and its subtrees are defined, by the `id` of the value."""
+    found = {
+        id(value): _Definition(task.site.get(name, task.path), task.locations[name])
+        for name, value in (*task.poses.items(), *task.regions.items())
+    }
+    for node in nodes_below(task.root):
+        if isinstance(node, SubtreeNode):
+            found |= _definitions(node.task)
+    return found
+
+
+def _is_scene(path: Path) -> bool:
+    """Whether a file is a scene: it has keys of one, and none that a task needs."""
+    read = read_yaml(Diagnostics(path))
+    if read is None or not isinstance(read[1], YamlMap):
+        return False
+    keys = set(read[1].entries)
+    if keys & {"task", "tree"}:
+        return False
+    from hw.sim import Scene
+
+    return bool(keys & set(Scene.model_fields) - {"description"})
+
+
+def scene_of(task: Task) -> str:
+    """The scene that a task names: a path if the file is beside it, else as it is; or empty."""
+    beside = task.path.parent / Path(task.scene)
+    return str(beside) if task.scene and isfile(beside) else task.scene
 
 
 def check(
@@ -44,8 +111,8 @@ def check(
     """
     task, found = examine(path, overrides=overrides, places=places)
     # To import and read a robot takes longer than to read a task, and the shipped one is right.
-    is_of_scene = task is None and is_scene(Path(path))
-    is_of_place = task is not None and (task.scene or any(uses(task)))
+    is_of_scene = task is None and _is_scene(Path(path))
+    is_of_place = task is not None and (task.scene or any(_uses(task)))
     if robot == _USUAL and not is_of_scene and not is_of_place:
         return found if task is None else _in_order(task, found)
     from robots import load_robot
@@ -72,17 +139,17 @@ def place_diagnostics(
         robot: that has to get there.
         fixtures: what stands in the scene, in the world; empty if that is not known.
     """
-    defined = definitions(task)
+    defined = _definitions(task)
     found = (
         diagnostic
-        for use in uses(task)
+        for use in _uses(task)
         for diagnostic in _of_use(use, defined.get(id(use.value)), robot, fixtures)
     )
     return list(dict.fromkeys(found))
 
 
 def _of_use(
-    use: Use, defined: Definition | None, robot: RobotDescription, fixtures: Sequence[Geom]
+    use: _Use, defined: _Definition | None, robot: RobotDescription, fixtures: Sequence[Geom]
 ) -> Iterator[Diagnostic]:
     from trees.site.reach import points_up, why_not_reached
 
@@ -102,7 +169,7 @@ def _of_use(
                 severity=severity,
             )
     if fixtures and isinstance(value, Region) and use.parameter in leaf.type.surfaces:
-        from trees.site.furniture import bare_places
+        from trees.site.reach import bare_places
 
         bare = bare_places(value, _pitch(use), fixtures)
         if bare.missing:
@@ -122,12 +189,12 @@ def _in_the_way(
     """Message and hint about furniture where a task sends the robot; None if there is none."""
     if not fixtures:
         return None
-    from trees.site.furniture import what_is_in_the_way
+    from trees.site.reach import what_is_in_the_way
 
     return what_is_in_the_way(value, robot, fixtures)
 
 
-def _pitch(use: Use) -> float | None:
+def _pitch(use: _Use) -> float | None:
     """Between the places on which a leaf puts things; None if it puts nothing anywhere."""
     parameter = use.leaf.type.parameters.get("pitch_m")
     given = use.leaf.arguments.get("pitch_m", parameter and parameter.default)

@@ -1,21 +1,26 @@
-"""Whether a robot can be where a task sends it, wherever it stands."""
+"""Reachability of poses and postures for a robot, and collisions with the furniture of a scene."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from math import degrees, pi
+from typing import NamedTuple
 
+import coal
 import numpy as np
+from pinocchio import SE3
 
-from behaviours import Posture, ToolPose
+from behaviours import BasePose, Posture, Region, ToolPose, slots
 from controller import Array, out_of_reach
-from robots import RobotDescription
+from robots import Box, Geom, Plane, RobotDescription, coal_geometry
 
-_ROUNDING = 1e-3
-"""Degrees in files are rounded [rad]."""
-_UP = 0.5
-"""With this cosine between its approach and the vertical the hand points up."""
-_DIPS = 0.005
-"""Finger tips this far below the floor are below it [m]."""
+_ROUNDING = 1e-3  # of degrees in files [rad]
+_UP = 0.5  # cosine between approach and vertical from which the hand points up
+_DIPS = 0.005  # finger tips this far below the floor are below it [m]
+_DEEP = 0.01  # penetration of furniture that counts [m]
+_NEAR = 0.03  # distance between a surface and the floor of a region that counts as none [m]
+_COLUMN = 0.12  # width of the foot of an arm [m]
+_SPACING = 0.1  # between the tested points of a region's floor [m]
 
 
 def why_not_reached(value: object, robot: RobotDescription) -> tuple[str, str] | None:
@@ -54,3 +59,87 @@ def _beyond_joints(q: Array, robot: RobotDescription) -> tuple[str, str] | None:
         angles = ", ".join(f"{degrees(angle):.0f}" for angle in meant)
         return message, f"did you mean [{angles}]? These look like radians"
     return message, f"write {first:.0f} to {last:.0f}"
+
+
+def what_is_in_the_way(
+    value: object, robot: RobotDescription, fixtures: Sequence[Geom]
+) -> tuple[str, str] | None:
+    """Message and hint about a pose inside furniture; None if there is room."""
+    if isinstance(value, ToolPose):
+        body, who = list(_hand(value.wTe, robot)), "the hand"
+    elif isinstance(value, BasePose):
+        body, who = list(_base(value.wTb, robot)), "the base"
+    else:
+        return None
+    solid = [fixture for fixture in fixtures if not isinstance(fixture.shape, Plane)]
+    depths = ((-_gap(part, fixture), fixture.name) for part in body for fixture in solid)
+    depth, name = max(depths, default=(0.0, ""), key=lambda found: found[0])
+    if depth < _DEEP:
+        return None
+    return f"{who} would be inside `{name}` of the scene", "move the pose, or the furniture"
+
+
+class Bare(NamedTuple):
+    """Places without a surface."""
+
+    missing: int
+    of: int
+    nearest: float
+    """The nearest surface is so far from any of the places [m]."""
+
+
+def bare_places(region: Region, pitch: float | None, fixtures: Sequence[Geom]) -> Bare:
+    """How many places on a region's floor have no surface of the scene below.
+
+    Args:
+        region: whose floor.
+        pitch: between the places [m]; None if nothing is to be put there, and any surface will do.
+        fixtures: what stands in the scene, in the world.
+    """
+    points = slots(region, _SPACING if pitch is None else pitch)
+    heights = [_height(point, fixtures) for point in points]
+    missing = sum(height > _NEAR for height in heights)
+    enough = pitch is None and missing < len(points)
+    return Bare(0 if enough else missing, len(points), min(heights))
+
+
+def _hand(wTe: SE3, robot: RobotDescription) -> Iterator[Geom]:
+    """Palm and fingers of an open hand, in the world."""
+    gripper = robot.gripper
+    yield gripper.palm.moved(wTe)
+    for side in (1.0, -1.0):
+        half = SE3(np.diag([side, side, 1.0]), np.zeros(3))
+        opened = SE3(np.eye(3), np.array([0.0, gripper.opening / 2.0, 0.0]))
+        yield gripper.finger.moved(wTe * half * opened)
+
+
+def _base(wTb: SE3, robot: RobotDescription) -> Iterator[Geom]:
+    """The base and the column of the arm on it, up to the shoulder, in the world."""
+    x, y, height = robot.base.size
+    shoulder = robot.bTa * robot.arm.joints[0]
+    for corner, low, high, middle in (
+        ((x, y), 0.0, height, np.zeros(3)),
+        ((_COLUMN, _COLUMN), height, shoulder.translation[2], shoulder.translation),
+    ):
+        at = SE3(np.eye(3), np.array([middle[0], middle[1], (low + high) / 2.0]))
+        half = (corner[0] / 2.0, corner[1] / 2.0, max(high - low, 0.01) / 2.0)
+        yield Geom(Box(half), wTb * at, "base")
+
+
+def _height(point: Array, fixtures: Sequence[Geom]) -> float:
+    """From a (3,) point to the nearest surface of a fixture, both in the world [m]."""
+    ball = coal.Sphere(1e-4)
+    at = coal.Transform3s(np.eye(3), point)
+    return min((abs(_distance(ball, at, fixture)) for fixture in fixtures), default=np.inf)
+
+
+def _gap(part: Geom, fixture: Geom) -> float:
+    """Between two bodies in the world; negative is how deep one is in the other [m]."""
+    at = coal.Transform3s(part.pose.rotation, part.pose.translation)
+    return _distance(coal_geometry(part.shape), at, fixture)
+
+
+def _distance(shape: object, at: object, fixture: Geom) -> float:
+    placed = coal.Transform3s(fixture.pose.rotation, fixture.pose.translation)
+    other, request = coal_geometry(fixture.shape), coal.DistanceRequest()
+    return float(coal.distance(shape, at, other, placed, request, coal.DistanceResult()))

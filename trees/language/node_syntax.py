@@ -1,4 +1,4 @@
-"""Composites with a form of their own: `switch` and `for_each`."""
+"""Syntax of the composites `switch` and `for_each`."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from config import (
     written,
 )
 from trees.language.arguments import read_argument, read_key_name
-from trees.language.choosing import is_case
 from trees.language.mappings import WORD, fields
 from trees.language.parameters import TaskParameter
 from trees.language.scope import Scope
+from trees.language.switch_for_each import is_case
 from trees.language.syntax import CompositeNode, Node
 from trees.language.value_types import SEEN_LIST, NamedValue, ValueType, type_of
 from trees.language.values import KeyRead, Reference
-from trees.language.word_types import Form
+from trees.language.words import Form
 
 Read: TypeAlias = Callable[[YamlValue, Scope], Node | None]
 """Reads a node."""

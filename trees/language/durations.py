@@ -1,6 +1,6 @@
-"""How long a node takes at least until it succeeds, by the times of the nodes below it.
+"""Minimum durations of nodes until they succeed: the rules of composites and modifiers.
 
-These are the rules; they are assigned to the words in `composite_words` and `modifier_words`.
+They are assigned to the words in `vocabulary`.
 """
 
 from __future__ import annotations
@@ -8,11 +8,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TypeAlias
 
-TimesRule: TypeAlias = Callable[[Sequence[float], Mapping[str, object]], float]
-"""(least times of the children [s], options of the composite) to its own [s]."""
+DurationsRule: TypeAlias = Callable[[Sequence[float], Mapping[str, object]], float]
+"""(minimum durations of the children [s], options of the composite) to its own [s]."""
 
-TimeRule: TypeAlias = Callable[[float, object], float]
-"""(least time of the node [s], value of the modifier) to that of both [s]."""
+DurationRule: TypeAlias = Callable[[float, object], float]
+"""(minimum duration of the node [s], value of the modifier) to that of both [s]."""
 
 
 def in_order(children: Sequence[float], options: Mapping[str, object]) -> float:
@@ -21,7 +21,7 @@ def in_order(children: Sequence[float], options: Mapping[str, object]) -> float:
 
 
 def quickest(children: Sequence[float], options: Mapping[str, object]) -> float:
-    """One of them, and nobody knows which."""
+    """Any one of them."""
     return min(children)
 
 
@@ -31,12 +31,12 @@ def first(children: Sequence[float], options: Mapping[str, object]) -> float:
 
 
 def nothing_sure(children: Sequence[float], options: Mapping[str, object]) -> float:
-    """It may have begun before."""
+    """None: it may have begun before."""
     return 0.0
 
 
 def for_each(children: Sequence[float], options: Mapping[str, object]) -> float:
-    """All of them in order; a list that is known only during the run may be empty."""
+    """All of them in order; none for a list that is known only during the run."""
     return 0.0 if options else sum(children)
 
 
@@ -48,20 +48,20 @@ def enough(children: Sequence[float], options: Mapping[str, object]) -> float:
 
 
 def unchanged(node: float, value: object) -> float:
-    """As long as the node."""
+    """That of the node."""
     return node
 
 
 def nothing(node: float, value: object) -> float:
-    """It may succeed at once."""
+    """None: it may succeed at once."""
     return 0.0
 
 
 def longer(node: float, value: object) -> float:
-    """So many seconds longer."""
+    """Longer by the value [s]."""
     return node + value if isinstance(value, int | float) else node
 
 
 def times(node: float, value: object) -> float:
-    """So many times as long."""
+    """A multiple."""
     return node * value if isinstance(value, int) else node

@@ -1,13 +1,13 @@
-"""What is known about a word of the language.
+"""Properties of a word of the language: a composite or a modifier.
 
 The checks of keys and reachability, the warnings, the schema, the pictures and the export derive
-from it. Every field is required, so that no word can be added that one of them does not know.
+from them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
 
@@ -15,14 +15,14 @@ from py_trees.behaviour import Behaviour
 
 from config import Plain
 from trees.language.branch import Branch, Now
-from trees.language.ends import Ends, Keys, Need, Outcome, Rule, Source, ends_from
-from trees.language.least_times import TimeRule, TimesRule
+from trees.language.durations import DurationRule, DurationsRule, quickest, unchanged
+from trees.language.outcomes import Keys, Need, Outcome, Outcomes, Rule, Source, outcomes_from
 from trees.language.value_types import ValueType
 
 
 @dataclass(frozen=True, kw_only=True)
 class Option:
-    """What a composite takes besides its children."""
+    """A parameter of a composite."""
 
     type: ValueType
     default: Plain
@@ -31,7 +31,7 @@ class Option:
 
 @dataclass(frozen=True)
 class Counterpart:
-    """The node of BehaviorTree.CPP 4 that does what a word does."""
+    """The equivalent node of BehaviorTree.CPP 4."""
 
     tag: str
     port: str = ""
@@ -39,7 +39,7 @@ class Counterpart:
     scale: int = 1
     """The attribute is the value times this, a whole number."""
     fixed: tuple[tuple[str, str], ...] = ()
-    """Attributes that it always has."""
+    """Constant attributes."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,21 +48,21 @@ class Word:
 
     node: type[Branch]
     """What it is built into; the first line of its docstring describes the word."""
-    takes_time: bool
+    takes_time: bool = False
     """Whether it may run for more than a tick although no leaf below it does."""
-    needs: Need
+    needs: Need = Need.NOTHING
     """What the node below has to be able to do."""
     counterpart: Counterpart | None
     """Of BehaviorTree.CPP; None if it has none, and the export declares a node of this key."""
 
     @property
     def description(self) -> str:
-        """What it does, in a line."""
+        """In a line."""
         return (self.node.__doc__ or "").splitlines()[0]
 
 
 class Form(Enum):
-    """What stands below a composite."""
+    """Syntax of the value of a composite."""
 
     LIST = "nodes"
     CASES = "a value, and a node for each of its cases"
@@ -76,25 +76,23 @@ class CompositeWord(Word):
     With options it may also be a mapping of those and `children`.
     """
 
-    form: Form
-    """What stands below it."""
-    asks: bool
-    """Whether its children are conditions; it is one itself then."""
-    at_once: bool
+    form: Form = Form.LIST
+    asks: bool = False
+    """Whether its children are conditions; it is a condition then."""
+    at_once: bool = False
     """Whether several of its children run at the same time."""
-    lasts: TimesRule
-    """How long it takes at least until it succeeds."""
-    ends: Rule
-    """How its children follow each other, and how it can end."""
-    is_reactive: bool
-    """Whether it asks its children from the first again at every tick."""
-    children: str
-    """What its children are."""
-    least: int
-    """How many children it needs."""
-    most: int | None
-    """How many it takes; a single one may stand without a list."""
-    options: Mapping[str, Option]
+    duration: DurationsRule = quickest
+    """Minimum duration until it succeeds."""
+    outcomes: Rule
+    """Order of its children, and its possible outcomes."""
+    is_reactive: bool = False
+    """Whether every tick begins at its first child."""
+    children: str = "one or more nodes"
+    """Description of its children."""
+    least: int = 1
+    most: int | None = None
+    """Numbers of children; a single one may stand without a list."""
+    options: Mapping[str, Option] = field(default_factory=dict)
     symbol: str
     """In pictures."""
 
@@ -103,24 +101,24 @@ class CompositeWord(Word):
 class ModifierWord(Word):
     """A key that stands beside a node and wraps it."""
 
-    type: ValueType | None
-    """What it takes; None is a condition, written as a node."""
+    type: ValueType | None = None
+    """Of its value; None is a condition, written as a node."""
     wrap: Callable[[Behaviour, Any, Now], Behaviour]
     """(node, value or built condition, clock) to the wrapped node."""
-    lasts: TimeRule
-    """How long the node with it takes at least until it succeeds."""
-    succeeds: tuple[Source, ...]
-    """Where its success comes from; nowhere, if it never succeeds."""
-    fails: tuple[Source, ...]
-    """Where its failure comes from; nowhere, if it never fails."""
-    runs_on: Outcome | None
+    duration: DurationRule = unchanged
+    """Minimum duration of the node with it until it succeeds."""
+    succeeds: tuple[Source, ...] = (Source.SUCCESS,)
+    """Sources of its success; empty if it never succeeds."""
+    fails: tuple[Source, ...] = (Source.FAILURE,)
+    """Sources of its failure; empty if it never fails."""
+    runs_on: Outcome | None = None
     """The outcome of its condition with which the node runs; None if it has no condition."""
 
-    def ends(self, ends: Ends, before: Keys) -> Ends:
-        """How a node with this modifier can end.
+    def outcomes(self, outcomes: Outcomes, before: Keys) -> Outcomes:
+        """The outcomes of a node with this modifier.
 
         Args:
-            ends: of the node without it.
-            before: what is written when it starts.
+            outcomes: of the node without it.
+            before: the keys that are written when it starts.
         """
-        return ends_from(ends, before, self.succeeds, self.fails)
+        return outcomes_from(outcomes, before, self.succeeds, self.fails)

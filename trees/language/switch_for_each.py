@@ -1,4 +1,4 @@
-"""Composites that a value decides about: one case of several, or a node for each of several."""
+"""The composites `switch` and `for_each`."""
 
 from __future__ import annotations
 

@@ -1,0 +1,166 @@
+"""Outcomes of nodes, and the keys that are certainly written then.
+
+The check follows the tree as it may run. A node starts with a set of keys that are certainly
+written, and can succeed or fail, each with such a set, or do neither. The rules of composites and
+modifiers stand here, and are assigned to the words in `vocabulary`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import NamedTuple, TypeAlias
+
+Keys: TypeAlias = frozenset[str] | None
+"""The keys that are certainly written at a point; None if the point is never reached."""
+
+
+class Outcomes(NamedTuple):
+    """The keys that are certainly written after each outcome of a node."""
+
+    success: Keys
+    failure: Keys
+
+
+NEVER = Outcomes(None, None)
+"""Of a node that is never reached, or never ends."""
+
+
+class Outcome(Enum):
+    """One outcome of a node."""
+
+    SUCCESS = "succeed"
+    FAILURE = "fail"
+
+    def of(self, outcomes: Outcomes) -> Keys:
+        """The keys after this outcome."""
+        return outcomes.success if self is Outcome.SUCCESS else outcomes.failure
+
+    @property
+    def opposite(self) -> Outcome:
+        """The other outcome."""
+        return Outcome.FAILURE if self is Outcome.SUCCESS else Outcome.SUCCESS
+
+
+class Source(Enum):
+    """Source of an outcome of a modified node."""
+
+    SUCCESS = "the node has succeeded"
+    FAILURE = "the node has failed"
+    EARLY = "the modifier decides without the node: only what was written before it counts"
+
+
+class Need(Enum):
+    """What a node must be able to do for a word around it to have an effect, else the reason."""
+
+    SUCCESS = "it cannot succeed"
+    FAILURE = "it cannot fail"
+    TIME = "it ends at once"
+    NOTHING = "it always has one"
+
+
+def either(*ways: Keys) -> Keys:
+    """What is certainly written after one of several ways, some of them impossible."""
+    possible = [way for way in ways if way is not None]
+    return frozenset.intersection(*possible) if possible else None
+
+
+def outcomes_from(
+    outcomes: Outcomes, before: Keys, success: Sequence[Source], failure: Sequence[Source]
+) -> Outcomes:
+    """The outcomes of a modified node, by their sources."""
+    if before is None:
+        return NEVER
+    ways = {
+        Source.SUCCESS: outcomes.success,
+        Source.FAILURE: outcomes.failure,
+        Source.EARLY: before,
+    }
+    return Outcomes(
+        either(*(ways[source] for source in success)), either(*(ways[source] for source in failure))
+    )
+
+
+Child: TypeAlias = Callable[[Keys], Outcomes]
+"""Follows one child: from the keys when it starts to its outcomes."""
+
+Options: TypeAlias = Mapping[str, object]
+
+Rule: TypeAlias = Callable[[Sequence[Child], Options, Keys], Outcomes]
+"""(children, options of the composite, keys when it starts) to its outcomes."""
+
+
+@dataclass(frozen=True)
+class InOrder:
+    """Rule: each child starts after one outcome of the one before; the other outcome ends all.
+
+    Args:
+        goes_on: the outcome that leads to the next child.
+    """
+
+    goes_on: Outcome
+
+    def __call__(self, children: Sequence[Child], options: Options, before: Keys) -> Outcomes:
+        """The outcomes of the composite."""
+        stops = []
+        for child in children:
+            outcomes = child(before)
+            stops.append(self.goes_on.opposite.of(outcomes))
+            before = self.goes_on.of(outcomes)
+        stop = either(*stops)
+        is_sequence = self.goes_on is Outcome.SUCCESS
+        return Outcomes(before, stop) if is_sequence else Outcomes(stop, before)
+
+
+def side_by_side(children: Sequence[Child], options: Options, before: Keys) -> Outcomes:
+    """All start at once: no child can rely on another."""
+    outcomes = [child(before) for child in children]
+    count, policy = len(outcomes), options.get("policy", "all")
+    needed = {"all": count, "any": 1}.get(str(policy), policy)
+    # A policy that is a parameter may be any number of children.
+    least, most = (needed, needed) if isinstance(needed, int) else (1, count)
+    successes = [one.success for one in outcomes if one.success is not None]
+    if len(successes) == least:
+        success: Keys = frozenset().union(*successes)
+    else:
+        success = either(*successes) if len(successes) > least else None
+    can_fail = sum(one.failure is not None for one in outcomes) > count - most
+    return Outcomes(success, before if can_fail else None)
+
+
+def one_of(children: Sequence[Child], options: Options, before: Keys) -> Outcomes:
+    """Any one of the children runs; or none, if there are only `cases`."""
+    outcomes = [child(before) for child in children]
+    cases = options.get("cases")
+    none = [before] if isinstance(cases, tuple) and len(cases) == len(children) else []
+    success = either(*(one.success for one in outcomes))
+    return Outcomes(success, either(*(one.failure for one in outcomes), *none))
+
+
+def opposite(children: Sequence[Child], options: Options, before: Keys) -> Outcomes:
+    """Success and failure of the one child are swapped."""
+    outcomes = children[0](before)
+    return Outcomes(outcomes.failure, outcomes.success)
+
+
+def until_success(children: Sequence[Child], options: Options, before: Keys) -> Outcomes:
+    """A failure of the one child starts it again, or ends it when it always fails alike."""
+    return children[0](before)
+
+
+def until_first_succeeds(children: Sequence[Child], options: Options, before: Keys) -> Outcomes:
+    """A failure of the first child starts the others, in order; their success starts it again."""
+    question, *work = children
+    asked = question(before)
+    return Outcomes(asked.success, InOrder(Outcome.SUCCESS)(work, {}, asked.failure).failure)
+
+
+def each(children: Sequence[Child], options: Options, before: Keys) -> Outcomes:
+    """One copy for each value, in order; or one child for all of a list, which may be empty."""
+    item = getattr(options.get("item"), "name", None)
+    if not isinstance(item, str):
+        return InOrder(Outcome.SUCCESS)(children, options, before)
+    [child] = children
+    outcomes = child(None if before is None else before | {item})
+    return Outcomes(before, outcomes.failure)
