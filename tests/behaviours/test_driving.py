@@ -43,7 +43,6 @@ def test_drive_goes_to_a_base_pose_and_leaves_the_arm(robot):
 @pytest.mark.parametrize(
     ("how_far", "there"),
     [
-        ({"forward_m": 0.5}, (0.5, 0.0, 0.0)),
         ({"turn_deg": 90.0}, (0.0, 0.0, 90.0)),
         ({"turn_deg": -90.0, "forward_m": 0.6}, (0.0, -0.6, -90.0)),
     ],
@@ -123,13 +122,3 @@ def test_move_arm_fails_on_a_fault_and_when_stuck():
     harness.robot.faults = (REFLEX,)
     assert harness.run(leaf) is Status.FAILURE
     assert leaf.feedback_message == "the arm hit something"
-
-
-@pytest.mark.parametrize("after", [0.0, 0.4, 1.5])
-def test_a_way_may_be_broken_off_at_any_tick(after):
-    harness = Harness()
-    leaf = Drive("drive", harness.context, to=CORNER)
-    harness.run_for(leaf, after + 0.01)
-    leaf.stop(Status.INVALID)
-    harness.run_for(None, 1.5)
-    assert harness.speed < 1e-3

@@ -217,7 +217,7 @@ def lowest_pad(harness: Harness) -> float:
     return float(min(corner[2] for corner in corners)) - TABLE_TOP
 
 
-@pytest.mark.parametrize("grip_height", [-0.02, 0.0, 0.008, 0.03])
+@pytest.mark.parametrize("grip_height", [-0.02, 0.03])
 def test_the_finger_tips_stay_above_the_surface(grip_height):
     """However low the object was gripped, or seemed to be."""
     harness = held_block(block(half=(0.02, 0.02, 0.02)))

@@ -62,9 +62,8 @@ def test_the_base_stops_before_the_arm_is_at_its_end(robot):
     assert np.abs(harness.robot.read().base_twist).max() < 0.05
 
 
-@pytest.mark.parametrize("turned", [2.0, 2.4])
-def test_the_base_waits_where_a_wrist_comes_to_its_limit(turned):
-    harness, leaf = keep("frankie", 3.0, looking_down(0.0, -3.0, 0.8), turned)
+def test_the_base_waits_where_a_wrist_comes_to_its_limit():
+    harness, leaf = keep("frankie", 3.0, looking_down(0.0, -3.0, 0.8), turned=2.4)
     wrist, limits = harness.robot.read().q[6], harness.controller.model.limits
     assert limits.q_max[6] - wrist < 0.15
     positions, angles = zip(*leaf.errors, strict=True)
@@ -117,7 +116,7 @@ def test_after_an_attempt_in_vain_the_base_stands_while_the_hand_grasps():
     assert np.linalg.norm(pin.log3(another.rotation.T @ standing.rotation)) > 0.2  # it turns to it
 
 
-@pytest.mark.parametrize(("x", "y"), [(0.1, 0.0), (-0.1, 0.0), (0.0, 0.1), (0.0, -0.1)])
+@pytest.mark.parametrize(("x", "y"), [(-0.1, 0.0), (0.0, 0.1)])
 def test_what_moves_is_gripped_where_it_has_come(x, y):
     velocity = np.array([x, y, 0.0])
     thing = block(x=0.7, y=0.0)

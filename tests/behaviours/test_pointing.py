@@ -33,7 +33,7 @@ def over_the_table(*objects) -> Harness:
 # look_at
 
 
-@pytest.mark.parametrize(("at", "distance"), [(BEHIND, None), (BEHIND, 0.8), (LARGE, 0.6)])
+@pytest.mark.parametrize(("at", "distance"), [(BEHIND, None), (LARGE, 0.6)])
 def test_look_at_turns_the_camera_to_a_place(at, distance):
     harness = Harness(table_world())
     leaf = LookAt("look_at", harness.context, at=at, distance_m=distance)
@@ -58,14 +58,6 @@ def test_look_at_fails_without_a_camera_and_on_a_fault():
     harness.robot.faults = (REFLEX,)
     assert harness.run(leaf) is Status.FAILURE
     assert leaf.feedback_message == "the arm hit something"
-
-
-def test_look_at_starts_while_the_hand_still_moves():
-    harness = Harness(table_world())
-    harness.run_for(LookAt("look_at", harness.context, at=LARGE), 0.5)
-    assert harness.speed > 0.1
-    leaf = LookAt("look_at", harness.context, at=BEHIND)
-    assert harness.run(leaf) is Status.SUCCESS
 
 
 # scan_for_objects
@@ -217,26 +209,14 @@ def test_follow_fails_when_the_hand_cannot_keep_up_and_on_a_fault():
     assert leaf.feedback_message == "the arm hit something"
 
 
-@pytest.mark.parametrize("after", [0.05, 1.0])
-def test_following_may_be_broken_off_at_any_tick(after):
-    harness = over_the_table(moving_block())
-    leaf = Follow("follow", harness.context, within=LARGE)
-    harness.run_for(leaf, after)
-    leaf.stop(Status.INVALID)
-    harness.run_for(None, 1.5)
-    assert harness.speed < 1e-3
-
-
 # say
 
 
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ({"text": "Hello."}, "Hello."),
         ({"text": "I see {value} things.", "value": 3}, "I see 3 things."),
         ({"text": "{value} m", "value": 0.25}, "0.25 m"),
-        ({"text": "{value}!", "value": "left"}, "left!"),
     ],
 )
 def test_say_tells_people_once(options, said):

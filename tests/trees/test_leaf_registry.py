@@ -71,16 +71,6 @@ def test_a_leaf_is_described_by_its_constructor_and_docstring():
     assert measure.outputs["mean_s"].description == "how long on average"
 
 
-def test_conditions_are_told_from_actions():
-    types = describe_leaves(TOYS)
-    assert types["ask"].is_condition
-    assert not types["play"].is_condition
-    shipped = describe_leaves(LEAVES)
-    assert shipped["arm_healthy"].is_condition
-    assert shipped["holding_object"].is_condition
-    assert not shipped["region_empty"].is_condition
-
-
 def test_every_word_and_every_shipped_leaf_says_what_it_is():
     types = describe_leaves(LEAVES)
     assert all(word.description.endswith(".") for word in COMPOSITES.values())

@@ -33,17 +33,9 @@ ODD = {
         f"fallback: [{SURE}, open_gripper]",
         "`open_gripper` is never reached: `play` before it never fails",
     ),
-    "reactive fallback after what cannot fail": (
-        f"reactive_fallback: [{SURE}, open_gripper]",
-        "`open_gripper` is never reached: `play` before it never fails",
-    ),
     "sequence after what cannot succeed": (
         f"sequence: [{HOPELESS}, open_gripper]",
         "`open_gripper` is never reached: `play` before it never succeeds",
-    ),
-    "sequence after what never ends": (
-        f"sequence: [until: [{HOPELESS}, {SURE}], open_gripper]",
-        "`open_gripper` is never reached: `until` before it never ends",
     ),
     "fallback after unless that cannot fail": (
         f"fallback: [{{unless: {{{ASKED}}}, force_success: true, {ACT}}}, open_gripper]",
@@ -53,10 +45,6 @@ ODD = {
         f"fallback: [parallel: [{SURE}, {SURE}], open_gripper]",
         "`open_gripper` is never reached: `parallel` before it never fails",
     ),
-    "question that cannot fail": (
-        f"until: [{SURE}, open_gripper]",
-        "`open_gripper` is never reached: `play` before it never fails",
-    ),
     "work that goes no further": (
         f"until: [{ACT}, {HOPELESS}, open_gripper]",
         "`open_gripper` is never reached: `play` before it never succeeds",
@@ -64,10 +52,6 @@ ODD = {
     "retry of what cannot fail": (
         f"{{retry: 2, sequence: [{SURE}]}}",
         "`retry` has no effect on `sequence`: it cannot fail",
-    ),
-    "forced success of what cannot fail": (
-        f"{{force_success: true, sequence: [{SURE}]}}",
-        "`force_success` has no effect on `sequence`: it cannot fail",
     ),
     "forced failure of what cannot succeed": (
         f"{{force_failure: true, sequence: [{HOPELESS}]}}",

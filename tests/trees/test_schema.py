@@ -91,15 +91,12 @@ SOUND = {
 
 WRONG = {
     "an unknown key": ("trees: {}\n", []),
-    "a name that is none": ("task: two words\n", ["task"]),
     "an unknown node": ("tree: {navigat: {to: above}}\n", ["tree"]),
     "a missing parameter": ("tree: {navigate: {}}\n", ["tree", "navigate"]),
     "a bare leaf that needs one": ("tree: navigate\n", ["tree"]),
     "an unknown parameter": ("tree: {navigate: {to: above, at: 3}}\n", ["tree", "navigate"]),
     "text for a number": ("tree: {wait: {duration_s: soon}}\n", ["tree", "wait", "duration_s"]),
     "a retry of nothing": ("tree: {retry: 0, open_gripper: }\n", ["tree", "retry"]),
-    "a timeout of nothing": ("tree: {timeout_s: 0, open_gripper: }\n", ["tree", "timeout_s"]),
-    "an empty sequence": ("tree: {sequence: []}\n", ["tree", "sequence"]),
     "a question without work": ("tree: {until: [arm_healthy]}\n", ["tree", "until"]),
     "two below forever": (
         "tree: {forever: [arm_healthy, arm_healthy]}\n",
@@ -117,9 +114,7 @@ WRONG = {
         "poses: {a: {xyz: [1, 2], rpy_deg: [0, 0, 0]}}\n",
         ["poses", "a", "xyz"],
     ),
-    "a region without size": ("regions: {a: {centre: [1, 2, 3]}}\n", ["regions", "a"]),
     "an unknown type": ("params: {a: {type: number}}\n", ["params", "a", "type"]),
-    "a subtree without file": ("tree: {subtree: {with: {}}}\n", ["tree", "subtree"]),
 }
 
 

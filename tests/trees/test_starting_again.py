@@ -26,12 +26,6 @@ def test_forever_starts_again_after_each_failure_and_ends_with_success(run):
     assert tree.begun("a") == 3
 
 
-def test_forever_says_why_it_starts_again(run):
-    tree = run("forever: {name: b, play: {script: FS}}")
-    tree.ticks(1)
-    assert tree.root.feedback_message == "starting again after b: said F"
-
-
 def test_forever_gives_up_when_it_always_fails_alike(run):
     tree = run("forever: {name: b, delay_s: 3, play: {script: F}}")
     assert tree.ticks(1600).count("F") == 1

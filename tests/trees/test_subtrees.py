@@ -125,18 +125,14 @@ def test_mistakes_are_located_in_the_file_that_they_are_in_and_told_once(folder)
     ("subtree", "message"),
     [
         ("subtree", "5:7: `subtree` takes a mapping, not `null`; write `subtree: {file:"),
-        ("subtree: part.yaml", "5:7: `subtree` takes a mapping, not the text `part.yaml`"),
         ("subtree: {with: {}}", "5:16: `subtree` lacks `file`; add `file`"),
-        ("subtree: {file: 3}", "5:23: `file` cannot be the number `3`; name a file"),
         ("subtree: {file: part.yaml}", "5:23: there is no file `part.yaml` beside this one; check"),
         (
             "subtree: {file: parts/prt.yaml}",
             "no file `parts/prt.yaml` beside this one; did you mean",
         ),
-        ("subtree: {file: parts}", "5:23: there is no file `parts` beside this one"),
         (f"subtree: {{file: {'x' * 300}.yaml}}", "xxx.yaml` leads nowhere; name a file"),
         ("subtree: {file: ../other.yaml}", "5:23: `../other.yaml` leads out of the folder of the"),
-        ("subtree: {file: /etc/passwd}", "5:23: `/etc/passwd` leads out of the folder of the task"),
         ("subtree: {file: top.yaml}", "a circle: top.yaml > top.yaml; remove"),
         ("subtree: {file: parts/part.yaml}", "5:7: `part` lacks `to` (a tool pose or a base pose:"),
         (

@@ -85,3 +85,20 @@ def test_what_nothing_uses_is_a_warning_and_the_task_still_loads(tmp_path):
         "10:3: warning: `box` is never used; name it in the tree, or remove it",
     ]
     assert len(load(path, leaves=TOYS).warnings) == 4
+
+
+def test_an_old_name_works_and_is_warned_of(tmp_path, monkeypatch):
+    monkeypatch.setattr("trees.language.aliases.WORDS", {"series": "sequence"})
+    path = tmp_path / "t.yaml"
+    path.write_text(
+        "task: t\nposes: {home: {xyz: [1, 0, 1], rpy_deg: [180, 0, 0]}}\n"
+        "tree:\n  series:\n    - navigate: {to: home, onward: home}\n"
+    )
+    old, onward = map(str, check(path))
+    assert old.endswith(
+        ":4:3: warning: `series` is now called `sequence`; write `sequence`: "
+        "`series` will be removed"
+    )
+    assert f"{path}:5:28: warning: `onward` is now called `next_goal`" in onward
+    [navigate] = load(path).root.children
+    assert navigate.arguments["next_goal"].name == "home"

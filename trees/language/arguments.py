@@ -1,4 +1,4 @@
-"""The arguments of a leaf: its parameters, and the keys that it writes."""
+"""Arguments of a leaf in a task file: values of its parameters, and the keys that it writes."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ _NUMBER = ValueType(types=(int, float))
 def read_leaf(
     entry: YamlEntry, leaf: LeafType, beside: Mapping[str, YamlEntry], scope: Scope
 ) -> LeafNode:
-    """A leaf and its arguments; those that do not fit are noted and left out.
+    """A leaf and its arguments; invalid ones are noted and left out.
 
     Args:
-        entry: the leaf's key and what is below it.
+        entry: the leaf's key and value.
         leaf: its type.
         beside: all entries of the item.
-        scope: what may be referred to.
+        scope: of the file.
     """
     node = LeafNode(location=entry.location, name=leaf.key, modifiers={}, type=leaf, arguments={})
     given = _below(entry, leaf, scope)
@@ -73,7 +73,7 @@ def read_leaf(
 def _validate(
     entry: YamlEntry, leaf: LeafType, arguments: Mapping[str, Argument], scope: Scope
 ) -> None:
-    """Ask the leaf whether its arguments fit each other."""
+    """Let the leaf check whether its arguments are compatible."""
     known: dict[str, object] = {
         name: Key(value.name) if isinstance(value, KeyRead) else value
         for name, value in arguments.items()
@@ -93,7 +93,7 @@ def read_argument(
 ) -> dict[str, Argument]:
     """The argument for a parameter, by its name; empty, and an error, if it does not fit.
 
-    A number that only makes sense in another unit does not fit either.
+    A number in another unit does not fit.
     """
     resolved = scope.resolve(value)
     if resolved is None:

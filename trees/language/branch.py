@@ -39,10 +39,10 @@ Ticking = Generator[Behaviour, None, Status]
 
 
 class Branch(Composite):
-    """A node with children; a subclass says in `advance` which of them to tick.
+    """A node with children; a subclass decides in `advance` which of them to tick.
 
     Args:
-        name: the node's name in the tree; a branch with its key as its name counts as unnamed.
+        name: the node's name in the tree; its key if it is unnamed.
         children: at least one, in the order of the file.
     """
 
@@ -60,11 +60,11 @@ class Branch(Composite):
         options: Mapping[str, object],
         context: Context,
     ) -> Branch:
-        """The node of a task: made from what its file says and what all its leaves share."""
+        """The node for a task file, with its options."""
         return cls(name, children, **options)
 
     def restart(self) -> None:
-        """Forget the last round; called before the first tick of a new one."""
+        """Called before the first tick of a new round."""
 
     @abstractmethod
     def advance(self) -> Ticking:

@@ -1,4 +1,4 @@
-"""From a checked task to behaviours that can be ticked."""
+"""Building of a checked task into a py_trees tree."""
 
 from __future__ import annotations
 
@@ -26,16 +26,12 @@ LeafMaker: TypeAlias = "Callable[[LeafNode, Context, Mapping[str, object]], Beha
 
 
 def real_leaf(node: LeafNode, context: Context, arguments: Mapping[str, object]) -> Behaviour:
-    """The leaf that the node's key stands for."""
-    fitted = {name: _for_robot(value, context) for name, value in arguments.items()}
+    """The leaf of a node; `ready` becomes the posture of the robot's description."""
+    fitted = dict(arguments)
+    for name, value in arguments.items():
+        if value is READY:
+            fitted[name] = Posture(name=READY.name, q=context.robot.description.arm.ready)
     return node.type.behaviour(node.name, context, **fitted)
-
-
-def _for_robot(value: object, context: Context) -> object:
-    """The value; `ready` is the posture that the robot's description calls so."""
-    if value is not READY:
-        return value
-    return Posture(name=READY.name, q=context.robot.description.arm.ready)
 
 
 def build(task: Task, context: Context, make_leaf: LeafMaker = real_leaf) -> Behaviour:
@@ -43,7 +39,7 @@ def build(task: Task, context: Context, make_leaf: LeafMaker = real_leaf) -> Beh
 
     Args:
         task: a checked task.
-        context: what all leaves share.
+        context: shared by the leaves.
         make_leaf: makes a leaf from its node, the context and its arguments.
 
     Raises:
@@ -158,7 +154,7 @@ class _Builder:
         return self.keys[name]
 
     def _supply(self, value: Argument) -> Supply:
-        """Gives the value, or what its key holds at the time of the call."""
+        """Returns the value, or that of its key at the time of the call."""
         if isinstance(value, KeyRead):
             key = self._key(value.name)
             return lambda: value.fitted(key.read())

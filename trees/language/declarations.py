@@ -1,8 +1,6 @@
-"""What the project's own leaves are, without their classes.
+"""Declarations of the project's own leaves in a file, so that `check` need not import them.
 
-A task is checked against what leaves may be given; what they do is only needed to run it, and takes
-much longer to import. So what their classes say is written to a file once (`make declarations`),
-as other tree languages have a manifest of their nodes.
+`make declarations` writes the file from the classes, which take long to import.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A task file taken apart into its sections, before its parameters have values."""
+"""Sections of a task file, before its parameters have values."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class Document:
 
 
 def read_document(diagnostics: Diagnostics) -> Document | None:
-    """The sections of the file that the diagnostics are about; None if it has none to read."""
+    """The sections of the diagnosed file; None if it is unreadable."""
     read = read_yaml(diagnostics)
     if read is None:
         return None

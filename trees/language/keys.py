@@ -1,4 +1,4 @@
-"""Nodes that the language itself makes for keys: `set`, leaves that read, subtrees."""
+"""Nodes that write and read keys: `set`, `add`, `subtree`, and leaves with late arguments."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Set(Behaviour):
 
     Args:
         name: the node's name in the tree.
-        values: what is written to each key.
+        values: for each key.
     """
 
     key = "set"
@@ -33,34 +33,23 @@ class Set(Behaviour):
         """One tick.
 
         Raises:
-            LeafCrashedError: a key that is copied was not written; its writer is at fault.
+            LeafCrashedError: a key was read that was not written.
         """
-        _write(self.name, self._values)
-        written = (f"{key.name} = {key.read()}" for key in self._values)
-        self.feedback_message = ", ".join(written)
+        _write(self.name, {key: self._new(key, one) for key, one in self._values.items()})
+        self.feedback_message = ", ".join(f"{key.name} = {key.read()}" for key in self._values)
         return Status.SUCCESS
+
+    def _new(self, key: Key[object], supply: Supply) -> Supply:
+        return supply
 
 
 class Add(Set):
-    """Adds numbers to keys.
-
-    Args:
-        name: the node's name in the tree.
-        values: what is added to each key.
-    """
+    """Adds numbers to keys."""
 
     key = "add"
 
-    def update(self) -> Status:
-        """One tick.
-
-        Raises:
-            LeafCrashedError: a key was not written; its writer is at fault.
-        """
-        sums = {key: partial(_sum, key, supply) for key, supply in self._values.items()}
-        _write(self.name, sums)
-        self.feedback_message = ", ".join(f"{key.name} = {key.read()}" for key in self._values)
-        return Status.SUCCESS
+    def _new(self, key: Key[object], supply: Supply) -> Supply:
+        return partial(_sum, key, supply)
 
 
 def _sum(key: Key[object], supply: Supply) -> object:
@@ -107,9 +96,9 @@ class Subtree(Branch):
 
 
 class LateLeaf(Behaviour):
-    """A leaf that is made anew at every start, with what its keys hold then.
+    """A leaf that is made at every start, with the present values of its keys.
 
-    To the tree it is the leaf: it has its name and key, its status and its message.
+    It has the leaf's name, key, status and message.
 
     Args:
         name: the node's name in the tree.
@@ -161,11 +150,7 @@ class LateLeaf(Behaviour):
 
 
 def _write(node: str, values: Mapping[Key[object], Supply]) -> None:
-    """Write values to keys.
-
-    Raises:
-        LeafCrashedError: one comes from a key that was not written; its writer is at fault.
-    """
+    """Write values to keys; reading a key that was not written raises LeafCrashedError."""
     try:
         for key, supply in values.items():
             key.write(supply())

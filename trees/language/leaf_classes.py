@@ -1,8 +1,7 @@
-"""What the class of a leaf says about it.
+"""Descriptions of leaves, read from their classes.
 
-A leaf class needs no registration beyond its constructor: keyword-only parameters give names,
-types and defaults, the docstring of the class their descriptions. Those annotated `Key[T]` are its
-outputs.
+Keyword-only parameters of the constructor give names, types and defaults, the docstring of the
+class their descriptions. Those annotated `Key[T]` are outputs.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A leaf as a task file sees it: what it is called, what it may be given, what it leaves."""
+"""Description of a leaf for task files: key, parameters and outputs."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Output:
 
 @dataclass(frozen=True, kw_only=True)
 class LeafType:
-    """A leaf as a task file sees it."""
+    """Description of a leaf."""
 
     key: str
     behaviour: Callable[..., Behaviour]
@@ -62,9 +62,9 @@ class LeafType:
     surfaces: tuple[str, ...] = ()
     """Its parameters that name a region with a surface below."""
     comparable: tuple[str, ...] = ()
-    """Its parameters that have values of one kind."""
+    """Its parameters that need values of one type."""
     duration: str = ""
-    """Its parameter that says how long it takes at least; empty if none does."""
+    """Its parameter with the minimum duration [s]; empty if none has it."""
     moves: bool = False
     """Whether it may move the robot."""
     needs_robot: bool = True
@@ -72,8 +72,7 @@ class LeafType:
     names_keys: bool = False
     """Whether its arguments have the names of keys, which it writes."""
     validate: Callable[[Mapping[str, object]], str] | None = None
-    """What is wrong with arguments that are right one by one, see `Leaf.validate`; None if nothing
-    can be."""
+    """See `Leaf.validate`; None if all arguments are compatible."""
     is_condition: bool
     takes_time: bool
     """Whether it may run for more than a tick."""
@@ -85,27 +84,21 @@ class LeafType:
         return *self.parameters.values(), *self.outputs.values()
 
 
-SET = LeafType(
-    key="set",
-    behaviour=Set,
-    description="Writes values to keys: `set: {tries: 0}`; ends at once and cannot fail.",
-    names_keys=True,
-    is_condition=False,
-    takes_time=False,
-    can_fail=False,
-)
-"""Writes keys: its arguments have their names."""
+def _key_writer(node: type[Set], description: str) -> LeafType:
+    """A leaf whose arguments have the names of keys."""
+    return LeafType(
+        key=node.key,
+        behaviour=node,
+        description=description,
+        names_keys=True,
+        is_condition=False,
+        takes_time=False,
+        can_fail=False,
+    )
 
-ADD = LeafType(
-    key="add",
-    behaviour=Add,
-    description="Adds numbers to keys: `add: {tries: 1}`; ends at once and cannot fail.",
-    names_keys=True,
-    is_condition=False,
-    takes_time=False,
-    can_fail=False,
-)
-"""Counts: its arguments have the names of the keys."""
+
+SET = _key_writer(Set, "Writes values to keys: `set: {tries: 0}`; ends at once and cannot fail.")
+ADD = _key_writer(Add, "Adds numbers to keys: `add: {tries: 1}`; ends at once and cannot fail.")
 
 OWN_LEAVES: Mapping[str, LeafType] = {leaf.key: leaf for leaf in (SET, ADD)}
 """The leaves that are words of the language."""

@@ -1,4 +1,4 @@
-"""From a file to a task: everything is read and checked in one pass."""
+"""Loading of task files: everything is read and checked in one pass."""
 
 from __future__ import annotations
 
@@ -25,8 +25,7 @@ from trees.language.syntax import SCENE, Task, TaskFileError
 if TYPE_CHECKING:
     from behaviours import Leaf
 
-MAX_ERRORS = 100
-"""Reading ends after this number."""
+MAX_ERRORS = 100  # after which reading stops
 
 NO_OVERRIDES: Mapping[str, str] = MappingProxyType({})
 
@@ -67,10 +66,9 @@ def check(
     overrides: Mapping[str, str] = NO_OVERRIDES,
     places: Path | None = None,
 ) -> list[Diagnostic]:
-    """Every diagnostic of a task file and its subtrees, warnings included, in order.
+    """Every diagnostic of a task file and its subtrees in order, up to a hundred errors.
 
-    At most the first hundred errors. Parameters may lack a value. Arguments and LeafError as for
-    `load`.
+    Parameters may lack a value. Arguments and LeafError as for `load`.
     """
     return examine(path, leaves=leaves, overrides=overrides, places=places)[1]
 
@@ -82,15 +80,12 @@ def examine(
     overrides: Mapping[str, str] = NO_OVERRIDES,
     places: Path | None = None,
 ) -> tuple[Task | None, list[Diagnostic]]:
-    """The task, whose parameters may lack a value, and what `check` says of it.
-
-    None if there is an error.
-    """
+    """The task, None if there is an error, and the diagnostics of `check`."""
     return _read(Path(path), leaves, overrides, _Mode.CHECK, places)
 
 
 class _Mode(Enum):
-    """What is done about the parameters of the first file."""
+    """Treatment of the parameters of the first file."""
 
     RUN = "every one needs a value"
     CHECK = "one without a value is taken for any value of its type"
@@ -105,11 +100,7 @@ def _read(
     places: Path | None,
 ) -> tuple[Task | None, list[Diagnostic]]:
     """The task, or None if there are errors; and all diagnostics in order."""
-    known = Installed(leaves)
-    assembler = _Assembler(
-        known=known,
-        open_tree=mode is _Mode.OPEN,
-    )
+    assembler = _Assembler(known=Installed(leaves), open_tree=mode is _Mode.OPEN)
     diagnostics = Diagnostics(path, MAX_ERRORS)
     task = None
     try:
@@ -142,13 +133,13 @@ def _require_values(
 
 @dataclass(frozen=True, kw_only=True)
 class _Assembler:
-    """Makes tasks of the sections of files."""
+    """Makes a task of the sections of a file."""
 
     known: Installed
     open_tree: bool
     """Whether parameters stay in the tree by their names."""
     site: tuple[Path, NamedValues] | None = None
-    """What a file of places defines, for the first file of the task."""
+    """A file of poses and regions, for the first file of the task."""
 
     def assemble(
         self,
@@ -164,8 +155,8 @@ class _Assembler:
             document: its sections.
             parameters: with the values that an including file gives.
             diagnostics: of the file.
-            subtrees: reads the files that it includes.
-            overrides: values that a person gives, as the file would write them.
+            subtrees: reads the included files.
+            overrides: values of a person.
         """
         entries = document.entries
         named = read_named_values(entries.get("poses"), entries.get("regions"), diagnostics)
@@ -217,7 +208,7 @@ class _Assembler:
 
 
 def _locations(document: Document, named: NamedValues) -> dict[str, Location]:
-    """Of what the file names; `scene:` cannot be the name of a pose."""
+    """Of poses, regions and scene; `scene:` cannot be the name of a pose."""
     scene = document.entries.get("scene")
     return named.locations | ({SCENE: scene.value.location} if scene else {})
 

@@ -1,4 +1,4 @@
-"""The sections `poses` and `regions`: metres and degrees in, ready-made objects out."""
+"""The sections `poses` and `regions`, of a task file or of a file of places."""
 
 from __future__ import annotations
 
@@ -43,10 +43,8 @@ BUILT_IN: Mapping[str, NamedValue] = {READY.name: READY}
 _POSE_FORMS = (("xyz", "rpy_deg"), ("base", "heading_deg"), ("joints_deg",))
 
 
-_FARTHEST = 100.0
-"""Coordinates end here [m]."""
-_LONGEST = 10.0
-"""Edge of a region [m]."""
+_FARTHEST = 100.0  # coordinate [m]
+_LONGEST = 10.0  # edge of a region [m]
 _MOST_DEGREES = 360.0
 
 

@@ -1,4 +1,4 @@
-"""The section `params`: values of a task that are chosen from outside."""
+"""The section `params`: the parameters of a task."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ class ParameterSection(StrictModel):
 
 @dataclass(frozen=True, kw_only=True)
 class TaskParameter:
-    """A value of a task that may be chosen from outside."""
+    """A parameter of a task."""
 
     location: Location
     type: ValueType | None
@@ -127,12 +127,12 @@ class TaskParameter:
 
     @property
     def is_late(self) -> bool:
-        """Whether its value is known only while the task runs, or not given at all."""
+        """Whether its value is known only during the run, or missing."""
         return isinstance(self.value, KeyRead) or self.is_open
 
     @property
     def is_open(self) -> bool:
-        """Whether it is sound and has no value yet."""
+        """Whether it is valid and has no value yet."""
         return self.value is None and self.type is not None
 
 
@@ -169,12 +169,12 @@ def override_values(
     entry: YamlEntry | None,
     diagnostics: Diagnostics,
 ) -> dict[str, YamlScalar]:
-    """The values that a person gives by `-p name=text`; unknown names are errors.
+    """The values of `-p name=text`; unknown names are errors.
 
     Args:
-        parameters: those of the file.
-        overrides: written as in YAML; a text parameter takes them as they are.
-        entry: the section that declares the parameters, if there is one.
+        parameters: of the file.
+        overrides: texts as in YAML; a text parameter takes them unchanged.
+        entry: the section `params`, if there is one.
         diagnostics: receives the errors.
     """
     values = {}
@@ -197,13 +197,13 @@ def with_values(
     named: NamedValues,
     diagnostics: Diagnostics,
 ) -> dict[str, TaskParameter]:
-    """The parameters with values: those given by a person, else the defaults.
+    """The parameters with values: of a person, else of an including file, else the default.
 
     Args:
-        parameters: as declared, or with the value that an including file gives.
-        overrides: values that a person gives.
-        named: the poses, postures and regions that a name may stand for.
-        diagnostics: receives an error for each value that does not fit.
+        parameters: as declared, or with the value of an including file.
+        overrides: values of a person.
+        named: poses, postures and regions by name.
+        diagnostics: receives an error for each invalid value.
     """
     return {
         name: _with_value(name, parameter, overrides.get(name), named, diagnostics)

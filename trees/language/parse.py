@@ -1,7 +1,6 @@
-"""The section `tree`: located values in, checked nodes out.
+"""Syntax of the section `tree`: from located values to checked nodes.
 
-Reading goes on after an error, so that one pass finds them all; a node that cannot be understood is
-None.
+Reading goes on after an error, so that one pass finds them all; an invalid node is None.
 """
 
 from __future__ import annotations
@@ -162,7 +161,7 @@ def _read_modifiers(entries: Mapping[str, YamlEntry], scope: Scope) -> Modifiers
 def _read_fixed(key: str, value: YamlValue, expected: ValueType, scope: Scope) -> Plain | KeyRead:
     """A value that has to be known before the run; None and an error if it is not.
 
-    A parameter that still lacks its value stays a `KeyRead`.
+    A parameter without a value stays a `KeyRead`.
     """
     resolved = scope.resolve(value)
     if resolved is None:

@@ -64,7 +64,7 @@ def offer_of(entry: metadata.EntryPoint) -> Offer:
 
 
 class Installed:
-    """The leaves of this installation; a package is imported only when one of its leaves is wanted.
+    """The leaves of this installation; packages are imported when their leaves are used.
 
     Args:
         leaves: what there is besides packages; None is the project's own leaves, and packages.

@@ -1,4 +1,4 @@
-"""The names that the nodes of a file may refer to."""
+"""Scope of a file: the names that its nodes may refer to."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def _meant(text: str) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class Scope:
-    """Names that mean something in a file, and where its diagnostics go."""
+    """The names of a file, and its diagnostics."""
 
     leaves: Mapping[str, LeafType]
     parameters: Mapping[str, TaskParameter]
@@ -57,7 +57,7 @@ class Scope:
         return replace(self, level=self.level + levels)
 
     def resolve(self, value: YamlValue) -> YamlValue | Reference | None:
-        """The value, or what its `$name` stands for; None if there is an error about it."""
+        """The value, or what its `$name` refers to; None if there is an error."""
         text = value.value if isinstance(value, YamlScalar) else None
         if not isinstance(text, str) or not text.startswith("$"):
             return value
@@ -76,7 +76,7 @@ class Scope:
         return Reference(location=value.location, name=name, value=known)
 
     def text(self, value: YamlValue) -> object:
-        """What a scalar means; None for other values and for what is known only during the run."""
+        """The value of a scalar; None for others, and if it is known only during the run."""
         resolved = self.resolve(value)
         return resolved.value if isinstance(resolved, YamlScalar | Reference) else None
 

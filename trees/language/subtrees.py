@@ -1,7 +1,7 @@
-"""The node `subtree`: finds the other file, gives it its parameters, and reads it.
+"""Syntax of the node `subtree`: the other file, its parameters and outputs.
 
-A file is named relative to the one that includes it and lies in the folder of the task, or below;
-links that lead out of it, and files that include themselves, are refused.
+The file is named relative to the including one and lies in the folder of the task, or below; links
+that lead out of it, and files that include themselves, are refused.
 """
 
 from __future__ import annotations
@@ -41,14 +41,11 @@ Assemble: TypeAlias = (
 
 @dataclass(frozen=True, kw_only=True)
 class Subtrees:
-    """The files around one file of a task.
-
-    Made for the first file by its own fields; `include` makes those for the others.
-    """
+    """Reads the files that one file of a task includes."""
 
     assemble: Assemble
     chain: tuple[Path, ...]
-    """The files from the first to this one, as a person names them."""
+    """The files from the first to this one."""
     level: int = 0
     """How deep in the whole tree this file is."""
     documents: dict[Path, Document | None] = field(default_factory=dict)
@@ -57,7 +54,7 @@ class Subtrees:
     """Counts the subtrees of the task."""
 
     def include(self, entry: YamlEntry, scope: Scope) -> SubtreeNode | None:
-        """The node that stands for another file; None and errors if it cannot be read."""
+        """The node for another file; None and errors if it cannot be read."""
         if not isinstance(entry.value, YamlMap):
             message = f"`subtree` takes a mapping, not {describe(entry.value)}"
             hint = "write `subtree: {file: other.yaml}`"

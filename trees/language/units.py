@@ -1,4 +1,4 @@
-"""Numbers in the wrong unit: millimetres for metres, radians for degrees, shares for percent."""
+"""Hints for numbers in the wrong unit: millimetres for metres, radians for degrees."""
 
 from __future__ import annotations
 
@@ -13,10 +13,8 @@ _SMALLER_UNITS: Mapping[str, tuple[tuple[str, float], ...]] = {
 }
 """In which a number may have been given instead, and what to multiply it by."""
 
-_ROUND = pi / 12.0
-"""Angles that people write in radians are multiples of this: of 15° ..."""
-_CLOSE = 0.005
-"""... rounded to about two digits [rad]."""
+_ROUND = pi / 12.0  # angles in radians are multiples of this ...
+_CLOSE = 0.005  # ... rounded to about two digits [rad]
 
 
 def meant(number: float, unit: str, fits: Callable[[float], bool]) -> str:

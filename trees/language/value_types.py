@@ -1,8 +1,7 @@
-"""The types of values that a task file can give.
+"""Types of values in a task file.
 
-A type is read from an annotation: numbers, text, truth values, `Literal` choices, the poses,
-postures and regions of `behaviours.poses`, `None`, and unions of those. Numbers may be annotated
-with `Bounds`.
+A type is read from an annotation: numbers, text, truth values, `Literal` choices, poses, postures,
+regions, `None`, and unions of those. Numbers may have `Bounds`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""From a value of a task file to the Python value that a parameter expects."""
+"""Conversion of values of a task file to the Python values that parameters expect."""
 
 from __future__ import annotations
 

@@ -46,14 +46,14 @@ class Seeing:
             vision=VisionInStep(self.robot.camera, detector()),
             state=self.robot.read(),
             fixtures=tuple(known),
-            seen=DepthObstacles(description, executor) if sees else None,
+            depth_obstacles=DepthObstacles(description, executor) if sees else None,
         )
         self.reports = []
         self._ticks = 0
 
     @property
     def cloud(self) -> np.ndarray:
-        return self.context.seen.cloud.points
+        return self.context.depth_obstacles.cloud.points
 
     def hold(self, thing) -> bool:
         """Close the fingers; whether the hand holds it now."""
@@ -183,7 +183,7 @@ def test_what_was_seen_before_the_base_was_localised_anew_is_forgotten():
     robot = Seeing(known=(TABLE,))
     robot.go(PoseGoal(wTe=looking_down(0.7, 0.0, 0.9)), 3.0)
     assert len(robot.cloud) > 100
-    robot.context.seen.relocalise(robot.clock.now() + 10.0)
+    robot.context.depth_obstacles.relocalise(robot.clock.now() + 10.0)
     robot.go(None, 0.3)
     assert not len(robot.cloud)
 
