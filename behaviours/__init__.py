@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from behaviours.context import Context
     from behaviours.depth_obstacles import DepthObstacles
     from behaviours.detect import Detect
-    from behaviours.errors import LeafCrashedError, TwoGoalsError
+    from behaviours.errors import LeafCrashedError
     from behaviours.grasp import DOUBTFUL, LOOK_HEIGHT, LOOKS, Grasp
     from behaviours.leaf import Condition, Leaf
     from behaviours.leaves import LEAVES
@@ -75,7 +75,6 @@ __all__ = [
     "RetreatCheck",
     "TaskLog",
     "ToolPose",
-    "TwoGoalsError",
     "Vision",
     "VisionBeside",
     "VisionInStep",
