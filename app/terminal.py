@@ -31,12 +31,7 @@ def visible(text: str) -> str:
 
 
 class Terminal(Console):
-    """The one way to print. Text is taken literally, and is made `visible`.
-
-    Args:
-        stderr: write to standard error.
-        more: for the console of `rich`.
-    """
+    """The one way to print. Text is taken literally, and is made `visible`."""
 
     def __init__(self, *, stderr: bool = False, **more: Any) -> None:
         super().__init__(stderr=stderr, markup=False, highlight=False, emoji=False, **more)
@@ -91,7 +86,7 @@ class Loading:
         self._end()
 
     def __call__(self, what: str) -> None:
-        """Say what is being loaded from now on."""
+        """Show what is being loaded."""
         if self._live is not None:
             from rich.spinner import Spinner
 

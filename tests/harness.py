@@ -10,7 +10,7 @@ import pinocchio as pin
 from pinocchio import SE3
 from py_trees.common import Status
 
-from app.core.known import known_of
+from app.core.world_model import load_world_model
 from behaviours import Context, Leaf, Region, VisionInStep
 from controller import HolisticController, PoseGoal, robot_model
 from hw import (
@@ -151,7 +151,7 @@ class Harness:
             clock=self.task_clock,
             vision=VisionInStep(Eyelid(self.robot), detector()),
             state=self.robot.read(),
-            fixtures=known_of(self.world).fixtures,
+            fixtures=load_world_model(self.world).fixtures,
         )
         self._ticks = 0
 

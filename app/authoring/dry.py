@@ -133,7 +133,6 @@ class _DryLeaf(Behaviour):
 
 
 def _smallest(expected: ValueType) -> object:
-    """The smallest value of a type."""
     if expected.choices:
         return expected.choices[0]
     empty = expected.types[0]()
@@ -150,15 +149,6 @@ def dry_run(
     most_ticks: int = 1000,
 ) -> DryRun:
     """Tick a task without a robot.
-
-    Args:
-        path: the task file.
-        outcomes: what leaves return, each `NODE=OUTCOME,OUTCOME,...`; without one, a leaf that
-            needs no robot runs, and another succeeds.
-        keys: what leaves write, each `KEY=VALUE`.
-        overrides: values of task parameters, as texts.
-        places: a file of poses and regions, which count instead of those of the same name.
-        most_ticks: a tree that has not ended by then is stopped.
 
     Raises:
         TaskFileError: the file has diagnostics.

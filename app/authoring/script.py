@@ -22,12 +22,7 @@ class ScriptError(UserError):
 
 
 class Script:
-    """Which outcome is next for a leaf.
-
-    Args:
-        outcomes: by leaf key or node name, in turn; the last repeats. All nodes of this key or name
-            take from the same list. A name counts before a key; the other leaves succeed.
-    """
+    """Which outcome is next for a leaf."""
 
     def __init__(self, outcomes: Mapping[str, Sequence[Status]]) -> None:
         self._outcomes = outcomes

@@ -40,15 +40,6 @@ def teach(
 ) -> str:
     """Read where a robot is and write it into a file; the robot does not move.
 
-    Args:
-        name: of the pose.
-        places: the file, made if there is none.
-        robot: name of a shipped robot, or a robot file.
-        world: what moves it, where it is not real.
-        form: what of it is taught.
-        replace: whether a pose of this name may be there already.
-        armed: whether a person lets a real robot be connected.
-
     Returns:
         The line that was written.
 
@@ -73,7 +64,6 @@ def teach(
 
 
 def _text(places: Path) -> str:
-    """What the file holds; empty if there is none."""
     if not places.exists():
         return ""
     diagnostics = Diagnostics(places)

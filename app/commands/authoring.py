@@ -187,7 +187,6 @@ def _export_runs(names: list[str], folder: Path, runs: Path, fps: int) -> None:
 
 
 def _deliver(text: str, output: Path | None) -> None:
-    """Print a text as it is, or write it to a file."""
     if output is None:
         typer.echo(text, nl=False)
     else:

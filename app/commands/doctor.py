@@ -117,7 +117,6 @@ def _confirm(question: str) -> bool:
 
 
 def _write(real: RealRobot, path: Path, console: Terminal, *, throttle: bool) -> bool:
-    """Write what the base tells of itself; whether that went well."""
     from hw import HardwareError
     from hw.hardware import write_full_scale
 

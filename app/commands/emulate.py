@@ -150,6 +150,5 @@ def _ways(part: str, names: list[str] | None) -> dict[str, Any]:
 
 
 def _list(console: Terminal, meanings: Mapping[str, str]) -> None:
-    """Names, and what they mean."""
     for name, what in meanings.items():
         console.say(f"{name}: {what}")

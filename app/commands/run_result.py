@@ -39,7 +39,6 @@ def show_result(result: Result, as_json: bool) -> None:
 
 
 def _next(result: Result) -> str:
-    """Where the run was left, and what to try now."""
     command, purpose = "explain", "says why"
     if result.summary.succeeded:
         command, purpose = "view --web", "shows it again"

@@ -1,8 +1,4 @@
-"""The core: one task, one robot, one loop, and what a run leaves.
-
-`run_task` puts together task, robot, controller and what watches, `Session` is the loop, `folder`
-and `events` say what a run leaves behind.
-"""
+"""Runs a task: `run_task` starts a run, `Session` is its loop, `folder` names its files."""
 
 from app.choices import MotionForm, ObstacleSource, VisionForm
 from app.core.events import EVENTS, Event, read_events
@@ -15,19 +11,17 @@ from app.core.fault_schedule import (
     read_faults,
 )
 from app.core.folder import COMMANDS, FRAMES, OPTIONS, RECORDING, STATES, SUMMARY, FolderError
-from app.core.footprint import Footprint, footprint
-from app.core.instruments import Instruments
 from app.core.launch import run_task
-from app.core.measurements import Measurements
+from app.core.measurements import Footprint, Measurements, footprint
+from app.core.observers import Instruments
 from app.core.on_save import Saved, again_on_save, run_on_save
 from app.core.outcome import End, Outcome
 from app.core.replay import Replay, ReplayError, replay_run
-from app.core.result import Result
 from app.core.run_options import RunOptions
 from app.core.session import Session, Tick
 from app.core.setup import Setup, open_setup, set_up
 from app.core.snapshots import Snapshots, scene_view
-from app.core.summary import Summary
+from app.core.summary import Result, Summary
 from app.core.trial import BrokenTrialError, Trial, trial
 
 __all__ = [

@@ -1,4 +1,4 @@
-"""What people decide about a run, noted for a replay and given back in one."""
+"""Decisions of people (turns, stops, acknowledgements), recorded and replayed."""
 
 from __future__ import annotations
 
@@ -33,57 +33,40 @@ class Decisions(Protocol):
 
 
 class RecordedDecisions:
-    """What people decide, noted beside the readings.
-
-    Args:
-        control: who asks them.
-        robot: whose turns are noted.
-    """
+    """Asks the controls of a run and records the answers with the robot's readings."""
 
     def __init__(self, control: Control, robot: RecordedRobot) -> None:
-        self._control = control
-        self._robot = robot
+        self.attended = control.attended
+        self.pause, self.wait = control.pause, control.wait
+        self._control, self._robot = control, robot
 
     @property
     def stopped(self) -> bool:
-        """Whether the run is to end."""
+        """See `Decisions`."""
         stopped = self._control.stopped
         if stopped:
             self._robot.note_stopped()
         return stopped
 
-    @property
-    def attended(self) -> bool:
-        """Whether a person, or a stand-in for tests, can acknowledge and resume."""
-        return self._control.attended
-
     def take_turn(self) -> bool:
-        """Whether the tree is ticked in this cycle of the loop."""
+        """See `Decisions`."""
         turn = self._control.take_turn()
         self._robot.note_turn(Turn.TREE if turn else Turn.PAUSED)
         return turn
 
     def emergency_stop(self, text: str, *, pressed: bool) -> bool:
-        """Report an emergency stop at every tick; whether a person has acknowledged it since."""
+        """See `Decisions`."""
         acknowledged = self._control.emergency_stop(text, pressed=pressed)
         if acknowledged:
             self._robot.note_acknowledged()
         return acknowledged
 
-    def pause(self, why: str) -> None:
-        """Stop ticking the tree until a person resumes."""
-        self._control.pause(why)
-
-    def wait(self, seconds: float) -> None:
-        """Wait in real time while paused [s]."""
-        self._control.wait(seconds)
-
 
 class ReplayedDecisions:
-    """What people decided in a recorded run.
+    """Repeats the recorded decisions of a run.
 
     Args:
-        robot: gives back that run.
+        robot: replays that run.
         attended: whether somebody could acknowledge an emergency stop.
     """
 
@@ -93,20 +76,20 @@ class ReplayedDecisions:
 
     @property
     def stopped(self) -> bool:
-        """Whether the run was ended here."""
+        """See `Decisions`."""
         row = self._robot.next_row
         return row is not None and bool(row["stopped"])
 
     def take_turn(self) -> bool:
-        """Whether the tree was ticked here."""
+        """See `Decisions`."""
         return int(self._robot.row["turn"]) == Turn.TREE
 
     def emergency_stop(self, text: str, *, pressed: bool) -> bool:
-        """Whether an emergency stop was acknowledged here."""
+        """See `Decisions`."""
         return bool(self._robot.row["acknowledged"])
 
     def pause(self, why: str) -> None:
-        """What came of it is in the turns."""
+        """Do nothing: the recorded turns contain the pause."""
 
     def wait(self, seconds: float) -> None:
-        """Nobody is waited for."""
+        """Do nothing: a replay does not wait."""

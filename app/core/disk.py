@@ -1,8 +1,8 @@
-"""The files that grow while a run goes on, written beside the loop by a thread of their own.
+"""Growing files of a run, written by a thread beside the loop.
 
-Every file is whole at every moment, so that a run whose process is killed leaves all but the last
-half second. An array is an ordinary `.npy` file: rows are appended first, then the number of rows
-in its header is set, which stands in a field of fixed width.
+Every file is valid at every moment, so that a killed process loses only the last half second. An
+array is an ordinary `.npy` file: rows are appended first, then the number of rows is updated in the
+header, where it has a field of fixed width.
 """
 
 from __future__ import annotations
@@ -23,26 +23,24 @@ from app.core.folder import FolderError
 from app.live import Feed
 
 _PERIOD = 0.5
-"""How often is written [s of real time]; what a killed process loses at most."""
+"""Interval between writes [s of real time]."""
 _CAPACITY = 20_000
-"""Pieces that wait for a slow disk at most: more than half a minute of a run in real time."""
+"""Most pieces that wait for a slow disk: more than half a minute of a run in real time."""
 _BATCH = 2_000
 PATIENCE = 30.0
-"""Time that the disk has for the rest at the end [s]."""
+"""Time for the disk to write the rest at the end [s]."""
 
 Encode: TypeAlias = Callable[[Sequence[Any]], bytes]
-"""Makes bytes of pieces, on the thread that writes."""
+"""Encodes pieces as bytes, on the thread that writes."""
 
 
 class Disk:
-    """Writes the growing files of one run.
-
-    What goes wrong under way ends the file that it happened to, and nothing else.
+    """Writes the growing files of one run; an error ends only the file in which it happened.
 
     Args:
         folder: of the run.
-        lossless: whether `add` waits for a slow disk (a simulation at full speed) or drops the
-            oldest pieces instead (anything in real time).
+        lossless: whether `GrowingFile.add` waits for a slow disk (a simulation at full speed) or
+            drops the oldest pieces instead (in real time).
         capacity: most pieces that wait for the disk.
     """
 
@@ -59,48 +57,27 @@ class Disk:
         )
 
     def file(self, name: str, encode: Encode = b"".join) -> GrowingFile:
-        """A new file of the run.
-
-        Args:
-            name: of the file.
-            encode: makes bytes of what is added; by default it is bytes.
-
-        Raises:
-            FolderError: it cannot be written.
-        """
-        return self._opened(GrowingFile(self._folder / name, self._feed, encode))
+        """A new file of the run; raises FolderError if it cannot be written."""
+        self._files.append(GrowingFile(self._folder / name, self._feed, encode))
+        return self._files[-1]
 
     def array(self, name: str, row: npt.DTypeLike) -> GrowingFile:
-        """A new `.npy` file of the run; a piece of it is the bytes of one row.
-
-        Args:
-            name: of the file.
-            row: type of a row, with its shape if it has one.
+        """A new `.npy` file; each piece is the bytes of a row of type `row`.
 
         Raises:
             FolderError: it cannot be written.
         """
-        return self._opened(GrowingArray(self._folder / name, self._feed, np.dtype(row)))
+        self._files.append(GrowingArray(self._folder / name, self._feed, np.dtype(row)))
+        return self._files[-1]
 
     def close(self, patience: float = PATIENCE) -> list[str]:
-        """Write what is left, close every file, and end the thread.
-
-        Args:
-            patience: time that the disk has for it [s].
-
-        Returns:
-            What went wrong, a line each; empty if everything is kept.
-        """
+        """Write the rest within a time [s] and close; returns what went wrong, a line each."""
         wrong = []
         if not self._feed.close(patience):
             return [f"the disk did not take the rest of the run within {patience:.0f} s"]
         if self._feed.dropped:
             wrong.append(f"{self._feed.dropped} pieces are missing because the disk was too slow")
         return [*wrong, *filter(None, [file.close() for file in self._files])]
-
-    def _opened(self, file: GrowingFile) -> GrowingFile:
-        self._files.append(file)
-        return file
 
     def _write(self, batch: Sequence[tuple[GrowingFile, Any]]) -> None:
         pieces: dict[GrowingFile, list[Any]] = defaultdict(list)
@@ -111,16 +88,7 @@ class Disk:
 
 
 class GrowingFile:
-    """A file that is only added to.
-
-    Args:
-        path: where it lies.
-        feed: takes pieces to the thread that writes.
-        encode: makes bytes of them.
-
-    Raises:
-        FolderError: it cannot be written.
-    """
+    """A file to which pieces are appended."""
 
     def __init__(
         self, path: Path, feed: Feed[tuple[GrowingFile, Any]], encode: Encode = b"".join
@@ -136,11 +104,11 @@ class GrowingFile:
             raise FolderError(f"{path}: cannot be written ({error.strerror})") from error
 
     def add(self, piece: Any) -> None:
-        """Add to the end, soon; never raises and does not touch the disk."""
+        """Queue a piece for the thread that writes; never raises."""
         self._feed.put((self, piece))
 
     def write(self, pieces: Sequence[Any]) -> None:
-        """Add to the end now; does nothing after an error."""
+        """Append now; does nothing after an error."""
         if self._error is not None:
             return
         try:
@@ -159,28 +127,19 @@ class GrowingFile:
         return f"{self._name} was removed while it was written" if removed else ""
 
     def _begin(self) -> None:
-        """Write what stands before the first piece."""
+        """Write what precedes the first piece."""
 
     def _append(self, pieces: Sequence[Any]) -> None:
         self._write_all(self._encode(pieces))
 
     def _write_all(self, data: bytes) -> None:
         rest = memoryview(data)
-        while rest:  # a disk that is nearly full takes a part
+        while rest:  # a nearly full disk writes a part
             rest = rest[self._file.write(rest) :]
 
 
 class GrowingArray(GrowingFile):
-    """An array that grows by rows.
-
-    Args:
-        path: where it lies.
-        feed: takes rows to the thread that writes.
-        row: type of a row.
-
-    Raises:
-        FolderError: it cannot be written.
-    """
+    """A NumPy array to which rows are appended."""
 
     def __init__(self, path: Path, feed: Feed[tuple[GrowingFile, Any]], row: np.dtype[Any]) -> None:
         self._row = row
@@ -199,12 +158,9 @@ class GrowingArray(GrowingFile):
 
 
 def _header(row: np.dtype[Any], count: int) -> bytes:
-    """The header of an array; NumPy leaves it room to grow, so its length is always the same."""
+    """The header of an array; NumPy reserves space for the count, so its length is constant."""
     buffer = BytesIO()
-    description = {
-        "descr": dtype_to_descr(row.base),
-        "fortran_order": False,
-        "shape": (count, *row.shape),
-    }
+    shape = (count, *row.shape)
+    description = {"descr": dtype_to_descr(row.base), "fortran_order": False, "shape": shape}
     write_array_header_1_0(buffer, description)
     return buffer.getvalue()

@@ -1,6 +1,4 @@
-"""The log of a run: every transition of a node and what else happened, one JSON object a line.
-
-It is written while the run goes on, so that the log of a killed process lacks half a second.
+"""Event log of a run: transitions of nodes, faults, pauses and the end, as JSON lines.
 
 | event | when | fields besides `time` |
 |---|---|---|
@@ -31,7 +29,7 @@ from trees.language import TreeNode
 EVENTS = "events.jsonl"
 
 _ALIVE_PERIOD = 1.0
-"""How often the log says what is going on, also when nothing changes [s]."""
+"""Interval of the event `now` [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,13 +45,7 @@ class Event:
 
 
 class EventLog:
-    """Writes the log of one run.
-
-    Args:
-        file: takes the lines.
-        task: name of the task.
-        nodes: the nodes of the tree, in preorder.
-    """
+    """Writes the log of one run."""
 
     def __init__(self, file: GrowingFile, task: str, nodes: Sequence[TreeNode]) -> None:
         self._file = file
@@ -70,16 +62,7 @@ class EventLog:
         self._write("begin", 0.0, task=task, nodes=described)
 
     def update(self, seen: Snapshot, *, paused: bool, why: str = "") -> bool:
-        """Write down what a tick changed.
-
-        Args:
-            seen: the tick.
-            paused: whether the run is paused.
-            why: what paused it.
-
-        Returns:
-            Whether the status of some node changed.
-        """
+        """Log the changes of a tick; returns whether the status of a node changed."""
         time, self._last = seen.stamp, seen
         faults = tuple(fault.text for fault in seen.state.faults)
         if faults != self._faults:
@@ -109,12 +92,7 @@ class EventLog:
         return changed
 
     def end(self, outcome: Outcome, time: float) -> None:
-        """Write down how the run ended.
-
-        Args:
-            outcome: of the run.
-            time: on the session's clock [s].
-        """
+        """Log how the run ended, at a time on the session's clock [s]."""
         self._write(
             "end",
             time,
@@ -127,8 +105,8 @@ class EventLog:
 
     def _index(self, node: Behaviour | None) -> int | None:
         """Which node of the tree it is; a hook stands for the node behind it."""
-        known = node.node if isinstance(node, Hook) else node
-        return self._nodes.index(known) if known in self._nodes else None
+        inner = node.node if isinstance(node, Hook) else node
+        return self._nodes.index(inner) if inner in self._nodes else None
 
     def _write(self, event: str, time: float, **fields: object) -> None:
         line = {"event": event, "time": round(time, 4), **fields}
@@ -138,9 +116,7 @@ class EventLog:
 
 
 def read_events(path: Path) -> list[Event]:
-    """The events of a run, as they are written; nothing but their form is checked.
-
-    Lines that are no JSON, as a kill or a full disk leaves them, are left out.
+    """The events in a log; lines that are not JSON, as after a kill, are skipped.
 
     Raises:
         OSError: the file cannot be read.

@@ -1,10 +1,7 @@
-"""Faults that come by themselves: at a time, or when the task is in a phase of its work.
+"""Schedule of injected faults (`--faults`, `--fault`): at a time or in a phase of the task.
 
-A schedule is a list of entries, from a file (`--faults`) or the command line (`--fault`). It is
-driven by the ticks of the loop, so that in simulation the same seed gives the same run.
-
-The phases are the keys of the leaves that run (`navigate`, `grasp`, `place`, ...), the parts of
-their work (`approach`, `lock`, `descend`, `close` of `grasp`; `lower`, `release`, `rise` of
+Phases are the keys of running leaves (`navigate`, `grasp`, `place`, ...), the parts of their work
+(`approach`, `lock`, `descend`, `close` of `grasp`; `lower`, `release`, `rise` of
 `place`), `retreat` for `retreat_check`, and `carry` for a `navigate` with something in the hand.
 """
 
@@ -37,17 +34,16 @@ PHASES = (
     "carry",
     "place",
 )
-"""The phases of bringing an object from one place to another, in order."""
+"""The phases of moving an object, in order."""
 
 _PARTS = ("lower", "release", "rise")
 _RETREAT = "retreat_check"
-"""Key of the leaf whose phase is called `retreat`."""
 
 Seconds = Annotated[float, Field(ge=0.0, le=1e6)]
 
 
 class ScheduleError(UserError):
-    """An entry of the command line that says no fault and moment."""
+    """An invalid `--fault`."""
 
 
 class ScheduledFault(StrictModel):
@@ -58,17 +54,17 @@ class ScheduledFault(StrictModel):
     at_s: Seconds | None = None
     """When, on the session's clock [s]."""
     phase: str | None = None
-    """Or in which phase: see the module's text; a key of a leaf is one too."""
+    """Or in which phase, see the module docstring."""
     after_s: Seconds = 0.0
-    """How long after the phase was entered, if it lasts so long [s]."""
+    """Delay after the phase was entered; not injected if the phase ends before [s]."""
     occurrence: Annotated[int, Field(ge=1)] = 1
-    """From which time on that the phase is entered."""
+    """First entry of the phase that counts."""
     times: Annotated[int, Field(ge=1)] = 1
-    """How many times at most."""
+    """Most injections."""
     probability: Annotated[float, Field(gt=0.0, le=1.0)] = 1.0
-    """How likely, each time."""
+    """Probability of each injection."""
     for_s: Annotated[float, Field(gt=0.0, le=1e6)] | None = None
-    """How long until it is cleared [s]; without it only `recover` may clear it."""
+    """Duration [s]; None until `recover` clears it."""
 
     @field_validator("fault")
     @classmethod
@@ -102,19 +98,15 @@ class FaultFile(StrictModel):
 
 
 def read_faults(path: Path) -> tuple[ScheduledFault, ...]:
-    """The entries of a file.
-
-    Raises:
-        ConfigError: with every mistake in it, a line each: `file:line:column: what; hint`.
-    """
+    """The entries of a file; raises ConfigError with every mistake in it."""
     return read_config(path, FaultFile).faults
 
 
 def parse_fault(text: str) -> ScheduledFault:
-    """The entry that `FAULT@WHEN` or `FAULT@WHEN for SECONDS` says; WHEN is a time or a phase.
+    """The entry `FAULT@WHEN` or `FAULT@WHEN for SECONDS`; WHEN is a time [s] or a phase.
 
     Raises:
-        ScheduleError: it says none; the text tells what it should say.
+        ScheduleError: it is invalid.
     """
     fault, at, rest = text.partition("@")
     if not at:
@@ -153,24 +145,18 @@ def current_phases(nodes: Iterable[Behaviour]) -> frozenset[str]:
 
 @dataclass(eq=False)
 class _Entry:
-    """An entry and what has become of it."""
+    """An entry and its state."""
 
     fault: ScheduledFault
     entered: int = 0
     injected: int = 0
     due: float | None = None
-    """When to inject it, if its phase lasts until then [s]."""
+    """When to inject it, if its phase has not ended by then [s]."""
 
 
 @dataclass(eq=False)
 class FaultSchedule:
     """Injects faults as its entries say; asked after every tick of the tree.
-
-    Args:
-        faults: the entries.
-        robot: who gets them.
-        nodes: of the tree.
-        seed: of what is left to chance.
 
     Raises:
         InjectionError: a fault that this robot, in this world, cannot have.
@@ -231,7 +217,6 @@ def _number(text: str) -> float | None:
 
 
 def _first(error: ValueError) -> str:
-    """The first complaint of pydantic, without its own words."""
     errors = getattr(error, "errors", None)
     message = str(errors()[0]["msg"]) if errors is not None else str(error)
     return message.removeprefix("Value error, ")

@@ -1,4 +1,4 @@
-"""The folder that a run leaves: recording, summary, commands, and the task and options as run."""
+"""Folder of a run: names of its files, and how it is made."""
 
 from __future__ import annotations
 
@@ -19,26 +19,25 @@ TASK = "task.yaml"
 PLACES = "places.yaml"
 """The task as it was run; its subtrees lie beside it."""
 OPTIONS = "options.json"
-"""What a person chose."""
+"""The options of the run."""
 BT_LOG = "tree.btlog"
-"""The status of every node over time, as Groot2 replays it."""
+"""Status of every node over time, for Groot2."""
 VIEWER_LOG = "viewer.log"
-"""What a viewer that was started for the run had to say."""
+"""Messages of the viewer."""
 COMMANDS = "commands.npy"
-"""(ticks, 11) float64: stamp [s], base twist (3), joint velocities (7) as they were applied."""
+"""(ticks, 11) float64: stamp [s], base twist (3), joint velocities (7), as applied."""
 STATES = "states.npy"
 """(ticks, 22) float64, as read: stamp [s], base x, y [m] and heading [rad], base twist (3), joint
 positions (7) and velocities (7), width between the fingers [m]."""
 READINGS = "readings.npy"
-"""(turns,) `hw.TURN`: everything that passed between loop and robot but the images."""
+"""(turns,) of type `hw.TURN`: everything that passed between loop and robot, without images."""
 NOTES = "readings.jsonl"
-"""What the readings refer to, an object a line: each set of faults, and how the readings end."""
+"""JSON lines that the readings refer to: sets of faults, and how the readings end."""
 FRAMES = "frames.arrow"
-"""The camera's images that the loop was given, as a stream of Arrow record batches."""
+"""Images that the loop used, as a stream of Arrow record batches."""
 
-
-_LEAST_ROOM = 1_000_000
-"""What must be free before a run begins [bytes]; the first seconds of a recording take half."""
+_MIN_SPACE = 1_000_000
+"""Free disk space that a run needs to begin [bytes]."""
 
 
 class FolderError(UserError):
@@ -46,13 +45,7 @@ class FolderError(UserError):
 
 
 def make_folder(root: Path, task: str, texts: Mapping[str, str], options: dict[str, Any]) -> Path:
-    """A new folder `<time>-<task>` with the task's files and the options of the run in it.
-
-    Args:
-        root: where to make it; made too if need be.
-        task: name of the task.
-        texts: the task's files, by their paths in the folder.
-        options: what a person chose, for `options.json`.
+    """A new folder `<time>-<task>` in `root`, with the task's files and `options.json`.
 
     Raises:
         FolderError: it cannot be written.
@@ -65,7 +58,7 @@ def make_folder(root: Path, task: str, texts: Mapping[str, str], options: dict[s
         while not _made(folder):
             number += 1
             folder = root / f"{stamp}-{task}-{number}"
-        _require_room(folder)
+        _require_space(folder)
         for name, text in texts.items():
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             (folder / name).write_text(text, encoding="utf-8")
@@ -78,18 +71,14 @@ def make_folder(root: Path, task: str, texts: Mapping[str, str], options: dict[s
     return folder
 
 
-def _require_room(folder: Path) -> None:
-    """Raise OSError unless a file of the least size can be written there.
-
-    A disk that fills later costs a recording its end. On one that is full from the start Rerun
-    waits for a thread of its own that has already ended.
-    """
+def _require_space(folder: Path) -> None:
+    """Raise OSError if the disk is full: Rerun would hang on it."""
     with TemporaryFile(dir=folder) as file:
-        file.write(bytes(_LEAST_ROOM))
+        file.write(bytes(_MIN_SPACE))
 
 
 def _made(folder: Path) -> bool:
-    """Make a folder; False if there is one: another run may begin at the same moment."""
+    """Make a folder; False if it exists: another run may begin at the same moment."""
     try:
         folder.mkdir()
     except FileExistsError:
@@ -98,7 +87,7 @@ def _made(folder: Path) -> bool:
 
 
 def texts(task: Task, places: Path | None) -> dict[str, str]:
-    """The files of a task, the first as `task.yaml` and its subtrees where they are beside it."""
+    """The files of a task by path: `task.yaml`, the places, and subtrees as they lie beside it."""
     site = {} if places is None else {PLACES: places.read_text(encoding="utf-8")}
     here = task.path.parent
     inner = {relpath(path, here): path.read_text(encoding="utf-8") for path in task.files[1:]}

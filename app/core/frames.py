@@ -1,7 +1,6 @@
-"""Depth frames on disk, bit for bit: a stream of Arrow record batches, one a frame.
+"""Lossless depth frames on disk: a stream of Arrow record batches, one a frame, with zstd.
 
-The buffers are compressed with zstd, which takes an image of 640 x 480 from 1.2 MB to 0.11 MB in
-less than 2 ms. A stream that was cut off is readable up to there.
+A stream that was cut off is readable up to there.
 """
 
 from __future__ import annotations
@@ -27,7 +26,7 @@ class FramesError(UserError):
 
 
 class FrameStream:
-    """Makes bytes of numbered frames, in order."""
+    """Encodes numbered frames, in order."""
 
     def __init__(self) -> None:
         import pyarrow as pa
@@ -40,7 +39,7 @@ class FrameStream:
         )
 
     def __call__(self, frames: Sequence[tuple[int, DepthFrame]]) -> bytes:
-        """The bytes of some more frames."""
+        """Encode some more frames."""
         import pyarrow as pa
 
         for number, frame in frames:
@@ -79,10 +78,6 @@ def _schema() -> Any:
 
 class RecordedFrames:
     """Reads the frames of a run, in order.
-
-    Args:
-        path: of the stream.
-        intrinsics: of the camera.
 
     Raises:
         FramesError: the file cannot be read.

@@ -11,21 +11,21 @@ from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import Any, NoReturn
 
-_KINDS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _PATIENCE = 0.5
-"""A robot that does not stop within this is left to its own watchdog [s]."""
+"""A robot that does not stop within this time is left to its own watchdog [s]."""
 
 
 @contextmanager
 def interrupts(
     stop_run: Callable[[], None], stop_robot: Callable[[], None], exit_code: int
 ) -> Iterator[None]:
-    """Take Ctrl-C, SIGTERM and SIGHUP as long as the context lasts; the main thread alone can.
+    """Handle Ctrl-C, SIGTERM and SIGHUP within the context; does nothing off the main thread.
 
     Args:
-        stop_run: asks the session to end.
-        stop_robot: stops the robot at once.
-        exit_code: of the process after a second signal.
+        stop_run: called at the first signal.
+        stop_robot: called at the second, which ends the process.
+        exit_code: of the process after the second signal.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -40,21 +40,21 @@ def interrupts(
             return
         leave(stop_robot, exit_code, terminal)
 
-    before = {kind: signal.signal(kind, handle) for kind in _KINDS}
+    before = {number: signal.signal(number, handle) for number in _SIGNALS}
     try:
         yield
     finally:
-        for kind, handler in before.items():
-            signal.signal(kind, handler)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def leave(stop_robot: Callable[[], None], exit_code: int, terminal: list[Any] | None) -> NoReturn:
-    """End the process at once, after the robot was told to stop.
+    """Stop the robot and end the process at once.
 
     Args:
-        stop_robot: stops the robot; not waited for when it takes too long.
+        stop_robot: on a thread of its own, in case that it blocks.
         exit_code: of the process.
-        terminal: settings to give back to the terminal; None if there is none.
+        terminal: settings to restore; None without a terminal.
     """
     stopping = threading.Thread(target=stop_robot, daemon=True)
     stopping.start()

@@ -1,49 +1,74 @@
-"""What is measured on every tick: limits from the readings, and the time it took."""
+"""Measurements of a run: limits, tick durations, and memory of the process."""
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, field
+from math import exp, log
+from os import listdir, sysconf
+from pathlib import Path
 
 import numpy as np
 
-from app.core.durations import Durations
 from hw import RobotState
 from robots import Limits
 
 _ROUNDING = 1e-9
-_FOLLOWING = 0.01
-"""Share of a speed limit that a reading may be over it, by how well motors follow; commands may
-not: the gate sees to it."""
+_TRACKING = 0.01
+"""Measured speeds may exceed a limit by this share; commands may not (the gate refuses them)."""
+_LOG_BIN = 0.0199
+"""Width of a histogram bin on the log scale; half of it is less than 1 %."""
+_SHORTEST = 1e-9
+"""Shorter durations count as this [s]."""
+
+
+class Durations:
+    """Histogram of durations on a log scale, in bounded memory; quantiles are within 1 %."""
+
+    def __init__(self) -> None:
+        self._counts: Counter[int] = Counter()
+
+    def __len__(self) -> int:
+        return self._counts.total()
+
+    def append(self, seconds: float) -> None:
+        """Count a duration [s]."""
+        self._counts[round(log(max(seconds, _SHORTEST)) / _LOG_BIN)] += 1
+
+    def quantile(self, share: float) -> float:
+        """Duration that a share (0 to 1) of all does not exceed [s]; 0 if there is none."""
+        remaining = share * len(self)
+        for step in sorted(self._counts):
+            remaining -= self._counts[step]
+            if remaining <= 0:
+                return exp(_LOG_BIN * step)
+        return 0.0
 
 
 @dataclass(kw_only=True, eq=False)
 class Measurements:
-    """Figures of a run so far; their memory does not grow with it.
-
-    Args:
-        limits: what the readings are held against.
-    """
+    """Figures of a run so far, in bounded memory."""
 
     limits: Limits
     limit_violations: int = 0
-    """Ticks in which a measured joint position was over its limit, or a speed by more than 1 %."""
+    """Ticks with a measured joint position over its limit, or a speed by more than 1 %."""
     highest_speed: float = 0.0
-    """Largest measured share of a speed limit so far."""
+    """Largest measured share of a speed limit."""
     smallest_margin: float = np.inf
-    """Nearest that a joint came to a position limit [rad]."""
+    """Smallest distance of a joint to a position limit [rad]."""
     ticks_s: Durations = field(default_factory=Durations)
     """Real time of each tick from the reading to the command, perception in step included [s]."""
     late_ticks: int = 0
-    """Ticks that took longer than the control period, what they tell watchers included."""
+    """Ticks that took longer than the control period, observers included."""
     missed_ticks: int = 0
-    """Ticks that were left out, because the one before took longer than its period."""
+    """Ticks that were skipped because the one before took longer than its period."""
     stalls: int = 0
     """How often the watchdog stopped the robot because a tick took too long."""
     paused_s: float = 0.0
     """Real time that the run was paused [s]."""
 
     def reading(self, state: RobotState) -> None:
-        """Hold a reading against the limits."""
+        """Compare a reading with the limits."""
         limits = self.limits
         margin = float(np.minimum(state.q - limits.q_min, limits.q_max - state.q).min())
         joint_share = float((np.abs(state.qd) / limits.qd).max())
@@ -51,5 +76,32 @@ class Measurements:
         base_share = float((np.abs(state.base_twist) / allowed).max())
         self.smallest_margin = min(self.smallest_margin, margin)
         self.highest_speed = max(self.highest_speed, joint_share, base_share)
-        within = margin >= -_ROUNDING and max(joint_share, base_share) <= 1.0 + _FOLLOWING
+        within = margin >= -_ROUNDING and max(joint_share, base_share) <= 1.0 + _TRACKING
         self.limit_violations += not within
+
+
+@dataclass(frozen=True)
+class Footprint:
+    """Resources that the process holds."""
+
+    rss: int
+    """Resident memory [bytes]."""
+    threads: int
+    """Threads, those of native libraries included."""
+    handles: int
+    """Open file descriptors."""
+
+
+def footprint() -> Footprint:
+    """Resources that this process holds now.
+
+    Raises:
+        OSError: the machine has no /proc.
+    """
+    resident_pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return Footprint(
+        rss=resident_pages * sysconf("SC_PAGE_SIZE"),
+        threads=len(listdir("/proc/self/task")),
+        # The listing itself holds one handle while it is read.
+        handles=len(listdir("/proc/self/fd")) - 1,
+    )

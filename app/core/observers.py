@@ -1,23 +1,26 @@
-"""Those who are told about a run: recording, log, page, terminal. None of them can end it."""
+"""Observers of a run (recording, log, page, terminal) and instruments of benches."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+from hw import Robot
+
+if TYPE_CHECKING:
+    from app.core.session import Tick
+    from app.core.setup import Setup
+    from trees.language import TreeNode
 
 
 class Observers:
-    """Calls observers, each on its own: one that raises is told once and not called again."""
+    """Calls observers; one that raises is reported and not called again, and the run goes on."""
 
     def __init__(self) -> None:
         self._failed: dict[str, str] = {}
 
     def tell(self, name: str, call: Callable[[], object]) -> None:
-        """Call an observer, unless it has failed before.
-
-        Args:
-            name: what people call it.
-            call: tells it something.
-        """
+        """Call an observer by its name for people, unless it has failed before."""
         if name in self._failed:
             return
         try:
@@ -27,5 +30,19 @@ class Observers:
 
     @property
     def failures(self) -> tuple[str, ...]:
-        """What went wrong, one text for each observer that failed."""
+        """One text for each observer that failed."""
         return tuple(self._failed.values())
+
+
+class Instruments:
+    """Hooks of a bench into a run, to measure or disturb it; these do nothing."""
+
+    def beneath(self, robot: Robot) -> Robot:
+        """A robot in place of the one that faults are injected into."""
+        return robot
+
+    def begin(self, setup: Setup, nodes: Sequence[TreeNode]) -> None:
+        """Called before the first tick, when the robot is connected."""
+
+    def after(self, tick: Tick) -> None:
+        """Called after every tick."""

@@ -1,40 +1,33 @@
-"""`--watch`: a task starts anew whenever one of its files is saved."""
+"""`--watch`: restarts a task when one of its files is saved."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import nullcontext
 from pathlib import Path
 
 from app.core.launch import run_task
 from app.core.outcome import End
-from app.core.result import Result
 from app.core.run_options import RunOptions
-from app.live import ControlOptions, PageServer
+from app.core.summary import Result
+from app.live import PageServer
 from hw import WallClock
 from trees.language import TaskFileError, load
 
-_LOOK_PERIOD = 0.2
-"""How often to look for a saved file while nothing runs [s]."""
+_POLL_PERIOD = 0.2
+"""Interval of looking for a saved file while nothing runs [s]."""
 
 
 class Saved:
-    """Notices when files are written, replaced, removed or appear.
-
-    Args:
-        paths: the files.
-    """
+    """Detects that files are written, replaced, removed or appear."""
 
     def __init__(self, paths: Iterable[Path]) -> None:
         self._paths = tuple(paths)
-        self._before = self._stamps()
+        self._before = [_stamp(path) for path in self._paths]
 
     def __call__(self) -> bool:
-        """Whether anything has changed since this was made."""
-        return self._stamps() != self._before
-
-    def _stamps(self) -> list[tuple[int, int] | None]:
-        return [_stamp(path) for path in self._paths]
+        """Whether anything has changed since this object was made."""
+        return [_stamp(path) for path in self._paths] != self._before
 
 
 def _stamp(path: Path) -> tuple[int, int] | None:
@@ -54,16 +47,16 @@ def again_on_save(
     say: Callable[[str], None],
     stopped: Callable[[], bool] = lambda: False,
 ) -> None:
-    """Do something with a task, and anew each time it is saved, until a person stops it.
+    """Call `act` with a task each time it is saved, until a person stops it.
 
-    A file with mistakes is complained about and waited for.
+    A file with mistakes is reported, and the next save is awaited.
 
     Args:
         tree: the task.
         overrides: values of its parameters, as texts.
         places: a file of poses and regions.
-        act: called with what notices the next save; returns whether to end.
-        say: called with the mistakes of a file, and with what is waited for.
+        act: gets the detector of the next save; returns whether to end.
+        say: prints a line.
         stopped: asked between two saves whether to end.
 
     Raises:
@@ -87,7 +80,7 @@ def again_on_save(
             while not saved():
                 if stopped():
                     return
-                clock.sleep_until(clock.now() + _LOOK_PERIOD)
+                clock.sleep_until(clock.now() + _POLL_PERIOD)
     except KeyboardInterrupt:  # between two runs; in a run the session takes it
         return
 
@@ -98,25 +91,25 @@ def run_on_save(
     finished: Callable[[Result], str],
     say: Callable[[str], None],
 ) -> Result | None:
-    """Run a task, and run it anew in a fresh scene each time it is saved, until a person stops it.
+    """Run a task, and again in a fresh scene each time it is saved, until a person stops it.
 
-    A save brings a moving robot to rest before the task starts anew. A file with mistakes is
-    complained about; the robot then rests until the next save. The control page stays the same.
+    A save brings a moving robot to rest before the task restarts. The control page stays the same.
 
     Args:
         options: of every run.
-        finished: called with what each run leaves; explains it for the control page.
-        say: called with the mistakes of a file that cannot run, and with what is waited for.
+        finished: gets each result and returns its explanation for the control page.
+        say: prints a line.
 
     Returns:
         The last run; None if the task could not run at all.
 
     Raises:
-        SceneError, WeightsError, FolderError, RecorderError, LeafError: bad input other than the
-            task; nothing moves.
+        UserError: bad input other than the task; nothing moves.
     """
     results: list[Result] = []
-    with _page_server(options.control) as server:
+    control = options.control
+    page = PageServer(control.page_port, again=True) if control.page else nullcontext()
+    with page as server:
 
         def stopped() -> bool:
             return server is not None and server.stopped
@@ -132,8 +125,3 @@ def run_on_save(
         if server is not None:
             server.farewell()
     return results[-1] if results else None
-
-
-def _page_server(options: ControlOptions) -> AbstractContextManager[PageServer | None]:
-    """Serves the page of every run, if a person wants one."""
-    return PageServer(options.page_port, again=True) if options.page else nullcontext()

@@ -1,4 +1,4 @@
-"""How a run ended, its exit code, and what an exception means for it."""
+"""Outcome of a run: how it ended, its exit code, and how exceptions are classified."""
 
 from __future__ import annotations
 
@@ -28,28 +28,28 @@ class End(Enum):
 
     @property
     def exit_code(self) -> int:
-        """What the process tells the shell."""
+        """Exit code of the process."""
         codes = {"success": 0, "failure": 1, "hardware fault": 3, "crash": 4, "interrupted": 130}
         return codes[self.value]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """How a run ended."""
+    """How a run ended and why."""
 
     end: End
     reason: str
-    """For people: what was achieved or what went wrong."""
+    """What was achieved or what went wrong, for people."""
     node: str = ""
     """The node that failed or crashed; empty if none did."""
     where: Behaviour | None = field(default=None, compare=False)
-    """The node that `node` names, or that was at work; None if there is none to tell."""
+    """The node that `node` names, or the one that ran; None if unknown."""
     trace: str = ""
-    """Where in the code a leaf or the controller crashed; empty if none did."""
+    """Traceback of a crash of a leaf or the controller; else empty."""
 
 
 class Stage(Enum):
-    """What the loop is at."""
+    """Step of the loop that is executing."""
 
     READ = "reading the robot"
     TREE = "the tree"
@@ -59,19 +59,12 @@ class Stage(Enum):
 
     @property
     def is_hardware(self) -> bool:
-        """Whether the robot is to blame for what goes wrong here."""
+        """Whether an exception here is a fault of the hardware."""
         return self in (Stage.READ, Stage.SEND)
 
 
 def outcome_of(error: BaseException, stage: Stage, root: Behaviour, context: Context) -> Outcome:
-    """What an exception means for the run.
-
-    Args:
-        error: what was raised.
-        stage: what the loop was at.
-        root: of the tree.
-        context: of its leaves.
-    """
+    """The outcome of a run in which `error` was raised during `stage`."""
     leaf = last_ticked(root)
     if isinstance(error, KeyboardInterrupt):
         return Outcome(end=End.INTERRUPTED, reason="interrupted by a person", where=leaf)

@@ -1,32 +1,40 @@
-"""All that a run leaves in its folder beside the recording, written while it goes on."""
+"""Files that a run writes beside the recording: events, status log, commands, states, readings."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
 
 from app.core.disk import PATIENCE, Disk
 from app.core.events import EVENTS, EventLog
-from app.core.folder import BT_LOG
-from app.core.journal import Journal
+from app.core.folder import BT_LOG, COMMANDS, FRAMES, NOTES, READINGS, STATES
+from app.core.frames import FrameStream
 from app.core.outcome import Outcome
 from app.live import Snapshot
-from hw import RecordedRobot
+from hw import TURN, DepthFrame, Fault, RecordedRobot
 from trees.btcpp import BtLog
 from trees.language import TreeNode
 
+_FRAME_CAPACITY = 60
+"""Most frames that wait for a slow disk."""
+
 
 class Outputs:
-    """Event log, status log, commands, states, readings, and the camera's frames on request.
+    """Writes the files of a run; also receives what passes between loop and robot.
 
     Args:
         folder: of the run.
         task: name of the task.
         nodes: of the tree, in preorder.
-        robot: what it is given and gives is kept.
+        robot: whose readings and commands are recorded.
         attended: whether a person can acknowledge an emergency stop.
-        lossless: as for `Disk`.
-        frames: whether to keep the frames, which are large.
+        lossless: whether the loop waits for a slow disk.
+        frames: whether to keep the camera's images, which are large.
 
     Raises:
         FolderError: a file cannot be written.
@@ -44,45 +52,60 @@ class Outputs:
         frames: bool,
     ) -> None:
         self._robot = robot
-        self._disk = Disk(folder, lossless=lossless)
-        self._events = EventLog(self._disk.file(EVENTS), task, nodes)
+        self._disk = disk = Disk(folder, lossless=lossless)
+        self._events = EventLog(disk.file(EVENTS), task, nodes)
         self._bt_log = BtLog(nodes)
-        self._bt_file = self._disk.file(BT_LOG)
+        self._bt_file = disk.file(BT_LOG)
         self._bt_file.add(self._bt_log.head)
-        self._journal = Journal(
-            folder, self._disk, attended=attended, lossless=lossless, frames=frames
-        )
-        robot.record(self._journal)
+        self._commands = disk.array(COMMANDS, (np.float64, (11,)))
+        self._states = disk.array(STATES, (np.float64, (22,)))
+        self._readings = disk.array(READINGS, TURN)
+        self._notes = disk.file(NOTES)
+        self._note({"attended": attended})
+        self._frame_disk = None
+        if frames:
+            self._frame_disk = Disk(folder, lossless=lossless, capacity=_FRAME_CAPACITY)
+            self._frames = self._frame_disk.file(FRAMES, FrameStream())
+        robot.record(self)
 
     def update(self, seen: Snapshot, *, paused: bool, why: str) -> bool:
-        """Write down what a tick changed; returns whether the status of some node did.
-
-        Args:
-            seen: the tick.
-            paused: whether the run is paused.
-            why: what paused it.
-        """
+        """Write the changes of a tick; returns whether the status of a node changed."""
         self._bt_file.add(self._bt_log.changes(seen.stamp))
         return self._events.update(seen, paused=paused, why=why)
 
-    def end(self, outcome: Outcome, time: float) -> None:
-        """Write down how the run ended.
+    def turn(self, row: npt.NDArray[np.void]) -> None:
+        """Write one cycle of the loop, a row of type `TURN`."""
+        self._readings.add(row.tobytes())
+        if row["read"]:
+            wTb = row["wTb"]
+            heading = np.arctan2(wTb[1, 0], wTb[0, 0])
+            base = (row["stamp"], wTb[0, 3], wTb[1, 3], heading, *row["base_twist"])
+            state = np.array([*base, *row["q"], *row["qd"], row["width"]])
+            self._states.add(state.tobytes())
+        if row["sent"]:
+            stamp = row["stamp"] if row["read"] else row["sent_time"]
+            self._commands.add(np.array([stamp, *row["applied"]]).tobytes())
 
-        Args:
-            outcome: of the run.
-            time: on the session's clock [s].
-        """
+    def faults(self, number: int, faults: tuple[Fault, ...]) -> None:
+        """Write the faults that a number in the readings stands for."""
+        described = [asdict(fault) | {"kind": fault.kind.name} for fault in faults]
+        self._note({"number": number, "faults": described})
+
+    def frame(self, number: int, frame: DepthFrame) -> None:
+        """Write a frame, if frames are kept."""
+        if self._frame_disk is not None:
+            self._frames.add((number, frame))
+
+    def end(self, outcome: Outcome, time: float) -> None:
+        """Write how the run ended, at a time on the session's clock [s]."""
         self._events.end(outcome, time)
         self._robot.end()
-        self._journal.end(self._robot.broken)
+        self._note({"end": self._robot.broken or "complete"})
 
     def close(self, patience: float = PATIENCE) -> list[str]:
-        """Write the rest.
+        """Write the rest within a time [s]; returns what could not be written, a line each."""
+        problems = self._disk.close(patience)
+        return problems + (self._frame_disk.close(patience) if self._frame_disk else [])
 
-        Args:
-            patience: time that the disk has for it [s].
-
-        Returns:
-            What could not be kept, a line each.
-        """
-        return [*self._disk.close(patience), *self._journal.close(patience)]
+    def _note(self, note: dict[str, object]) -> None:
+        self._notes.add((json.dumps(note) + "\n").encode())

@@ -1,4 +1,4 @@
-"""A recorded run once more: the same readings and frames, the same tree and controller."""
+"""Replay of a recorded run: same readings and frames, same tree and controller."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from app.choices import MotionForm, ObstacleSource, VisionForm
 from app.core.decisions import ReplayedDecisions
 from app.core.folder import FRAMES, NOTES, OPTIONS, PLACES, READINGS, TASK
 from app.core.frames import RecordedFrames
-from app.core.known import known_then
 from app.core.measurements import Measurements
 from app.core.outcome import Outcome
 from app.core.session import Session
 from app.core.setup import set_up
+from app.core.world_model import recorded_world_model
 from config import UserError
 from controller import PlanningSettings
 from hw import TURN, Backend, DepthFrame, Difference, Fault, FaultKind, ReplayRobot
@@ -30,34 +30,33 @@ from trees.language import build, load, nodes_in_order
 
 
 class ReplayError(UserError):
-    """A run cannot be replayed; the text says why."""
+    """A run cannot be replayed."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Replay:
-    """What came of a replay."""
+    """Result of a replay."""
 
     commands: int
-    """How many commands are those that were recorded, before the first difference."""
+    """Number of commands equal to the recorded ones, before the first difference."""
     recorded: int
-    """How many were recorded."""
+    """Number of recorded commands."""
     difference: Difference | None
     """The first command that differs."""
     ran_out: bool
-    """Whether the replay went on where a complete recording ends."""
+    """Whether the replay continued after the end of a complete recording."""
     complete: bool
-    """Whether the recording reaches to the end of the run."""
+    """Whether the recording is complete."""
     outcome: Outcome
     """How the replay ended."""
 
     @property
     def identical(self) -> bool:
-        """Whether the replay commanded what was recorded, bit for bit, and ended where it did."""
+        """Whether commands and end are those of the recording, bit for bit."""
         same = self.difference is None and self.commands == self.recorded
         return same and not (self.complete and self.ran_out)
 
     def __str__(self) -> str:
-        """One line for people."""
         if self.difference is not None:
             return str(self.difference)
         if self.commands < self.recorded:
@@ -71,9 +70,6 @@ class Replay:
 
 def replay_run(folder: Path) -> Replay:
     """Run what was recorded through tree and controller again.
-
-    Args:
-        folder: of the run.
 
     Raises:
         ReplayError: it cannot be replayed.
@@ -96,12 +92,11 @@ def replay_run(folder: Path) -> Replay:
     places = folder / PLACES if isfile(folder / PLACES) else None
     task = load(folder / TASK, overrides=options["parameters"], places=places)
     backend = Backend(robot=robot, clock=robot.clock, truth=None)
-    known = known_then(options["scene"], options["seed"], options["site"])
     with set_up(
         backend,
         detector,
         VisionForm.STEP,
-        known=known,
+        world_model=recorded_world_model(options["scene"], options["seed"], options["site"]),
         obstacles=options["obstacles"],
         motion=options["motion"],
         planning_time=options["planning_time"],
@@ -129,10 +124,10 @@ def replay_run(folder: Path) -> Replay:
 
 
 def _options(folder: Path) -> dict[str, Any]:
-    """What the run was started with, if a run of that kind can be replayed."""
+    """The options of the run; ReplayError if such a run cannot be replayed."""
     path = folder / OPTIONS
     try:
-        options = json.loads(_text(path))
+        options = json.loads(_file(path).read_text(encoding="utf-8"))
         vision, control = options["vision"], options["control"]
         kept = {
             "robot": str(options["robot"]),
@@ -165,8 +160,7 @@ def _options(folder: Path) -> dict[str, Any]:
 
 def _turns(path: Path) -> npt.NDArray[np.void]:
     try:
-        _require_file(path)
-        turns: npt.NDArray[np.void] = np.load(path, allow_pickle=False)
+        turns: npt.NDArray[np.void] = np.load(_file(path), allow_pickle=False)
     except OSError as error:
         raise _unreadable(path, error) from error
     except (EOFError, MemoryError, *_DAMAGED) as error:
@@ -182,7 +176,7 @@ def _turns(path: Path) -> npt.NDArray[np.void]:
 
 @dataclass(kw_only=True)
 class _Notes:
-    """What the readings refer to."""
+    """Contents of the notes."""
 
     faults: dict[int, tuple[Fault, ...]] = field(default_factory=dict)
     """By number."""
@@ -194,7 +188,7 @@ class _Notes:
 def _notes(path: Path) -> _Notes:
     notes = _Notes()
     try:
-        for line in _text(path).split("\n"):
+        for line in _file(path).read_text(encoding="utf-8").split("\n"):
             if not line:
                 continue
             note = json.loads(line)
@@ -214,7 +208,7 @@ def _notes(path: Path) -> _Notes:
 _DAMAGED = (
     ValueError, LookupError, TypeError, AttributeError, RecursionError, OverflowError, SyntaxError,
 )  # fmt: skip
-"""What reading a file raises that no run has written."""
+"""Raised by reading a damaged file."""
 
 
 def _unreadable(path: Path, error: OSError) -> ReplayError:
@@ -226,15 +220,11 @@ def _damage(path: Path, error: BaseException) -> ReplayError:
     return ReplayError(f"{path}: damaged ({what}); replay another run")
 
 
-def _text(path: Path) -> str:
-    _require_file(path)
-    return path.read_text(encoding="utf-8")
-
-
-def _require_file(path: Path) -> None:
-    """Refuse what has no end, as a device or a pipe."""
+def _file(path: Path) -> Path:
+    """The path, if it is a regular file."""
     if not isfile(path):
         raise OSError(None, "there is no such file")
+    return path
 
 
 def _fault(described: Mapping[str, Any]) -> Fault:

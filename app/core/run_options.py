@@ -1,4 +1,4 @@
-"""What a person may choose about a run."""
+"""Options of a run."""
 
 from __future__ import annotations
 
@@ -14,52 +14,47 @@ from controller import PlanningSettings
 
 @dataclass(frozen=True, kw_only=True)
 class RunOptions:
-    """What a person may choose about a run."""
+    """Options of a run, as given on the command line."""
 
     tree: Path
     robot: str = "frankie"
-    """The body: a shipped robot or a robot file."""
+    """A shipped robot or a robot file."""
     world: str = "kinematic"
-    """What moves it, where it is not real."""
+    """What simulates the robot, unless it is real."""
     base_speed: float | None = None
-    """Limit of its base [m/s]; None keeps that of its description."""
+    """Speed limit of the base [m/s]; None for that of its description."""
     reverse_speed: float | None = None
-    """The same backwards [m/s]; None keeps its share of the limit forwards."""
+    """Limit backwards [m/s]; None for the same share as in its description."""
     armed: bool = False
-    """Whether a person has said that a real robot may move."""
+    """Whether a real robot may move."""
     motion: MotionForm = MotionForm.HOLISTIC
-    """How the robot gets to its goals."""
     planning_time: float = PlanningSettings.planning_time
-    """Where it plans, it stands for this long each time [s]."""
+    """Standstill for each plan, if motions are planned [s]."""
     vision: VisionForm = VisionForm.STEP
-    """How images are searched for grasps."""
     obstacles: ObstacleSource = ObstacleSource.MAP
-    """What tells the controller what stands around the robot."""
     map: Path | None = None
-    """A scene file that says what stands around; None takes the world's own map."""
+    """Scene file with the map; None for the map of the simulated world."""
     scene: str | None = None
-    """A shipped scene or a scene file; None takes the one that the task names, or `household`."""
+    """A shipped scene or a scene file; None for the one that the task names, or `household`."""
     seed: int = 0
     parameters: Mapping[str, str] = field(default_factory=dict)
     places: Path | None = None
-    """A file of poses and regions, which count instead of the task's own."""
+    """A file of poses and regions, used instead of the task's own."""
     paced: bool = False
-    """In real time instead of as fast as it goes."""
+    """In real time instead of as fast as possible."""
     record: Path = Path("runs")
-    """Where the folder of the run is made."""
+    """Parent of the run's folder."""
     replayable: bool = False
-    """Keep the camera's images too, so that a run that looks at some can be replayed."""
+    """Keep the camera's images, so that a run that uses them can be replayed."""
     weights: Path | None = None
-    """A file of a grasp network; None takes a network that comes with the package."""
+    """File of a grasp network; None for a shipped one."""
     network: str | None = None
-    """Which of those; None takes the best."""
+    """Name of a shipped grasp network; None for the best."""
     view: ViewOptions = field(default_factory=ViewOptions)
-    """How it is watched meanwhile."""
     control: ControlOptions = field(default_factory=ControlOptions)
-    """What people have in hand meanwhile."""
     faults: tuple[ScheduledFault, ...] = ()
-    """What goes wrong by itself meanwhile."""
+    """Faults to inject."""
     shown: bool = False
-    """Whether the terminal shows the tree meanwhile."""
+    """Whether the terminal shows the tree."""
     recording: bool = True
     """Whether the motion is recorded for the viewer."""

@@ -1,14 +1,15 @@
-"""The loop: read the robot, tick the tree, step the controller, pass the gate; again.
+"""Control loop: read the robot, tick the tree, step the controller, send through the gate.
 
-It is the only place that commands motion. `run` never raises: whatever happens, an end of the tree,
-an exception anywhere, an interrupt, becomes an outcome, and the robot is brought to rest before it
-returns. While the run is paused the loop goes on without the tree, which brings the robot to rest
-as well.
+Only the session commands motion. `Session.run` never raises: the end of the tree, an exception or
+an interrupt becomes an outcome, and the robot is at rest when it returns. While paused, the loop
+runs without the tree and brings the robot to rest as well.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import gc
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +18,6 @@ from py_trees.common import Status
 
 from app.core.decisions import Decisions
 from app.core.measurements import Measurements
-from app.core.memory import settled_memory
 from app.core.outcome import End, Outcome, Stage, last_ticked, outcome_of
 from behaviours import Context
 from controller import Command, MotionController, MotionGoal, StepReport
@@ -37,14 +37,14 @@ from hw import (
 from trees.language import failed_node
 
 _LONGEST_STOP = 3.0
-"""Coming to rest is given up after this [s]."""
+"""Longest time to come to rest [s]."""
 _AT_REST = 1e-3
-"""Slower than this is at rest [m/s or rad/s]."""
+"""Slower is at rest [m/s or rad/s]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Tick:
-    """One iteration of the loop, for those who watch."""
+    """One iteration of the loop, for observers."""
 
     number: int
     state: RobotState
@@ -54,24 +54,24 @@ class Tick:
     seconds: float
     """Real time from the reading to the command [s]."""
     paused: bool
-    """Whether the task's clock stands still, because a person keeps the tree from being ticked."""
+    """Whether the task's clock is held because a person has paused the tree."""
 
 
 class NobodyHereError(HardwareError):
-    """Only a person can let the run go on, and nobody is here to do so."""
+    """Only a person could let the run continue, and nobody attends it."""
 
 
 class Session:
     """Runs one tree on one robot.
 
     Args:
-        root: the built tree.
-        context: what its leaves share.
+        root: of the built tree.
+        context: shared by its leaves.
         controller: turns their goal into velocities.
-        gate: stands before the robot.
-        measurements: what is measured on the way.
-        clock: the task's clock, held while paused; the loop itself runs on the session's behind it.
-        control: what people want; asked every tick.
+        gate: checks commands before they reach the robot.
+        measurements: updated at every tick.
+        clock: of the task, held while paused; the loop runs on its session clock.
+        control: decisions of people, asked every tick.
         watch: called after every tick; must not raise.
         abandon: called from another thread when a tick never returns; ends the process.
     """
@@ -107,9 +107,9 @@ class Session:
         self._report: StepReport | None = None
 
     def run(self) -> Outcome:
-        """Tick until the tree ends or something else does, and bring the robot to rest."""
+        """Tick until the tree ends, an error or an interrupt, and bring the robot to rest."""
         self._origin = self._clock.session.now()
-        with settled_memory(), self._watchdog:
+        with _frozen_garbage(), self._watchdog:
             outcome = self._guarded(self._run_tree)
             rest = outcome
             if outcome.end in (End.SUCCESS, End.FAILURE):
@@ -124,7 +124,7 @@ class Session:
         return next((e for e in (outcome, rest, halted) if e.end is not End.SUCCESS), outcome)
 
     def _guarded(self, part: Callable[[], Outcome]) -> Outcome:
-        """Run a part of the session and put a name to whatever it raises."""
+        """Run a part of the session; an exception becomes an outcome."""
         try:
             return part()
         except BaseException as error:  # the robot may be moving: nothing passes
@@ -147,7 +147,6 @@ class Session:
         return Outcome(end=End.INTERRUPTED, reason="interrupted by a person", where=where)
 
     def _tick(self) -> bool:
-        """One turn of the loop; returns whether the tree was ticked."""
         context = self._context
         begun = stopwatch()
         state, now = self._read()
@@ -156,7 +155,7 @@ class Session:
             self._gate.send(self._gate.applied, state, now)
             self._wait(begun, paused=False)
             return False
-        self._heed_faults(state)
+        self._handle_faults(state)
         turn = self._control.take_turn()
         if turn:
             self._clock.release()
@@ -180,7 +179,6 @@ class Session:
         return state, self._clock.begin_tick()
 
     def _step(self, state: RobotState, now: float, goal: MotionGoal | None) -> StepReport:
-        """Turn a goal into a command, and send it."""
         self._stage = Stage.CONTROL
         last = self._gate.continue_from(state, now)
         command, self._report = self._controller.step(state, goal, last, self._context.surroundings)
@@ -189,12 +187,8 @@ class Session:
         self._stage = Stage.WATCH
         return self._report
 
-    def _heed_faults(self, state: RobotState) -> None:
-        """Pause for what only a person may clear, and wait until a person says so.
-
-        Raises:
-            NobodyHereError: nobody can.
-        """
+    def _handle_faults(self, state: RobotState) -> None:
+        """Pause for faults that only a person may clear; NobodyHereError if nobody can."""
         faults = [fault for fault in state.faults if not fault.clearable]
         if self._gate.latched:
             pressed = [fault for fault in faults if fault.kind is FaultKind.EMERGENCY_STOP]
@@ -212,7 +206,6 @@ class Session:
             self._context.fault_memory.acknowledge()  # as nothing goes on before a person resumes
 
     def _end_tick(self, state: RobotState, begun: float, *, paused: bool) -> None:
-        """Tell what has happened, and wait for the next tick."""
         measurements, applied = self._measurements, self._gate.applied
         seconds = stopwatch() - begun
         measurements.reading(state)
@@ -235,7 +228,6 @@ class Session:
         self._wait(begun, paused=paused)
 
     def _wait(self, begun: float, *, paused: bool) -> None:
-        """Wait for the next tick that is not missed."""
         clock, period = self._clock.session, self._period
         if paused:
             self._control.wait(period - (stopwatch() - begun))
@@ -249,7 +241,6 @@ class Session:
             self._measurements.missed_ticks += 0 if paused else int(late / period + 1e-6)
 
     def _come_to_rest(self) -> Outcome:
-        """Tick without the tree until nothing moves, within the usual limits."""
         for _ in range(round(_LONGEST_STOP / self._period)):
             begun = stopwatch()
             state, now = self._read()
@@ -262,7 +253,6 @@ class Session:
         return _still_moving()
 
     def _brake(self) -> Outcome:
-        """Brake at the emergency deceleration; needs neither tree nor controller nor readings."""
         for _ in range(round(_LONGEST_STOP / self._period)):
             begun = stopwatch()
             try:
@@ -298,3 +288,14 @@ def _is_at_rest(state: RobotState) -> bool:
 def _still_moving() -> Outcome:
     reason = f"the robot still moves after {_LONGEST_STOP:g} s of braking"
     return Outcome(end=End.HARDWARE, reason=reason)
+
+
+@contextmanager
+def _frozen_garbage() -> Iterator[None]:
+    """Exclude existing objects from garbage collection, which would delay ticks by up to 0.1 s."""
+    gc.collect()
+    gc.freeze()
+    try:
+        yield
+    finally:
+        gc.unfreeze()

@@ -1,4 +1,4 @@
-"""Everything that drives a robot through a task: what a session works with."""
+"""Setup of a session: connects the robot, and makes controller, gate, vision and context."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from app.choices import MotionForm, ObstacleSource, VisionForm
-from app.core.known import Known, known_of
+from app.core.world_model import WorldModel, load_world_model
 from behaviours import Context, DepthObstacles, Vision, VisionBeside, VisionInStep
 from controller import (
     HolisticController,
@@ -20,7 +20,6 @@ from controller import (
 )
 from hw import (
     Backend,
-    Camera,
     FaultInjection,
     Gate,
     HardwareError,
@@ -36,35 +35,29 @@ from hw import (
 )
 from perception import GraspDetector
 
-_VISION: dict[VisionForm, Callable[[Camera, GraspDetector], Vision]] = {
-    VisionForm.STEP: VisionInStep,
-    VisionForm.BESIDE: VisionBeside,
-}
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Setup:
-    """What a session works with."""
+    """What a session works with; the robot is connected."""
 
     robot: FaultInjection
-    """Connected."""
     recorded: RecordedRobot
     """The same robot, as the loop sees it."""
     clock: TaskClock
     truth: Truth | None
-    """What is known of the world; None on hardware."""
+    """State of the simulated world; None on hardware."""
     world: str
-    """What moves the robot."""
+    """What simulates the robot."""
     controller: MotionController
     gate: Gate
     vision: Vision
     context: Context
     problems: list[str]
-    """What goes wrong when all is closed."""
+    """Errors while everything is closed."""
 
     @property
     def model(self) -> RobotModel:
-        """The robot's kinematics; the loop's alone."""
+        """The robot's kinematics; used by the loop only."""
         return self.controller.model
 
 
@@ -81,34 +74,21 @@ def open_setup(
     motion: MotionForm = MotionForm.HOLISTIC,
     planning_time: float = PlanningSettings.planning_time,
 ) -> Iterator[Setup]:
-    """Connect a robot and put together what a session works with; closes it in the end.
-
-    Args:
-        robot: name of a shipped robot, or a robot file.
-        world: what moves it.
-        options: of the world.
-        detector: finds grasps in what the camera sees.
-        form: how that is done.
-        beneath: what to put between the robot and the faults that are injected into it.
-        obstacles: what tells what stands around the robot.
-        site: the map of what stands around; None for the world's own.
-        motion: how the robot gets to its goals.
-        planning_time: the robot stands for this long whenever it plans [s].
+    """Connect a robot by name in a world, see `set_up`; `site` replaces the world's own map.
 
     Raises:
-        PlanningError: motions are to be planned, and what does it is not installed.
+        PlanningError: motions are to be planned, and the planner is not installed.
         UserError: there is no such robot, world or scene, or its file has a mistake.
         HardwareError: the robot cannot be connected.
     """
     backend = open_backend(robot, world, options)
-    known = known_of(backend.truth, site or backend.map)
     with set_up(
         backend,
         detector,
         form,
         beneath=beneath,
         seed=options.seed,
-        known=known,
+        world_model=load_world_model(backend.truth, site or backend.map),
         obstacles=obstacles,
         motion=motion,
         planning_time=planning_time,
@@ -124,39 +104,40 @@ def set_up(
     *,
     beneath: Callable[[Robot], Robot] = lambda robot: robot,
     seed: int = 0,
-    known: Known | None = None,
+    world_model: WorldModel | None = None,
     obstacles: ObstacleSource = ObstacleSource.MAP,
     motion: MotionForm = MotionForm.HOLISTIC,
     planning_time: float = PlanningSettings.planning_time,
 ) -> Iterator[Setup]:
-    """Connect a robot and put together what a session works with; closes it in the end.
+    """Connect a robot and set up a session; close everything at the end of the context.
 
     Args:
         backend: the robot, its clock and its world.
-        detector: finds grasps in what the camera sees.
-        form: how that is done.
-        beneath: what to put between the robot and the faults that are injected into it.
+        detector: finds grasps in images.
+        form: whether the detector runs within the tick or beside it.
+        beneath: wraps the robot below the fault injection.
         seed: of the faults.
-        known: what the robot is told of its surroundings; None for what its world knows.
-        obstacles: what tells what stands around the robot.
-        motion: how the robot gets to its goals.
-        planning_time: the robot stands for this long whenever it plans [s].
+        world_model: of the surroundings; None for that of the simulated world.
+        obstacles: source of the obstacles.
+        motion: how the robot moves to its goals.
+        planning_time: standstill for each plan, if motions are planned [s].
 
     Raises:
-        PlanningError: motions are to be planned, and what does it is not installed.
+        PlanningError: motions are to be planned, and the planner is not installed.
         HardwareError: the robot cannot be connected.
     """
     injected = FaultInjection(beneath(backend.robot), backend.truth, seed)
     robot = RecordedRobot(injected, backend.clock)
     problems: list[str] = []
     if obstacles is ObstacleSource.CAMERA:
-        known = Known()
-    elif known is None:
-        known = known_of(backend.truth)
+        world_model = WorldModel()
+    elif world_model is None:
+        world_model = load_world_model(backend.truth)
+    make_vision = VisionInStep if form is VisionForm.STEP else VisionBeside
     with (
         _connected(robot, problems) as state,
-        closing(_VISION[form](robot.camera, detector)) as vision,
-        _seen(robot, form, obstacles) as seen,
+        closing(make_vision(robot.camera, detector)) as vision,
+        _depth_obstacles(robot, form, obstacles) as depth_obstacles,
     ):
         clock = TaskClock(robot.clock, robot.description.pace)
         model = RobotModel(robot.description)
@@ -165,8 +146,8 @@ def set_up(
             if motion is MotionForm.HOLISTIC
             else PlanningController(model, planning=PlanningSettings(planning_time=planning_time))
         )
-        moving = tuple(known.obstacles(state.stamp))
-        controller.prepare(Surroundings(fixtures=known.fixtures, moving=moving))
+        moving = tuple(world_model.obstacles(state.stamp))
+        controller.prepare(Surroundings(fixtures=world_model.fixtures, moving=moving))
         yield Setup(
             robot=injected,
             recorded=robot,
@@ -182,9 +163,9 @@ def set_up(
                 clock=clock,
                 vision=vision,
                 state=state,
-                depth_obstacles=seen,
-                fixtures=known.fixtures,
-                obstacles=known.obstacles,
+                depth_obstacles=depth_obstacles,
+                fixtures=world_model.fixtures,
+                obstacles=world_model.obstacles,
                 follows_goals=motion is MotionForm.HOLISTIC,
             ),
             problems=problems,
@@ -192,21 +173,21 @@ def set_up(
 
 
 @contextmanager
-def _seen(
+def _depth_obstacles(
     robot: Robot, form: VisionForm, obstacles: ObstacleSource
 ) -> Iterator[DepthObstacles | None]:
-    """What looks for obstacles, in step with the tick or beside the loop; None if nothing does."""
+    """Obstacles from the depth camera, computed within the tick or beside it; None for the map."""
     if obstacles is ObstacleSource.MAP:
         yield None
         return
     executor = InlineExecutor() if form is VisionForm.STEP else one_thread()
-    with closing(DepthObstacles(robot.description, executor)) as seen:
-        yield seen
+    with closing(DepthObstacles(robot.description, executor)) as depth_obstacles:
+        yield depth_obstacles
 
 
 @contextmanager
 def _connected(robot: Robot, problems: list[str]) -> Iterator[RobotState]:
-    """A robot from its first reading to its end; what goes wrong in the end is noted, not raised.
+    """Connect a robot and yield its first reading; errors of closing go to `problems`.
 
     Raises:
         HardwareError: it cannot be connected or read.

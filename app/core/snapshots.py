@@ -1,4 +1,4 @@
-"""From a tick of the session to the snapshot that recorder, page and terminal are given."""
+"""Snapshots of a run for recorder, page and terminal."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ _STATUS, _POSE = attrgetter("status", "feedback_message"), attrgetter("pose")
 def scene_view(
     truth: Truth | None, fixtures: Sequence[Geom] = (), nodes: Sequence[TreeNode] = ()
 ) -> SceneView:
-    """What a viewer needs to know of a world, and of the places that a tree names.
+    """The shapes of a world, and the places that a tree names.
 
     Args:
-        truth: what is known of the world, if anything.
-        fixtures: what is known to stand there otherwise, as from a map.
+        truth: of a simulated world; None on hardware.
+        fixtures: shown if there is no truth.
         nodes: of the tree.
     """
     given = [value for n in nodes for value in getattr(n.node, "given", {}).values()]
@@ -54,17 +54,11 @@ def scene_view(
 
 
 def _movable(truth: Truth) -> tuple[TrueObject, ...]:
-    """What has another pose from tick to tick, always in the same order."""
     return (*truth.objects, *truth.walkers)
 
 
 class Snapshots:
-    """Makes the snapshots of one run.
-
-    Args:
-        nodes: of the tree, in preorder.
-        truth: what is known of the world, if anything.
-    """
+    """Makes the snapshots of one run."""
 
     def __init__(self, nodes: Sequence[TreeNode], truth: Truth | None) -> None:
         self._nodes = [place.node for place in nodes]
@@ -73,10 +67,10 @@ class Snapshots:
         self._movable = _movable(truth) if truth else ()
         self._shown: DepthFrame | None = None
         self.began: TaskTime | None = None
-        """The first tick, from which people are told the time."""
+        """Time of the first tick."""
 
     def of(self, tick: Tick) -> Snapshot:
-        """What one tick looked like; a frame is in the snapshot of the tick that first used it."""
+        """The snapshot of a tick; a frame is in that of the tick that first used it."""
         context, vision = tick.context, tick.context.vision
         clock = context.clock
         self.began = self.began or clock.now()
@@ -102,7 +96,7 @@ class Snapshots:
         )
 
     def _of_nodes(self) -> tuple[NodeStatus, ...]:
-        """A status that has not changed stays the same object, as nearly all do in every tick."""
+        """Statuses of the nodes; an unchanged one stays the same object."""
         now: Iterator[Any] = map(_STATUS, self._nodes)
         kept = zip(self._statuses, now, strict=True)
         self._statuses = tuple([old if old == new else NodeStatus(*new) for old, new in kept])

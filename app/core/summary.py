@@ -1,24 +1,26 @@
-"""What a run came to, as a table for people and one JSON object for programs."""
+"""Summary of a run, as a table and as JSON, and the result of `run_task`."""
 
 from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from app.core.folder import RECORDING
 from app.core.measurements import Measurements
 from app.core.outcome import End, Outcome
+from app.live import Ending
 from app.task_time import task_time
 from behaviours import Carried, TaskLog
-from hw import MAY_TOUCH, Gate, TaskTime, Touch
+from hw import MAY_TOUCH, Refusal, TaskTime, Touch
 
 _MARKS = {
     End.SUCCESS.value: ("✔", "succeeded"),
@@ -27,17 +29,16 @@ _MARKS = {
     End.HARDWARE.value: ("✗", "ended with a fault of the robot"),
     End.INTERRUPTED.value: ("■", "was interrupted"),
 }
-"""Of each outcome, and its words."""
+"""Mark and words for each outcome."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Summary:
-    """Everything that is worth knowing about a finished run; SI units unless the name says."""
+    """Figures of a finished run; SI units unless the name says otherwise."""
 
     task: str
     robot: str
     world: str
-    """What moved the robot."""
     scene: str
     seed: int
     outcome: str
@@ -46,58 +47,56 @@ class Summary:
     node: str
     """The node that failed; empty if none did."""
     objects: int
-    """How many objects there were to begin with."""
+    """Number of objects at the beginning."""
     placed: int
-    """How many of them lie where they were to be placed, as the simulator's contacts tell."""
+    """Number of objects that were delivered, by the contacts of the simulator."""
     claimed: int
-    """How many the tree claims to have placed."""
+    """Number of objects that the tree claims to have placed."""
     attempts: int
     """How often the fingers closed to grasp."""
     duration_s: float
-    """From the first tick, pauses left out."""
+    """From the first tick, without pauses."""
     paused_s: float
-    """How long it was paused in all."""
     grasp_time_mean_s: float | None
-    """From the first look to closed fingers, mean over the attempts that succeeded."""
+    """From the first image to closed fingers, mean over the attempts that succeeded."""
     pick_place_time_mean_s: float | None
-    """From the first attempt at an object, or the end of the one before, to its release; mean."""
+    """Mean time per object, from the release of the one before, or the first attempt."""
     contacts: int
-    """How often anything of the robot but its fingers and what they hold has hit something, as the
-    simulator tells."""
+    """Contacts in simulation, without those of the fingers and of what they hold."""
     contacts_by_name: dict[str, int]
-    """The same by who hit what, as `link3 hit table/top`."""
+    """The same by pair, as `link3 hit table/top`."""
     limit_violations: int
-    """Ticks in which a measured joint position was over its limit, or a speed by more than 1 %."""
+    """Ticks with a measured joint position over its limit, or a speed by more than 1 %."""
     highest_speed_percent: float
     """Largest measured share of a speed limit."""
     smallest_joint_margin_deg: float
-    """Nearest that a joint came to a position limit."""
+    """Smallest distance of a joint to a position limit."""
     refused_commands: dict[str, int]
-    """What the gate did not let through, by reason."""
+    """Commands that the gate refused, by reason."""
     ticks: int
     tick_median_ms: float
     tick_p99_ms: float
     late_ticks: int
-    """Ticks that took longer than the control period; in simulation they only take their time."""
+    """Ticks that took longer than the control period."""
     missed_ticks: int
-    """Ticks that were left out because the one before took too long."""
+    """Ticks that were skipped because the one before took too long."""
     stalls: int
     """How often the watchdog stopped the robot because a tick took too long."""
     perception_s: float
-    """Real time that ticks spent on images and grasp detection."""
+    """Real time of image processing within ticks."""
     real_time_factor: float
-    """Simulated seconds per real second, over the whole run."""
+    """Simulated seconds per real second."""
     messages: list[str]
-    """What the robot told people, in order."""
+    """Messages of the task to people, in order."""
     dropped_snapshots: int
-    """Ticks that neither recording nor viewer shows, because writing was too slow."""
+    """Ticks missing in the recording because writing was too slow."""
     warnings: list[str]
-    """What could not be kept or shown of the run."""
+    """What could not be recorded or shown."""
     carried: list[dict[str, float | int | None]]
-    """Each object's times and attempts."""
+    """Times and attempts of each object."""
 
     def kept(self, path: Path) -> Summary:
-        """Keep it as JSON; returns it with a warning if that fails."""
+        """Write it as JSON; returns it, with a warning if that fails."""
         try:
             path.write_text(self.to_json() + "\n", encoding="utf-8")
         except OSError as error:
@@ -108,12 +107,12 @@ class Summary:
         return self
 
     def to_json(self) -> str:
-        """One JSON object."""
+        """As a JSON object."""
         return json.dumps(asdict(self), indent=2)
 
     @property
     def achieved(self) -> str:
-        """What came of it, in one line."""
+        """The outcome in one line."""
         mark, ended = _MARKS.get(self.outcome, ("✗", f"ended as {self.outcome}"))
         objects = ""
         if self._handled:
@@ -126,16 +125,15 @@ class Summary:
 
     @property
     def _handled(self) -> bool:
-        """Whether the task had anything to do with objects."""
         return bool(self.placed or self.claimed or self.attempts)
 
     @property
     def succeeded(self) -> bool:
-        """Whether the task did."""
+        """Whether the task succeeded."""
         return self.outcome == End.SUCCESS.value
 
     def show(self, console: Console) -> None:
-        """Print it for people: what was achieved, then the figures."""
+        """Print the outcome, then the figures."""
         style = "bold green" if self.succeeded else "bold red"
         console.print(self.achieved, style=style, soft_wrap=True)
         table = Table(show_header=False, box=None, pad_edge=False)
@@ -178,84 +176,55 @@ class Summary:
 
 
 def summarise(
-    *,
-    task: str,
-    robot: str,
-    world: str,
-    scene: str,
-    seed: int,
     outcome: Outcome,
-    objects: int,
-    placed: int,
-    touches: Sequence[Touch],
+    measured: Measurements,
     log: TaskLog,
-    measurements: Measurements,
-    gate: Gate,
+    touches: Sequence[Touch],
+    *,
+    refusals: Mapping[Refusal, int],
     duration: float,
-    paused: float,
     real_seconds: float,
-    perception_seconds: float,
-    dropped_snapshots: int,
-    warnings: list[str],
+    **given: Any,
 ) -> Summary:
     """The summary of a run.
 
     Args:
-        task: name of the task.
-        robot: name of the robot.
-        world: what moved it.
-        scene: name or file of the scene.
-        seed: of the run.
-        outcome: how it ended.
-        objects: how many there were to begin with.
-        placed: how many are where they were to be placed.
-        touches: what the robot has hit.
-        log: what the behaviours noted.
-        measurements: what the session measured.
-        gate: what it refused.
-        duration: time of the task [s].
-        paused: time that it was paused [s].
-        real_seconds: time that passed meanwhile [s].
-        perception_seconds: how much of it went into looking [s].
-        dropped_snapshots: ticks that are not in the recording.
-        warnings: what could not be kept or shown of the run.
+        outcome: of the run.
+        measured: by the session.
+        log: of the behaviours.
+        touches: contacts of the robot in simulation.
+        refusals: by the gate, by reason.
+        duration: of the task, without pauses [s].
+        real_seconds: real time that the run took [s].
+        given: the other fields of `Summary`.
     """
     done = [one for one in log.carried if one.placed is not None]
     contacts = Counter(one.text for one in touches if one.part not in MAY_TOUCH)
+    ticks = measured.ticks_s
     return Summary(
-        task=task,
-        robot=robot,
-        world=world,
-        scene=scene,
-        seed=seed,
+        **given,
         outcome=outcome.end.value,
         reason=outcome.reason,
         node=outcome.node,
-        objects=objects,
-        placed=placed,
         claimed=log.placed,
         attempts=log.attempts,
         duration_s=round(duration, 3),
-        paused_s=round(paused, 3),
         grasp_time_mean_s=_mean([one.grasp_time for one in done]),
         pick_place_time_mean_s=_mean(_pick_place_times(log.carried)),
         contacts=contacts.total(),
         contacts_by_name=dict(contacts.most_common()),
-        limit_violations=measurements.limit_violations,
-        highest_speed_percent=round(100.0 * measurements.highest_speed, 2),
-        smallest_joint_margin_deg=round(float(np.degrees(measurements.smallest_margin)), 2),
-        refused_commands={reason.value: n for reason, n in gate.refusals.items() if n},
-        ticks=len(measurements.ticks_s),
-        tick_median_ms=round(1000.0 * measurements.ticks_s.quantile(0.5), 3),
-        tick_p99_ms=round(1000.0 * measurements.ticks_s.quantile(0.99), 3),
-        late_ticks=measurements.late_ticks,
-        missed_ticks=measurements.missed_ticks,
-        stalls=measurements.stalls,
-        perception_s=round(perception_seconds, 2),
+        limit_violations=measured.limit_violations,
+        highest_speed_percent=round(100.0 * measured.highest_speed, 2),
+        smallest_joint_margin_deg=round(float(np.degrees(measured.smallest_margin)), 2),
+        refused_commands={reason.value: n for reason, n in refusals.items() if n},
+        ticks=len(ticks),
+        tick_median_ms=round(1000.0 * ticks.quantile(0.5), 3),
+        tick_p99_ms=round(1000.0 * ticks.quantile(0.99), 3),
+        late_ticks=measured.late_ticks,
+        missed_ticks=measured.missed_ticks,
+        stalls=measured.stalls,
         real_time_factor=round(duration / real_seconds, 3) if real_seconds > 0.0 else 0.0,
         messages=[text for _, text in log.messages],
-        dropped_snapshots=dropped_snapshots,
-        warnings=warnings,
         carried=[_times(one) for one in log.carried],
     )
 
@@ -282,3 +251,20 @@ def _mean(values: list[float]) -> float | None:
 
 def _seconds(value: float | None) -> str:
     return "none" if value is None else f"{value:.1f} s on average"
+
+
+class Result(NamedTuple):
+    """Result of `run_task`."""
+
+    outcome: Outcome
+    summary: Summary
+    folder: Path
+
+    def ending(self, explanation: str) -> Ending:
+        """What the control page shows at the end."""
+        recording = self.folder / RECORDING
+        return Ending(
+            outcome=self.summary.achieved,
+            explanation=explanation,
+            recording=recording if recording.is_file() else None,
+        )

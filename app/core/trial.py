@@ -1,4 +1,4 @@
-"""One leaf on a simulated robot, as a run would tick it: for the tests of a behaviour."""
+"""Runs one leaf on a simulated robot, for tests of a behaviour."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from robots import load_robot
 
 
 class BrokenTrialError(AssertionError):
-    """A leaf has crashed, or the robot has failed, in a trial; the text says how."""
+    """A leaf crashed, or the robot failed, in a trial."""
 
 
 @dataclass
 class _Deadline:
-    """Decides what people would: to go on until a time is over."""
+    """Decisions without people: stop at a time."""
 
     clock: Clock
     end: float
@@ -44,30 +44,26 @@ class _Deadline:
         return False
 
     def pause(self, why: str) -> None:
-        """Nobody is there who would resume."""
+        """Do nothing."""
 
     def wait(self, seconds: float) -> None:
-        """Simulated time does not wait."""
+        """Do nothing."""
 
 
 class Trial:
-    """A robot in a scene, with controller, gate and clock.
-
-    Args:
-        setup: what drives the robot.
-    """
+    """A robot in a scene, with controller, gate and clock."""
 
     def __init__(self, setup: Setup) -> None:
         self._setup = setup
 
     @property
     def context(self) -> Context:
-        """What a leaf is made with."""
+        """The context to construct a leaf with."""
         return self._setup.context
 
     @property
     def world(self) -> Truth:
-        """What is true of the scene, whatever the robot believes."""
+        """True state of the scene."""
         assert self._setup.truth is not None
         return self._setup.truth
 
@@ -76,11 +72,7 @@ class Trial:
         return self._setup.clock.session.now()
 
     def inject(self, fault: str) -> None:
-        """Let something go wrong from now on, for example `reflex`; see `frankie-task bench`.
-
-        Raises:
-            UserError: there is no such fault.
-        """
+        """Inject a fault, for example `reflex`; raises UserError for an unknown one."""
         self._setup.robot.inject(fault)
 
     def run(self, leaf: Behaviour, seconds: float = 60.0) -> Status:
@@ -122,11 +114,6 @@ def trial(
     scene: str | Path = "single", *, robot: str = "frankie", seed: int = 0
 ) -> Iterator[Trial]:
     """A simulated robot in a scene.
-
-    Args:
-        scene: a shipped scene or a scene file.
-        robot: the body: `frankie`, `omni`, or a robot file.
-        seed: of the objects and of the camera's noise; the same seed gives the same trial.
 
     Raises:
         UserError: there is no such scene or robot.

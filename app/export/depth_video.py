@@ -64,11 +64,6 @@ def write_video(path: Path, episodes: Sequence[Episode], fps: int) -> Video | No
 
     A frame has the newest picture that was there; before the first there is a black one.
 
-    Args:
-        path: of the video.
-        episodes: in the order of the data.
-        fps: frames a second.
-
     Returns:
         What was written; None, and no video, if a run has no pictures.
 
@@ -108,7 +103,6 @@ def pictured(depth: npt.NDArray[np.float32]) -> Picture:
 
 
 def _in_step(images: Images, stamps: Any, size: tuple[int, int]) -> Iterator[Picture]:
-    """For every stamp the newest picture."""
     times = np.array([time for time, _ in images])
     for newest in np.searchsorted(times, stamps + 1e-9) - 1:
         yield images[newest][1] if newest >= 0 else np.zeros(size, np.uint8)

@@ -66,10 +66,6 @@ class Episode:
 def read_episodes(folder: Path, fps: int) -> list[Episode]:
     """The episodes of one run.
 
-    Args:
-        folder: of the run.
-        fps: frames per second; must divide the control rate.
-
     Raises:
         ExportError: it has no recorded motion, is too short, or has another rate.
     """
@@ -119,7 +115,6 @@ def parts_of(folder: Path, end: float) -> list[Part]:
 
 
 def _cuts(run: Timeline) -> list[tuple[float, bool, str]]:
-    """When an object was placed, or an attempt failed; and how."""
     found = [
         (span.end, span.status == "SUCCESS", span.message)
         for span in _rounds(run, _HANDLING)
@@ -130,7 +125,6 @@ def _cuts(run: Timeline) -> list[tuple[float, bool, str]]:
 
 
 def _rounds(run: Timeline, kinds: Sequence[str]) -> list[Any]:
-    """All rounds of the nodes of some kinds."""
     return [
         span
         for node, rounds in run.rounds.items()
@@ -163,7 +157,6 @@ def _episode(folder: Path, part: Part, states: Array, commands: Array, fps: int)
 
 
 def _array(path: Path, columns: int) -> Array:
-    """Recorded numbers, (ticks, columns); files that contain code are refused, not run."""
     try:
         if not isfile(path):
             raise ValueError("there is no such file")

@@ -65,11 +65,6 @@ class Exported(NamedTuple):
 def export_lerobot(folders: Sequence[Path], out: Path, fps: int = USUAL_FPS) -> Exported:
     """Write a dataset.
 
-    Args:
-        folders: of the runs; `episodes` says how they are cut.
-        out: folder of the dataset; created here.
-        fps: frames per second; must divide the control rate.
-
     Returns:
         How much was written.
 
@@ -105,7 +100,6 @@ def export_lerobot(folders: Sequence[Path], out: Path, fps: int = USUAL_FPS) -> 
 
 
 def _numbered(episodes: Iterable[Episode], tasks: list[str]) -> list[dict[str, Array]]:
-    """The columns of every episode, with all indices."""
     tables, begin = [], 0
     for number, episode in enumerate(episodes):
         frames = np.arange(episode.length)
@@ -123,7 +117,6 @@ def _numbered(episodes: Iterable[Episode], tasks: list[str]) -> list[dict[str, A
 
 
 def _statistics(columns: dict[str, Array]) -> dict[str, dict[str, list[float]]]:
-    """Statistics of each feature, for normalisation."""
     found = {}
     for key, values in columns.items():
         rows = values.reshape(len(values), -1).astype(np.float64)
@@ -202,7 +195,6 @@ def _data_table(columns: dict[str, Array]) -> pa.Table:
 def _episode_rows(
     episodes: Sequence[Episode], tables: Sequence[dict[str, Array]], video_fps: int | None
 ) -> pa.Table:
-    """Position, ending and statistics of each episode."""
     import pyarrow as pa
 
     rows = []

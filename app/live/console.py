@@ -239,7 +239,6 @@ class OperatorConsole:
     def _insert(
         self, options: ControlOptions, nodes: Sequence[TreeNode]
     ) -> tuple[Behaviour, list[Hook]]:
-        """Hooks for the breakpoints, and for all nodes with Groot2."""
         stops = {node for wanted in options.breaks for node in matching(nodes, wanted)}
         every = [node.node for node in nodes]
         moving = {node for node in every if options.approve and _moves(node)}
@@ -262,5 +261,4 @@ class OperatorConsole:
 
 
 def _moves(node: Behaviour) -> bool:
-    """Whether a node is a leaf that may move the robot."""
     return not node.children and bool(getattr(node, "moves", False))

@@ -85,7 +85,6 @@ class Feed(Generic[Item]):
         return self._closing or self.error is not None
 
     def _pop(self) -> Item | None:
-        """The oldest item; None if the other thread was quicker."""
         try:
             return self._items.popleft()
         except IndexError:

@@ -81,10 +81,6 @@ class RunDisplay:
     def update(self, moment: Moment, *, changed: bool) -> None:
         """Leave a tick to be shown; takes no time to speak of.
 
-        Args:
-            moment: the tick.
-            changed: whether the status of a node changed in it.
-
         Raises:
             Exception: what writing an earlier one has ended with.
         """

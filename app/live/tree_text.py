@@ -122,13 +122,7 @@ def _counted(number: int, what: str) -> str:
 
 
 def tree_lines(tree: Sequence[NodeInfo], nodes: Sequence[NodeStatus], *, rows: int) -> list[Text]:
-    """A line for every node that fits: those on the way to the running leaf, then those beside it.
-
-    Args:
-        tree: the nodes, in preorder.
-        nodes: their statuses.
-        rows: most lines.
-    """
+    """A line per node, as many as fit: the ancestors of the running leaf first."""
     running = tip(nodes)
     shown, seen_as = _most_telling(tree, running, rows), looks(tree, nodes)
     lines = []
@@ -150,7 +144,6 @@ def tree_lines(tree: Sequence[NodeInfo], nodes: Sequence[NodeStatus], *, rows: i
 
 
 def _most_telling(tree: Sequence[NodeInfo], running: int, rows: int) -> list[int]:
-    """Which nodes to draw, in preorder, at most `rows`."""
     if len(tree) <= rows:
         return list(range(len(tree)))
     way, above = path_from_root(tree, running), parents(tree)
@@ -169,12 +162,7 @@ def _shortened(name: str) -> str:
 
 
 class Changes:
-    """One line for every change of a leaf, of the robot's faults, and of what pauses the run.
-
-    Args:
-        about: the run.
-        tree: its nodes, in preorder.
-    """
+    """One line for every change of a leaf, of the robot's faults, and of what pauses the run."""
 
     def __init__(self, about: About, tree: Sequence[NodeInfo]) -> None:
         self._about = about

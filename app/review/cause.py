@@ -72,12 +72,7 @@ def about(reason: str) -> str:
 
 
 def cause_of(run: Timeline, span: Span) -> Cause:
-    """Why a round of a node failed.
-
-    Args:
-        run: the run.
-        span: a round that ended in failure.
-    """
+    """Why a round of a node failed."""
     return _cause(run, _origin(run, span))
 
 
@@ -139,7 +134,6 @@ def _origin(run: Timeline, span: Span) -> Span:
 
 
 def _failed_children(run: Timeline, span: Span) -> list[Span]:
-    """The failures right below, in order of time."""
     failed = [
         one
         for child in run.children(span.node)
@@ -178,12 +172,10 @@ def _setback_below(run: Timeline, span: Span) -> Span | None:
 
 
 def _is_question(run: Timeline, span: Span) -> bool:
-    """Whether it only asked, or failed because it was told to."""
     if run.nodes[span.node].kind in _FORCED:
         return not _failed_children(run, span)
     return run.is_leaf(span.node) and span.seconds == 0.0 and not _had_to_work(run, span.node)
 
 
 def _had_to_work(run: Timeline, node: int) -> bool:
-    """Whether the node has ever run for longer than a tick."""
     return any(one.seconds > 0.0 for one in run.rounds.get(node, ()))

@@ -68,10 +68,6 @@ class DemoPageError(UserError):
 def demo_page(run: Path, folder: Path) -> Path:
     """Make the page.
 
-    Args:
-        run: the folder of a finished run.
-        folder: for the page; made if missing. What it has of an earlier page is replaced.
-
     Returns:
         The page's first file.
 
@@ -108,7 +104,6 @@ def demo_page(run: Path, folder: Path) -> Path:
 
 
 def _outcome(run: Path) -> str:
-    """How the run ended, in one line."""
     summary = read_run(run).summary
     tried = summary.placed or summary.attempts
     duration, paused = summary.duration_s, summary.paused_s

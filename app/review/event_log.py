@@ -182,9 +182,6 @@ class Log:
 def read_log(folder: Path) -> Log:
     """The event log of a run.
 
-    Args:
-        folder: of the run.
-
     Raises:
         DamagedRunError: it is missing, or no log that a run writes.
     """
@@ -218,7 +215,6 @@ def recorded_time(folder: Path, time: float) -> float:
 
 
 def _checked(event: Event, path: Path) -> LoggedEvent:
-    """An event with the fields that its kind has."""
     if event.event not in _KINDS:
         raise _refusal(path, event.line, "is no event")
     try:

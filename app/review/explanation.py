@@ -67,15 +67,11 @@ class Explanation:
     """What could not be read, a line each."""
 
     def __str__(self) -> str:
-        """The explanation as text."""
         return "\n".join(_text(self))
 
 
 def explain(folder: Path) -> Explanation:
     """Explain how and why a run ended.
-
-    Args:
-        folder: of the run.
 
     Raises:
         DamagedRunError: its event log is missing, or no log that a run writes.
@@ -111,7 +107,6 @@ def explain(folder: Path) -> Explanation:
 
 
 def _cause(run: Timeline, index: int | None, outcome: str, reason: str) -> Cause | None:
-    """What went wrong first of what led to the end."""
     match outcome:
         case End.SUCCESS.value | End.CRASH.value:
             return None
@@ -156,7 +151,6 @@ def _decisive(events: Sequence[LoggedEvent], index: int | None, outcome: str) ->
 
 
 def _last_message(events: Sequence[LoggedEvent], index: int | None) -> str:
-    """The last message of a node."""
     for event in reversed(events):
         if isinstance(event, NodeEvent | NowEvent) and event.node == index:
             return event.message
@@ -164,7 +158,6 @@ def _last_message(events: Sequence[LoggedEvent], index: int | None) -> str:
 
 
 def _innermost(trace: str) -> str:
-    """The line of code that raised an exception."""
     frames = [line.strip() for line in trace.splitlines() if line.strip().startswith("File ")]
     return frames[-1] if frames else ""
 

@@ -101,7 +101,6 @@ def _picture(client: Any, view: str) -> Any:
 
 
 def _side_by_side(pictures: Sequence[Any], width: int) -> Any:
-    """Pictures of the same height beside each other, together so wide."""
     from PIL import Image
 
     shares = [one.width / one.height for one in pictures]

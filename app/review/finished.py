@@ -119,10 +119,6 @@ class RunRecord:
 def find_run(name: str, runs: Path = RUNS) -> Path:
     """The folder of a run.
 
-    Args:
-        name: a folder, a file in it, the name of a folder in `runs`, or `last`.
-        runs: where the runs are.
-
     Raises:
         UnknownRunError: there is no such run.
     """

@@ -51,12 +51,7 @@ def history(log: Log, spans: Timeline, pauses: Sequence[tuple[float, float]] = (
 
 
 def _order(event: LoggedEvent, last: Sequence[int]) -> tuple[float, int, int]:
-    """Sort key: within a tick faults come first, then nodes as they end, children before parents.
-
-    Args:
-        event: the event.
-        last: of every node, the last one below it.
-    """
+    """Sort key: within a tick faults first, then nodes as they end, children first."""
     if isinstance(event, NodeEvent | NowEvent):
         return event.time, last[event.node], -event.node
     return event.time, -1, 0

@@ -71,9 +71,6 @@ def recorded_depth(recording: Path, at: float | None) -> RecordedDepth:
 def depth_images(recording: Path) -> Iterator[tuple[float, npt.NDArray[np.float32]]]:
     """All depth images of a recording: time [s], and (H, W) [m], 0 where missing.
 
-    Args:
-        recording: an .rrd file.
-
     Raises:
         NoDepthError: it is not a recording, or an image in it is damaged.
     """
@@ -119,7 +116,6 @@ def depth_pictures(recording: Path, times: Sequence[float]) -> list[tuple[float,
 
 
 def _png(depth: npt.NDArray[np.float32]) -> bytes:
-    """A small picture of a depth image."""
     import cv2
 
     known = np.isfinite(depth) & (depth > 0.0)
@@ -134,7 +130,6 @@ def _png(depth: npt.NDArray[np.float32]) -> bytes:
 
 
 def _batches(recording: Path) -> Iterator[Iterator[dict[str, Any]]]:
-    """Rows of every chunk, by component; times in seconds."""
     from rerun.chunk import RrdReader
 
     with warnings.catch_warnings():

@@ -52,10 +52,6 @@ class ReportError(UserError):
 def write_report(folder: Path, out: Path) -> None:
     """Write the page about a run.
 
-    Args:
-        folder: of the run.
-        out: the file.
-
     Raises:
         DamagedRunError: the run cannot be explained.
         ReportError: the file cannot be written.
@@ -124,7 +120,6 @@ def _pictures(run: Explanation, log: Log, folder: Path) -> Iterator[str]:
 
 
 def _plan(folder: Path, times: Sequence[float]) -> list[str]:
-    """The base's way from above, as SVG; a mark where something failed."""
     try:
         states = np.load(folder / STATES, allow_pickle=False)
         stamps, x, y = states[:, 0], states[:, 1], states[:, 2]
@@ -178,5 +173,4 @@ def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:
 
 
 def _safe(text: str) -> str:
-    """Text in a page: no tags, and no invisible characters."""
     return escape(visible(text))

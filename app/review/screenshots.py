@@ -55,11 +55,7 @@ class Scenes:
 
 
 def record_scenes(folder: Path) -> Scenes:
-    """Run the task twice.
-
-    Args:
-        folder: for the folders of the runs.
-    """
+    """Run the task twice."""
     options = RunOptions(tree=shipped(_TASK), scene="single", record=folder)
     run = run_task(options).folder
     faulty = RunOptions(
@@ -70,9 +66,6 @@ def record_scenes(folder: Path) -> Scenes:
 
 def make(folder: Path) -> list[Path]:
     """Make all pictures.
-
-    Args:
-        folder: for the pictures; created if missing.
 
     Returns:
         The files.
@@ -117,7 +110,6 @@ def _open(viewer: HeadlessViewer, recording: Path) -> None:
 
 
 def _at(viewer: HeadlessViewer, moment: float, view: str | None = None) -> bytes:
-    """A picture of the window, or of one view, at a time."""
     viewer.client.set_time("t", duration=moment, play_state="paused")
     _picture(viewer, view)
     threading.Event().wait(0.5)
@@ -125,7 +117,6 @@ def _at(viewer: HeadlessViewer, moment: float, view: str | None = None) -> bytes
 
 
 def _maximised(viewer: HeadlessViewer, name: str, moment: float) -> bytes:
-    """One view alone, at one moment."""
     client = viewer.client
     (view,) = (v.view_id for v in client.get_state().views if v.name == name)
     layout = client.get_blueprint().blueprint

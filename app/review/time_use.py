@@ -114,7 +114,6 @@ class TimeUse:
         return sorted(found, key=lambda one: -one.seconds)
 
     def __str__(self) -> str:
-        """One cycle taken apart, as text."""
         return "\n".join(_text(self))
 
 
@@ -240,12 +239,10 @@ def _text(use: TimeUse) -> Iterator[str]:
 
 
 def _name(one: NodeTime) -> str:
-    """Of the node, and what it did there."""
     return f"{one.name}: {one.message}"[:_WIDEST] if one.message else one.name
 
 
 def _limits(one: NodeTime) -> str:
-    """The largest reasons, each with its share of the time."""
     least = _SHARE * one.seconds
     some = [(reason, spent / one.seconds) for reason, spent in one.reasons.items() if spent > least]
     return ", ".join(f"{reason} {100.0 * share:.0f} %" for reason, share in some[:_MOST])

@@ -30,12 +30,6 @@ class ClientHooks:
 
     Requests and the list are JSON. A malformed or forbidden request raises an exception, with a
     text for the client, and changes nothing.
-
-    Args:
-        hooks: one per node; a node's number is its position, from 1. Actions that a hook already
-            has are kept.
-        control: resumes the run.
-        may_replace: whether clients may replace the outcomes of nodes.
     """
 
     def __init__(
@@ -109,7 +103,6 @@ class ClientHooks:
                 self._apply(uid)
 
     def _request(self, described: dict[str, Any]) -> _HookRequest:
-        """A hook as the client describes it, if it may have it."""
         mode, status = described["mode"], described["desired_status"]
         if mode not in (_BREAKPOINT, _REPLACE):
             raise ValueError("Hook mode not recognized")

@@ -128,12 +128,7 @@ class GrootServer:
     # from the loop
 
     def show(self, snapshot: Snapshot, values: Mapping[str, object]) -> None:
-        """Set the tick that clients see.
-
-        Args:
-            snapshot: the tick.
-            values: shown as the blackboard.
-        """
+        """Set the tick that clients see."""
         with self._lock:
             self._stamp, self._values = snapshot.stamp, values
             self._shown_at = self._seconds()
@@ -180,7 +175,6 @@ class GrootServer:
                 self._client_hooks.set_silent(True)
 
     def _notify(self, uid: int, side: Side) -> None:
-        """Publish that a hook acts."""
         header = Header(Kind.HOOK_REACHED, secrets.randbits(32))
         self._publisher.send_multipart([header.pack(), str(uid).encode()])
         self._client_hooks.replaced(uid, side)

@@ -17,12 +17,7 @@ class _Model(NamedTuple):
 
 
 def tree_xml(task: str, tree: Sequence[NodeInfo]) -> str:
-    """The XML of a tree.
-
-    Args:
-        task: name of the task, and so of the tree.
-        tree: its nodes in preorder.
-    """
+    """The XML of a tree."""
     root = ElementTree.Element("root", BTCPP_format="4", main_tree_to_execute=task)
     ancestors = [ElementTree.SubElement(root, "BehaviorTree", ID=task, _fullpath="")]
     models = set()
@@ -51,7 +46,6 @@ def _model(kind: str, children: int) -> _Model:
 
 
 def _children(tree: Sequence[NodeInfo], index: int) -> Sequence[NodeInfo]:
-    """The children of a node."""
     below = []
     for node in tree[index + 1 :]:
         if node.depth <= tree[index].depth:

@@ -87,7 +87,6 @@ def blueprint(tree: Sequence[NodeInfo], eye: Eye, *, live: bool) -> Arrangement:
 
 
 def _last(seconds: float) -> archetypes.TimeAxis:
-    """The seconds before the cursor, and a tenth of that after it."""
     relative = rrb.TimeRangeBoundary.cursor_relative
     window = rr.TimeRange(start=relative(seconds=-seconds), end=relative(seconds=seconds / 10))
     return archetypes.TimeAxis(view_range=window)

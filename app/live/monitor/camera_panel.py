@@ -86,12 +86,7 @@ def grasp_outline(grasp: GraspEstimate, frame: DepthFrame) -> Array:
 
 
 class CameraPanel:
-    """Draws depth image, heat map and grasps at the time of capture, which may be before the tick.
-
-    Args:
-        stream: where to.
-        lens: of the camera, as far as it is known before the first image.
-    """
+    """Draws depth image, heat map and grasps at the time of capture."""
 
     def __init__(self, stream: rr.RecordingStream, lens: Intrinsics) -> None:
         self._stream = stream
@@ -155,7 +150,6 @@ class CameraPanel:
         self._stream.log(_OLD, rr.EncodedImage(contents=jpeg.tobytes(), media_type="image/jpeg"))
 
     def _draw_camera(self, camera: Intrinsics, step: int) -> None:
-        """The pinhole model of the image that keeps every `step`th pixel."""
         if camera == self._intrinsics:
             return
         self._intrinsics = camera

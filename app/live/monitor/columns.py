@@ -56,12 +56,7 @@ _POSES = "world/poses"
 
 
 def send_poses(stream: rr.RecordingStream, rows: Sequence[tuple[Time, Mapping[str, SE3]]]) -> None:
-    """Send poses of frames in the world.
-
-    Args:
-        stream: where to.
-        rows: times, in order, each with the poses of some frames.
-    """
+    """Send poses of frames in the world."""
     poses = [pose for _, frames in rows for pose in frames.values()]
     names = [name for _, frames in rows for name in frames]
     if not poses:

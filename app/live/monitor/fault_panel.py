@@ -20,12 +20,7 @@ _ABOVE = np.array([0.0, 0.0, 1.45])
 
 
 class FaultPanel:
-    """Draws the faults.
-
-    Args:
-        stream: where to.
-        bodies: what the robot is drawn from, by entity; their colours are drawn here.
-    """
+    """Draws the faults."""
 
     def __init__(self, stream: rr.RecordingStream, bodies: Mapping[str, Sequence[Any]]) -> None:
         self._stream = stream

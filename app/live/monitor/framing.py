@@ -98,7 +98,6 @@ def robot_points(x: float, y: float, around: float = 0.45, height: float = _HEIG
 
 
 def _corners(half: Array | tuple[float, float, float]) -> Array:
-    """(8, 3) corners of a box around the origin."""
     corners: Array = np.array(list(product((-1.0, 1.0), repeat=3))) * np.asarray(half)
     return corners
 

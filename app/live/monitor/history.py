@@ -20,12 +20,7 @@ _ENDS = (Look.SUCCESS, Look.NOT_YET, Look.FAILURE)
 
 
 class History:
-    """Writes the bars and marks.
-
-    Args:
-        stream: where to.
-        titles: of the nodes, in preorder.
-    """
+    """Writes the bars and marks."""
 
     def __init__(self, stream: rr.RecordingStream, titles: Sequence[str]) -> None:
         self._stream = stream
@@ -50,13 +45,7 @@ class History:
     def write(
         self, changed: Sequence[Snapshot], looks: Sequence[tuple[Look, ...]], *, until: Snapshot
     ) -> None:
-        """Add what has changed, and the ends of the marks that are over.
-
-        Args:
-            changed: the ticks in which a look changed, in order.
-            looks: of all nodes in each of them.
-            until: the newest tick.
-        """
+        """Add what has changed, and the ends of the marks that are over."""
         rows: list[tuple[Time, list[str]]] = []
         for snapshot, now in zip(changed, looks, strict=True):
             self._end_marks(rows, snapshot)
@@ -79,7 +68,6 @@ class History:
             )
 
     def _end_marks(self, rows: list[tuple[Time, list[str]]], now: Snapshot) -> None:
-        """End the marks that are over by now."""
         over = sorted({stamp for stamp in self._marked_until if 0.0 <= stamp <= now.stamp})
         for stamp in over:
             for index, until in enumerate(self._marked_until):

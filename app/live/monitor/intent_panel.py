@@ -58,12 +58,7 @@ def _coloured(bodies: list[Any]) -> list[Any]:
 
 
 class IntentPanel:
-    """Draws the way, the distances, the regions, and the points that the camera has seen.
-
-    Args:
-        stream: where to.
-        scene: whose regions to draw.
-    """
+    """Draws the way, the distances, the regions, and the points that the camera has seen."""
 
     def __init__(self, stream: rr.RecordingStream, scene: SceneView) -> None:
         self._stream = stream
@@ -107,7 +102,6 @@ class IntentPanel:
         source: Callable[[Snapshot], object],
         drawn: Callable[[Snapshot], tuple[int, Any]],
     ) -> None:
-        """Send the snapshots in which something else is to be drawn."""
         for snapshot in shown:
             now = source(snapshot)
             if path in self._last and now is self._last[path]:
@@ -120,7 +114,6 @@ class IntentPanel:
 
 
 def _way(snapshot: Snapshot) -> tuple[int, Any]:
-    """The way of the base on the floor."""
     if snapshot.way is None or len(snapshot.way) < 2:
         return 0, rr.LineStrips3D.columns(strips=[])
     points = np.column_stack([snapshot.way[:, :2], np.full(len(snapshot.way), _FLOOR)])
@@ -139,13 +132,11 @@ def _felt(snapshot: Snapshot) -> tuple[int, Any]:
 
 
 def _seen(snapshot: Snapshot) -> tuple[int, Any]:
-    """The obstacles that the camera has seen."""
     points: Array = np.zeros((0, 3)) if snapshot.seen is None else snapshot.seen.points
     some = points[:: max(1, -(-len(points) // _SEEN_POINTS))]
     return len(some), rr.Points3D.columns(positions=some)
 
 
 def _upright(rotation: Array) -> rr.Quaternion:
-    """A turn about z only."""
     yaw = float(np.arctan2(rotation[1, 0], rotation[0, 0]))
     return rr.Quaternion(xyzw=(0.0, 0.0, sin(yaw / 2.0), cos(yaw / 2.0)))

@@ -73,7 +73,6 @@ def _at_moment(command: Sequence[str], url: str, at: float) -> int:
 
 
 def _serve(recording: Path, say: Callable[[str], None]) -> int:
-    """Serve a page that shows the recording, until Ctrl-C."""
     viewer_web_files()
     files = FileServer(LOOPBACK, choose_port(usual=USUAL_WEB_PORT), recording=recording)
     origin = f"http://{LOOPBACK}:{files.port}"
@@ -84,7 +83,6 @@ def _serve(recording: Path, say: Callable[[str], None]) -> int:
 
 
 def _go_to(url: str, at: float, while_there: Callable[[], bool]) -> None:
-    """Tell a viewer that has just been started which moment to show."""
     from rerun.experimental import ViewerClient
 
     while while_there():

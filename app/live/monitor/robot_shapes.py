@@ -32,7 +32,6 @@ _Point = tuple[float, float, float]
 
 
 def _bar(start: _Point, end: _Point, radius: float, colour: Colour = _WHITE) -> Geom:
-    """A capsule from point to point."""
     a, b = np.array(start), np.array(end)
     length = float(np.linalg.norm(b - a))
     turn = Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), (b - a) / length)

@@ -47,13 +47,7 @@ _AWAY = SE3(np.eye(3), np.array([0.0, 0.0, -100.0]))
 
 
 class ScenePanel:
-    """Draws the scene.
-
-    Args:
-        stream: where to.
-        model: kinematics of the robot; not shared.
-        scene: the shapes to draw.
-    """
+    """Draws the scene."""
 
     def __init__(self, stream: rr.RecordingStream, model: RobotModel, scene: SceneView) -> None:
         self._stream = stream
@@ -149,7 +143,6 @@ class ScenePanel:
         return moved
 
     def _send_goal(self, shown: Sequence[Snapshot]) -> None:
-        """The goal's axes, or none while there is no goal."""
         changed = []
         for snapshot in shown:
             if (snapshot.hand_goal is not None) is not self._goal_shown:
@@ -196,7 +189,6 @@ def _on_floor(pose: Pose2D) -> SE3:
 
 
 def _frustum(lens: Intrinsics) -> rr.LineStrips3D:
-    """What the camera sees, as lines in its frame."""
     left, right = -lens.cx, lens.width - lens.cx
     top, bottom = -lens.cy, lens.height - lens.cy
     pixels = np.array([(left, top), (right, top), (right, bottom), (left, bottom)])

@@ -67,12 +67,7 @@ _ROWS: dict[str, _Row] = {
 
 
 class SignalsPanel:
-    """Draws the curves.
-
-    Args:
-        stream: where to.
-        limits: the joint velocities are drawn as shares of these.
-    """
+    """Draws the curves."""
 
     def __init__(self, stream: rr.RecordingStream, limits: Limits) -> None:
         self._stream = stream

@@ -15,12 +15,7 @@ AnyShape = TypeVar("AnyShape", bound=Shape)
 
 
 def solids(parts: Sequence[Geom], fill: str = "solid") -> list[Any]:
-    """Archetypes of the parts, in the frame of their poses; planes are left out.
-
-    Args:
-        parts: the shapes.
-        fill: Rerun's fill mode.
-    """
+    """Archetypes of the parts, in the frame of their poses; planes are left out."""
     bodies: list[Any] = []
     if boxes := _of_type(parts, Box):
         half_sizes = [box.half for _, box in boxes]
@@ -47,7 +42,6 @@ def solids(parts: Sequence[Geom], fill: str = "solid") -> list[Any]:
 
 
 def _one_mesh(hulls: Sequence[tuple[Geom, Hull]]) -> Any:
-    """All hulls as one mesh, with sharp edges."""
     corners = [
         (hull.vertices @ part.pose.rotation.T + part.pose.translation)[hull.triangles.ravel()]
         for part, hull in hulls

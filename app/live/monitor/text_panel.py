@@ -20,12 +20,7 @@ _EMPTY = "*empty*"
 
 
 class TextPanel:
-    """Writes the texts.
-
-    Args:
-        stream: where to.
-        tree: the nodes, in preorder.
-    """
+    """Writes the texts."""
 
     def __init__(self, stream: rr.RecordingStream, tree: Sequence[NodeInfo]) -> None:
         self._stream = stream
@@ -80,7 +75,6 @@ class TextPanel:
             )
 
     def _changed_message(self, snapshot: Snapshot) -> str | None:
-        """The active node with its message, if that has changed."""
         index = tip(snapshot.nodes)
         node = snapshot.nodes[index]
         active = (index, node.status, node.message)
@@ -96,7 +90,6 @@ class TextPanel:
         )
 
     def _events(self, snapshot: Snapshot) -> list[tuple[str, str]]:
-        """Level and text of the log lines for one tick."""
         statuses = tuple(node.status for node in snapshot.nodes)
         events = []
         if statuses != self._statuses:
@@ -124,7 +117,6 @@ def _line(node: NodeInfo, now: NodeStatus) -> tuple[str, str]:
 
 
 def _table(blackboard: Mapping[str, object]) -> str:
-    """A Markdown table with a row for every key."""
     if not blackboard:
         return _EMPTY
     rows = (f"| {_escape(key)} | {_value(value)} |" for key, value in sorted(blackboard.items()))
@@ -137,5 +129,4 @@ def _value(value: object) -> str:
 
 
 def _escape(text: str) -> str:
-    """The text escaped for Markdown, in characters that the viewer can draw."""
     return "".join(f"\\{c}" if c in r"\`*_{}[]<>()#+-.!|~" else c for c in printable(text))

@@ -20,14 +20,7 @@ _ON_TOP = (Look.IDLE, Look.SUCCESS, Look.NOT_YET, Look.FAILURE, Look.RUNNING)
 
 
 class TreeDrawing:
-    """Draws the tree below one path, again whenever a status changes.
-
-    Args:
-        stream: where to.
-        path: of the drawing's entities.
-        tree: the nodes, in preorder.
-        layout: positions of the nodes that are drawn.
-    """
+    """Draws the tree below one path, again whenever a status changes."""
 
     def __init__(
         self,

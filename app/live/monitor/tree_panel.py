@@ -21,12 +21,7 @@ _IDLE_TEXT = (130, 136, 146)
 
 
 class TreePanel:
-    """Draws the tree and its history.
-
-    Args:
-        stream: where to.
-        tree: the nodes, in preorder.
-    """
+    """Draws the tree and its history."""
 
     def __init__(self, stream: rr.RecordingStream, tree: Sequence[NodeInfo]) -> None:
         self._stream = stream

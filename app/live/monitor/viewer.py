@@ -61,11 +61,6 @@ class ViewOptions:
 class Viewer:
     """The viewer of one run. Bad options are refused here, before anything is started.
 
-    Args:
-        options: the user's choices.
-        say: receives messages for the user, a line at a time.
-        environment: of the process; tells whether there is a screen.
-
     Raises:
         ViewError: there is no screen, a port is taken, or the address is not this machine's.
     """
@@ -101,9 +96,6 @@ class Viewer:
         A window then stays open with the data it has received; a page is no longer served, but
         stays usable in a browser that has it open. A viewer that does not start is reported, and
         the run goes on without it.
-
-        Args:
-            log: where the viewer's own messages go.
         """
         if self.server is None:
             yield
@@ -122,7 +114,6 @@ class Viewer:
 
     @contextmanager
     def _page(self, data: Address) -> Iterator[None]:
-        """Serve the web viewer."""
         hosts = f"'self' http://{reachable(data.host)}:{data.port} http://localhost:{data.port}"
         try:
             viewer_web_files()
@@ -138,7 +129,6 @@ class Viewer:
             files.close()
 
     def _open_window(self, data: Address, log: Path) -> None:
-        """Start the native viewer."""
         port = choose_port()
         command = [str(viewer_program()), "--bind", LOOPBACK, "--port", str(port)]
         with log.open("w", encoding="utf-8") as messages:
@@ -185,7 +175,6 @@ def _checked(host: str) -> str:
 
 
 def _port(host: str, chosen: int | None, usual: int, option: str, taken: int | None = None) -> int:
-    """`choose_port`, with errors that name the option."""
     try:
         return choose_port(host, chosen, usual=usual, taken=taken)
     except OSError as error:

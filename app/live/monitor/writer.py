@@ -100,7 +100,6 @@ class Writer:
         return blueprint(self._tree, eye_for(self._points), live=self._live)
 
     def _widen(self, snapshot: Snapshot) -> None:
-        """Step back with the eye once the robot leaves its picture."""
         x, y, _ = snapshot.state.wTb.translation
         robot = robot_points(x, y)
         if not eye_for(self._points).sees(robot):

@@ -34,10 +34,6 @@ class Control:
 
     After an emergency stop the run is paused, and nothing resumes it until the button is released
     and a person has acknowledged the stop. That only permits to resume; it does not resume.
-
-    Args:
-        paused: whether the run waits for a person before its first tick.
-        attended: whether a person, or a stand-in for tests, can acknowledge and resume.
     """
 
     def __init__(self, *, paused: bool = False, attended: bool = True) -> None:
@@ -126,10 +122,6 @@ class Control:
     def emergency_stop(self, text: str, *, pressed: bool) -> bool:
         """Report an emergency stop that is not acknowledged yet, at every tick.
 
-        Args:
-            text: what has happened.
-            pressed: whether the button is still pressed.
-
         Returns:
             Whether a person has acknowledged it since.
         """
@@ -165,7 +157,6 @@ class Control:
             )
 
     def _resume(self) -> bool:
-        """Whether it is allowed."""
         if self._emergency:
             return False
         self._paused, self._why, self._steps = False, "", 0

@@ -49,10 +49,6 @@ class Hook(Branch):
 
     `actions` may be changed from any thread. A pause ends with the next tick of the tree, that is,
     on resume or step; `answer`, if it was set meanwhile, then replaces the node's status.
-
-    Args:
-        node: the node; the hook takes its place in its parent.
-        reached: called when an action takes place, on the thread of the loop.
     """
 
     def __init__(self, node: Behaviour, reached: Reached) -> None:
@@ -122,7 +118,6 @@ class Hook(Branch):
         return self._ended if outcome is None else outcome
 
     def _end_with(self, outcome: Status) -> Status:
-        """Halt the node, and answer for it."""
         self.restart()
         if self.node.status is Status.RUNNING:
             self.node.stop(Status.INVALID)
@@ -132,7 +127,6 @@ class Hook(Branch):
         return outcome
 
     def _act(self, side: Side) -> Status | None:
-        """Status to return at this side of the node; None to continue."""
         action = self.actions.get(side)
         if action is None and side is Side.BEFORE and self.asks:
             action = HookAction()

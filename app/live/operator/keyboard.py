@@ -32,12 +32,7 @@ def in_terminal(file: int) -> bool:
 
 @contextmanager
 def keys(control: Control, file: int = 0) -> Iterator[bool]:
-    """Listen to keys for the duration of the context; yields whether there is a terminal.
-
-    Args:
-        control: what the keys control.
-        file: descriptor of the terminal; 0 is standard input.
-    """
+    """Listen to keys for the duration of the context; yields whether there is a terminal."""
     if not in_terminal(file):
         yield False
         return

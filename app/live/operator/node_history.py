@@ -15,11 +15,7 @@ MOST = 200
 
 
 class NodeHistory:
-    """Keeps the last changes of every node; noted on one thread, read on any.
-
-    Args:
-        count: number of nodes.
-    """
+    """Keeps the last changes of every node; noted on one thread, read on any."""
 
     def __init__(self, count: int) -> None:
         self._statuses: list[Status] = [Status.INVALID] * count

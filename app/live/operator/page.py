@@ -227,7 +227,6 @@ class ControlPage:
         return action is not None and action.replace_with is None
 
     def _break(self, hook: Hook) -> None:
-        """Set a breakpoint before a node."""
         hook.actions[Side.BEFORE] = HookAction()
 
     def _unbreak(self, hook: Hook) -> None:
@@ -240,7 +239,6 @@ class ControlPage:
             self._control.resume()
 
     def _refuse(self, hook: Hook) -> None:
-        """Let the node fail that waits for approval."""
         if hook.waiting and hook.asks:
             hook.answer = Status.FAILURE
             self._control.resume()

@@ -226,7 +226,6 @@ class PageRequest(Replies):
         self.answer(json.dumps(what).encode(), "application/json")
 
     def _told(self, path: str) -> object:
-        """What is asked for, for JSON."""
         if path == "/state":
             return self.server.state()
         if path == "/tree":

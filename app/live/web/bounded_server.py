@@ -81,6 +81,5 @@ class BoundedServer(ThreadingHTTPServer):
 
 
 def _end(request: socket.socket) -> None:
-    """Wake the thread of a connection, which ends it."""
     with suppress(OSError):  # it has ended it meanwhile
         request.shutdown(socket.SHUT_RDWR)

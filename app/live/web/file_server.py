@@ -18,12 +18,6 @@ _PATIENCE = 600.0
 class FileServer:
     """Serves from construction to `close`.
 
-    Args:
-        host: to listen on.
-        port: to listen on.
-        recording: a file to serve beside the viewer, if any.
-        hosts: to whom the viewer's page may connect, as in a content security policy.
-
     Raises:
         OSError: the port is not available.
     """

@@ -39,7 +39,6 @@ def choose_port(
 
 
 def _free(host: str, port: int, taken: int | None) -> int:
-    """The port, or any for 0, if it can be bound."""
     if port and port == taken:
         raise OSError(errno.EADDRINUSE, os.strerror(errno.EADDRINUSE))
     with socket.socket() as probe:

@@ -36,13 +36,7 @@ class Replies(BaseHTTPRequestHandler):
         self.answer(status.phrase.encode(), "text/plain", status=status)
 
     def send_viewer(self, name: str, hosts: str, more: str = "") -> None:
-        """A file of the viewer, under a policy that keeps it on this machine.
-
-        Args:
-            name: of the file.
-            hosts: to whom its page may connect, as in a content security policy.
-            more: of that policy.
-        """
+        """A file of the viewer, under a policy that keeps it on this machine."""
         try:
             found = read_file(name)
         except Exception:  # whatever it is, the run goes on

@@ -107,12 +107,7 @@ def read_file(name: str) -> tuple[bytes, str] | None:
 
 
 def at_home(page: bytes, hosts: str = "'self'") -> bytes:
-    """The viewer's page without foreign links, and with the policy in the page itself.
-
-    Args:
-        page: as the program hands it out.
-        hosts: to whom it may connect, as in a content security policy.
-    """
+    """The viewer's page without foreign links, and with the policy in the page itself."""
     text = _FOREIGN.sub("", page.decode())
     meta = f'<meta http-equiv="Content-Security-Policy" content="{viewer_policy(hosts)}">'
     return text.replace("<head>", f"<head>\n    {meta}", 1).encode()

@@ -37,7 +37,9 @@ def run(tmp_path):
         process.kill()
 
 
-@pytest.mark.parametrize("kind", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize(
+    "kind", [signal.SIGHUP, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)]
+)
 def test_the_first_signal_brings_the_robot_to_rest_and_leaves_a_summary(run, kind):
     process, folder = run
     os.kill(process.pid, kind)

@@ -1,9 +1,9 @@
 """The loop: whatever happens in the tree, the robot ends at rest and the outcome says why."""
 
+import gc
 import time
 
 import numpy as np
-import pytest
 from harness import BUTTON, REFLEX, Harness, looking_down
 from pinocchio import SE3
 from py_trees.common import Status
@@ -90,9 +90,14 @@ class Bench:
 
 
 def test_success_ends_the_run_with_the_robot_at_rest():
-    bench = Bench(lambda: Status.SUCCESS)
+    def succeed() -> Status:
+        assert gc.get_freeze_count() > 0  # collecting garbage would delay ticks
+        return Status.SUCCESS
+
+    bench = Bench(succeed)
     assert bench.run().end is End.SUCCESS
     assert bench.outcome.end.exit_code == 0
+    assert gc.get_freeze_count() == 0
     bench.assert_came_smoothly_to_rest()
 
 
@@ -247,17 +252,11 @@ def test_late_ticks_are_counted_with_what_they_tell_watchers():
     bench.run()
     assert bench.measurements.late_ticks >= len(slow)
     assert bench.measurements.late_ticks < len(bench.ticks)
-
-
-def test_a_tick_that_ends_late_does_not_shift_the_next_ones():
-    bench = Bench(lambda: Status.SUCCESS, ticks=20)
-    bench.run()
     stamps = np.array([tick.state.stamp for tick in bench.ticks])
-    np.testing.assert_allclose(np.diff(stamps), 0.01, atol=1e-12)
+    np.testing.assert_allclose(np.diff(stamps), 0.01, atol=1e-12)  # the next ticks are not shifted
 
 
-@pytest.mark.parametrize("seed", [0])
-def test_the_same_run_gives_the_same_commands_bit_for_bit(seed):
+def test_the_same_run_gives_the_same_commands_bit_for_bit():
     runs = []
     for _ in range(2):
         bench = Bench(lambda: Status.SUCCESS, ticks=200)

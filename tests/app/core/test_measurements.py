@@ -1,13 +1,32 @@
-"""The footprint sees what a process takes and gives back."""
+"""Measurements of a run: durations, and the resources of the process."""
 
 import subprocess
 import sys
+
+import numpy as np
+
+from app.core.measurements import Durations
+
+
+def test_quantiles_are_within_one_percent_in_bounded_memory():
+    values = np.random.default_rng(0).lognormal(-8.0, 1.5, 50_000)
+    durations = Durations()
+    for value in values:
+        durations.append(value)
+    assert len(durations) == len(values)
+    assert len(durations._counts) < 1000
+    for share in (0.01, 0.5, 0.99):
+        np.testing.assert_allclose(
+            durations.quantile(share), np.quantile(values, share), rtol=0.011
+        )
+    assert Durations().quantile(0.5) == 0.0
+
 
 ALONE = """
 from threading import Event, Thread
 from time import sleep
 import numpy as np
-from app.core.footprint import footprint
+from app.core.measurements import footprint
 
 before = footprint()
 taken = np.ones(8_000_000)  # 64 MB
@@ -35,11 +54,8 @@ assert (after.threads, after.handles) == (before.threads, before.handles), (befo
 
 def test_memory_threads_and_handles_are_counted(tmp_path) -> None:
     path = ":".join(entry for entry in sys.path if entry)
+    command = [sys.executable, "-c", ALONE]
     run = subprocess.run(
-        [sys.executable, "-c", ALONE],
-        cwd=tmp_path,
-        env={"PYTHONPATH": path},
-        capture_output=True,
-        text=True,
+        command, cwd=tmp_path, env={"PYTHONPATH": path}, capture_output=True, text=True
     )
     assert run.returncode == 0, run.stderr

@@ -1,0 +1,221 @@
+"""The life of a run: make its folder, run the session, tell the observers, write the summary."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext, suppress
+from dataclasses import asdict
+from pathlib import Path
+
+from app.core.decisions import RecordedDecisions
+from app.core.fault_schedule import FaultSchedule
+from app.core.folder import RECORDING, SUMMARY, VIEWER_LOG, make_folder, texts
+from app.core.interrupts import interrupts, leave, terminal_settings
+from app.core.measurements import Measurements
+from app.core.observers import Instruments, Observers
+from app.core.outcome import End, Outcome
+from app.core.outputs import Outputs
+from app.core.run_options import RunOptions
+from app.core.session import Session, Tick
+from app.core.setup import Setup
+from app.core.snapshots import Snapshots, scene_view
+from app.core.summary import Result, Summary, summarise
+from app.core.world_model import delivered, supports
+from app.live import (
+    About,
+    AnyRecorder,
+    Moment,
+    NoRecorder,
+    OperatorConsole,
+    Recorder,
+    RecorderError,
+    RunDisplay,
+    Viewer,
+    tree_view,
+)
+from app.terminal import Loading, Terminal
+from controller import RobotModel
+from hw import stopwatch
+from trees.language import Task, TreeNode
+from trees.site import scene_of
+
+_SHORT_PATIENCE = 1.0
+"""Time for the disk to write the rest of an abandoned run [s]."""
+
+
+class Run:
+    """One run of a task on a connected robot."""
+
+    def __init__(
+        self,
+        options: RunOptions,
+        task: Task,
+        setup: Setup,
+        nodes: Sequence[TreeNode],
+        console: OperatorConsole,
+        viewer: Viewer,
+        instruments: Instruments,
+        interrupted: Callable[[], bool],
+    ) -> None:
+        self._options, self._task, self._setup, self._nodes = options, task, setup, nodes
+        self._console, self._viewer = console, viewer
+        self._instruments, self._interrupted = instruments, interrupted
+        self._supports, self._began = supports(setup.truth), setup.clock.now()
+        self._snapshots = Snapshots(nodes, setup.truth)
+        self._measurements = Measurements(limits=setup.model.limits)
+        self._observers = Observers()
+        self._faults = FaultSchedule(
+            options.faults, setup.robot, [place.node for place in nodes], options.seed
+        )
+
+    def execute(self, loading: Loading) -> Result:
+        """Run the task; the outcome, the summary and the folder of the run."""
+        setup = self._setup
+        self._instruments.begin(setup, self._nodes)
+        self._folder = self._make_folder()
+        self._outputs = self._make_outputs()
+        self._recorder = self._make_recorder()
+        begun, self._terminal = stopwatch(), terminal_settings()
+        with (
+            self._viewer.showing(self._folder / VIEWER_LOG),
+            loading.ended(),
+            self._console.open(),
+            interrupts(self._console.leave, setup.robot.stop, End.INTERRUPTED.exit_code),
+            self._make_display() as self._display,
+        ):
+            outcome = Session(
+                root=self._console.root,
+                context=setup.context,
+                controller=setup.controller,
+                gate=setup.gate,
+                measurements=self._measurements,
+                clock=setup.clock,
+                control=RecordedDecisions(self._console.control, setup.recorded),
+                watch=self._watch,
+                abandon=self._abandon,
+            ).run()
+            self._console.finish()
+            if self._display is not None:
+                self._display.finish()
+            real_seconds = stopwatch() - begun - self._measurements.paused_s
+            self._outputs.end(outcome, setup.clock.session.now())
+            summary = self._summary(outcome, real_seconds)
+        return Result(outcome, summary.kept(self._folder / SUMMARY), self._folder)
+
+    def _watch(self, tick: Tick) -> None:
+        """Tell everybody about a tick."""
+        if self._interrupted():
+            self._console.control.stop()
+        now, tell = self._setup.clock.session.now, self._observers.tell
+        tell("the faults", lambda: self._faults.update(now()))
+        tell("the instruments", lambda: self._instruments.after(tick))
+        tell("what watches the run", lambda: self._show(tick))
+
+    def _show(self, tick: Tick) -> None:
+        seen, console, tell = self._snapshots.of(tick), self._console, self._observers.tell
+        why = console.control.state.why if tick.paused else ""
+        changed = self._outputs.update(seen, paused=tick.paused, why=why)
+        console.control.node_changed(changed)
+        tell("the recording", lambda: self._recorder.record(seen))
+        tell("the controls", lambda: console.show(seen))
+        if (display := self._display) is not None:
+            log = self._setup.context.log
+            moment = Moment(seen=seen, placed=log.placed, attempts=log.attempts, paused=why)
+            tell("the terminal", lambda: display.update(moment, changed=changed))
+
+    def _abandon(self, outcome: Outcome) -> None:
+        """End the process because a tick does not return; called from another thread."""
+        setup = self._setup
+        message = f"{outcome.reason}; the run is abandoned"
+        self._observers.tell("the terminal", lambda: tell(message))
+        self._outputs.end(outcome, setup.clock.session.now())
+        self._outputs.close(_SHORT_PATIENCE)
+        leave(setup.robot.stop, outcome.end.exit_code, self._terminal)
+
+    def _make_folder(self) -> Path:
+        options, task = self._options, self._task
+        chosen = asdict(options) | {
+            "scene": scene_name(options, task),
+            "pace": self._setup.robot.description.pace,
+        }
+        return make_folder(options.record, task.name, texts(task, options.places), chosen)
+
+    def _make_outputs(self) -> Outputs:
+        return Outputs(
+            self._folder,
+            task=self._task.name,
+            nodes=self._nodes,
+            robot=self._setup.recorded,
+            attended=self._console.control.attended,
+            lossless=not self._options.paced,
+            frames=self._options.replayable,
+        )
+
+    def _make_recorder(self) -> AnyRecorder:
+        if not self._options.recording:
+            return NoRecorder()
+        setup = self._setup
+        return Recorder(
+            self._folder / RECORDING,
+            tree=tree_view(self._nodes),
+            model=RobotModel(setup.robot.description),
+            scene=scene_view(setup.truth, setup.context.fixtures, self._nodes),
+            lossless=not self._options.paced,
+            server=self._viewer.server,
+        )
+
+    def _make_display(self) -> AbstractContextManager[RunDisplay | None]:
+        options, setup = self._options, self._setup
+        if not options.shown:
+            return nullcontext()
+        where = (setup.robot.description.name, setup.world, scene_name(options, self._task))
+        places = any(getattr(place.node, "key", "") == "place" for place in self._nodes)
+        about = About(
+            task=self._task.name,
+            where=" · ".join((*where, f"seed {options.seed}")),
+            objects=len(self._supports) if places else 0,
+        )
+        return RunDisplay(about, tree_view(self._nodes))
+
+    def _summary(self, outcome: Outcome, real_seconds: float) -> Summary:
+        """Close recorder and outputs, and summarise the run."""
+        setup, options = self._setup, self._options
+        warnings = [*self._observers.failures, *self._close_recorder(), *self._outputs.close()]
+        return summarise(
+            outcome,
+            self._measurements,
+            setup.context.log,
+            setup.truth.touches if setup.truth else (),
+            refusals=setup.gate.refusals,
+            duration=setup.clock.now().since(self._snapshots.began or self._began),
+            real_seconds=real_seconds,
+            task=self._task.name,
+            robot=setup.robot.description.name,
+            world=setup.world,
+            scene=scene_name(options, self._task),
+            seed=options.seed,
+            objects=len(self._supports),
+            placed=delivered(self._supports, supports(setup.truth)),
+            paused_s=round(setup.clock.paused_s, 3),
+            perception_s=round(setup.vision.seconds, 2),
+            dropped_snapshots=self._recorder.dropped,
+            warnings=warnings,
+        )
+
+    def _close_recorder(self) -> list[str]:
+        try:
+            self._recorder.close()
+        except RecorderError as error:
+            return [str(error)]
+        return []
+
+
+def tell(text: str) -> None:
+    """Print a line for the person at the terminal."""
+    with suppress(OSError):  # the terminal is gone
+        Terminal(stderr=True).say(text)
+
+
+def scene_name(options: RunOptions, task: Task) -> str:
+    """The scene given by option, or that of the task, or the default."""
+    return options.scene or scene_of(task) or "household"
