@@ -1,8 +1,4 @@
-"""What a person chooses between for a run.
-
-The command line lists them before anything that takes a second to import, so nothing is imported
-here.
-"""
+"""Choices of the command line, without imports that take time."""
 
 from __future__ import annotations
 
@@ -10,48 +6,43 @@ from enum import StrEnum
 
 
 class Speed(StrEnum):
-    """How fast simulated time goes."""
+    """Pace of simulated time."""
 
     REAL = "real"
     MAX = "max"
 
 
 class VisionForm(StrEnum):
-    """How images are searched for grasps."""
+    """How grasp detection is scheduled."""
 
     STEP = "step"
-    """In step with the tick, which waits: a simulated run is the same every time."""
+    """Within the tick, which waits: a simulated run is reproducible."""
     BESIDE = "beside"
-    """Beside the loop: no tick waits, as on hardware."""
+    """Beside the loop, as on hardware: no tick waits."""
 
 
 class MotionForm(StrEnum):
-    """How the robot gets to its goals."""
+    """How the robot moves to its goals."""
 
     HOLISTIC = "holistic"
-    """Base and arm as one, anew in every period."""
     PLANNING = "planning"
-    """The base first, then the arm along a plan: what the holistic way is compared with."""
+    """The base first, then the arm along a plan: the baseline."""
 
 
 class ObstacleSource(StrEnum):
-    """What tells the controller what stands around the robot."""
+    """Source of the obstacles that the controller avoids."""
 
     MAP = "map"
-    """The map of what never moves, and a tracker of what does."""
+    """The map of static geometry, and a tracker of moving obstacles."""
     CAMERA = "camera"
-    """The wrist camera alone: what it has not seen is not known, and no way is found around it."""
+    """The wrist camera only: unseen space is unknown, and no routes are planned."""
     BOTH = "both"
-    """Map, tracker and camera."""
 
 
 class View(StrEnum):
-    """How a run is shown while it goes on."""
+    """How a run is shown."""
 
     AUTO = "auto"
-    """A window if there is a screen, else nothing."""
     SPAWN = "spawn"
-    """The native viewer, in a window."""
     WEB = "web"
-    """The viewer as a page for a browser."""
     NONE = "none"

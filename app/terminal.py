@@ -1,8 +1,9 @@
-"""What reaches the terminal: text, and never a control sequence that came with it."""
+"""Terminal output without control sequences of foreign text, and waiting for Ctrl-C."""
 
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
@@ -15,10 +16,9 @@ if TYPE_CHECKING:
 
 
 def visible(text: str) -> str:
-    r"""The text with every character that is none on a screen as an escape, as `\x1b`.
+    r"""The text with control and invisible characters as escapes, for example `\x1b`.
 
-    Line ends and tabs stay. Control characters, invisible and bidirectional marks, and halves of
-    surrogate pairs, which no terminal can encode, are written out.
+    Line ends and tabs stay; halves of surrogate pairs, which cannot be encoded, are escaped too.
     """
     if text.isprintable():
         return text
@@ -31,7 +31,12 @@ def visible(text: str) -> str:
 
 
 class Terminal(Console):
-    """The one way to print. Text is taken literally, and is made `visible`."""
+    """Console that prints text literally and makes it `visible`.
+
+    Args:
+        stderr: write to standard error.
+        more: for the console of `rich`.
+    """
 
     def __init__(self, *, stderr: bool = False, **more: Any) -> None:
         super().__init__(stderr=stderr, markup=False, highlight=False, emoji=False, **more)
@@ -39,7 +44,7 @@ class Terminal(Console):
     def render(
         self, renderable: RenderableType, options: ConsoleOptions | None = None
     ) -> Iterable[Segment]:
-        """The segments of something to print, with visible text."""
+        """The segments of a renderable, with visible text."""
         for segment in super().render(renderable, options):
             if segment.control or segment.text.isprintable():
                 yield segment
@@ -47,22 +52,20 @@ class Terminal(Console):
                 yield Segment(visible(segment.text), segment.style)
 
     def on_broken_pipe(self) -> None:
-        """Nobody reads any more: be silent. `rich` would end the process with a code of its own."""
+        """Be silent when nobody reads; `rich` would end the process."""
         os.dup2(os.open(os.devnull, os.O_WRONLY), self.file.fileno())
         self.quiet = True
 
     def say(self, text: str) -> None:
-        """Print text as it is, without breaking its lines."""
+        """Print text without breaking its lines."""
         self.print(text, soft_wrap=True)
 
 
 class Loading:
-    """What is being loaded, from the first moment on; use it in a `with` statement.
-
-    In a terminal a line that lives, and is gone when all is loaded; elsewhere nothing.
+    """Shows in a terminal what is being loaded; use it in a `with` statement.
 
     Args:
-        title: what it is loaded for; empty says nothing at all.
+        title: of the line; empty shows nothing.
         terminal: where to write; standard error by default.
     """
 
@@ -95,7 +98,7 @@ class Loading:
 
     @contextmanager
     def ended(self) -> Iterator[None]:
-        """All is loaded."""
+        """Remove the line."""
         self._end()
         yield
 
@@ -103,3 +106,22 @@ class Loading:
         if self._live is not None:
             with suppress(OSError):  # the terminal is gone
                 self._live.stop()
+
+
+_PERIOD = 0.5
+"""Longest time until an interrupt is noticed [s]."""
+
+
+@contextmanager
+def until_interrupted() -> Iterator[None]:
+    """Run the body of the context, then wait for Ctrl-C, which may come at any time.
+
+    `signal.pause` and waiting without a limit miss a signal that another thread receives or that
+    comes just before the call.
+    """
+    try:
+        yield
+        while True:
+            time.sleep(_PERIOD)
+    except KeyboardInterrupt:
+        pass

@@ -40,7 +40,7 @@ ROOMS = (
     "trees.draw",
     "trees.btcpp",
     "app.choices",
-    "app.interrupt",
+    "app.terminal",
     "app.terminal",
     "app.task_time",
     "app.live",

@@ -1,4 +1,4 @@
-"""What helps to write a task: runs without a robot, the reference of words."""
+"""Tools for authors of tasks: dry runs, node reference, teaching of poses."""
 
 from app.authoring.dry import DryRun, dry_run
 from app.authoring.node_reference import UnknownWordError, show_all, show_one

@@ -1,7 +1,9 @@
-"""The tree without a robot: comparisons and times are real, the other leaves end at once.
+"""Dry run: ticks a tree without a robot.
 
-Nothing of the simulator or the network is loaded. What is tried out is the task: which node runs
-after which outcome, what is attempted again, what is halted, how the task ends.
+Conditions and times are real, other leaves end at once with scripted outcomes; neither simulator
+nor network is loaded. It shows the logic: which node runs after which outcome, what is retried or
+halted, how the task ends.
+
 """
 
 from __future__ import annotations
@@ -33,17 +35,16 @@ from trees.language import (
 )
 
 PERIOD = 0.1
-"""Simulated time from tick to tick [s]."""
+"""Simulated time between ticks [s]."""
 
 _GLYPHS: Mapping[str, str] = {"success": "✔", "failure": "✗", "running": "▶", "invalid": "■"}
 
 _MOST_SHOWN = 200
-"""More lines are not read by a person."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Step:
-    """How a node ended or was halted in a tick, or that a leaf began to run."""
+    """A node that ended or was halted in a tick, or a leaf that began to run."""
 
     tick: int
     stamp: float
@@ -52,18 +53,18 @@ class Step:
     """Names from the root down, joined by `/`."""
     name: str
     key: str
-    """What the node is: `grasp`, `sequence`, `retry`, ..."""
+    """Kind of node: `grasp`, `sequence`, `retry`, ..."""
     status: str
     reason: str
 
     @property
     def is_news(self) -> bool:
-        """Whether it adds to the line before: a composite without a name does not."""
+        """Whether a person wants to see it, which is false for unnamed composites."""
         return self.key not in COMPOSITES or self.name != self.key
 
     @property
     def label(self) -> str:
-        """Its name, and its key if that differs."""
+        """Name, and key if that differs."""
         return self.name if self.name == self.key else f"{self.name} ({self.key})"
 
 
@@ -73,13 +74,12 @@ class DryRun:
 
     task: str
     ended: bool
-    """Whether the tree ended within the ticks allowed."""
     outcome: Outcome
     ticks: int
     steps: tuple[Step, ...]
 
     def to_json(self) -> str:
-        """One JSON object."""
+        """As a JSON object."""
         outcome = {
             "outcome": self.outcome.end.value,
             "reason": self.outcome.reason,
@@ -88,7 +88,7 @@ class DryRun:
         return json.dumps(asdict(self) | outcome, indent=2)
 
     def to_text(self) -> str:
-        """A line a step; the last line is the result."""
+        """A line per step; the last line is the result."""
         news = [step for step in self.steps if step.is_news]
         hidden = len(news) - _MOST_SHOWN
         lines = [
@@ -104,7 +104,7 @@ class DryRun:
 
 
 class _DryLeaf(Behaviour):
-    """Returns what the script says; a success writes what is told, or zeros and empty texts."""
+    """Returns scripted outcomes; a success writes given values, or zeros and empty texts."""
 
     def __init__(
         self,
@@ -150,10 +150,19 @@ def dry_run(
 ) -> DryRun:
     """Tick a task without a robot.
 
+    Args:
+        path: the task file.
+        outcomes: of leaves, each `NODE=OUTCOME,OUTCOME,...`; by default a leaf that needs no robot
+            runs, and another succeeds.
+        keys: values that leaves write, each `KEY=VALUE`.
+        overrides: values of task parameters, as texts.
+        places: a file of poses and regions, used instead of those of the same name.
+        most_ticks: a tree that has not ended by then is stopped.
+
     Raises:
         TaskFileError: the file has diagnostics.
-        LeafError: a leaf class, not the file, is at fault.
-        ScriptError: an outcome is written wrongly, or the tree has no such node.
+        LeafError: a leaf class is invalid.
+        ScriptError: an outcome is invalid, or the tree has no such node.
     """
     task = load(path, overrides=overrides, places=places)
     script, values = read_script(outcomes, task), read_keys(keys, task)
@@ -209,7 +218,7 @@ def _step(tick: int, clock: SimClock, path: str, node: Behaviour, reason: str = 
 
 @dataclass(frozen=True, kw_only=True)
 class _DryContext:
-    """All that leaves need of a `Context` that need no robot."""
+    """The part of `Context` that leaves without a robot need."""
 
     clock: TaskClock
     keys: dict[str, Key[object]] = field(default_factory=dict)

@@ -1,4 +1,4 @@
-"""What `frankie-task nodes` shows: everything that a task can be made of."""
+"""Node reference of `frankie-task nodes`: leaves, composites and modifiers of the task language."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ _LANGUAGE = {
 
 
 class UnknownWordError(UserError):
-    """No word has this name; the text suggests one that exists."""
+    """No word has this name."""
 
 
 def show_all(console: Console) -> None:
-    """A table of all words, a line each."""
+    """Print a table of all words, a line each."""
     leaves = describe_leaves(known_leaves())
     conditions = {key: leaf for key, leaf in leaves.items() if leaf.is_condition}
     actions = {key: leaf for key, leaf in leaves.items() if not leaf.is_condition}
@@ -50,7 +50,7 @@ def show_all(console: Console) -> None:
 
 
 def show_one(name: str, console: Console) -> None:
-    """Everything about one word.
+    """Print everything about one word.
 
     Raises:
         UnknownWordError: there is no such word.
@@ -110,7 +110,7 @@ def _table(title: str, rows: Iterable[tuple[str, ...]], heads: tuple[str, ...]) 
 
 
 def _signature(leaf: LeafType) -> str:
-    """Its parameters in short: those that may be left out in brackets, outputs after an arrow."""
+    """Parameters in short: optional ones in brackets, outputs after an arrow."""
     if leaf.names_keys:
         return "key: value, ..."
     given = [one.name if one.required else f"[{one.name}]" for one in leaf.parameters.values()]

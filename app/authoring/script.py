@@ -1,4 +1,4 @@
-"""What the leaves of a dry run answer, as a person says it."""
+"""Scripted outcomes and keys of a dry run."""
 
 from __future__ import annotations
 
@@ -14,22 +14,26 @@ OUTCOMES: Mapping[str, Status] = {
     "failure": Status.FAILURE,
     "running": Status.RUNNING,
 }
-"""What a leaf may be told to return."""
 
 
 class ScriptError(UserError):
-    """An outcome cannot be scripted; the text says why and what to write."""
+    """An outcome or key is invalid."""
 
 
 class Script:
-    """Which outcome is next for a leaf."""
+    """The outcomes of leaves.
+
+    Args:
+        outcomes: by node name or leaf key, in turn; the last repeats. Names take precedence, and
+            nodes of the same word share a list.
+    """
 
     def __init__(self, outcomes: Mapping[str, Sequence[Status]]) -> None:
         self._outcomes = outcomes
         self._taken = dict.fromkeys(outcomes, 0)
 
     def tells(self, name: str, key: str) -> bool:
-        """Whether it says something about a leaf."""
+        """Whether it contains a leaf."""
         return name in self._outcomes or key in self._outcomes
 
     def next(self, name: str, key: str) -> tuple[Status, str]:
@@ -48,7 +52,7 @@ def read_script(texts: Sequence[str], task: Task) -> Script:
     """The script in texts such as `grasp=failure,failure,success`.
 
     Raises:
-        ScriptError: it is written wrongly, or the tree has no such leaf.
+        ScriptError: it is invalid, or the tree has no such leaf.
     """
     words = sorted({word for leaf in _leaves(task) for word in (leaf.name, leaf.type.key)})
     outcomes = {}
@@ -72,7 +76,7 @@ def _outcome(word: str, text: str) -> Status:
 
 
 def _leaves(task: Task) -> Iterator[LeafNode]:
-    """The leaves of a task that can be scripted, with guards and other files, without `set`."""
+    """The leaves of a task that can be scripted, with guards and subtrees, without `set`."""
     for node in nodes_below(task.root):
         yield from (leaf for leaf in leaves_at(node) if not leaf.type.names_keys)
         if isinstance(node, SubtreeNode):
@@ -80,10 +84,10 @@ def _leaves(task: Task) -> Iterator[LeafNode]:
 
 
 def read_keys(texts: Sequence[str], task: Task) -> dict[str, Plain]:
-    """What leaves write to keys, from texts such as `found=3`.
+    """Values of keys, from texts such as `found=3`.
 
     Raises:
-        ScriptError: it is written wrongly, or no leaf of the tree writes such a key.
+        ScriptError: it is invalid, or no leaf of the tree writes such a key.
     """
     written = sorted({key.name for leaf in _leaves(task) for key in leaf.outputs.values()})
     values = {}

@@ -1,4 +1,4 @@
-"""`frankie-task teach`: where a robot is now becomes a pose in a file of places."""
+"""`frankie-task teach`: writes the present pose of a robot to a file of places."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from trees.language import NAMING_HINT, WORD
 
 
 class TeachError(UserError):
-    """A pose cannot be taught; the text says why."""
+    """A pose cannot be taught."""
 
 
 class Form(StrEnum):
@@ -38,13 +38,22 @@ def teach(
     replace: bool,
     armed: bool,
 ) -> str:
-    """Read where a robot is and write it into a file; the robot does not move.
+    """Read the pose of a robot and write it to a file; the robot does not move.
+
+    Args:
+        name: of the pose.
+        places: the file, made if missing.
+        robot: a shipped robot or a robot file.
+        world: what simulates it, unless it is real.
+        form: what of it is taught.
+        replace: whether to replace a pose of this name.
+        armed: whether a real robot may be connected.
 
     Returns:
         The line that was written.
 
     Raises:
-        UserError: the name cannot be used, or the file cannot be read or written.
+        UserError: the name is invalid, or the file cannot be read or written.
         HardwareError: the robot cannot be read.
     """
     if not WORD.fullmatch(name):
@@ -74,7 +83,7 @@ def _text(places: Path) -> str:
 
 
 def _pose(robot: Robot, form: Form) -> str:
-    """Where the robot is, as a task file writes it: to millimetres and tenths of a degree."""
+    """The pose as a task file writes it, to millimetres and tenths of a degree."""
     state = robot.read()
     if form is Form.ARM:
         return f"{{joints_deg: {_list(np.degrees(state.q), 1)}}}"

@@ -1,4 +1,4 @@
-"""The command line. Heavy imports happen where they are used, so that `--help` is quick."""
+"""Root of the command line; heavy imports are in functions, so that `--help` is quick."""
 
 from __future__ import annotations
 
@@ -11,9 +11,8 @@ from typing import Annotated
 import typer
 from typer.main import get_command_name, get_group
 
-from app.commands.authoring import authoring
+from app.commands.authoring import authoring, dry
 from app.commands.doctor import doctor
-from app.commands.dry import dry
 from app.commands.emulate import app as emulate
 from app.commands.refuse import RefusingGroup, find_tree
 from app.commands.review import delays, demo_page, explain, film, replay, runs, view
@@ -65,7 +64,6 @@ def check(
 
 
 _SHORT = ("check", "draw", "nodes", "schema")
-"""Commands that end before a garbage collector is worth its time, which is a tenth of theirs."""
 
 
 def main() -> None:
@@ -79,7 +77,7 @@ def main() -> None:
 
 
 def _asked(word: str = "") -> typer.Typer:
-    """The command line with only what the word calls, or all of it if it calls nothing.
+    """The command line with only the command that `word` calls, or all of it.
 
     To build a command takes milliseconds, and there are dozens.
     """

@@ -1,6 +1,7 @@
-"""`frankie-task doctor`: what is installed, reachable and calibrated.
+"""`frankie-task doctor`: checks installation, drivers and robot.
 
-Nothing moves, but for a first metre of the base that a person asks for and confirms.
+Nothing moves, except the base with `--first-metre`, confirmed by a person.
+
 """
 
 from __future__ import annotations
@@ -77,7 +78,7 @@ def doctor(
 
 
 def _tell(findings: Iterable[Finding], console: Terminal, *, as_json: bool) -> int:
-    """Tell what is found, as it is found; how much of it is bad."""
+    """Print findings as they come; returns the number of bad ones."""
     from hw.hardware import Verdict
 
     bad = 0
@@ -92,7 +93,7 @@ def _tell(findings: Iterable[Finding], console: Terminal, *, as_json: bool) -> i
 
 
 def _drive(real: RealRobot, console: Terminal, *, as_json: bool) -> tuple[bool, int]:
-    """The first metre: whether the base heeds the throttle, and how much is bad."""
+    """The first metre: whether the base obeys the throttle, and the number of bad findings."""
     from hw import HardwareError
     from hw.hardware import Verdict, first_metre
 

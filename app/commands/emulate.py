@@ -1,4 +1,4 @@
-"""`frankie-task emulate`: machines that are not there, for drivers to talk to."""
+"""`frankie-task emulate`: emulators of the machines that the drivers talk to."""
 
 from __future__ import annotations
 
@@ -10,8 +10,7 @@ from typing import Annotated, Any, TypeAlias
 
 import typer
 
-from app.interrupt import until_interrupted
-from app.terminal import Terminal
+from app.terminal import Terminal, until_interrupted
 
 app = typer.Typer(no_args_is_help=True, help="Servers that speak the protocols of real machines.")
 
@@ -139,7 +138,7 @@ def realsense(
 
 
 def _ways(part: str, names: list[str] | None) -> dict[str, Any]:
-    """The argument of an emulator that says how it behaves; `list` tells all ways, and ends."""
+    """The argument for `--as-reported`; `list` prints all ways and ends."""
     if not names:
         return {}
     table = import_module(f"hw.emulators.{part}").AS_REPORTED

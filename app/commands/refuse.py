@@ -1,4 +1,4 @@
-"""How a command says that its input is no good: one line on standard error, and exit code 2."""
+"""Errors of users: one line on standard error, and exit code 2."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from app.terminal import Terminal
 
 
 def refuse(message: str) -> NoReturn:
-    """Say in one line on standard error what is wrong, and end with exit code 2."""
+    """Print a line on standard error and end with exit code 2."""
     from config import UserError
 
     Terminal(stderr=True).say(message)
@@ -21,7 +21,7 @@ def refuse(message: str) -> NoReturn:
 
 
 class RefusingGroup(TyperGroup):
-    """Commands whose user errors end as one line, whichever room raises them."""
+    """Commands whose user errors end as one line."""
 
     def invoke(self, ctx: Any) -> Any:
         """Run a command; a `UserError` is refused."""
@@ -45,10 +45,10 @@ def _warn_of_plugins() -> None:
 
 
 def find_tree(tree: str) -> Path:
-    """The file of a task that is given by path or name.
+    """The file of a task, by path or name.
 
     Raises:
-        UnknownTreeError: it is neither.
+        UnknownTreeError: there is none.
     """
     from trees import find
 
@@ -56,7 +56,7 @@ def find_tree(tree: str) -> Path:
 
 
 def task_parameters(values: list[str]) -> dict[str, str]:
-    """The values that a person gives to parameters of a task, each `key=value`."""
+    """Values of task parameters from texts `key=value`."""
     parameters = {}
     for value in values:
         key, equals, text = value.partition("=")

@@ -1,4 +1,4 @@
-"""`frankie-task runs`, `view`, `film`, `explain`, `replay` and `delays`: about finished runs."""
+"""`frankie-task runs`, `view`, `film`, `explain`, `replay`, `delays` and `demo-page`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Run = Annotated[
     str, typer.Argument(help="Folder of a run, a file in it, its name in --runs, or `last`.")
 ]
 _WIDE = 1000
-"""A name that is broken into two lines finds nothing [characters]."""
+"""Width of the table, so that names are not broken [characters]."""
 Runs = Annotated[Path, typer.Option("--runs", help="Where the runs are.")]
 
 

@@ -212,17 +212,16 @@ class Session:
         if not paused:
             measurements.ticks_s.append(seconds)
         if self._report is not None:
-            self._watch(
-                Tick(
-                    number=self._number,
-                    state=state,
-                    applied=applied,
-                    report=self._report,
-                    context=self._context,
-                    seconds=seconds,
-                    paused=self._clock.held,
-                )
+            tick = Tick(
+                number=self._number,
+                state=state,
+                applied=applied,
+                report=self._report,
+                context=self._context,
+                seconds=seconds,
+                paused=self._clock.held,
             )
+            self._watch(tick)
         measurements.late_ticks += not paused and stopwatch() - begun > self._period
         self._number += 1
         self._wait(begun, paused=paused)
@@ -281,8 +280,7 @@ class Session:
 
 
 def _is_at_rest(state: RobotState) -> bool:
-    speeds = np.abs((*state.base_twist, *state.qd))
-    return bool(speeds.max() < _AT_REST)  # NaN is not at rest
+    return bool(np.abs((*state.base_twist, *state.qd)).max() < _AT_REST)  # NaN is not at rest
 
 
 def _still_moving() -> Outcome:

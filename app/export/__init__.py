@@ -1,6 +1,6 @@
-"""Recorded runs in the formats of other projects: LeRobot."""
+"""Export of recorded runs: LeRobot."""
 
-from app.export.errors import ExportError
+from app.export.episodes import ExportError
 from app.export.lerobot import export_lerobot
 
 __all__ = ["ExportError", "export_lerobot"]

@@ -1,7 +1,8 @@
-"""The depth images of runs as a video, a picture for every frame of the data.
+"""Depth images of runs as a video, a picture per frame of the data.
 
-A picture has 8 bits a pixel, in all three channels: 0 where nothing was measured, 1 to 255 for
-`NEAR` to `FAR`. The video is compressed with loss; it is for policies, not for measuring.
+A picture has 8 bits a pixel, equal in all three channels: 0 where nothing was measured, 1 to 255
+for `NEAR` to `FAR`. The video is lossy.
+
 """
 
 from __future__ import annotations
@@ -15,14 +16,13 @@ import numpy as np
 import numpy.typing as npt
 
 from app.core import FRAMES, RECORDING
-from app.export.episodes import Episode
-from app.export.errors import ExportError
+from app.export.episodes import Episode, ExportError
 from app.review import NoDepthError, depth_images
 
 NEAR, FAR = 0.1, 1.5
 """What 1 and 255 stand for [m]."""
 WIDEST = 320
-"""Of a picture [px]; of larger images every second or third pixel is taken."""
+"""Largest width of a picture [px]; larger images are subsampled."""
 CODEC = "vp9"
 _FOURCC = "vp09"
 
@@ -33,16 +33,15 @@ Images = list[tuple[float, Picture]]
 
 @dataclass(frozen=True, kw_only=True)
 class Video:
-    """What was written."""
+    """Size [px] and statistics of a video."""
 
     height: int
     width: int
-    """[px]."""
     levels: npt.NDArray[np.int64]
-    """(256,) how many pixels there are of each value."""
+    """(256,) number of pixels of each value."""
 
     def statistics(self) -> dict[str, Any]:
-        """Of the values, from 0 to 1, in all three channels alike."""
+        """Statistics of the values, scaled to 0 to 1, for each channel."""
         values, count = np.arange(256) / 255.0, self.levels.sum()
         mean = float((values * self.levels).sum() / count)
         deviation = float(np.sqrt(((values - mean) ** 2 * self.levels).sum() / count))
@@ -53,7 +52,7 @@ class Video:
 
 
 def images_of(folder: Path) -> Images:
-    """What the camera saw in a run; all of it after `run --replayable`, else what was recorded."""
+    """The depth images of a run; all of them after `run --replayable`, else the recorded ones."""
     kept = folder / FRAMES
     found = _kept(kept) if kept.is_file() else _recorded(folder / RECORDING)
     return sorted(found, key=lambda one: one[0])
@@ -62,10 +61,15 @@ def images_of(folder: Path) -> Images:
 def write_video(path: Path, episodes: Sequence[Episode], fps: int) -> Video | None:
     """Write the pictures of all episodes, one after the other.
 
-    A frame has the newest picture that was there; before the first there is a black one.
+    A frame has the newest picture at its time; before the first one it is black.
+
+    Args:
+        path: of the video.
+        episodes: in the order of the data.
+        fps: frames a second.
 
     Returns:
-        What was written; None, and no video, if a run has no pictures.
+        The video; None, and no file, if a run has no pictures.
 
     Raises:
         ExportError: it cannot be written.

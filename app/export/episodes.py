@@ -1,8 +1,8 @@
 """Episodes of a run: one for each object, and one for each attempt that failed.
 
-A run of a task that places objects is cut where an object was let go at its place, and where a
-grasp, its check or a placement failed; what is left over at the end is an episode if a grasp was
-begun in it. A run of any other task is one episode.
+A run of a task that places objects is cut where an object was released at its place, and where a
+grasp, its check or a placement failed; the rest is an episode if a grasp began in it. A run of any
+other task is one episode.
 """
 
 from __future__ import annotations
@@ -17,29 +17,30 @@ import numpy as np
 import numpy.typing as npt
 
 from app.core import COMMANDS, STATES, End
-from app.export.errors import ExportError
 from app.review import DamagedRunError, Timeline, read_log, read_run, timeline
-from config import Diagnostics, content, read_yaml
+from config import Diagnostics, UserError, content, read_yaml
+
+
+class ExportError(UserError):
+    """Runs cannot be exported; the text says which and why."""
+
 
 _SHORTEST, _LONGEST = 1e-4, 1.0
 """Of a control period [s]."""
 _LEAST_FRAMES = 2
 _HANDLING = ("grasp", "retreat_check", "place")
-"""What fails an attempt at an object."""
 
 Array = npt.NDArray[Any]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Part:
-    """One episode's time in a run."""
+    """Interval of an episode in a run, on the session's clock [s]."""
 
     begin: float
     end: float
-    """On the session's clock [s]."""
     success: bool
     why: str
-    """How it ended."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,11 +52,10 @@ class Episode:
     success: bool
     why: str
     folder: Path
-    """Of the run."""
     stamps: Array
-    """(frames,) of the run's clock [s]."""
+    """(frames,) on the session's clock [s]."""
     columns: dict[str, Array]
-    """(frames,) or (frames, n) by feature, without the indices, which depend on other episodes."""
+    """(frames,) or (frames, n) by feature, without the indices."""
 
     @property
     def length(self) -> int:
@@ -64,7 +64,7 @@ class Episode:
 
 
 def read_episodes(folder: Path, fps: int) -> list[Episode]:
-    """The episodes of one run.
+    """The episodes of one run at a frame rate that divides the control rate.
 
     Raises:
         ExportError: it has no recorded motion, is too short, or has another rate.
@@ -90,12 +90,7 @@ def read_episodes(folder: Path, fps: int) -> list[Episode]:
 
 
 def parts_of(folder: Path, end: float) -> list[Part]:
-    """Where a run is cut.
-
-    Args:
-        folder: of the run.
-        end: of its last reading [s].
-    """
+    """The parts of a run whose last reading is at `end` [s]."""
     outcome = read_run(folder).outcome
     whole = Part(begin=0.0, end=end, success=outcome == End.SUCCESS.value, why=outcome)
     try:
@@ -115,6 +110,7 @@ def parts_of(folder: Path, end: float) -> list[Part]:
 
 
 def _cuts(run: Timeline) -> list[tuple[float, bool, str]]:
+    """Times at which an object was placed or an attempt failed, with success and message."""
     found = [
         (span.end, span.status == "SUCCESS", span.message)
         for span in _rounds(run, _HANDLING)
@@ -157,6 +153,7 @@ def _episode(folder: Path, part: Part, states: Array, commands: Array, fps: int)
 
 
 def _array(path: Path, columns: int) -> Array:
+    """A recorded array (ticks, columns); pickles are refused."""
     try:
         if not isfile(path):
             raise ValueError("there is no such file")
@@ -178,7 +175,7 @@ def _array(path: Path, columns: int) -> Array:
 
 
 def _description(folder: Path) -> str:
-    """The description in the task file; empty if it has none that can be read."""
+    """The description in the task file; empty if there is none."""
     path = folder / "task.yaml"
     read = read_yaml(Diagnostics(path)) if isfile(path) else None
     task = content(read[1]) if read is not None else None

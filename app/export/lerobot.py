@@ -1,7 +1,8 @@
-"""Recorded runs as a LeRobotDataset, layout version 3: one episode an object, to learn policies.
+"""Export of runs as a LeRobotDataset, layout version 3.
 
 The layout is plain Parquet, JSON and MP4 and is written directly: the `lerobot` package pins
 versions of Rerun and PyTorch that conflict with this project's.
+
 """
 
 from __future__ import annotations
@@ -16,8 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from app.export.depth_video import CODEC, FAR, NEAR, Video, write_video
-from app.export.episodes import Episode, read_episodes
-from app.export.errors import ExportError
+from app.export.episodes import Episode, ExportError, read_episodes
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -30,8 +30,9 @@ _VECTORS = {
     "observation.velocity": ["base_vx", "base_vy", "base_w", *_JOINTS],
     "action": ["base_vx", "base_vy", "base_w", *_JOINTS, "fingers"],
 }
-"""Vectors of float32 by feature, in metres, radians and seconds. The action has the applied
-velocities, and the width of the fingers one frame later."""
+"""Vectors of float32 by feature [m, rad, s]; the action has the applied velocities, and the width
+of the fingers one frame later.
+"""
 _NUMBERS = {
     "next.done": "bool",
     "next.success": "bool",
@@ -45,7 +46,6 @@ _QUANTILES = {"q01": 0.01, "q10": 0.10, "q50": 0.50, "q90": 0.90, "q99": 0.99}
 _CHUNK = "chunk-000/file-000.parquet"
 _VIDEO = "chunk-000/file-000.mp4"
 DEPTH = "observation.images.depth"
-"""The feature of the depth video."""
 _PATTERN = "chunk-{chunk_index:03d}/file-{file_index:03d}"
 _VIDEO_PATTERN = f"videos/{{video_key}}/{_PATTERN}.mp4"
 
@@ -53,11 +53,10 @@ Array = npt.NDArray[Any]
 
 
 class Exported(NamedTuple):
-    """What a dataset has."""
+    """Contents of a dataset."""
 
     episodes: int
     failed: int
-    """How many of them failed."""
     frames: int
     has_video: bool
 
@@ -65,8 +64,10 @@ class Exported(NamedTuple):
 def export_lerobot(folders: Sequence[Path], out: Path, fps: int = USUAL_FPS) -> Exported:
     """Write a dataset.
 
-    Returns:
-        How much was written.
+    Args:
+        folders: of the runs; `episodes` says how they are cut.
+        out: folder of the dataset; created here.
+        fps: frames per second; must divide the control rate.
 
     Raises:
         ExportError: a run has no recorded motion, or a different rate, robot or size of pictures;
@@ -226,7 +227,7 @@ def _episode_rows(
 
 
 def _tasks_table(tasks: list[str]) -> pa.Table:
-    """The texts as the index of a pandas table, in which LeRobot looks them up."""
+    """The tasks as the index of a pandas table, in which LeRobot looks them up."""
     import pyarrow as pa
 
     index = "__index_level_0__"

@@ -1,13 +1,13 @@
-"""Live access to a run: recording and viewer, the tree in the terminal, and control by a person.
+"""Live access to a run: recording and viewer, the tree in the terminal, and control by people.
 
-Every tick becomes one `Snapshot`. `monitor` records it and serves it to the viewer, `operator`
-pauses, steps and stops the run by keys, page and hooks, `groot` speaks to Groot2, and
-`OperatorConsole` puts together the controls that the user asked for. Nothing here runs the loop;
-the core passes snapshots in and asks `Control`.
+Every tick becomes a `Snapshot`. `monitor` records it and serves it to the viewer; `operator`
+pauses, steps and stops the run by keys, page and hooks; `groot` serves Groot2; `OperatorConsole`
+combines the controls of a run. The core passes snapshots in and asks `Control`.
+
 """
 
 from app.live.console import ControlOptions, OperatorConsole
-from app.live.feed import Feed
+from app.live.feed import Feed, Throttle
 from app.live.monitor import (
     Address,
     AnyRecorder,
@@ -26,7 +26,6 @@ from app.live.nodes import NodeStatus, tip, tree_view
 from app.live.operator import Control, Ending, Hook, PageServer, WebViewer
 from app.live.run_display import RunDisplay
 from app.live.snapshot import ObjectView, RegionView, SceneView, Snapshot, key_figures
-from app.live.throttle import Throttle
 from app.live.tree_text import About, Moment
 from app.live.web import WebFilesError, viewer_page, viewer_web_files
 

@@ -1,4 +1,4 @@
-"""Every way to control a run that the user asked for: keys, page, breakpoints, Groot2."""
+"""Operator console: combines keys, control page, breakpoints and Groot2 for one run."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 
 from py_trees.behaviour import Behaviour
 
-from app.interrupt import until_interrupted
 from app.live.groot import USUAL_PORT, GrootError, GrootServer
 from app.live.nodes import tree_view
 from app.live.operator import (
@@ -30,6 +29,7 @@ from app.live.operator import (
     matching,
 )
 from app.live.snapshot import Snapshot, key_figures
+from app.terminal import until_interrupted
 from config import UserError
 from trees.language import TreeNode
 
@@ -40,50 +40,37 @@ class NoControlError(UserError):
 
 @dataclass(frozen=True, kw_only=True)
 class ControlOptions:
-    """The user's choices about control."""
+    """Options of control."""
 
     page: bool = False
-    """Serve the page."""
     page_port: int | None = None
-    """None takes the usual one, or any free one if that is taken."""
+    """None takes the usual port, or a free one if that is taken."""
     paused: bool = False
-    """Pause before the first tick."""
     breaks: tuple[str, ...] = ()
-    """Nodes before which the run pauses, by name, key or path."""
     groot: bool = False
-    """Serve Groot2."""
     groot_port: int = USUAL_PORT
     groot_control: bool = False
-    """Let Groot2 replace the outcomes of nodes."""
     force: bool = False
-    """Let the page force the outcome of a node."""
     approve: bool = False
-    """Wait for a person before every leaf that moves the robot."""
     acknowledge_after: float | None = None
-    """For unattended tests: when what only a person may clear is over for so long, it is
-    acknowledged and the run is resumed by itself [s]; None leaves it to a person."""
+    """For unattended tests: acknowledge and resume this long after the cause is over [s]."""
 
 
 class OperatorConsole:
-    """The controls of one run; use it in a `with` statement.
-
-    Bad options are refused here, before anything moves.
+    """Controls of one run; use it in a `with` statement.
 
     Args:
-        options: the user's choices.
+        options: of control; invalid ones raise before anything moves.
         task: name of the task.
-        nodes: the nodes of the tree, in preorder.
-        inject: injects a fault into the robot, by name.
+        nodes: of the tree, in preorder.
+        inject: injects a fault by name.
         clear: clears the injected faults.
-        viewer: the web viewer to embed in the page, if there is one.
-        say: receives messages for the user, a line at a time.
-        server: serves the page, before and after this run too; None makes one for this run.
+        viewer: web viewer to embed in the page, if any.
+        say: prints a line.
+        server: of the page across several runs; None makes one for this run.
 
     Raises:
-        UnknownNodeError: no node matches a breakpoint.
-        NoControlError: the run would pause, and there are neither keys nor page nor Groot2.
-        PageError: the page cannot be served.
-        GrootError: Groot2 cannot be served.
+        UserError: of a kind that says which option is wrong, or what cannot be served.
     """
 
     def __init__(
@@ -110,7 +97,6 @@ class OperatorConsole:
         self._page: ControlPage | None = None
         self._server, self._stays = server, server is None
         self.left = False
-        """Whether a person at the terminal has ended the run."""
         self._emergency = ""
         self._stack = ExitStack()
         if (options.paused or options.breaks or options.approve) and not has_person:
@@ -162,7 +148,7 @@ class OperatorConsole:
 
     @contextmanager
     def open(self) -> Iterator[None]:
-        """Listen to keys, and print how to control the run; to be entered once the viewer is up."""
+        """Listen to keys, and print how to control the run; enter it once the viewer is up."""
         with keys(self.control) as listening:
             if listening:
                 self._say(HELP)
@@ -179,20 +165,19 @@ class OperatorConsole:
             self._groot.show(snapshot, {**snapshot.blackboard, **key_figures(snapshot)})
 
     def leave(self) -> None:
-        """End the run, and the page with it: Ctrl-C means both."""
+        """End the run and the page, as Ctrl-C does."""
         self.left = True
         self.control.stop()
 
     def finish(self) -> None:
-        """The loop has ended, and the robot is at rest."""
+        """Report that the loop has ended and the robot is at rest."""
         if self._page is not None:
             self._page.finish()
 
     def stay(self, ending: Ending) -> None:
-        """Show on the page, if there is one, how the run ended, and keep it until Ctrl-C.
+        """Show on the page how the run ended, and keep it until Ctrl-C.
 
-        A page that another run may follow on is not waited for, and one that goes has no time to
-        load the recording.
+        Returns at once if another run may follow on the page, or after Ctrl-C in the run.
         """
         if self._page is None or self._server is None:
             return
@@ -222,7 +207,7 @@ class OperatorConsole:
             self._stand_in(snapshot, state, self._acknowledge_after)
 
     def _stand_in(self, snapshot: Snapshot, state: ControlState, patience: float) -> None:
-        """Acknowledge and resume as a person would, once what paused the run is over."""
+        """Acknowledge and resume as a person would, once the cause of the pause is over."""
         over = not state.pressed and all(
             fault.clearable and fault.text not in state.why for fault in snapshot.state.faults
         )

@@ -1,9 +1,8 @@
-"""From the control loop to disk and viewer: a bounded queue and a thread that empties it.
+"""Bounded queue from the control loop to a writer thread, and a throttle by stamps.
 
-The loop only appends and takes no lock: a thread that holds one may itself wait for the
-interpreter, and the loop would wait with it for milliseconds. When the writer falls behind, a
-simulation at full speed waits for it and keeps every tick; a run in real time cannot wait and drops
-the oldest ticks, counted.
+The loop only appends and takes no lock, which could make it wait for the interpreter. When the
+writer falls behind, a simulation at full speed waits for it and keeps every tick; a run in real
+time drops and counts the oldest ticks.
 """
 
 from __future__ import annotations
@@ -20,12 +19,11 @@ class Feed(Generic[Item]):
     """Passes items to a slow writer, in order and in batches, on a thread of its own.
 
     Args:
-        write: called with one batch at a time, never empty, always on the same thread. The first
-            exception ends the writing, not the run.
+        write: called with non-empty batches on that thread; the first exception ends the writing.
         lossless: wait when the queue is full, instead of dropping the oldest item.
-        period: how often a batch is written, unless it is full before [s of real time].
+        period: interval of writing, unless a batch is full before [s of real time].
         capacity: most items in the queue.
-        batch: number of items that is written at once, without waiting for the period to end.
+        batch: number of items that is written without waiting for the period.
         name: of the thread.
     """
 
@@ -68,14 +66,7 @@ class Feed(Generic[Item]):
             self._wake.set()
 
     def close(self, patience: float) -> bool:
-        """Write what is left and end the thread.
-
-        Args:
-            patience: longest time to wait for that [s of real time].
-
-        Returns:
-            Whether the thread has ended.
-        """
+        """Write the rest within `patience` [s]; returns whether the thread has ended."""
         self._closing = True
         self._wake.set()
         self._thread.join(patience)
@@ -107,3 +98,27 @@ class Feed(Generic[Item]):
                 self._items.clear()
                 self._room.set()
                 return
+
+
+_ROUNDING = 1e-6
+"""Tolerance, since stamps are sums of periods [s]."""
+
+
+class Throttle:
+    """Passes one of many stamps per period.
+
+    Args:
+        period: shortest time between two that pass [s].
+        start: earliest stamp that passes [s].
+    """
+
+    def __init__(self, period: float, start: float = float("-inf")) -> None:
+        self._period = period
+        self._next = start
+
+    def due(self, stamp: float) -> bool:
+        """Whether `stamp` [s] passes, which starts the next period."""
+        if stamp < self._next - _ROUNDING:
+            return False
+        self._next = stamp + self._period
+        return True

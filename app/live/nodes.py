@@ -1,4 +1,4 @@
-"""The nodes of a tree as viewers see them: flat, in preorder, without the behaviours themselves."""
+"""Nodes of a tree for viewers: flat, in preorder, without the behaviours."""
 
 from __future__ import annotations
 
@@ -15,12 +15,11 @@ if TYPE_CHECKING:
 
 _LONGEST_GIVEN = 24
 _NEXT = "next_goal"
-"""The argument that says where a task goes next."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class NodeInfo:
-    """What does not change about a node; a tree is its nodes in preorder."""
+    """Constant data of a node; a tree is a list of them in preorder."""
 
     name: str
     kind: str
@@ -28,24 +27,23 @@ class NodeInfo:
     depth: int
     """Number of ancestors; 0 at the root."""
     given: str = ""
-    """What the task says about it, as `at_table` of a `navigate`; empty for most."""
+    """Its main argument, as `at_table` of a `navigate`; empty for most."""
 
     @property
     def title(self) -> str:
-        """Its name, and what it was given."""
+        """Name and argument."""
         return f"{self.name} → {self.given}" if self.given else self.name
 
 
 class Look(StrEnum):
-    """How a node is drawn."""
+    """State of a node as it is drawn."""
 
     IDLE = "idle"
     RUNNING = "running"
     SUCCESS = "success"
     NOT_YET = "not yet"
-    """A failure that the tree goes on after: a question whose answer is no, or an attempt."""
+    """A failure after which the tree continues: a condition or an attempt."""
     FAILURE = "failure"
-    """One that has failed the whole tree."""
 
 
 _LOOKS = {
@@ -57,14 +55,11 @@ _LOOKS = {
 
 
 class NodeStatus(NamedTuple):
-    """Status of a node after a tick.
-
-    A tuple, because every tick makes one per node: a frozen dataclass takes four times as long.
-    """
+    """Status of a node after a tick; a tuple, which is quicker to make than a dataclass."""
 
     status: Status
     message: str
-    """The node's feedback message; may be empty."""
+    """Feedback message; may be empty."""
 
 
 def tree_view(nodes: Sequence[TreeNode]) -> list[NodeInfo]:
@@ -81,10 +76,7 @@ def tree_view(nodes: Sequence[TreeNode]) -> list[NodeInfo]:
 
 
 def _in_words(given: Mapping[str, object]) -> str:
-    """The poses, regions and keys among what a leaf was given, or else its first value.
-
-    Where the task goes next is not where this leaf goes.
-    """
+    """The names of poses, regions and keys among a leaf's arguments, or else its first value."""
     values = [value for word, value in given.items() if word != _NEXT]
     names = [str(name) for value in values if (name := getattr(value, "name", None))]
     others = [f"{value:g}" if isinstance(value, float) else str(value) for value in values]
@@ -93,7 +85,7 @@ def _in_words(given: Mapping[str, object]) -> str:
 
 
 def looks(tree: Sequence[NodeInfo], nodes: Sequence[NodeStatus]) -> tuple[Look, ...]:
-    """How every node is drawn: red is only what has failed the whole tree."""
+    """How every node is drawn: FAILURE only for what has failed the whole tree."""
     found = [_LOOKS[node.status] for node in nodes]
     if nodes[0].status is Status.FAILURE:
         for index, parent in enumerate(parents(tree)):
@@ -116,7 +108,7 @@ def parents(tree: Sequence[NodeInfo]) -> tuple[int | None, ...]:
 def tip(nodes: Sequence[NodeStatus]) -> int:
     """Index of the node that determined the root's status: the last in preorder that shares it.
 
-    That is the root itself before the first tick.
+    The root before the first tick.
     """
     root = nodes[0].status
     if root == Status.INVALID:

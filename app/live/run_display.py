@@ -1,8 +1,8 @@
-"""What a terminal shows of a run while it goes on, on standard error.
+"""Terminal display of a run, on standard error.
 
-In a terminal the tree stays in place, with the running leaf in bold; elsewhere every change is one
-line, which keeps a log file readable. Both are written on a thread of their own: the loop only
-leaves the newest snapshot, or appends one in which something changed.
+In a terminal the tree stays in place; elsewhere every change is one line, which keeps a log file
+readable. A thread of its own writes; the loop only leaves the newest snapshot.
+
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ if TYPE_CHECKING:
     from app.live.nodes import NodeInfo
 
 _PERIOD = 0.2
-"""How often something is written [s of real time]."""
+"""Interval of writing [s of real time]."""
 _OLD = 1.0
-"""A tick that is older than this is told as such [s]."""
+"""Age from which a tick is reported as too old [s]."""
 _PATIENCE = 1.0
-"""Time that a terminal has for the last of it [s]."""
+"""Time for the terminal to write the rest [s]."""
 
 
 class RunDisplay:
-    """Shows the snapshots that it is given; use it in a `with` statement.
+    """Shows the snapshots of a run; use it in a `with` statement.
 
     Args:
         about: the run.
-        tree: the nodes of the tree, in preorder.
+        tree: nodes of the tree, in preorder.
         seconds: real time from an arbitrary start [s].
         console: where to write; standard error by default.
     """
@@ -79,10 +79,10 @@ class RunDisplay:
                 self._live.stop()
 
     def update(self, moment: Moment, *, changed: bool) -> None:
-        """Leave a tick to be shown; takes no time to speak of.
+        """Show a tick soon; `changed` is whether the status of a node changed in it.
 
         Raises:
-            Exception: what writing an earlier one has ended with.
+            Exception: that ended the writing of an earlier one.
         """
         if self._error is not None:
             raise self._error
@@ -96,7 +96,7 @@ class RunDisplay:
             self._changed.append(moment)
 
     def finish(self) -> None:
-        """No tick follows, and none is missed."""
+        """Report that no tick follows."""
         self._told_at = None
 
     def _run(self) -> None:
@@ -109,7 +109,7 @@ class RunDisplay:
             self._error = error
 
     def write(self) -> None:
-        """Write what there is to be shown now."""
+        """Write the newest state now."""
         told_at = self._told_at
         age = 0.0 if told_at is None else self._seconds() - told_at
         if self._live is None:

@@ -1,4 +1,4 @@
-"""The state of a run after one tick, and the scene that it is drawn in."""
+"""Snapshot of a run after one tick, and the scene that it is drawn in."""
 
 from __future__ import annotations
 
@@ -26,41 +26,34 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(kw_only=True, eq=False, slots=True)
 class Snapshot:
-    """Everything that viewers, recording and log learn about one tick.
+    """What viewers, recording and log get of one tick.
 
-    The loop makes one in every tick, so it only keeps what is there already; what follows from that
-    is worked out by who wants to know it. Nobody changes one; it is not frozen, because that takes
-    twice as long to make.
+    The loop makes one in every tick, so it only refers to existing objects. Treat it as frozen;
+    a frozen dataclass would take twice as long to make.
     """
 
     tick: int
     time: float
-    """Of the task, from its first tick, pauses left out: what people are told [s]."""
+    """Of the task, from its first tick, without pauses [s]."""
     paused_s: float = 0.0
-    """How long it was paused so far [s]."""
+    """Total duration of the pauses so far [s]."""
     state: RobotState
     command: Command
-    """As sent."""
     report: StepReport
     seconds: float
     """Computing time of the tick [s]."""
     nodes: tuple[NodeStatus, ...]
-    """In preorder."""
     goal: MotionGoal | None
     objects: tuple[SE3, ...] = ()
     """Poses in the world of the simulated objects, in the order of `SceneView.objects`."""
     frame: DepthFrame | None = None
-    """The depth image that arrived in this tick; captured at its own stamp, then or earlier."""
+    """The depth image that arrived in this tick, captured at its own stamp."""
     detection: Detection | None = None
-    """What was detected in that image."""
     grasp: GraspEstimate | None = None
-    """The tracked grasp."""
     locked: bool = False
-    """Whether the tracked grasp is locked."""
     seen: PointCloud | None = None
-    """The obstacles that the camera has seen; the same object as long as they are the same."""
+    """Obstacles from the depth camera; the same object until they change."""
     blackboard: Mapping[str, object] = field(default_factory=dict)
-    """The values of the task's keys."""
 
     @property
     def stamp(self) -> float:
@@ -74,58 +67,51 @@ class Snapshot:
 
     @property
     def hand_goal(self) -> SE3 | None:
-        """Desired end-effector pose in the world, if there is one."""
+        """Goal pose of the end effector in the world, if there is one."""
         return getattr(self.goal, "wTe", None)
 
     @property
     def base_goal(self) -> Pose2D | None:
-        """Where the base is to stand, in the world, if that is chosen."""
+        """Goal pose of the base in the world, if it is chosen."""
         wTb = getattr(self.goal, "wTb", None)
         return self.report.stance if wTb is None else Pose2D.of(wTb)
 
     @property
     def way(self) -> Array | None:
-        """(N, 3) poses x, y, heading of the base on its way there [m, rad].
-
-        The same object as long as the way is the same.
-        """
+        """(N, 3) path of the base: x, y [m], heading [rad]; the same object until it changes."""
         return None if self.base_goal is None else self.report.way
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ObjectView:
-    """The shape of an object."""
+    """Shape of an object, in its own frame."""
 
     name: str
     parts: tuple[Geom, ...]
-    """In the object's frame."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RegionView:
-    """A box that the task names."""
+    """A box that the task names; its pose is that of its centre in the world."""
 
     name: str
     pose: SE3
-    """Of its centre, in the world."""
     size: Array
     """(3,) edge lengths [m]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SceneView:
-    """The shapes of the scene, empty if they are not known, and what the task names in it."""
+    """Shapes of the scene, empty if unknown, and what the task names in it."""
 
     fixtures: tuple[Geom, ...] = ()
-    """In the world."""
     objects: tuple[ObjectView, ...] = ()
     regions: tuple[RegionView, ...] = ()
     goals: tuple[tuple[str, SE3], ...] = ()
-    """Names and poses, of hand or base, that the task goes to."""
 
 
 def key_figures(snapshot: Snapshot) -> dict[str, float]:
-    """The numbers that most often explain a failure, by name with unit; finite ones only."""
+    """Figures that help to explain a failure, by name with unit; finite ones only."""
     report, state = snapshot.report, snapshot.state
     x, y = state.wTb.translation[:2]
     figures = {

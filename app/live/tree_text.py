@@ -1,7 +1,4 @@
-"""A tree and its run as text for a terminal: what is drawn of one snapshot, and one line a change.
-
-Everything here is a plain function of snapshots; `run_display` says when it is called.
-"""
+"""A tree and its run as text for a terminal: the whole picture, and one line per change."""
 
 from __future__ import annotations
 
@@ -33,24 +30,23 @@ _LONGEST_NAME = 40
 
 
 class Moment(NamedTuple):
-    """One tick, with what a terminal shows beside the tree."""
+    """One tick, with the figures beside the tree."""
 
     seen: Snapshot
     placed: int
     attempts: int
     paused: str = ""
-    """What paused the run; empty if it is not paused."""
+    """Why the run is paused; empty if it is not."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class About:
-    """What does not change while a run goes on."""
+    """Constant data of a run."""
 
     task: str
     where: str
-    """Robot, world, scene and seed."""
     objects: int = 0
-    """How many there are to be placed; 0 if the task places none, or nobody knows."""
+    """Number of objects to be placed; 0 if unknown or none."""
 
 
 def picture(
@@ -68,10 +64,10 @@ def picture(
     Args:
         about: the run.
         tree: its nodes, in preorder.
-        moment: what to draw.
+        moment: the tick to draw.
         elapsed: real time since the run began [s].
         width: of the terminal [characters].
-        rows: that there are for it.
+        rows: available lines.
         age: of the moment, if it is too old [s].
     """
     lines = [_head(about, moment, age), _figures(about, moment, elapsed)]
@@ -83,7 +79,7 @@ def picture(
 
 
 def frozen(age: float) -> str:
-    """What a person is told when no tick has come for so long [s]."""
+    """Message when no tick has come for `age` [s]."""
     return f"frozen for {in_words(age)}: the control loop stands still, the robot may be moving"
 
 
@@ -144,6 +140,7 @@ def tree_lines(tree: Sequence[NodeInfo], nodes: Sequence[NodeStatus], *, rows: i
 
 
 def _most_telling(tree: Sequence[NodeInfo], running: int, rows: int) -> list[int]:
+    """Indices of the nodes to draw, in preorder, at most `rows`."""
     if len(tree) <= rows:
         return list(range(len(tree)))
     way, above = path_from_root(tree, running), parents(tree)
@@ -162,7 +159,7 @@ def _shortened(name: str) -> str:
 
 
 class Changes:
-    """One line for every change of a leaf, of the robot's faults, and of what pauses the run."""
+    """One line for every change of a leaf, of the robot's faults, and of pauses."""
 
     def __init__(self, about: About, tree: Sequence[NodeInfo]) -> None:
         self._about = about
@@ -173,7 +170,7 @@ class Changes:
         self._paused, self._placed = "", 0
 
     def lines(self, moment: Moment) -> Iterator[str]:
-        """What is new since the moment before."""
+        """The lines that are new since the moment before."""
         at = f"{moment.seen.time:8.2f} s  "
         faults = tuple(fault.text for fault in moment.seen.state.faults)
         if faults != self._faults:

@@ -1,12 +1,11 @@
-"""Finished runs: find, list and explain them, and what their recordings tell."""
+"""Finished runs: find, list and explain them, and read their recordings."""
 
-from app.review.delays import Delay, NoMotionError, delays
 from app.review.demo_page import demo_page
 from app.review.event_log import DamagedRunError, read_log, recorded_time
 from app.review.explanation import explain
 from app.review.film import make_film
 from app.review.finished import find_run, read_run, run_folders, runs_table
-from app.review.motion import Reason, RunMotion, read_motion
+from app.review.motion import Delay, NoMotionError, Reason, RunMotion, delays, read_motion
 from app.review.recorded_images import NoDepthError, depth_images, recorded_depth
 from app.review.report import write_report
 from app.review.time_use import (

@@ -1,4 +1,4 @@
-"""The attempts of a run, and what ate its time."""
+"""Attempts of a run, and the leaves that took its time."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Attempt:
 
 @dataclass(frozen=True, kw_only=True)
 class Eater:
-    """A leaf, and the time that it took in all its rounds."""
+    """A leaf, and its total time [s]."""
 
     name: str
     seconds: float
@@ -35,7 +35,7 @@ class Eater:
 
 
 def attempts(run: Timeline) -> list[Attempt]:
-    """The rounds of everything below a `retry`, in order; of `forever` only those that failed."""
+    """The rounds of everything below a `retry`, in order; of `forever` only the failed ones."""
     spans: list[Span] = []
     for node, kind in enumerate(one.kind for one in run.nodes):
         if kind not in ("retry", "forever"):
@@ -81,7 +81,7 @@ def eaters(run: Timeline) -> list[Eater]:
 
 
 def attempts_text(found: Sequence[Attempt], most: int = 12) -> list[str]:
-    """The table, a line an attempt; the middle of a long one is left out."""
+    """The table, a line per attempt; the middle of a long one is left out."""
     lines = [f"  {'#':>3}  {'from':>8}  {'took':>7}  what came of it"]
     for one in found:
         took = f"{one.end - one.begin:.1f} s"
@@ -94,7 +94,7 @@ def attempts_text(found: Sequence[Attempt], most: int = 12) -> list[str]:
 
 
 def eaters_text(found: Sequence[Eater], total: float) -> list[str]:
-    """What ate the time, a line a leaf."""
+    """The table of leaves, a line each."""
     width = max((len(one.name) for one in found), default=0)
     return [
         f"  {one.name:{width}}  {one.seconds:>7.1f} s  "
@@ -104,5 +104,5 @@ def eaters_text(found: Sequence[Eater], total: float) -> list[str]:
 
 
 def _short_path(path: str) -> str:
-    """The end of a path: the node and what it is part of."""
+    """The end of a path: the node and its parent."""
     return " > ".join(path.split("/")[-2:])

@@ -1,18 +1,18 @@
-"""The earliest cause of a failure: of what went wrong first, not of what failed last.
+"""Earliest cause of a failure, rather than the last one.
 
-A tree that gives up has failed several times: its retries are attempts that failed one after the
-other, its fallbacks are remedies that failed as well, and below it the robot may have had a fault.
-From the node that failed the search goes down and back in time:
+A tree that gives up has failed several times: retries, fallbacks, faults of the robot. From the
+node that failed the search goes down and back in time:
 
-| node | what failed it |
+| node | cause |
 |---|---|
-| `retry`, `forever` | the first attempt of those that failed in a row |
-| `fallback` | the first child that tried something; a question with the answer no did not |
+| `retry`, `forever` | the first of the attempts that failed in a row |
+| `fallback` | the first child that tried something, which a condition does not |
 | `parallel` | the child that failed first |
-| `until` | the work, not the question |
-| `timeout` | the first failed attempt below it, or else that the time was over |
+| `until` | the work, not the condition |
+| `timeout` | the first failed attempt below it, or else the timeout |
 | other branches | the child that failed last: those before it had succeeded |
 | a leaf | the robot's fault, if it had one while the leaf ran |
+
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _FALLBACKS = ("fallback", "reactive_fallback")
 _FORCED = ("force_failure",)
 _NUMBER = re.compile(r"-?\d+(\.\d+)?")
 _TIMES = ", # times in a row"
-"""What `forever` adds to the message of the failure with which it gives up."""
+"""Added by `forever` to the message of the failure with which it gives up."""
 
 _WORDS = (
     (r"emergency stop", "emergency stop"),
@@ -47,27 +47,25 @@ _WORDS = (
     (r"does not do what it is commanded|does not answer", "the robot does not obey"),
     (r"relocalised", "lost its place"),
 )
-"""What messages are about, in the words of a person; the first that fits."""
+"""Topics of messages, in a word or two; the first match counts."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Cause:
-    """What went wrong first."""
+    """The earliest cause of a failure."""
 
     time: float
     """[s]."""
     node: int | None
-    """Where; None if nothing was at work."""
+    """Where; None if no node ran."""
     reason: str
-    """As the node or the robot put it."""
     about: str
-    """The same in a word or two; empty where there is no better word."""
+    """The topic in a word or two; empty if unknown."""
     is_fault: bool = False
-    """Whether it is a fault of the robot."""
 
 
 def about(reason: str) -> str:
-    """What a message is about, in a word or two; empty where nothing is known."""
+    """Topic of a message in a word or two; empty if unknown."""
     return next((words for pattern, words in _WORDS if re.search(pattern, reason)), "")
 
 
@@ -77,7 +75,7 @@ def cause_of(run: Timeline, span: Span) -> Cause:
 
 
 def first_setback(run: Timeline) -> Cause | None:
-    """What failed first of the attempts that were under way at the end; None if nothing had."""
+    """The first failure of the attempts in progress at the end; None if there is none."""
     failed: list[Span] = []
     for node, rounds in run.rounds.items():
         if run.nodes[node].kind in _AGAIN and rounds[-1].status == "RUNNING":
@@ -158,7 +156,7 @@ def _attempts(run: Timeline, span: Span) -> list[Span]:
 
 
 def _likeness(run: Timeline, span: Span) -> tuple[int, str]:
-    """Two attempts that are alike in this failed for the same reason, but for the figures."""
+    """Key for failures with the same reason, except for figures."""
     origin = _origin(run, span)
     return origin.node, _NUMBER.sub("#", origin.message).removesuffix(_TIMES)
 
@@ -172,6 +170,7 @@ def _setback_below(run: Timeline, span: Span) -> Span | None:
 
 
 def _is_question(run: Timeline, span: Span) -> bool:
+    """Whether it was only a condition, or failed because it was told to."""
     if run.nodes[span.node].kind in _FORCED:
         return not _failed_children(run, span)
     return run.is_leaf(span.node) and span.seconds == 0.0 and not _had_to_work(run, span.node)

@@ -1,8 +1,4 @@
-"""A folder with a static page that shows a recording in the browser, with nothing to install.
-
-Any web server serves it; nothing is asked of any other machine, which a policy in the page makes
-sure of.
-"""
+"""Static web page that shows a recording in any browser, without contacting another host."""
 
 from __future__ import annotations
 
@@ -66,10 +62,11 @@ class DemoPageError(UserError):
 
 
 def demo_page(run: Path, folder: Path) -> Path:
-    """Make the page.
+    """Make the page; returns its first file.
 
-    Returns:
-        The page's first file.
+    Args:
+        run: the folder of a finished run.
+        folder: for the page; made if missing.
 
     Raises:
         DemoPageError: the run has no recording, or the folder cannot be written.

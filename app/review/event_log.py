@@ -1,7 +1,8 @@
-"""The event log of a run, checked line by line where it comes in.
+"""Event log of a run, validated line by line.
 
-What a kill or a full disk leaves behind can be read: lines that are cut off are left out and
-counted. Everything else that no run writes is refused, with its line.
+A log that was cut off by a kill or a full disk can be read: incomplete lines are counted and left
+out. Everything else that no run writes is refused, with its line.
+
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ Values = Mapping[str, Annotated[float, Field(allow_inf_nan=False)]]
 
 
 class DamagedRunError(UserError):
-    """What is left of a run cannot be used; the text says which file and line, and why."""
+    """A run cannot be read; the text says which file and line, and why."""
 
 
 def _known_end(outcome: str) -> str:
@@ -34,7 +35,7 @@ def _known_end(outcome: str) -> str:
 
 
 class _Checked(BaseModel):
-    """Without conversions; what a later version writes beside it is passed over."""
+    """A model without conversions that ignores unknown fields."""
 
     model_config = ConfigDict(strict=True, extra="ignore", frozen=True)
 
@@ -48,7 +49,7 @@ class Node(_Checked):
 
     @property
     def title(self) -> str:
-        """Its name, and its kind if that differs."""
+        """Name, and kind if that differs."""
         return self.name if self.kind in ("", self.name) else f"{self.name} ({self.kind})"
 
 
@@ -63,7 +64,6 @@ class Begin(LoggedEvent):
     """Before the first tick."""
 
     nodes: Annotated[list[Node], Field(min_length=1)]
-    """Of the tree, in preorder."""
 
 
 class NodeEvent(LoggedEvent):
@@ -76,7 +76,7 @@ class NodeEvent(LoggedEvent):
 
 
 class NowEvent(LoggedEvent):
-    """What is going on."""
+    """The active node, once a second."""
 
     node: Index
     message: str
@@ -121,23 +121,22 @@ _KINDS: Mapping[str, type[LoggedEvent]] = {
 
 @dataclass(frozen=True, kw_only=True)
 class Log:
-    """The events of one run."""
+    """Events of one run."""
 
     nodes: Sequence[Node]
     events: Sequence[LoggedEvent]
     """In the order of the file; the first is a `Begin`, and an `EndEvent` is the last."""
     left_out: int
-    """Lines that are cut off or garbled."""
 
     @property
     def end(self) -> EndEvent | None:
-        """How it ended; None if that is not recorded."""
+        """The event of the end; None if it is not recorded."""
         last = self.events[-1]
         return last if isinstance(last, EndEvent) else None
 
     @cached_property
     def pauses(self) -> Sequence[tuple[float, float]]:
-        """When the task's clock stood still, on the session's clock [s]."""
+        """When the task's clock was held, on the session's clock [s]."""
         found: list[tuple[float, float]] = []
         since: float | None = None
         for event in self.events:
@@ -150,28 +149,28 @@ class Log:
 
     @property
     def began(self) -> float:
-        """The first tick, on the session's clock [s]."""
+        """Time of the first tick, on the session's clock [s]."""
         return self.events[1].time if len(self.events) > 1 and not self.left_out else 0.0
 
     @property
     def paused_s(self) -> float:
-        """How long it was paused in all [s]."""
+        """Total duration of the pauses [s]."""
         return sum(end - begin for begin, end in self.pauses)
 
     def task_time(self, time: float) -> float:
-        """What people are told of a time on the session's clock: from the first tick [s]."""
+        """Time of the task, from its first tick without pauses, for a session time [s]."""
         paused = sum(min(end, time) - begin for begin, end in self.pauses if begin < time)
         return max(0.0, time - self.began - paused)
 
     def session_time(self, time: float) -> float:
-        """On the session's clock, a time that people are told [s]; a pause is where it begins."""
+        """Session time of a task time [s]; a pause counts where it begins."""
         time += self.began
         for begin, end in self.pauses:
             time += end - begin if begin < time else 0.0
         return time
 
     def for_people(self) -> Log:
-        """The same with the times that people are told."""
+        """The same log with times of the task."""
         events = [
             event.model_copy(update={"time": round(self.task_time(event.time), 4)})
             for event in self.events
@@ -183,7 +182,7 @@ def read_log(folder: Path) -> Log:
     """The event log of a run.
 
     Raises:
-        DamagedRunError: it is missing, or no log that a run writes.
+        DamagedRunError: it is missing, or invalid.
     """
     path = folder / EVENTS
     try:
@@ -207,7 +206,7 @@ def read_log(folder: Path) -> Log:
 
 
 def recorded_time(folder: Path, time: float) -> float:
-    """Where a recording has a time that people are told of a run [s]."""
+    """The session time of a task time of a run [s]."""
     try:
         return read_log(folder).session_time(time)
     except DamagedRunError:
@@ -226,7 +225,7 @@ def _checked(event: Event, path: Path) -> LoggedEvent:
 def _check_place(
     event: Event, checked: LoggedEvent, nodes: Sequence[Node], *, is_last: bool, path: Path
 ) -> None:
-    """Refuse an event that names a node that is not there, or that stands where it cannot."""
+    """Raise DamagedRunError if an event has an unknown node, or is in the wrong place."""
     node = getattr(checked, "node", None)
     if node is not None and node >= len(nodes):
         raise _refusal(path, event.line, f"node {node} is none of the {len(nodes)} of the tree")
@@ -242,7 +241,7 @@ def _refusal(path: Path, line: int, what: str) -> DamagedRunError:
 
 
 def first_problem(invalid: ValidationError) -> str:
-    """The first thing that is wrong, in one line: where, and what was expected."""
+    """The first problem in one line: where, and what was expected."""
     first = invalid.errors(include_url=False)[0]
     where = ".".join(str(key) for key in first["loc"])
     message = first["msg"].removeprefix("Value error, ")

@@ -1,7 +1,7 @@
-"""Explains in words how a run ended and what went wrong first, from its event log and summary.
+"""Explains how a run ended and what went wrong first, from its event log and summary.
 
-Works for every kind of end, including a killed process: the log is written during the run, and
-whatever it lacks is left out.
+It works for every kind of end, including a killed process; missing data is left out.
+
 """
 
 from __future__ import annotations
@@ -23,48 +23,38 @@ from app.review.event_log import (
     read_log,
 )
 from app.review.finished import UNFINISHED, RunRecord, read_run
-from app.review.history import history
-from app.review.timeline import Timeline, timeline
+from app.review.timeline import Timeline, history, timeline
 from app.task_time import task_time
 
 _MOST_LINES = 40
-"""A longer history is shortened in the middle."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Explanation:
-    """How and why a run ended."""
+    """How and why a run ended; times are those of the task [s]."""
 
     record: RunRecord
     outcome: str
     time: float
-    """Of the end, or of the last event; as all times here from the first tick, pauses left out [s].
-    """
+    """Of the end, or of the last event."""
     node: Node | None
     """The node in which it ended; None if there is none."""
     since: float
-    """When that node failed, or else was last entered [s]."""
+    """When that node failed, or else was last entered."""
     reason: str
     verdict: str
-    """The last message of the root of the tree."""
     values: Mapping[str, float]
-    """Key figures at that moment."""
     faults: Sequence[str]
-    """Of the robot at the end."""
     code: str
     """The line of code in which a leaf crashed; empty if none did."""
     cause: Cause | None
-    """What went wrong first, of what led to the end; None if nothing did."""
+    """The earliest cause; None if nothing went wrong."""
     where: Node | None
-    """The node of the cause."""
     attempts: Sequence[Attempt]
     eaters: Sequence[Eater]
-    """The leaves that took the most time."""
     paused_s: float
     history: Sequence[str]
-    """What happened, one event per line."""
     damage: Sequence[str]
-    """What could not be read, a line each."""
 
     def __str__(self) -> str:
         return "\n".join(_text(self))
@@ -74,7 +64,7 @@ def explain(folder: Path) -> Explanation:
     """Explain how and why a run ended.
 
     Raises:
-        DamagedRunError: its event log is missing, or no log that a run writes.
+        DamagedRunError: its event log is missing or invalid.
     """
     session = read_log(folder)
     log = session.for_people()
@@ -107,6 +97,7 @@ def explain(folder: Path) -> Explanation:
 
 
 def _cause(run: Timeline, index: int | None, outcome: str, reason: str) -> Cause | None:
+    """The earliest cause of the end."""
     match outcome:
         case End.SUCCESS.value | End.CRASH.value:
             return None

@@ -1,7 +1,7 @@
-"""A recorded run as a moving picture, for a page: `frankie-task film RUN run.webp`.
+"""Film of a recorded run: `frankie-task film RUN run.webp`.
 
-The viewer shows the recording without a window, moment by moment. It needs a Vulkan driver, as
-`app.live.headless_viewer` says; the film itself is written by Pillow, which comes with Rerun.
+The viewer shows the recording without a window; it needs a Vulkan driver, see `headless_viewer`.
+Pillow, which comes with Rerun, writes the film.
 """
 
 from __future__ import annotations
@@ -20,18 +20,15 @@ from hw import stopwatch
 
 KINDS = (".webp", ".gif")
 VIEWS = ("tree", "scene")
-"""Which views of the layout are shown, side by side."""
 _WINDOW = "1920x1080"
-"""[px]; its views are larger than they become in the film."""
-
+_RATE = 10.0
+"""Pictures a second."""
 _NOTICES = 8.0
-"""How long the viewer's own notifications cover a corner of its window [s]."""
+"""Time for which the viewer's own notifications cover a corner of its window [s]."""
 _PATIENCE = 60.0
 _ATTEMPTS = 5
 _LAST = 1.5
-"""How long the last picture stays [s]."""
-_QUALITY = 55
-"""Of the compression, from 0 to 100."""
+"""Duration of the last picture [s]."""
 
 
 class FilmError(UserError):
@@ -45,64 +42,58 @@ def make_film(
     begin: float,
     end: float,
     speed: float = 2.5,
-    rate: float = 10.0,
     width: int = 960,
 ) -> int:
-    """Make a film of a part of a recording.
+    """Make a film of a part of a recording; returns the number of pictures.
 
     Args:
         recording: the file.
         out: a .webp or .gif file.
-        begin: from when [s].
-        end: until when [s].
-        speed: how many recorded seconds a second of the film shows.
-        rate: pictures a second.
+        begin: first moment [s].
+        end: last moment [s].
+        speed: recorded seconds per second of the film.
         width: of the film [px].
 
-    Returns:
-        Number of pictures.
-
     Raises:
-        FilmError: the file is of another kind or cannot be written, or the times are no time.
+        FilmError: the file is of another kind or cannot be written, or `end` is before `begin`.
         ViewError: the viewer does not start.
     """
     if out.suffix not in KINDS:
         raise FilmError(f"{out}: a film ends in {' or '.join(KINDS)}")
     if not 0.0 <= begin < end:
         raise FilmError(f"from {begin:g} s to {end:g} s is no time; give --from and --to")
-    moments = np.arange(begin, end, speed / rate)
+    moments = np.arange(begin, end, speed / _RATE)
     pictures = []
     with headless_viewer(size=_WINDOW) as viewer:
         client = viewer.client
         client.open(str(recording))
-        _until(lambda: client.get_state().views)
+        wait_until(lambda: client.get_state().views)
         found = {view.name: view.view_id for view in client.get_state().views}
         views = [found[name] for name in VIEWS if name in found]
         client.set_time("t", duration=float(begin), play_state="paused")
         threading.Event().wait(_NOTICES)
         for moment in moments:
             client.set_time("t", duration=float(moment), play_state="paused")
-            pictures.append(_side_by_side([_picture(client, one) for one in views], width))
-    _write(out, pictures, rate)
+            pictures.append(_side_by_side([screenshot(client, one) for one in views], width))
+    _write(out, pictures)
     return len(pictures)
 
 
-def _picture(client: Any, view: str) -> Any:
-    """A view as it is now; a busy machine may need several attempts."""
-    from PIL import Image
-
-    for attempt in range(_ATTEMPTS):
+def screenshot(client: Any, view: str | None) -> bytes:
+    """PNG of a view, or of the whole window; a busy machine may need several attempts."""
+    for _ in range(_ATTEMPTS - 1):
         try:
-            return Image.open(BytesIO(client.take_screenshot(view))).convert("RGB")
+            return bytes(client.take_screenshot(view))
         except TimeoutError:
-            if attempt == _ATTEMPTS - 1:
-                raise
-    raise AssertionError("unreachable")
+            continue
+    return bytes(client.take_screenshot(view))
 
 
-def _side_by_side(pictures: Sequence[Any], width: int) -> Any:
+def _side_by_side(pngs: Sequence[bytes], width: int) -> Any:
+    """Pictures of the same height beside each other, `width` [px] in all."""
     from PIL import Image
 
+    pictures = [Image.open(BytesIO(png)).convert("RGB") for png in pngs]
     shares = [one.width / one.height for one in pictures]
     height = round(width / sum(shares))
     sheet = Image.new("RGB", (width, height))
@@ -113,9 +104,9 @@ def _side_by_side(pictures: Sequence[Any], width: int) -> Any:
     return sheet
 
 
-def _write(out: Path, pictures: Sequence[Any], rate: float) -> None:
-    shown = [round(1000.0 / rate)] * (len(pictures) - 1) + [round(1000.0 * _LAST)]
-    options = {"quality": _QUALITY, "method": 6} if out.suffix == ".webp" else {"optimize": True}
+def _write(out: Path, pictures: Sequence[Any]) -> None:
+    shown = [round(1000.0 / _RATE)] * (len(pictures) - 1) + [round(1000.0 * _LAST)]
+    options = {"quality": 55, "method": 6} if out.suffix == ".webp" else {"optimize": True}
     first, *others = pictures
     try:
         first.save(out, save_all=True, append_images=others, duration=shown, loop=0, **options)
@@ -123,7 +114,8 @@ def _write(out: Path, pictures: Sequence[Any], rate: float) -> None:
         raise FilmError(f"{out}: cannot be written ({error.strerror or error})") from error
 
 
-def _until(happened: Callable[[], Any]) -> None:
+def wait_until(happened: Callable[[], Any]) -> None:
+    """Wait until something is true; raises ViewError after a minute."""
     begun = stopwatch()
     while not happened():
         if stopwatch() - begun > _PATIENCE:

@@ -1,4 +1,4 @@
-"""The recorded runs: find one by name, read it, list all."""
+"""Recorded runs: find one by name, read it, list all."""
 
 from __future__ import annotations
 
@@ -20,12 +20,10 @@ from config import UserError
 RUNS = Path("runs")
 """Where `frankie-task run` keeps them by default."""
 LAST = "last"
-"""Name of the newest run."""
 UNFINISHED = "unfinished"
 """Outcome of a run without a summary: it is still going on, or its process was killed."""
 
 DAMAGED = "damaged"
-"""Outcome of a run whose summary cannot be read."""
 
 _STAMP = len("2026-01-31-235959")
 _NAME = re.compile(r"\d{4}-\d\d-\d\d-\d{6}-.+")
@@ -33,11 +31,11 @@ _Count = Annotated[int, Field(ge=0, le=10**9)]
 
 
 class UnknownRunError(UserError):
-    """There is no such run; the text says where it was looked for."""
+    """There is no such run."""
 
 
 class RecordedSummary(BaseModel):
-    """What is used of a summary; what it lacks keeps the values below."""
+    """The used fields of a summary."""
 
     model_config = ConfigDict(strict=True, extra="ignore", frozen=True, allow_inf_nan=False)
 
@@ -61,13 +59,12 @@ class RunRecord:
 
     folder: Path
     summary: RecordedSummary
-    """Nothing but an outcome if the run left none, or a damaged one."""
     damage: str
-    """What is wrong with the summary, in one line; empty if it is missing or good."""
+    """What is wrong with the summary; empty if nothing, or if it is missing."""
 
     @property
     def name(self) -> str:
-        """What other commands find it by, see `find_run`."""
+        """Name for other commands, see `find_run`."""
         return self.folder.name if self.folder.parent == RUNS else str(self.folder)
 
     @property
@@ -87,12 +84,12 @@ class RunRecord:
 
     @property
     def duration_s(self) -> float | None:
-        """Of the task, from its first tick, pauses left out [s]; None if it is not known."""
+        """Of the task, without pauses [s]; None if unknown."""
         return self.summary.duration_s
 
     @property
     def silent(self) -> str:
-        """How long its log has been as it is; one that goes on writes a line a second."""
+        """Time since the log was last written; a running task writes it every second."""
         try:
             seconds = datetime.now(UTC).timestamp() - getmtime(self.folder / EVENTS)
         except OSError:
@@ -100,7 +97,7 @@ class RunRecord:
         return f"silent for {in_words(max(0.0, seconds))}"
 
     def row(self) -> dict[str, Any]:
-        """Its entry in the list of runs."""
+        """Its entry in the JSON list of runs."""
         s = self.summary
         return {
             "run": self.name,
@@ -118,6 +115,10 @@ class RunRecord:
 
 def find_run(name: str, runs: Path = RUNS) -> Path:
     """The folder of a run.
+
+    Args:
+        name: a folder, a file in it, the name of a folder in `runs`, or `last`.
+        runs: where the runs are.
 
     Raises:
         UnknownRunError: there is no such run.
@@ -140,7 +141,7 @@ def run_folders(runs: Path) -> list[Path]:
     """The folders of all runs, oldest first.
 
     Raises:
-        UnknownRunError: the folder cannot be looked into.
+        UnknownRunError: the folder cannot be read.
     """
     try:
         return sorted((path for path in runs.iterdir() if _is_run(path)), key=_age)
@@ -152,7 +153,7 @@ def run_folders(runs: Path) -> list[Path]:
 
 
 def read_run(folder: Path) -> RunRecord:
-    """The run in a folder, whatever is left of it."""
+    """The run in a folder, as far as it can be read."""
     path = folder / SUMMARY
     if not lexists(path):
         return RunRecord(folder=folder, summary=RecordedSummary(outcome=UNFINISHED), damage="")
@@ -169,7 +170,7 @@ def read_run(folder: Path) -> RunRecord:
 
 
 def runs_table(records: list[RunRecord]) -> Table:
-    """A table with one row per run; objects are told of those that have handled some."""
+    """A table with a row per run; objects only for runs that handled some."""
     table = Table(box=None, pad_edge=False)
     for column in ("run", "outcome"):
         table.add_column(column)
@@ -190,7 +191,7 @@ def runs_table(records: list[RunRecord]) -> Table:
 
 
 def _is_run(folder: Path) -> bool:
-    """Whether a folder has the name of a run, or anything that a run leaves."""
+    """Whether a folder has the name or a file of a run."""
     if not isdir(folder):
         return False
     left = (RECORDING, "task.yaml", EVENTS, SUMMARY)

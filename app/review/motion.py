@@ -1,4 +1,4 @@
-"""The motion of a finished run, sample by sample: what moved, and what limited it."""
+"""Motion of a finished run: samples, what limited them, and delays of the axes."""
 
 from __future__ import annotations
 
@@ -6,10 +6,13 @@ import json
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
+from itertools import product
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from scipy.signal import lfilter
 
 from app.core import COMMANDS, OPTIONS, STATES
 from app.review.event_log import DamagedRunError
@@ -23,13 +26,12 @@ Mask = npt.NDArray[np.bool_]
 _STILL_BASE, _STILL_ARM = 0.01, 0.02
 """Slower than this base [m/s and rad/s] and arm [rad/s] stand still."""
 _AT_LIMIT = 0.95
-"""From this share on a speed, or an acceleration, is at its limit."""
 _FINGERS = 1e-5
 """Fingers that change their distance by more than this in a sample move [m]."""
 
 
 class Reason(StrEnum):
-    """What a sample is limited by; the first that applies counts."""
+    """What limits a sample; the first that applies counts."""
 
     FINGERS = "still: fingers move"
     WAITS = "still: looks, thinks or rests"
@@ -44,7 +46,7 @@ class Reason(StrEnum):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RunMotion:
-    """What a run has recorded of its motion, in K samples."""
+    """Recorded motion of a run, in K samples."""
 
     robot: RobotDescription
     times: Array
@@ -64,7 +66,7 @@ class RunMotion:
 
     @cached_property
     def steps(self) -> Array:
-        """(K,) how long each sample lasts [s]."""
+        """(K,) durations of the samples [s]."""
         return np.append(np.diff(self.times), 0.0)
 
     @cached_property
@@ -86,7 +88,7 @@ class RunMotion:
 
     @cached_property
     def tool(self) -> Array:
-        """(K, 3) where the end effector is in the world [m]."""
+        """(K, 3) position of the end effector in the world [m]."""
         model = RobotModel(self.robot)
         in_base = np.array([model.bTe(q).translation for q in self.q]).reshape(-1, 3)
         x, y, heading = self.base.T
@@ -96,7 +98,7 @@ class RunMotion:
 
     @property
     def distance(self) -> float:
-        """That the base has driven [m]."""
+        """Distance that the base has driven [m]."""
         return float(np.hypot(self.twist[:, 0], self.twist[:, 1]) @ self.steps)
 
     @cached_property
@@ -162,3 +164,89 @@ def read_motion(folder: Path) -> RunMotion:
         width=states[:, 21],
         commands=commands[sent, 1:],
     )
+
+
+Array = npt.NDArray[np.float64]
+
+_STEP = 0.005
+"""Of the time in which both are compared [s]."""
+_LONGEST = 120.0
+"""Of a run, from its beginning [s]."""
+_GAP = 0.1
+"""Longer without a reading, nothing is known of the time between [s]."""
+_LEAST = 0.02
+"""What was commanded less than this on average tells nothing [m/s or rad/s]."""
+_DEAD = np.arange(0.0, 0.31, 0.01)
+_LAGS = np.array([0.01, 0.02, 0.03, 0.04, 0.06, 0.08, 0.1, 0.12, 0.15, 0.18, 0.22, 0.27, 0.33, 0.4])
+_AXES = {"base, driving": (1, 4), "base, turning": (3, 6)} | {
+    f"joint {number}": (3 + number, 13 + number) for number in range(1, 8)
+}
+
+
+class NoMotionError(UserError):
+    """A run tells nothing about delays."""
+
+
+class Delay(NamedTuple):
+    """How one axis follows: its command, a time later, through a lag of first order."""
+
+    axis: str
+    dead: float
+    """[s]"""
+    lag: float
+    """[s]"""
+    error: float
+
+    @property
+    def total(self) -> float:
+        """What a description calls the lag [s]."""
+        return self.dead + self.lag
+
+    def __str__(self) -> str:
+        dead, lag = 1000.0 * self.dead, 1000.0 * self.lag
+        return f"{self.axis}: {dead:.0f} ms and a lag of {lag:.0f} ms ({100.0 * self.error:.0f} %)"
+
+
+def delays(folder: Path) -> list[Delay]:
+    """The delays of the axes that moved in a run.
+
+    Raises:
+        NoMotionError: there are none, or the run is not complete.
+    """
+    try:
+        commands, states = np.load(folder / COMMANDS), np.load(folder / STATES)
+    except (OSError, ValueError, EOFError) as error:
+        raise NoMotionError(f"{folder}: the motion of this run cannot be read: {error}") from error
+    if min(len(commands), len(states)) < 2:
+        raise NoMotionError(f"{folder}: nothing moved in this run")
+    begin, end = commands[0, 0], min(commands[-1, 0], commands[0, 0] + _LONGEST)
+    grid = np.arange(begin, end, _STEP)
+    known = _is_known(states[:, 0], grid)
+    found = []
+    for axis, (column, measured) in _AXES.items():
+        command = np.interp(grid, commands[:, 0], commands[:, column])
+        if float(np.sqrt(np.mean(command**2))) >= _LEAST:
+            velocity = np.interp(grid, states[:, 0], states[:, measured])
+            found.append(_fit(axis, command, velocity, known))
+    if not found:
+        raise NoMotionError(f"{folder}: nothing moved in this run")
+    return found
+
+
+def _fit(axis: str, command: Array, velocity: Array, known: npt.NDArray[np.bool_]) -> Delay:
+    tried = []
+    for dead, lag in product(_DEAD, _LAGS):
+        late = np.concatenate([np.zeros(round(dead / _STEP)), command])[: len(command)]
+        share = 1.0 - np.exp(-_STEP / lag)
+        followed = lfilter([share], [1.0, share - 1.0], late)
+        error = float(np.sqrt(np.mean((followed - velocity)[known] ** 2)))
+        tried.append(Delay(axis, float(dead), float(lag), error))
+    best = min(tried, key=lambda one: one.error)
+    return best._replace(error=best.error / float(np.sqrt(np.mean(command**2))))
+
+
+def _is_known(stamps: Array, grid: Array) -> npt.NDArray[np.bool_]:
+    """(K,) whether there are readings around a time."""
+    after = np.clip(np.searchsorted(stamps, grid), 1, len(stamps) - 1)
+    known: npt.NDArray[np.bool_] = stamps[after] - stamps[after - 1] < _GAP
+    return known

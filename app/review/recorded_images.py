@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,15 +14,17 @@ import numpy.typing as npt
 from config import UserError
 
 _ENCODED, _RAW = "EncodedDepthImage:", "DepthImage:"
-_TYPES: dict[int, str] = {6: "u1", 7: "u2", 8: "u4", 33: "f2", 34: "f4", 35: "f8"}
-"""Raw pixels by the number of Rerun's channel type."""
-_PICTURE = 240
+_DTYPES: dict[int, str] = {6: "u1", 7: "u2", 8: "u4", 33: "f2", 34: "f4", 35: "f8"}
+"""By the number of Rerun's channel type."""
+_THUMBNAIL = 240
 """Width of a small picture [px]."""
 _HINT = "; use a recording with depth images"
+_Row = dict[str, Any]
+"""Components of one row of a chunk by name, and its `time` [s]."""
 
 
 class NoDepthError(UserError):
-    """The recording has no readable depth image; the text says why."""
+    """The recording has no readable depth image."""
 
 
 class RecordedDepth(NamedTuple):
@@ -45,18 +48,15 @@ def recorded_depth(recording: Path, at: float | None) -> RecordedDepth:
         NoDepthError: it is not a recording, or has no depth image.
     """
     focal: float | None = None
-    best: tuple[float, dict[str, Any]] | None = None
-    try:
-        for batch in _batches(recording):
-            for row in batch:
-                if "Pinhole:image_from_camera" in row:
-                    focal = float(row["Pinhole:image_from_camera"][0][0])
-                if any(f"{kind}meter" in row for kind in (_ENCODED, _RAW)):
-                    distance = -row["time"] if at is None else abs(row["time"] - at)
-                    if best is None or distance <= best[0]:
-                        best = distance, row
-    except (OSError, RuntimeError, ValueError) as error:
-        raise NoDepthError(f"{recording}: not a recording ({error}){_HINT}") from error
+    best: tuple[float, _Row] | None = None
+    with _reading(recording):
+        for row in _rows(recording):
+            if "Pinhole:image_from_camera" in row:
+                focal = float(row["Pinhole:image_from_camera"][0][0])
+            if _has_depth(row):
+                distance = -row["time"] if at is None else abs(row["time"] - at)
+                if best is None or distance <= best[0]:
+                    best = distance, row
     if best is None:
         raise NoDepthError(f"{recording}: the recording has no depth images{_HINT}")
     try:
@@ -74,48 +74,42 @@ def depth_images(recording: Path) -> Iterator[tuple[float, npt.NDArray[np.float3
     Raises:
         NoDepthError: it is not a recording, or an image in it is damaged.
     """
-    try:
-        for batch in _batches(recording):
-            for row in batch:
-                if any(f"{kind}meter" in row for kind in (_ENCODED, _RAW)):
-                    depth = _decoded(row)
-                    if depth is not None:
-                        yield row["time"], depth
-    except (OSError, RuntimeError, LookupError, TypeError, ValueError) as error:
-        raise NoDepthError(f"{recording}: not a recording ({error}){_HINT}") from error
+    with _reading(recording):
+        for row in filter(_has_depth, _rows(recording)):
+            depth = _decoded(row)
+            if depth is not None:
+                yield row["time"], depth
 
 
 def depth_pictures(recording: Path, times: Sequence[float]) -> list[tuple[float, bytes]]:
-    """Depth images of a recording as small pictures, near is bright.
-
-    Args:
-        recording: an .rrd file.
-        times: the image nearest to each is taken, and none twice [s].
-
-    Returns:
-        Time [s] and PNG of each.
+    """Small PNG pictures of the depth images nearest to some times [s], each with its time [s].
 
     Raises:
         NoDepthError: it is not a recording.
     """
-    nearest: dict[float, tuple[float, dict[str, Any]]] = {}
-    try:
-        for batch in _batches(recording):
-            for row in batch:
-                if not any(f"{kind}meter" in row for kind in (_ENCODED, _RAW)):
-                    continue
-                for time in times:
-                    away = abs(row["time"] - time)
-                    if time not in nearest or away < nearest[time][0]:
-                        nearest[time] = away, row
+    nearest: dict[float, tuple[float, _Row]] = {}
+    with _reading(recording):
+        for row in filter(_has_depth, _rows(recording)):
+            for time in times:
+                away = abs(row["time"] - time)
+                if time not in nearest or away < nearest[time][0]:
+                    nearest[time] = away, row
         rows = {row["time"]: row for _, row in nearest.values()}
         decoded = {time: _decoded(row) for time, row in sorted(rows.items())}
-    except (OSError, RuntimeError, LookupError, TypeError, ValueError) as error:
-        raise NoDepthError(f"{recording}: not a recording ({error}){_HINT}") from error
     return [(time, _png(depth)) for time, depth in decoded.items() if depth is not None]
 
 
+@contextmanager
+def _reading(recording: Path) -> Iterator[None]:
+    """Raise NoDepthError for errors of reading."""
+    try:
+        yield
+    except (OSError, RuntimeError, LookupError, TypeError, ValueError) as error:
+        raise NoDepthError(f"{recording}: not a recording ({error}){_HINT}") from error
+
+
 def _png(depth: npt.NDArray[np.float32]) -> bytes:
+    """A small picture of a depth image; near is bright."""
     import cv2
 
     known = np.isfinite(depth) & (depth > 0.0)
@@ -124,12 +118,13 @@ def _png(depth: npt.NDArray[np.float32]) -> bytes:
     levels = (255.0 * np.nan_to_num(shade)).astype(np.uint8)
     image = cv2.applyColorMap(levels, cv2.COLORMAP_VIRIDIS)
     image[~known] = 0
-    scale = _PICTURE / image.shape[1]
+    scale = _THUMBNAIL / image.shape[1]
     small = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     return bytes(cv2.imencode(".png", small)[1])
 
 
-def _batches(recording: Path) -> Iterator[Iterator[dict[str, Any]]]:
+def _rows(recording: Path) -> Iterator[_Row]:
+    """Rows with depth images or camera models."""
     from rerun.chunk import RrdReader
 
     with warnings.catch_warnings():
@@ -137,22 +132,22 @@ def _batches(recording: Path) -> Iterator[Iterator[dict[str, Any]]]:
         chunks = RrdReader(recording).stream().to_chunks()
     for chunk in chunks:
         batch = chunk.to_record_batch()
-        if any("DepthImage:" in n or "Pinhole:" in n for n in batch.schema.names):
-            yield _rows(batch)
+        names = batch.schema.names
+        if not any("DepthImage:" in name or "Pinhole:" in name for name in names):
+            continue
+        timeline = "t" if "t" in names else "log_time" if "log_time" in names else None
+        times = batch.column(timeline).cast("int64") if timeline else None
+        for index in range(batch.num_rows):
+            row = {name: batch.column(name)[index].as_py() for name in names if ":" in name}
+            time = 1e-9 * times[index].as_py() if times is not None else 0.0
+            yield {name: value for name, value in row.items() if value is not None} | {"time": time}
 
 
-def _rows(batch: Any) -> Iterator[dict[str, Any]]:
-    names = batch.schema.names
-    timeline = "t" if "t" in names else "log_time" if "log_time" in names else None
-    times = batch.column(timeline).cast("int64") if timeline else None
-    wanted = [n for n in names if ":" in n]
-    for index in range(batch.num_rows):
-        row: dict[str, Any] = {n: batch.column(n)[index].as_py() for n in wanted}
-        row = {n: value for n, value in row.items() if value is not None}
-        yield row | {"time": 1e-9 * times[index].as_py() if times is not None else 0.0}
+def _has_depth(row: _Row) -> bool:
+    return f"{_ENCODED}meter" in row or f"{_RAW}meter" in row
 
 
-def _decoded(row: dict[str, Any]) -> npt.NDArray[np.float32] | None:
+def _decoded(row: _Row) -> npt.NDArray[np.float32] | None:
     """(H, W) depth [m]; None if the encoding is not supported."""
     import cv2
 
@@ -164,7 +159,7 @@ def _decoded(row: dict[str, Any]) -> npt.NDArray[np.float32] | None:
         per_metre = row[f"{_ENCODED}meter"][0]
     else:
         kind = row[f"{_RAW}format"][0]
-        pixels = np.frombuffer(bytes(row[f"{_RAW}buffer"][0]), _TYPES[kind["channel_datatype"]])
+        pixels = np.frombuffer(bytes(row[f"{_RAW}buffer"][0]), _DTYPES[kind["channel_datatype"]])
         image = pixels.reshape(kind["height"], kind["width"])
         per_metre = row[f"{_RAW}meter"][0]
     return np.asarray(image / np.float32(per_metre), dtype=np.float32)

@@ -1,7 +1,4 @@
-"""The explanation of a run as one web page, to be sent to somebody: `explain --html FILE`.
-
-The page holds everything in itself, pictures too, runs no script and asks no host for anything.
-"""
+"""Explanation of a run as one self-contained web page: `explain --html FILE`."""
 
 from __future__ import annotations
 
@@ -23,7 +20,7 @@ from config import UserError
 
 _MOST_PICTURES = 6
 _BEFORE = 0.3
-"""Pictures show what it looked like this long before something failed [s]."""
+"""Pictures are taken this long before something failed [s]."""
 _PLAN = 360.0
 """Width of the plan [px]."""
 _GLYPH = {"RUNNING": "▶", "SUCCESS": "✔", "FAILURE": "✗", "INVALID": "■", "": "·"}
@@ -50,7 +47,7 @@ class ReportError(UserError):
 
 
 def write_report(folder: Path, out: Path) -> None:
-    """Write the page about a run.
+    """Write the page about a run to a file.
 
     Raises:
         DamagedRunError: the run cannot be explained.
@@ -93,7 +90,7 @@ def _page(run: Explanation, log: Log, folder: Path) -> Iterator[str]:
 
 
 def _pictures(run: Explanation, log: Log, folder: Path) -> Iterator[str]:
-    """What the camera saw when something failed, and at the end; the way of the base from above."""
+    """Depth images at failures and at the end, and the path of the base."""
     failed = [one.cause.time for one in run.attempts if one.cause is not None]
     causes = [run.cause.time] if run.cause is not None else []
     wrong = sorted({round(time, 2) for time in (*causes, *failed)})
@@ -120,6 +117,7 @@ def _pictures(run: Explanation, log: Log, folder: Path) -> Iterator[str]:
 
 
 def _plan(folder: Path, times: Sequence[float]) -> list[str]:
+    """Path of the base from above, as SVG, with marks where something failed."""
     try:
         states = np.load(folder / STATES, allow_pickle=False)
         stamps, x, y = states[:, 0], states[:, 1], states[:, 2]
@@ -173,4 +171,5 @@ def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:
 
 
 def _safe(text: str) -> str:
+    """Escaped text without invisible characters."""
     return escape(visible(text))

@@ -1,4 +1,4 @@
-"""Where the time of a run goes: which node, whether the robot moves, and what limits it."""
+"""Time use of a run: by node, whether the robot moves, and what limits it."""
 
 from __future__ import annotations
 
@@ -16,23 +16,19 @@ from app.review.event_log import DamagedRunError, Log, Node, NodeEvent, read_log
 from app.review.motion import Reason, RunMotion, read_motion
 
 _SHOWN = 0.05
-"""What takes less than this is left out of the text [s]."""
+"""Shorter durations are left out of the text [s]."""
 _SHARE = 0.04
-"""Limits of a smaller share of a node's time are left out."""
 _MOST = 3
-"""Limits that are named for a node."""
 _WIDEST = 34
-"""Characters of a node's name and message."""
 _Seconds = Annotated[float, Field(ge=0.0, le=1e9)]
 
 
 class CarriedObject(BaseModel):
-    """One object of a summary."""
+    """Times of one object in a summary, since the session began, without pauses [s]."""
 
     model_config = ConfigDict(extra="ignore", frozen=True, allow_inf_nan=False)
 
     begun: _Seconds
-    """As all times here, since the session began, pauses left out."""
     attempts: int
     grasp_time: _Seconds
     placed: _Seconds | None
@@ -45,34 +41,30 @@ class _Carried(BaseModel):
 
 
 class Stretch(NamedTuple):
-    """A leaf while it ran."""
+    """An interval in which a leaf ran, on the session's clock [s]."""
 
     node: Node
     begin: float
-    """On the session's clock [s]."""
     end: float
     message: str = ""
-    """The last thing that it said."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class NodeTime:
-    """What became of the time of one node."""
+    """Time of one node."""
 
     name: str
     message: str
-    """The last thing that it said."""
     count: int
-    """How often it ran."""
     seconds: float
     base: float
-    """Of them with the base moving [s]; base and arm may move at the same time."""
+    """Of them with the base moving, also together with the arm [s]."""
     arm: float
     """The same of the arm [s]."""
     waiting: float
-    """With neither [s]."""
+    """With neither moving [s]."""
     reasons: Mapping[str, float]
-    """What limited it, and how long [s]."""
+    """By limit [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,14 +76,12 @@ class Cycle:
     begin: float
     end: float
     nodes: Sequence[NodeTime]
-    """In the order in which they first ran."""
     rest: NodeTime
-    """Everything together."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TimeUse:
-    """Where the time of a run goes."""
+    """Time use of a run."""
 
     motion: RunMotion
     stretches: Sequence[Stretch]
@@ -118,7 +108,7 @@ class TimeUse:
 
 
 def time_use(folder: Path) -> TimeUse:
-    """Where the time of a finished run went, pauses left out.
+    """Time use of a finished run, without pauses.
 
     Raises:
         DamagedRunError: its log or its motion cannot be read.
@@ -143,7 +133,7 @@ def time_use(folder: Path) -> TimeUse:
 
 
 def carried_objects(folder: Path) -> list[CarriedObject]:
-    """What the summary of a run says of the objects; nothing where there is none.
+    """The objects in the summary of a run; none if there is no summary.
 
     Raises:
         DamagedRunError: it cannot be read.
@@ -198,7 +188,7 @@ def _cycle(
 
 
 def node_time(name: str, some: Sequence[Stretch], motion: RunMotion) -> NodeTime:
-    """What became of the time of some stretches."""
+    """Time of some intervals."""
     chosen = np.zeros(len(motion.times), bool)
     for one in some:
         chosen |= motion.between(one.begin, one.end)
@@ -243,6 +233,7 @@ def _name(one: NodeTime) -> str:
 
 
 def _limits(one: NodeTime) -> str:
+    """The largest limits, each with its share of the time."""
     least = _SHARE * one.seconds
     some = [(reason, spent / one.seconds) for reason, spent in one.reasons.items() if spent > least]
     return ", ".join(f"{reason} {100.0 * share:.0f} %" for reason, share in some[:_MOST])

@@ -1,37 +1,39 @@
-"""What every node did and when: the events of a run put together to spans of time."""
+"""Timeline of a run: the rounds of every node, and its history in words."""
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from app.review.event_log import (
     FaultEvent,
     Log,
+    LoggedEvent,
     Node,
     NodeEvent,
     NowEvent,
+    PauseEvent,
+    ResumeEvent,
 )
+from app.task_time import in_words
 
 
 @dataclass(frozen=True, kw_only=True)
 class Span:
-    """One round of a node, from its first tick to its end."""
+    """One round of a node, from its first tick to its end [s]."""
 
     node: int
     begin: float
     end: float
-    """[s]; of what was still running, the last event."""
     status: str
-    """How it ended: SUCCESS, FAILURE, INVALID where it was halted, RUNNING where nothing ended."""
+    """SUCCESS, FAILURE, INVALID if it was halted, RUNNING if it did not end."""
     message: str
     values: Mapping[str, float] = field(default_factory=dict)
-    """Key figures when it failed."""
 
     @property
     def seconds(self) -> float:
-        """How long it took."""
+        """Duration [s]."""
         return self.end - self.begin
 
     def covers(self, other: Span) -> bool:
@@ -41,11 +43,10 @@ class Span:
 
 @dataclass(frozen=True, kw_only=True)
 class FaultSpan:
-    """The robot could not move."""
+    """A period with a fault of the robot [s]; its end is infinite if it lasted to the end."""
 
     begin: float
     end: float
-    """[s]; infinite if it was so at the last event."""
     text: str
 
 
@@ -56,7 +57,6 @@ class Timeline:
     nodes: Sequence[Node]
     parents: Sequence[int | None]
     rounds: Mapping[int, Sequence[Span]]
-    """Of every node, in order of time."""
     faults: Sequence[FaultSpan]
     end: float
     """Of the last event [s]."""
@@ -74,7 +74,7 @@ class Timeline:
         return [one for one in self.rounds.get(node, ()) if span.covers(one)]
 
     def below(self, node: int) -> list[int]:
-        """All nodes below one, in preorder."""
+        """All descendants of a node, in preorder."""
         found: list[int] = []
         for child in self.children(node):
             found += [child, *self.below(child)]
@@ -86,7 +86,7 @@ class Timeline:
         return max(last, default=None)
 
     def leaf_at(self, time: float) -> int | None:
-        """The leaf that was at work at a time."""
+        """The leaf that ran at a time [s]."""
         at_work = [
             span
             for node, rounds in self.rounds.items()
@@ -98,7 +98,7 @@ class Timeline:
 
 
 def timeline(log: Log) -> Timeline:
-    """The events of a run as spans."""
+    """The spans of a run."""
     end = log.events[-1].time
     open_spans: dict[int, tuple[float, str]] = {}
     rounds: dict[int, list[Span]] = defaultdict(list)
@@ -145,7 +145,47 @@ def timeline(log: Log) -> Timeline:
 
 
 def _parents(nodes: Sequence[Node]) -> list[int | None]:
-    """Index of each node's parent, which comes before it; a path is the parent's, `/`, a name."""
+    """Index of each node's parent; a path is the parent's, `/`, a name."""
     known = {node.path: index for index, node in reversed(list(enumerate(nodes)))}
     above = [known.get(node.path.rpartition("/")[0], 0) for node in nodes]
     return [None if i == 0 else parent if parent < i else 0 for i, parent in enumerate(above)]
+
+
+def history(log: Log, spans: Timeline, pauses: Sequence[tuple[float, float]] = ()) -> Iterator[str]:
+    """What the leaves did, which were halted, and faults and pauses, a line each.
+
+    Args:
+        log: with times of the task.
+        spans: of that log.
+        pauses: begin and end of each [s].
+    """
+    lengths = iter([end - begin for begin, end in pauses])
+    inner = {node.path.rpartition("/")[0] for node in log.nodes}
+    running: dict[int, str] = {}
+    last = [max((index, *spans.below(index))) for index in range(len(log.nodes))]
+    for event in sorted(log.events, key=lambda event: _order(event, last)):
+        at = f"{event.time:8.2f} s  "
+        was_at = running.pop(event.node, "") if isinstance(event, NodeEvent) else ""
+        match event:
+            case NodeEvent(status="RUNNING"):
+                running[event.node] = event.message or "running"
+            case NodeEvent(status="INVALID"):
+                if was_at and log.nodes[event.node].path not in inner:
+                    yield f"{at}■ {log.nodes[event.node].name}: halted"
+            case NodeEvent(status="SUCCESS" | "FAILURE"):
+                node, failed = log.nodes[event.node], event.status == "FAILURE"
+                if node.path not in inner or (failed and node.kind in ("timeout", "retry")):
+                    yield f"{at}{'✗' if failed else '✔'} {node.name}: {event.message}"
+            case FaultEvent():
+                yield f"{at}! {'; '.join(event.faults) or 'faults cleared'}"
+            case PauseEvent():
+                yield f"{at}‖ paused {event.why}"
+            case ResumeEvent():
+                yield f"{at}▶ went on after a pause of {in_words(next(lengths, 0.0))}"
+
+
+def _order(event: LoggedEvent, last: Sequence[int]) -> tuple[float, int, int]:
+    """Sort key: within a tick faults first, then nodes as they end, children first."""
+    if isinstance(event, NodeEvent | NowEvent):
+        return event.time, last[event.node], -event.node
+    return event.time, -1, 0

@@ -10,7 +10,7 @@ import pytest
 
 ELSEWHERE = """
 import signal, threading, time
-from app.interrupt import until_interrupted
+from app.terminal import until_interrupted
 
 def interrupt():
     time.sleep(0.3)
@@ -23,7 +23,7 @@ print("over")
 """
 AT_ONCE = """
 import signal
-from app.interrupt import until_interrupted
+from app.terminal import until_interrupted
 
 with until_interrupted():
     signal.raise_signal(signal.SIGINT)

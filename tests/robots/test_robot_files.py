@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from pinocchio import SE3
 
-from app.live.monitor.robot_looks import robot_looks
-from app.live.monitor.robot_shapes import arm_parts, finger_poses
+from app.live.monitor.robot_visual import arm_parts, finger_poses, robot_visual
 from config import ConfigError
 from controller import RobotModel, SelfCollision
 from hw import SimClock
@@ -153,7 +152,7 @@ def test_a_third_robot_is_drawn_as_it_is(third: Path) -> None:
     assert [part.shape for part in arm_parts(robot.arm)[5]] == [
         part.shape for part in robot.arm.collision[5]
     ]
-    looks = robot_looks(robot)
+    looks = robot_visual(robot)
     assert looks.base
     assert all(looks.links)
     left, right = finger_poses(robot.gripper, 0.06)

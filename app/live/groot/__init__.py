@@ -1,8 +1,4 @@
-"""The live endpoint for Groot2: a run speaks the monitor protocol of BehaviorTree.CPP 4.
-
-`protocol` encodes messages, `tree_xml` the tree; `client_hooks` keeps the hooks that Groot2
-inserts; `server` has the sockets. Needs the extra `groot`.
-"""
+"""Groot2 endpoint: the monitor protocol of BehaviorTree.CPP 4; needs the extra `groot`."""
 
 from app.live.groot.server import USUAL_PORT, GrootError, GrootServer
 

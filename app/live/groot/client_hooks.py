@@ -1,4 +1,4 @@
-"""The hooks that a Groot2 client inserts: breakpoints and replaced outcomes."""
+"""Hooks that a Groot2 client inserts: breakpoints and replaced outcomes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from app.live.operator import ACKNOWLEDGED, Control, Hook, HookAction, Side
 _BREAKPOINT, _REPLACE = 0, 1
 _OUTCOMES = {"SUCCESS": Status.SUCCESS, "FAILURE": Status.FAILURE}
 _NO_OUTCOMES = ("SKIPPED", "IDLE", "RUNNING")
-"""What Groot2 sends besides, for a breakpoint that goes on."""
 
 
 class _HookRequest(NamedTuple):
@@ -28,8 +27,13 @@ class _HookRequest(NamedTuple):
 class ClientHooks:
     """Sets the actions of a tree's hooks as the client requests; used by one thread.
 
-    Requests and the list are JSON. A malformed or forbidden request raises an exception, with a
-    text for the client, and changes nothing.
+    Requests and the list are JSON. An invalid or forbidden request raises an exception with a text
+    for the client, and changes nothing.
+
+    Args:
+        hooks: one per node; a node's number is its position, from 1. Existing actions are kept.
+        control: resumes the run.
+        may_replace: whether clients may replace the outcomes of nodes.
     """
 
     def __init__(
@@ -37,14 +41,13 @@ class ClientHooks:
     ) -> None:
         self._hooks = dict(enumerate(hooks, start=1))
         self._before: dict[tuple[int, Side], HookAction | None] = {}
-        """What was there before an action of the client's."""
         self._control = control
         self._may_replace = may_replace
         self._requests: dict[tuple[int, Side], _HookRequest] = {}
         self._silent = False
 
     def insert(self, text: bytes) -> None:
-        """Add a hook, or several."""
+        """Add one hook or several."""
         described = json.loads(text)
         several = described if isinstance(described, list) else [described]
         requests = {self._position(one): self._request(one) for one in several}
@@ -60,7 +63,7 @@ class ClientHooks:
         self._resume_at(uid)
 
     def unlock(self, text: bytes) -> None:
-        """Resume a run that is paused at a hook; the client may replace the outcome."""
+        """Resume a run that is paused at a hook, with the outcome that the client chose, if any."""
         described = json.loads(text)
         uid, side = self._existing(described)
         answer = self._outcome(described["desired_status"])
@@ -89,14 +92,14 @@ class ClientHooks:
         self._resume_all()
 
     def replaced(self, uid: int, side: Side) -> None:
-        """A hook has acted; one that replaces once only is removed."""
+        """Remove a hook that has replaced an outcome and acts only once."""
         request = self._requests.get((uid, side))
         if request is not None and request.once and request.mode == _REPLACE:
             del self._requests[uid, side]
             self._before.pop((uid, side), None)
 
     def set_silent(self, silent: bool) -> None:
-        """Whether the client is silent: its hooks are disabled, and a paused run stays paused."""
+        """Disable the hooks of a client that is silent; a paused run stays paused."""
         if silent != self._silent:
             self._silent = silent
             for uid in self._hooks:
@@ -136,7 +139,7 @@ class ClientHooks:
         return position
 
     def _apply(self, uid: int) -> None:
-        """Set a hook's actions to the client's, and back to what they were where it has none."""
+        """Set a hook's actions to the client's; restore the former ones where it has none."""
         actions = self._hooks[uid].actions
         for key in ((uid, side) for side in Side):
             if (wanted := self._wanted(key)) is not None:
@@ -163,7 +166,7 @@ class ClientHooks:
             self._resume_at(uid)
 
     def _resume_at(self, uid: int, answer: Status | None = None) -> None:
-        """Resume the run if it is paused at a node; after an emergency stop only a person does."""
+        """Resume the run if it is paused at a node; not after an emergency stop."""
         hook, state = self._hooks[uid], self._control.state
         if hook.waiting and not state.emergency and state.why != ACKNOWLEDGED:
             hook.answer = answer

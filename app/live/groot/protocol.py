@@ -1,8 +1,9 @@
-"""The bytes of Groot2's monitor protocol, version 2, all little-endian.
+"""Encoding of Groot2's monitor protocol, version 2, little-endian.
 
-A request is a header of 6 bytes (protocol, letter of the kind, number) and for some kinds a second
-part. A reply repeats the header, adds 16 bytes that identify this run's tree, and may have a second
-part too. A bad request is answered by two texts, `error` and the reason.
+A request is a header of 6 bytes (protocol, kind, number) and for some kinds a second part. A reply
+repeats the header, adds 16 bytes that identify the tree, and may have a second part. An invalid
+request is answered by `error` and the reason.
+
 """
 
 from __future__ import annotations
@@ -16,7 +17,6 @@ from py_trees.common import Status
 
 PROTOCOL = 2
 IDLE_AFTER = 10
-"""Added to the status that a node had before it became idle."""
 
 _HEADER = struct.Struct("<BcI")
 _STATUS = struct.Struct("<HB")
@@ -24,7 +24,7 @@ _CODES = {Status.INVALID: 0, Status.RUNNING: 1, Status.SUCCESS: 2, Status.FAILUR
 
 
 class Kind(Enum):
-    """What a request is about."""
+    """Kind of a request."""
 
     TREE = b"T"
     STATUS = b"S"
@@ -32,7 +32,7 @@ class Kind(Enum):
     HOOK_INSERT = b"I"
     HOOK_REMOVE = b"R"
     HOOK_REACHED = b"N"
-    """Not a request; published when a hook acts."""
+    """Published when a hook acts; not a request."""
     HOOK_UNLOCK = b"U"
     HOOKS_DUMP = b"D"
     HOOKS_REMOVE_ALL = b"A"
@@ -46,7 +46,6 @@ class Header(NamedTuple):
 
     kind: Kind
     number: int
-    """Chosen by the client."""
 
     def pack(self) -> bytes:
         """The 6 bytes."""
@@ -54,10 +53,9 @@ class Header(NamedTuple):
 
 
 class Transition(NamedTuple):
-    """A node that changed its status."""
+    """A change of a node's status."""
 
     microseconds: int
-    """Since the recording was started."""
     uid: int
     code: int
 
@@ -66,7 +64,7 @@ def read_header(data: bytes) -> Header:
     """The header of a request.
 
     Raises:
-        ValueError: it is malformed; the text is the one that BehaviorTree.CPP uses.
+        ValueError: it is malformed; the text is that of BehaviorTree.CPP.
     """
     if len(data) != _HEADER.size:
         raise ValueError("wrong request header")

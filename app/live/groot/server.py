@@ -1,4 +1,4 @@
-"""The sockets of the Groot2 endpoint, and the answer to each request."""
+"""Groot2 server: its sockets, and the answer to each request."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ from hw import stopwatch
 
 HOST = "127.0.0.1"
 USUAL_PORT = 1667
-"""Groot2's default; notices of breakpoints are published on the next one."""
+"""Groot2's default; breakpoints are announced on the next port."""
 
 _HEARTBEAT = 5.0
-"""The hooks of a client that is silent for this long are disabled [s of real time]."""
+"""Silence after which the hooks of a client are disabled [s of real time]."""
 _OLD = 1.0
-"""Values that are older than this are told as such [s]."""
+"""Age from which values are reported as too old [s]."""
 _POLL_MS = 20
 _MOST_TRANSITIONS = 1000
 _MOST_BYTES = 1_000_000
@@ -43,7 +43,6 @@ _MOST_BYTES = 1_000_000
 _MOST_WAITING = 100
 """Requests that wait for an answer."""
 Reply = bytes | None
-"""The second part of a reply, if it has one."""
 
 
 class GrootError(UserError):
@@ -51,17 +50,17 @@ class GrootError(UserError):
 
 
 class GrootServer:
-    """Serves one run, on a thread of its own, until the end of the `with` statement.
+    """Serves one run on its own thread until the end of the `with` statement.
 
-    A breakpoint pauses the whole run, as the other ways of pausing do. When the client falls
-    silent its hooks are disabled, but a paused robot stays paused until a person resumes.
+    A breakpoint pauses the whole run. When the client falls silent its hooks are disabled, but a
+    paused robot stays paused until a person resumes.
 
     Args:
         task: name of the task.
-        tree: the nodes of the tree, in preorder.
+        tree: nodes of the tree, in preorder.
         hooks: one per node.
         control: pauses and resumes the run.
-        port: for requests; notices go to the next one.
+        port: for requests; breakpoints are announced on the next one.
         may_replace: whether clients may replace the outcomes of nodes.
         seconds: real time from an arbitrary start, for the heartbeat [s].
 
@@ -128,7 +127,7 @@ class GrootServer:
     # from the loop
 
     def show(self, snapshot: Snapshot, values: Mapping[str, object]) -> None:
-        """Set the tick that clients see."""
+        """Set the tick that clients see, and the values of their blackboard."""
         with self._lock:
             self._stamp, self._values = snapshot.stamp, values
             self._shown_at = self._seconds()
@@ -203,7 +202,7 @@ class GrootServer:
         return packed
 
     def _frozen(self) -> Mapping[str, float]:
-        """How old these values are, where that is too old; the protocol has no other place."""
+        """Age of the values, if it is too high; the protocol has no other field for it."""
         age = 0.0 if self._shown_at is None else self._seconds() - self._shown_at
         return {"frozen for [s]": round(age, 1)} if age > _OLD else {}
 
@@ -222,7 +221,7 @@ class GrootServer:
 
 
 def _opened(parts: list[bytes]) -> tuple[list[bytes], list[bytes]]:
-    """Who asks, up to the empty part that ends it, and the request; nobody without such a part."""
+    """Envelope, up to the empty part that ends it, and request; no envelope without that part."""
     end = parts.index(b"") + 1 if b"" in parts else 0
     return parts[:end], parts[end:]
 

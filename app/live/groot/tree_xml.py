@@ -1,4 +1,4 @@
-"""A tree as the XML that Groot2 draws: nodes numbered in preorder, and their models."""
+"""The XML of a tree for Groot2: nodes numbered in preorder, and their models."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class _Model(NamedTuple):
 
 
 def tree_xml(task: str, tree: Sequence[NodeInfo]) -> str:
-    """The XML of a tree."""
+    """The XML of the tree of a task; `tree` has its nodes in preorder."""
     root = ElementTree.Element("root", BTCPP_format="4", main_tree_to_execute=task)
     ancestors = [ElementTree.SubElement(root, "BehaviorTree", ID=task, _fullpath="")]
     models = set()

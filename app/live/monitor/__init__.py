@@ -1,8 +1,8 @@
-"""Recording a run and showing it in the Rerun viewer.
+"""Recording of a run, and the Rerun viewer.
 
-Tree, robot, scene, camera and controller lie on one timeline. `Recorder` takes one `Snapshot` a
-tick, writes the recording and serves it; `Viewer` starts the viewer that connects to it. Rerun
-itself is imported when the first recorder is made.
+`Recorder` takes one `Snapshot` a tick, writes the recording and serves it; `Viewer` starts the
+viewer that connects to it. Rerun is imported when the first recorder is made.
+
 """
 
 from app.choices import View

@@ -1,4 +1,4 @@
-"""The layout of the viewer: tree left, history in the middle, scene and camera right."""
+"""Layout of the viewer: tree on the left, history in the middle, scene and camera on the right."""
 
 from __future__ import annotations
 
@@ -11,17 +11,15 @@ from rerun.blueprint import archetypes, encodings
 
 from app.live.monitor.framing import Eye
 from app.live.monitor.signals_panel import PLOTS
-from app.live.monitor.tree_layout import MOST_SHOWN, ROW, Layout, chart_layout, list_layout
+from app.live.monitor.tree_drawing import MOST_SHOWN, ROW, list_layout
 from app.live.nodes import NodeInfo
 
 _PLOT_WINDOW = 20.0
 _HISTORY_WINDOW = 30.0
 _TRAIL_WINDOW = 8.0
 _FEWEST_ROWS = 22
-"""A smaller tree is drawn at the scale of one with this many, so that labels fit their pills."""
 
 SCENE = "scene"
-"""Name of the 3-D view."""
 
 _TABS = {
     "velocities": ("joint_velocity", "base_velocity", "base_rotation"),
@@ -29,30 +27,29 @@ _TABS = {
     "controller": ("clearance", "manipulability", "slack"),
     "loop": ("tick", "dropped"),
 }
-"""The plots of each tab, by their entities."""
 _SHARES = (-1.05, 1.05)
 
 _CLOUD_RANGE = (150.0, 1500.0)
-"""Depths that get the first and the last colour of the cloud [mm]."""
+"""Depths at both ends of the colour map [mm]."""
 
 _BACKGROUND = (24, 26, 31)
 
 
 class Arrangement(rrb.Blueprint):
-    """A layout that can end the stream that Rerun makes for it and never ends itself."""
+    """A layout whose own stream can be ended, which Rerun never does."""
 
     def _log_to_stream(self, stream: rr.RecordingStream) -> None:
         self._stream = stream
         super()._log_to_stream(stream)
 
     def release(self) -> None:
-        """End that stream, once the layout has been sent."""
+        """End the stream of the layout, once it has been sent."""
         self._stream.disconnect()
         del self._stream
 
 
 def blueprint(tree: Sequence[NodeInfo], eye: Eye, *, live: bool) -> Arrangement:
-    """The layout for `tree`, seen by `eye`; in a `live` run the cursor follows the newest data."""
+    """The layout for a tree, seen by `eye`; in a `live` run the cursor follows the newest data."""
     history = rrb.StateTimelineView(
         origin="/status", name="history", time_view=_last(_HISTORY_WINDOW)
     )
@@ -68,7 +65,7 @@ def blueprint(tree: Sequence[NodeInfo], eye: Eye, *, live: bool) -> Arrangement:
     )
     return Arrangement(
         rrb.Horizontal(
-            rrb.Vertical(_trees(tree), _texts(), row_shares=[5, 1]),
+            rrb.Vertical(_tree(tree), _texts(), row_shares=[5, 1]),
             rrb.Vertical(history, _log(), row_shares=[2, 1]),
             rrb.Vertical(
                 _scene(eye),
@@ -87,6 +84,7 @@ def blueprint(tree: Sequence[NodeInfo], eye: Eye, *, live: bool) -> Arrangement:
 
 
 def _last(seconds: float) -> archetypes.TimeAxis:
+    """The seconds before the cursor, and a tenth of that after it."""
     relative = rrb.TimeRangeBoundary.cursor_relative
     window = rr.TimeRange(start=relative(seconds=-seconds), end=relative(seconds=seconds / 10))
     return archetypes.TimeAxis(view_range=window)
@@ -104,32 +102,15 @@ def _plot(entity: str) -> rrb.TimeSeriesView:
     )
 
 
-def _trees(tree: Sequence[NodeInfo]) -> rrb.Tabs:
+def _tree(tree: Sequence[NodeInfo]) -> rrb.Spatial2DView:
     listing = list_layout(tree)
     rows = np.clip(len(tree), _FEWEST_ROWS, MOST_SHOWN)
     bounds = rrb.VisualBounds2D(
         x_range=(-ROW, float((listing.left + listing.width).max()) + ROW / 2),
         y_range=(-ROW, ROW * float(rows)),
     )
-    return rrb.Tabs(
-        rrb.Spatial2DView(
-            origin="/tree/list", name="tree", visual_bounds=bounds, background=_BACKGROUND
-        ),
-        rrb.Spatial2DView(
-            origin="/tree/chart",
-            name="top-down",
-            visual_bounds=_around(chart_layout(tree)),
-            background=_BACKGROUND,
-        ),
-        rrb.GraphView(origin="/tree/graph", name="graph"),
-        active_tab=0,
-    )
-
-
-def _around(layout: Layout) -> rrb.VisualBounds2D:
-    return rrb.VisualBounds2D(
-        x_range=(-ROW, float((layout.left + layout.width).max()) + ROW),
-        y_range=(-ROW, float(layout.height.max()) + ROW),
+    return rrb.Spatial2DView(
+        origin="/tree/list", name="tree", visual_bounds=bounds, background=_BACKGROUND
     )
 
 
@@ -142,7 +123,7 @@ def _texts() -> rrb.Tabs:
 
 
 def _log() -> rrb.TextLogView:
-    """Times and levels are in the text: the viewer's own columns are too narrow to read."""
+    """The log without the viewer's own columns, which are too narrow to read."""
     columns = archetypes.TextLogColumns(
         timeline_columns=[encodings.TimelineColumn(name, visible=False) for name in ("t", "tick")],
         text_log_columns=[encodings.TextLogColumn(encodings.TextLogColumnKind.Body)],

@@ -1,6 +1,7 @@
-"""The wrist camera: depth image, the network's quality map over it, and the grasps found.
+"""Wrist camera in the recording: depth image, grasp quality over it, and detected grasps.
 
-A picture that is no longer true fades: it is drawn dark, and its points and grasps are gone.
+A picture that is out of date is drawn dark, without points and grasps.
+
 """
 
 from __future__ import annotations
@@ -22,11 +23,10 @@ from robots import Intrinsics
 
 _CAMERA = "world/camera"
 _IMAGE = "world/camera/image"
-"""The frame of pixels."""
 _WIDEST = 320
-"""Images are kept with at most this many columns [px], which bounds the recording."""
+"""Most columns of a recorded image [px]."""
 _LEVELS = 20
-"""Steps of the heat map; step 0 is clear."""
+"""Steps of the heat map; step 0 is transparent."""
 
 _BEST: Colour = (255, 255, 255)
 _OTHERS: Colour = (150, 155, 165)
@@ -34,11 +34,9 @@ _MOST_GRASPS = 6
 _FINGER_BREADTH = 0.02
 
 STALE = 1.5
-"""A picture that is older fades [s]."""
+"""Age from which a picture is out of date [s]."""
 _FADED = 0.35
-"""Brightness of a faded picture."""
 _PNG = (cv2.IMWRITE_PNG_COMPRESSION, 1, cv2.IMWRITE_PNG_STRATEGY, cv2.IMWRITE_PNG_STRATEGY_RLE)
-"""An eighth smaller than without the strategy, and made as fast."""
 _RUNNERS_UP = "world/runners_up"
 _TRUE_ONLY = (f"{_CAMERA}/depth", f"{_CAMERA}/quality", f"{_CAMERA}/grasps", _RUNNERS_UP)
 """What is drawn of a picture only as long as it is true."""
@@ -46,14 +44,14 @@ _OLD = f"{_CAMERA}/old"
 
 
 def millimetres(depth: npt.NDArray[np.float32]) -> npt.NDArray[np.uint16]:
-    """(H, W) depth in whole millimetres from metres; 0 where missing."""
+    """(H, W) depth in millimetres from metres; 0 where missing."""
     whole = np.nan_to_num(depth * 1000.0, nan=0.0, posinf=0.0, neginf=0.0)
     image: npt.NDArray[np.uint16] = np.clip(np.rint(whole), 0, 65535).astype(np.uint16)
     return image
 
 
 def heat_map(detection: Detection, width: int, height: int) -> npt.NDArray[np.uint8]:
-    """(height, width) the quality map laid over the full image, in steps from 0 to 1."""
+    """(height, width) quality map over the full image, in steps from 0 to 1."""
     steps = np.clip(np.rint(detection.quality * _LEVELS), 0, _LEVELS).astype(np.uint8)
     u0, v0, size = detection.crop
     scale = size / steps.shape[1]
@@ -66,7 +64,7 @@ def heat_map(detection: Detection, width: int, height: int) -> npt.NDArray[np.ui
 
 
 def _grey_range(depth: npt.NDArray[np.uint16]) -> tuple[float, float]:
-    """Depths drawn black and white [mm]; chosen for the near objects, not the floor behind them."""
+    """Depths drawn black and white [mm], for near objects rather than the floor behind them."""
     measured = depth[depth > 0]
     if not measured.size:
         return 0.0, 1000.0
@@ -93,7 +91,6 @@ class CameraPanel:
         self._intrinsics: Intrinsics | None = None
         self._draw_camera(lens, -(-lens.width // _WIDEST))
         self._shown: tuple[float, npt.NDArray[np.uint16]] | None = None
-        """Stamp and depth of the picture that is drawn and true."""
         steps = np.arange(_LEVELS + 1)
         grey = (255 * steps / _LEVELS).astype(np.uint8)
         colours = cv2.applyColorMap(grey, cv2.COLORMAP_TURBO).reshape(-1, 3)[:, ::-1]
@@ -135,7 +132,7 @@ class CameraPanel:
                 self._draw_detection(frame, snapshot.detection, step)
 
     def _fade(self, snapshot: Snapshot) -> None:
-        """Darken the picture once it is old, and take away what was in it."""
+        """Darken an outdated picture, and remove its points and grasps."""
         if self._shown is None or snapshot.stamp - self._shown[0] < STALE:
             return
         _, depth = self._shown
@@ -150,6 +147,7 @@ class CameraPanel:
         self._stream.log(_OLD, rr.EncodedImage(contents=jpeg.tobytes(), media_type="image/jpeg"))
 
     def _draw_camera(self, camera: Intrinsics, step: int) -> None:
+        """Log the pinhole model of the image that keeps every `step`th pixel."""
         if camera == self._intrinsics:
             return
         self._intrinsics = camera

@@ -1,7 +1,7 @@
-"""Many ticks in one call: the two timelines, and poses.
+"""Rows of many ticks in one call: both timelines, and poses.
 
-Poses are those of named frames in the world, all on one entity: a recording pays for every entity
-and every batch, live views are fed often, and a robot has many links.
+All poses are on one entity: a recording pays for every entity and every batch.
+
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ Array = npt.NDArray[np.float64]
 
 
 class Instant(NamedTuple):
-    """A point on both timelines that need not be that of a snapshot."""
+    """A time on both timelines, other than that of a snapshot."""
 
     tick: int
     stamp: float
@@ -31,7 +31,7 @@ Time = Snapshot | Instant
 
 
 def timelines(times: Sequence[Time]) -> list[rr.TimeColumn]:
-    """Columns "t" (time since the session began) and "tick" for the rows of a batch."""
+    """Columns "t" (session time) and "tick" for the rows of a batch."""
     return [
         rr.TimeColumn("t", duration=[time.stamp for time in times]),
         rr.TimeColumn("tick", sequence=[time.tick for time in times]),
@@ -50,13 +50,12 @@ def set_time(stream: rr.RecordingStream, time: Time) -> None:
 
 
 WORLD = "world"
-"""The frame that all others are in. A frame has the name of the entity that is drawn in it."""
 
 _POSES = "world/poses"
 
 
 def send_poses(stream: rr.RecordingStream, rows: Sequence[tuple[Time, Mapping[str, SE3]]]) -> None:
-    """Send poses of frames in the world."""
+    """Send poses of named frames in the world, rows of a time and its frames, in order."""
     poses = [pose for _, frames in rows for pose in frames.values()]
     names = [name for _, frames in rows for name in frames]
     if not poses:

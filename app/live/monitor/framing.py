@@ -1,4 +1,4 @@
-"""The eye of the 3-D view: where it stands so that the whole task is in the picture."""
+"""Eye of the 3-D view: placed so that the whole task is visible."""
 
 from __future__ import annotations
 
@@ -15,17 +15,13 @@ from robots import Plane, half_extents
 FIELD = radians(55.0)
 """Vertical field of view of Rerun's eye [rad]."""
 _FROM = np.array([-0.26, -0.72, 0.62])
-"""Where the eye looks from, seen from what it looks at."""
 _ASPECT = 1.5
-"""Width by height of the narrowest picture that all has to fit into."""
 _MARGIN = 0.94
-"""Share of the picture that it takes up."""
 _HEIGHT = 1.2
-"""Of a robot with its arm at work [m]."""
+"""Height of a robot with its arm at work [m]."""
 _AROUND = 0.85
-"""How far from a goal the parts of a robot are that works there [m]."""
+"""Radius of a robot that works at a goal [m]."""
 _SLIM = 0.6
-"""How far the parts of a raised arm are away, as a share of that."""
 _STEPS = 8
 
 
@@ -37,7 +33,7 @@ class Eye:
     target: Array
 
     def project(self, points: Array, width: float, height: float) -> Array:
-        """Where points (N, 3) in the world appear in a picture (N, 2) [px]; NaN behind the eye."""
+        """Pixels (N, 2) of points (N, 3) in the world; NaN behind the eye."""
         local = (points - self.position) @ _axes(self.position - self.target).T
         depth = np.where(local[:, 2] > 1e-6, local[:, 2], np.nan)
         scale = height / 2.0 / tan(FIELD / 2.0) / depth
@@ -54,11 +50,7 @@ class Eye:
 
 
 def eye_for(points: Array) -> Eye:
-    """The eye that has all points (N, 3) in its picture, as near as it can.
-
-    Args:
-        points: in the world; at least one [m].
-    """
+    """The nearest eye that sees all points (N, 3) in the world [m]; at least one point."""
     right, up, ahead = axes = _axes(_FROM)
     limits = np.array([_ASPECT, 1.0]) * tan(FIELD / 2.0) * _MARGIN
     target: Array = (points.min(axis=0) + points.max(axis=0)) / 2.0
@@ -75,7 +67,7 @@ def eye_for(points: Array) -> Eye:
 
 
 def task_points(scene: SceneView) -> Array:
-    """(N, 3) corners of furniture and regions, and of the robot where it starts and works."""
+    """(N, 3) corners of furniture and regions, and of the robot at its start and goals."""
     found = [robot_points(0.0, 0.0)]
     for part in scene.fixtures:
         if not isinstance(part.shape, Plane):
@@ -89,7 +81,7 @@ def task_points(scene: SceneView) -> Array:
 
 
 def robot_points(x: float, y: float, around: float = 0.45, height: float = _HEIGHT) -> Array:
-    """(16, 3) points around a robot at a place on the floor: its base, and its arm above it [m]."""
+    """(16, 3) points around a robot at a place on the floor [m]."""
     angles = np.arange(8) * np.pi / 4.0
     circle = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(8)])
     low, high = around * circle, _SLIM * around * circle + [0.0, 0.0, height]

@@ -1,7 +1,8 @@
-"""Colours and characters of the drawings: a look has one of each.
+"""Colours and characters of the drawings.
 
-The viewer's font is Inter. Without a window the viewer stops on a character that the font lacks, so
-every text from outside (names, messages) goes through `printable` first.
+The viewer's font is Inter. Without a window the viewer crashes on a character that the font lacks,
+so all foreign text (names, messages) passes `printable` first.
+
 """
 
 from __future__ import annotations
@@ -36,7 +37,6 @@ STATUS_GLYPH = MappingProxyType(
     {Status.RUNNING: "▶", Status.SUCCESS: "✔", Status.FAILURE: "✗", Status.INVALID: "·"}
 )
 OUTLINE: Colour = (255, 255, 255)
-"""Around the leaf that runs."""
 KIND_GLYPH = MappingProxyType(
     {
         "sequence": "→",
@@ -52,10 +52,9 @@ KIND_GLYPH = MappingProxyType(
         "timeout": "◇",
     }
 )
-"""The mark of composites and modifiers; leaves have none."""
+"""Marks of composites and modifiers; leaves have none."""
 
 MISSING = "□"
-"""Replaces a character that the font may lack."""
 
 SYMBOLS = frozenset("→⇒↻↺↔◇◆○●□■△▲▶▷✔✓✗×·•‖⚠★¬°±…–—“”‘’²³½≤≥≠≈∞√∑ΩµÅ€")
 LETTERS = (
@@ -66,7 +65,7 @@ LETTERS = (
     (0x3A3, 0x3CE),
     (0x410, 0x44F),
 )
-"""First and last code point of ranges that the font has completely: Latin, Greek and Cyrillic."""
+"""Ranges of code points that the font contains completely: Latin, Greek and Cyrillic."""
 
 
 def printable(text: str) -> str:

@@ -1,6 +1,7 @@
-"""The real viewer without a window: for screenshots, tests and benches.
+"""The viewer without a window, for screenshots and tests; it needs a Vulkan driver.
 
-It needs a Vulkan driver; without a graphics card `apt-get install mesa-vulkan-drivers` brings one.
+Without a graphics card, `apt-get install mesa-vulkan-drivers` provides one.
+
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ class HeadlessViewer:
 
     @property
     def cursor(self) -> float:
-        """The time that it shows, of the newest recording [s]; -1 before there is one."""
+        """Its time in the newest recording [s]; -1 if there is none."""
         recordings = self.client.get_state().recordings
         if not recordings or recordings[-1].current_time is None:
             return -1.0
@@ -41,7 +42,7 @@ class HeadlessViewer:
 
 
 def has_vulkan() -> bool:
-    """Whether there is a driver for it."""
+    """Whether there is a Vulkan driver."""
     return any(_DRIVERS.glob("*.json"))
 
 
@@ -49,11 +50,11 @@ def has_vulkan() -> bool:
 def headless_viewer(
     *, watch: str | None = None, size: str = "1600x1000"
 ) -> Iterator[HeadlessViewer]:
-    """Run a viewer for the duration of the context.
+    """Run a viewer within the context.
 
     Args:
         watch: the live data to show (`Address.url`); None for an empty viewer.
-        size: of its picture [px].
+        size: of its window [px].
 
     Raises:
         ViewError: it does not start.

@@ -1,8 +1,8 @@
-"""Meshes of the Panda, its hand and the Omron base, if the `assets` extra is installed.
+"""Meshes of the Panda, its hand and the Omron base, if the extra `assets` is installed.
 
-They come with the package rtb-data: the arm as its maker published it, and the mobile base. They
-are far finer than a viewer needs and every recording contains them, so they are simplified once,
-to about a tenth of their triangles, and kept in the user's cache folder.
+The package rtb-data provides them. They are reduced to about a tenth of their triangles, because
+every recording contains them, and cached in the user's cache folder.
+
 """
 
 from __future__ import annotations
@@ -20,14 +20,13 @@ import numpy as np
 import numpy.typing as npt
 
 NAMES = (*(f"link{i}" for i in range(8)), "hand", "finger", "omron")
-"""Names of the meshes, each in its link's frame; `omron` is the base, its origin on the floor."""
+"""Names of the meshes, each in its link's frame; the origin of `omron` is on the floor."""
 
 _FOLDER = Path("xacro/qut_frankie_description/meshes/visual")
 _EXTRA = ("rtbdata", "trimesh", "collada", "fast_simplification", "networkx", "scipy")
 _KEPT, _KEPT_OF_BASE = 0.18, 0.06
 """Share of the triangles that is kept; the base's mesh is finer than the arm's."""
 _FEWEST = 80
-"""Number of triangles of one piece that are always kept."""
 _HARD_EDGE = np.radians(35.0)
 
 

@@ -1,4 +1,4 @@
-"""Open a recording in the Rerun viewer, in a window or in the browser."""
+"""Opens a recording in the Rerun viewer, in a window or in the browser."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from os.path import isfile
 from pathlib import Path
 from typing import Any
 
-from app.interrupt import until_interrupted
 from app.live.monitor.viewer import USUAL_WEB_PORT, ViewError, has_screen
 from app.live.web import (
     FileServer,
@@ -19,31 +18,28 @@ from app.live.web import (
     viewer_program,
     viewer_web_files,
 )
-from app.live.web.file_server import RECORDING
+from app.live.web.http_server import RECORDING
 from app.live.web.ports import LOOPBACK, Address, choose_port
+from app.terminal import until_interrupted
 
 _LOOK_PERIOD = 0.1
-"""How often to look whether a viewer has come up [s]."""
+"""Interval of looking whether a viewer has started [s]."""
 _MAGIC = b"RRF2"
-"""Every recording begins with it."""
 
 
 def open_in_viewer(
     recording: Path, *, web: bool, say: Callable[[str], None], at: float | None = None
 ) -> int:
-    """Show a recording until a person ends it.
+    """Show a recording until a person ends it; returns the viewer's exit code.
 
     Args:
         recording: the file.
         web: in the browser instead of a window.
         say: receives the address of the page.
-        at: the moment to show first [s]; None begins at the beginning.
-
-    Returns:
-        The viewer's exit code.
+        at: the moment to show first [s]; None for the beginning.
 
     Raises:
-        ViewError: there is no recording there, or no screen for a window.
+        ViewError: there is no recording, or no screen for a window.
         WebFilesError: there is no viewer.
     """
     _check(recording)
@@ -63,7 +59,7 @@ def open_in_viewer(
 
 
 def _at_moment(command: Sequence[str], url: str, at: float) -> int:
-    """Run a viewer and send it to a moment [s]; its exit code."""
+    """Run a viewer and set it to a moment [s]; its exit code."""
     with subprocess.Popen(command, env=viewer_environment()) as viewer:
         try:
             _go_to(url, at, while_there=lambda: viewer.poll() is None)
@@ -97,13 +93,7 @@ def _go_to(url: str, at: float, while_there: Callable[[], bool]) -> None:
 
 
 def show_moment(client: Any, at: float, while_there: Callable[[], bool] = lambda: True) -> None:
-    """Let a viewer show a moment as soon as it has a recording, and stand still there.
-
-    Args:
-        client: Rerun's `ViewerClient` for it.
-        at: the moment [s].
-        while_there: asked whether to wait on.
-    """
+    """Pause a viewer at a moment [s] as soon as it has a recording."""
     while while_there() and not client.get_state().recordings:
         threading.Event().wait(_LOOK_PERIOD)
     if while_there():
@@ -111,7 +101,7 @@ def show_moment(client: Any, at: float, while_there: Callable[[], bool] = lambda
 
 
 def _check(recording: Path) -> None:
-    """Refuse what the viewer could not open; of what a killed run leaves it shows what there is."""
+    """Raise ViewError for what the viewer could not open."""
     try:
         if not isfile(recording):
             raise ViewError(f"{recording}: the run has no recording; name another")

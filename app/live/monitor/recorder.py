@@ -1,4 +1,4 @@
-"""Writes a run to a recording that the Rerun viewer opens, and serves it meanwhile."""
+"""Writes the recording of a run, and serves it to viewers."""
 
 from __future__ import annotations
 
@@ -9,10 +9,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
-from app.live.feed import Feed
+from app.live.feed import Feed, Throttle
 from app.live.nodes import NodeInfo
 from app.live.snapshot import SceneView, Snapshot
-from app.live.throttle import Throttle
 from config import UserError
 
 if TYPE_CHECKING:
@@ -21,18 +20,18 @@ if TYPE_CHECKING:
 
 _PERIOD = 0.5
 _LIVE_PERIOD = 0.2
-"""How often the writer writes a batch, without and with a viewer [s of real time]."""
+"""Interval of writing without and with a viewer [s of real time]."""
 
 _DEPTH_PERIOD = 0.4
-"""Shortest time between two depth images that are kept [s]."""
+"""Shortest time between two recorded depth images [s]."""
 
 _PATIENCE = 30.0
-"""Time that the disk has for the rest of the recording at the end [s]."""
+"""Time for the disk to write the rest at the end [s]."""
 
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep Rerun, imported inside, from printing what goes wrong; the summary tells it."""
+    """Keep Rerun, imported inside, from printing errors; the summary reports them."""
     name = "RUST_LOG"
     if name in os.environ:
         yield
@@ -83,13 +82,12 @@ class Recorder:
 
     Args:
         path: the file to write; its folder exists.
-        tree: the nodes of the tree, in preorder.
+        tree: nodes of the tree, in preorder.
         model: kinematics of the robot; not shared, since the thread uses it.
         scene: the shapes to draw.
         lossless: whether `record` waits for a slow disk (a simulation at full speed) or drops the
-            oldest snapshots instead (anything in real time).
-        server: where viewers are served during the run; None for nowhere. A viewer that hangs
-            delays nothing.
+            oldest snapshots instead (in real time).
+        server: where viewers are served during the run; None for nowhere.
 
     Raises:
         RecorderError: the file cannot be written.

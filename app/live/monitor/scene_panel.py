@@ -1,4 +1,4 @@
-"""The 3-D scene: robot, fixtures, objects, camera, ghosts of the goals, grasps, and trails."""
+"""3-D scene of the recording: robot, fixtures, objects, camera, goals, grasps, and trails."""
 
 from __future__ import annotations
 
@@ -9,21 +9,19 @@ import rerun as rr
 from pinocchio import SE3
 from pinocchio.utils import rotate
 
+from app.live.feed import Throttle
 from app.live.monitor.columns import WORLD, Array, send_poses, timelines
-from app.live.monitor.fault_panel import FaultPanel
 from app.live.monitor.glyphs import Colour
-from app.live.monitor.intent_panel import IntentPanel, ghost_base, ghost_hand
-from app.live.monitor.robot_looks import robot_looks
-from app.live.monitor.robot_shapes import finger_poses
+from app.live.monitor.overlays import FaultPanel, IntentPanel, ghost_base, ghost_hand
+from app.live.monitor.robot_visual import finger_poses, robot_visual
 from app.live.monitor.solids import solids
 from app.live.snapshot import SceneView, Snapshot
-from app.live.throttle import Throttle
 from controller import Pose2D, RobotModel
 from perception import GraspEstimate
 from robots import Intrinsics
 
 _POSE_PERIOD = 0.04
-"""Shortest time between two sets of poses [s]: looks smooth, and a quarter of the file size."""
+"""Shortest time between two sets of poses [s]."""
 
 _AXES: tuple[Colour, ...] = ((230, 70, 60), (70, 190, 80), (70, 120, 240))
 _TRACKED: Colour = (255, 190, 40)
@@ -32,7 +30,7 @@ _TRAIL: Colour = (90, 200, 220)
 _BASE_TRAIL: Colour = (120, 130, 150)
 _FRUSTUM: Colour = (170, 150, 230)
 _FRUSTUM_DEPTH = 0.25
-"""Of the camera's picture as it is drawn [m]."""
+"""Of the drawn camera frustum [m]."""
 _FINGER_LENGTH = 0.05
 _GOAL_LENGTH, _TOOL_LENGTH = 0.12, 0.06
 
@@ -43,7 +41,7 @@ _GOAL, _TOOL = "world/goal", "world/tool"
 _GHOST_HAND, _GHOST_BASE = "world/ghost/hand", "world/ghost/base"
 _EYE, _IMAGE_AT = "world/frustum", "world/camera"
 _AWAY = SE3(np.eye(3), np.array([0.0, 0.0, -100.0]))
-"""Where a ghost is while there is no goal: below the floor, out of every picture."""
+"""Position of a ghost without a goal: below the floor."""
 
 
 class ScenePanel:
@@ -63,7 +61,7 @@ class ScenePanel:
         self._last_points: dict[str, Array] = {}
         self._intent = IntentPanel(stream, scene)
 
-        looks = robot_looks(model.description)
+        looks = robot_visual(model.description)
         objects = [solids(view.parts) for view in scene.objects]
         robot = {
             _BASE: looks.base,
@@ -114,7 +112,7 @@ class ScenePanel:
         self._intent.write(shown)
 
     def _moved(self, snapshot: Snapshot) -> dict[str, SE3]:
-        """Poses of the frames that moved: most are at rest most of the time."""
+        """Poses of the frames that moved."""
         state = snapshot.state
         *links, hand = self._model.link_poses(state.wTb, state.q)
         gripper = self._model.description.gripper
@@ -143,6 +141,7 @@ class ScenePanel:
         return moved
 
     def _send_goal(self, shown: Sequence[Snapshot]) -> None:
+        """The goal's axes; none while there is no goal."""
         changed = []
         for snapshot in shown:
             if (snapshot.hand_goal is not None) is not self._goal_shown:
@@ -189,6 +188,7 @@ def _on_floor(pose: Pose2D) -> SE3:
 
 
 def _frustum(lens: Intrinsics) -> rr.LineStrips3D:
+    """The camera's field of view, as lines in its frame."""
     left, right = -lens.cx, lens.width - lens.cx
     top, bottom = -lens.cy, lens.height - lens.cy
     pixels = np.array([(left, top), (right, top), (right, bottom), (left, bottom)])

@@ -1,4 +1,4 @@
-"""The curves: commanded velocities, errors and computing time, a row every tick."""
+"""Plots of the recording: commanded velocities, errors and computing time, a row per tick."""
 
 from __future__ import annotations
 
@@ -24,8 +24,7 @@ SEVEN: tuple[Colour, ...] = (
     (90, 130, 255),
     (210, 110, 230),
 )
-"""Colours that are told apart on a dark ground; the joints take all, other curves the first ones
-of `FEW`."""
+"""Distinct colours on a dark ground: all for the joints, `FEW` for other curves."""
 FEW = (SEVEN[4], SEVEN[1], SEVEN[6])
 
 
@@ -51,7 +50,7 @@ PLOTS = {
     "tick": Curves("tick [ms]", ["tick"], "ms"),
     "dropped": Curves("dropped snapshots", ["dropped"], "1"),
 }
-"""By entity, below /signals. One unit an axis: a metre and a radian are never compared."""
+"""By entity, below /signals; one unit per axis."""
 
 _Row = Callable[[Snapshot], object]
 _ROWS: dict[str, _Row] = {
@@ -67,7 +66,7 @@ _ROWS: dict[str, _Row] = {
 
 
 class SignalsPanel:
-    """Draws the curves."""
+    """Draws the curves; joint velocities as shares of `limits`."""
 
     def __init__(self, stream: rr.RecordingStream, limits: Limits) -> None:
         self._stream = stream

@@ -1,4 +1,4 @@
-"""Shapes as filled Rerun archetypes."""
+"""Rerun archetypes of shapes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ AnyShape = TypeVar("AnyShape", bound=Shape)
 
 
 def solids(parts: Sequence[Geom], fill: str = "solid") -> list[Any]:
-    """Archetypes of the parts, in the frame of their poses; planes are left out."""
+    """Archetypes of shapes in the frame of their poses, with Rerun's fill mode; no planes."""
     bodies: list[Any] = []
     if boxes := _of_type(parts, Box):
         half_sizes = [box.half for _, box in boxes]

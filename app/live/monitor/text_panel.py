@@ -1,4 +1,4 @@
-"""The texts: the active node and its message, the blackboard, and the log of transitions."""
+"""Texts of the recording: active node and message, blackboard, and log of transitions."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from collections.abc import Mapping, Sequence
 import rerun as rr
 from py_trees.common import Status
 
+from app.live.feed import Throttle
 from app.live.monitor.columns import timelines
 from app.live.monitor.glyphs import STATUS_GLYPH, printable
 from app.live.nodes import NodeInfo, NodeStatus, path_from_root, tip
 from app.live.snapshot import Snapshot
-from app.live.throttle import Throttle
 
 _MESSAGE_PERIOD = 0.2
-"""Shortest time between two messages of the same node, or two blackboards, that are kept [s]."""
+"""Shortest time between two messages of a node, or two blackboards [s]."""
 _LONGEST_VALUE = 80
 _EMPTY = "*empty*"
 
@@ -75,6 +75,7 @@ class TextPanel:
             )
 
     def _changed_message(self, snapshot: Snapshot) -> str | None:
+        """The active node with its message, if that has changed."""
         index = tip(snapshot.nodes)
         node = snapshot.nodes[index]
         active = (index, node.status, node.message)
@@ -129,4 +130,5 @@ def _value(value: object) -> str:
 
 
 def _escape(text: str) -> str:
+    """The text escaped for Markdown, in characters that the viewer can draw."""
     return "".join(f"\\{c}" if c in r"\`*_{}[]<>()#+-.!|~" else c for c in printable(text))

@@ -1,9 +1,9 @@
-"""The Rerun viewer that shows a run while it goes on.
+"""Rerun viewer that shows a run while it goes on.
 
 The recorder serves from this process and never waits for a viewer; a viewer is a process of its own
-that may come late, hang or be closed without affecting the run. Rerun's own helpers listen on every
-interface of the machine; everything here listens on the loopback address unless the user chooses
-another.
+that may start late, hang or be closed without affecting the run. Everything listens on the loopback
+address unless the user chooses another.
+
 """
 
 from __future__ import annotations
@@ -35,10 +35,9 @@ from hw import stopwatch
 USUAL_PORT = 9876
 """Of the live data; the viewer's own default."""
 USUAL_WEB_PORT = 9090
-"""Of the web viewer's page."""
 
 _PATIENCE = 15.0
-"""Time that a viewer has to start [s]."""
+"""Time for a viewer to start [s]."""
 
 
 class ViewError(UserError):
@@ -47,19 +46,23 @@ class ViewError(UserError):
 
 @dataclass(frozen=True, kw_only=True)
 class ViewOptions:
-    """The user's choices about the viewer."""
+    """Options of the viewer."""
 
     view: View = View.NONE
     host: str = LOOPBACK
-    """Address to listen on."""
     port: int | None = None
-    """Of the live data; None takes the usual one, or any free one if that is taken."""
+    """Of the live data; None takes the usual one, or a free one if that is taken."""
     web_port: int | None = None
     """Of the page; None likewise."""
 
 
 class Viewer:
-    """The viewer of one run. Bad options are refused here, before anything is started.
+    """The viewer of one run; invalid options raise before anything is started.
+
+    Args:
+        options: of the viewer.
+        say: prints a line.
+        environment: of the process; says whether there is a screen.
 
     Raises:
         ViewError: there is no screen, a port is taken, or the address is not this machine's.
@@ -77,7 +80,6 @@ class Viewer:
         self.server: Address | None = None
         """Where the recorder serves; None without a viewer."""
         self.page: str | None = None
-        """The web viewer's address for a browser on this machine."""
         self._web_port = 0
         if self._view is View.NONE:
             return
@@ -91,11 +93,11 @@ class Viewer:
 
     @contextmanager
     def showing(self, log: Path) -> Iterator[None]:
-        """Show what the recorder serves, until the context ends.
+        """Show what the recorder serves within the context.
 
-        A window then stays open with the data it has received; a page is no longer served, but
-        stays usable in a browser that has it open. A viewer that does not start is reported, and
-        the run goes on without it.
+        Afterwards a window stays open with the data it has, and a page stays usable in a browser
+        that has it open. A viewer that does not start is reported, and the run goes on. The
+        viewer's messages go to the file `log`.
         """
         if self.server is None:
             yield
@@ -150,7 +152,7 @@ def has_screen(environment: Mapping[str, str] = os.environ) -> bool:
 
 
 def _resolved(view: View, environment: Mapping[str, str]) -> View:
-    """The kind of view that the user's choice comes to on this machine."""
+    """The view that the user's choice means on this machine."""
     screen = has_screen(environment)
     if view is View.AUTO:
         try:

@@ -1,8 +1,8 @@
-"""The Rerun stream to file and viewers, and the panels that write to it.
+"""Rerun stream to file and viewers, and the panels that write to it.
 
 The server for viewers runs in this process and drops the oldest data when its memory is full, so
-writing never waits for a viewer. (A sink that connects to a viewer does: it blocks forever once the
-viewer hangs.)
+writing never waits for a viewer, as a sink that connects to one would.
+
 """
 
 from __future__ import annotations
@@ -30,31 +30,23 @@ from app.live.web.ports import Address
 from controller import RobotModel
 
 APPLICATION = "frankie-task"
-"""The name under which the viewer keeps the user's changes to the layout."""
 
 _SERVER_MEMORY = "200MB"
-"""What a viewer that connects late still receives: more than ten minutes."""
+"""Data for viewers that connect late: more than ten minutes."""
 
 _ROOM = 3.0
-"""Where the robot leaves the picture, so much around it is taken into it [m]: it goes on."""
+"""Extent around a robot that has left the picture that is added to it [m]."""
 _PATIENCE = 5.0
 _LINGER = 1.0
-"""How long viewers can fetch the end of a run [s]."""
+"""Time for viewers to fetch the end of a run [s]."""
 
 
 class Writer:
-    """Writes batches of snapshots; one thread at a time may use it.
-
-    Args:
-        path: the file to write.
-        tree: the nodes of the tree, in preorder.
-        model: kinematics of the robot; not shared.
-        scene: the shapes to draw.
-        server: where viewers are served; None for nowhere.
+    """Writes batches of snapshots; used by one thread at a time.
 
     Raises:
         OSError, RuntimeError: the file cannot be written.
-        ViewError: that address cannot be served.
+        ViewError: the address cannot be served.
     """
 
     def __init__(
@@ -100,6 +92,7 @@ class Writer:
         return blueprint(self._tree, eye_for(self._points), live=self._live)
 
     def _widen(self, snapshot: Snapshot) -> None:
+        """Move the eye back once the robot leaves its picture."""
         x, y, _ = snapshot.state.wTb.translation
         robot = robot_points(x, y)
         if not eye_for(self._points).sees(robot):
@@ -122,7 +115,7 @@ class Writer:
 
 
 def _check(server: Address) -> None:
-    """Raise what the sink does not report: that it did not get its port."""
+    """Raise ViewError if the server did not get its port, which the sink does not report."""
     try:
         socket.create_connection((server.host, server.port), timeout=_PATIENCE).close()
     except OSError as error:

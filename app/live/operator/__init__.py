@@ -1,7 +1,7 @@
-"""Control of a run by a person: pause, step, stop, breakpoints, and faults for the simulator.
+"""Control of a run by people: pause, step, stop, breakpoints, and injected faults.
 
-The session's loop asks `Control` every tick; terminal keys, the page in the browser and hooks in
-the tree set it.
+The session's loop asks `Control` every tick; keys, the control page and hooks in the tree set it.
+
 """
 
 from app.live.operator.control import ACKNOWLEDGED, Control, ControlState

@@ -6,34 +6,33 @@ import threading
 from dataclasses import dataclass
 
 ACKNOWLEDGED = "emergency stop acknowledged"
-"""Why a run is paused after that."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ControlState:
-    """The state of a run for its controls."""
+    """State of a run for its controls."""
 
     paused: bool
     why: str
-    """What paused it; empty if it is not paused."""
+    """Reason of the pause; empty if it is not paused."""
     stopped: bool
     ticks: int
-    """Number of ticks of the tree."""
     emergency: str
-    """What stopped the robot in an emergency that nobody has acknowledged yet; else empty."""
+    """The unacknowledged emergency stop; else empty."""
     pressed: bool
-    """Whether the button of that emergency stop is still pressed."""
 
 
 class Control:
-    """The object through which people control the session's loop.
+    """Pauses, steps and stops the session's loop.
 
     While paused, the loop continues and brings the robot to rest, but the tree is not ticked and
     its clock stands still. A step is one tick of the tree, with one control period of the motion
-    that it requests.
+    that it requests. After an emergency stop the run is paused, and can be resumed only when the
+    button is released and a person has acknowledged the stop.
 
-    After an emergency stop the run is paused, and nothing resumes it until the button is released
-    and a person has acknowledged the stop. That only permits to resume; it does not resume.
+    Args:
+        paused: whether the run waits for a person before its first tick.
+        attended: whether a person, or a stand-in for tests, can acknowledge and resume.
     """
 
     def __init__(self, *, paused: bool = False, attended: bool = True) -> None:
@@ -79,12 +78,12 @@ class Control:
             self._to_next_change = False
 
     def resume(self) -> None:
-        """Continue where the run was paused."""
+        """Continue after a pause."""
         with self._changed:
             self._resume()
 
     def step(self) -> None:
-        """Tick the tree once, then pause; steps requested in quick succession add up."""
+        """Tick the tree once, then pause; quick requests add up."""
         with self._changed:
             if not self._paused:
                 self.pause()
@@ -93,7 +92,7 @@ class Control:
                 self._changed.notify_all()
 
     def run_to_next_change(self) -> None:
-        """Continue until a node of the tree changes its status, then pause."""
+        """Continue until the status of a node changes, then pause."""
         with self._changed:
             self._to_next_change = self._resume()
 
@@ -120,7 +119,11 @@ class Control:
             return True
 
     def emergency_stop(self, text: str, *, pressed: bool) -> bool:
-        """Report an emergency stop that is not acknowledged yet, at every tick.
+        """Report an unacknowledged emergency stop, at every tick.
+
+        Args:
+            text: its cause.
+            pressed: whether the button is still pressed.
 
         Returns:
             Whether a person has acknowledged it since.
@@ -146,11 +149,7 @@ class Control:
                 self.pause("at a status change")
 
     def wait(self, seconds: float) -> None:
-        """Wait in real time while paused; return early on resume, step or stop.
-
-        Args:
-            seconds: longest wait [s].
-        """
+        """Wait in real time while paused [s]; return early on resume, step or stop."""
         with self._changed:
             self._changed.wait_for(
                 lambda: not self._paused or self._steps > 0 or self._stopped, max(0.0, seconds)

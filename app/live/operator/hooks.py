@@ -1,8 +1,9 @@
-"""Hooks, as in BehaviorTree.CPP: nodes that pause the run before or after another, or replace it.
+"""Hooks, as in BehaviorTree.CPP: pause the run before or after a node, or replace its outcome.
 
 A `Hook` takes the place of a node in its parent and has the node as its only child. Without an
-action it is transparent: same status, same message, same name. Viewers are built from the nodes
-before hooks are inserted and do not show them.
+action it is transparent: same status, message and name. Viewers are built from the nodes before
+hooks are inserted and do not show them.
+
 """
 
 from __future__ import annotations
@@ -19,21 +20,19 @@ from trees.language import Branch, Ticking, TreeNode
 
 
 class UnknownNodeError(UserError):
-    """No node of the tree has this name; the text suggests one."""
+    """No node of the tree has this name."""
 
 
 class Side(Enum):
-    """When a hook acts."""
+    """When a hook acts: when the node is entered, or when it has ended."""
 
     BEFORE = 0
-    """When the node is entered, before its first tick."""
     AFTER = 1
-    """When the node has ended."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class HookAction:
-    """What a hook does on one side of its node."""
+    """Action of a hook on one side of its node."""
 
     replace_with: Status | None = None
     """Status returned instead of the node's; None pauses the run."""
@@ -45,10 +44,12 @@ Reached = Callable[["Hook", Side, HookAction], None]
 
 
 class Hook(Branch):
-    """Wraps a node.
+    """Wraps a node and takes its place in its parent.
 
     `actions` may be changed from any thread. A pause ends with the next tick of the tree, that is,
-    on resume or step; `answer`, if it was set meanwhile, then replaces the node's status.
+    on resume or step; `answer`, if it was set meanwhile, then replaces the node's status. `reached`
+    is called when an action takes place, on the thread of the loop; `asks` makes the node wait for
+    approval each time that it is entered.
     """
 
     def __init__(self, node: Behaviour, reached: Reached) -> None:
@@ -60,7 +61,6 @@ class Hook(Branch):
         self.actions: dict[Side, HookAction] = {}
         self.answer: Status | None = None
         self.asks = False
-        """Whether a person has to approve of the node each time that it is entered."""
         self._forced: Status | None = None
         self._reached = reached
         self._waiting: Side | None = None
@@ -76,15 +76,12 @@ class Hook(Branch):
 
     @property
     def chosen(self) -> Status | None:
-        """The outcome that the node will have whatever it does, if somebody has chosen one."""
+        """The outcome that was chosen for the node, if any."""
         replaced = (action.replace_with for action in self.actions.copy().values())
         return self._forced or next(filter(None, replaced), None)
 
     def force(self, outcome: Status | None) -> None:
-        """End the node with an outcome: now if it runs, else as soon as it is entered.
-
-        None takes back what has not happened yet.
-        """
+        """End the node with an outcome, now or as soon as it is entered; None revokes it."""
         self._forced = outcome
 
     def restart(self) -> None:
@@ -127,6 +124,7 @@ class Hook(Branch):
         return outcome
 
     def _act(self, side: Side) -> Status | None:
+        """Status to return at this side of the node; None to continue."""
         action = self.actions.get(side)
         if action is None and side is Side.BEFORE and self.asks:
             action = HookAction()
@@ -160,11 +158,7 @@ def matching(nodes: Sequence[TreeNode], wanted: str) -> list[Behaviour]:
 def insert_hooks(
     root: Behaviour, nodes: Iterable[Behaviour], reached: Reached
 ) -> tuple[Behaviour, list[Hook]]:
-    """Wrap each of some nodes of a tree in a hook.
-
-    Returns:
-        The new root, and the hooks in the order of the nodes.
-    """
+    """Wrap some nodes of a tree in hooks; returns the new root and the hooks in order."""
     hooks = [Hook(node, reached) for node in nodes]
     top = next((hook for hook in hooks if hook.node is root), root)
     return top, hooks

@@ -1,7 +1,8 @@
 """Control by keys: space pauses, r resumes, s steps, n runs on, q stops, a acknowledges.
 
-Only where standard input is a terminal and this process is in its foreground. The terminal's
-settings are restored, whatever ends the run.
+Only where standard input is a terminal and this process is in its foreground; the terminal's
+settings are restored at the end.
+
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ def in_terminal(file: int) -> bool:
 
 @contextmanager
 def keys(control: Control, file: int = 0) -> Iterator[bool]:
-    """Listen to keys for the duration of the context; yields whether there is a terminal."""
+    """Listen to keys of a terminal within the context; yields whether there is one."""
     if not in_terminal(file):
         yield False
         return

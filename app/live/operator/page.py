@@ -1,12 +1,12 @@
-"""A page in the browser that shows the tree of a run, and pauses, steps and stops it.
+"""Control page in the browser: shows the tree of a run, and pauses, steps and stops it.
 
-It draws the tree itself, so it is up to date however far the 3-D viewer beside it lags. What is
-told of the run says how old it is: what is old is no state of the robot.
+The page draws the tree itself, independent of the 3-D viewer, and shows the age of its state.
 """
 
 from __future__ import annotations
 
 import secrets
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -19,7 +19,6 @@ from py_trees.common import Status
 from app.live.nodes import looks, tip
 from app.live.operator.control import Control
 from app.live.operator.hooks import Hook, HookAction, Side
-from app.live.operator.node_history import NodeHistory
 from app.live.web import viewer_address
 from app.task_time import task_time
 from hw import INJECTABLE, stopwatch
@@ -28,14 +27,44 @@ if TYPE_CHECKING:
     from app.live.nodes import NodeInfo
     from app.live.snapshot import Snapshot
 
+
+MOST = 200
+
+
+class NodeHistory:
+    """The last changes of every node; written by one thread, read by any."""
+
+    def __init__(self, count: int) -> None:
+        self._statuses: list[Status] = [Status.INVALID] * count
+        self._changes: list[deque[tuple[float, Status, str]]] = [
+            deque(maxlen=MOST) for _ in range(count)
+        ]
+
+    def note(self, snapshot: Snapshot) -> None:
+        """Record the nodes whose status has changed."""
+        statuses = [node.status for node in snapshot.nodes]
+        if statuses == self._statuses:
+            return
+        for index, (was, now) in enumerate(zip(self._statuses, snapshot.nodes, strict=True)):
+            if now.status is not was:
+                self._changes[index].append((snapshot.time, now.status, now.message))
+        self._statuses = statuses
+
+    def of(self, node: int) -> list[dict[str, object]]:
+        """The changes of a node for JSON, oldest first."""
+        return [
+            {"time": time, "status": status.value.lower(), "message": message}
+            for time, status, message in self._changes[node].copy()
+        ]
+
+
 _OFFERED = tuple(name for name, fault in INJECTABLE.items() if not fault.of_world)
-"""The faults that every robot can be given."""
 _FORCED = {"success": Status.SUCCESS, "failure": Status.FAILURE, "nothing": None}
 
 
 @dataclass(frozen=True, kw_only=True)
 class WebViewer:
-    """The web viewer that the page embeds."""
+    """The web viewer that is embedded in the page."""
 
     data: str
     """What it connects to, for example `rerun+http://127.0.0.1:9876/proxy`."""
@@ -47,32 +76,31 @@ class WebViewer:
 
     @property
     def path(self) -> str:
-        """Its path on the page's own server."""
+        """Its path on the page's server."""
         return f"/viewer/{viewer_address(self.data)}"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Ending:
-    """What the page shows of a run that is over."""
+    """What the page shows of a finished run."""
 
     outcome: str
-    """In one line."""
     explanation: str
     recording: Path | None
 
 
 class ControlPage:
-    """One run as the page shows it, and what the buttons do to it; a `PageServer` serves it.
+    """State of one run for the page, and the actions of its buttons; served by a `PageServer`.
 
     Args:
-        control: what the buttons control.
-        tree: the nodes of the tree, in preorder.
+        control: of the run.
+        tree: nodes of the tree, in preorder.
         inject: injects a fault, by its name in `INJECTABLE`.
         clear: clears the injected faults.
-        address: under which it is served, without a path.
-        viewer: embedded in the page, if there is one.
+        address: of the server, without a path.
+        viewer: embedded in the page, if any.
         hooks: of the nodes, in the same order; without them there are no breakpoints.
-        may_force: whether people may answer for a node.
+        may_force: whether people may force the outcome of a node.
         seconds: real time from an arbitrary start [s].
     """
 
@@ -131,7 +159,7 @@ class ControlPage:
 
     @property
     def viewer_hosts(self) -> str:
-        """To whom the embedded viewer may connect."""
+        """Hosts to which the embedded viewer may connect."""
         return f"'self' {self.viewer.data_origin}" if self.viewer else "'self'"
 
     def show(self, snapshot: Snapshot) -> None:
@@ -140,11 +168,11 @@ class ControlPage:
         self._history.note(snapshot)
 
     def finish(self) -> None:
-        """Show that no tick follows: the robot is at rest, and what the run left is written."""
+        """Report that the robot is at rest and no tick follows."""
         self._finished = True
 
     def end(self, ending: Ending) -> None:
-        """Show that the run is over, and how it ended; no button works any more."""
+        """Show how the run ended, and disable the buttons."""
         self.recording = ending.recording
         self._ending = ending
 
@@ -153,7 +181,7 @@ class ControlPage:
         self._control.stop()
 
     def action(self, path: str) -> Callable[[], None] | None:
-        """What a POST to a path does; None if nothing does."""
+        """The action of a POST to a path; None if there is none."""
         return None if self._ending is not None else self._actions.get(path)
 
     def tree(self) -> list[dict[str, object]]:
@@ -163,7 +191,7 @@ class ControlPage:
         ]
 
     def history(self, node: int) -> list[dict[str, object]]:
-        """What a node has done, for JSON; empty for a number that none has."""
+        """The changes of a node, for JSON; empty for an invalid number."""
         return self._history.of(node) if 0 <= node < len(self._tree) else []
 
     def state(self) -> dict[str, object]:
@@ -234,7 +262,7 @@ class ControlPage:
             hook.actions.pop(Side.BEFORE, None)
 
     def _approve(self, hook: Hook) -> None:
-        """Let the node begin that waits for approval; no other one that does so by now."""
+        """Let the node begin that waits for approval, unless another one waits by now."""
         if hook.waiting and hook.asks:
             self._control.resume()
 

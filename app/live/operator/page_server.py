@@ -1,8 +1,9 @@
-"""The HTTP side of the control page: whom it serves, and what it refuses.
+"""HTTP server of the control page.
 
-A request needs the token that is part of the printed address, must name this host, and its Origin,
-if the browser sends one, must be this page. The viewer's files are served from here too, under a
-policy that keeps the viewer from contacting any other machine.
+A request must carry the token that is part of the printed address and name this host; its Origin,
+if the browser sends one, must be this page. The viewer's files are served under a policy that keeps
+the viewer from contacting any other machine.
+
 """
 
 from __future__ import annotations
@@ -14,10 +15,9 @@ import threading
 from collections.abc import Callable
 from http import HTTPStatus
 from importlib.resources import files
-from pathlib import Path
-from typing import Protocol
 from urllib.parse import parse_qs, unquote, urlsplit
 
+from app.live.operator.page import ControlPage
 from app.live.web import PATIENCE, BoundedServer, Replies
 from config import UserError
 from hw import stopwatch
@@ -38,9 +38,8 @@ _POLICY = (
 )
 _VIEWER_FILE = re.compile(r"/viewer/([\w.-]*)")
 _SAFE = ("/stop", "/pause")
-"""What is done however long ago a person asked for it."""
 _TOO_OLD = 5.0
-"""What was asked for at the sight of a state that is older is refused [s]."""
+"""Requests based on an older state are refused, except Stop and Pause [s]."""
 _SHUTDOWN_POLL = 0.1
 """How often the server checks whether it is to end [s]."""
 _LISTENING, _FAREWELL = 2.0, 1.0
@@ -51,39 +50,13 @@ class PageError(UserError):
     """The page cannot be served as requested."""
 
 
-class Page(Protocol):
-    """What is served of one run."""
-
-    recording: Path | None
-    recording_path: str
-
-    @property
-    def viewer_hosts(self) -> str:
-        """To whom the embedded viewer may connect."""
-
-    def action(self, path: str) -> Callable[[], None] | None:
-        """What a POST to a path does; None if nothing does."""
-
-    def tree(self) -> list[dict[str, object]]:
-        """The nodes, for JSON."""
-
-    def history(self, node: int) -> list[dict[str, object]]:
-        """What a node has done, for JSON; empty for a number that none has."""
-
-    def state(self) -> dict[str, object]:
-        """What the page shows, for JSON."""
-
-    def stop(self) -> None:
-        """End the run."""
-
-
 class PageServer(BoundedServer):
-    """Serves the newest run, on threads of its own, until the end of the `with` statement.
+    """Serves the newest run on its own threads until the end of the `with` statement.
 
-    Port and token stay the same from run to run, and with them the page that a person has open.
+    Port and token stay the same from run to run, and so does the page that a person has open.
 
     Args:
-        port: to listen on; None takes the usual one, or any free one if that is taken.
+        port: to listen on; None takes the usual one, or a free one if that is taken.
         again: whether another run may follow, as with `--watch`.
         seconds: real time from an arbitrary start [s].
 
@@ -101,8 +74,7 @@ class PageServer(BoundedServer):
         self.token = secrets.token_urlsafe(16)
         self.again = again
         self.stopped = False
-        """Whether a person has asked to stop, this run or the next one."""
-        self.page: Page | None = None
+        self.page: ControlPage | None = None
         self.seconds = seconds
         self._run, self._asked = 0, -_LISTENING
         self._bind(port)
@@ -136,15 +108,15 @@ class PageServer(BoundedServer):
 
     @property
     def url(self) -> str:
-        """The page with its token, in the part of the address that browsers do not send."""
+        """The page with its token in the fragment, which browsers do not send."""
         return f"{self.address}/#{self.token}"
 
     @property
     def hosts(self) -> tuple[str, ...]:
-        """Host names under which a browser may address this server."""
+        """Host names by which a browser may address this server."""
         return (f"{HOST}:{self.port}", f"localhost:{self.port}")
 
-    def serve(self, page: Page) -> None:
+    def serve(self, page: ControlPage) -> None:
         """Serve another run from now on."""
         self.page, self._run = page, self._run + 1
 
@@ -155,13 +127,13 @@ class PageServer(BoundedServer):
             self.page.stop()
 
     def action(self, path: str) -> Callable[[], None] | None:
-        """What a POST to a path does; None if nothing does."""
+        """The action of a POST to a path; None if there is none."""
         if path == "/stop":
             return self.stop
         return None if self.page is None else self.page.action(path)
 
     def state(self) -> dict[str, object]:
-        """What the page shows, for JSON: of the run, and when it was told [s]."""
+        """The state of the run for JSON, and when it was told [s]."""
         told = {"phase": "starting", "stopped": False} if self.page is None else self.page.state()
         self._asked = self.seconds()
         return told | {
@@ -176,11 +148,11 @@ class PageServer(BoundedServer):
         return {"run": self._run, "nodes": [] if self.page is None else self.page.tree()}
 
     def history(self, node: int) -> list[dict[str, object]]:
-        """What a node has done, for JSON; empty for a number that none has."""
+        """The changes of a node, for JSON; empty for an invalid number."""
         return [] if self.page is None else self.page.history(node)
 
     def farewell(self) -> None:
-        """Let the browsers that look at the page hear how the last run ended."""
+        """Give browsers time to receive how the last run ended."""
         self.again = False
         if self.seconds() - self._asked < _LISTENING:
             threading.Event().wait(_FAREWELL)
@@ -195,7 +167,7 @@ class PageServer(BoundedServer):
 
 
 class PageRequest(Replies):
-    """One request."""
+    """One request to the control page."""
 
     server: PageServer
     timeout = PATIENCE
@@ -266,7 +238,7 @@ class PageRequest(Replies):
         return has
 
     def _is_late(self) -> bool:
-        """Whether what the person saw was told long ago, as before the process was frozen."""
+        """Whether the state that the person saw is too old."""
         try:
             seen = float(self.headers.get("X-Seen", "inf"))
         except ValueError:

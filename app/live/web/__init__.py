@@ -1,12 +1,11 @@
-"""The web viewer, served from this process: its files, and a server that keeps it at home.
+"""The Rerun web viewer, served from this process.
 
-The viewer's own program would serve them too, but resolves the name of a telemetry host, keeps a
-third of a core busy, and lets the page in the browser ask for fonts and releases elsewhere.
+The viewer's own server would resolve the name of a telemetry host, keep a third of a core busy, and
+let the page ask other hosts for fonts and releases.
+
 """
 
-from app.live.web.bounded_server import PATIENCE, BoundedServer
-from app.live.web.file_server import FileServer
-from app.live.web.replies import Replies
+from app.live.web.http_server import PATIENCE, BoundedServer, FileServer, Replies
 from app.live.web.viewer_files import (
     FILES,
     WebFilesError,

@@ -1,4 +1,4 @@
-"""Where a run is served: an address of this machine and a free port."""
+"""Addresses and free ports of this machine."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ def reachable(host: str) -> str:
 def choose_port(
     host: str = LOOPBACK, chosen: int | None = None, *, usual: int = 0, taken: int | None = None
 ) -> int:
-    """A port on which nobody listens.
+    """A free port.
 
     Args:
         host: to listen on.
         chosen: the only acceptable port; None tries the usual one, then any.
-        usual: 0 for none in particular.
+        usual: 0 for any.
         taken: a port that is already reserved.
 
     Raises:

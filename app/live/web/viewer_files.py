@@ -1,7 +1,8 @@
-"""The files of the web viewer, taken once from the viewer's program, which carries them.
+"""Files of the Rerun web viewer, extracted once from the viewer's program.
 
-Its page is changed in two ways: it asks nobody for fonts, and a policy says to whom the browser may
-connect at all. Other requests, as for telemetry, are refused by the browser itself.
+The page loads no foreign fonts, and its content security policy limits the hosts to which the
+browser may connect.
+
 """
 
 from __future__ import annotations
@@ -30,7 +31,6 @@ FILES = {
     "re_viewer_bg.wasm": "application/wasm",
     "favicon.ico": "image/x-icon",
 }
-"""Names of the files, and their types."""
 
 _POLICY = (
     "default-src 'none'; script-src 'self' 'unsafe-inline' 'wasm-unsafe-eval'; "
@@ -41,15 +41,15 @@ _POLICY = (
 _FOREIGN = re.compile(r"<link\s[^>]*https://[^>]*>")
 _PROXIES = ("ALL_PROXY", "HTTPS_PROXY", "HTTP_PROXY", "all_proxy", "https_proxy", "http_proxy")
 _PATIENCE = 20.0
-"""Time that the viewer's program has to hand out its files [s]."""
+"""Time for the viewer's program to serve its files [s]."""
 
 
 class WebFilesError(UserError):
-    """The files of the web viewer are not to be had."""
+    """The files of the web viewer are not available."""
 
 
 def viewer_program() -> Path:
-    """The viewer itself; the `rerun` on the path is a script that would leave it an orphan.
+    """The viewer binary (the `rerun` on the path is a script that would leave it an orphan).
 
     Raises:
         WebFilesError: it is not installed.
@@ -64,20 +64,19 @@ def viewer_program() -> Path:
 
 
 def viewer_environment(environment: Mapping[str, str] = os.environ) -> dict[str, str]:
-    """The environment in which the viewer's program calls nobody.
+    """The environment in which the viewer's program contacts no other host.
 
-    Where `CI` is set it sends no telemetry. For the number of its newest release it asks through
-    the proxy that the environment names; here that is a port on which nobody listens.
+    `CI` disables its telemetry; a proxy on which nobody listens disables its check for updates.
     """
     kept = {name: value for name, value in environment.items() if "ANALYTICS" not in name}
     return kept | {"CI": "1"} | dict.fromkeys(_PROXIES, f"http://{LOOPBACK}:9")
 
 
 def viewer_web_files() -> Path:
-    """The folder with the files; filled when it is first asked for.
+    """The folder with the files, filled at the first call.
 
     Raises:
-        WebFilesError: the viewer's program is missing, or does not hand them out.
+        WebFilesError: the viewer's program is missing or does not serve them.
     """
     root = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     kept = Path(root) / "frankie-task" / f"web-viewer-{version('rerun-sdk')}"
@@ -98,26 +97,26 @@ def viewer_web_files() -> Path:
 
 
 def read_file(name: str) -> tuple[bytes, str] | None:
-    """Content and type of one file; None if there is none of this name.
+    """Content and type of a file by name; None if there is none.
 
     Raises:
-        OSError, WebFilesError: the files are not to be had.
+        OSError, WebFilesError: the files are not available.
     """
     return ((viewer_web_files() / name).read_bytes(), FILES[name]) if name in FILES else None
 
 
 def at_home(page: bytes, hosts: str = "'self'") -> bytes:
-    """The viewer's page without foreign links, and with the policy in the page itself."""
+    """The viewer's page without foreign links, and with the policy for `hosts` in the page."""
     text = _FOREIGN.sub("", page.decode())
     meta = f'<meta http-equiv="Content-Security-Policy" content="{viewer_policy(hosts)}">'
     return text.replace("<head>", f"<head>\n    {meta}", 1).encode()
 
 
 def viewer_page() -> bytes:
-    """The viewer's page for a place where nothing but its own host is to be asked.
+    """The viewer's page for a server that serves everything itself.
 
     Raises:
-        OSError, WebFilesError: the files are not to be had.
+        OSError, WebFilesError: the files are not available.
     """
     return at_home((viewer_web_files() / "index.html").read_bytes())
 
@@ -128,16 +127,12 @@ def viewer_policy(hosts: str = "'self'") -> str:
 
 
 def viewer_address(source: str) -> str:
-    """The query of the viewer's page that shows a source, dark whatever the browser prefers."""
+    """The query of the viewer's page that shows a source in the dark theme."""
     return f"?url={quote(source, safe='')}&theme=dark&hide_welcome_screen=1"
 
 
 def _fetch(folder: Path) -> None:
-    """Let the program serve its files for a moment, on loopback, and keep them.
-
-    Raises:
-        WebFilesError: it does not.
-    """
+    """Let the program serve its files on loopback, and copy them."""
     data, port = choose_port(), choose_port()
     command = [str(viewer_program()), "--serve-web", "--bind", LOOPBACK, "--port", str(data)]
     process = subprocess.Popen(

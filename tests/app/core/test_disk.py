@@ -45,19 +45,6 @@ def test_an_array_can_be_loaded_while_it_grows_and_holds_every_row_in_order(tmp_
     assert (np.load(tmp_path / "rows.npy") == expected).all()
 
 
-def test_the_number_of_rows_never_moves_the_first_one(tmp_path):
-    """The header has the same length for any number of rows."""
-    sizes = set()
-    for count in (0, 1, 1234, 99_999):
-        disk = Disk(tmp_path, lossless=True)
-        array = disk.array("rows.npy", np.dtype([("a", "f8"), ("b", "?")]))
-        for _ in range(count):
-            array.add(bytes(9))
-        assert disk.close() == []
-        sizes.add((tmp_path / "rows.npy").stat().st_size - 9 * count)
-    assert len(sizes) == 1
-
-
 def test_a_full_disk_ends_one_file_and_spares_the_others(tmp_path):
     disk = Disk(tmp_path, lossless=True)
     large, small = disk.array("large.npy", (np.float64, (2,))), disk.file("small.txt")

@@ -53,24 +53,23 @@ def run(fault: ScheduledFault, phases: str, seed: int = 0) -> list[tuple[int, st
     return happened
 
 
-def test_at_a_time_and_for_a_while():
-    fault = ScheduledFault(fault="reflex", at_s=2.0, for_s=3.0)
-    assert run(fault, "........") == [(2, "reflex for 3")]
-
-
-def test_once_when_a_phase_is_entered():
-    fault = ScheduledFault(fault="reflex", phase="descend")
-    assert run(fault, ".ddd.dd") == [(1, "reflex")]
-
-
-def test_some_time_into_a_phase_that_lasts_so_long():
-    fault = ScheduledFault(fault="reflex", phase="descend", after_s=2.0)
-    assert run(fault, ".d.dddd") == [(5, "reflex")]
-
-
-def test_from_the_second_time_on_and_at_most_twice():
-    fault = ScheduledFault(fault="reflex", phase="descend", occurrence=2, times=2)
-    assert run(fault, ".d.d.d.d.d") == [(3, "reflex"), (5, "reflex")]
+@pytest.mark.parametrize(
+    ("entry", "phases", "injected"),
+    [
+        ({"at_s": 2.0, "for_s": 3.0}, "........", [(2, "reflex for 3")]),
+        ({"phase": "descend"}, ".ddd.dd", [(1, "reflex")]),
+        ({"phase": "descend", "after_s": 2.0}, ".d.dddd", [(5, "reflex")]),
+        (
+            {"phase": "descend", "occurrence": 2, "times": 2},
+            ".d.d.d.d.d",
+            [(3, "reflex"), (5, "reflex")],
+        ),
+        ({"phase": "wait"}, "..", [(0, "reflex")]),
+    ],
+    ids=["at a time", "phase entered", "into a phase", "from the second time", "key of a leaf"],
+)
+def test_when_a_fault_is_injected(entry, phases, injected):
+    assert run(ScheduledFault(fault="reflex", **entry), phases) == injected
 
 
 def test_by_chance_and_the_same_with_the_same_seed():
@@ -79,11 +78,6 @@ def test_by_chance_and_the_same_with_the_same_seed():
     assert 10 <= len(often) <= 30
     assert often == run(fault, ".d" * 40)
     assert often != run(fault, ".d" * 40, seed=1)
-
-
-def test_the_key_of_a_leaf_is_a_phase():
-    fault = ScheduledFault(fault="reflex", phase="wait")
-    assert run(fault, "..") == [(0, "reflex")]
 
 
 def test_driving_with_something_in_the_hand_is_carrying():
@@ -117,10 +111,6 @@ def test_a_file_is_read_strictly_with_all_its_mistakes(tmp_path):
     assert "give either `at_s` or `phase`" in lines[2]
     assert "are about a phase" in lines[3]
     assert "did you mean `for_s`?" in lines[5]
-
-
-def test_a_good_file(tmp_path):
-    path = tmp_path / "faults.yaml"
     path.write_text("faults:\n  - fault: frames lost\n    phase: approach\n    for_s: 2\n")
     assert read_faults(path) == (ScheduledFault(fault="frames lost", phase="approach", for_s=2.0),)
 

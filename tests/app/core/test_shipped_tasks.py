@@ -30,17 +30,13 @@ def one_object(tmp_path_factory):
     return run(tmp_path_factory.mktemp("one"), "pick_one", "--scene", "single", "--seed", 1)
 
 
-def test_a_single_object_is_brought_to_the_table(one_object):
-    code, summary, _ = one_object
+def test_a_single_object_is_brought_to_the_table_within_limits(one_object):
+    code, summary, folder = one_object
     assert code == 0
     assert summary["outcome"] == "success"
     assert (summary["placed"], summary["objects"]) == (1, 1)
     assert summary["attempts"] >= 1
     assert 0.5 < summary["grasp_time_mean_s"] < summary["pick_place_time_mean_s"] < 60.0
-
-
-def test_no_limit_is_passed_and_no_command_refused(one_object):
-    _, summary, folder = one_object
     assert summary["limit_violations"] == 0
     assert summary["refused_commands"] == {}
     assert summary["highest_speed_percent"] <= 100.0
@@ -63,6 +59,7 @@ def test_its_recording_tells_of_tree_robot_depth_grasp_and_signals(one_object):
     assert len(ticks) == summary["ticks"]  # none is lost
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_commands_byte_for_byte(one_object, tmp_path):
     _, summary, folder = one_object
     _, again, other = run(tmp_path, "pick_one", "--scene", "single", "--seed", 1)
@@ -101,6 +98,7 @@ def test_pick_one_fails_when_there_is_nothing_to_pick(tmp_path):
     assert summary["reason"].startswith("no grasp for 1.5 s: ")
 
 
+@pytest.mark.slow
 def test_pick_one_fails_on_what_it_cannot_lift(tmp_path):
     scene = scene_like(tmp_path, "single", TOO_HEAVY)
     runs = tmp_path / "runs"
@@ -109,6 +107,7 @@ def test_pick_one_fails_on_what_it_cannot_lift(tmp_path):
     assert (summary["placed"], summary["attempts"]) == (0, 1)
 
 
+@pytest.mark.slow
 def test_patrol_goes_round_and_says_so(tmp_path):
     code, summary, _ = run(tmp_path, "patrol")
     assert code == 0
@@ -132,6 +131,7 @@ def test_inspect_counts_what_is_there(tmp_path):
     assert summary["messages"] == ["I count 6 objects on the bench."]
 
 
+@pytest.mark.slow
 def test_inspect_fails_when_something_is_missing(tmp_path):
     scene = scene_like(tmp_path, "inspect", ("count: 6", "count: 4"))
     code, summary, _ = run(tmp_path / "runs", "inspect", "--scene", scene)

@@ -125,15 +125,19 @@ class PacedRun:
 
 
 CASES = [
-    ("leaf", sleep, End.CRASH),
-    ("leaf", spin, End.CRASH),
     ("leaf", swallow_everything, End.CRASH),
-    ("leaf", wait_for_a_lock, End.CRASH),
     ("leaf", compute_in_c, End.CRASH),
-    ("controller", sleep, End.CRASH),
     ("read", wait_for_a_socket, End.HARDWARE),
-    ("send", wait_for_a_socket, End.HARDWARE),
-    ("camera", sleep, End.CRASH),
+    *(
+        pytest.param(place, block, end, marks=pytest.mark.slow)
+        for place, block, end in (
+            ("leaf", spin, End.CRASH),
+            ("leaf", wait_for_a_lock, End.CRASH),
+            ("controller", sleep, End.CRASH),
+            ("send", wait_for_a_socket, End.HARDWARE),
+            ("camera", sleep, End.CRASH),
+        )
+    ),
 ]
 
 

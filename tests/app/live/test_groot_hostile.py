@@ -27,40 +27,42 @@ def described(**more: object) -> bytes:
     return json.dumps(hook | {"desired_status": "SKIPPED"} | more).encode()
 
 
-GARBAGE = {
-    "nothing": [b""],
-    "one byte": [b"\x02"],
-    "five bytes": [b"\x02S\x00\x00\x00"],
-    "seven bytes": [b"\x02S\x00\x00\x00\x00\x00"],
-    "a header of a megabyte": [b"\x02S" * 400_000],
-    "an unknown kind": [head(b"Z")],
-    "a notice": [head(b"N")],
-    "many parts": [head(b"I"), *([b"x"] * 1000)],
-    "no body": [head(b"I")],
-    "no text": [head(b"I"), b"\xff\xfe"],
-    "nested deep": [head(b"I"), DEEP],
-    "nested deep to remove": [head(b"R"), DEEP],
-    "nested deep to unlock": [head(b"U"), DEEP],
-    "null": [head(b"I"), b"null"],
-    "a number": [head(b"R"), b"17"],
-    "endless digits": [head(b"I"), b"9" * 100_000],
-    "a list of numbers": [head(b"I"), b"[1, 2]"],
-    "an endless uid": [head(b"I"), described().replace(b"8", b"1e999")],
-    "a uid that is no number": [head(b"I"), described().replace(b"8", b"NaN")],
-    "a uid of 400 digits": [head(b"I"), described(uid=10**400)],
-    "a uid that is half": [head(b"I"), described(uid=8.5)],
-    "a uid that is a list": [head(b"I"), described(uid=[8])],
-    "a uid below zero": [head(b"I"), described(uid=-1)],
-    "an endless position": [head(b"I"), described(position=float("inf"))],
-    "a third side": [head(b"I"), described(position=2)],
-    "an unknown mode": [head(b"I"), described(mode=10**30)],
-    "a mode that is a list": [head(b"I"), described(mode=[])],
-    "a status that is a list": [head(b"I"), described(desired_status=["FAILURE"])],
-    "a status of half a pair": [head(b"I"), described(desired_status="\ud800")],
-    "an unknown status": [head(b"I"), described(desired_status="GLORY")],
-    "a key of half a pair": [head(b"R"), b'{"\\ud800": 1}'],
-    "a board that is no text": [head(b"B"), b"\xff"],
-}
+GARBAGE = [
+    [b""],
+    [b"\x02"],
+    [b"\x02S\x00\x00\x00\x00\x00"],
+    [b"\x02S" * 400_000],
+    [head(b"Z")],
+    [head(b"N")],
+    [head(b"I")],
+    [head(b"I"), *([b"x"] * 1000)],
+    [head(b"I"), b"\xff\xfe"],
+    [head(b"I"), DEEP],
+    [head(b"R"), DEEP],
+    [head(b"U"), DEEP],
+    [head(b"I"), b"null"],
+    [head(b"I"), b'"text"'],
+    [head(b"I"), b"{}"],
+    [head(b"R"), b"17"],
+    [head(b"R"), b'{"uid": 99, "position": 0}'],
+    [head(b"U"), b'{"uid": 1, "position": 0}'],
+    [head(b"I"), b"9" * 100_000],
+    [head(b"I"), b"[1, 2]"],
+    [head(b"I"), described().replace(b"8", b"1e999")],
+    [head(b"I"), described().replace(b"8", b"NaN")],
+    [head(b"I"), described(uid=10**400)],
+    [head(b"I"), described(uid=8.5)],
+    [head(b"I"), described(uid=[8])],
+    [head(b"I"), described(position=2)],
+    [head(b"I"), described(mode=10**30)],
+    [head(b"I"), described(mode=[])],
+    [head(b"I"), described(desired_status=["FAILURE"])],
+    [head(b"I"), described(desired_status="\ud800")],
+    [head(b"I"), described(desired_status="GLORY")],
+    [head(b"I"), b"[" + described(uid=1) + b"," + described(uid=999) + b"]"],
+    [head(b"R"), b'{"\\ud800": 1}'],
+    [head(b"B"), b"\xff"],
+]
 
 
 @pytest.fixture
@@ -82,23 +84,17 @@ def alive(client: Client) -> bool:
     return len(client.ask(b"S")[1]) == 3 * len(TREE)
 
 
-@pytest.mark.parametrize("kind", GARBAGE)
-def test_garbage_is_answered_by_an_error(client, kind):
-    client.socket.send_multipart(GARBAGE[kind])
-    assert client.socket.recv_multipart()[0] == b"error"
-    assert alive(client)
-    assert json.loads(client.ask(b"D")[1]) == []
-
-
-def test_a_list_with_one_bad_hook_inserts_none(client):
-    both = b"[" + described(uid=1) + b"," + described(uid=999) + b"]"
-    assert client.ask(b"I", both)[0] == b"error"
+def test_garbage_is_answered_by_an_error_and_inserts_no_hook(client):
+    for parts in GARBAGE:
+        client.socket.send_multipart(parts)
+        assert client.socket.recv_multipart()[0] == b"error", [part[:40] for part in parts[:2]]
+        assert alive(client)
     assert json.loads(client.ask(b"D")[1]) == []
 
 
 def test_random_messages_leave_the_server_alive(served, client):
     rng = random.Random(0)
-    for number in range(400):
+    for number in range(300):
         first = rng.choice(
             [head(bytes([rng.choice(LETTERS)])), rng.randbytes(6), rng.randbytes(rng.randrange(20))]
         )
@@ -111,7 +107,7 @@ def test_random_messages_leave_the_server_alive(served, client):
     assert all(hook.tick_once() is None for hook in served.hooks)
 
 
-def test_other_kinds_of_peers_leave_the_server_alive(client):
+def test_other_peers_and_one_that_sends_too_much_leave_the_server_alive(client):
     with zmq.Context() as context:
         for kind in (zmq.DEALER, zmq.PUSH, zmq.PUB, zmq.SUB, zmq.ROUTER):
             peer = context.socket(kind)
@@ -121,17 +117,6 @@ def test_other_kinds_of_peers_leave_the_server_alive(client):
             for parts in ([b""], [b"x"] * 5, [b"", b"x" * 2_000_000], [b"", head(b"I"), DEEP]):
                 with suppress(zmq.Again):  # the server hung up on the part before
                     peer.send_multipart(parts, zmq.NOBLOCK) if kind == zmq.DEALER else None
-        assert alive(client)
-        context.destroy(linger=0)
-    for garbage in (b"GET / HTTP/1.1\r\n\r\n", bytes(100), b"\xff" * 10_000, b"\xff\x00"):
-        for port in (PORT, PORT + 1):
-            with socket.create_connection(("127.0.0.1", port)) as raw:
-                raw.sendall(garbage)
-    assert alive(client)
-
-
-def test_one_client_that_sends_too_much_is_disconnected(client):
-    with zmq.Context() as context:
         greedy = Client(context)
         greedy.socket.setsockopt(zmq.RCVTIMEO, 300)
         greedy.socket.send_multipart([head(b"I"), b"x" * 50_000_000])
@@ -139,6 +124,11 @@ def test_one_client_that_sends_too_much_is_disconnected(client):
             greedy.socket.recv_multipart()
         assert alive(client)
         context.destroy(linger=0)
+    for garbage in (b"GET / HTTP/1.1\r\n\r\n", bytes(100), b"\xff" * 10_000, b"\xff\x00"):
+        for port in (PORT, PORT + 1):
+            with socket.create_connection(("127.0.0.1", port)) as raw:
+                raw.sendall(garbage)
+    assert alive(client)
 
 
 def test_outcomes_are_replaced_only_where_a_person_allowed_it(served, client):

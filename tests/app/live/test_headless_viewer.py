@@ -23,7 +23,7 @@ pytestmark = pytest.mark.skipif(
 )
 
 VIEWS = {
-    *("tree", "top-down", "graph", "now", "blackboard", "history", "log", "scene"),
+    *("tree", "now", "blackboard", "history", "log", "scene"),
     "depth and grasp quality",
     *(curves.name for curves in PLOTS.values()),
 }

@@ -1,10 +1,12 @@
-"""What listens while a task runs: what SECURITY.md says, on loopback, and nothing else."""
+"""Listening sockets of a run: those of its options, on loopback only, as SECURITY.md says."""
 
 import os
 import re
 import subprocess
 import sys
 import time
+import urllib.error
+import urllib.request
 from pathlib import Path
 
 import pytest
@@ -33,18 +35,20 @@ def listening(pid: int) -> set[str]:
     return found
 
 
-@pytest.mark.parametrize("served", [True, False], ids=["page and Groot2", "no options"])
+@pytest.mark.parametrize(
+    "served", [True, pytest.param(False, marks=pytest.mark.slow)], ids=["everything", "nothing"]
+)
 def test_only_what_was_asked_for_listens_and_on_loopback_alone(tmp_path, served):
     pytest.importorskip("zmq")
     task = tmp_path / "toy.yaml"
     task.write_text(TASK)
-    port = free_pair()
-    options = ["--control", "--groot2", "--groot2-port", str(port)] if served else []
-    runs = tmp_path / "runs"
-    fixed = ["--scene", "single", "--speed", "real", "--view", "none"]
-    program = (sys.executable, "-m", "frankie_task_cli", "run")
+    port, runs = free_pair(), tmp_path / "runs"
+    options = ["--view", "none"]
+    if served:
+        options = ["--view", "web", "--control", "--groot2", "--groot2-port", str(port)]
+    program = (sys.executable, "-m", "frankie_task_cli", "run", str(task), "--scene", "single")
     process = subprocess.Popen(
-        [*program, str(task), *fixed, "--record", str(runs), *options],
+        [*program, "--speed", "real", "--record", str(runs), *options],
         stderr=subprocess.PIPE,
         text=True,
         env=os.environ | {"PYTHONPATH": str(ROOT)},
@@ -54,18 +58,28 @@ def test_only_what_was_asked_for_listens_and_on_loopback_alone(tmp_path, served)
         while not any("RUNNING" in log.read_text() for log in runs.glob("*/events.jsonl")):
             assert time.monotonic() < deadline
             time.sleep(0.1)
-        expected = set()
-        if served:
-            line = next(line for line in process.stderr if "control at" in line)
-            page = re.search(r"http://127\.0\.0\.1:(\d+)/#(\S{22})", line)
-            expected = {f"127.0.0.1:{page[1]}", f"127.0.0.1:{port}", f"127.0.0.1:{port + 1}"}
+        said = ""
+        while served and "control at" not in said:
+            said += process.stderr.readline()
         time.sleep(0.5)
-        assert listening(process.pid) == expected
+        sockets = listening(process.pid)
+        if served:
+            page = re.search(r"control at http://127\.0\.0\.1:(\d+)/#(\S{22})", said)
+            viewer = re.search(r"watch at (http://127\.0\.0\.1:(\d+)/\S+3A(\d+)%2Fproxy\S*)", said)
+            assert page, said
+            assert viewer, said
+            ports = (page[1], viewer[2], viewer[3], port, port + 1)
+            assert sockets == {f"127.0.0.1:{number}" for number in ports}
+            assert b"rerun" in urllib.request.urlopen(viewer[1], timeout=20.0).read().lower()
+        else:
+            assert sockets == set()
     finally:
         process.terminate()
-        process.communicate(timeout=30.0)
+        process.communicate(timeout=60.0)
     assert process.returncode == 130
     if served:
+        with pytest.raises(urllib.error.URLError):
+            urllib.request.urlopen(viewer[1], timeout=5.0)
         kept = "".join(
             path.read_text(errors="replace") for path in runs.glob("*/*") if path.suffix != ".rrd"
         )

@@ -8,7 +8,7 @@ import pytest
 
 from app.live.monitor import meshes as module
 from app.live.monitor.meshes import NAMES, meshes
-from app.live.monitor.robot_looks import robot_looks
+from app.live.monitor.robot_visual import robot_visual
 from robots import load_robot
 
 FRANKIE = load_robot("frankie")
@@ -32,7 +32,7 @@ def kinds(bodies: list) -> set[str]:
 @pytest.mark.usefixtures("no_assets")
 def test_without_the_extra_the_robot_is_made_of_primitives() -> None:
     assert meshes() is None
-    looks = robot_looks(FRANKIE)
+    looks = robot_visual(FRANKIE)
     assert "Boxes3D" in kinds(looks.base)
     assert len(looks.links) == 8
     for bodies in (looks.base, looks.hand, looks.finger, *looks.links):
@@ -42,10 +42,10 @@ def test_without_the_extra_the_robot_is_made_of_primitives() -> None:
 
 @needs_assets
 def test_with_it_every_link_has_its_mesh_and_the_base_where_it_is_known() -> None:
-    looks = robot_looks(FRANKIE)
+    looks = robot_visual(FRANKIE)
     assert all(kinds(link) == {"Mesh3D"} for link in looks.links)
     assert kinds(looks.base) == kinds(looks.finger) == {"Mesh3D"}
-    assert kinds(robot_looks(OMNI).base) == {"Boxes3D"}
+    assert kinds(robot_visual(OMNI).base) == {"Boxes3D"}
 
 
 @needs_assets

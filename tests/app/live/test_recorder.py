@@ -10,8 +10,8 @@ from recordings import poses, record, rows, static, with_component
 from rerun.chunk import RrdReader
 
 from app.live import SceneView, Snapshot
-from app.live.monitor.history import MARK
 from app.live.monitor.signals_panel import PLOTS
+from app.live.monitor.tree_panel import MARK
 from app.live.nodes import NodeInfo, NodeStatus
 from controller import robot_model
 from hw import Fault, FaultKind
@@ -32,10 +32,9 @@ def recording(tmp_path_factory: pytest.TempPathFactory, snapshots: list[Snapshot
 def test_every_part_of_the_picture_is_in_the_file(recording: Path) -> None:
     chunks = RrdReader(recording).stream().to_chunks()
     links = [f"/world/robot/link{i}" for i in range(8)]
-    parts = ("pills", "edges", "labels")
     assert {chunk.entity_path for chunk in chunks} >= {
-        *(f"/tree/{drawing}/{part}" for drawing in ("list", "chart") for part in parts),
-        *("/tree/graph", "/status", "/now", "/blackboard", "/log"),
+        *(f"/tree/list/{part}" for part in ("pills", "edges", "labels")),
+        *("/status", "/now", "/blackboard", "/log"),
         *("/world/fixtures", "/world/goal", "/world/tool", "/world/trail", "/world/grasp"),
         *("/world/objects/0_box_1", "/world/objects/1_mug", "/world/objects/2_ball_and_bar"),
         *("/world/robot/base", "/world/robot/hand", *links),

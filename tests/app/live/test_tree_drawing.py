@@ -9,7 +9,7 @@ import sample_run as samples
 from recordings import record, rows, with_component
 from sample_run import FAILURE, IDLE, RUNNING, SUCCESS
 
-from app.live.monitor.tree_layout import MOST_SHOWN, ROW, chart_layout, list_layout, visible
+from app.live.monitor.tree_drawing import MOST_SHOWN, ROW, list_layout, visible
 from app.live.nodes import NodeInfo, NodeStatus, parents
 
 LARGE = (
@@ -33,61 +33,37 @@ def part(own, *leaves, rest=IDLE):
     return [own, *leaves, *[rest] * (19 - len(leaves))]
 
 
-def test_a_small_tree_is_drawn_whole() -> None:
-    nodes = [NodeStatus(IDLE, "") for _ in samples.TREE]
-    assert visible(samples.TREE, nodes) == tuple(range(len(samples.TREE)))
+OPEN_SECOND = (0, 1, *range(21, 41), 41)
 
 
-def test_of_a_large_tree_what_runs_is_open_and_what_is_at_rest_closed() -> None:
-    nodes = statuses(
-        RUNNING, part(SUCCESS, rest=SUCCESS), part(RUNNING, SUCCESS, RUNNING), part(IDLE)
-    )
-    assert visible(LARGE, nodes) == (0, 1, *range(21, 41), 41)
-
-
-def test_where_a_large_tree_failed_stays_open() -> None:
-    nodes = statuses(
-        FAILURE, part(SUCCESS, rest=SUCCESS), part(FAILURE, SUCCESS, FAILURE), part(IDLE)
-    )
-    assert visible(LARGE, nodes) == (0, 1, *range(21, 41), 41)
-
-
-def test_a_large_tree_before_its_first_tick_is_its_root_and_what_hangs_on_it() -> None:
-    nodes = statuses(IDLE, part(IDLE), part(IDLE), part(IDLE))
-    assert visible(LARGE, nodes) == (0, 1, 21, 41)
+@pytest.mark.parametrize(
+    ("nodes", "drawn"),
+    [
+        ((RUNNING, (SUCCESS, SUCCESS), (RUNNING, RUNNING), (IDLE, IDLE)), OPEN_SECOND),
+        ((FAILURE, (SUCCESS, SUCCESS), (FAILURE, FAILURE), (IDLE, IDLE)), OPEN_SECOND),
+        ((IDLE, (IDLE, IDLE), (IDLE, IDLE), (IDLE, IDLE)), (0, 1, 21, 41)),
+    ],
+    ids=["running", "failed", "before the first tick"],
+)
+def test_of_a_large_tree_only_what_runs_or_failed_is_open(nodes, drawn) -> None:
+    root, (first, rest), (second, leaf), (third, last) = nodes
+    second_part = part(second, *([] if leaf is IDLE else [SUCCESS, leaf]))
+    row = statuses(root, part(first, rest=rest), second_part, part(third, rest=last))
+    assert visible(LARGE, row) == drawn
+    small = [NodeStatus(IDLE, "") for _ in samples.TREE]
+    assert visible(samples.TREE, small) == tuple(range(len(samples.TREE)))
 
 
 @pytest.mark.parametrize("tree", [samples.TREE, LARGE, LARGE[:1], LARGE[:2]])
-def test_no_two_pills_of_a_drawing_overlap(tree: tuple[NodeInfo, ...]) -> None:
-    for place in (list_layout, chart_layout):
-        layout = place(tree)
-        assert len(layout.edges) == len(tree) - 1
-        assert layout.left.min() == 0.0
-        for height in np.unique(layout.height):
-            row = layout.height == height
-            order = np.argsort(layout.left[row])
-            left, width = layout.left[row][order], layout.width[row][order]
-            assert (left[1:] >= (left + width)[:-1] + 5.0).all(), place
-
-
-def test_the_chart_puts_parents_over_the_middle_of_their_children_in_order() -> None:
-    layout = chart_layout(samples.TREE)
-    above = parents(samples.TREE)
-    for node in range(len(samples.TREE)):
-        children = [child for child, parent in enumerate(above) if parent == node]
-        middles = layout.middles[children, 0]
-        assert (np.diff(middles) > 0.0).all()
-        if children:
-            assert layout.middles[node, 0] == pytest.approx((middles[0] + middles[-1]) / 2)
-
-
-def test_edges_lead_from_parent_to_child() -> None:
-    for place in (list_layout, chart_layout):
-        layout = place(samples.TREE)
-        children = [c for c, p in enumerate(parents(samples.TREE)) if p is not None]
-        for child, edge in zip(children, layout.edges, strict=True):
-            assert edge[-1, 1] == layout.height[child]
-            assert layout.left[child] <= edge[-1, 0] <= layout.left[child] + layout.width[child]
+def test_pills_have_a_row_each_and_edges_lead_from_parent_to_child(tree) -> None:
+    layout = list_layout(tree)
+    assert layout.left.min() == 0.0
+    assert np.diff(layout.height) == pytest.approx(ROW)
+    children = [c for c, p in enumerate(parents(tree)) if p is not None]
+    assert len(layout.edges) == len(children) == len(tree) - 1
+    for child, edge in zip(children, layout.edges, strict=True):
+        assert edge[-1, 1] == layout.height[child]
+        assert layout.left[child] <= edge[-1, 0] <= layout.left[child] + layout.width[child]
 
 
 def test_a_large_tree_is_drawn_anew_when_something_opens(tmp_path: Path) -> None:
@@ -107,7 +83,7 @@ def test_a_large_tree_is_drawn_anew_when_something_opens(tmp_path: Path) -> None
     assert [len(row["colors"]) for row in colours] == [22, 22]
     heights = [strip[0][1] for strip in pills[0]["strips"]]
     assert np.diff(heights) == pytest.approx(ROW)
-    assert len(rows(path, "/tree/graph")[0]["labels"]) == len(LARGE) > MOST_SHOWN
+    assert len(LARGE) > MOST_SHOWN
 
 
 def test_a_click_on_a_pill_tells_name_kind_status_and_message(tmp_path: Path) -> None:

@@ -1,12 +1,6 @@
 """Who can watch, where, and the messages when that is not possible."""
 
-import os
-import signal
 import socket
-import subprocess
-import sys
-import urllib.error
-import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -17,7 +11,6 @@ from app.commands import app
 from app.live import View, Viewer, ViewError, ViewOptions
 from app.live.web.ports import LOOPBACK
 
-ROOT = Path(__file__).parents[3]
 NO_SCREEN: dict[str, str] = {}
 SCREEN = {"DISPLAY": ":0"}
 
@@ -122,52 +115,3 @@ def test_a_viewer_that_does_not_start_is_no_reason_not_to_run(
     assert ran
     assert messages[0].startswith("the viewer did not start (")
     assert messages[0].endswith("; the run is still recorded")
-
-
-def listening(process: int) -> set[tuple[str, int]]:
-    """Address and port of every TCP socket on which a process or a child of it listens."""
-    family = {process}
-    for folder in sorted(Path("/proc").glob("[0-9]*"), key=lambda path: int(path.name)):
-        try:
-            parent = int((folder / "stat").read_text().rpartition(")")[2].split()[1])
-        except OSError:  # it has ended
-            continue
-        if parent in family:
-            family.add(int(folder.name))
-    sockets = {os.readlink(fd) for member in family for fd in Path(f"/proc/{member}/fd").iterdir()}
-    found = set()
-    for table, size in (("tcp", 8), ("tcp6", 32)):
-        for line in Path(f"/proc/net/{table}").read_text().splitlines()[1:]:
-            fields = line.split()
-            if fields[3] == "0A" and f"socket:[{fields[9]}]" in sockets:
-                address, _, port = fields[1].partition(":")
-                raw = bytes.fromhex(address)
-                words = b"".join(raw[i : i + 4][::-1] for i in range(0, size // 2, 4))
-                kind = socket.AF_INET if table == "tcp" else socket.AF_INET6
-                found.add((socket.inet_ntop(kind, words), int(port, 16)))
-    return found
-
-
-def test_a_run_that_is_watched_listens_on_loopback_only(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "frankie_task_cli", "run", "pick_one", "--speed", "real"]
-    with subprocess.Popen(
-        [*command, "--view", "web", "--record", tmp_path],
-        cwd=ROOT,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-    ) as run:
-        assert run.stderr is not None
-        assert run.stderr.readline() == "frankie-task: loading\n"
-        address = run.stderr.readline().removeprefix("watch at ").strip()
-        sockets = listening(run.pid)
-        page = urllib.request.urlopen(address, timeout=20.0).read()
-        run.send_signal(signal.SIGINT)
-    assert b"rerun" in page.lower()
-    assert len(sockets) == 2
-    assert {host for host, _ in sockets} == {LOOPBACK}
-    assert run.returncode == 130
-    (recording,) = tmp_path.glob("*/recording.rrd")
-    assert recording.stat().st_size > 50_000
-    with pytest.raises(urllib.error.URLError):
-        urllib.request.urlopen(address, timeout=5.0)

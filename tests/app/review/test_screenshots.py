@@ -8,15 +8,18 @@ from rerun.chunk import RrdReader, StoreEntry
 
 from app.core import RECORDING
 from app.live.monitor.framing import Eye
-from app.review.screenshots import Scenes, record_scenes
+from app.review.screenshots import moments
 
 VIEWS = {"1600x900": (779, 471), "1280x720": (623, 362)}
 """Size of the 3-D view in each window, as measured in the viewer [px]."""
 
 
+pytestmark = pytest.mark.slow
+
+
 @pytest.fixture(scope="module")
-def scenes(tmp_path_factory) -> Scenes:
-    return record_scenes(tmp_path_factory.mktemp("runs"))
+def scenes(tmp_path_factory) -> dict[str, tuple[Path, float]]:
+    return moments(tmp_path_factory.mktemp("runs"))
 
 
 def eyes_of(recording: Path) -> list[Eye]:
@@ -58,8 +61,8 @@ def placed_at(recording: Path, moment: float) -> dict[str, np.ndarray]:
 
 @pytest.mark.parametrize("size", VIEWS)
 @pytest.mark.parametrize("name", ["navigate", "grasp", "place", "fault", "end"])
-def test_robot_goal_and_object_are_in_the_picture(scenes: Scenes, name: str, size: str) -> None:
-    run, moment = scenes.moments()[name]
+def test_robot_goal_and_object_are_in_the_picture(scenes, name: str, size: str) -> None:
+    run, moment = scenes[name]
     eyes, frames = eyes_of(run / RECORDING), placed_at(run / RECORDING, moment)
     robot = [point for frame, point in frames.items() if frame.startswith("world/robot/")]
     objects = [point for frame, point in frames.items() if frame.startswith("world/objects/")]
@@ -79,8 +82,7 @@ def test_robot_goal_and_object_are_in_the_picture(scenes: Scenes, name: str, siz
         assert spread.max() > 0.05 * width, "and it is not a dot"
 
 
-def test_the_moments_are_what_they_are_called(scenes: Scenes) -> None:
-    moments = scenes.moments()
-    times = [moments[name][1] for name in ("navigate", "grasp", "place", "end")]
+def test_the_moments_are_what_they_are_called(scenes) -> None:
+    times = [scenes[name][1] for name in ("navigate", "grasp", "place", "end")]
     assert times == sorted(times)
-    assert moments["fault"][0] != moments["end"][0]
+    assert scenes["fault"][0] != scenes["end"][0]

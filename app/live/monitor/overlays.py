@@ -1,20 +1,20 @@
-"""What the robot wants and feels: ghosts of its goals, the way of the base, and what is near."""
+"""Overlays of the 3-D scene: ghosts of the goals, base path, obstacles, regions, faults."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from math import cos, sin
 from typing import Any
 
 import numpy as np
 import rerun as rr
 
-from app.live.monitor.columns import WORLD, Array, timelines
+from app.live.feed import Throttle
+from app.live.monitor.columns import WORLD, Array, set_time, timelines
 from app.live.monitor.glyphs import Colour, printable
-from app.live.monitor.robot_shapes import base_parts, finger_parts, finger_poses, hand_parts
+from app.live.monitor.robot_visual import base_parts, finger_parts, finger_poses, hand_parts
 from app.live.monitor.solids import solids
 from app.live.snapshot import SceneView, Snapshot
-from app.live.throttle import Throttle
 from robots import RobotDescription
 
 GHOST: Colour = (120, 190, 255)
@@ -23,17 +23,16 @@ _FELT: Colour = (255, 150, 40)
 _REGION: Colour = (110, 150, 120)
 _SEEN: Colour = (235, 110, 90)
 _FLOOR = 0.012
-"""Lines on the floor lie this high, so that it does not hide them [m]."""
+"""Height of lines on the floor, above its surface [m]."""
 _FAR = 0.5
-"""What is farther away is felt by the controller, but not drawn [m]."""
+"""Larger distances are not drawn [m]."""
 _SEEN_POINTS = 1000
-"""Of what the camera has seen at most so many points are drawn,"""
 _SEEN_PERIOD = 1.0
-"""and not more often than this [s]."""
+"""Shortest time between two drawings of depth obstacles [s]."""
 
 
 def ghost_hand(robot: RobotDescription) -> list[Any]:
-    """The open hand as a see-through shape, in the frame of a tool pose."""
+    """The open hand as a transparent shape, in the frame of a tool pose."""
     gripper = robot.gripper
     eTh = gripper.hTe.inverse()
     palm, _ = hand_parts(robot)
@@ -47,7 +46,7 @@ def ghost_hand(robot: RobotDescription) -> list[Any]:
 
 
 def ghost_base(robot: RobotDescription) -> list[Any]:
-    """The base as a see-through shape, in its own frame."""
+    """The base as a transparent shape, in its own frame."""
     return _coloured(solids(base_parts(robot.base)[:1], "TransparentFillMajorWireframe"))
 
 
@@ -58,7 +57,7 @@ def _coloured(bodies: list[Any]) -> list[Any]:
 
 
 class IntentPanel:
-    """Draws the way, the distances, the regions, and the points that the camera has seen."""
+    """Draws base path, smallest distance, regions, and depth obstacles."""
 
     def __init__(self, stream: rr.RecordingStream, scene: SceneView) -> None:
         self._stream = stream
@@ -89,7 +88,7 @@ class IntentPanel:
                 stream.log(path, body, static=True)
 
     def write(self, shown: Sequence[Snapshot]) -> None:
-        """Add some snapshots, each of which is drawn if it has changed."""
+        """Add snapshots, each of which is drawn if it has changed."""
         self._send("world/way", shown, lambda s: s.way, _way)
         self._send("world/felt", shown, lambda s: s.report.nearest_points, _felt)
         some = [snapshot for snapshot in shown if self._seen.due(snapshot.stamp)]
@@ -102,6 +101,7 @@ class IntentPanel:
         source: Callable[[Snapshot], object],
         drawn: Callable[[Snapshot], tuple[int, Any]],
     ) -> None:
+        """Send the snapshots in which `source` has changed."""
         for snapshot in shown:
             now = source(snapshot)
             if path in self._last and now is self._last[path]:
@@ -114,6 +114,7 @@ class IntentPanel:
 
 
 def _way(snapshot: Snapshot) -> tuple[int, Any]:
+    """Base path on the floor."""
     if snapshot.way is None or len(snapshot.way) < 2:
         return 0, rr.LineStrips3D.columns(strips=[])
     points = np.column_stack([snapshot.way[:, :2], np.full(len(snapshot.way), _FLOOR)])
@@ -121,7 +122,7 @@ def _way(snapshot: Snapshot) -> tuple[int, Any]:
 
 
 def _felt(snapshot: Snapshot) -> tuple[int, Any]:
-    """A line over the shortest distance that the controller keeps, with its length."""
+    """A line over the smallest distance that the controller keeps, with its length."""
     distance = snapshot.report.clearance
     if snapshot.report.nearest_points is None or not distance < _FAR:
         return 0, rr.LineStrips3D.columns(strips=[], labels=[])
@@ -140,3 +141,58 @@ def _seen(snapshot: Snapshot) -> tuple[int, Any]:
 def _upright(rotation: Array) -> rr.Quaternion:
     yaw = float(np.arctan2(rotation[1, 0], rotation[0, 0]))
     return rr.Quaternion(xyzw=(0.0, 0.0, sin(yaw / 2.0), cos(yaw / 2.0)))
+
+
+_RED: Colour = (225, 45, 40)
+_PLAIN: Colour = (255, 255, 255)
+_BANNER = "world/fault"
+_ABOVE = np.array([0.0, 0.0, 1.45])
+"""Position of the banner above the base [m]."""
+
+
+class FaultPanel:
+    """Draws faults: the robot in red, and a banner over it.
+
+    Args:
+        stream: to write to.
+        bodies: archetypes of the robot by entity; their colours are moved to this panel.
+    """
+
+    def __init__(self, stream: rr.RecordingStream, bodies: Mapping[str, Sequence[Any]]) -> None:
+        self._stream = stream
+        self._shown: tuple[str, ...] | None = None
+        self._looks: list[tuple[str, type[Any], Any]] = []
+        colours: dict[int, Any] = {}  # both fingers are drawn from the same
+        for path, some in bodies.items():
+            for body in some:
+                if not isinstance(body, rr.Mesh3D) and id(body) not in colours:
+                    colours[id(body)] = body.colors.pa_array.to_numpy(zero_copy_only=False)
+                    body.colors = None  # a colour that never changes could not turn red
+                self._looks.append((path, type(body), colours.get(id(body))))
+        stream.log(_BANNER, rr.CoordinateFrame(WORLD), static=True)
+        look = rr.Points3D.from_fields(colors=[_RED], radii=0.02, show_labels=True)
+        stream.log(_BANNER, look, static=True)
+
+    def write(self, batch: Sequence[Snapshot]) -> None:
+        """Add the faults of a batch."""
+        for snapshot in batch:
+            faults = tuple(fault.text for fault in snapshot.state.faults)
+            if faults != self._shown:
+                set_time(self._stream, snapshot)
+                if self._shown is None or bool(faults) is not bool(self._shown):
+                    self._paint(bool(faults))
+                self._hang(snapshot, faults)
+                self._shown = faults
+
+    def _paint(self, is_red: bool) -> None:
+        for path, kind, colours in self._looks:
+            if kind is rr.Mesh3D:
+                look = rr.Mesh3D.from_fields(albedo_factor=_RED if is_red else _PLAIN)
+            else:
+                look = kind.from_fields(colors=[_RED] if is_red else colours)
+            self._stream.log(path, look)
+
+    def _hang(self, snapshot: Snapshot, faults: Sequence[str]) -> None:
+        places = [snapshot.state.wTb.translation + _ABOVE] if faults else []
+        labels = [f"⚠ FAULT: {printable('; '.join(faults))}"] if faults else []
+        self._stream.log(_BANNER, rr.Points3D.from_fields(positions=places, labels=labels))

@@ -1,16 +1,16 @@
-"""What a robot looks like in primitives, made from its description.
-
-Base, hand, fingers and camera are the shapes of the description. Arms are drawn as their collision
-capsules, or in more detail if `LINKS` knows them.
-"""
+"""Visual of a robot in the viewer: its meshes if they are installed, else primitives."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+import rerun as rr
 from pinocchio import SE3, Quaternion
 
+from app.live.monitor.meshes import Mesh, meshes
+from app.live.monitor.solids import solids
 from robots import (
     ArmDescription,
     BaseDescription,
@@ -32,6 +32,7 @@ _Point = tuple[float, float, float]
 
 
 def _bar(start: _Point, end: _Point, radius: float, colour: Colour = _WHITE) -> Geom:
+    """A capsule between two points."""
     a, b = np.array(start), np.array(end)
     length = float(np.linalg.norm(b - a))
     turn = Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), (b - a) / length)
@@ -72,13 +73,13 @@ LINKS: dict[str, tuple[tuple[Geom, ...], ...]] = {
         (_bar((0.0, 0.0, -0.02), (0.0, 0.0, 0.06), 0.044),),
     ),
 }
-"""By the `looks` of an arm: its foot and seven links, each in its own frame."""
+"""By the visual of an arm: its foot and seven links, each in its own frame."""
 
 _HALF_TURN = SE3(np.diag([-1.0, -1.0, 1.0]), np.zeros(3))
 
 
 def arm_parts(arm: ArmDescription) -> tuple[tuple[Geom, ...], ...]:
-    """Foot and seven links of an arm, each in its own frame."""
+    """Foot and seven links of an arm, each in its own frame; unknown arms as their capsules."""
     known = LINKS.get(arm.looks or "")
     return known or tuple(
         tuple(replace(part, colour=_WHITE) for part in parts) for parts in arm.collision
@@ -97,7 +98,7 @@ def finger_parts(gripper: GripperDescription) -> tuple[Geom, Geom]:
 
 
 def finger_poses(gripper: GripperDescription, width: float) -> tuple[SE3, SE3]:
-    """Frames of the left and the right finger on the flange, with `width` [m] between the pads.
+    """Frames of the left and the right finger on the flange, `width` [m] between the pads.
 
     A finger's frame has its origin beside the grasp centre, on the inner face of the pad, and the
     other finger in -y.
@@ -116,4 +117,44 @@ def base_parts(base: BaseDescription) -> tuple[Geom, ...]:
         Geom(Box(half), _at(0.0, 0.0, height / 2 + 0.01), colour=_DARK),
         Geom(Box(lid), _at(0.0, 0.0, height - 0.01), colour=_SHELL),
         Geom(Box(nose), _at(length / 2, 0.0, height * 0.6), colour=_ORANGE),
+    )
+
+
+_FINGER_ROOT = 0.0584
+"""Origin of the finger's mesh on the flange, along z [m]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobotVisual:
+    """Rerun archetypes for every body, each in its own frame."""
+
+    base: list[Any]
+    links: list[list[Any]]
+    hand: list[Any]
+    finger: list[Any]
+
+
+def robot_visual(robot: RobotDescription) -> RobotVisual:
+    """What a robot looks like."""
+    installed = meshes()
+    base, links = solids(base_parts(robot.base)), [solids(parts) for parts in arm_parts(robot.arm)]
+    palm, camera = (solids((part,)) for part in hand_parts(robot))
+    finger = solids(finger_parts(robot.gripper))
+    if installed and robot.base.looks == "omron":
+        base = [_mesh(installed["omron"])]
+    if installed and robot.arm.looks == "panda":
+        links = [[_mesh(installed[f"link{i}"])] for i in range(len(links))]
+    if installed and robot.gripper.looks == "franka_hand":
+        root = np.array([0.0, 0.0, robot.gripper.hTe.translation[2] - _FINGER_ROOT])
+        palm, finger = [_mesh(installed["hand"])], [_mesh(installed["finger"], root)]
+    return RobotVisual(base=base, links=links, hand=[*palm, *camera], finger=finger)
+
+
+def _mesh(mesh: Mesh, origin: Any = 0.0) -> rr.Mesh3D:
+    """A mesh whose frame lies at `origin` (3,) [m] of its own."""
+    return rr.Mesh3D(
+        vertex_positions=mesh.vertices - np.float32(origin),
+        vertex_normals=mesh.normals,
+        vertex_colors=mesh.colours,
+        triangle_indices=mesh.triangles,
     )
