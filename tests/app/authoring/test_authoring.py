@@ -56,15 +56,12 @@ def test_nodes_tells_all_about_one():
     assert "holding_object" not in out
 
 
-@pytest.mark.parametrize("word", [*LEAVES, *COMPOSITES, *MODIFIERS, "name", "subtree", "set"])
-def test_nodes_knows_every_word(word):
-    code, out, _ = call("nodes", word)
-    assert code == 0
-    assert out.startswith(word)
-    assert len(out.splitlines()) > 1
-
-
-def test_nodes_tells_of_outputs():
+def test_nodes_knows_every_word_and_its_outputs():
+    for word in (*LEAVES, *COMPOSITES, *MODIFIERS, "name", "subtree", "set"):
+        code, out, _ = call("nodes", word)
+        assert code == 0, word
+        assert out.startswith(word)
+        assert len(out.splitlines()) > 1, word
     _, out, _ = call("nodes", "scan_for_objects")
     outputs = out[out.index("outputs") :]
     assert "count" in outputs
@@ -151,7 +148,7 @@ def test_new_writes_over_nothing(tmp_path):
     assert (tmp_path / "frankie-task.schema.json").read_text() == "mine too"
 
 
-@pytest.mark.parametrize("name", ["two words", "../up", "7up", "a.yaml"])
+@pytest.mark.parametrize("name", ["two words", "../up"])
 def test_a_bad_name_is_refused(tmp_path, name):
     code, _, err = call("new", name, "--folder", tmp_path)
     assert code == 2

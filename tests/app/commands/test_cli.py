@@ -1,11 +1,6 @@
 """The command line as a person meets it: its answers, its mistakes, its exit codes."""
 
 import json
-import os
-import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -70,20 +65,6 @@ def test_a_run_leaves_summary_commands_recording_and_what_was_run(tmp_path, task
     assert summary["outcome"] == "success"
     assert summary["reason"] == "navigate: at near"
     assert summary["limit_violations"] == 0
-    wanted = [
-        "outcome",
-        "placed",
-        "attempts",
-        "objects",
-        "duration_s",
-        "grasp_time_mean_s",
-        "pick_place_time_mean_s",
-        "limit_violations",
-        "tick_median_ms",
-        "tick_p99_ms",
-        "real_time_factor",
-    ]
-    assert set(wanted) <= set(summary)
     assert (folder / "task.yaml").read_text() == tree.read_text()
     assert json.loads((folder / "options.json").read_text())["seed"] == 4
     commands = np.load(folder / "commands.npy")
@@ -94,12 +75,14 @@ def test_a_run_leaves_summary_commands_recording_and_what_was_run(tmp_path, task
 
 
 def test_the_summary_for_people_says_what_happened(tmp_path, task):
-    code, out, _ = run(tmp_path, task("navigate: {to: near}"))
+    code, out, _ = run(tmp_path, task("navigate: {to: near}"), "--robot", "omni")
     assert code == 0
     assert out.startswith("✔ toy succeeded after ")
     assert "next: frankie-task view" in out
     assert "navigate: at near" in out
-    assert str(the_folder(tmp_path).name) in out.replace("\n", "")
+    folder = the_folder(tmp_path)
+    assert str(folder.name) in out.replace("\n", "")
+    assert json.loads((folder / "summary.json").read_text())["robot"] == "omni"
 
 
 def test_a_task_that_fails_ends_with_1_and_names_the_node(tmp_path, task):
@@ -110,22 +93,6 @@ def test_a_task_that_fails_ends_with_1_and_names_the_node(tmp_path, task):
     assert summary["outcome"] == "failure"
     assert summary["node"] == "navigate"
     assert summary["reason"].startswith("not at far after 0.3 s")
-
-
-def test_the_same_seed_gives_the_same_commands_byte_for_byte(tmp_path, task):
-    tree = task("navigate: {to: near}", "wait: {duration_s: 0.2}")
-    logs = set()
-    for repetition in ("a", "b"):
-        call("run", tree, "--seed", 3, "--record", tmp_path / repetition)
-        (folder,) = (tmp_path / repetition).iterdir()
-        logs.add((folder / "commands.npy").read_bytes())
-    assert len(logs) == 1
-
-
-def test_the_omni_robot_runs_the_same_file(tmp_path, task):
-    code, out, _ = run(tmp_path, task("navigate: {to: near}"), "--robot", "omni", "--json")
-    assert code == 0
-    assert json.loads(out)["robot"] == "omni"
 
 
 # bad input: one line with place and hint, exit code 2, nothing moved
@@ -222,38 +189,3 @@ def test_check_is_content_with_the_shipped_tasks():
     code, out, _ = call("check", "pick_place", "pick_one")
     assert code == 0
     assert out.count(": good") == 2
-
-
-# a person presses Ctrl-C
-
-
-@pytest.mark.parametrize("kind", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupt_brings_the_robot_to_rest_and_completes_the_files(tmp_path, task, kind):
-    """Sent to a real process in the middle of a motion."""
-    tree = task("navigate: {to: far}")
-    command = [sys.executable, "-m", "frankie_task_cli", "run", tree, "--record", tmp_path / "runs"]
-    process = subprocess.Popen(
-        [*map(str, command), "--speed", "real", "--json"],
-        stdout=subprocess.PIPE,
-        text=True,
-        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[3])},
-    )
-    try:
-        runs = tmp_path / "runs"
-        deadline = time.monotonic() + 60.0
-        while not list(runs.glob("*/recording.rrd")) and time.monotonic() < deadline:
-            time.sleep(0.1)
-        time.sleep(2.0)
-        process.send_signal(kind)
-        out, _ = process.communicate(timeout=30.0)
-    finally:
-        process.kill()
-    assert process.returncode == 130
-    summary = json.loads(out)
-    assert summary["outcome"] == "interrupted"
-    assert summary["limit_violations"] == 0
-    folder = the_folder(tmp_path)
-    commands = np.load(folder / "commands.npy")[:, 1:]
-    assert np.abs(commands).max() > 0.05
-    assert np.abs(commands[-1]).max() < 1e-3
-    assert RrdReader(folder / "recording.rrd").recordings()

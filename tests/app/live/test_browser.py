@@ -80,6 +80,12 @@ def test_breakpoint_keys_forced_outcome_and_the_end_are_had_by_a_click(tmp_path,
         page.keyboard.press("n")
         expect(page.locator("#run")).to_have_text("running")
         assert page.locator("header").bounding_box() == header, "the header does not jump"
+        node(page, "third").click()
+        page.click("#force-failure")
+        badge = node(page, "third").locator(".badge")
+        expect(badge).to_have_text("forced: failure")
+        page.click("#force-nothing")
+        expect(badge).to_have_text("")
         node(page, "second").click()
         page.click("#force-failure")
         expect(page.locator("#outcome")).to_contain_text("toy failed")

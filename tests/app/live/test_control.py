@@ -5,10 +5,9 @@ import time
 
 import numpy as np
 from controlled_run import ControlledRun, leaf
-from harness import Harness
 
 from app.core.outcome import End
-from hw import FaultInjection, FaultKind, SimClock, TaskClock
+from hw import FaultInjection, FaultKind
 from trees.language.composites import Sequence
 from trees.language.modifiers import Timeout
 
@@ -61,14 +60,6 @@ def test_a_step_is_one_tick_of_the_tree_and_steps_add_up():
     ]
 
 
-def test_a_leaf_that_is_stepped_finds_the_report_of_its_last_goal():
-    run = ControlledRun(leaf(ticks=30))
-    run._at = {10: run.control.pause} | dict.fromkeys(range(15, 60, 5), run.control.step)
-    run._at[65] = run.control.resume
-    run.run()
-    assert run.nodes[0].node.reports == [False] + [True] * 29
-
-
 def test_the_next_change_of_a_node_pauses_the_run():
     def root(context):
         first, second = leaf("first", 20)(context), leaf("second", 20)(context)
@@ -102,15 +93,6 @@ def test_a_stop_ends_a_paused_run_as_interrupted():
     assert run.harness.speed < 1e-3
 
 
-def test_a_run_that_begins_paused_waits_for_a_person():
-    run = ControlledRun(leaf(ticks=5))
-    run.control.pause()
-    run._at = {10: run.control.resume}
-    assert run.run().end is End.SUCCESS
-    assert len(run.nodes[0].node.updates) == 5
-    assert all(tick.paused for tick in run.ticks[:10])
-
-
 def test_the_control_may_be_told_from_another_thread():
     """Also without a pace: a paused simulation waits in real time and does not race ahead."""
     run = ControlledRun(leaf(ticks=100_000), real_seconds=30.0)
@@ -131,14 +113,6 @@ def test_the_control_may_be_told_from_another_thread():
     assert run.run().end is End.INTERRUPTED
     thread.join()
     assert 5 <= paused[0] <= 70  # of 100 a second at most
-
-
-def test_without_a_pause_the_clock_of_the_task_is_that_of_the_session():
-    session = SimClock()
-    clock = TaskClock(session)
-    for number in range(1, 2000):
-        session.sleep_until(number * 0.01)
-        assert clock.now().seconds == session.now()
 
 
 def injected(ticks: int = 400) -> tuple[ControlledRun, FaultInjection]:
@@ -216,14 +190,3 @@ def test_from_one_metre_per_second_an_emergency_stop_takes_at_most_six_tenths_of
     speeds = [float(np.abs(tick.state.base_twist[:1]).max()) for tick in run.ticks]
     assert speeds[180] > 0.99
     assert max(speeds[180 + 60 :]) < 0.01
-
-
-def test_recovery_clears_the_injected_faults_that_a_program_may_clear():
-    robot = FaultInjection(Harness().robot)
-    for name in ("reflex", "emergency stop", "stale pose"):
-        robot.inject(name)
-    robot.recover()
-    assert {fault.kind for fault in robot.read().faults} == {
-        FaultKind.EMERGENCY_STOP,
-        FaultKind.STALE_POSE,
-    }

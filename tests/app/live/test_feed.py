@@ -100,14 +100,6 @@ def test_a_loop_that_waits_is_let_go_when_the_writer_dies() -> None:
     assert not loop.is_alive()
 
 
-def test_a_few_items_do_not_wait_for_a_full_batch() -> None:
-    arrived = threading.Event()
-    feed: Feed[int] = Feed(lambda _: arrived.set(), lossless=True, batch=50)
-    feed.put(1)
-    assert arrived.wait(20.0)
-    feed.close(20.0)
-
-
 def test_closing_gives_up_on_a_writer_that_hangs() -> None:
     writer = Stalled()
     feed: Feed[int] = Feed(writer, lossless=True, batch=1)

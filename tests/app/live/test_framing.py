@@ -15,7 +15,7 @@ from app.live.monitor.framing import Eye, eye_for, robot_points, task_points
 from app.live.monitor.headless import has_vulkan, headless_viewer
 from robots import Box, Geom
 
-SIZES = ("1600x900", "1280x720")
+SIZES = ("1280x720",)
 
 
 def eyes_of(path: Path) -> list[Eye]:
@@ -39,7 +39,7 @@ def inside(eye: Eye, points: np.ndarray, width: float, height: float) -> bool:
     return bool(((pixels > 0.0) & (pixels < [width, height])).all())
 
 
-@pytest.mark.parametrize("aspect", [1.5, 1.7, 2.2])
+@pytest.mark.parametrize("aspect", [1.5, 2.2])
 def test_all_of_a_task_is_in_the_picture_and_fills_it(aspect: float) -> None:
     points = task_points(samples.SCENE)
     eye = eye_for(points)

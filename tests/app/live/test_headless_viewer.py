@@ -107,6 +107,7 @@ def live(tmp_path: Path) -> Iterator[LiveRun]:
     run.end()
 
 
+@pytest.mark.slow
 def test_a_live_run_is_shown_as_it_happens(live: LiveRun, tmp_path: Path) -> None:
     with headless_viewer(watch=live.server.url) as viewer:
         wait_for(lambda: viewer.cursor > 0.0)

@@ -28,15 +28,6 @@ def test_a_breakpoint_pauses_before_the_node_does_anything():
     assert run.reached == [("second", Side.BEFORE)]
 
 
-def test_a_run_that_is_stopped_at_a_breakpoint_never_touches_the_node():
-    run = ControlledRun(two_leaves, hooked=["second"])
-    run.hooks[0].actions = {Side.BEFORE: HookAction()}
-    run._at = {40: run.control.stop}
-    assert run.run().end is End.INTERRUPTED
-    second = run.nodes[2].node
-    assert (second.begun, second.halted, second.updates) == (0, 0, [])
-
-
 def test_a_breakpoint_holds_every_time_the_node_is_entered_or_once():
     def root(context):
         return Retry(leaf("flaky", 3, Status.FAILURE)(context), 3, context.clock.now)

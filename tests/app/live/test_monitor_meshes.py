@@ -79,15 +79,3 @@ def test_they_are_made_once_and_again_if_the_file_is_damaged(
     kept.write_bytes(b"half a file")
     assert set(meshes() or {}) == set(NAMES)
     assert kept.stat().st_size > 100_000
-
-
-@needs_assets
-@pytest.mark.slow
-def test_a_cache_that_cannot_be_written_is_done_without(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    blocked = tmp_path / "file"
-    blocked.touch()
-    monkeypatch.setenv("XDG_CACHE_HOME", str(blocked))
-    monkeypatch.setattr(module, "NAMES", ("finger",))
-    assert set(meshes() or {}) == {"finger"}

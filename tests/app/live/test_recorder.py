@@ -46,18 +46,6 @@ def test_every_part_of_the_picture_is_in_the_file(recording: Path) -> None:
     }
 
 
-def test_the_file_brings_its_layout(recording: Path) -> None:
-    reader = RrdReader(recording)
-    (layout,) = reader.blueprints()
-    (run,) = reader.recordings()
-    assert layout.application_id == run.application_id == "frankie-task"
-    chunks = reader.stream(store=layout).to_chunks()
-    batches = [chunk.to_record_batch() for chunk in chunks]
-    text = str([b.column(n).to_pylist() for b in batches for n in b.schema.names if ":" in n])
-    for view in ("tree", "history", "now", "log", "scene", "depth and grasp quality"):
-        assert f"'{view}'" in text
-
-
 def test_signals_have_a_row_every_tick(recording: Path, snapshots: list[Snapshot]) -> None:
     limits = robot_model("frankie").limits.qd
     velocities = rows(recording, "/signals/joint_velocity")
@@ -80,13 +68,6 @@ def test_signals_have_a_row_every_tick(recording: Path, snapshots: list[Snapshot
         np.testing.assert_allclose(kept, given, err_msg=entity)
     assert rows(recording, "/signals/distance")[100]["scalars"] == pytest.approx([2.0])
     assert rows(recording, "/signals/angle")[100]["scalars"] == pytest.approx([0.2, 0.1])
-
-
-def test_every_joint_has_a_colour_of_its_own_and_every_axis_one_unit(recording: Path) -> None:
-    colours = static(recording, "/signals/joint_velocity", "SeriesLines:colors")
-    assert len(set(colours)) == 7
-    for curves in PLOTS.values():
-        assert curves.unit in curves.name or curves.unit in ("1", "m^3", "mixed norm"), curves
 
 
 def test_dropped_snapshots_show_as_a_curve(tmp_path: Path) -> None:
@@ -224,8 +205,3 @@ def test_a_bare_robot_with_a_one_node_tree_is_recorded(tmp_path: Path) -> None:
     path = record(tmp_path / "x.rrd", run, tree=(node,), scene=SceneView())
     assert len(rows(path, "/signals/tick")) == 20
     assert with_component(path, "/tree/list/labels", "labels")[0]["labels"] == ["▶ wait"]
-
-
-def test_a_run_without_a_tick_leaves_a_readable_file(tmp_path: Path) -> None:
-    path = record(tmp_path / "x.rrd", [])
-    assert static(path, "/world/fixtures", "Boxes3D:half_sizes")

@@ -5,11 +5,9 @@ from dataclasses import replace
 
 import pytest
 import sample_run as samples
-from py_trees.common import Status
 from rich.console import Console
 
 from app.live import About, Moment, RunDisplay
-from app.live.nodes import NodeStatus
 from app.live.tree_text import picture, tree_lines
 from hw import Fault, FaultKind
 
@@ -73,14 +71,6 @@ def test_what_a_terminal_has_no_rows_for_is_left_out_but_never_the_running_leaf(
         assert len(lines) <= max(rows, 5)
         assert all(len(line) <= 60 for line in lines)
         assert any("navigate to above_container" in line for line in lines)
-
-
-def test_red_is_only_what_failed_the_whole_tree() -> None:
-    question = samples.snapshot(60).nodes  # `region empty?` said no, and the tree goes on
-    lines = tree_lines(samples.TREE, question, rows=30)
-    assert lines[4].plain.strip().startswith("○ region empty?")
-    over = tuple(NodeStatus(Status.FAILURE, "no") for _ in samples.TREE)
-    assert "✗ region empty?" in tree_lines(samples.TREE, over, rows=30)[4].plain
 
 
 def test_a_file_gets_one_line_a_change() -> None:
@@ -161,17 +151,3 @@ def test_the_loop_is_told_when_the_terminal_is_gone() -> None:
         display._thread.join(5.0)
         with pytest.raises(OSError, match="gone"):
             display.update(moment(1), changed=True)
-
-
-def test_all_that_changed_is_written_before_it_ends() -> None:
-    out = io.StringIO()
-    console = Console(file=out, force_terminal=False, width=100)
-    with RunDisplay(ABOUT, samples.TREE, console=console) as display:
-        for tick in range(300):
-            display.update(moment(tick), changed=True)
-    assert "grasp" in out.getvalue()
-
-
-def test_it_goes_to_standard_error() -> None:
-    console = RunDisplay(ABOUT, samples.TREE)._console  # the default is the promise
-    assert console.stderr

@@ -29,10 +29,6 @@ def taken() -> Iterator[int]:
         yield other.getsockname()[1]
 
 
-def test_nobody_watches_unless_asked_to() -> None:
-    assert Viewer(ViewOptions(), say=print).server is None
-
-
 def test_auto_opens_a_window_only_where_there_is_a_screen() -> None:
     assert viewer(view=View.AUTO).server is None
     served = viewer(view=View.AUTO, screen=True).server

@@ -235,3 +235,11 @@ fallback:
         since=(2.1, 2.4),
     ),
 }
+SLOW = (
+    "a camera without frames",
+    "a camera that is late",
+    "a camera that sees black",
+    "the object is taken from the hand",
+    "a base that does not move",
+)
+"""Whole drives to the container; the quick cases have the same kinds of nodes."""

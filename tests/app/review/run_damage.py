@@ -104,20 +104,13 @@ ANY_FILE: Mapping[str, Damage] = {
     "missing": Path.unlink,
     "empty": replaced(""),
     "random bytes": replaced(np.random.default_rng(0).bytes(5000)),
-    "zeros": replaced(bytes(5000)),
-    "UTF-16": lambda path: path.write_bytes(path.read_text("latin-1").encode("utf-16")),
     "a folder": a_folder,
     "a link to itself": a_link_to_itself,
-    "a link to nowhere": a_link_to("/nonexistent/file"),
     "a link to an endless device": a_link_to("/dev/zero"),
     "a pipe": a_pipe,
     "a list": replaced("[1, 2]"),
-    "a number": replaced("17"),
     "null": replaced("null"),
-    "text": replaced('"begin"'),
     "nested deep": replaced("[" * 100_000),
-    "nested deep with keys": replaced('{"event":' * 50_000),
-    "endless digits": replaced("9" * 100_000),
     "another program's": replaced('{"version": 3, "event": {"begin": []}}\n'),
 }
 """Of any file of text."""
@@ -125,57 +118,30 @@ ANY_FILE: Mapping[str, Damage] = {
 EVENT_DAMAGE: Mapping[str, Damage] = {
     **ANY_FILE,
     "begin without nodes": line(0, nodes=None),
-    "begin with no node": line(0, nodes=[]),
-    "nodes that are numbers": line(0, nodes=[1]),
-    "a node without a path": line(0, nodes=[{"name": "a", "kind": "b"}]),
     "begin in the middle": moved(0, 3),
     "begin twice": raw_line(2, '{"event": "begin", "time": 0, "nodes": '
                             '[{"path": "a", "name": "a", "kind": "a"}]}'),
     "end in the middle": moved(-1, 3),
     "a node out of range": line(2, event="node", node=99, status="RUNNING", message=""),
-    "a negative node": line(2, event="node", node=-1, status="RUNNING", message=""),
-    "a node that is half": line(2, event="node", node=0.5, status="RUNNING", message=""),
     "an unknown status": line(2, event="node", node=0, status="DONE", message=""),
-    "a node event without a status": line(2, event="node", node=0, status=None, message=""),
     "a message that is a list": line(2, event="now", node=0, message=["a"]),
     "a time that is text": line(3, time="3"),
-    "a time that is nothing": line(3, time=None),
-    "a time before the start": line(3, time=-1.0),
-    "a time that is endless": line(3, time=float("inf")),
     "a time that is no number": line(3, time=float("nan")),
-    "a time of the next age": line(3, time=1e300),
-    "a time that is true": line(3, time=True),
     "values that are text": line(-1, values={"goal distance [m]": "near"}),
-    "values that are a list": line(-1, values=[1]),
-    "a value that is no number": line(-1, values={"goal distance [m]": float("nan")}),
     "a value with 400 digits": line(-1, values={"goal distance [m]": 10**400}),
-    "faults that are text": line(2, event="fault", faults="reflex"),
     "a pause without a why": line(2, event="pause", why=None),
-    "an end with nothing": raw_line(-1, '{"event": "end", "time": 1}'),
     "an unknown end": line(-1, outcome="glory"),
     "an end at no such node": line(-1, node=1000),
-    "an event without a name": line(2, event=None),
-    "a line that is a list": raw_line(2, "[1, 2]"),
 }  # fmt: skip
 
 SUMMARY_DAMAGE: Mapping[str, Damage] = {
-    **{name: damage for name, damage in ANY_FILE.items() if name not in (
-        "missing",
-    )},
+    **{name: damage for name, damage in ANY_FILE.items() if name != "missing"},
     "truncated": first_half,
     "no outcome": replaced("{}"),
-    "an outcome that is a list": value(outcome=["success"]),
-    "a task that is a mapping": value(task={"a": []}),
     "a duration that is text": value(duration_s="abc"),
-    "a duration that is no number": value(duration_s=float("nan")),
     "a duration that is endless": replaced('{"outcome": "success", "duration_s": 1e999}'),
-    "a negative duration": value(duration_s=-1.0),
-    "placed that is text": value(placed="x"),
     "placed below zero": value(placed=-3),
     "objects with 400 digits": replaced('{"outcome": "success", "objects": ' + "1" * 400 + "}"),
-    "half an attempt": value(attempts=0.5),
-    "a node that is a number": value(node=5),
-    "a robot that is null": value(robot=None),
     "a seed that is text": value(seed="0"),
 }  # fmt: skip
 
@@ -183,21 +149,12 @@ ARRAY_DAMAGE: Mapping[str, Damage] = {
     **{name: damage for name, damage in ANY_FILE.items() if "nested" not in name},
     "half a header": lambda path: path.write_bytes(path.read_bytes()[:40]),
     "pickled code": pickled,
-    "one axis": array(lambda a: a[:, 0]),
     "three columns": array(lambda a: a[:, :3]),
-    "a column more": array(lambda a: np.hstack([a, a[:, :1]])),
-    "three axes": array(lambda a: a[:, :, None]),
-    "no ticks": array(lambda a: a[:0]),
     "one tick": array(lambda a: a[:1]),
     "a scalar": array(lambda a: np.array(1.0)),
     "texts": array(lambda a: a.astype(str)),
-    "complex": array(lambda a: a.astype(complex)),
-    "truths": array(lambda a: a > 0.0),
-    "dates": array(lambda a: a.astype("M8[s]")),
     "single precision": array(lambda a: a.astype(np.float32)),
     "not a number": array(lambda a: np.full_like(a, np.nan)),
-    "one that is endless": array(lambda a: np.where(np.arange(a.size).reshape(a.shape) == 30,
-                                                    np.inf, a)),
     "an archive": lambda path: np.savez(path.open("wb"), a=np.zeros(3)),
     "a header of a petabyte": replaced(
         b"\x93NUMPY\x01\x00v\x00{'descr': '<f8', 'fortran_order': False, "
@@ -220,6 +177,7 @@ STATES_DAMAGE: Mapping[str, Damage] = {
 def damaged(folder: Path, to: Path, file: str, damage: Damage) -> Path:
     """A copy of a run with one of its files damaged."""
     copy = to / folder.name
+    shutil.rmtree(copy, ignore_errors=True)
     shutil.copytree(folder, copy)
     damage(copy / file)
     return copy

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 import test_explain
-from failed_runs import CASES, FETCH, HEAD, PICK, fault
+from failed_runs import CASES, FETCH, HEAD, PICK, SLOW, fault
 
 from app.core import RunOptions, run_task
 from app.review import explain
@@ -37,7 +37,11 @@ def record(tmp_path, monkeypatch):
     return run
 
 
-@pytest.mark.parametrize("case", CASES.values(), ids=CASES)
+@pytest.mark.parametrize(
+    "case",
+    [pytest.param(case, marks=[pytest.mark.slow] * (name in SLOW)) for name, case in CASES.items()],
+    ids=CASES,
+)
 def test_the_earliest_cause_is_named(record, case):
     told = record(case.tree, faults=case.faults, **case.options)
     text = str(told)
@@ -59,6 +63,7 @@ def test_every_failed_attempt_is_in_the_table_with_its_reason(record):
     assert text.count("pick: no grasp found: grasp: no grasp for 0.3 s") == 3
 
 
+@pytest.mark.slow
 def test_attempts_that_failed_in_different_ways_are_told_apart(record):
     told = record(
         FETCH, faults=(fault("gripper dead", at_s=0.5, for_s=6.0), fault("frames lost", at_s=6.0))
@@ -119,9 +124,12 @@ def test_a_killed_run_tells_what_had_failed_before(tmp_path):
         process.send_signal(signal.SIGKILL)
         process.wait()
     (folder,) = (tmp_path / "runs").iterdir()
+    with (folder / "events.jsonl").open("a") as file:
+        file.write('{"event": "node", "ti')  # a line that the kill cut off
     told = explain(folder)
     text = str(told)
     assert told.outcome == "unfinished"
+    assert "was killed" in text
     assert told.cause.about == "no grasp found"
     assert told.cause.time < 1.0
     assert "what went wrong first: No grasp found: grasp failed at 0." in text

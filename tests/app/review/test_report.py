@@ -54,13 +54,17 @@ def written(run, tmp_path) -> str:
     return out.read_text()
 
 
-def test_the_page_has_cause_attempts_pictures_and_tree(run, tmp_path):
+def test_the_page_has_cause_attempts_pictures_and_tree_and_asks_nobody(run, tmp_path):
     text = written(run, tmp_path)
     assert "The gripper does not work: grasp failed at " in text
     assert "What took the time" in text
     assert text.count("data:image/png;base64,") >= 2
     assert "<polyline points=" in text
     assert re.search(r'class="FAILURE here"> +✗ grasp  x2  the fingers did not move', text)
+    page = Page(text)
+    assert "script" not in page.tags
+    assert all(one.startswith("data:") for one in page.loaded)
+    assert not re.search(r"https?://|@import|url\(", text)
 
 
 def test_only_what_failed_is_circled(run, tmp_path):
@@ -73,14 +77,6 @@ def test_only_what_failed_is_circled(run, tmp_path):
     assert "<polyline points=" in well
     assert "<circle" not in well
     assert "something failed" not in well
-
-
-def test_the_page_asks_nobody(run, tmp_path):
-    text = written(run, tmp_path)
-    page = Page(text)
-    assert "script" not in page.tags
-    assert all(one.startswith("data:") for one in page.loaded)
-    assert not re.search(r"https?://|@import|url\(", text)
 
 
 def test_what_a_run_says_is_only_text_in_the_page(run, tmp_path):
@@ -111,11 +107,3 @@ def test_a_page_that_cannot_be_written_is_one_line(run, tmp_path):
     result = CliRunner().invoke(app, ["explain", str(run), "--html", str(out)])
     assert result.exit_code == 2
     assert "cannot be written" in result.output
-
-
-def test_runs_are_listed_from_a_folder_that_an_option_names(run):
-    runner = CliRunner()
-    by_option = runner.invoke(app, ["runs", "--runs", str(run.parent)])
-    assert by_option.exit_code == 0
-    assert by_option.output == runner.invoke(app, ["runs", str(run.parent)]).output
-    assert "fetch" in by_option.output

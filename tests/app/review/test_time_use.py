@@ -46,6 +46,9 @@ def test_a_wait_is_time_in_which_the_robot_is_still(ran):
     assert wait.reasons == {Reason.WAITS.value: pytest.approx(wait.seconds)}
     assert navigate.waiting < 0.1
     assert navigate.arm > 0.5
+    whole = use.typical.rest
+    assert sum(whole.reasons.values()) == pytest.approx(whole.seconds)
+    assert len(use.motion.reasons) == len(use.motion.times)
 
 
 def test_a_long_drive_is_limited_by_the_speed_of_the_base(ran):
@@ -54,13 +57,6 @@ def test_a_long_drive_is_limited_by_the_speed_of_the_base(ran):
     assert max(navigate.reasons, key=lambda reason: navigate.reasons[reason]) == Reason.DRIVE.value
     assert use.motion.distance == pytest.approx(4.0, abs=0.3)
     assert navigate.arm < 0.1
-
-
-def test_every_moment_has_one_reason(ran):
-    use = time_use(ran("  navigate: {to: near}\n"))
-    whole = use.typical.rest
-    assert sum(whole.reasons.values()) == pytest.approx(whole.seconds)
-    assert len(use.motion.reasons) == len(use.motion.times)
 
 
 def test_the_command_prints_a_row_for_every_node(ran, tmp_path):
