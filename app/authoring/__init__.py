@@ -1,16 +1,11 @@
 """Tools for authors of tasks: dry runs, node reference, teaching of poses."""
 
-from app.authoring.dry import DryRun, dry_run
-from app.authoring.node_reference import UnknownWordError, show_all, show_one
-from app.authoring.script import ScriptError
-from app.authoring.teach import Form, TeachError, teach
+from app.authoring.dry import dry_run
+from app.authoring.node_reference import show_all, show_one
+from app.authoring.teach import Form, teach
 
 __all__ = [
-    "DryRun",
     "Form",
-    "ScriptError",
-    "TeachError",
-    "UnknownWordError",
     "dry_run",
     "show_all",
     "show_one",

@@ -3,7 +3,6 @@
 Conditions and times are real, other leaves end at once with scripted outcomes; neither simulator
 nor network is loaded. It shows the logic: which node runs after which outcome, what is retried or
 halted, how the task ends.
-
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """`frankie-task doctor`: checks installation, drivers and robot.
 
 Nothing moves, except the base with `--first-metre`, confirmed by a person.
-
 """
 
 from __future__ import annotations

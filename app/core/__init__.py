@@ -10,13 +10,13 @@ from app.core.fault_schedule import (
     phases_of,
     read_faults,
 )
-from app.core.folder import COMMANDS, FRAMES, OPTIONS, RECORDING, STATES, SUMMARY, FolderError
+from app.core.folder import COMMANDS, FRAMES, OPTIONS, RECORDING, STATES, SUMMARY
 from app.core.launch import run_task
 from app.core.measurements import Footprint, Measurements, footprint
 from app.core.observers import Instruments
 from app.core.on_save import Saved, again_on_save, run_on_save
 from app.core.outcome import End, Outcome
-from app.core.replay import Replay, ReplayError, replay_run
+from app.core.replay import replay_run
 from app.core.run_options import RunOptions
 from app.core.session import Session, Tick
 from app.core.setup import Setup, open_setup, set_up
@@ -36,15 +36,12 @@ __all__ = [
     "BrokenTrialError",
     "End",
     "Event",
-    "FolderError",
     "Footprint",
     "Instruments",
     "Measurements",
     "MotionForm",
     "ObstacleSource",
     "Outcome",
-    "Replay",
-    "ReplayError",
     "Result",
     "RunOptions",
     "Saved",

@@ -22,14 +22,12 @@ from app.core.snapshots import Snapshots, scene_view
 from app.core.summary import Result, Summary, summarise
 from app.core.world_model import delivered, supports
 from app.live import (
-    About,
-    AnyRecorder,
     Moment,
-    NoRecorder,
     OperatorConsole,
     Recorder,
     RecorderError,
     RunDisplay,
+    RunInfo,
     Viewer,
     tree_view,
 )
@@ -103,7 +101,7 @@ class Run:
         return Result(outcome, summary.kept(self._folder / SUMMARY), self._folder)
 
     def _watch(self, tick: Tick) -> None:
-        """Tell everybody about a tick."""
+        """Tell everybody info a tick."""
         if self._interrupted():
             self._console.control.stop()
         now, tell = self._setup.clock.session.now, self._observers.tell
@@ -116,7 +114,8 @@ class Run:
         why = console.control.state.why if tick.paused else ""
         changed = self._outputs.update(seen, paused=tick.paused, why=why)
         console.control.node_changed(changed)
-        tell("the recording", lambda: self._recorder.record(seen))
+        if (recorder := self._recorder) is not None:
+            tell("the recording", lambda: recorder.record(seen))
         tell("the controls", lambda: console.show(seen))
         if (display := self._display) is not None:
             log = self._setup.context.log
@@ -151,9 +150,9 @@ class Run:
             frames=self._options.replayable,
         )
 
-    def _make_recorder(self) -> AnyRecorder:
+    def _make_recorder(self) -> Recorder | None:
         if not self._options.recording:
-            return NoRecorder()
+            return None
         setup = self._setup
         return Recorder(
             self._folder / RECORDING,
@@ -170,12 +169,12 @@ class Run:
             return nullcontext()
         where = (setup.robot.description.name, setup.world, scene_name(options, self._task))
         places = any(getattr(place.node, "key", "") == "place" for place in self._nodes)
-        about = About(
+        info = RunInfo(
             task=self._task.name,
             where=" · ".join((*where, f"seed {options.seed}")),
             objects=len(self._supports) if places else 0,
         )
-        return RunDisplay(about, tree_view(self._nodes))
+        return RunDisplay(info, tree_view(self._nodes))
 
     def _summary(self, outcome: Outcome, real_seconds: float) -> Summary:
         """Close recorder and outputs, and summarise the run."""
@@ -198,15 +197,16 @@ class Run:
             placed=delivered(self._supports, supports(setup.truth)),
             paused_s=round(setup.clock.paused_s, 3),
             perception_s=round(setup.vision.seconds, 2),
-            dropped_snapshots=self._recorder.dropped,
+            dropped_snapshots=self._recorder.dropped if self._recorder is not None else 0,
             warnings=warnings,
         )
 
     def _close_recorder(self) -> list[str]:
-        try:
-            self._recorder.close()
-        except RecorderError as error:
-            return [str(error)]
+        if self._recorder is not None:
+            try:
+                self._recorder.close()
+            except RecorderError as error:
+                return [str(error)]
         return []
 
 

@@ -2,7 +2,6 @@
 
 A picture has 8 bits a pixel, equal in all three channels: 0 where nothing was measured, 1 to 255
 for `NEAR` to `FAR`. The video is lossy.
-
 """
 
 from __future__ import annotations

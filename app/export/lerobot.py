@@ -2,7 +2,6 @@
 
 The layout is plain Parquet, JSON and MP4 and is written directly: the `lerobot` package pins
 versions of Rerun and PyTorch that conflict with this project's.
-
 """
 
 from __future__ import annotations

@@ -3,16 +3,12 @@
 Every tick becomes a `Snapshot`. `monitor` records it and serves it to the viewer; `operator`
 pauses, steps and stops the run by keys, page and hooks; `groot` serves Groot2; `OperatorConsole`
 combines the controls of a run. The core passes snapshots in and asks `Control`.
-
 """
 
 from app.live.console import ControlOptions, OperatorConsole
 from app.live.feed import Feed, Throttle
 from app.live.monitor import (
     Address,
-    AnyRecorder,
-    HeadlessViewer,
-    NoRecorder,
     Recorder,
     RecorderError,
     View,
@@ -26,21 +22,17 @@ from app.live.nodes import NodeStatus, tip, tree_view
 from app.live.operator import Control, Ending, Hook, PageServer, WebViewer
 from app.live.run_display import RunDisplay
 from app.live.snapshot import ObjectView, RegionView, SceneView, Snapshot, key_figures
-from app.live.tree_text import About, Moment
+from app.live.tree_text import Moment, RunInfo
 from app.live.web import WebFilesError, viewer_page, viewer_web_files
 
 __all__ = [
-    "About",
     "Address",
-    "AnyRecorder",
     "Control",
     "ControlOptions",
     "Ending",
     "Feed",
-    "HeadlessViewer",
     "Hook",
     "Moment",
-    "NoRecorder",
     "NodeStatus",
     "ObjectView",
     "OperatorConsole",
@@ -49,6 +41,7 @@ __all__ = [
     "RecorderError",
     "RegionView",
     "RunDisplay",
+    "RunInfo",
     "SceneView",
     "Snapshot",
     "Throttle",

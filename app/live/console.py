@@ -158,7 +158,7 @@ class OperatorConsole:
 
     def show(self, snapshot: Snapshot) -> None:
         """Pass a tick to the page and to Groot2."""
-        self._heed_emergency(snapshot)
+        self._report_emergency(snapshot)
         if self._page is not None:
             self._page.show(snapshot)
         if self._groot is not None:
@@ -194,7 +194,7 @@ class OperatorConsole:
         finally:
             signal.signal(signal.SIGTERM, before)
 
-    def _heed_emergency(self, snapshot: Snapshot) -> None:
+    def _report_emergency(self, snapshot: Snapshot) -> None:
         """Tell the user about an emergency stop, and stand in for a person in unattended tests."""
         state = self.control.state
         if state.emergency and not self._emergency:

@@ -2,7 +2,6 @@
 
 In a terminal the tree stays in place; elsewhere every change is one line, which keeps a log file
 readable. A thread of its own writes; the loop only leaves the newest snapshot.
-
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.live import Live
 
-from app.live.tree_text import About, Changes, Moment, frozen, picture
+from app.live.tree_text import Changes, Moment, RunInfo, frozen, picture
 from app.terminal import Terminal
 from hw import stopwatch
 
@@ -35,7 +34,7 @@ class RunDisplay:
     """Shows the snapshots of a run; use it in a `with` statement.
 
     Args:
-        about: the run.
+        info: the run.
         tree: nodes of the tree, in preorder.
         seconds: real time from an arbitrary start [s].
         console: where to write; standard error by default.
@@ -43,16 +42,16 @@ class RunDisplay:
 
     def __init__(
         self,
-        about: About,
+        info: RunInfo,
         tree: Sequence[NodeInfo],
         *,
         seconds: Callable[[], float] = stopwatch,
         console: Console | None = None,
     ) -> None:
-        self._about, self._tree = about, tuple(tree)
+        self._info, self._tree = info, tuple(tree)
         self._seconds, self._began = seconds, seconds()
         self._console = console or Terminal(stderr=True)
-        self._changes = Changes(about, self._tree)
+        self._changes = Changes(info, self._tree)
         self._live: Live | None = None
         if self._console.is_terminal:
             self._live = Live(console=self._console, auto_refresh=False, transient=True)
@@ -122,7 +121,7 @@ class RunDisplay:
                     self._console.print(line, soft_wrap=True, markup=False, highlight=False)
         elif (moment := self._newest) is not None:
             text = picture(
-                self._about,
+                self._info,
                 self._tree,
                 moment,
                 elapsed=self._seconds() - self._began,

@@ -40,7 +40,7 @@ class Moment(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True)
-class About:
+class RunInfo:
     """Constant data of a run."""
 
     task: str
@@ -50,7 +50,7 @@ class About:
 
 
 def picture(
-    about: About,
+    info: RunInfo,
     tree: Sequence[NodeInfo],
     moment: Moment,
     *,
@@ -62,7 +62,7 @@ def picture(
     """The whole display: badges, figures, and the tree with the running leaf in bold.
 
     Args:
-        about: the run.
+        info: the run.
         tree: its nodes, in preorder.
         moment: the tick to draw.
         elapsed: real time since the run began [s].
@@ -70,7 +70,7 @@ def picture(
         rows: available lines.
         age: of the moment, if it is too old [s].
     """
-    lines = [_head(about, moment, age), _figures(about, moment, elapsed)]
+    lines = [_head(info, moment, age), _figures(info, moment, elapsed)]
     lines += tree_lines(tree, moment.seen.nodes, rows=max(3, rows - len(lines)))
     for line in lines:
         line.no_wrap = True
@@ -83,7 +83,7 @@ def frozen(age: float) -> str:
     return f"frozen for {in_words(age)}: the control loop stands still, the robot may be moving"
 
 
-def _head(about: About, moment: Moment, age: float) -> Text:
+def _head(info: RunInfo, moment: Moment, age: float) -> Text:
     text = Text()
     if age:
         text.append(f" {frozen(age)} ", style="bold white on red")
@@ -95,18 +95,18 @@ def _head(about: About, moment: Moment, age: float) -> Text:
     if moment.paused:
         text.append(f" PAUSED {moment.paused} ", style="bold black on yellow")
         text.append(" ")
-    text.append(about.task, style="bold")
-    text.append(f"  {about.where}", style="bright_black")
+    text.append(info.task, style="bold")
+    text.append(f"  {info.where}", style="bright_black")
     return text
 
 
-def _figures(about: About, moment: Moment, elapsed: float) -> Text:
+def _figures(info: RunInfo, moment: Moment, elapsed: float) -> Text:
     text, seen = Text(), moment.seen
-    if about.objects:
-        done = min(_BAR, round(_BAR * moment.placed / about.objects))
+    if info.objects:
+        done = min(_BAR, round(_BAR * moment.placed / info.objects))
         text.append("━" * done, style="green")
         text.append("━" * (_BAR - done), style="bright_black")
-        text.append(f" {moment.placed} of {about.objects} placed", style="bold")
+        text.append(f" {moment.placed} of {info.objects} placed", style="bold")
         text.append(f"  {_counted(moment.attempts, 'grasp')}  ")
     speed = f", {seen.stamp / elapsed:.1f} times real time" if elapsed > 0.0 else ""
     text.append(f"{task_time(seen.time, seen.paused_s)}{speed}", style="bright_black")
@@ -161,8 +161,8 @@ def _shortened(name: str) -> str:
 class Changes:
     """One line for every change of a leaf, of the robot's faults, and of pauses."""
 
-    def __init__(self, about: About, tree: Sequence[NodeInfo]) -> None:
-        self._about = about
+    def __init__(self, info: RunInfo, tree: Sequence[NodeInfo]) -> None:
+        self._info = info
         self._leaves = [index for index in range(len(tree)) if _is_leaf(tree, index)]
         self._names = [_shortened(node.title) for node in tree]
         self._statuses = [Status.INVALID] * len(tree)
@@ -183,8 +183,8 @@ class Changes:
             self._statuses[index] = now.status
             if now.status is not before and (line := self._change(index, before, now)):
                 yield at + line
-        if moment.placed != self._placed and self._about.objects:
-            yield f"{at}  {moment.placed} of {self._about.objects} placed"
+        if moment.placed != self._placed and self._info.objects:
+            yield f"{at}  {moment.placed} of {self._info.objects} placed"
         self._placed = moment.placed
 
     def _change(self, index: int, before: Status, now: NodeStatus) -> str:

@@ -5,16 +5,14 @@ from app.review.event_log import DamagedRunError, read_log, recorded_time
 from app.review.explanation import explain
 from app.review.film import make_film
 from app.review.finished import find_run, read_run, run_folders, runs_table
-from app.review.motion import Delay, NoMotionError, Reason, RunMotion, delays, read_motion
+from app.review.motion import NoMotionError, Reason, delays
 from app.review.recorded_images import NoDepthError, depth_images, recorded_depth
 from app.review.report import write_report
 from app.review.time_use import (
     CarriedObject,
     NodeTime,
-    Stretch,
     TimeUse,
     carried_objects,
-    node_time,
     time_use,
 )
 from app.review.timeline import Timeline, timeline
@@ -22,13 +20,10 @@ from app.review.timeline import Timeline, timeline
 __all__ = [
     "CarriedObject",
     "DamagedRunError",
-    "Delay",
     "NoDepthError",
     "NoMotionError",
     "NodeTime",
     "Reason",
-    "RunMotion",
-    "Stretch",
     "TimeUse",
     "Timeline",
     "carried_objects",
@@ -38,9 +33,7 @@ __all__ = [
     "explain",
     "find_run",
     "make_film",
-    "node_time",
     "read_log",
-    "read_motion",
     "read_run",
     "recorded_depth",
     "recorded_time",

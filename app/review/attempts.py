@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from app.review.cause import Cause, about, cause_of
+from app.review.cause import Cause, cause_of, topic_of
 from app.review.timeline import Span, Timeline
 
-_MOST_EATERS = 5
+_MOST_LEAVES = 5
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,7 +26,7 @@ class Attempt:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Eater:
+class LeafTime:
     """A leaf, and its total time [s]."""
 
     name: str
@@ -53,7 +53,7 @@ def _attempt(run: Timeline, number: int, span: Span) -> Attempt:
     result = endings.get(span.status, "")
     if cause is not None:
         where = "" if cause.node is None else f"{run.nodes[cause.node].name}: "
-        words = about(cause.reason)
+        words = topic_of(cause.reason)
         result = f"{words or 'failed'}: {where}{cause.reason}"
     return Attempt(
         number=number,
@@ -65,10 +65,10 @@ def _attempt(run: Timeline, number: int, span: Span) -> Attempt:
     )
 
 
-def eaters(run: Timeline) -> list[Eater]:
+def longest_leaves(run: Timeline) -> list[LeafTime]:
     """The leaves that took the most time, the longest first."""
     found = [
-        Eater(
+        LeafTime(
             name=_short_path(run.nodes[node].path),
             seconds=sum(span.seconds for span in rounds),
             rounds=sum(span.seconds > 0.0 for span in rounds),
@@ -77,7 +77,7 @@ def eaters(run: Timeline) -> list[Eater]:
         if run.is_leaf(node)
     ]
     found = [one for one in found if one.seconds > 0.0]
-    return sorted(found, key=lambda one: -one.seconds)[:_MOST_EATERS]
+    return sorted(found, key=lambda one: -one.seconds)[:_MOST_LEAVES]
 
 
 def attempts_text(found: Sequence[Attempt], most: int = 12) -> list[str]:
@@ -93,7 +93,7 @@ def attempts_text(found: Sequence[Attempt], most: int = 12) -> list[str]:
     return lines
 
 
-def eaters_text(found: Sequence[Eater], total: float) -> list[str]:
+def leaf_times_text(found: Sequence[LeafTime], total: float) -> list[str]:
     """The table of leaves, a line each."""
     width = max((len(one.name) for one in found), default=0)
     return [

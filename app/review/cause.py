@@ -12,7 +12,6 @@ node that failed the search goes down and back in time:
 | `timeout` | the first failed attempt below it, or else the timeout |
 | other branches | the child that failed last: those before it had succeeded |
 | a leaf | the robot's fault, if it had one while the leaf ran |
-
 """
 
 from __future__ import annotations
@@ -59,12 +58,12 @@ class Cause:
     node: int | None
     """Where; None if no node ran."""
     reason: str
-    about: str
+    topic: str
     """The topic in a word or two; empty if unknown."""
     is_fault: bool = False
 
 
-def about(reason: str) -> str:
+def topic_of(reason: str) -> str:
     """Topic of a message in a word or two; empty if unknown."""
     return next((words for pattern, words in _WORDS if re.search(pattern, reason)), "")
 
@@ -100,12 +99,12 @@ def _cause(run: Timeline, span: Span) -> Cause:
     for fault in run.faults:
         if fault.begin <= span.end and fault.end >= span.begin:
             return _of_fault(run, fault.begin, fault.text)
-    return Cause(time=span.end, node=span.node, reason=span.message, about=about(span.message))
+    return Cause(time=span.end, node=span.node, reason=span.message, topic=topic_of(span.message))
 
 
 def _of_fault(run: Timeline, time: float, text: str) -> Cause:
-    words = about(text) or "a fault of the robot"
-    return Cause(time=time, node=run.leaf_at(time), reason=text, about=words, is_fault=True)
+    words = topic_of(text) or "a fault of the robot"
+    return Cause(time=time, node=run.leaf_at(time), reason=text, topic=words, is_fault=True)
 
 
 def _origin(run: Timeline, span: Span) -> Span:

@@ -2,7 +2,6 @@
 
 A log that was cut off by a kill or a full disk can be read: incomplete lines are counted and left
 out. Everything else that no run writes is refused, with its line.
-
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Explains how a run ended and what went wrong first, from its event log and summary.
 
 It works for every kind of end, including a killed process; missing data is left out.
-
 """
 
 from __future__ import annotations
@@ -11,8 +10,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from app.core import EVENTS, End
-from app.review.attempts import Attempt, Eater, attempts, attempts_text, eaters, eaters_text
-from app.review.cause import Cause, about, cause_of, fault_cause, first_setback
+from app.review.attempts import (
+    Attempt,
+    LeafTime,
+    attempts,
+    attempts_text,
+    leaf_times_text,
+    longest_leaves,
+)
+from app.review.cause import Cause, cause_of, fault_cause, first_setback, topic_of
 from app.review.event_log import (
     FaultEvent,
     Log,
@@ -51,7 +57,7 @@ class Explanation:
     """The earliest cause; None if nothing went wrong."""
     where: Node | None
     attempts: Sequence[Attempt]
-    eaters: Sequence[Eater]
+    leaf_times: Sequence[LeafTime]
     paused_s: float
     history: Sequence[str]
     damage: Sequence[str]
@@ -89,7 +95,7 @@ def explain(folder: Path) -> Explanation:
         cause=cause,
         where=None if cause is None or cause.node is None else log.nodes[cause.node],
         attempts=attempts(spans),
-        eaters=eaters(spans),
+        leaf_times=longest_leaves(spans),
         paused_s=session.paused_s,
         history=list(history(log, spans, session.pauses)),
         damage=list(_damage(log, record)),
@@ -103,7 +109,7 @@ def _cause(run: Timeline, index: int | None, outcome: str, reason: str) -> Cause
             return None
         case End.HARDWARE.value:
             return fault_cause(run) or Cause(
-                time=run.end, node=index, reason=reason, about=about(reason), is_fault=True
+                time=run.end, node=index, reason=reason, topic=topic_of(reason), is_fault=True
             )
         case End.FAILURE.value:
             for node in (0, index):  # a log with missing lines may not have the root's failure
@@ -171,10 +177,10 @@ def _text(run: Explanation) -> Iterator[str]:
         yield ""
         yield "Attempts"
         yield from attempts_text(run.attempts)
-    if run.eaters:
+    if run.leaf_times:
         yield ""
         yield "What took the time"
-        yield from eaters_text(run.eaters, run.time)
+        yield from leaf_times_text(run.leaf_times, run.time)
     yield ""
     yield "What happened"
     lines = run.history
@@ -219,7 +225,7 @@ def _why(run: Explanation) -> Iterator[str]:
             yield f"It ended at {run.time:.2f} s, during {title}, as {run.outcome}: {run.reason}"
     told = run.outcome == End.FAILURE.value or (run.cause and run.cause.reason == run.reason)
     if run.cause is not None and not told:
-        yield f"  what went wrong first: {said(run)}"
+        yield f"  what went wrong first: {cause_text(run)}"
     decided = run.where if run.outcome == End.FAILURE.value and run.where else run.node
     if decided is not None:
         yield f"  in {' > '.join(decided.path.split('/'))}"
@@ -233,7 +239,7 @@ def _failure(run: Explanation, title: str) -> Iterator[str]:
     if run.cause is None:
         yield last
     else:
-        yield said(run)
+        yield cause_text(run)
         if run.where != run.node or run.cause.reason != run.reason:
             yield f"  it ended when {last}"
     name = run.node.name if run.node else ""
@@ -241,12 +247,12 @@ def _failure(run: Explanation, title: str) -> Iterator[str]:
         yield f"  so the tree failed: {run.verdict}"
 
 
-def said(run: Explanation) -> str:
+def cause_text(run: Explanation) -> str:
     """The cause in one line; empty without one."""
     if (cause := run.cause) is None:
         return ""
     where = run.where.title if run.where else "nothing"
-    words = f"{cause.about[:1].upper()}{cause.about[1:]}: " if cause.about else ""
+    words = f"{cause.topic[:1].upper()}{cause.topic[1:]}: " if cause.topic else ""
     if cause.is_fault:
         return f"{words}the robot had a fault at {cause.time:.2f} s, during {where}: {cause.reason}"
     return f"{words}{where} failed at {cause.time:.2f} s: {cause.reason}"

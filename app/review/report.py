@@ -11,7 +11,7 @@ import numpy as np
 
 from app.core import RECORDING, STATES
 from app.review.event_log import Log, read_log
-from app.review.explanation import Explanation, explain, said
+from app.review.explanation import Explanation, cause_text, explain
 from app.review.recorded_images import NoDepthError, depth_pictures
 from app.review.timeline import Timeline, timeline
 from app.task_time import task_time
@@ -68,7 +68,7 @@ def _page(run: Explanation, log: Log, folder: Path) -> Iterator[str]:
     yield f"<style>{_STYLE}</style></head><body>"
     yield f"<h1>{title}</h1>"
     good = run.outcome == "success"
-    lead = said(run) or str(run).split("\n\n")[1]
+    lead = cause_text(run) or str(run).split("\n\n")[1]
     yield f'<p class="cause{" good" if good else ""}">{_safe(lead)}</p>'
     yield from _pictures(run, log, folder)
     if run.attempts:
@@ -78,10 +78,10 @@ def _page(run: Explanation, log: Log, folder: Path) -> Iterator[str]:
             for one in run.attempts
         ]
         yield from _table(("", "from", "took", "what came of it"), rows)
-    if run.eaters:
+    if run.leaf_times:
         yield "<h2>What took the time</h2>"
-        eaten = [(one.name, f"{one.seconds:.1f} s", str(one.rounds)) for one in run.eaters]
-        yield from _table(("", "in all", "rounds"), eaten)
+        times = [(one.name, f"{one.seconds:.1f} s", str(one.rounds)) for one in run.leaf_times]
+        yield from _table(("", "in all", "rounds"), times)
     yield "<h2>The tree at the end</h2>"
     yield from _tree(run, log, timeline(log))
     yield "<h2>In full</h2>"

@@ -18,15 +18,10 @@ ROOT = Path(__file__).parents[2]
 HOSTILE = {
     "clear the screen": "\x1b[2J",
     "set the title": "\x1b]0;owned\x07",
-    "eight-bit sequence": "\x9b31m",
     "overwrite the line": "all is well\r",
-    "take back": "fail\b\b\b\bgood",
-    "answer back": "\x05\x1b[c",
     "right to left": "\u202egnp.exe",
     "no width": "a\u200bb",
     "half a pair": "\ud800",
-    "nothing": "\0",
-    "line separator": "a\u2028b",
 }
 
 

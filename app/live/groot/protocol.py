@@ -3,7 +3,6 @@
 A request is a header of 6 bytes (protocol, kind, number) and for some kinds a second part. A reply
 repeats the header, adds 16 bytes that identify the tree, and may have a second part. An invalid
 request is answered by `error` and the reason.
-
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Wrist camera in the recording: depth image, grasp quality over it, and detected grasps.
 
 A picture that is out of date is drawn dark, without points and grasps.
-
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Rows of many ticks in one call: both timelines, and poses.
 
 All poses are on one entity: a recording pays for every entity and every batch.
-
 """
 
 from __future__ import annotations

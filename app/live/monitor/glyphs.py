@@ -2,7 +2,6 @@
 
 The viewer's font is Inter. Without a window the viewer crashes on a character that the font lacks,
 so all foreign text (names, messages) passes `printable` first.
-
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """The viewer without a window, for screenshots and tests; it needs a Vulkan driver.
 
 Without a graphics card, `apt-get install mesa-vulkan-drivers` provides one.
-
 """
 
 from __future__ import annotations

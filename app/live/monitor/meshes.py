@@ -2,7 +2,6 @@
 
 The package rtb-data provides them. They are reduced to about a tenth of their triangles, because
 every recording contains them, and cached in the user's cache folder.
-
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from app.live.feed import Feed, Throttle
 from app.live.nodes import NodeInfo
@@ -45,36 +45,6 @@ def _quiet() -> Iterator[None]:
 
 class RecorderError(UserError):
     """A recording cannot be written, or is incomplete."""
-
-
-class AnyRecorder(Protocol):
-    """What a run tells its recorder."""
-
-    @property
-    def dropped(self) -> int:
-        """Number of snapshots dropped because writing was too slow."""
-
-    def record(self, snapshot: Snapshot) -> None:
-        """Add a snapshot; never raises."""
-
-    def close(self) -> None:
-        """Write what is left.
-
-        Raises:
-            RecorderError: the recording is incomplete; raised once.
-        """
-
-
-class NoRecorder:
-    """Records nothing."""
-
-    dropped = 0
-
-    def record(self, snapshot: Snapshot) -> None:
-        """Nothing."""
-
-    def close(self) -> None:
-        """Nothing."""
 
 
 class Recorder:

@@ -3,7 +3,6 @@
 The recorder serves from this process and never waits for a viewer; a viewer is a process of its own
 that may start late, hang or be closed without affecting the run. Everything listens on the loopback
 address unless the user chooses another.
-
 """
 
 from __future__ import annotations

@@ -2,7 +2,6 @@
 
 The server for viewers runs in this process and drops the oldest data when its memory is full, so
 writing never waits for a viewer, as a sink that connects to one would.
-
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Control of a run by people: pause, step, stop, breakpoints, and injected faults.
 
 The session's loop asks `Control` every tick; keys, the control page and hooks in the tree set it.
-
 """
 
 from app.live.operator.control import ACKNOWLEDGED, Control, ControlState

@@ -3,7 +3,6 @@
 A `Hook` takes the place of a node in its parent and has the node as its only child. Without an
 action it is transparent: same status, message and name. Viewers are built from the nodes before
 hooks are inserted and do not show them.
-
 """
 
 from __future__ import annotations

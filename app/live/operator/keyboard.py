@@ -2,7 +2,6 @@
 
 Only where standard input is a terminal and this process is in its foreground; the terminal's
 settings are restored at the end.
-
 """
 
 from __future__ import annotations

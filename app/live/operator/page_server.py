@@ -3,7 +3,6 @@
 A request must carry the token that is part of the printed address and name this host; its Origin,
 if the browser sends one, must be this page. The viewer's files are served under a policy that keeps
 the viewer from contacting any other machine.
-
 """
 
 from __future__ import annotations

@@ -2,7 +2,6 @@
 
 The viewer's own server would resolve the name of a telemetry host, keep a third of a core busy, and
 let the page ask other hosts for fonts and releases.
-
 """
 
 from app.live.web.http_server import PATIENCE, BoundedServer, FileServer, Replies

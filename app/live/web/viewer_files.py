@@ -2,7 +2,6 @@
 
 The page loads no foreign fonts, and its content security policy limits the hosts to which the
 browser may connect.
-
 """
 
 from __future__ import annotations

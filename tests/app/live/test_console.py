@@ -69,13 +69,6 @@ def test_a_port_that_is_taken_is_reported_before_anything_is_made(tmp_path, task
     assert not (tmp_path / "runs").exists()
 
 
-def test_a_missing_extra_is_named(tmp_path, task, monkeypatch):
-    monkeypatch.setitem(sys.modules, "zmq", None)
-    code, err = run(tmp_path, task, "--groot2")
-    assert code == 2
-    assert 'pip install "frankie-task[groot]"' in err
-
-
 def test_the_page_stays_after_the_run_until_ctrl_c_and_closes_its_ports(tmp_path, task):
     with socket.create_server(("127.0.0.1", 0)) as probe:
         port = probe.getsockname()[1]

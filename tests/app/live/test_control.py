@@ -7,7 +7,7 @@ import numpy as np
 from controlled_run import ControlledRun, leaf
 
 from app.core.outcome import End
-from hw import FaultInjection, FaultKind
+from hw import FaultInjection
 from trees.language.composites import Sequence
 from trees.language.modifiers import Timeout
 
@@ -119,16 +119,6 @@ def injected(ticks: int = 400) -> tuple[ControlledRun, FaultInjection]:
     run = ControlledRun(leaf(ticks=ticks))
     run.harness.context.robot = FaultInjection(run.harness.robot)
     return run, run.harness.context.robot
-
-
-def test_a_fault_that_a_program_may_clear_stops_the_robot_as_long_as_it_is_there():
-    run, robot = injected()
-    run._at = {100: lambda: robot.inject("reflex"), 250: robot.clear}
-    run.run()
-    assert run.speed_after(99) > 0.3
-    assert run.speed_after(249) < 1e-3
-    assert run.speed_after(390) > 0.3
-    assert [fault.kind for fault in run.ticks[200].state.faults] == [FaultKind.REFLEX]
 
 
 def test_what_only_a_person_may_clear_pauses_the_run_until_a_person_resumes_it():

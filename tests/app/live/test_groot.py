@@ -12,7 +12,7 @@ from py_trees.common import Status
 from sample_run import STATUSES, TREE, snapshot
 
 from app.live.groot import GrootError, GrootServer
-from app.live.groot.protocol import Kind, code, read_header
+from app.live.groot.protocol import code
 from app.live.operator import Control, Hook, HookAction, Side
 
 msgpack = pytest.importorskip("msgpack", reason='needs pip install "frankie-task[groot]"')
@@ -166,14 +166,6 @@ def test_hooks_are_listed_disabled_and_removed(served, client):
     assert json.loads(client.ask(b"D")[1]) == []
 
 
-def test_a_removed_breakpoint_lets_the_run_go_on(served, client):
-    client.hook(8)
-    served.tick(8)
-    client.ask(b"A")
-    assert not served.control.state.paused
-    assert served.tick(8) is Status.SUCCESS
-
-
 def test_a_silent_client_leaves_no_breakpoints_but_the_robot_stays_paused(served, client):
     client.hook(8)
     client.hook(9)
@@ -228,15 +220,5 @@ def test_breakpoints_of_the_command_line_outlive_the_client():
 def test_errors_have_the_words_of_behaviortree_cpp(client, parts, message):
     client.socket.send_multipart(parts)
     assert client.socket.recv_multipart() == [b"error", message]
-
-
-def test_a_port_that_is_taken_is_reported(served):
     with pytest.raises(GrootError, match=f"port {PORT} .*--groot2-port"):
-        GrootServer("demo", TREE, served.hooks, served.control, port=PORT)
-
-
-def test_headers_are_read_as_they_are_written():
-    for kind in Kind:
-        header = read_header(b"\x02" + kind.value + b"\x04\x03\x02\x01")
-        assert (header.kind, header.number) == (kind, 0x01020304)
-        assert header.pack() == b"\x02" + kind.value + b"\x04\x03\x02\x01"
+        ServedTree()

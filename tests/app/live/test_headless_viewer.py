@@ -141,14 +141,6 @@ def test_a_viewer_that_hangs_holds_up_nothing_and_catches_up(live: LiveRun) -> N
         wait_for(lambda: live.stamp - viewer.cursor < CLOSE_BEHIND)
 
 
-@pytest.mark.slow
-def test_the_end_of_a_run_reaches_the_viewer(live: LiveRun) -> None:
-    with headless_viewer(watch=live.server.url) as viewer:
-        wait_for(lambda: viewer.cursor > 1.0)
-        live.end()
-        wait_for(lambda: viewer.cursor == pytest.approx(live.stamp, abs=0.05))
-
-
 def test_a_recording_is_opened_at_the_moment_that_was_asked_for(tmp_path: Path) -> None:
     path = tmp_path / "run.rrd"
     with headless_viewer() as viewer:

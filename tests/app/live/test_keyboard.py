@@ -52,14 +52,6 @@ def test_keys_pause_step_go_on_and_stop_and_the_terminal_is_given_back(monkeypat
     os.close(terminal)
 
 
-def test_without_a_terminal_there_are_no_keys():
-    end, other = os.pipe()
-    with keys(Control(), end) as listening:
-        assert not listening
-    os.close(end)
-    os.close(other)
-
-
 def test_q_in_a_terminal_ends_a_run_as_interrupted_and_restores_the_terminal(tmp_path):
     """The whole command, in a terminal of its own."""
     task = tmp_path / "toy.yaml"

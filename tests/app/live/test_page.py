@@ -80,24 +80,18 @@ def _free_port() -> int:
         return probe.server_port
 
 
-def test_buttons_do_what_they_say(client, control):
+def test_buttons_do_what_they_say(server, client, control):
     assert client.state()["paused"] is False
     for path, paused in (("/pause", True), ("/resume", False), ("/step", True), ("/next", False)):
         status, body, _ = client.ask("POST", path)
         assert status == 200
         assert json.loads(body)["paused"] is paused
+    for host in server.hosts:
+        assert client.ask("POST", "/pause", Host=host, Origin=f"http://{host}")[0] == 200
     client.ask("POST", "/stop")
     assert control.stopped
-
-
-def test_the_state_tells_what_the_tree_does(page, client, control):
-    control.take_turn()
-    page.show(snapshot(100))
-    state = client.state()
-    assert state["ticks"] == 1
-    assert state["time"] == "2.0 s"
-    assert state["node"] == "navigate to above_container"
-    assert state["message"].startswith("2.00 m to go")
+    with pytest.raises(PageError, match=f"--control-port {server.port}.*in use"):
+        PageServer(server.port)
 
 
 def test_faults_are_injected_and_cleared(client, faults):
@@ -127,12 +121,6 @@ def test_whoever_has_no_token_or_comes_from_elsewhere_is_refused(
     assert status == 403
     assert "ticks" not in body
     assert not control.state.paused
-
-
-def test_its_own_origin_is_welcome_under_both_names(server, client):
-    for host in server.hosts:
-        status, _, _ = client.ask("POST", "/pause", Host=host, Origin=f"http://{host}")
-        assert status == 200
 
 
 def test_an_unknown_action_and_an_unknown_file_are_not_found(client):
@@ -208,7 +196,10 @@ def test_a_breakpoint_is_set_and_removed(hooked, waiting, control):
     assert (state["breaks"], state["waiting"], state["paused"]) == ([], None, False)
 
 
-def test_an_outcome_is_forced_on_what_runs_and_on_what_comes(hooked, waiting):
+def test_an_outcome_is_forced_on_what_runs_and_on_what_comes(hooked, waiting, control):
+    with served(control, waiting.tree, hooks=waiting.hooks) as (client, _):
+        assert client.state()["can_force"] is False
+        assert client.ask("POST", "/force/1/success")[0] == 404
     client = hooked
     waiting.root.tick_once()
     client.ask("POST", "/force/2/failure")
@@ -217,13 +208,6 @@ def test_an_outcome_is_forced_on_what_runs_and_on_what_comes(hooked, waiting):
     assert [leaf.status for leaf in waiting.leaves] == [Status.SUCCESS, Status.FAILURE]
     assert waiting.leaves[0].feedback_message == "success forced by a person"
     assert waiting.root.status is Status.FAILURE
-
-
-def test_outcomes_are_forced_only_where_that_was_asked_for(client, control, waiting):
-    assert client.ask("POST", "/force/1/success")[0] == 404
-    with served(control, waiting.tree, hooks=waiting.hooks) as (client, _):
-        assert client.state()["can_force"] is False
-        assert client.ask("POST", "/force/1/success")[0] == 404
 
 
 def test_a_motion_waits_until_a_person_approves_and_fails_if_refused(hooked, waiting, control):
@@ -253,6 +237,7 @@ def test_the_history_of_a_node_is_told(page, client):
     titles = [node["title"] for node in json.loads(client.ask("GET", "/tree")[1])["nodes"]]
     assert titles == [node.title for node in TREE]
     looks = client.state()["looks"]
+    assert client.state()["time"] == "3.6 s"
     assert (looks[1], looks[4], looks[8]) == ("running", "not yet", "success")
 
 
@@ -270,8 +255,3 @@ def test_a_run_that_is_over_stays_with_outcome_explanation_and_recording(
     assert not control.state.paused
     recording.unlink()
     assert client.ask("GET", page.recording_path)[0] == 404
-
-
-def test_a_port_that_is_taken_is_reported(server):
-    with pytest.raises(PageError, match=f"--control-port {server.port}.*in use"):
-        PageServer(server.port)

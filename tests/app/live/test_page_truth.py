@@ -84,17 +84,6 @@ def test_the_keyboard_is_enough_and_space_only_ever_pauses(browser, run):
     page.close()
 
 
-def test_on_a_phone_stop_is_large_and_in_sight(browser, run):
-    page = opened_page(browser, run.url, width=390, height=664)
-    box = page.locator("#stop").bounding_box()
-    assert box["height"] >= 44
-    assert box["y"] >= 0
-    assert box["y"] + box["height"] <= 664
-    assert page.evaluate("document.documentElement.scrollWidth") <= 390
-    assert page.get_attribute("meta[name=viewport]", "content").startswith("width=device-width")
-    page.close()
-
-
 def test_a_process_that_was_killed_is_a_lost_connection_for_ever(browser, run):
     page = opened_page(browser, run.url)
     expect_run(page, "running")

@@ -9,10 +9,9 @@ import sample_run as samples
 from recordings import poses, record, rows, static, with_component
 from rerun.chunk import RrdReader
 
-from app.live import SceneView, Snapshot
+from app.live import Snapshot
 from app.live.monitor.signals_panel import PLOTS
 from app.live.monitor.tree_panel import MARK
-from app.live.nodes import NodeInfo, NodeStatus
 from controller import robot_model
 from hw import Fault, FaultKind
 
@@ -68,12 +67,6 @@ def test_signals_have_a_row_every_tick(recording: Path, snapshots: list[Snapshot
         np.testing.assert_allclose(kept, given, err_msg=entity)
     assert rows(recording, "/signals/distance")[100]["scalars"] == pytest.approx([2.0])
     assert rows(recording, "/signals/angle")[100]["scalars"] == pytest.approx([0.2, 0.1])
-
-
-def test_dropped_snapshots_show_as_a_curve(tmp_path: Path) -> None:
-    run = [snapshot for snapshot in samples.run(30) if not 10 <= snapshot.tick < 20]
-    dropped = rows(record(tmp_path / "x.rrd", run), "/signals/dropped")
-    assert dropped[-1]["scalars"] == [10.0]
 
 
 def test_history_is_activity_with_a_mark_where_it_ends(recording: Path) -> None:
@@ -194,14 +187,3 @@ def test_objects_are_kept_when_they_move(tmp_path: Path) -> None:
     assert all(30 <= row["tick"] <= 40 for row in lifted[1:])
     assert lifted[-1]["translation"][0][2] == pytest.approx(0.476 + 0.1)
     assert len(poses(path, "world/objects/1_mug")) == 1
-
-
-def test_a_bare_robot_with_a_one_node_tree_is_recorded(tmp_path: Path) -> None:
-    node = NodeInfo(name="wait", kind="wait", depth=0)
-    run = [
-        replace(s, nodes=(NodeStatus(status=samples.RUNNING, message=""),), objects=())
-        for s in samples.run(20)
-    ]
-    path = record(tmp_path / "x.rrd", run, tree=(node,), scene=SceneView())
-    assert len(rows(path, "/signals/tick")) == 20
-    assert with_component(path, "/tree/list/labels", "labels")[0]["labels"] == ["▶ wait"]

@@ -19,15 +19,6 @@ def test_a_file_that_cannot_be_written_is_reported_at_once(tmp_path: Path, place
         recorder(tmp_path / place)
 
 
-def test_close_twice(tmp_path: Path) -> None:
-    made = recorder(tmp_path / "x.rrd")
-    made.record(samples.snapshot(0))
-    made.close()
-    made.close()
-    made.record(samples.snapshot(1))
-    assert len(rows(tmp_path / "x.rrd", "/signals/tick")) == 1
-
-
 def test_an_error_in_the_writer_is_reported_once_and_spares_the_run(tmp_path: Path) -> None:
     made = recorder(tmp_path / "x.rrd")
     snapshot = samples.snapshot(0)

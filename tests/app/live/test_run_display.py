@@ -7,11 +7,11 @@ import pytest
 import sample_run as samples
 from rich.console import Console
 
-from app.live import About, Moment, RunDisplay
-from app.live.tree_text import picture, tree_lines
+from app.live import Moment, RunDisplay, RunInfo
+from app.live.tree_text import picture
 from hw import Fault, FaultKind
 
-ABOUT = About(task="pick_place", where="frankie · kinematic", objects=10)
+ABOUT = RunInfo(task="pick_place", where="frankie · kinematic", objects=10)
 
 
 def moment(tick: int, paused: str = "", faults: tuple[Fault, ...] = (), placed: int = 7) -> Moment:
@@ -41,14 +41,6 @@ def test_a_terminal_shows_task_figures_and_the_whole_tree() -> None:
     assert "7 of 10 placed  8 grasps" in text
     assert all(node.name.split()[0] in text for node in samples.TREE)
     assert "▶ navigate to above_container  2.4" in text
-
-
-def test_the_running_leaf_is_bold_and_no_other_node() -> None:
-    nodes = samples.snapshot(60).nodes
-    lines = tree_lines(samples.TREE, nodes, rows=30)
-    bold = [line.plain for line in lines if any("bold" in str(span.style) for span in line.spans)]
-    assert len(bold) == 1
-    assert "navigate to above_container" in bold[0]
 
 
 def test_pauses_and_faults_are_badges() -> None:

@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 import sample_run as samples
 from recordings import poses, record, rows, static, with_component
-from sample_run import FAILURE, IDLE, RUNNING, SUCCESS
+from sample_run import SUCCESS
 
 from app.live.monitor.camera_panel import STALE
-from app.live.monitor.glyphs import LOOK_COLOUR
 from app.live.monitor.solids import solids
-from app.live.nodes import Look, NodeInfo, NodeStatus, looks, tree_view
+from app.live.nodes import NodeStatus, tree_view
 from controller import PointCloud, Pose2D
 from hw import Fault, FaultKind
 from robots import load_robot
@@ -26,24 +25,6 @@ FAULT = Fault(kind=FaultKind.REFLEX, text="reflex of the arm", clearable=True)
 def packed(colour: tuple[int, int, int]) -> int:
     r, g, b = colour
     return (r << 24) | (g << 16) | (b << 8) | 255
-
-
-def test_only_what_failed_the_whole_tree_is_red() -> None:
-    tree = [NodeInfo(name=str(i), kind="x", depth=d) for i, d in enumerate((0, 1, 2, 1))]
-
-    def looks_of(*statuses) -> tuple[Look, ...]:
-        return looks(tree, [NodeStatus(status, "") for status in statuses])
-
-    going = looks_of(RUNNING, FAILURE, FAILURE, RUNNING)
-    assert going == (Look.RUNNING, Look.NOT_YET, Look.NOT_YET, Look.RUNNING)
-    assert looks_of(SUCCESS, FAILURE, FAILURE, SUCCESS)[1] is Look.NOT_YET
-    assert looks_of(FAILURE, SUCCESS, FAILURE, FAILURE) == (
-        Look.FAILURE,
-        Look.SUCCESS,
-        Look.NOT_YET,
-        Look.FAILURE,
-    )
-    assert looks_of(IDLE, IDLE, IDLE, IDLE) == (Look.IDLE,) * 4
 
 
 def test_pills_tell_what_a_leaf_was_given(harness_context) -> None:
@@ -71,15 +52,6 @@ def test_the_leaf_that_runs_is_outlined_until_the_run_ends(tmp_path: Path) -> No
     ]
     pills = with_component(tmp_path / "x.rrd", "/tree/list/pills", "strips")[0]["strips"]
     assert outlines[0]["strips"] == [pills[2]], "recover runs first"
-
-
-def test_a_line_to_what_runs_lies_over_those_it_shares_a_trunk_with(tmp_path: Path) -> None:
-    path = record(tmp_path / "x.rrd", list(samples.run(60)))
-    last = with_component(path, "/tree/list/edges", "colors")[-1]
-    running = packed(LOOK_COLOUR[Look.RUNNING])
-    first_running = last["colors"].index(running)
-    assert set(last["colors"][first_running:]) == {running}
-    assert 0 < first_running < len(last["colors"])
 
 
 def test_ghosts_stand_at_the_goals_and_are_gone_without_one(tmp_path: Path) -> None:
@@ -167,8 +139,3 @@ def test_regions_are_boxes_and_the_camera_a_frustum_of_its_lens(tmp_path: Path) 
     assert {tuple(p) for p in np.round(pixels)} == {
         (x, y) for x in (0.0, lens.width) for y in (0.0, lens.height)
     }
-
-
-def test_before_the_first_image_the_camera_has_its_place_and_its_lens(tmp_path: Path) -> None:
-    path = record(tmp_path / "x.rrd", list(samples.run(10)))
-    assert poses(path, "world/camera")[0]["tick"] == 0, "else the viewer marks it red"

@@ -46,6 +46,7 @@ def test_every_place_says_the_same_time_and_the_same_pause(told, tmp_path):
     folder, summary = told.folder, told.summary
     assert 0.9 < summary.duration_s < 1.3
     assert 2.9 < summary.paused_s < 3.5
+    assert [in_words(s) for s in (59.9, 60.0, 3661.0)] == ["59 s", "1 min 0 s", "1 h 1 min 1 s"]
     words = task_time(summary.duration_s, summary.paused_s)
     assert re.fullmatch(r"1\.\d s, paused 3 s", words)
     assert f"toy succeeded after {words}: " in summary.achieved
@@ -77,11 +78,3 @@ def test_a_time_that_people_are_told_is_found_again_in_the_recording(told):
     assert stamps[0] <= log.session_time(1.0) <= stamps[-1] + 0.1
     events = (told.folder / "events.jsonl").read_text().splitlines()
     assert json.loads(events[-1])["time"] > 3.9, "the file keeps the session's clock, for programs"
-
-
-def test_lengths_of_time_are_said_in_words():
-    assert [in_words(seconds) for seconds in (0.9, 59.9, 60.0, 297.6, 3661.0)] == [
-        *("0 s", "59 s", "1 min 0 s", "4 min 57 s", "1 h 1 min 1 s")
-    ]
-    assert task_time(57.31) == "57.3 s"
-    assert task_time(57.31, 297.6) == "57.3 s, paused 4 min 57 s"
