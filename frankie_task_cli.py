@@ -1,8 +1,7 @@
-"""The entry point of `frankie-task`.
+"""Entry point of `frankie-task`.
 
-The packages of the project have plain names. This module imports none of them before it knows that
-Python would find ours: a folder or file of the same name that comes earlier on the path, or another
-distribution installed over ours, would otherwise end in a traceback from the middle of nowhere.
+The packages of the project have plain names. Before it imports any of them, this module checks that
+Python finds ours rather than a folder or distribution of the same name.
 """
 
 from __future__ import annotations
@@ -33,10 +32,9 @@ def foreign_package() -> str | None:
 
 
 def open_streams() -> None:
-    """Give a process that was started with a closed input or output the null device instead.
+    """Open the null device for standard streams that were closed.
 
-    The first file that it opens would otherwise take the number of standard output, and whatever is
-    printed would end up in that file.
+    Otherwise the first file that the process opens would become its standard output.
     """
     for number, name, mode in ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w")):
         if getattr(sys, name) is None:
@@ -51,7 +49,7 @@ def main() -> None:
     if (line := foreign_package()) is not None:
         print(line, file=sys.stderr)
         sys.exit(_EXIT_BAD_INPUT)
-    # Else pydantic looks through all that is installed for plug-ins of its own, at every start.
+    # Otherwise pydantic searches all installed packages for plug-ins at every start.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     from app.commands import app
     from app.commands import main as command_line

@@ -71,7 +71,7 @@ def main() -> None:
     if sys.argv[1:2] and sys.argv[1] in _SHORT:
         gc.disable()
     if sys.argv[1:2] == ["run"] and "--help" not in sys.argv and not sys.stderr.isatty():
-        with contextlib.suppress(OSError):  # a closed terminal is told of where the run ends
+        with contextlib.suppress(OSError):  # a closed terminal is reported at the end of the run
             print("frankie-task: loading", file=sys.stderr, flush=True)  # imports take seconds
     get_group(_asked(*sys.argv[1:2]))()
 

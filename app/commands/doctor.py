@@ -64,8 +64,8 @@ def doctor(
         bad = _tell(examine(real), console, as_json=as_json)
         throttle = real is not None and real.hardware.base.scale.throttle
         if first_metre and real is not None:
-            heeded, wrong = _drive(real, console, as_json=as_json)
-            throttle, bad = heeded, bad + wrong
+            obeys, wrong = _drive(real, console, as_json=as_json)
+            throttle, bad = obeys, bad + wrong
         if write_site is not None and real is not None:
             bad += not _write(real, write_site, console, throttle=throttle)
     if real is not None and real.hardware.emulated is None:
@@ -84,8 +84,8 @@ def _tell(findings: Iterable[Finding], console: Terminal, *, as_json: bool) -> i
     for one in findings:
         bad += one.verdict is Verdict.BAD
         if as_json:
-            told = {"about": one.about, "verdict": one.verdict.value, "text": one.text}
-            sys.stdout.write(json.dumps(told) + "\n")
+            row = {"about": one.about, "verdict": one.verdict.value, "text": one.text}
+            sys.stdout.write(json.dumps(row) + "\n")
         else:
             console.say(f"{one.verdict.value:5} {one.about}: {one.text}")
     return bad
@@ -105,11 +105,11 @@ def _drive(real: RealRobot, console: Terminal, *, as_json: bool) -> tuple[bool, 
         console.say(f"--first-metre: {error}")
         return False, 1
     verdicts = {one.about: one.verdict for one in found}
-    heeded = verdicts.get("throttle") is Verdict.GOOD
+    obeys = verdicts.get("throttle") is Verdict.GOOD
     if "throttle" in verdicts:
-        value = str(heeded).lower()
+        value = str(obeys).lower()
         console.say(f"write `throttle: {value}` below `hardware.base.full_scale` of {real.path}")
-    return heeded, sum(one.verdict is Verdict.BAD for one in found)
+    return obeys, sum(one.verdict is Verdict.BAD for one in found)
 
 
 def _confirm(question: str) -> bool:

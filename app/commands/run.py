@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def finished(as_json: bool) -> Callable[[Result], str]:
     """A function that shows a result and returns its explanation."""
 
-    def told(result: Result) -> str:
+    def show_and_explain(result: Result) -> str:
         from app.review import explain
 
         show_result(result, as_json)
@@ -30,7 +30,7 @@ def finished(as_json: bool) -> Callable[[Result], str]:
         except Exception as error:  # as when the disk is full
             return f"cannot be explained: {error}"
 
-    return told
+    return show_and_explain
 
 
 def show_result(result: Result, as_json: bool) -> None:

@@ -120,11 +120,11 @@ def _counted(number: int, what: str) -> str:
 def tree_lines(tree: Sequence[NodeInfo], nodes: Sequence[NodeStatus], *, rows: int) -> list[Text]:
     """A line per node, as many as fit: the ancestors of the running leaf first."""
     running = tip(nodes)
-    shown, seen_as = _most_telling(tree, running, rows), looks(tree, nodes)
+    shown, states = _most_telling(tree, running, rows), looks(tree, nodes)
     lines = []
     for index in shown:
         node, status = tree[index], nodes[index]
-        glyph, style = _LOOKS[seen_as[index]]
+        glyph, style = _LOOKS[states[index]]
         line = Text("  " * node.depth)
         line.append(f"{glyph} ", style=style)
         line.append(_shortened(node.title), style=f"bold {style}" if index == running else style)

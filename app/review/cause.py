@@ -169,7 +169,7 @@ def _setback_below(run: Timeline, span: Span) -> Span | None:
 
 
 def _is_question(run: Timeline, span: Span) -> bool:
-    """Whether it was only a condition, or failed because it was told to."""
+    """Whether it was only a condition, or was forced to fail."""
     if run.nodes[span.node].kind in _FORCED:
         return not _failed_children(run, span)
     return run.is_leaf(span.node) and span.seconds == 0.0 and not _had_to_work(run, span.node)

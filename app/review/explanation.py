@@ -223,8 +223,8 @@ def _why(run: Explanation) -> Iterator[str]:
             )
         case _:
             yield f"It ended at {run.time:.2f} s, during {title}, as {run.outcome}: {run.reason}"
-    told = run.outcome == End.FAILURE.value or (run.cause and run.cause.reason == run.reason)
-    if run.cause is not None and not told:
+    reported = run.outcome == End.FAILURE.value or (run.cause and run.cause.reason == run.reason)
+    if run.cause is not None and not reported:
         yield f"  what went wrong first: {cause_text(run)}"
     decided = run.where if run.outcome == End.FAILURE.value and run.where else run.node
     if decided is not None:

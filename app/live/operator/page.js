@@ -1,5 +1,5 @@
-// Asks for the state of the run five times a second, draws what `view` makes of it, and sends what
-// buttons and keys ask for.
+// Polls the state of the run five times a second, draws it with `view`, and sends the actions of
+// buttons and keys.
 "use strict";
 
 const PERIOD = 200, TIMEOUT = 4000;  // [ms]
@@ -22,7 +22,7 @@ function state() {
 
 class Refusal extends Error {}
 
-// One request; what comes of it is noted, also that nothing does.
+// One request; its result, or that there is none, is stored in `answer`.
 async function ask(path, method = "GET") {
   const sent = seconds();
   let reply;
@@ -41,7 +41,7 @@ async function ask(path, method = "GET") {
   throw new Refusal(reply.status === 409 ? "came too late" : "was refused");
 }
 
-// The newest word of the run; an answer that was overtaken by another is none.
+// Keep the newest state; ignore one that was overtaken by another.
 function hear(told) {
   if (run && told.run === run.run && told.told_at < run.told_at) return;
   run = told;
@@ -127,7 +127,7 @@ async function showHistory() {
   element("history").replaceChildren(...lines);
 }
 
-let planted = 0;  // which run the tree is of
+let planted = 0;  // number of the run whose tree is drawn
 async function plant() {
   const told = await ask("/tree");
   nodes = told.nodes;
@@ -144,14 +144,14 @@ async function poll() {
     if (told.run === planted) hear(told);
     await showHistory();
   } catch {
-    // `ask` has noted it
+    // stored by `ask`
   }
   setTimeout(poll, PERIOD);
 }
 
 for (const id of Object.keys(BUTTONS)) {
   element(id).addEventListener("click", (event) => {
-    if (event.detail) element(id).blur();  // so that no key presses it again that was meant for the page
+    if (event.detail) element(id).blur();  // so that keys for the page do not press it again
     press(id);
   });
 }

@@ -132,14 +132,14 @@ class PageServer(BoundedServer):
         return None if self.page is None else self.page.action(path)
 
     def state(self) -> dict[str, object]:
-        """The state of the run for JSON, and when it was told [s]."""
-        told = {"phase": "starting", "stopped": False} if self.page is None else self.page.state()
+        """The state of the run for JSON, and the time of this answer [s]."""
+        state = {"phase": "starting", "stopped": False} if self.page is None else self.page.state()
         self._asked = self.seconds()
-        return told | {
+        return state | {
             "run": self._run,
             "told_at": self._asked,
             "again": self.again,
-            "stopped": told["stopped"] or self.stopped,
+            "stopped": state["stopped"] or self.stopped,
         }
 
     def tree(self) -> dict[str, object]:
@@ -182,7 +182,7 @@ class PageRequest(Replies):
             self.answer((files("app.live.operator") / name).read_bytes(), kind)
         elif path in ("/state", "/tree", "/history"):
             if self._has_token():
-                self._tell(self._told(path))
+                self._send_json(self._state_of(path))
             else:
                 self.refuse(HTTPStatus.FORBIDDEN)
         elif wanted := _VIEWER_FILE.fullmatch(path):
@@ -193,10 +193,10 @@ class PageRequest(Replies):
         else:
             self.refuse(HTTPStatus.NOT_FOUND)
 
-    def _tell(self, what: object) -> None:
+    def _send_json(self, what: object) -> None:
         self.answer(json.dumps(what).encode(), "application/json")
 
-    def _told(self, path: str) -> object:
+    def _state_of(self, path: str) -> object:
         if path == "/state":
             return self.server.state()
         if path == "/tree":
@@ -220,7 +220,7 @@ class PageRequest(Replies):
             except Exception:  # the run reports it; the page goes on
                 self.refuse(HTTPStatus.INTERNAL_SERVER_ERROR)
                 return
-            self._tell(self.server.state())
+            self._send_json(self.server.state())
 
     def _is_same_origin(self) -> bool:
         """Whether the request is addressed to this server and comes from no other page."""

@@ -1,4 +1,4 @@
-// Draws the tree of a run as SVG: a pill for every node, with the colour and mark of its look.
+// Draws the tree of a run as SVG: a pill per node, with the colour and mark of its status.
 "use strict";
 
 const SVG = "http://www.w3.org/2000/svg";

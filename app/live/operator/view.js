@@ -1,19 +1,19 @@
-// What the page says and which buttons work: one pure function of one state, and nothing else.
+// Texts of the page and enabled buttons: a pure function of the state.
 "use strict";
 
-const OLD = 1.0;  // a tick that is older than this is told as such [s]
+const OLD = 1.0;  // age from which a tick is reported as old [s]
 
-// Whole seconds, as a person counts them.
+// Whole seconds.
 const whole = (seconds) => `${Math.floor(seconds)} s`;
 
-/* What the page knows:
-     run       the run's own words, as last heard; null before that
+/* State of the page:
+     run       last state of the run; null before the first
      answer    of the last request: "told", "none" yet, "refused" (no connection), "forbidden"
-     silent    for how long nothing was heard [s]
-     patience  how long an answer may take on this line [s]
-     wanted    what was pressed and is not confirmed: { id, name, seconds }, or null
-     note      what became of the button that was pressed last, or ""
-     chosen    number of the node that is looked at, or null
+     silent    time since the last answer [s]
+     patience  longest time for an answer on this connection [s]
+     wanted    action that is not confirmed yet: { id, name, seconds }, or null
+     note      result of the last action, or ""
+     chosen    number of the selected node, or null
 */
 function view(state) {
   const run = { phase: "unknown", breaks: [], forced: {}, faults: [], ...state.run };

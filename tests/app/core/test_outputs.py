@@ -142,6 +142,31 @@ def test_runs_in_one_process_leave_no_threads_and_no_handles(tmp_path):
     assert max(handles for _, handles in later) <= first[1]
 
 
+def nearly_full_disk() -> None:
+    """As much as a run asks for before it begins, and no more."""
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1_000_000, 1_000_000))
+
+
+def test_a_disk_that_fills_under_way_costs_the_ends_of_files_though_the_robot_breaks(tmp_path):
+    drive = "poses:\n  away: {base: [60, 0], heading_deg: 0}\ntree: {drive: {to: away}}\n"
+    (tmp_path / "drive.yaml").write_text(f"task: drive_on\n{drive}")
+    run = subprocess.run(
+        command(tmp_path / "drive.yaml", "--json", "--fault", "reading breaks@40"),
+        preexec_fn=nearly_full_disk,
+        capture_output=True,
+        text=True,
+        timeout=120.0,
+    )
+    assert run.returncode == 3
+    assert "Traceback" not in run.stderr
+    assert "ERROR" not in run.stderr
+    told = "\n".join(json.loads(run.stdout)["warnings"])
+    assert "recording.rrd: the recording ends early" in told
+    assert "readings.npy ends early (File too large)" in told
+    kept = np.load(next(tmp_path.glob("runs/*/readings.npy")))
+    assert (kept["number"] == np.arange(len(kept))).all()
+
+
 @pytest.mark.slow
 def test_memory_does_not_grow_with_the_length_of_a_run(tmp_path):
     """Half an hour of driving about, looked at once a minute."""
