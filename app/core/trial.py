@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 
 from py_trees.behaviour import Behaviour
@@ -13,41 +12,17 @@ from py_trees.common import Status
 from app.choices import VisionForm
 from app.core.measurements import Measurements
 from app.core.outcome import End
-from app.core.session import Session
+from app.core.session import Session, Tick
 from app.core.setup import Setup, open_setup
+from app.live import Control
 from behaviours import Context
-from hw import Clock, Truth, WorldOptions
+from hw import Truth, WorldOptions
 from perception import GraspDetector
 from robots import load_robot
 
 
 class BrokenTrialError(AssertionError):
     """A leaf crashed, or the robot failed, in a trial."""
-
-
-@dataclass
-class _Deadline:
-    """Decisions without people: stop at a time."""
-
-    clock: Clock
-    end: float
-    attended: bool = False
-
-    @property
-    def stopped(self) -> bool:
-        return self.clock.now() >= self.end
-
-    def take_turn(self) -> bool:
-        return True
-
-    def emergency_stop(self, text: str, *, pressed: bool) -> bool:
-        return False
-
-    def pause(self, why: str) -> None:
-        """Do nothing."""
-
-    def wait(self, seconds: float) -> None:
-        """Do nothing."""
 
 
 class Trial:
@@ -88,7 +63,12 @@ class Trial:
         Raises:
             BrokenTrialError: it has crashed, or the robot has failed.
         """
-        setup = self._setup
+        setup, control, end = self._setup, Control(attended=False), self.now() + seconds
+
+        def stop_in_time(_tick: Tick) -> None:
+            if self.now() >= end:
+                control.stop()
+
         outcome = Session(
             root=leaf,
             context=setup.context,
@@ -96,8 +76,8 @@ class Trial:
             gate=setup.gate,
             measurements=Measurements(limits=setup.model.limits),
             clock=setup.clock,
-            control=_Deadline(setup.clock.session, self.now() + seconds),
-            watch=lambda tick: None,
+            control=control,
+            watch=stop_in_time,
         ).run()
         statuses = {
             End.SUCCESS: Status.SUCCESS,

@@ -162,7 +162,7 @@ _PATIENCE = 600.0
 """Longest duration of a download [s]."""
 
 
-class FileServer:
+class FileServer(BoundedServer):
     """Serves the web viewer and a recording from construction to `close`.
 
     Args:
@@ -175,38 +175,28 @@ class FileServer:
         OSError: the port is not available.
     """
 
+    patience = _PATIENCE
+
     def __init__(
         self, host: str, port: int, *, recording: Path | None = None, hosts: str = "'self'"
     ) -> None:
-        self._server = _Server((host, port), _Request)
-        self._server.recording, self._server.hosts = recording, hosts
+        self.recording, self.hosts = recording, hosts
+        super().__init__((host, port), _FileRequest)
+        self.port = int(self.server_port)
         self._thread = threading.Thread(
-            target=self._server.serve_forever, args=(_POLL,), name="web viewer", daemon=True
+            target=self.serve_forever, args=(_POLL,), name="web viewer", daemon=True
         )
         self._thread.start()
 
-    @property
-    def port(self) -> int:
-        """The port that it listens on."""
-        return int(self._server.server_port)
-
     def close(self) -> None:
         """Stop serving."""
-        self._server.shutdown()
-        self._server.server_close()
+        self.shutdown()
+        self.server_close()
         self._thread.join()
 
 
-class _Server(BoundedServer):
-    patience = _PATIENCE
-    recording: Path | None
-    hosts: str
-
-
-class _Request(Replies):
-    """One request."""
-
-    server: _Server
+class _FileRequest(Replies):
+    server: FileServer
 
     def do_GET(self) -> None:
         name = self.asked.removeprefix("/") or "index.html"

@@ -7,22 +7,11 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-from typer.testing import CliRunner
+from command_line import call
 
 import trees
-from app.commands import app
 from behaviours import LEAVES
 from trees.language import COMPOSITES, MODIFIERS
-
-
-def call(*arguments: object) -> tuple[int, str, str]:
-    result = CliRunner().invoke(
-        app, [str(argument) for argument in arguments], env={"COLUMNS": "200"}
-    )
-    if result.exception is not None and not isinstance(result.exception, SystemExit):
-        raise result.exception
-    return result.exit_code, result.stdout, result.stderr
-
 
 BROKEN = "task: broken\ntree:\n  sequence:\n    - open_griper\n"
 

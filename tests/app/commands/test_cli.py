@@ -5,10 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import call
 from rerun.chunk import RrdReader
-from typer.testing import CliRunner
 
-from app.commands import app
 from hw import ComposedRobot, HardwareError
 
 TREE = """\
@@ -21,14 +20,6 @@ regions:
 tree:
   sequence:
 """
-
-
-def call(*arguments: object) -> tuple[int, str, str]:
-    """Exit code, standard output and standard error of one command."""
-    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
-    if result.exception is not None and not isinstance(result.exception, SystemExit):
-        raise result.exception
-    return result.exit_code, result.stdout, result.stderr
 
 
 @pytest.fixture

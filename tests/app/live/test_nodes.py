@@ -1,7 +1,16 @@
+"""Nodes of a tree for viewers, and what the viewer can draw of shapes and texts."""
+
+from __future__ import annotations
+
+import numpy as np
+import rerun as rr
+from pinocchio import SE3, exp3
 from sample_run import FAILURE, IDLE, RUNNING, SUCCESS, TREE
 
 from app.live.monitor.glyphs import printable
+from app.live.monitor.solids import solids
 from app.live.nodes import NodeInfo, NodeStatus, parents, path_from_root, tip
+from robots import hull_of
 
 
 def nodes(*statuses: object) -> list[NodeStatus]:
@@ -27,3 +36,18 @@ def test_the_tip_is_where_the_root_got_its_status_from() -> None:
     assert tip(nodes(SUCCESS, FAILURE, SUCCESS)) == 2
     assert tip(nodes(RUNNING, FAILURE, IDLE)) == 0
     assert tip(nodes(IDLE, IDLE, IDLE)) == 0
+
+
+def test_hulls_are_drawn_as_one_mesh_in_their_colours():
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * 0.05
+    red, green = (hull_of(corners, colour=colour) for colour in ((255, 0, 0), (0, 255, 0)))
+    away = SE3(exp3(np.array([0.0, 0.0, 0.5])), np.array([1.0, 2.0, 3.0]))
+    (mesh,) = solids([red, green.moved(away)])
+    assert isinstance(mesh, rr.Mesh3D)
+    points = mesh.vertex_positions.as_arrow_array().to_pylist()
+    assert len(points) == 2 * 12 * 3
+    np.testing.assert_allclose(np.mean(points[36:], axis=0), [1.0, 2.0, 3.0], atol=1e-6)
+    normals = np.array(mesh.vertex_normals.as_arrow_array().to_pylist())
+    outwards = np.array(points) - np.repeat([[0.0, 0.0, 0.0], [1.0, 2.0, 3.0]], 36, axis=0)
+    assert (np.einsum("ij,ij->i", normals, outwards) > 0.0).all()
+    assert len(set(mesh.vertex_colors.as_arrow_array().to_pylist())) == 2

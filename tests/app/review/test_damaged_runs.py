@@ -2,6 +2,7 @@
 
 import json
 import os
+import resource
 import stat
 import sys
 import tempfile
@@ -9,6 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from command_line import call
 from run_damage import (
     ANY_FILE,
     ARRAY_DAMAGE,
@@ -22,11 +24,15 @@ from run_damage import (
     first_half,
     raw_line,
 )
-from typer.testing import CliRunner
 
-from app.commands import app
+from app.core.disk import Disk
+from app.core.events import EventLog
 from app.core.launch import run_task
+from app.core.outcome import End, Outcome
 from app.core.run_options import RunOptions
+from app.review import explain
+from trees.language import nodes_in_order
+from trees.language.composites import Sequence
 
 TASK = """\
 task: toy
@@ -46,14 +52,6 @@ def run(tmp_path_factory):
     root = tmp_path_factory.mktemp("recorded")
     (root / "toy.yaml").write_text(TASK)
     return run_task(RunOptions(tree=root / "toy.yaml", scene="single", record=root)).folder
-
-
-def call(*arguments: object) -> tuple[int, str, str]:
-    """Exit code and output; whatever else a command raises fails the test."""
-    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
-    if result.exception is not None and not isinstance(result.exception, SystemExit):
-        raise result.exception
-    return result.exit_code, result.stdout, result.stderr
 
 
 def refusal(*arguments: object) -> str:
@@ -165,6 +163,22 @@ def test_replay_refuses_what_no_run_writes(run, tmp_path, file):
             assert "cut off" in call("replay", folder)[1]
         else:
             assert refusal("replay", folder).startswith(f"{folder}/{file}: "), kind
+
+
+def test_a_full_disk_ends_the_log_and_not_the_run(tmp_path):
+    nodes = nodes_in_order(Sequence("sequence", []))
+    disk = Disk(tmp_path, lossless=True)
+    log = EventLog(disk.file("events.jsonl"), "toy", nodes)
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (200, limits[1]))
+    try:
+        log.end(Outcome(end=End.SUCCESS, reason="done"), 1.0)
+        log.end(Outcome(end=End.SUCCESS, reason="done"), 1.0)
+        wrong = disk.close()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert wrong == ["events.jsonl ends early (File too large)"]
+    assert explain(tmp_path).history == []  # the rest can still be read
 
 
 def test_folders_that_are_no_runs(run, tmp_path):

@@ -5,9 +5,8 @@ import os
 import shutil
 
 import pytest
-from typer.testing import CliRunner
+from command_line import call
 
-from app.commands import app
 from app.core.launch import run_task
 from app.core.run_options import RunOptions
 from app.review import find_run, run_folders
@@ -29,13 +28,6 @@ def runs(tmp_path_factory):
     (killed / "summary.json").unlink()
     (root / "runs" / "notes").mkdir()
     return root / "runs"
-
-
-def call(*arguments: object) -> tuple[int, str, str]:
-    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
-    if result.exception is not None and not isinstance(result.exception, SystemExit):
-        raise result.exception
-    return result.exit_code, result.stdout, result.stderr
 
 
 def test_the_list_tells_task_outcome_and_node_oldest_first(runs):
