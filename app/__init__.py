@@ -1,1 +1,1 @@
-"""What a person touches: the command line, the session, the recorder and the benches."""
+"""Application: command line, sessions, live view, review and export of runs."""

@@ -19,10 +19,9 @@ class Attempt:
     what: str
     begin: float
     end: float
-    """[s]."""
     result: str
     cause: Cause | None
-    """Why it failed; None if it did not."""
+    """The cause of its failure; None if it succeeded."""
 
 
 @dataclass(frozen=True, kw_only=True)

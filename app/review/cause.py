@@ -54,7 +54,7 @@ class Cause:
     """The earliest cause of a failure."""
 
     time: float
-    """[s]."""
+    """Of the task [s]."""
     node: int | None
     """Where; None if no node ran."""
     reason: str

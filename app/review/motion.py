@@ -27,7 +27,7 @@ _STILL_BASE, _STILL_ARM = 0.01, 0.02
 """Slower than this base [m/s and rad/s] and arm [rad/s] stand still."""
 _AT_LIMIT = 0.95
 _FINGERS = 1e-5
-"""Fingers that change their distance by more than this in a sample move [m]."""
+"""Larger changes of the gripper width within a sample count as motion [m]."""
 
 
 class Reason(StrEnum):
@@ -71,13 +71,13 @@ class RunMotion:
 
     @cached_property
     def base_moves(self) -> Mask:
-        """(K,)."""
+        """(K,) whether the base moves."""
         moves: Mask = np.abs(self.twist).max(axis=1) > _STILL_BASE
         return moves
 
     @cached_property
     def arm_moves(self) -> Mask:
-        """(K,)."""
+        """(K,) whether the arm moves."""
         moves: Mask = np.abs(self.qd).max(axis=1) > _STILL_ARM
         return moves
 
@@ -125,7 +125,7 @@ class RunMotion:
         return chosen.astype(np.int64)
 
     def between(self, begin: float, end: float) -> Mask:
-        """(K,) the samples of a time."""
+        """(K,) the samples from `begin` to `end` [s]."""
         inside: Mask = (self.times >= begin) & (self.times < end)
         return inside
 
@@ -166,16 +166,14 @@ def read_motion(folder: Path) -> RunMotion:
     )
 
 
-Array = npt.NDArray[np.float64]
-
 _STEP = 0.005
-"""Of the time in which both are compared [s]."""
+"""Step of the time grid [s]."""
 _LONGEST = 120.0
-"""Of a run, from its beginning [s]."""
+"""Longest evaluated part of a run [s]."""
 _GAP = 0.1
-"""Longer without a reading, nothing is known of the time between [s]."""
+"""Longest interval between readings that is interpolated [s]."""
 _LEAST = 0.02
-"""What was commanded less than this on average tells nothing [m/s or rad/s]."""
+"""Smallest rms command that is evaluated [m/s or rad/s]."""
 _DEAD = np.arange(0.0, 0.31, 0.01)
 _LAGS = np.array([0.01, 0.02, 0.03, 0.04, 0.06, 0.08, 0.1, 0.12, 0.15, 0.18, 0.22, 0.27, 0.33, 0.4])
 _AXES = {"base, driving": (1, 4), "base, turning": (3, 6)} | {
@@ -184,22 +182,23 @@ _AXES = {"base, driving": (1, 4), "base, turning": (3, 6)} | {
 
 
 class NoMotionError(UserError):
-    """A run tells nothing about delays."""
+    """The delays of a run cannot be measured."""
 
 
 class Delay(NamedTuple):
-    """How one axis follows: its command, a time later, through a lag of first order."""
+    """Delay of one axis: a dead time, then a first-order lag."""
 
     axis: str
     dead: float
-    """[s]"""
+    """Dead time [s]."""
     lag: float
-    """[s]"""
+    """Time constant [s]."""
     error: float
+    """Rms error of the model, as a share of the rms command."""
 
     @property
     def total(self) -> float:
-        """What a description calls the lag [s]."""
+        """The lag in the sense of a robot description [s]."""
         return self.dead + self.lag
 
     def __str__(self) -> str:
@@ -246,7 +245,7 @@ def _fit(axis: str, command: Array, velocity: Array, known: npt.NDArray[np.bool_
 
 
 def _is_known(stamps: Array, grid: Array) -> npt.NDArray[np.bool_]:
-    """(K,) whether there are readings around a time."""
+    """(K,) whether there are readings close to a time."""
     after = np.clip(np.searchsorted(stamps, grid), 1, len(stamps) - 1)
     known: npt.NDArray[np.bool_] = stamps[after] - stamps[after - 1] < _GAP
     return known

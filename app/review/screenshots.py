@@ -1,4 +1,4 @@
-"""Makes the pictures of docs/watching.md: `python -m app.review.screenshots docs/images`.
+"""Makes the pictures of docs/control.md: `python -m app.review.screenshots docs/images`.
 
 One task runs without and once with a fault while it places; the moments are found in the logs.
 """
@@ -104,7 +104,7 @@ def _save(path: Path, png: bytes) -> Path:
 
 
 if __name__ == "__main__":
-    arguments = ArgumentParser(description="Make the pictures of docs/watching.md.")
+    arguments = ArgumentParser(description="Make the pictures of docs/control.md.")
     arguments.add_argument("folder", type=Path, nargs="?", default=Path("docs/images"))
     for picture in make(arguments.parse_args().folder):
         print(picture)

@@ -12,8 +12,9 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from app.core import SUMMARY
-from app.review.event_log import DamagedRunError, Log, Node, NodeEvent, read_log
+from app.review.event_log import DamagedRunError, Log, Node, read_log
 from app.review.motion import Reason, RunMotion, read_motion
+from app.review.timeline import timeline
 
 _SHOWN = 0.05
 """Shorter durations are left out of the text [s]."""
@@ -149,20 +150,10 @@ def carried_objects(folder: Path) -> list[CarriedObject]:
 
 def stretches(log: Log) -> list[Stretch]:
     """When each leaf ran, in the order of their ends."""
-    inner = {node.path.rpartition("/")[0] for node in log.nodes}
-    leaves = {number for number, node in enumerate(log.nodes) if node.path not in inner}
-    running: dict[int, float] = {}
-    found = []
-    for event in log.events:
-        if not isinstance(event, NodeEvent) or event.node not in leaves:
-            continue
-        if event.node in running:
-            begin, node = running.pop(event.node), log.nodes[event.node]
-            found.append(Stretch(node, begin, event.time, event.message))
-        if event.status == "RUNNING":
-            running[event.node] = event.time
-    last = log.events[-1].time
-    return [*found, *(Stretch(log.nodes[node], begin, last) for node, begin in running.items())]
+    run = timeline(log)
+    spans = [one for node, rounds in run.rounds.items() if run.is_leaf(node) for one in rounds]
+    spans = sorted((one for one in spans if one.seconds > 0.0), key=lambda one: one.end)
+    return [Stretch(log.nodes[one.node], one.begin, one.end, one.message) for one in spans]
 
 
 def _cycle(
