@@ -46,3 +46,11 @@ class View(StrEnum):
     SPAWN = "spawn"
     WEB = "web"
     NONE = "none"
+
+
+class Form(StrEnum):
+    """Pose of a robot that is taught."""
+
+    HAND = "hand"
+    BASE = "base"
+    ARM = "arm"

@@ -2,10 +2,9 @@
 
 from app.authoring.dry import dry_run
 from app.authoring.node_reference import show_all, show_one
-from app.authoring.teach import Form, teach
+from app.authoring.teach import teach
 
 __all__ = [
-    "Form",
     "dry_run",
     "show_all",
     "show_one",

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from enum import StrEnum
 from math import degrees
 from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 
+from app.choices import Form
 from config import Diagnostics, UserError, YamlMap, read_yaml
 from controller import RobotModel
 from hw import Robot, WorldOptions, open_backend
@@ -18,14 +18,6 @@ from trees.language import NAMING_HINT, WORD
 
 class TeachError(UserError):
     """A pose cannot be taught."""
-
-
-class Form(StrEnum):
-    """What of the robot is taught."""
-
-    HAND = "hand"
-    BASE = "base"
-    ARM = "arm"
 
 
 def teach(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from app.choices import Form
 from app.commands.refuse import find_tree, refuse, task_parameters
 from app.terminal import Terminal, visible
 
@@ -86,14 +87,6 @@ def new(
     typer.echo(f"{task}: change it, then: frankie-task check {task}; frankie-task run {task}")
 
 
-class Taught(StrEnum):
-    """What of the robot is taught."""
-
-    HAND = "hand"
-    BASE = "base"
-    ARM = "arm"
-
-
 @authoring.command()
 def teach(
     name: Annotated[str, typer.Argument(help="Of the pose.")],
@@ -102,14 +95,13 @@ def teach(
         "frankie"
     ),
     world: Annotated[str, typer.Option(help="What moves it, if it is not real.")] = "kinematic",
-    form: Annotated[Taught, typer.Option("--of", help="What of it.")] = Taught.HAND,
+    form: Annotated[Form, typer.Option("--of", help="What of it.")] = Form.HAND,
     replace: Annotated[bool, typer.Option("--replace", help="The pose of this name.")] = False,
     armed: Annotated[
         bool, typer.Option("--arm-the-robot", help="A real robot is connected only with this.")
     ] = False,
 ) -> None:
     """Write where the robot is now into a file of places, for `--places`; nothing moves."""
-    from app.authoring import Form
     from app.authoring import teach as write
     from app.core import End
     from hw import HardwareError
@@ -120,7 +112,7 @@ def teach(
             places,
             robot=robot,
             world=world,
-            form=Form(form.value),
+            form=form,
             replace=replace,
             armed=armed,
         )

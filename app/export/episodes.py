@@ -91,7 +91,7 @@ def read_episodes(folder: Path, fps: int) -> list[Episode]:
 
 def parts_of(folder: Path, end: float) -> list[Part]:
     """The parts of a run whose last reading is at `end` [s]."""
-    outcome = read_run(folder).outcome
+    outcome = read_run(folder).summary.outcome
     whole = Part(begin=0.0, end=end, success=outcome == End.SUCCESS.value, why=outcome)
     try:
         run = timeline(read_log(folder))

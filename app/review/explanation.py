@@ -75,6 +75,7 @@ def explain(folder: Path) -> Explanation:
     session = read_log(folder)
     log = session.for_people()
     end, record, spans = log.end, read_run(folder), timeline(log)
+    duration = record.summary.duration_s
     index = end.node if end else _running_leaf(log)
     outcome = end.outcome if end else UNFINISHED
     decisive = _decisive(log.events, index, outcome)
@@ -84,7 +85,7 @@ def explain(folder: Path) -> Explanation:
     return Explanation(
         record=record,
         outcome=outcome,
-        time=log.events[-1].time if record.duration_s is None else record.duration_s,
+        time=log.events[-1].time if duration is None else duration,
         node=None if index is None else log.nodes[index],
         since=decisive.time,
         reason=end.reason if end else _last_message(log.events, index),

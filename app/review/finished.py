@@ -78,16 +78,6 @@ class RunRecord:
         return self.summary.task or self.folder.name[_STAMP + 1 :]
 
     @property
-    def outcome(self) -> str:
-        """One of the values of `End`, or `UNFINISHED`, or `DAMAGED`."""
-        return self.summary.outcome
-
-    @property
-    def duration_s(self) -> float | None:
-        """Of the task, without pauses [s]; None if unknown."""
-        return self.summary.duration_s
-
-    @property
     def silent(self) -> str:
         """Time since the log was last written; a running task writes it every second."""
         try:
@@ -103,7 +93,7 @@ class RunRecord:
             "run": self.name,
             "began": self.began,
             "task": self.task,
-            "outcome": self.outcome,
+            "outcome": s.outcome,
             "node": s.node,
             "duration_s": s.duration_s,
             "paused_s": s.paused_s,
@@ -178,7 +168,7 @@ def runs_table(records: list[RunRecord]) -> Table:
         table.add_column(column, justify="right")
     table.add_column("failed in")
     for record in records:
-        s, duration = record.summary, record.duration_s
+        s, duration = record.summary, record.summary.duration_s
         time = "-" if duration is None else task_time(duration, s.paused_s)
         table.add_row(
             record.name,

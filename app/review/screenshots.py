@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import threading
 from argparse import ArgumentParser
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -29,9 +30,9 @@ _NOTICES = 7.0
 
 def moments(folder: Path) -> dict[str, tuple[Path, float]]:
     """Run the task twice in `folder`; by picture a run and a time on its session's clock [s]."""
-    options = {"tree": shipped(_TASK), "scene": "single", "record": folder}
-    run = run_task(RunOptions(**options)).folder
-    faulty = run_task(RunOptions(**options, faults=(parse_fault(_FAULT),))).folder
+    options = RunOptions(tree=shipped(_TASK), scene="single", record=folder)
+    run = run_task(options).folder
+    faulty = run_task(replace(options, faults=(parse_fault(_FAULT),))).folder
     log, events = read_log(run), read_log(faulty).events
     fault = next(e.time for e in events if isinstance(e, FaultEvent) and e.faults)
     return {
@@ -54,9 +55,7 @@ def make(folder: Path) -> list[Path]:
                 with headless_viewer(size=size) as viewer:
                     client = viewer.client
                     client.open(str(run / RECORDING))
-                    wait_until(lambda client=client: client.get_state().views)
-                    client.set_time("t", duration=0.0, play_state="paused")
-                    threading.Event().wait(_NOTICES)
+                    _begin(client)
                     for name, (of, moment) in found.items():
                         if of == run:
                             path = folder / f"{name}-{size}.webp"
@@ -65,6 +64,13 @@ def make(folder: Path) -> list[Path]:
                         picture = _maximised(client, "depth and grasp quality", found["grasp"][1])
                         made.append(_save(folder / "camera.webp", picture))
     return made
+
+
+def _begin(client: Any) -> None:
+    """Wait for the recording to be shown without notifications."""
+    wait_until(lambda: client.get_state().views)
+    client.set_time("t", duration=0.0, play_state="paused")
+    threading.Event().wait(_NOTICES)
 
 
 def _part(log: Log, kind: str, share: float) -> float:
