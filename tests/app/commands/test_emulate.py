@@ -1,28 +1,52 @@
-"""`frankie-task emulate`: a process that the driver can connect to."""
+"""`frankie-task emulate`: processes that the drivers can connect to."""
 
+import json
+import os
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 
+import numpy as np
 import pytest
-from typer.testing import CliRunner
+from command_line import call
 
-from app.commands import app
 from hw import HardwareError, WallClock
 from hw.emulators.frankie import FrankieEmulator
 from hw.omron import ArclSettings, OmronBase, OmronSettings
+from hw.realsense import RealSenseCamera, RealSenseSettings, missing
+from robots import load_robot
+
+PROGRAM = [sys.executable, "-m", "frankie_task_cli", "emulate"]
+ADDRESS = f"127.{os.getpid() % 200 + 20}.77.1"
 
 
-def call(*arguments: str) -> tuple[int, str, str]:
-    result = CliRunner().invoke(app, ["emulate", "omron", *arguments])
-    return result.exit_code, result.stdout, result.stderr
+@contextmanager
+def emulating(words: str) -> Iterator[subprocess.Popen]:
+    """An emulator in a process of its own, which Ctrl-C ends well."""
+    process = subprocess.Popen([*PROGRAM, *words.split()], stdout=subprocess.PIPE, text=True)
+    try:
+        yield process
+        process.send_signal(signal.SIGINT)
+        assert process.wait(10.0) == 0
+    finally:
+        process.kill()
+        process.wait()
+        process.stdout.close()
+
+
+def refused(*words: str) -> str:
+    """The line with which a command refuses."""
+    code, _, err = call("emulate", *words)
+    assert code == 2
+    assert len(err.splitlines()) == 1
+    return err
 
 
 def test_an_emulated_base_in_a_process_of_its_own():
-    arguments = "emulate omron --port 0 --arcl-port 0 --user me --password it --fault pieces"
-    command = [sys.executable, "-m", "frankie_task_cli", *arguments.split()]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
-    try:
+    words = "omron --port 0 --arcl-port 0 --user me --password it --fault pieces"
+    with emulating(words) as process:
         ports = [int(process.stdout.readline().split(":")[1].split(",")[0]) for _ in range(2)]
         text = ArclSettings(password="adept", port=ports[1])
         account = {"host": "127.0.0.1", "port": ports[0], "user": "me", "arcl": text}
@@ -32,39 +56,56 @@ def test_an_emulated_base_in_a_process_of_its_own():
         base.close()
         with pytest.raises(HardwareError, match="password"):
             OmronBase(OmronSettings(**account), WallClock()).connect()
-        process.send_signal(signal.SIGINT)
-        assert process.wait(10.0) == 0
-    finally:
-        process.kill()
-        process.wait()
-        process.stdout.close()
 
 
-def test_faults_are_listed_and_unknown_ones_refused():
-    code, out, _ = call("--fault", "list")
-    assert code == 0
-    assert "frozen: " in out
-    code, _, err = call("--port", "0", "--arcl-port", "0", "--fault", "frosen")
-    assert code == 2
-    assert "did you mean `frozen`" in err
-    assert len(err.splitlines()) == 1
+@pytest.mark.skipif(bool(missing()), reason=missing())
+def test_an_emulated_camera_in_a_process_of_its_own():
+    with emulating("realsense --port 0 --scene single --fault drops") as process:
+        address = process.stdout.readline().split()[2].rstrip(",")
+        description = load_robot("frankie").camera
+        camera = RealSenseCamera(description, WallClock(), RealSenseSettings(emulator=address))
+        camera.connect()
+        try:
+            depth = camera.latest().depth
+            assert np.isfinite(depth).mean() > 0.5
+            assert 0.3 < np.nanmedian(depth) < 1.5  # the floor or the table below the hand
+        finally:
+            camera.close()
 
 
-def test_ways_of_real_ones_are_listed_with_their_sources_and_unknown_ones_refused():
-    code, out, _ = call("--as-reported", "list")
+def test_an_emulated_arm_lists_and_does_what_is_typed():
+    command = [*PROGRAM, "panda", "--host", ADDRESS]
+    words = "reflex joint_reflex\nfreze\n"
+    result = subprocess.run(command, input=words, capture_output=True, text=True, timeout=60.0)
+    assert result.returncode == 0
+    assert "unplug: [SECONDS]" in result.stdout
+    begin, reflex, unknown = map(json.loads, result.stdout.splitlines()[-3:])
+    assert begin == {"did": "begin"}
+    assert reflex["mode"] == "REFLEX"
+    assert reflex["errors"] == ["joint_reflex"]
+    assert "did you mean `freeze`" in unknown["error"]
+
+
+def test_faults_are_listed_and_wrong_options_refused():
+    for part, listed in (("omron", "frozen: "), ("realsense", "unplugged: the cable is not")):
+        code, out, _ = call("emulate", part, "--fault", "list")
+        assert (code, listed in out) == (0, True)
+    ports = ("--port", "0", "--arcl-port", "0")
+    assert "did you mean `frozen`" in refused("omron", *ports, "--fault", "frosen")
+    assert "did you mean `jitter`" in refused("realsense", "--port", "0", "--fault", "jiter")
+    assert "did you mean `single`" in refused("realsense", "--port", "0", "--scene", "singel")
+    assert "192.0.2.1" in refused("panda", "--host", "192.0.2.1")
+
+
+def test_reported_ways_are_listed_with_their_sources_and_unknown_ones_refused():
+    code, out, _ = call("emulate", "omron", "--as-reported", "list")
     assert code == 0
     assert "throttle-ignored: the third argument of ratioDrive counts as 100 [" in out
     assert all(line.endswith("]") for line in out.splitlines())
-    listed = CliRunner().invoke(app, ["emulate", "frankie", "--as-reported", "list"]).stdout
-    assert out in listed
+    assert out in call("emulate", "frankie", "--as-reported", "list")[1]
     for part in ("omron", "frankie"):
-        result = CliRunner().invoke(app, ["emulate", part, "--as-reported", "timeout-off,trottle"])
-        assert result.exit_code == 2
-        assert len(result.stderr.splitlines()) == 1
-        assert "has no way called `trottle`" in result.stderr
-
-
-def test_a_whole_robot_takes_the_ways_of_its_parts():
+        line = refused(part, "--as-reported", "timeout-off,trottle")
+        assert "has no way called `trottle`" in line
     emulator = FrankieEmulator(
         "emulated", world="kinematic", scene="single", seed=0, as_reported=["throttle-ignored"]
     )

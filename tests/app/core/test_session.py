@@ -4,13 +4,12 @@ import gc
 import time
 
 import numpy as np
+from controlled_run import session_of
 from harness import BUTTON, REFLEX, Harness, looking_down
 from pinocchio import SE3
 from py_trees.common import Status
 
-from app.core.measurements import Measurements
 from app.core.outcome import End
-from app.core.session import Session
 from app.live import Control
 from behaviours import Context, Leaf, Recover
 from controller import PoseGoal
@@ -50,17 +49,8 @@ class Bench:
         self.ticks = []
         self.control = Control()
         self._interrupt_after = interrupt_after
-        controller = self.harness.controller
-        self.measurements = Measurements(limits=controller.model.limits)
-        self.session = Session(
-            root=Sequence("sequence", [self.leaf]),
-            context=self.harness.context,
-            controller=controller,
-            gate=self.harness.gate,
-            measurements=self.measurements,
-            clock=self.harness.task_clock,
-            control=self.control,
-            watch=self._watch,
+        self.session, self.measurements = session_of(
+            self.harness, Sequence("sequence", [self.leaf]), self.control, self._watch
         )
 
     def _watch(self, tick) -> None:

@@ -6,12 +6,11 @@ import threading
 import time
 
 import pytest
+from controlled_run import session_of
 from harness import Harness, looking_down
 from py_trees.common import Status
 
-from app.core.measurements import Measurements
 from app.core.outcome import End
-from app.core.session import Session
 from app.live import Control
 from behaviours import Leaf
 from controller import PoseGoal
@@ -108,18 +107,8 @@ class PacedRun:
             self.control.stop()
 
     def run(self):
-        harness = self.harness
-        self.measurements = Measurements(limits=harness.controller.model.limits)
-        self.outcome = Session(
-            root=self.leaf,
-            context=harness.context,
-            controller=harness.controller,
-            gate=harness.gate,
-            measurements=self.measurements,
-            clock=harness.task_clock,
-            control=self.control,
-            watch=self._watch,
-        ).run()
+        session, self.measurements = session_of(self.harness, self.leaf, self.control, self._watch)
+        self.outcome = session.run()
         self.took = time.monotonic() - self.blocked_at
         return self.outcome
 

@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
+from controlled_run import session_of
 from harness import Harness, looking_down
 from py_trees.common import Status
 
-from app.core.measurements import Measurements
 from app.core.outcome import End
-from app.core.session import Session
 from app.live import Control
 from behaviours import Leaf
 from controller import Command, GoalError, PoseGoal
@@ -64,17 +63,7 @@ class Stage:
             stop()
 
         harness.robot.stop = counted_stop
-        self.measurements = Measurements(limits=harness.controller.model.limits)
-        self.session = Session(
-            root=self.root,
-            context=harness.context,
-            controller=harness.controller,
-            gate=harness.gate,
-            measurements=self.measurements,
-            clock=harness.task_clock,
-            control=self.control,
-            watch=self._watch,
-        )
+        self.session, self.measurements = session_of(harness, self.root, self.control, self._watch)
 
     def _set_going(self) -> None:
         """The base drives at 1 m/s from the beginning."""

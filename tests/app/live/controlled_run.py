@@ -4,6 +4,7 @@ import time
 
 import numpy as np
 from harness import Harness, looking_down
+from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from app.core.measurements import Measurements
@@ -15,6 +16,24 @@ from controller import PoseGoal
 from trees.language import nodes_in_order
 
 AWAY = looking_down(3.0, 0.5, 0.8)
+
+
+def session_of(
+    harness: Harness, root: Behaviour, control: Control, watch
+) -> tuple[Session, Measurements]:
+    """A session on a harness, and what it measures."""
+    measurements = Measurements(limits=harness.controller.model.limits)
+    session = Session(
+        root=root,
+        context=harness.context,
+        controller=harness.controller,
+        gate=harness.gate,
+        measurements=measurements,
+        clock=harness.task_clock,
+        control=control,
+        watch=watch,
+    )
+    return session, measurements
 
 
 class Going(Leaf):
@@ -75,18 +94,8 @@ class ControlledRun:
         assert time.monotonic() < self._deadline, "the run never ends"
 
     def run(self):
-        controller = self.harness.controller
-        self.measurements = Measurements(limits=controller.model.limits)
-        return Session(
-            root=self.root,
-            context=self.harness.context,
-            controller=controller,
-            gate=self.harness.gate,
-            measurements=self.measurements,
-            clock=self.clock,
-            control=self.control,
-            watch=self._watch,
-        ).run()
+        session, self.measurements = session_of(self.harness, self.root, self.control, self._watch)
+        return session.run()
 
     def speed_after(self, ticks: int) -> float:
         state = self.ticks[ticks].state
