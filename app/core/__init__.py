@@ -1,7 +1,6 @@
 """Runs a task: `run_task` starts a run, `Session` is its loop, `folder` names its files."""
 
 from app.choices import MotionForm, ObstacleSource, VisionForm
-from app.core.events import EVENTS, Event, read_events
 from app.core.fault_schedule import (
     PHASES,
     ScheduledFault,
@@ -10,7 +9,8 @@ from app.core.fault_schedule import (
     phases_of,
     read_faults,
 )
-from app.core.folder import COMMANDS, FRAMES, OPTIONS, RECORDING, STATES, SUMMARY
+from app.core.files.events import EVENTS, Event, read_events
+from app.core.files.folder import COMMANDS, FRAMES, OPTIONS, RECORDING, STATES, SUMMARY
 from app.core.launch import run_task
 from app.core.measurements import Footprint, Measurements, footprint
 from app.core.observers import Instruments

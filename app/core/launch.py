@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from dataclasses import replace
 
 from app.choices import VisionForm
-from app.core.folder import SUMMARY
+from app.core.files.folder import SUMMARY
 from app.core.observers import Instruments
 from app.core.run import Run, scene_name, tell
 from app.core.run_options import RunOptions

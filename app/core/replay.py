@@ -14,8 +14,8 @@ import numpy.typing as npt
 
 from app.choices import MotionForm, ObstacleSource, VisionForm
 from app.core.decisions import ReplayedDecisions
-from app.core.folder import FRAMES, NOTES, OPTIONS, PLACES, READINGS, TASK
-from app.core.frames import RecordedFrames
+from app.core.files.folder import FRAMES, NOTES, OPTIONS, PLACES, READINGS, TASK
+from app.core.files.frames import RecordedFrames
 from app.core.measurements import Measurements
 from app.core.outcome import Outcome
 from app.core.session import Session

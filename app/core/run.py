@@ -9,12 +9,12 @@ from pathlib import Path
 
 from app.core.decisions import RecordedDecisions
 from app.core.fault_schedule import FaultSchedule
-from app.core.folder import RECORDING, SUMMARY, VIEWER_LOG, make_folder, texts
+from app.core.files.folder import RECORDING, SUMMARY, VIEWER_LOG, make_folder, texts
+from app.core.files.outputs import Outputs
 from app.core.interrupts import interrupts, leave, terminal_settings
 from app.core.measurements import Measurements
 from app.core.observers import Instruments, Observers
 from app.core.outcome import End, Outcome
-from app.core.outputs import Outputs
 from app.core.run_options import RunOptions
 from app.core.session import Session, Tick
 from app.core.setup import Setup

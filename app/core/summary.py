@@ -14,7 +14,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from app.core.folder import RECORDING
+from app.core.files.folder import RECORDING
 from app.core.measurements import Measurements
 from app.core.outcome import End, Outcome
 from app.live import Ending

@@ -5,25 +5,20 @@ pauses, steps and stops the run by keys, page and hooks; `groot` serves Groot2; 
 combines the controls of a run. The core passes snapshots in and asks `Control`.
 """
 
+from app.choices import View
 from app.live.console import ControlOptions, OperatorConsole
 from app.live.feed import Feed, Throttle
-from app.live.monitor import (
-    Address,
-    Recorder,
-    RecorderError,
-    View,
-    Viewer,
-    ViewError,
-    ViewOptions,
-    headless_viewer,
-    open_in_viewer,
-)
+from app.live.monitor import Recorder, RecorderError
 from app.live.nodes import NodeStatus, tip, tree_view
 from app.live.operator import Control, Ending, Hook, PageServer, WebViewer
 from app.live.run_display import RunDisplay
 from app.live.snapshot import ObjectView, RegionView, SceneView, Snapshot, key_figures
 from app.live.tree_text import Moment, RunInfo
+from app.live.viewer.headless import headless_viewer
+from app.live.viewer.open_recording import open_in_viewer
+from app.live.viewer.viewer import Viewer, ViewError, ViewOptions
 from app.live.web import WebFilesError, viewer_page, viewer_web_files
+from app.live.web.ports import Address
 
 __all__ = [
     "Address",

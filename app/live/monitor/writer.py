@@ -22,9 +22,9 @@ from app.live.monitor.scene_panel import ScenePanel
 from app.live.monitor.signals_panel import SignalsPanel
 from app.live.monitor.text_panel import TextPanel
 from app.live.monitor.tree_panel import TreePanel
-from app.live.monitor.viewer import ViewError
 from app.live.nodes import NodeInfo
 from app.live.snapshot import SceneView, Snapshot
+from app.live.viewer.viewer import ViewError
 from app.live.web.ports import Address
 from controller import RobotModel
 

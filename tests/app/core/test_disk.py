@@ -10,8 +10,8 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
-from app.core.disk import Disk
-from app.core.folder import FolderError
+from app.core.files.disk import Disk
+from app.core.files.folder import FolderError
 
 
 @contextmanager

@@ -3,7 +3,7 @@
 import numpy as np
 from pinocchio import SE3
 
-from app.core.frames import FrameStream, RecordedFrames
+from app.core.files.frames import FrameStream, RecordedFrames
 from hw import DepthFrame
 from robots import load_robot
 

@@ -12,7 +12,7 @@ from test_headless_viewer import wait_for
 
 from app.live import SceneView
 from app.live.monitor.framing import Eye, eye_for, robot_points, task_points
-from app.live.monitor.headless import has_vulkan, headless_viewer
+from app.live.viewer.headless import has_vulkan, headless_viewer
 from robots import Box, Geom
 
 SIZES = ("1280x720",)

@@ -13,9 +13,9 @@ import sample_run as samples
 from recordings import recorder
 
 from app.live.monitor.glyphs import LETTERS, SYMBOLS
-from app.live.monitor.headless import HeadlessViewer, has_vulkan, headless_viewer
-from app.live.monitor.open_recording import show_moment
 from app.live.monitor.signals_panel import PLOTS
+from app.live.viewer.headless import HeadlessViewer, has_vulkan, headless_viewer
+from app.live.viewer.open_recording import show_moment
 from app.live.web.ports import Address
 
 pytestmark = pytest.mark.skipif(

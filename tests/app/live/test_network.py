@@ -19,7 +19,7 @@ import sample_run as samples
 from browsers import FOLDER, WAITING, chromium
 from recordings import record
 
-from app.live.monitor.headless import has_vulkan
+from app.live.viewer.headless import has_vulkan
 from app.live.web import viewer_environment, viewer_program
 from app.review import demo_page
 
@@ -117,6 +117,7 @@ def processor_time(process: int) -> float:
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
+@pytest.mark.slow
 @needs_strace
 @pytest.mark.skipif(not has_vulkan(), reason="the viewer needs Vulkan")
 def test_the_native_viewer_calls_nobody(tmp_path: Path) -> None:

@@ -101,6 +101,7 @@ def test_a_process_that_was_killed_is_a_lost_connection_for_ever(browser, run):
     page.close()
 
 
+@pytest.mark.slow
 def test_approval_works_after_a_gap_and_stop_at_a_frozen_process_when_it_thaws(tmp_path, browser):
     from playwright.sync_api import expect
 

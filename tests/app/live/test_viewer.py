@@ -59,7 +59,7 @@ def test_one_port_cannot_do_for_both() -> None:
 def test_another_port_is_found_if_the_usual_one_is_taken(
     taken: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("app.live.monitor.viewer.USUAL_PORT", taken)
+    monkeypatch.setattr("app.live.viewer.viewer.USUAL_PORT", taken)
     served = viewer(view=View.WEB).server
     assert served is not None
     assert served.port not in (0, taken)
@@ -102,7 +102,7 @@ def test_a_viewer_that_does_not_start_is_no_reason_not_to_run(
 ) -> None:
     messages: list[str] = []
     shown = viewer(messages=messages, view=view, screen=True)
-    for room in ("monitor.viewer", "web.viewer_files"):
+    for room in ("viewer.viewer", "web.viewer_files"):
         monkeypatch.setattr(f"app.live.{room}.viewer_program", lambda: "/bin/false")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))  # where nothing is kept yet
     ran = False

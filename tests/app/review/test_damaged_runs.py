@@ -25,8 +25,8 @@ from run_damage import (
     raw_line,
 )
 
-from app.core.disk import Disk
-from app.core.events import EventLog
+from app.core.files.disk import Disk
+from app.core.files.events import EventLog
 from app.core.launch import run_task
 from app.core.outcome import End, Outcome
 from app.core.run_options import RunOptions
@@ -148,7 +148,7 @@ def test_view_opens_what_a_killed_run_leaves(run, tmp_path, monkeypatch):
     started = []
     monkeypatch.setenv("DISPLAY", ":0")
     monkeypatch.setattr(
-        "app.live.monitor.open_recording.os.execve",
+        "app.live.viewer.open_recording.os.execve",
         lambda program, command, environment: started.append(command),
     )
     assert call("view", damaged(run, tmp_path, "recording.rrd", first_half))[0] == 0

@@ -6,7 +6,7 @@ from typer.testing import CliRunner
 
 from app.commands import app
 from app.core import RunOptions, run_task
-from app.live.monitor.headless import has_vulkan
+from app.live.viewer.headless import has_vulkan
 from trees import find
 
 

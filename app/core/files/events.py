@@ -21,7 +21,7 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from app.core.disk import GrowingFile
+from app.core.files.disk import GrowingFile
 from app.core.outcome import Outcome
 from app.live import Hook, Snapshot, Throttle, key_figures, tip
 from trees.language import TreeNode

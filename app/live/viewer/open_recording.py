@@ -10,7 +10,7 @@ from os.path import isfile
 from pathlib import Path
 from typing import Any
 
-from app.live.monitor.viewer import USUAL_WEB_PORT, ViewError, has_screen
+from app.live.viewer.viewer import USUAL_WEB_PORT, ViewError, has_screen
 from app.live.web import (
     FileServer,
     viewer_address,

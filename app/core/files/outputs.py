@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from app.core.disk import PATIENCE, Disk
-from app.core.events import EVENTS, EventLog
-from app.core.folder import BT_LOG, COMMANDS, FRAMES, NOTES, READINGS, STATES
-from app.core.frames import FrameStream
+from app.core.files.disk import PATIENCE, Disk
+from app.core.files.events import EVENTS, EventLog
+from app.core.files.folder import BT_LOG, COMMANDS, FRAMES, NOTES, READINGS, STATES
+from app.core.files.frames import FrameStream
 from app.core.outcome import Outcome
 from app.live import Snapshot
 from hw import TURN, DepthFrame, Fault, RecordedRobot

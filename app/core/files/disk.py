@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 from numpy.lib.format import dtype_to_descr, write_array_header_1_0
 
-from app.core.folder import FolderError
+from app.core.files.folder import FolderError
 from app.live import Feed
 
 _PERIOD = 0.5

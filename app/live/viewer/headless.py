@@ -14,7 +14,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from app.live.monitor.viewer import ViewError
+from app.live.viewer.viewer import ViewError
 from app.live.web import viewer_environment, viewer_program
 from app.live.web.ports import LOOPBACK, choose_port
 from hw import stopwatch

@@ -1,0 +1,1 @@
+"""Files of a run, written while it goes on: `folder` names them, `Outputs` writes them."""
