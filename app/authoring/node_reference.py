@@ -50,11 +50,7 @@ def show_all(console: Console) -> None:
 
 
 def show_one(name: str, console: Console) -> None:
-    """Print everything about one word.
-
-    Raises:
-        UnknownWordError: there is no such word.
-    """
+    """Print everything about one word; raises UnknownWordError if there is no such word."""
     leaves = describe_leaves(known_leaves())
     if name in leaves:
         _show_leaf(leaves[name], console)

@@ -45,11 +45,7 @@ def _warn_of_plugins() -> None:
 
 
 def find_tree(tree: str) -> Path:
-    """The file of a task, by path or name.
-
-    Raises:
-        UnknownTreeError: there is none.
-    """
+    """The file of a task, by path or name; raises UnknownTreeError if there is none."""
     from trees import find
 
     return find(tree)

@@ -93,11 +93,7 @@ class Footprint:
 
 
 def footprint() -> Footprint:
-    """Resources that this process holds now.
-
-    Raises:
-        OSError: the machine has no /proc.
-    """
+    """Resources that this process holds now; raises OSError if the machine has no /proc."""
     resident_pages = int(Path("/proc/self/statm").read_text().split()[1])
     return Footprint(
         rss=resident_pages * sysconf("SC_PAGE_SIZE"),

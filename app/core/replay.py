@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from os.path import isfile
 from pathlib import Path
@@ -16,9 +17,7 @@ from app.choices import MotionForm, ObstacleSource, VisionForm
 from app.core.decisions import ReplayedDecisions
 from app.core.files.folder import FRAMES, NOTES, OPTIONS, PLACES, READINGS, TASK
 from app.core.files.frames import RecordedFrames
-from app.core.measurements import Measurements
 from app.core.outcome import Outcome
-from app.core.session import Session
 from app.core.setup import set_up
 from app.core.world_model import recorded_world_model
 from config import UserError
@@ -103,16 +102,8 @@ def replay_run(folder: Path) -> Replay:
     ) as setup:
         nodes = nodes_in_order(build(task, setup.context))
         robot.begin()
-        outcome = Session(
-            root=nodes[0].node,
-            context=setup.context,
-            controller=setup.controller,
-            gate=setup.gate,
-            measurements=Measurements(limits=setup.model.limits),
-            clock=setup.clock,
-            control=ReplayedDecisions(robot, attended=notes.attended),
-            watch=lambda tick: None,
-        ).run()
+        decisions = ReplayedDecisions(robot, attended=notes.attended)
+        outcome = setup.session(nodes[0].node, decisions).run()
     return Replay(
         commands=robot.sent,
         recorded=int(turns["sent"].sum()),
@@ -126,7 +117,7 @@ def replay_run(folder: Path) -> Replay:
 def _options(folder: Path) -> dict[str, Any]:
     """The options of the run; ReplayError if such a run cannot be replayed."""
     path = folder / OPTIONS
-    try:
+    with _reading(path):
         options = json.loads(_file(path).read_text(encoding="utf-8"))
         vision, control = options["vision"], options["control"]
         kept = {
@@ -145,10 +136,6 @@ def _options(folder: Path) -> dict[str, Any]:
             "planning_time": float(options.get("planning_time", PlanningSettings.planning_time)),
         }
         held = any(control.get(one) for one in ("breaks", "groot", "approve", "force"))
-    except OSError as error:
-        raise _unreadable(path, error) from error
-    except _DAMAGED as error:
-        raise _damage(path, error) from error
     if held:
         raise ReplayError(
             f"{folder}: with --break, --approve, --force-outcomes or --groot2 a person may hold "
@@ -159,12 +146,8 @@ def _options(folder: Path) -> dict[str, Any]:
 
 
 def _turns(path: Path) -> npt.NDArray[np.void]:
-    try:
+    with _reading(path):
         turns: npt.NDArray[np.void] = np.load(_file(path), allow_pickle=False)
-    except OSError as error:
-        raise _unreadable(path, error) from error
-    except (EOFError, MemoryError, *_DAMAGED) as error:
-        raise _damage(path, error) from error
     if not isinstance(turns, np.ndarray) or turns.dtype != TURN or turns.ndim != 1:
         raise ReplayError(f"{path}: of another version of frankie-task")
     if not turns.size:
@@ -187,7 +170,7 @@ class _Notes:
 
 def _notes(path: Path) -> _Notes:
     notes = _Notes()
-    try:
+    with _reading(path):
         for line in _file(path).read_text(encoding="utf-8").split("\n"):
             if not line:
                 continue
@@ -198,26 +181,27 @@ def _notes(path: Path) -> _Notes:
             notes.attended = bool(note.get("attended", notes.attended))
             if "number" in note:
                 notes.faults[int(note["number"])] = tuple(map(_fault, note["faults"]))
-    except OSError as error:
-        raise _unreadable(path, error) from error
-    except _DAMAGED as error:
-        raise _damage(path, error) from error
     return notes
 
 
 _DAMAGED = (
     ValueError, LookupError, TypeError, AttributeError, RecursionError, OverflowError, SyntaxError,
+    EOFError, MemoryError,
 )  # fmt: skip
 """Raised by reading a damaged file."""
 
 
-def _unreadable(path: Path, error: OSError) -> ReplayError:
-    return ReplayError(f"{path}: cannot be read ({error.strerror or error}); replay another run")
-
-
-def _damage(path: Path, error: BaseException) -> ReplayError:
-    what = " ".join(f"{type(error).__name__}: {error}".split())[:200]
-    return ReplayError(f"{path}: damaged ({what}); replay another run")
+@contextmanager
+def _reading(path: Path) -> Iterator[None]:
+    """Raise ReplayError for errors of reading a file."""
+    try:
+        yield
+    except OSError as error:
+        reason = error.strerror or error
+        raise ReplayError(f"{path}: cannot be read ({reason}); replay another run") from error
+    except _DAMAGED as error:
+        what = " ".join(f"{type(error).__name__}: {error}".split())[:200]
+        raise ReplayError(f"{path}: damaged ({what}); replay another run") from error
 
 
 def _file(path: Path) -> Path:

@@ -16,7 +16,7 @@ from app.core.measurements import Measurements
 from app.core.observers import Instruments, Observers
 from app.core.outcome import End, Outcome
 from app.core.run_options import RunOptions
-from app.core.session import Session, Tick
+from app.core.session import Tick
 from app.core.setup import Setup
 from app.core.snapshots import Snapshots, scene_view
 from app.core.summary import Result, Summary, summarise
@@ -81,16 +81,12 @@ class Run:
             interrupts(self._console.leave, setup.robot.stop, End.INTERRUPTED.exit_code),
             self._make_display() as self._display,
         ):
-            outcome = Session(
-                root=self._console.root,
-                context=setup.context,
-                controller=setup.controller,
-                gate=setup.gate,
-                measurements=self._measurements,
-                clock=setup.clock,
-                control=RecordedDecisions(self._console.control, setup.recorded),
-                watch=self._watch,
-                abandon=self._abandon,
+            outcome = setup.session(
+                self._console.root,
+                RecordedDecisions(self._console.control, setup.recorded),
+                self._watch,
+                self._measurements,
+                self._abandon,
             ).run()
             self._console.finish()
             if self._display is not None:

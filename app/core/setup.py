@@ -7,7 +7,13 @@ from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+from py_trees.behaviour import Behaviour
+
 from app.choices import MotionForm, ObstacleSource, VisionForm
+from app.core.decisions import Decisions
+from app.core.measurements import Measurements
+from app.core.outcome import Outcome
+from app.core.session import Session, Tick
 from app.core.world_model import WorldModel, load_world_model
 from behaviours import Context, DepthObstacles, Vision, VisionBeside, VisionInStep
 from controller import (
@@ -59,6 +65,27 @@ class Setup:
     def model(self) -> RobotModel:
         """The robot's kinematics; used by the loop only."""
         return self.controller.model
+
+    def session(
+        self,
+        root: Behaviour,
+        control: Decisions,
+        watch: Callable[[Tick], None] = lambda tick: None,
+        measurements: Measurements | None = None,
+        abandon: Callable[[Outcome], None] = lambda outcome: None,
+    ) -> Session:
+        """A session for a built tree, see `Session`."""
+        return Session(
+            root=root,
+            context=self.context,
+            controller=self.controller,
+            gate=self.gate,
+            measurements=measurements or Measurements(limits=self.model.limits),
+            clock=self.clock,
+            control=control,
+            watch=watch,
+            abandon=abandon,
+        )
 
 
 @contextmanager

@@ -10,9 +10,8 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from app.choices import VisionForm
-from app.core.measurements import Measurements
 from app.core.outcome import End
-from app.core.session import Session, Tick
+from app.core.session import Tick
 from app.core.setup import Setup, open_setup
 from app.live import Control
 from behaviours import Context
@@ -69,16 +68,7 @@ class Trial:
             if self.now() >= end:
                 control.stop()
 
-        outcome = Session(
-            root=leaf,
-            context=setup.context,
-            controller=setup.controller,
-            gate=setup.gate,
-            measurements=Measurements(limits=setup.model.limits),
-            clock=setup.clock,
-            control=control,
-            watch=stop_in_time,
-        ).run()
+        outcome = setup.session(leaf, control, stop_in_time).run()
         statuses = {
             End.SUCCESS: Status.SUCCESS,
             End.FAILURE: Status.FAILURE,
@@ -93,11 +83,7 @@ class Trial:
 def trial(
     scene: str | Path = "single", *, robot: str = "frankie", seed: int = 0
 ) -> Iterator[Trial]:
-    """A simulated robot in a scene.
-
-    Raises:
-        UserError: there is no such scene or robot.
-    """
+    """A simulated robot in a scene; raises UserError if there is no such scene or robot."""
     detector = GraspDetector(gripper=load_robot(robot).gripper)
     options = WorldOptions(scene=str(scene), seed=seed)
     with open_setup(robot, "kinematic", options, detector, VisionForm.STEP) as setup:

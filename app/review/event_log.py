@@ -178,11 +178,7 @@ class Log:
 
 
 def read_log(folder: Path) -> Log:
-    """The event log of a run.
-
-    Raises:
-        DamagedRunError: it is missing, or invalid.
-    """
+    """The event log of a run; raises DamagedRunError if it is missing, or invalid."""
     path = folder / EVENTS
     try:
         if not isfile(path):

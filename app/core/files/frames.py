@@ -77,11 +77,7 @@ def _schema() -> Any:
 
 
 class RecordedFrames:
-    """Reads the frames of a run, in order.
-
-    Raises:
-        FramesError: the file cannot be read.
-    """
+    """Reads the frames of a run, in order; raises FramesError if the file cannot be read."""
 
     def __init__(self, path: Path, intrinsics: Intrinsics) -> None:
         import pyarrow as pa
