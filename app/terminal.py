@@ -31,12 +31,7 @@ def visible(text: str) -> str:
 
 
 class Terminal(Console):
-    """Console that prints text literally and makes it `visible`.
-
-    Args:
-        stderr: write to standard error.
-        more: for the console of `rich`.
-    """
+    """Console that prints text literally and makes it `visible`."""
 
     def __init__(self, *, stderr: bool = False, **more: Any) -> None:
         super().__init__(stderr=stderr, markup=False, highlight=False, emoji=False, **more)
@@ -62,12 +57,7 @@ class Terminal(Console):
 
 
 class Loading:
-    """Shows in a terminal what is being loaded; use it in a `with` statement.
-
-    Args:
-        title: of the line; empty shows nothing.
-        terminal: where to write; standard error by default.
-    """
+    """Shows in a terminal what is being loaded; use it in a `with` statement."""
 
     def __init__(self, title: str = "", terminal: Terminal | None = None) -> None:
         self._title = title

@@ -175,11 +175,7 @@ class FaultSchedule:
         self._phases: frozenset[str] = frozenset()
 
     def update(self, now: float) -> None:
-        """Do what is due after a tick.
-
-        Args:
-            now: on the session's clock [s].
-        """
+        """Inject what is due after a tick, at a time on the session's clock [s]."""
         before, self._phases = self._phases, current_phases(self.nodes)
         for entry, rng in zip(self._entries, self._rngs, strict=True):
             if self._is_due(entry, before, now, rng):

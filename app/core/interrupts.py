@@ -22,10 +22,7 @@ def interrupts(
 ) -> Iterator[None]:
     """Handle Ctrl-C, SIGTERM and SIGHUP within the context; does nothing off the main thread.
 
-    Args:
-        stop_run: called at the first signal.
-        stop_robot: called at the second, which ends the process.
-        exit_code: of the process after the second signal.
+    The first signal calls `stop_run`; the second stops the robot and ends the process.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -49,13 +46,7 @@ def interrupts(
 
 
 def leave(stop_robot: Callable[[], None], exit_code: int, terminal: list[Any] | None) -> NoReturn:
-    """Stop the robot and end the process at once.
-
-    Args:
-        stop_robot: on a thread of its own, in case that it blocks.
-        exit_code: of the process.
-        terminal: settings to restore; None without a terminal.
-    """
+    """Stop the robot on a thread of its own, restore the terminal, and end the process."""
     stopping = threading.Thread(target=stop_robot, daemon=True)
     stopping.start()
     stopping.join(_PATIENCE)

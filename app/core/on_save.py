@@ -93,15 +93,9 @@ def run_on_save(
 ) -> Result | None:
     """Run a task, and again in a fresh scene each time it is saved, until a person stops it.
 
-    A save brings a moving robot to rest before the task restarts. The control page stays the same.
-
-    Args:
-        options: of every run.
-        finished: gets each result and returns its explanation for the control page.
-        say: prints a line.
-
-    Returns:
-        The last run; None if the task could not run at all.
+    A save brings a moving robot to rest before the task restarts. The control page stays the same;
+    `finished` returns the explanation of a run for it. Returns the last run; None if the task could
+    not run at all.
 
     Raises:
         UserError: bad input other than the task; nothing moves.

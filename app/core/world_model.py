@@ -65,10 +65,5 @@ def supports(truth: Truth | None) -> Mapping[str, str]:
 
 
 def delivered(before: Mapping[str, str], after: Mapping[str, str]) -> int:
-    """Number of objects that stand on other furniture than before, floor and hand excluded.
-
-    Args:
-        before: `supports` at the beginning; empty on hardware.
-        after: `supports` at the end.
-    """
+    """Number of objects that stand on other furniture, by `supports` at the beginning and end."""
     return sum(after[name] not in (*_NOWHERE, before[name]) for name in before)

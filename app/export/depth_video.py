@@ -58,17 +58,9 @@ def images_of(folder: Path) -> Images:
 
 
 def write_video(path: Path, episodes: Sequence[Episode], fps: int) -> Video | None:
-    """Write the pictures of all episodes, one after the other.
+    """Write the pictures of all episodes, one after the other; None if a run has no pictures.
 
     A frame has the newest picture at its time; before the first one it is black.
-
-    Args:
-        path: of the video.
-        episodes: in the order of the data.
-        fps: frames a second.
-
-    Returns:
-        The video; None, and no file, if a run has no pictures.
 
     Raises:
         ExportError: it cannot be written.

@@ -61,12 +61,7 @@ class Exported(NamedTuple):
 
 
 def export_lerobot(folders: Sequence[Path], out: Path, fps: int = USUAL_FPS) -> Exported:
-    """Write a dataset.
-
-    Args:
-        folders: of the runs; `episodes` says how they are cut.
-        out: folder of the dataset; created here.
-        fps: frames per second; must divide the control rate.
+    """Write a dataset of runs into a new folder, at a frame rate that divides the control rate.
 
     Raises:
         ExportError: a run has no recorded motion, or a different rate, robot or size of pictures;

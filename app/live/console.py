@@ -57,10 +57,10 @@ class ControlOptions:
 
 
 class OperatorConsole:
-    """Controls of one run; use it in a `with` statement.
+    """Controls of one run; use it in a `with` statement. Invalid options raise before it moves.
 
     Args:
-        options: of control; invalid ones raise before anything moves.
+        options: of control.
         task: name of the task.
         nodes: of the tree, in preorder.
         inject: injects a fault by name.
@@ -70,7 +70,7 @@ class OperatorConsole:
         server: of the page across several runs; None makes one for this run.
 
     Raises:
-        UserError: of a kind that says which option is wrong, or what cannot be served.
+        UserError: an option is wrong, or something cannot be served.
     """
 
     def __init__(

@@ -62,11 +62,7 @@ class DemoPageError(UserError):
 
 
 def demo_page(run: Path, folder: Path) -> Path:
-    """Make the page; returns its first file.
-
-    Args:
-        run: the folder of a finished run.
-        folder: for the page; made if missing.
+    """Make the page of a run in a folder, made if missing; returns its first file.
 
     Raises:
         DemoPageError: the run has no recording, or the folder cannot be written.

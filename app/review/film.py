@@ -46,16 +46,11 @@ def make_film(
 ) -> int:
     """Make a film of a part of a recording; returns the number of pictures.
 
-    Args:
-        recording: the file.
-        out: a .webp or .gif file.
-        begin: first moment [s].
-        end: last moment [s].
-        speed: recorded seconds per second of the film.
-        width: of the film [px].
+    It shows the moments from `begin` to `end` [s], `speed` recorded seconds per second, with a
+    width in pixels.
 
     Raises:
-        FilmError: the file is of another kind or cannot be written, or `end` is before `begin`.
+        FilmError: the file is no .webp or .gif or cannot be written, or `end` is before `begin`.
         ViewError: the viewer does not start.
     """
     if out.suffix not in KINDS:

@@ -104,11 +104,7 @@ class RunRecord:
 
 
 def find_run(name: str, runs: Path = RUNS) -> Path:
-    """The folder of a run.
-
-    Args:
-        name: a folder, a file in it, the name of a folder in `runs`, or `last`.
-        runs: where the runs are.
+    """The folder of a run: itself, a file in it, its name in `runs`, or `last`.
 
     Raises:
         UnknownRunError: there is no such run.

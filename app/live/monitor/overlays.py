@@ -153,9 +153,7 @@ _ABOVE = np.array([0.0, 0.0, 1.45])
 class FaultPanel:
     """Draws faults: the robot in red, and a banner over it.
 
-    Args:
-        stream: to write to.
-        bodies: archetypes of the robot by entity; their colours are moved to this panel.
+    `bodies` are the archetypes of the robot by entity; their colours are moved to this panel.
     """
 
     def __init__(self, stream: rr.RecordingStream, bodies: Mapping[str, Sequence[Any]]) -> None:

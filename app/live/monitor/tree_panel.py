@@ -44,13 +44,7 @@ class History:
     def write(
         self, changed: Sequence[Snapshot], looks: Sequence[tuple[Look, ...]], *, until: Snapshot
     ) -> None:
-        """Add changes, and end the marks that are over.
-
-        Args:
-            changed: the ticks in which a look changed, in order.
-            looks: of all nodes in each of them.
-            until: the newest tick.
-        """
+        """Add the looks of the ticks in which one changed, and end the marks that are over."""
         rows: list[tuple[Time, list[str]]] = []
         for snapshot, now in zip(changed, looks, strict=True):
             self._end_marks(rows, snapshot)

@@ -119,15 +119,7 @@ class Control:
             return True
 
     def emergency_stop(self, text: str, *, pressed: bool) -> bool:
-        """Report an unacknowledged emergency stop, at every tick.
-
-        Args:
-            text: its cause.
-            pressed: whether the button is still pressed.
-
-        Returns:
-            Whether a person has acknowledged it since.
-        """
+        """Report an unacknowledged emergency stop; whether a person has acknowledged it since."""
         with self._changed:
             if not self._emergency:
                 self._acknowledged = False

@@ -49,11 +49,7 @@ def has_vulkan() -> bool:
 def headless_viewer(
     *, watch: str | None = None, size: str = "1600x1000"
 ) -> Iterator[HeadlessViewer]:
-    """Run a viewer within the context.
-
-    Args:
-        watch: the live data to show (`Address.url`); None for an empty viewer.
-        size: of its window [px].
+    """Run a viewer within the context, for live data (`Address.url`) if given.
 
     Raises:
         ViewError: it does not start.

@@ -58,11 +58,6 @@ class ViewOptions:
 class Viewer:
     """The viewer of one run; invalid options raise before anything is started.
 
-    Args:
-        options: of the viewer.
-        say: prints a line.
-        environment: of the process; says whether there is a screen.
-
     Raises:
         ViewError: there is no screen, a port is taken, or the address is not this machine's.
     """

@@ -165,12 +165,6 @@ _PATIENCE = 600.0
 class FileServer(BoundedServer):
     """Serves the web viewer and a recording from construction to `close`.
 
-    Args:
-        host: to listen on.
-        port: to listen on.
-        recording: a file to serve, if any.
-        hosts: to which the viewer's page may connect, as in a content security policy.
-
     Raises:
         OSError: the port is not available.
     """

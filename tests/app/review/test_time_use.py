@@ -51,6 +51,7 @@ def test_a_wait_is_time_in_which_the_robot_is_still(ran):
     assert len(use.motion.reasons) == len(use.motion.times)
 
 
+@pytest.mark.slow
 def test_a_long_drive_is_limited_by_the_speed_of_the_base(ran):
     use = time_use(ran("  navigate: {to: far}\n"))
     (navigate,) = use.typical.nodes
