@@ -120,6 +120,7 @@ CASES = [
     *(
         pytest.param(place, block, end, marks=pytest.mark.slow)
         for place, block, end in (
+            ("leaf", sleep, End.CRASH),
             ("leaf", spin, End.CRASH),
             ("leaf", wait_for_a_lock, End.CRASH),
             ("controller", sleep, End.CRASH),
