@@ -83,7 +83,7 @@ def test_by_chance_and_the_same_with_the_same_seed():
 def test_driving_with_something_in_the_hand_is_carrying():
     harness = Harness()
     navigate = LEAVES["navigate"].__new__(LEAVES["navigate"])
-    navigate.context, navigate.settings = harness.context, harness.context.settings
+    navigate.context = harness.context
     assert phases_of(navigate) == {"navigate"}
     harness.robot.grip(0.04, 20.0)
     harness.run_for(None, 1.0)
