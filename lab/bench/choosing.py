@@ -41,7 +41,7 @@ from lab.bench.choosing_scenes import (
     make_scene,
     true_object,
 )
-from lab.shared import percent, run_all
+from lab.shared import percent, run_in_order
 from perception import GraspDetector
 from robots import Array, load_robot
 
@@ -213,11 +213,7 @@ def run_choosing(
     """All scenes, in the order of their seeds; `done` is called after each."""
     simulator(world)  # raises before any scene if it is not available
     work = partial(take, world_name=world)
-    results: dict[int, Taking] = {}
-    for number, taking in run_all(work, seeds, workers=workers, batch=1):
-        results[number] = taking
-        done(taking)
-    return [results[number] for number in range(len(seeds))]
+    return run_in_order(work, seeds, done, workers=workers, batch=1)
 
 
 def choosing_table(takings: Sequence[Taking]) -> Table:

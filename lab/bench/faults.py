@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, redirect_stderr
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -23,7 +23,7 @@ from config import UserError, suggest
 from hw import Robot, Truth, stopwatch
 from lab.bench.fault_matrix import FAULTS, INTO, USUALLY_INTO, Fault
 from lab.bench.witness import AT_REST, Violations, Witness
-from lab.shared import machine, run_all
+from lab.shared import machine
 from trees.language import TreeNode
 
 TREE = Path(__file__).parent / "tasks/one_object.yaml"
@@ -181,12 +181,6 @@ def cells(faults: Sequence[str], phases: Sequence[str], seeds: Sequence[int]) ->
         for phase in phases or PHASES
         for seed in seeds
     ]
-
-
-def run_cells(wanted: Sequence[Cell], workers: int, done: Callable[[CellResult], None]) -> None:
-    """Run the cells; `done` is called after each."""
-    for _, result in run_all(run_cell, wanted, workers=workers):
-        done(result)
 
 
 def run_cell(cell: Cell) -> CellResult:

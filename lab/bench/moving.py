@@ -18,7 +18,7 @@ from controller import Array, PoseGoal
 from lab.bench.configuration import Configuration
 from lab.bench.evaluation import Evaluator
 from lab.bench.motion import GoalAt, run_motion
-from lab.shared import run_all
+from lab.shared import run_in_order
 
 PATHS = ("line", "circle 1 m", "circle 0.5 m", "sine", "random walk")
 _START = np.array([1.5, -0.5, 0.7])
@@ -112,8 +112,7 @@ def run_following(
 ) -> list[Followed]:
     """Follow each of several goals from rest."""
     tasks = [(configuration, following) for following in followings]
-    done = dict(run_all(_follow, tasks, workers=workers))
-    return [done[number] for number in range(len(tasks))]
+    return run_in_order(_follow, tasks, workers=workers)
 
 
 def _follow(task: tuple[Configuration, Following]) -> Followed:

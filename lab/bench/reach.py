@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from functools import lru_cache, partial
 from typing import Any
@@ -17,7 +17,7 @@ from lab.bench.configuration import Configuration
 from lab.bench.disturbance import QUIET, Disturbance, disturbed, draw_start
 from lab.bench.evaluation import Evaluator, Trial
 from lab.bench.motion import run_motion
-from lab.shared import run_all
+from lab.shared import run_in_order
 
 PATIENCE = 15.0
 """A goal has failed after this time without progress [s]."""
@@ -107,10 +107,10 @@ def run_trials(
     configuration: Configuration,
     conditions: Conditions,
     goals: Sequence[SE3],
-    *,
-    workers: int = 1,
-) -> Iterator[tuple[int, Trial]]:
-    """One motion to every goal; yields the goal's number and the trial as they finish."""
+    done: Callable[[Trial], None],
+    workers: int,
+) -> list[Trial]:
+    """One motion to every goal, in their order; `done` is called with each trial."""
     chain, poses = conditions.chain, np.array([goal.homogeneous for goal in goals])
     tasks = [
         _Task(
@@ -121,9 +121,13 @@ def run_trials(
         )
         for first in range(0, len(poses), chain)
     ]
-    for link, trials in run_all(_trials, tasks, workers=workers):
-        for place, trial in enumerate(trials):
-            yield link * chain + place, trial
+
+    def after(trials: list[Trial]) -> None:
+        for trial in trials:
+            done(trial)
+
+    chains = run_in_order(_trials, tasks, after, workers=workers)
+    return [trial for trials in chains for trial in trials]
 
 
 @dataclass(frozen=True, kw_only=True)

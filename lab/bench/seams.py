@@ -23,7 +23,7 @@ import numpy as np
 
 from hw.sim import HOUSEHOLD, MODELLED, TRAIN
 from lab.bench.choosing_scenes import CLUTTER, TRAY_REGION, make_world, seen_from_above
-from lab.shared import progress, run_all
+from lab.shared import progress, run_in_order
 from perception import (
     BOUNDARY_FEATURES,
     BoundaryModel,
@@ -153,14 +153,16 @@ def mistakes(model: BoundaryModel, seams: Sequence[Seam]) -> dict[float, int]:
 def main() -> None:
     """Fit, and write the file given as the argument."""
     (file,) = sys.argv[1:]
-    found: dict[int, list[Seam]] = {}
     with progress("scenes", SCENES) as advance:
-        seeds = range(FIRST_SEED, FIRST_SEED + SCENES)
-        for number, seams in run_all(scene_seams, seeds, workers=cpu_count() or 1, batch=20):
-            found[number] = seams
-            advance(False)
+        found = run_in_order(
+            scene_seams,
+            range(FIRST_SEED, FIRST_SEED + SCENES),
+            lambda seams: advance(False),
+            workers=cpu_count() or 1,
+            batch=20,
+        )
     held_out = [n for n in range(SCENES) if n % _HELD_OUT == 1]
-    model = fit([one for n in sorted(set(found) - set(held_out)) for one in found[n]])
+    model = fit([one for n in range(SCENES) if n not in held_out for one in found[n]])
     wrong = mistakes(model, [one for n in held_out for one in found[n]])
     print(f"mistakes in {len(held_out)} scenes, by threshold: {wrong}")
     weights = {

@@ -10,7 +10,7 @@ from typing import Protocol, TypeVar
 
 from app.core import EVENTS, End, RunOptions, Summary, read_events
 from behaviours import LEAVES
-from lab.shared import run_all
+from lab.shared import run_in_order
 
 _QUESTIONS = ("region_empty",)
 """Leaves that answer a question, besides the conditions: their FAILURE means no."""
@@ -49,13 +49,13 @@ def run_tasks(
     Raises:
         KeyboardInterrupt: a run was interrupted; the others end as well.
     """
-    runs: dict[int, R] = {}
-    for number, run in run_all(work, options, workers=workers, batch=1):
-        runs[number] = run
+
+    def after(run: R) -> None:
         done(run.summary)
         if run.summary.outcome == End.INTERRUPTED.value:
             raise KeyboardInterrupt
-    return [runs[number] for number in range(len(options))]
+
+    return run_in_order(work, options, after, workers=workers, batch=1)
 
 
 def failure_causes(folder: Path) -> dict[str, int]:

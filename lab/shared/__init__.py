@@ -4,7 +4,7 @@ from lab.shared.environment import machine
 from lab.shared.parts import Functions, PartTimer
 from lab.shared.progress_bar import progress
 from lab.shared.statistics import bootstrap, interval, paired_difference, percent, share
-from lab.shared.workers import run_all
+from lab.shared.workers import run_all, run_in_order
 
 __all__ = [
     "Functions",
@@ -16,5 +16,6 @@ __all__ = [
     "percent",
     "progress",
     "run_all",
+    "run_in_order",
     "share",
 ]

@@ -58,6 +58,22 @@ def run_all(
             raise
 
 
+def run_in_order(
+    work: Callable[[T], R],
+    items: Sequence[T],
+    done: Callable[[R], None] = lambda result: None,
+    *,
+    workers: int = 1,
+    batch: int = _BATCH,
+) -> list[R]:
+    """The results of `run_all` in the order of the items; `done` gets each as it is completed."""
+    results: dict[int, R] = {}
+    for number, result in run_all(work, items, workers=workers, batch=batch):
+        results[number] = result
+        done(result)
+    return [results[number] for number in range(len(items))]
+
+
 @contextmanager
 def _terminated() -> Iterator[None]:
     """Pass SIGTERM on to the workers and treat it as Ctrl-C; only the main thread can."""

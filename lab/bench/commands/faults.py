@@ -17,7 +17,6 @@ from lab.bench.commands.options import (
 )
 
 if TYPE_CHECKING:
-    from lab.bench.faults import Cell, CellResult
     from lab.bench.soak import Soak
 
 Names = Annotated[list[str] | None, typer.Option(help="Only this one; may be repeated.")]
@@ -36,25 +35,22 @@ def faults(
     """Inject every fault in every phase of a task; the simulated world is the judge."""
     from lab.bench import faults as bench
     from lab.bench.fault_matrix import QUICK, QUICK_PHASES
-    from lab.shared import progress
+    from lab.shared import progress, run_in_order
 
     check_writable(json)
     rows, columns = faults or [], phases or []
     if quick:
         rows, columns = rows or list(QUICK), columns or list(QUICK_PHASES)
     cells = bench.cells(rows, columns, seed_range(seeds))
-    results: dict[Cell, CellResult] = {}
     with progress("faults", len(cells)) as advance:
-
-        def done(result: CellResult) -> None:
-            cell = bench.Cell(fault=result.fault, phase=result.phase, seed=result.seed)
-            results[cell] = result
-            advance(result.wrong_success or result.hang or result.crash)
-
-        bench.run_cells(cells, workers, done)
-    ordered = [results[cell] for cell in cells]
-    show(bench.faults_table(ordered), *bench.faults_notes(ordered))
-    write_json(json, {"cells": [asdict(one) for one in ordered]})
+        results = run_in_order(
+            bench.run_cell,
+            cells,
+            lambda one: advance(one.wrong_success or one.hang or one.crash),
+            workers=workers,
+        )
+    show(bench.faults_table(results), *bench.faults_notes(results))
+    write_json(json, {"cells": [asdict(one) for one in results]})
 
 
 def soak(

@@ -58,12 +58,11 @@ def obstacles(
     for name in chosen_robots(robot):
         setup = Setup(robot=name, controllers=controllers, seed=seed, limit=limit)
         processes = min(workers_of(workers), len(names))
-        done = {}
         with progress(f"{name} obstacles", len(names)) as advance:
-            for number, trials in run_worlds(setup, names, workers=processes):
-                done[number] = trials
-                advance(trials[0].reason is not None)
-        rows += obstacle_rows(setup, [done[number] for number in sorted(done)])
+            trials = run_worlds(
+                setup, names, lambda world: advance(world[0].reason is not None), processes
+            )
+        rows += obstacle_rows(setup, trials)
     show(obstacle_table(rows), *obstacle_notes(rows))
     write_results(json, rows, seed=seed)
 

@@ -163,12 +163,11 @@ def _reach(
 
     speed = configuration.model().limits.base_twist[0]
     name = f"{configuration.robot} {configuration.preset} {speed:.1f} m/s"
-    done = {}
     with progress(name, len(goals)) as advance:
-        for number, trial in run_trials(configuration, conditions, goals, workers=workers):
-            done[number] = trial
-            advance(trial.failure is not None)
-    return aggregate_trials(configuration, conditions, [done[number] for number in sorted(done)])
+        trials = run_trials(
+            configuration, conditions, goals, lambda one: advance(one.failure is not None), workers
+        )
+    return aggregate_trials(configuration, conditions, trials)
 
 
 def poses(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -14,7 +14,7 @@ from lab.bench.motion import Motion, run_motion
 from lab.bench.obstacles.judge import Judge, Verdict
 from lab.bench.obstacles.worlds import FAMILIES, World, WorldMaker
 from lab.bench.reach import PATIENCE, Conditions, evaluator_of
-from lab.shared import run_all
+from lab.shared import run_in_order
 
 BLIND = "blind"
 """Our controller without any obstacle."""
@@ -135,7 +135,11 @@ def _trials(task: tuple[Setup, str, int]) -> list[WorldTrial]:
 
 
 def run_worlds(
-    setup: Setup, names: Sequence[tuple[str, int]], *, workers: int = 1
-) -> Iterator[tuple[int, list[WorldTrial]]]:
-    """All controllers in every world; yields the index of the name and the trials."""
-    return run_all(_trials, [(setup, *name) for name in names], workers=workers)
+    setup: Setup,
+    names: Sequence[tuple[str, int]],
+    done: Callable[[list[WorldTrial]], None],
+    workers: int,
+) -> list[list[WorldTrial]]:
+    """The trials of all controllers in every world; `done` is called after each world."""
+    tasks = [(setup, *name) for name in names]
+    return run_in_order(_trials, tasks, done, workers=workers)
