@@ -226,15 +226,12 @@ class FaultMemory:
         x, y = (-1.0, 0.0)
         if came is not None:
             x, y, _ = wTb.actInv(came.translation).tolist()
-        if bearing is not None and (self._is_holonomic or abs(cos(bearing)) > 0.5):
+        is_holonomic = len(self._robot.base.axes[0]) == 3
+        if bearing is not None and (is_holonomic or abs(cos(bearing)) > 0.5):
             x, y = -cos(bearing), -sin(bearing)
-        if not self._is_holonomic:
+        if not is_holonomic:
             return np.array([1.0 if x > 0.0 else -1.0, 0.0])
         return np.array([x, y]) / max(hypot(x, y), 1e-9)
-
-    @property
-    def _is_holonomic(self) -> bool:
-        return len(self._robot.base.axes[0]) == 3
 
     def _beside_base(self, side: float, wTb: SE3) -> Geom:
         """The obstacle beside the base on a side [rad], in the world."""

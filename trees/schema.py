@@ -1,9 +1,8 @@
 """The JSON Schema of task files, with which an editor completes, explains and checks them.
 
-It is made from the words and models of the language and the constructors of the leaves, in draft
-07, which every YAML language server knows. A node is one object with all keys as properties: an
-editor then offers each key once, with its description. What a schema cannot say (exactly one node
-an item, names that are defined) is left to `frankie-task check`.
+It is made from the words of the language and the constructors of the leaves, in draft 07, which
+every YAML language server knows. A node is one object with all keys as properties, so that an
+editor offers each key once. `frankie-task check` checks the rest.
 """
 
 from __future__ import annotations

@@ -1,10 +1,8 @@
 """A task as XML for BehaviorTree.CPP 4, which Groot2 opens.
 
-Each task file becomes a tree of the XML, in one text or in a file of its own. Its parameters, poses
-and regions are the ports of that tree, with their defaults: `$attempts` and a named pose are then
-both entries of the tree's blackboard. The tree `Main` runs the task with these defaults. Leaves
-keep their keys; the models of everything that BehaviorTree.CPP does not bring along stand at the
-end.
+Each task file becomes a tree of the XML, in one text or in a file of its own, with its parameters,
+poses and regions as ports. The tree `Main` runs the task with their defaults. The models of nodes
+that BehaviorTree.CPP lacks stand at the end.
 """
 
 from __future__ import annotations
@@ -37,7 +35,7 @@ def export_xml(task: Task) -> str:
     Raises:
         TaskFileError: something in it has no counterpart in the XML.
     """
-    export = _exported(task)
+    export = _Export(task)
     root = _root(_main(task))
     root.extend(export.trees.values())
     return _text(root, export.models, export.models)
@@ -57,7 +55,7 @@ def export_files(task: Task) -> dict[Path, str]:
     Raises:
         TaskFileError: something in it has no counterpart in the XML.
     """
-    export = _exported(task)
+    export = _Export(task)
     home = task.path.resolve().parent
     texts: dict[Path, str] = {}
     for path, tree in export.trees.items():
@@ -103,22 +101,17 @@ def _text(root: Element, models: Mapping[str, Element], used: Iterable[str]) -> 
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="unicode") + "\n"
 
 
-def _exported(task: Task) -> _Export:
-    export = _Export()
-    export.add(task)
-    return export
-
-
 class _Export:
     """Collects the trees of the XML and the models of their nodes."""
 
-    def __init__(self) -> None:
+    def __init__(self, task: Task) -> None:
         self.trees: dict[Path, Element] = {}
         self.models: dict[str, Element] = {}
         self.used: dict[Path, set[str]] = {}
         """The models of the nodes that a file has, and of its tree."""
         self.included: dict[Path, set[Path]] = {}
         """The files that a file uses."""
+        self.add(task)
 
     def add(self, task: Task) -> None:
         """Add a task file, unless it is there already."""

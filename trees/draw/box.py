@@ -1,4 +1,4 @@
-"""The picture of a task: one box per node, with its name, its arguments and its modifiers."""
+"""Content of the picture of a task: a box per node, with name, arguments and modifiers."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from config import UserError
-from trees.language.keys import Add, Set
+from trees.language.set_add_subtree import Add, Set
 from trees.language.value_types import ValueType
 
 if TYPE_CHECKING:

@@ -27,7 +27,7 @@ def test_two_movers_side_by_side_are_refused_before_anything_moves(tmp_path):
 
 
 def test_leaves_that_move_and_do_not_say_so_end_the_run(tmp_path, monkeypatch):
-    monkeypatch.setattr("trees.language.meaning._note_movers", lambda node, diagnostics: False)
+    monkeypatch.setattr("trees.language.lint._note_movers", lambda node, diagnostics: False)
     path = tmp_path / "t.yaml"
     path.write_text(TASK)
     command = ["run", str(path), "--view", "none", "--record", str(tmp_path / "runs"), "--json"]

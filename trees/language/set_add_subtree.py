@@ -1,4 +1,4 @@
-"""Nodes that write and read keys: `set`, `add`, `subtree`, and leaves with late arguments."""
+"""The nodes `set`, `add` and `subtree`, and leaves with late arguments."""
 
 from __future__ import annotations
 
