@@ -71,13 +71,16 @@ def timing(
 def _measured(
     part: Part, robots: list[str], tree: Path, seed: int, count: int | None
 ) -> list[TimingReport]:
-    from lab.bench.step_time import time_steps, time_task
     from lab.bench.timing import time_reading, time_start
 
     match part:
         case Part.STEP:
+            from lab.bench.step_time import time_steps
+
             return [time_steps(name, steps=count or 10_000, seed=seed) for name in robots]
         case Part.TASK:
+            from lab.bench.step_time import time_task
+
             with TemporaryDirectory() as folder:
                 return [time_task(tree, name, seed, Path(folder)) for name in robots]
         case Part.TREE:

@@ -10,14 +10,14 @@ from lab.bench.regenerate import Experiments
 
 DOCS = Path(__file__).parents[3] / "docs"
 
-REACH = """\
+READING = """\
 experiments:
-  - table: reach
-    command: reach --robot omni --base-speed 1.0 --count 4 --workers 1
-    quick: --count 2
+  - table: reading
+    command: timing tree --task pick_one
+    quick: --task long_table
     figures:
-      - [failed, results.0.failures, 0, 0]
-      - [goals, results.0.goals, {goals}, 0]
+      - [time, results.0.median, 0, 1.0e+9]
+      - [reads, results.0.steps, {reads}, 0]
 """
 
 
@@ -34,23 +34,26 @@ def rows(tmp_path):
 
 
 def test_a_figure_outside_its_tolerance_is_a_change_but_not_in_small_sizes(tmp_path):
-    code, out, _ = regenerate(tmp_path, REACH.format(goals=5))
+    code, out, _ = regenerate(tmp_path, READING.format(reads=5))
     assert code == 1
     assert "CHANGED" in out
     assert "2 figures, 1 changed" in out
-    assert rows(tmp_path) == [("failed", 0.0, 0.0, False), ("goals", 5.0, 4.0, True)]
-    code, out, _ = regenerate(tmp_path, REACH.format(goals=4), "--quick")
+    time, reads = rows(tmp_path)
+    assert time[2] > 0.0
+    assert not time[3]
+    assert reads == ("reads", 5.0, 50.0, True)
+    code, out, _ = regenerate(tmp_path, READING.format(reads=5), "--quick")
     assert code == 0
     assert "CHANGED" not in out
-    assert rows(tmp_path) == [("failed", 0.0, 0.0, False), ("goals", 4.0, 2.0, False)]
+    assert rows(tmp_path)[1] == ("reads", 5.0, 50.0, False)
 
 
 def test_errors_of_the_list_are_one_line(tmp_path):
-    wrong = REACH.format(goals=4).replace("0.goals", "0.gaols")
+    wrong = READING.format(reads=50).replace("0.steps", "0.setps")
     code, _, err = regenerate(tmp_path, wrong, "--quick")
     assert code == 2
-    assert "reach: its JSON has no figure at `results.0.gaols`" in err
-    code, _, err = regenerate(tmp_path, wrong.replace("--robot omni", "--robot omny"))
+    assert "reading: its JSON has no figure at `results.0.setps`" in err
+    code, _, err = regenerate(tmp_path, wrong.replace("pick_one", "pick_on"))
     assert code == 2
     assert "exit code 2" in err
     assert regenerate(tmp_path, wrong, "--only", "poses")[0] == 2
