@@ -1,12 +1,19 @@
-"""Files that people write, and the errors and hints that they get.
+"""Strict YAML configuration files, user errors with hints, plug-ins and lazy imports.
 
-The bottom room: every other one may use it, and it uses none. `UserError` is the base of every
-error that a person can fix; `read_config` reads a strict YAML file into a checked pydantic model;
-`read_yaml`, `validate` and `Diagnostics` are its parts, for files that need more than a model.
+`UserError` is the base of every error that a user can fix; `read_config` reads a strict YAML file
+into a pydantic model; `read_yaml`, `validate` and `Diagnostics` are its parts, for other files.
 """
 
-from config.diagnostics import Diagnostic, Diagnostics, Location, Severity, TooManyErrorsError
-from config.errors import UserError, quoted, suggest
+from config.diagnostics import (
+    Diagnostic,
+    Diagnostics,
+    Location,
+    Severity,
+    TooManyErrorsError,
+    UserError,
+    quoted,
+    suggest,
+)
 from config.lazy import lazy_face
 from config.plugins import PluginError, entries, imported
 from config.reader import ConfigError, StrictModel, read_config, validate

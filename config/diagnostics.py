@@ -1,13 +1,37 @@
-"""Diagnostics of a file that a person writes: where, what is wrong, and how to fix it.
-
-All diagnostics of a file are collected in one pass, so that a person fixes them in one go.
-"""
+"""User errors, and diagnostics of files: location, message and hint."""
 
 from __future__ import annotations
 
+import difflib
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
+from typing import ClassVar
+
+
+class UserError(Exception):
+    """Input that cannot be used: a file, a name, an option, a missing extra.
+
+    The text is what the user reads, without a traceback: what, where, and a hint. The command line
+    exits with `exit_code`; nothing has moved by then.
+    """
+
+    exit_code: ClassVar[int] = 2
+
+
+def quoted(words: Iterable[object]) -> str:
+    """The words in backquotes, separated by commas."""
+    return ", ".join(f"`{word}`" for word in words)
+
+
+def suggest(word: str, known: Iterable[str]) -> str:
+    """The hint for an unknown word: the nearest known one, else all of them."""
+    words = sorted(known)
+    close = difflib.get_close_matches(word, words, n=1)
+    if close:
+        return f"did you mean `{close[0]}`?"
+    return f"known: {quoted(words)}" if words else "remove it"
 
 
 @dataclass(frozen=True, kw_only=True, order=True)
@@ -48,12 +72,7 @@ class TooManyErrorsError(Exception):
 
 
 class Diagnostics:
-    """Collects the diagnostics of a file and of the files that it includes.
-
-    Args:
-        path: the file, as the person named it.
-        limit: how many errors are enough; None is no limit.
-    """
+    """Collects the diagnostics of a file and of its included files, up to a limit of errors."""
 
     def __init__(self, path: Path, limit: int | None = None) -> None:
         self.path = path
@@ -61,13 +80,13 @@ class Diagnostics:
         self._found: list[Diagnostic] = []
 
     def of(self, path: Path) -> Diagnostics:
-        """The same collection, for the diagnostics of an included file."""
+        """The same collection for an included file."""
         other = Diagnostics(path, self._limit)
         other._found = self._found
         return other
 
     def error(self, location: Location | None, message: str, hint: str) -> None:
-        """Add a problem because of which the file cannot be used.
+        """Add an error, which makes the file unusable.
 
         Raises:
             TooManyErrorsError: the limit is reached.
@@ -79,7 +98,7 @@ class Diagnostics:
             raise TooManyErrorsError
 
     def warning(self, location: Location, message: str, hint: str) -> None:
-        """Add something that is probably a mistake."""
+        """Add a probable mistake."""
         self._found.append(
             Diagnostic(
                 path=self.path,
@@ -92,11 +111,11 @@ class Diagnostics:
 
     @property
     def fatal(self) -> bool:
-        """Whether there is an error among them, in whichever file."""
+        """Whether there is an error, in any of the files."""
         return any(diagnostic.severity is Severity.ERROR for diagnostic in self._found)
 
     def in_order(self) -> list[Diagnostic]:
-        """All of them, each once: those of this file first, each file's in its order."""
+        """All diagnostics once, those of this file first, in the order of each file."""
         return sorted(dict.fromkeys(self._found), key=self._position)
 
     def _position(self, diagnostic: Diagnostic) -> tuple[bool, Path, Location]:
@@ -105,6 +124,6 @@ class Diagnostics:
 
 
 def _one_line(text: str) -> str:
-    """Text that may quote anything from a file, made safe and short enough for a terminal."""
+    """Text that may quote a file, made safe and short for a terminal."""
     line = " ".join("".join(letter if letter.isprintable() else " " for letter in text).split())
     return line if len(line) <= 400 else f"{line[:399]}…"

@@ -1,9 +1,4 @@
-"""Rooms whose names are imported when they are first asked for.
-
-Numbers, kinematics and images take longer to import than a task file takes to check. A room whose
-`__init__` imports its names for type checkers alone, and takes `__getattr__` from here, costs those
-who use one name of it the import of that name.
-"""
+"""Lazy packages: names are imported at their first use, so that the command line starts fast."""
 
 from __future__ import annotations
 
@@ -36,7 +31,6 @@ def lazy_face(package: str) -> Callable[[str], Any]:
 
 @cache
 def _homes(package: str) -> dict[str, str]:
-    """The module of every name of a package."""
     source = Path(str(sys.modules[package].__file__)).read_text(encoding="utf-8")
     return dict(_named(ast.parse(source).body))
 

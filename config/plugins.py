@@ -1,4 +1,4 @@
-"""What installed packages offer as entry points, imported so that a broken one breaks nothing."""
+"""Entry points of installed packages, imported so that a broken one breaks nothing."""
 
 from __future__ import annotations
 
@@ -14,28 +14,24 @@ class PluginError(Exception):
 
 
 def entries(group: str) -> list[metadata.EntryPoint]:
-    """What installed packages offer in a group, not yet imported."""
-    from importlib import metadata  # most tasks name nothing that packages offer
+    """The entry points of a group, not yet imported."""
+    from importlib import metadata  # slow, and most tasks use no plug-ins
 
     return list(metadata.entry_points(group=group))
 
 
 def imported(entry: metadata.EntryPoint, patience: float) -> object:
-    """What an entry point names, imported on a thread that need not end.
-
-    Args:
-        entry: of a package that anybody may have written.
-        patience: how long the import may take [s].
+    """The object of an entry point, imported on a thread within `patience` [s].
 
     Raises:
-        PluginError: it fails, ends the program, or does not end.
+        PluginError: the import fails, exits, or does not end.
     """
     results: list[object] = []
 
     def load() -> None:
         try:
             results.append(entry.load())
-        except BaseException as error:  # a package that calls `sys.exit` ends nothing but itself
+        except BaseException as error:  # including `sys.exit`
             results.append(error)
 
     thread = threading.Thread(target=load, name=f"import of {entry.value}", daemon=True)

@@ -1,4 +1,4 @@
-"""YAML in, a checked pydantic model out; every error with its location and a hint, all at once."""
+"""Reads strict YAML into pydantic models; reports all errors at once with location and hint."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ from typing import Any, TypeAlias, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from config.diagnostics import Diagnostics, Location
-from config.errors import UserError, suggest
+from config.diagnostics import Diagnostics, Location, UserError, suggest
 from config.strict_yaml import (
     YamlList,
     YamlMap,
@@ -41,7 +40,7 @@ _EXPECTED = {
     "less_than_equal": "a number of at most {le:g}",
     "literal_error": "{expected}",
 }
-"""What pydantic expects, by its type of error, in words of YAML."""
+"""Expectations in words of YAML, by pydantic's type of error."""
 
 
 class ConfigError(UserError):
@@ -49,18 +48,13 @@ class ConfigError(UserError):
 
 
 class StrictModel(BaseModel):
-    """A model that knows all its keys, takes finite numbers only and never changes."""
+    """A frozen model without unknown keys and with finite numbers only."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 def read_config(path: Path, model: type[Model], context: Any = None) -> Model:
-    """The content of a YAML file, checked.
-
-    Args:
-        path: the file.
-        model: what it has to be.
-        context: for the validators of the model, as `ValidationInfo.context`.
+    """The content of a YAML file as a model; `context` is that of its validators.
 
     Raises:
         ConfigError: with every error in the file, a line each.
@@ -82,21 +76,18 @@ def validate(
     location: Location | None = None,
     context: Any = None,
 ) -> Model | None:
-    """A located value as a model, without conversions: text is no number.
+    """A located value as a model, without conversions; None after an error in `diagnostics`.
 
     Args:
         value: from the file.
-        model: what it has to be.
+        model: its type.
         diagnostics: receives every error.
-        name: of the value, for messages; empty for the whole file.
+        name: of the value in messages; empty for the whole file.
         location: of its name, if it has one.
-        context: for the validators of the model, as `ValidationInfo.context`.
-
-    Returns:
-        None if there is an error.
+        context: of the validators of the model.
     """
     try:
-        # Of its strict modes, that for JSON is the one in which a list may become a tuple.
+        # The strict mode for JSON accepts a list for a tuple.
         text = json.dumps(content(value))
         return model.model_validate_json(text, strict=True, context=context)
     except ValidationError as invalid:
@@ -106,7 +97,7 @@ def validate(
             for error in invalid.errors(include_url=False)
         ]
         for error, at in errors:
-            # A union complains once for each of its members; the one that fits best goes deepest.
+            # A union has one error for each member; the best fitting one is the deepest.
             is_deepest = not any(_is_below(other.keys, at.keys) for _, other in errors)
             if is_deepest and at.keys not in seen:
                 seen.add(at.keys)
@@ -121,13 +112,7 @@ def _is_below(keys: _Keys, above: _Keys) -> bool:
 
 
 class _Position:
-    """The deepest value on the way that pydantic tells; what follows is a key that is missing.
-
-    Args:
-        root: the validated value.
-        location: of its name.
-        error: of pydantic; tags of union members among its keys and indices are left out.
-    """
+    """The deepest value at the location of a pydantic error, without tags of union members."""
 
     def __init__(self, root: YamlValue, location: Location, error: Any) -> None:
         path: _Keys = error["loc"]
@@ -178,14 +163,13 @@ class _Position:
 
     @property
     def _location(self) -> Location:
-        """Of the value; of its name where that says more."""
+        """Of the value, or of its name for null and mappings."""
         is_null = isinstance(self.value, YamlScalar) and self.value.value is None
         is_key_better = is_null or isinstance(self.value, YamlMap)
         return self.key_location if is_key_better else self.value.location
 
 
 def _known_keys(model: type[BaseModel], location: _Keys) -> list[str]:
-    """The keys that are known at a location."""
     for key in location:
         field = model.model_fields.get(str(key))
         for inner in (field.annotation, *get_args(field.annotation)) if field else ():

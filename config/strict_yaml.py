@@ -1,4 +1,4 @@
-"""Strict YAML: a small, safe part of YAML 1.2 in which every value knows its location.
+"""Strict YAML: a safe subset of YAML 1.2 whose values have locations.
 
 Scalars follow the YAML 1.2 core schema (`no` is text, `1e-3` a number). Anchors, aliases, tags,
 repeated keys and further documents are errors; size and depth are bounded.
@@ -17,11 +17,11 @@ import yaml
 from config.diagnostics import Diagnostics, Location
 
 MAX_BYTES = 64_000
-"""A task of a thousand nodes is smaller, and is read within a second."""
+"""A task of a thousand nodes is smaller."""
 MAX_DEPTH = 64
 
 Plain: TypeAlias = bool | int | float | str | None
-"""What a YAML scalar means."""
+"""The value of a YAML scalar."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,7 +59,7 @@ class YamlMap:
 
 YamlValue: TypeAlias = YamlScalar | YamlList | YamlMap
 
-# A decimal of more than 18 digits is a float: no use needs it whole, and it stays cheap to read.
+# A decimal of more than 18 digits is a float.
 _SCALARS: tuple[tuple[re.Pattern[str], Callable[[str], Plain]], ...] = (
     (re.compile(r"null|Null|NULL|~|"), lambda text: None),
     (re.compile(r"true|True|TRUE"), lambda text: True),
@@ -84,7 +84,7 @@ _YAML_HINTS = {
 
 
 def parse_scalar(text: str) -> Plain:
-    """What an unquoted YAML 1.2 core scalar means."""
+    """The value of an unquoted YAML 1.2 core scalar."""
     for pattern, convert in _SCALARS:
         if pattern.fullmatch(text):
             return convert(text)
@@ -99,7 +99,7 @@ def written(value: Plain) -> str:
 
 
 def describe(value: YamlValue) -> str:
-    """What a value is, for a person who should have written something else."""
+    """A value in messages."""
     if isinstance(value, YamlList):
         return "a list"
     if isinstance(value, YamlMap):
@@ -118,12 +118,7 @@ def content(value: YamlValue) -> Any:
 
 
 def read_yaml(diagnostics: Diagnostics) -> tuple[str, YamlValue] | None:
-    """The text of the file that the diagnostics are about, and its content.
-
-    Returns:
-        None, and an error in the diagnostics, if it cannot be read, is empty, or is not strict
-        YAML.
-    """
+    """Text and content of the file of the diagnostics; None after an error in them."""
     text = _read_text(diagnostics.path, diagnostics)
     document = None if text is None else parse_yaml(text, diagnostics)
     return None if text is None or document is None else (text, document)
@@ -159,7 +154,7 @@ def _read_text(path: Path, diagnostics: Diagnostics) -> str | None:
 
 
 def parse_yaml(text: str, diagnostics: Diagnostics) -> YamlValue | None:
-    """The one document in `text`, or None and an error if it is empty or not strict YAML."""
+    """The document in `text`; None after an error in the diagnostics."""
     if (faultless := _read_by_libyaml(text)) is not None:
         return faultless
     try:
@@ -188,10 +183,10 @@ def parse_yaml(text: str, diagnostics: Diagnostics) -> YamlValue | None:
 
 
 def _read_by_libyaml(text: str) -> YamlValue | None:
-    """The document if nothing is wrong with it: five times faster than in Python.
+    """The document by libyaml, five times faster than in Python.
 
-    None if it has mistakes, which are worded better in Python, or tabs between its values, which
-    only libyaml takes; or if there is no libyaml.
+    None if it has mistakes, which Python words better, or tabs, which only libyaml accepts; or if
+    there is no libyaml.
     """
     if not yaml.__with_libyaml__ or "\t" in text:
         return None

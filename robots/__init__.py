@@ -1,4 +1,4 @@
-"""What is true of a robot, once: its description in YAML files, and the shapes it is made of.
+"""Robot descriptions in YAML files, and the shapes that robots are made of.
 
 `load_robot` reads `frankie`, `omni` or the file of another robot into a `RobotDescription`, which
 controller, simulator, perception, viewer and judges share.
@@ -18,19 +18,12 @@ if TYPE_CHECKING:
         Limits,
         RobotDescription,
         at_pace,
-        with_base_speed,
         with_base_speeds,
-        with_reverse_speed,
     )
     from robots.load import RealRobot, load_real_robot, load_robot, robot_names
     from robots.schema_hardware import (
-        ArclFile,
         FullScaleFile,
-        HandFile,
         HardwareFile,
-        OmronFile,
-        PandaFile,
-        RealSenseFile,
     )
     from robots.shapes import (
         GREY,
@@ -60,7 +53,6 @@ else:
 
 __all__ = [
     "GREY",
-    "ArclFile",
     "ArmDescription",
     "Array",
     "BaseDescription",
@@ -72,16 +64,12 @@ __all__ = [
     "FullScaleFile",
     "Geom",
     "GripperDescription",
-    "HandFile",
     "HardwareFile",
     "Hull",
     "Intrinsics",
     "Limits",
-    "OmronFile",
-    "PandaFile",
     "Plane",
     "RealRobot",
-    "RealSenseFile",
     "RobotDescription",
     "Shape",
     "Sphere",
@@ -99,7 +87,5 @@ __all__ = [
     "robot_names",
     "rounded_box",
     "volume",
-    "with_base_speed",
     "with_base_speeds",
-    "with_reverse_speed",
 ]

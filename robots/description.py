@@ -1,6 +1,4 @@
-"""What is true of a robot: kinematics, limits, lag, hand, camera and shapes.
-
-Controller, simulator, perception, viewer and judges read it here and nowhere else.
+"""Robot descriptions: kinematics, limits, lag, hand, camera and shapes, shared by all modules.
 
 Frames: b is the base on the floor below its turning axis, a the foot of the arm, l its last link, h
 the flange of the hand, e the end effector, c the camera. The end effector is the grasp centre
@@ -20,7 +18,7 @@ from robots.shapes import Array, Geom
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Limits:
-    """What the robot may do. Controller and gate enforce it."""
+    """Limits of the robot, enforced by controller and gate."""
 
     q_min: Array
     """(7,) lower joint positions [rad]."""
@@ -37,11 +35,10 @@ class Limits:
     base_acceleration: Array
     """(3,) base accelerations along x, y and about z [m/s^2, m/s^2, rad/s^2]."""
     base_emergency: Array
-    """(3,) rates at which the velocity of the base is taken away when it must stop [m/s^2, m/s^2,
-    rad/s^2]."""
+    """(3,) base decelerations of an emergency stop [m/s^2, m/s^2, rad/s^2]."""
 
     def base_speed(self, twist: Array) -> Array:
-        """(3,) largest speeds of the base in the directions of a twist (3,) [m/s, m/s, rad/s]."""
+        """(3,) largest base speeds in the directions of a twist (3,) [m/s, m/s, rad/s]."""
         along_x = self.base_reverse if twist[0] < 0.0 else self.base_twist[0]
         return np.array([along_x, *self.base_twist[1:]])
 
@@ -51,24 +48,24 @@ class ArmDescription:
     """A serial arm of seven joints, each turning about its own z."""
 
     joints: tuple[SE3, ...]
-    """Pose of each joint at position zero on the joint before it, of the first on the foot."""
+    """Pose of each joint at position zero on the joint before it, the first on the foot."""
     lTh: SE3
     """Flange of the hand on the last link."""
     ready: Array
-    """(7,) posture that tasks call `ready` [rad]: the hand in front, pointing down."""
+    """(7,) posture named `ready` in tasks [rad]: the hand in front, pointing down."""
     lag: float
     """Time constant with which the joints follow velocity commands [s]."""
     collision: tuple[tuple[Geom, ...], ...]
     """Capsules of the foot and the seven links, each in the frame of its link: 8 tuples."""
     may_touch: tuple[tuple[str, str], ...]
-    """Pairs of `base`, `floor`, `link0` (the foot) to `link7` and `hand` that can meet within the
-    joint limits; more joints move the second of a pair."""
+    """Pairs of `base`, `floor`, `link0` (the foot) to `link7` and `hand` that can collide; the
+    second of a pair is the outer one."""
     inertias: tuple[Inertia, ...]
     """Of the foot and the seven links, each in the frame of its link: 8."""
     torque: Array
     """(7,) largest torques of the joints [Nm]."""
-    looks: str | None
-    """What the viewer draws instead of the collision shapes, if it has it."""
+    visual: str | None
+    """Mesh that the viewer draws instead of the collision shapes, if it is installed."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -83,8 +80,8 @@ class BaseDescription:
     """Time constant with which it follows velocity commands [s]."""
     mass: float
     """[kg]."""
-    looks: str | None
-    """What the viewer draws instead of a box, if it has it."""
+    visual: str | None
+    """Mesh that the viewer draws instead of a box, if it is installed."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -113,11 +110,10 @@ class GripperDescription:
     """Without the fingers, in h."""
     finger_mass: float
     """Of one finger [kg]."""
-    looks: str | None
-    """What the viewer draws instead of the boxes, if it has it."""
+    visual: str | None
+    """Mesh that the viewer draws instead of the boxes, if it is installed."""
     camera: Geom | None = None
-    """The housing of the camera on it, a box in e whose edges are those of e; None if it has none
-    that is in the way."""
+    """The camera housing, a box in e along its axes, if there is one."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -171,43 +167,32 @@ class RobotDescription:
     camera: CameraDescription
     limits: Limits
     pace: float = 1.0
-    """Share of its speeds at which it is to go for now; its limits are those of this share."""
-
-
-def with_base_speed(
-    description: RobotDescription, speed: float, turn_rate: float | None = None
-) -> RobotDescription:
-    """The same robot with another base speed [m/s] and, where it is not None, turn rate [rad/s].
-
-    The reverse speed keeps its ratio to the forward speed.
-    """
-    limits = description.limits
-    drives = limits.base_twist[:2] > 0.0
-    turn = limits.base_twist[2] if turn_rate is None else turn_rate
-    twist = np.array([*np.where(drives, speed, 0.0), turn])
-    reverse = speed * float(limits.base_reverse / limits.base_twist[0])
-    return replace(description, limits=replace(limits, base_twist=twist, base_reverse=reverse))
-
-
-def with_reverse_speed(description: RobotDescription, speed: float) -> RobotDescription:
-    """The same robot with another base speed along -x [m/s]."""
-    return replace(description, limits=replace(description.limits, base_reverse=speed))
+    """Share of the nominal speeds that the limits are scaled to."""
 
 
 def with_base_speeds(
-    description: RobotDescription, forward: float | None, reverse: float | None
+    description: RobotDescription,
+    forward: float | None = None,
+    reverse: float | None = None,
+    turn_rate: float | None = None,
 ) -> RobotDescription:
-    """The same robot with other speeds of the base along x and along -x [m/s]; None keeps one."""
+    """The same robot with other base speeds [m/s, rad/s]; None keeps one.
+
+    Another forward speed alone keeps the ratio of the reverse speed to it.
+    """
+    limits = description.limits
+    twist, back = limits.base_twist, limits.base_reverse
     if forward is not None:
-        description = with_base_speed(description, forward)
-    return description if reverse is None else with_reverse_speed(description, reverse)
+        back = forward * float(limits.base_reverse / limits.base_twist[0])
+        twist = np.array([*np.where(twist[:2] > 0.0, forward, 0.0), twist[2]])
+    if turn_rate is not None:
+        twist = np.array([*twist[:2], turn_rate])
+    back = back if reverse is None else reverse
+    return replace(description, limits=replace(limits, base_twist=twist, base_reverse=back))
 
 
 def at_pace(description: RobotDescription, pace: float) -> RobotDescription:
-    """The same robot at a share of its speeds; its accelerations, and its brakes, stay.
-
-    Its tasks take as much longer, and their clock knows it.
-    """
+    """The same robot at a share of its speeds; its accelerations stay."""
     limits = description.limits
     return replace(
         description,

@@ -1,8 +1,8 @@
-"""Robots by name or file.
+"""Loads robots by name or file.
 
-A robot file describes the base and names the files of arm, gripper and camera. Those are looked for
-next to it, in a folder `parts` next to it, and among the shipped parts. The file of a real robot
-names a description instead, says what differs on this one, and how its parts are reached.
+A robot file describes the base and names the files of arm, gripper and camera: next to it, in a
+folder `parts` next to it, or shipped. The file of a real robot names a description instead, with
+what differs from it and the addresses of the hardware.
 """
 
 from __future__ import annotations
@@ -32,7 +32,6 @@ from robots.schema_hardware import HardwareFile, RealRobotFile
 from robots.shapes import Box, Colour, Geom, half_extents
 
 SHIPPED = Path(__file__).parent
-"""The folder of the shipped robots."""
 
 _AXES = {
     "differential": np.array([[0.0, 1.0], [0.0, 0.0], [1.0, 0.0]]),
@@ -47,16 +46,16 @@ _BLACK: Colour = (38, 40, 45)
 
 @dataclass(frozen=True, kw_only=True)
 class RealRobot:
-    """What the file of a real robot says beyond its description."""
+    """The file of a real robot without its description."""
 
     path: Path
     body: str
-    """The file of the description that it started from."""
+    """The file of its description."""
     hardware: HardwareFile
     map: str | None
-    """A scene that says what stands around; None for nothing."""
+    """Scene file with the surroundings, if there is one."""
     calibrated: tuple[str, ...]
-    """Which of `arm_mount` and `camera_mount` are those of this robot."""
+    """Which of `arm_mount` and `camera_mount` are calibrated."""
 
 
 def robot_names() -> list[str]:
@@ -81,7 +80,7 @@ def load_robot(robot: str | Path) -> RobotDescription:
 
 
 def load_real_robot(robot: str | Path) -> RealRobot | None:
-    """How a robot is reached; None for one that is described only.
+    """The hardware of a robot; None for a description.
 
     Args:
         robot: name of a shipped robot, or path of a robot file.
@@ -106,7 +105,7 @@ def load_real_robot(robot: str | Path) -> RealRobot | None:
 
 
 def _path(robot: str | Path) -> Path:
-    """Of a shipped robot, by its name or as `robots/NAME.yaml` from anywhere; or of a file."""
+    """Path of a file, or of a shipped robot by its name or as `robots/NAME.yaml` from anywhere."""
     path = Path(robot)
     shipped = SHIPPED / path.name if path.parent == Path(SHIPPED.name) else path
     for place in (SHIPPED / f"{robot}.yaml", path, shipped):
@@ -117,13 +116,13 @@ def _path(robot: str | Path) -> Path:
 
 
 def _is_real(path: Path) -> bool:
-    """Whether a file is that of a real robot; mistakes are told by who reads all of it."""
+    """Whether a file is that of a real robot; its mistakes are reported later."""
     read = read_yaml(Diagnostics(path))
     return read is not None and isinstance(read[1], YamlMap) and "hardware" in read[1].entries
 
 
 def _as_it_is(described: RobotDescription, file: RealRobotFile, name: str) -> RobotDescription:
-    """A description with what differs on one real robot."""
+    """A description with the differences of one real robot."""
     limits, base, arm, camera = described.limits, described.base, described.arm, described.camera
     if (ours := file.base_limits) is not None:
         limits = replace(
@@ -165,7 +164,7 @@ def _load(path: Path) -> RobotDescription:
             size=file.base.size,
             lag=file.base.lag,
             mass=file.base.mass,
-            looks=file.base.looks,
+            visual=file.base.visual,
         ),
         bTa=file.arm_mount.pose(),
         arm=_arm(arm),
@@ -188,7 +187,7 @@ def _arm(file: ArmFile) -> ArmDescription:
         may_touch=tuple(pair for ours, theirs in file.may_touch for pair in product(ours, theirs)),
         inertias=tuple(part.inertia() for part in file.inertia),
         torque=np.array([joint.torque for joint in file.joints]),
-        looks=file.looks,
+        visual=file.visual,
     )
 
 
@@ -205,12 +204,12 @@ def _gripper(file: GripperFile) -> GripperDescription:
         collision=tuple(part.geom("hand") for part in file.collision),
         inertia=file.inertia.inertia(),
         finger_mass=file.finger_mass,
-        looks=file.looks,
+        visual=file.visual,
     )
 
 
 def _with_camera(gripper: GripperDescription, camera: CameraDescription) -> GripperDescription:
-    """The gripper, and the box around the camera's housing where it is mounted."""
+    """The gripper with the box around the mounted camera."""
     eTb = camera.eTc * camera.body.pose
     half = np.abs(eTb.rotation) @ np.array(half_extents(camera.body.shape))
     box = Geom(Box(tuple(half.tolist())), SE3(np.eye(3), eTb.translation), camera.body.name)

@@ -1,11 +1,12 @@
-"""What the files of robots and their parts may contain."""
+"""Schemas of the files of robots and their parts."""
 
 from __future__ import annotations
 
+import warnings
 from math import isclose
 from os.path import isfile
 from pathlib import Path
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, Any, Literal, TypeAlias
 
 import numpy as np
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
@@ -28,7 +29,19 @@ Seven: TypeAlias = tuple[Finite, Finite, Finite, Finite, Finite, Finite, Finite]
 N_LINKS = 8
 """Of an arm: the foot and seven links."""
 LINKS = ("base", "floor", *(f"link{number}" for number in range(N_LINKS)), "hand")
-"""Names of all that can touch."""
+"""Names of the parts that can collide."""
+
+
+class _WithVisual(StrictModel):
+    """A file with the key `visual`, which was `looks` before."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _rename_looks(cls, data: Any) -> Any:
+        if isinstance(data, dict) and "looks" in data and "visual" not in data:
+            warnings.warn("robot files: `looks` is now `visual`", FutureWarning, stacklevel=2)
+            return {"visual" if key == "looks" else key: value for key, value in data.items()}
+        return data
 
 
 class LinkCapsuleFile(CapsuleFile):
@@ -39,7 +52,7 @@ class LinkCapsuleFile(CapsuleFile):
 
 
 class JointFile(PoseFile):
-    """A joint: its pose on the joint before it, and what it may do."""
+    """A joint: its pose on the joint before it, and its limits."""
 
     position: Range
     """Lower and upper [rad]."""
@@ -60,14 +73,14 @@ def _known_link(name: str) -> str:
 Link: TypeAlias = Annotated[str, AfterValidator(_known_link)]
 
 
-class ArmFile(StrictModel):
+class ArmFile(_WithVisual):
     """A serial arm of seven joints, each turning about its own z."""
 
     joints: tuple[JointFile, JointFile, JointFile, JointFile, JointFile, JointFile, JointFile]
     flange: PoseFile
     """Of the hand, on the last link."""
     ready: Seven
-    """Posture that tasks call `ready` [rad]."""
+    """Posture named `ready` in tasks [rad]."""
     lag: Positive
     """Time constant of the joint velocities [s]."""
     collision: tuple[LinkCapsuleFile, ...]
@@ -75,7 +88,7 @@ class ArmFile(StrictModel):
     """Each of the first with each of the second."""
     inertia: Annotated[tuple[InertiaFile, ...], Field(min_length=N_LINKS, max_length=N_LINKS)]
     """Of the foot and the seven links, each in the frame of its link."""
-    looks: str | None = None
+    visual: str | None = None
 
     @field_validator("ready")
     @classmethod
@@ -88,7 +101,7 @@ class ArmFile(StrictModel):
         return ready
 
 
-class GripperFile(StrictModel):
+class GripperFile(_WithVisual):
     """A parallel gripper; finger and pad are those at +y, when the pads touch."""
 
     grasp_centre: PoseFile
@@ -108,7 +121,7 @@ class GripperFile(StrictModel):
     """Without the fingers, on the flange."""
     finger_mass: Positive
     """Of one finger [kg]."""
-    looks: str | None = None
+    visual: str | None = None
 
     @field_validator("pad")
     @classmethod
@@ -158,7 +171,7 @@ class CameraFile(StrictModel):
 
 
 class BaseLimitsFile(StrictModel):
-    """What the base may do."""
+    """Limits of the base."""
 
     speed: tuple[NotNegative, NotNegative, NotNegative]
     """Along x and y, about z [m/s, m/s, rad/s]."""
@@ -176,7 +189,7 @@ class BaseLimitsFile(StrictModel):
         return self
 
 
-class BaseFile(StrictModel):
+class BaseFile(_WithVisual):
     """A mobile base."""
 
     drive: Literal["differential", "omnidirectional"]
@@ -187,7 +200,7 @@ class BaseFile(StrictModel):
     limits: BaseLimitsFile
     mass: Positive
     """[kg]."""
-    looks: str | None = None
+    visual: str | None = None
 
     @model_validator(mode="after")
     def _drives_as_it_can(self) -> BaseFile:
@@ -198,7 +211,7 @@ class BaseFile(StrictModel):
 
 
 def _found(part: str, info: ValidationInfo) -> str:
-    """The path of a part's file, for its name or path; the context holds the folders to search."""
+    """The path of a part's file, by its name or path; the context holds the folders."""
     folders: tuple[Path, ...] = info.context  # type: ignore[assignment]
     for path in (folders[0] / part, *(folder / "parts" / f"{part}.yaml" for folder in folders)):
         if isfile(path):

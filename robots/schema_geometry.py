@@ -1,4 +1,4 @@
-"""Poses, primitive shapes and inertias in the files of robots.
+"""Schemas of poses, primitive shapes and inertias in robot files.
 
 Poses are `xyz` [m] with either `rpy_deg`, roll, pitch and yaw about the fixed axes [deg], or
 `rotation`, the rows of a rotation matrix. Without either they are not turned.
@@ -16,7 +16,7 @@ from pydantic import AfterValidator, Field, field_validator, model_validator
 from config import StrictModel
 from robots.shapes import Array, Box, Capsule, Colour, Geom, Sphere
 
-# Nothing of a robot is smaller or larger than these bounds, in SI units, degrees or pixels.
+# Bounds of all numbers, in SI units, degrees or pixels.
 Finite: TypeAlias = Annotated[float, Field(ge=-1e4, le=1e4, allow_inf_nan=False)]
 Positive: TypeAlias = Annotated[float, Field(ge=1e-6, le=1e4, allow_inf_nan=False)]
 NotNegative: TypeAlias = Annotated[float, Field(ge=0.0, le=1e4, allow_inf_nan=False)]
@@ -117,7 +117,7 @@ class CapsuleFile(StrictModel):
 
 
 class InertiaFile(StrictModel):
-    """How heavy a part is, and where."""
+    """Mass, centre of mass and inertia of a part."""
 
     mass: Positive
     """[kg]."""
@@ -135,7 +135,7 @@ class InertiaFile(StrictModel):
         return self
 
     def inertia(self) -> pin.Inertia:
-        """It in SI units."""
+        """The inertia in SI units."""
         return pin.Inertia(self.mass, np.array(self.xyz), self._matrix())
 
     def _matrix(self) -> Array:

@@ -1,4 +1,4 @@
-"""What the file of one real robot may contain: a description, what differs, and how to reach it."""
+"""Schema of the file of a real robot: a description, its differences, and hardware addresses."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class ArclFile(StrictModel):
 
 
 class FullScaleFile(StrictModel):
-    """The "Teleop settings" of the base: what 100 % are, and what it takes for rest."""
+    """The "Teleop settings" of the base: speeds at 100 %, and dead zones."""
 
     forward: Positive = 1.0
     """[m/s]."""
@@ -47,7 +47,7 @@ class FullScaleFile(StrictModel):
     dead_rotation: NotNegative = 5.0
     """[%]."""
     throttle: bool = False
-    """Whether the base heeds the throttle: `frankie-task doctor --first-metre` tells."""
+    """Whether the base obeys the throttle; see `frankie-task doctor --first-metre`."""
 
 
 def _scale(value: FullScaleFile | str, info: ValidationInfo) -> FullScaleFile:
@@ -73,16 +73,16 @@ class OmronFile(StrictModel):
     password: str = ""
     arcl: ArclFile | None = None
     full_scale: ScaleFile = FullScaleFile()
-    """Or the file that `frankie-task doctor --write-site` has written."""
+    """Or the file written by `frankie-task doctor --write-site`."""
     pose_delay: NotNegative = 0.0
-    """How old a pose is on arrival [s]."""
+    """Age of a pose on arrival [s]."""
     least_score: Share | None = None
     score_scale: Literal[100, 1000] | None = None
 
     @property
     def scale(self) -> FullScaleFile:
-        """The values of `full_scale`, wherever they stand."""
-        assert isinstance(self.full_scale, FullScaleFile)  # once it is read
+        """The values of `full_scale`, once the file is read."""
+        assert isinstance(self.full_scale, FullScaleFile)
         return self.full_scale
 
 
@@ -92,11 +92,11 @@ class PandaFile(StrictModel):
     driver: Literal["panda"]
     address: Text
     torques: SevenPositive = (20.0, 20.0, 18.0, 18.0, 16.0, 14.0, 12.0)
-    """Of a contact at which the arm stops [Nm]."""
+    """Contact thresholds at which the arm stops [Nm]."""
     forces: Six = (20.0, 20.0, 20.0, 25.0, 25.0, 25.0)
     """[N, Nm]."""
     lead: Annotated[float, Field(ge=0.0, le=0.1)] = 0.0
-    """By how much joints follow too late; the driver commands so much ahead [s]."""
+    """Delay of the joints that the driver compensates for [s]."""
 
 
 class HandFile(StrictModel):
@@ -112,20 +112,20 @@ class RealSenseFile(StrictModel):
 
     driver: Literal["realsense"]
     serial: str = ""
-    """Empty: the only one that is there."""
+    """Empty for the only camera."""
     rate: Literal[6, 15, 30, 60, 90] = 30
     """[Hz]."""
     preset: str = "High Density"
     delay: NotNegative = 0.0
-    """How old an image is at the stamp that the camera gives it [s]."""
+    """Age of an image at its stamp [s]."""
 
 
 class HardwareFile(StrictModel):
     """How the parts of one robot are reached."""
 
     emulated: Port | None = None
-    """The port at the address of the base at which the emulators of all parts are steered, and the
-    camera is at the next one; None for a robot that is there."""
+    """Port of the emulators at the address of the base, the camera's at the next one; None for a
+    real robot."""
     speed_percent: Percent = 10.0
     """Of the speeds of the description."""
     base: OmronFile
@@ -142,7 +142,7 @@ class HardwareFile(StrictModel):
 
 
 class SpreadFile(StrictModel):
-    """How sure a calibration is."""
+    """Uncertainty of a calibration."""
 
     mm: NotNegative
     deg: NotNegative
@@ -150,7 +150,7 @@ class SpreadFile(StrictModel):
 
 
 class QualityFile(StrictModel):
-    """How good a calibration is."""
+    """Quality of a calibration."""
 
     views: int
     residual: NotNegative
@@ -159,7 +159,7 @@ class QualityFile(StrictModel):
 
 
 class CalibrationFile(StrictModel):
-    """What `frankie-task calibrate` has written."""
+    """File written by `frankie-task calibrate`."""
 
     arm_mount: PoseFile | None = None
     camera_mount: PoseFile | None = None
@@ -167,7 +167,7 @@ class CalibrationFile(StrictModel):
 
 
 def _mount(value: PoseFile | str | None, info: ValidationInfo) -> PoseFile | None:
-    """A pose, or that in a file of a calibration; the context is the folder of the robot file."""
+    """A pose, or that in a calibration file; the context is the folder of the robot file."""
     if not isinstance(value, str):
         return value
     path = Path(info.context or ".") / value
@@ -215,7 +215,7 @@ class RealRobotFile(StrictModel):
     arm_lag: Positive | None = None
     """Time constant of the joint velocities [s]."""
     map: Text | None = None
-    """A scene that says what stands around."""
+    """Scene file with the surroundings."""
 
 
 def _is_here(address: str) -> bool:

@@ -1,4 +1,4 @@
-"""Primitive shapes and convex hulls, of which robots and objects are made, and their measures."""
+"""Primitive shapes and convex hulls of robots and objects, and their measures."""
 
 from __future__ import annotations
 
@@ -56,15 +56,12 @@ class Capsule:
 
 @dataclass(frozen=True, eq=False)
 class Hull:
-    """A convex body with flat faces; `hull_of` makes one. Its bounding box is centred on its frame.
-
-    Two are equal only if they are the same one.
-    """
+    """A convex polyhedron, made by `hull_of`, its bounding box centred on its frame."""
 
     vertices: Array
     """(V, 3) corners [m]."""
     triangles: Triangles
-    """(T, 3) numbers of the corners of its faces, counter-clockwise as seen from outside."""
+    """(T, 3) indices of the corners of its faces, counter-clockwise seen from outside."""
 
     @cached_property
     def half(self) -> tuple[float, float, float]:
@@ -88,10 +85,7 @@ Shape: TypeAlias = Box | Sphere | Cylinder | Capsule | Hull | Plane
 
 @dataclass(frozen=True, eq=False)
 class Geom:
-    """A shape with a pose.
-
-    Whoever holds it documents the frame of the pose: the world, an object, a link.
-    """
+    """A shape with a pose, in the frame that its owner documents."""
 
     shape: Shape
     pose: SE3
@@ -156,9 +150,9 @@ def bounding_radius(shape: Shape) -> float:
 
 
 def rounded_box(shape: Shape) -> tuple[Array, float]:
-    """A shape as all that is nearer to a box than a radius: half edge lengths (3,) and radius [m].
+    """Half edge lengths (3,) and radius of the rounded box around a shape [m].
 
-    A cylinder and a hull become the box around them, a plane one without end.
+    Exact for boxes, balls and capsules.
     """
     match shape:
         case Sphere(r):
@@ -170,15 +164,9 @@ def rounded_box(shape: Shape) -> tuple[Array, float]:
 
 
 def from_rounded_boxes(points: Array, half: Array, radius: Array | float) -> tuple[Array, Array]:
-    """How far points are from rounded boxes, each from its own or all from one.
+    """Signed distances (N,) of points (N, 3) to rounded boxes [m], and their gradients (N, 3).
 
-    Args:
-        points: (N, 3) in the frames of the boxes [m].
-        half: (N, 3) or (3,) half edge lengths [m].
-        radius: (N,) or one [m].
-
-    Returns:
-        Distances (N,) [m], negative inside, and the directions (N, 3) in which they grow.
+    `half` is (N, 3) or (3,), `radius` (N,) or one number [m].
     """
     away = points - np.clip(points, -half, half)
     distance: Array = np.linalg.norm(away, axis=1)
@@ -194,7 +182,7 @@ def from_rounded_boxes(points: Array, half: Array, radius: Array | float) -> tup
 
 
 def reach(placed: Geom, direction: Array) -> float:
-    """How far a bounded shape reaches along a unit direction (3,), both in its pose's frame [m]."""
+    """Support of a bounded shape along a unit direction (3,), both in its pose's frame [m]."""
     x, y, z = placed.pose.rotation.T @ direction
     match placed.shape:
         case Box((a, b, c)):

@@ -21,7 +21,7 @@ from controller import (
     Surroundings,
 )
 from lab.bench.motion import Step
-from robots import load_robot, with_base_speed, with_base_speeds, with_reverse_speed
+from robots import load_robot, with_base_speeds
 
 EXAMPLE = "example"
 """The preset of the paper's controller whose velocities are scaled as in its published example."""
@@ -54,8 +54,8 @@ class Configuration:
         description = load_robot(self.robot)
         if self.preset != "frankie":
             speed = self.base_speed or _PUBLISHED_BASE_SPEED
-            description = with_base_speed(description, speed, _PUBLISHED_BASE_SPEED)
-            description = with_reverse_speed(description, speed)  # as published
+            description = with_base_speeds(description, speed, turn_rate=_PUBLISHED_BASE_SPEED)
+            description = with_base_speeds(description, reverse=speed)  # as published
             return RobotModel(with_base_speeds(description, None, self.reverse_speed))
         return RobotModel(with_base_speeds(description, self.base_speed, self.reverse_speed))
 

@@ -79,12 +79,3 @@ def test_texts_that_are_refused(text, message):
     parse_yaml(text, diagnostics)
     [diagnostic] = diagnostics.in_order()
     assert str(diagnostic).startswith(message)
-
-
-def test_aliases_are_refused_where_they_stand():
-    diagnostics = Diagnostics(Path("x"))
-    parse_yaml("a: &x 1\nb: *x", diagnostics)
-    assert [str(diagnostic).split(": ")[0] for diagnostic in diagnostics.in_order()] == [
-        "x:1:4",
-        "x:2:4",
-    ]

@@ -107,20 +107,6 @@ def test_the_base_drives_to_a_pose_with_the_arm_held(robot, target):
     assert_within_limits(run, robot)
 
 
-def test_a_moving_goal_is_followed_without_lag_when_its_velocity_is_known():
-    controller = HolisticController(robot_model("frankie"))
-    state, last, dt = State(), Command.stop(), controller.settings.period
-    start, velocity = np.array([1.0, 0.2, 0.7]), np.array([0.2, 0.1, 0.0])
-    errors = []
-    for k in range(800):
-        wTe = tool_pose(*(start + velocity * k * dt))
-        goal = PoseGoal(wTe=wTe, twist=np.array([*velocity, 0.0, 0.0, 0.0]))
-        last, report = controller.step(state, goal, last)
-        move(state, last)
-        errors.append(report.position_error)
-    assert max(errors[-200:]) < 0.01
-
-
 @cache
 def kept_controller(robot: str) -> HolisticController:
     """Not a new one for every case: what a case leaves behind must not harm the next."""

@@ -1,7 +1,6 @@
 """The map of the floor: distances as exact geometry has them, and ways that are ways."""
 
 from itertools import pairwise
-from time import process_time
 
 import coal
 import numpy as np
@@ -137,24 +136,3 @@ def test_a_gap_wider_than_the_base_is_a_way_and_a_narrower_one_is_not():
         )
         (cost,) = FloorMap(walls, FRANKIE).field((2.0, 0.0)).at(np.array([[-2.0, 0.0]]))
         assert np.isfinite(cost) == passes
-
-
-def test_a_big_room_is_mapped_in_an_instant():
-    rng = np.random.default_rng(0)
-    fixtures = tuple(
-        box(
-            *rng.uniform(0.0, 10.0, 2),
-            0.5,
-            0.4,
-            height=rng.uniform(0.2, 1.5),
-            yaw=rng.uniform(0, 3),
-        )
-        for _ in range(100)
-    )
-    start = process_time()
-    room = FloorMap(fixtures, FRANKIE)
-    assert process_time() - start < 0.2  # it takes 0.03 s
-    bases = np.column_stack([rng.uniform(0, 10, (500, 2)), rng.uniform(-3, 3, 500)])
-    start = process_time()
-    room.stands_free(bases)
-    assert process_time() - start < 0.02

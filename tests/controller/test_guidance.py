@@ -58,6 +58,7 @@ def test_goals_where_the_qp_alone_gets_stuck_are_reached(position_and_angles):
     assert_within_limits(run, "frankie")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robot", ["frankie", "omni"])
 def test_random_goals_are_reached_within_all_limits_and_without_contact(robot):
     times, controller = [], HolisticController(robot_model(robot))

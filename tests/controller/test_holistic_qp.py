@@ -88,24 +88,3 @@ def test_the_qp_without_slack_variables_is_the_papers(robot):
         )
         x = Solver(SLACK_COSTS).solve(qp)
         np.testing.assert_allclose(x, answer.x[:n], atol=2e-4)
-
-
-def test_dampers_follow_the_papers_equation():
-    """Eq. 15, 16: η (ρ - ρ_s)/(ρ_i - ρ_s) inside the influence distance."""
-    model, settings = robot_model("frankie"), ControllerSettings()
-    q = READY.copy()
-    q[0] = model.limits.q_max[0] - 0.12
-    last = np.zeros(model.n)
-    last[2] = 0.33
-    _, upper = VelocityBounds(model, settings)(q, last)
-    stop, influence = settings.joint_limits.stop_distance, settings.joint_limits.influence_distance
-    expected = (0.12 - stop) / (influence - stop)
-    assert upper[2] == pytest.approx(expected)
-
-
-def test_a_joint_outside_its_limit_is_led_back_inside():
-    model, settings = robot_model("frankie"), ControllerSettings()
-    q = READY.copy()
-    q[3] = model.limits.q_min[3] - 0.1
-    lower, upper = VelocityBounds(model, settings)(q, np.zeros(model.n))
-    assert 0.0 < lower[5] <= upper[5] <= 0.2

@@ -11,7 +11,6 @@ from scipy.optimize import lsq_linear
 
 from controller import (
     PAPER,
-    PRESETS,
     Command,
     ControllerSettings,
     HolisticController,
@@ -19,7 +18,7 @@ from controller import (
     RobotModel,
 )
 from controller.report import StepReport
-from robots import load_robot, robot_names, with_base_speed, with_reverse_speed
+from robots import load_robot, robot_names, with_base_speeds
 
 DESCRIPTIONS = {name: load_robot(name) for name in robot_names()}
 
@@ -27,8 +26,8 @@ DESCRIPTIONS = {name: load_robot(name) for name in robot_names()}
 @pytest.fixture(params=sorted(DESCRIPTIONS))
 def model(request) -> RobotModel:
     """With the base limits of the published example: 4 m/s and 4 rad/s."""
-    robot = with_base_speed(DESCRIPTIONS[request.param], 4.0, 4.0)
-    return RobotModel(with_reverse_speed(robot, 4.0))
+    robot = with_base_speeds(DESCRIPTIONS[request.param], 4.0, turn_rate=4.0)
+    return RobotModel(with_base_speeds(robot, reverse=4.0))
 
 
 def published_velocities(model: RobotModel, state: State, wTe: SE3) -> np.ndarray:
@@ -117,17 +116,3 @@ def test_each_choice_of_what_is_to_be_manipulable_is_another_controller(model):
     ]
     for one, other in ((0, 1), (0, 2), (1, 2)):
         assert np.abs(answers[one] - answers[other]).max() > 1e-4
-
-
-def test_without_heading_gain_the_base_is_not_turned_towards_the_hand(model):
-    """Table II: k_ε."""
-    with_it, without = (
-        first_step(model, replace(PAPER, heading_gain=gain))[0] for gain in (0.5, 0.0)
-    )
-    turning = int(np.argmax(model.base_turn))
-    assert with_it[turning] > without[turning] + 0.05  # the hand is on the left
-
-
-def test_presets_have_the_names_that_the_command_line_uses():
-    assert PRESETS["paper"] is PAPER
-    assert PRESETS["frankie"] == ControllerSettings()

@@ -11,9 +11,9 @@ from pinocchio import SE3
 from controller import PAPER, BaseGoal, HolisticController, PoseGoal, RobotModel
 from controller.floor.base_drive import Pose2D, drive_to, time_to_drive
 from controller.settings import ControllerSettings
-from robots import load_robot, with_base_speed, with_reverse_speed
+from robots import load_robot, with_base_speeds
 
-FRANKIE, OMNI = with_reverse_speed(load_robot("frankie"), 1.0), load_robot("omni")
+FRANKIE, OMNI = with_base_speeds(load_robot("frankie"), reverse=1.0), load_robot("omni")
 SLOW = 0.25
 
 
@@ -86,9 +86,3 @@ def test_a_differential_drive_prefers_to_turn_where_backing_is_slow():
     assert slowest(backed) < -0.9
     assert slowest(turned) > -SLOW
     assert len(turned.reports) * 0.01 < 8.0  # 2 m backwards alone would take 8 s
-
-
-def test_another_base_speed_keeps_the_ratio_of_reverse_to_forward():
-    slow = replace(FRANKIE, limits=replace(FRANKIE.limits, base_reverse=SLOW))
-    assert with_base_speed(slow, 2.0).limits.base_reverse == pytest.approx(2.0 * SLOW)
-    assert with_base_speed(FRANKIE, 1.5).limits.base_reverse == 1.5

@@ -211,6 +211,7 @@ def random_room(seed: int, model: RobotModel) -> tuple[tuple[Geom, ...], Pose2D,
     return None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["frankie", "omni"])
 def test_in_cluttered_rooms_it_arrives(name):
     model = ROBOTS[name]

@@ -34,14 +34,6 @@ def model(request):
     return robot_model(request.param)
 
 
-def test_the_ready_posture_is_well_clear(model):
-    assert SelfCollision(model).clearance(READY) > 0.1
-
-
-def test_a_hand_driven_into_the_base_is_in_contact(model):
-    assert SelfCollision(model).clearance(FOLDED_INTO_BASE) < 0.0
-
-
 def test_clearance_over_the_floor_is_the_height_of_the_lowest_finger_tip():
     """Reaching down beside the base, hand vertical: 0.02 m of capsule below the finger line."""
     model = robot_model("omni")

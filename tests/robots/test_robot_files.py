@@ -47,7 +47,12 @@ def test_an_unknown_robot_is_refused_with_the_nearest_name() -> None:
             "lagg: 0.10",
             "8:3: base.lagg: unknown key; did",
         ),
-        ("frankie.yaml", "  looks: omron", "  look: omron", "15:3: base.look: unknown key; did"),
+        (
+            "frankie.yaml",
+            "  visual: omron",
+            "  visuel: omron",
+            "15:3: base.visuel: unknown key; did",
+        ),
         (
             "frankie.yaml",
             "lag: 0.10",
@@ -93,6 +98,12 @@ def test_a_mistake_is_told_with_its_place(
     assert told in str(error.value)
 
 
+def test_the_former_key_of_the_visual_mesh_warns(folder: Path) -> None:
+    edit(folder / "frankie.yaml", "  visual: omron", "  looks: omron")
+    with pytest.warns(FutureWarning, match="`looks` is now `visual`"):
+        assert load_robot(folder / "frankie.yaml").base.visual == "omron"
+
+
 def test_rpy_and_rotation_say_the_same(folder: Path) -> None:
     edit(
         folder / "frankie.yaml",
@@ -115,7 +126,7 @@ def third(folder: Path) -> Path:
     edit(robot, "[0.70, 0.50, 0.28]", "[0.50, 0.40, 0.30]")
     edit(robot, "reverse: 1.0", "reverse: 0.25")
     edit(robot, "xyz: [0.0, 0.0, 0.28]", "xyz: [0.1, 0.0, 0.30]")
-    edit(folder / "arm.yaml", "looks: panda", "")
+    edit(folder / "arm.yaml", "visual: panda", "")
     edit(folder / "arm.yaml", "[0.0, -0.316, 0.0]", "[0.0, -0.416, 0.0]")
     edit(folder / "parts" / "long_hand.yaml", "0.1034", "0.1534")
     return robot

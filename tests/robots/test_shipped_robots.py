@@ -7,7 +7,7 @@ import pytest
 from pinocchio import SE3
 
 from controller import RobotModel, SelfCollision
-from robots import RobotDescription, load_robot, robot_names, with_base_speed
+from robots import RobotDescription, load_robot, robot_names, with_base_speeds
 
 
 @pytest.fixture(params=robot_names())
@@ -47,7 +47,7 @@ def test_the_ready_posture_is_allowed_and_clear(robot: RobotDescription) -> None
 
 
 def test_reverse_limits_only_the_way_back(robot: RobotDescription) -> None:
-    model = RobotModel(with_base_speed(robot, 0.8))
+    model = RobotModel(with_base_speeds(robot, 0.8))
     lower, upper = model.velocity_limits
     forward = int(np.argmax(robot.base.axes[0]))
     others = np.arange(len(upper)) != forward

@@ -80,7 +80,7 @@ _HALF_TURN = SE3(np.diag([-1.0, -1.0, 1.0]), np.zeros(3))
 
 def arm_parts(arm: ArmDescription) -> tuple[tuple[Geom, ...], ...]:
     """Foot and seven links of an arm, each in its own frame; unknown arms as their capsules."""
-    known = LINKS.get(arm.looks or "")
+    known = LINKS.get(arm.visual or "")
     return known or tuple(
         tuple(replace(part, colour=_WHITE) for part in parts) for parts in arm.collision
     )
@@ -142,7 +142,7 @@ def robot_visual(robot: RobotDescription) -> RobotVisual:
     finger = solids(finger_parts(robot.gripper))
     if installed and robot.base.looks == "omron":
         base = [_mesh(installed["omron"])]
-    if installed and robot.arm.looks == "panda":
+    if installed and robot.arm.visual == "panda":
         links = [[_mesh(installed[f"link{i}"])] for i in range(len(links))]
     if installed and robot.gripper.looks == "franka_hand":
         root = np.array([0.0, 0.0, robot.gripper.hTe.translation[2] - _FINGER_ROOT])
