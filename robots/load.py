@@ -164,7 +164,7 @@ def _load(path: Path) -> RobotDescription:
             size=file.base.size,
             lag=file.base.lag,
             mass=file.base.mass,
-            visual=file.base.visual,
+            visual=file.base.mesh,
         ),
         bTa=file.arm_mount.pose(),
         arm=_arm(arm),
@@ -187,7 +187,7 @@ def _arm(file: ArmFile) -> ArmDescription:
         may_touch=tuple(pair for ours, theirs in file.may_touch for pair in product(ours, theirs)),
         inertias=tuple(part.inertia() for part in file.inertia),
         torque=np.array([joint.torque for joint in file.joints]),
-        visual=file.visual,
+        visual=file.mesh,
     )
 
 
@@ -204,7 +204,7 @@ def _gripper(file: GripperFile) -> GripperDescription:
         collision=tuple(part.geom("hand") for part in file.collision),
         inertia=file.inertia.inertia(),
         finger_mass=file.finger_mass,
-        visual=file.visual,
+        visual=file.mesh,
     )
 
 

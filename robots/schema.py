@@ -6,7 +6,7 @@ import warnings
 from math import isclose
 from os.path import isfile
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeAlias
+from typing import Annotated, Literal, Self, TypeAlias
 
 import numpy as np
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
@@ -33,15 +33,21 @@ LINKS = ("base", "floor", *(f"link{number}" for number in range(N_LINKS)), "hand
 
 
 class _WithVisual(StrictModel):
-    """A file with the key `visual`, which was `looks` before."""
+    visual: str | None = None
+    """Mesh that the viewer draws, if it is installed."""
+    looks: str | None = None
+    """The former key of `visual`."""
 
-    @model_validator(mode="before")
-    @classmethod
-    def _rename_looks(cls, data: Any) -> Any:
-        if isinstance(data, dict) and "looks" in data and "visual" not in data:
+    @model_validator(mode="after")
+    def _warn_of_looks(self) -> Self:
+        if self.looks is not None:
             warnings.warn("robot files: `looks` is now `visual`", FutureWarning, stacklevel=2)
-            return {"visual" if key == "looks" else key: value for key, value in data.items()}
-        return data
+        return self
+
+    @property
+    def mesh(self) -> str | None:
+        """`visual`, by whichever key."""
+        return self.visual or self.looks
 
 
 class LinkCapsuleFile(CapsuleFile):
@@ -88,7 +94,6 @@ class ArmFile(_WithVisual):
     """Each of the first with each of the second."""
     inertia: Annotated[tuple[InertiaFile, ...], Field(min_length=N_LINKS, max_length=N_LINKS)]
     """Of the foot and the seven links, each in the frame of its link."""
-    visual: str | None = None
 
     @field_validator("ready")
     @classmethod
@@ -121,7 +126,6 @@ class GripperFile(_WithVisual):
     """Without the fingers, on the flange."""
     finger_mass: Positive
     """Of one finger [kg]."""
-    visual: str | None = None
 
     @field_validator("pad")
     @classmethod
@@ -200,7 +204,6 @@ class BaseFile(_WithVisual):
     limits: BaseLimitsFile
     mass: Positive
     """[kg]."""
-    visual: str | None = None
 
     @model_validator(mode="after")
     def _drives_as_it_can(self) -> BaseFile:

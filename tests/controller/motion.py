@@ -10,6 +10,7 @@ from pinocchio import SE3
 
 from controller import (
     Command,
+    ControllerSettings,
     HolisticController,
     MotionGoal,
     RobotModel,
@@ -17,6 +18,7 @@ from controller import (
     StepReport,
     robot_model,
 )
+from controller.collision import DistanceConstraints, Proximity
 from robots import load_robot
 
 READY = load_robot("frankie").arm.ready
@@ -48,6 +50,13 @@ def closest(model: RobotModel, run: Run) -> float:
     """Smallest clearance of the arm on the way [m]."""
     body = SelfCollision(model)
     return min(body.clearance(q) for q in run.postures)
+
+
+def proximity(model: RobotModel) -> Proximity:
+    """The proximity queries of a controller with default settings."""
+    settings = ControllerSettings()
+    assert settings.collision is not None
+    return Proximity(model, DistanceConstraints(model, settings, settings.collision).ranges)
 
 
 @dataclass

@@ -3,12 +3,11 @@
 import numpy as np
 import pinocchio as pin
 import pytest
+from motion import proximity
 from pinocchio import SE3
 
-from controller import ControllerSettings, PointCloud, Surroundings, robot_model
+from controller import PointCloud, Surroundings, robot_model
 from controller.collision.collision_model import PairKind
-from controller.collision.distance_constraints import DistanceConstraints
-from controller.collision.proximity import Proximity
 from robots import Box, Capsule, Geom, Sphere, from_rounded_boxes, rounded_box
 
 
@@ -20,12 +19,6 @@ def model(request):
 def around(seed: int, count: int = 300) -> np.ndarray:
     """Points beside, before and above the base."""
     return np.random.default_rng(seed).uniform([-0.6, -0.8, 0.45], [1.2, 0.8, 1.4], (count, 3))
-
-
-def proximity(model) -> Proximity:
-    settings = ControllerSettings()
-    assert settings.collision is not None
-    return Proximity(model, DistanceConstraints(model, settings, settings.collision).ranges)
 
 
 def near(model, q, wTb=None, **known):

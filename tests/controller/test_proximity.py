@@ -2,20 +2,18 @@
 
 import numpy as np
 import pytest
-from motion import tool_pose
+from motion import proximity, tool_pose
 from pinocchio import SE3
 
 from controller import (
     Command,
-    ControllerSettings,
     HolisticController,
     Obstacle,
     PoseGoal,
     Surroundings,
     robot_model,
 )
-from controller.collision.distance_constraints import DistanceConstraints
-from controller.collision.proximity import Distances, Proximity
+from controller.collision.proximity import Distances
 from robots import Box, Cylinder, Geom
 
 TABLE = (
@@ -29,12 +27,6 @@ CAN = (Geom(Cylinder(0.03, 0.05), SE3(np.eye(3), np.array([1.0, 0.0, 0.57])), "c
 @pytest.fixture(params=["frankie", "omni"])
 def model(request):
     return robot_model(request.param)
-
-
-def proximity(model) -> Proximity:
-    settings = ControllerSettings()
-    assert settings.collision is not None
-    return Proximity(model, DistanceConstraints(model, settings, settings.collision).ranges)
 
 
 def walker(step: int) -> Obstacle:
