@@ -140,11 +140,11 @@ def robot_visual(robot: RobotDescription) -> RobotVisual:
     base, links = solids(base_parts(robot.base)), [solids(parts) for parts in arm_parts(robot.arm)]
     palm, camera = (solids((part,)) for part in hand_parts(robot))
     finger = solids(finger_parts(robot.gripper))
-    if installed and robot.base.looks == "omron":
+    if installed and robot.base.visual == "omron":
         base = [_mesh(installed["omron"])]
     if installed and robot.arm.visual == "panda":
         links = [[_mesh(installed[f"link{i}"])] for i in range(len(links))]
-    if installed and robot.gripper.looks == "franka_hand":
+    if installed and robot.gripper.visual == "franka_hand":
         root = np.array([0.0, 0.0, robot.gripper.hTe.translation[2] - _FINGER_ROOT])
         palm, finger = [_mesh(installed["hand"])], [_mesh(installed["finger"], root)]
     return RobotVisual(base=base, links=links, hand=[*palm, *camera], finger=finger)
