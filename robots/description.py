@@ -180,6 +180,8 @@ def with_base_speeds(
 
     Another forward speed alone keeps the ratio of the reverse speed to it.
     """
+    if forward is None and reverse is None and turn_rate is None:
+        return description
     limits = description.limits
     twist, back = limits.base_twist, limits.base_reverse
     if forward is not None:
