@@ -1,7 +1,4 @@
-"""Bodies of any shape, from files of triangles: what a camera sees, and what touches.
-
-`read_mesh` reads and checks a file, `convex_parts` makes hulls of it, `fewer` is what is drawn.
-"""
+"""Mesh files: reading, convex decomposition for collisions, simplification for images."""
 
 from hw.sim.meshes.parts import convex_parts
 from hw.sim.meshes.reading import MeshError, Units, Up, fewer, read_mesh

@@ -1,7 +1,7 @@
-"""Convex parts of a mesh: exact where its bodies are convex, else split by V-HACD, once.
+"""Convex decomposition of a mesh: exact where its bodies are convex, else V-HACD, cached.
 
-V-HACD (Mamou 2016) fills the surface with voxels and cuts them by planes. Neighbours among the
-pieces are then put together again as long as their common hull adds next to nothing.
+V-HACD (Mamou 2016) fills the surface with voxels and cuts them by planes. Neighbouring pieces are
+then merged as long as their common hull adds next to no volume.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from robots import Array, Geom, Triangles, hull_of, volume
 _RECIPE = "2"  # version of the method, part of the cache key
 _CONVEX = 1.02  # largest volume of the hull of a convex body, relative
 _ADDS = 0.003
-"""... and two pieces are one if their hull adds less than this share of the hull of all."""
+"""Two pieces are merged if their hull adds less than this share of the hull of all."""
 _MOST_BODIES = 64
 _MOST_PIECES, _VOXELS = 48, 150_000
 _MOST_CORNERS = 64  # of a part that was not split
@@ -40,13 +40,13 @@ _PATIENCE = 180.0  # timeout of splitting [s]
 
 
 def convex_parts(mesh: Mesh, name: str = "a mesh") -> tuple[Geom, ...]:
-    """Hulls that together fill what a mesh encloses, in the frame of the mesh.
+    """Hulls that together fill a mesh, in the frame of the mesh.
 
     They are kept in the user's cache folder, by the content of the mesh.
 
     Args:
         mesh: in metres.
-        name: for the line on standard error that tells why it takes seconds, if it does.
+        name: for the line on standard error before a decomposition, which takes seconds.
 
     Raises:
         MeshError: it cannot be split, or an extra that it needs is missing.
@@ -55,24 +55,24 @@ def convex_parts(mesh: Mesh, name: str = "a mesh") -> tuple[Geom, ...]:
     size = float(np.ptp(mesh.vertices, axis=0).max())
     content.update(np.round(mesh.vertices / size, 6).tobytes() + mesh.triangles.tobytes())
     file = _cache() / f"{content.hexdigest()[:32]}.npz"
-    hulls = _kept(file)
+    hulls = _load(file)
     if hulls is None:
-        hulls = _made(mesh.vertices / size, mesh.triangles, name)
-        _keep(file, hulls)
+        hulls = _decompose(mesh.vertices / size, mesh.triangles, name)
+        _save(file, hulls)
     return tuple(hull_of(size * corners) for corners in hulls)
 
 
-def _made(vertices: Array, triangles: Triangles, name: str) -> list[Array]:
-    """Corners of the hulls of a mesh whose size is 1."""
+def _decompose(vertices: Array, triangles: Triangles, name: str) -> list[Array]:
+    """Corners of the hulls of a mesh of size 1."""
     bodies = components(vertices, triangles)
     if len(bodies) <= _MOST_BODIES and all(_is_convex(*body) for body in bodies):
-        return [_few(corners) for corners, _ in bodies]
+        return [_extreme_corners(corners) for corners, _ in bodies]
     print(f"{name} is cut into convex parts; only this once", file=sys.stderr, flush=True)
     filled = with_holes_filled(*simplified(vertices, triangles, _SIMPLE))
     pieces = [corners for corners in _split(*filled) if _has_volume(corners)]
     if not pieces:
         raise MeshError("it encloses nothing; close its holes")
-    return _put_together(pieces)
+    return _merged(pieces)
 
 
 def _is_convex(vertices: Array, triangles: Triangles) -> bool:
@@ -89,8 +89,8 @@ def _has_volume(points: Array) -> bool:
         return False
 
 
-def _few(corners: Array) -> Array:
-    """As many of the corners as a part may have: those that reach farthest in all directions."""
+def _extreme_corners(corners: Array) -> Array:
+    """The corners that reach farthest in evenly distributed directions, if there are too many."""
     if len(corners) <= _MOST_CORNERS:
         return corners
     numbers = np.arange(4 * _MOST_CORNERS) + 0.5
@@ -101,8 +101,8 @@ def _few(corners: Array) -> Array:
     return np.asarray(corners[farthest])
 
 
-def _put_together(pieces: list[Array]) -> list[Array]:
-    """Join the two pieces whose hull adds least, again and again."""
+def _merged(pieces: list[Array]) -> list[Array]:
+    """Merge the two pieces whose hull adds least, repeatedly."""
     hulls = list(pieces)
     sizes = [volume(hull_of(piece).shape) for piece in hulls]
     whole = volume(hull_of(np.concatenate(hulls)).shape)
@@ -118,7 +118,7 @@ def _put_together(pieces: list[Array]) -> list[Array]:
             break
         joined = hull_of(np.concatenate([hulls[a], hulls[b]]))
         corners = joined.shape.vertices + joined.pose.translation  # type: ignore[union-attr]
-        hulls.append(_few(corners))
+        hulls.append(_extreme_corners(corners))
         sizes.append(volume(joined.shape))
         alive = alive - {a, b} | {len(hulls) - 1}
         added = {pair: more for pair, more in added.items() if not {a, b} & set(pair)}
@@ -126,7 +126,7 @@ def _put_together(pieces: list[Array]) -> list[Array]:
 
 
 def _split(vertices: Array, triangles: Triangles) -> list[Array]:
-    """Corners of convex pieces; a crash or an endless search there does no harm here."""
+    """Corners of convex pieces, from a subprocess that may crash or time out."""
     if find_spec("vhacdx") is None:
         raise MeshError("it is not convex; to split it, pip install 'frankie-task[meshes]'")
     with tempfile.TemporaryDirectory() as folder:
@@ -150,7 +150,7 @@ def _cache() -> Path:
     return (Path(home) if home else Path.home() / ".cache") / "frankie-task" / "convex-parts"
 
 
-def _kept(file: Path) -> list[Array] | None:
+def _load(file: Path) -> list[Array] | None:
     try:
         with np.load(file, allow_pickle=False) as found:
             hulls = [np.asarray(found[str(number)], dtype=float) for number in range(len(found))]
@@ -160,8 +160,8 @@ def _kept(file: Path) -> list[Array] | None:
     return hulls if is_whole else None
 
 
-def _keep(file: Path, hulls: list[Array]) -> None:
-    """Write at once or not at all; without a place to write, it is made again next time."""
+def _save(file: Path, hulls: list[Array]) -> None:
+    """Write atomically; without write permission nothing is cached."""
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile(dir=file.parent, suffix=".npz", delete=False) as draft:

@@ -1,4 +1,4 @@
-"""Files of triangles: read, checked, in metres, with z up and their middle at the origin."""
+"""Mesh files: read, checked, in metres, with z up and the middle at the origin."""
 
 from __future__ import annotations
 
@@ -40,13 +40,13 @@ _TURNS = {
     "-y": np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]),
     "-z": np.diag([1.0, -1.0, -1.0]),
 }
-"""What turns the axis of this name upwards."""
+"""Rotation that turns the axis of this name upwards."""
 _NAMES: dict[Units, str] = {"mm": "millimetres", "m": "metres", "cm": "centimetres", "in": "inches"}
-"""The likeliest first."""
+"""The most likely first."""
 
 
 class MeshError(UserError):
-    """A file that is no mesh that can be used; the text says what, and after `; ` a hint."""
+    """A file that is no usable mesh; the text says what is wrong, and after `; ` a hint."""
 
 
 def read_mesh(
@@ -57,15 +57,15 @@ def read_mesh(
     Args:
         path: of the file.
         units: of its numbers.
-        scale: by which it is made larger besides.
+        scale: additional factor.
         up: which of its axes points upwards; None for z, and in a GLB file y.
-        sizes: the smallest and the largest that its longest edge may be [m].
+        sizes: range of its longest edge [m].
 
     Raises:
-        MeshError: there is no such file, or it holds nothing that can be used.
+        MeshError: there is no such file, or no usable mesh in it.
     """
     if not isfile(path):
-        beside = _meshes_in(dirname(path))
+        beside = _mesh_names(dirname(path))
         known = f"there are {quoted(beside[:8])}" if beside else "the path is relative to the scene"
         raise MeshError(f"there is no file {path}; {known}")
     status = stat(path)
@@ -75,7 +75,7 @@ def read_mesh(
     return Mesh(mesh.vertices * factor, mesh.triangles, mesh.closed)
 
 
-def _meshes_in(folder: str) -> list[str]:
+def _mesh_names(folder: str) -> list[str]:
     try:
         return sorted(name for name in listdir(folder or ".") if name.lower().endswith(SUFFIXES))
     except OSError:
@@ -99,10 +99,7 @@ def _check_size(extents: Array, units: Units, scale: float, sizes: tuple[float, 
 
 
 def fewer(mesh: Mesh) -> Mesh:
-    """What is drawn of a mesh: fewer triangles, which differ by a fraction of a millimetre.
-
-    Its holes are closed, as they are for what touches it: else a camera would look into a solid.
-    """
+    """The visual mesh: simplified by a fraction of a millimetre, without holes."""
     filled = with_holes_filled(mesh.vertices, mesh.triangles)
     vertices, triangles = simplified(*filled, _MOST_DRAWN)
     return Mesh(vertices, triangles, is_closed(triangles))
@@ -164,7 +161,6 @@ def _triangles_of(path: str, suffix: str) -> tuple[Array, Triangles]:
 
 
 def _length(metres: float) -> str:
-    """For people."""
     if metres >= 1000.0:
         return f"{metres / 1000.0:.3g} km"
     return f"{metres:.3g} m" if metres >= 1.0 else f"{1000.0 * metres:.3g} mm"

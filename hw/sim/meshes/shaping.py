@@ -1,4 +1,4 @@
-"""Triangles put in order: welded, turned outwards, closed, and fewer of them."""
+"""Mesh processing: welding, closing holes, simplification, components, volume."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _MOST_LOST = 0.05  # share of the surface that simplifying may remove
 
 
 def welded(vertices: Array, triangles: Triangles) -> tuple[Array, Triangles]:
-    """The same triangles with every corner once, and without those that have no area."""
+    """The same triangles with shared vertices, without degenerate ones."""
     cell = max(float(np.ptp(vertices, axis=0).max()) * _WELD, 1e-12)
     _, first, of = np.unique(
         np.round(vertices / cell), axis=0, return_index=True, return_inverse=True
@@ -48,12 +48,12 @@ def simplified(vertices: Array, triangles: Triangles, most: int) -> tuple[Array,
 
 
 def is_closed(triangles: Triangles) -> bool:
-    """Whether every edge is that of two triangles, which go along it in opposite ways."""
+    """Whether every edge belongs to two triangles, in opposite directions."""
     return len(triangles) > 0 and len(_rim(triangles)) == 0
 
 
 def volume_and_centre(vertices: Array, triangles: Triangles) -> tuple[float, Array]:
-    """Volume [m³] and centre of mass (3,) [m] of what closed triangles enclose."""
+    """Volume [m³] and centre of mass (3,) [m] of closed triangles."""
     corners = vertices[triangles]
     middle = vertices.mean(axis=0)
     parts = np.linalg.det(corners - middle) / 6.0
@@ -64,10 +64,7 @@ def volume_and_centre(vertices: Array, triangles: Triangles) -> tuple[float, Arr
 
 
 def with_holes_filled(vertices: Array, triangles: Triangles) -> tuple[Array, Triangles]:
-    """A fan from its middle over every hole, so that a flood from outside does not get in.
-
-    Which way round the triangles go does not matter.
-    """
+    """Close every hole by a fan around its middle, of any orientation."""
     rim = _lone(triangles)
     if not len(rim):
         return vertices, triangles
@@ -81,7 +78,7 @@ def with_holes_filled(vertices: Array, triangles: Triangles) -> tuple[Array, Tri
 
 
 def components(vertices: Array, triangles: Triangles) -> list[tuple[Array, Triangles]]:
-    """The bodies that share no corner."""
+    """The bodies that share no vertex."""
     edges = np.concatenate([triangles[:, :2], triangles[:, 1:]])
     body = _connected(edges, len(vertices))[triangles[:, 0]]
     found = []
@@ -97,7 +94,7 @@ def _area(vertices: Array, triangles: Triangles) -> float:
 
 
 def _lone(triangles: Triangles) -> npt.NDArray[np.int64]:
-    """(E, 2) edges that only one triangle has."""
+    """(E, 2) edges of only one triangle."""
     edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     _, first, count = np.unique(
         np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True
@@ -107,7 +104,7 @@ def _lone(triangles: Triangles) -> npt.NDArray[np.int64]:
 
 
 def _rim(triangles: Triangles) -> npt.NDArray[np.int64]:
-    """(E, 2) edges without a partner that goes the other way."""
+    """(E, 2) edges without a partner in the opposite direction."""
     edges = np.concatenate([triangles, np.roll(triangles, -1, axis=1)], axis=1)
     edges = np.stack([edges[:, :3].ravel(), edges[:, 3:].ravel()], axis=1).astype(np.int64)
     span = int(triangles.max(initial=0)) + 1
@@ -119,7 +116,7 @@ def _rim(triangles: Triangles) -> npt.NDArray[np.int64]:
 
 
 def _connected(edges: npt.NDArray[np.integer], count: int) -> npt.NDArray[np.int32]:
-    """(count,) the number of the component that each corner belongs to."""
+    """(count,) component number of each vertex."""
     from scipy.sparse import coo_matrix  # slow to import
     from scipy.sparse.csgraph import connected_components
 

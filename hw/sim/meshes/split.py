@@ -1,4 +1,4 @@
-"""Splits a mesh into convex hulls, in a process of its own: `split.py MESH.npz HULLS.npz`."""
+"""Convex decomposition in a process of its own: `split.py MESH.npz HULLS.npz`."""
 
 from __future__ import annotations
 

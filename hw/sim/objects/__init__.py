@@ -1,8 +1,8 @@
-"""The classes of objects that the simulator makes from a seed, in five sets.
+"""Classes of random objects, in five sets.
 
-The shipped scenes use `HOUSEHOLD`. The grasp network is trained on `HOUSEHOLD` and `TRAIN`, and
-evaluated on `HELDOUT`, which is never trained on. `MODELLED` are those with bodies of any shape.
-`RANDOM_BODIES` are made to learn from, and are like nothing in particular.
+The shipped scenes use `HOUSEHOLD`. The grasp network is trained on `HOUSEHOLD`, `TRAIN` and
+`RANDOM_BODIES`, and evaluated on `HELDOUT`, which is never trained on. `MODELLED` have curved and
+hollow bodies.
 """
 
 from hw.sim.objects.heldout import HELDOUT

@@ -1,4 +1,4 @@
-"""Objects that grasps are evaluated on: bottles, bananas, scissors and others."""
+"""Held-out object classes for the evaluation of grasps."""
 
 from __future__ import annotations
 
@@ -186,4 +186,4 @@ HELDOUT: dict[str, ObjectClass] = {
     "animal": ObjectClass(make=_animal, narrowest=0.025, widest=0.045),
     "key": ObjectClass(make=_key, narrowest=0.012, widest=0.02),
 }
-"""The classes that grasps are evaluated on, and never trained on."""
+"""Never trained on."""

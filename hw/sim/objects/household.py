@@ -1,4 +1,4 @@
-"""Household objects: boxes, cans, mugs, hammers and the like."""
+"""Household object classes: boxes, cans, mugs, hammers and the like."""
 
 from __future__ import annotations
 
@@ -107,4 +107,3 @@ HOUSEHOLD: dict[str, ObjectClass] = {
     "tee": ObjectClass(make=_tee, widest=0.035),
     "dumbbell": ObjectClass(make=_dumbbell, widest=0.03),
 }
-"""The classes that the shipped scenes use."""

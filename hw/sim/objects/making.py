@@ -1,4 +1,4 @@
-"""Classes of objects, and making an object of a class.
+"""Object classes, and random objects of a class.
 
 A maker takes the smallest width by which the object can be grasped from above, and returns its
 parts as the object rests on z = 0.
@@ -56,7 +56,7 @@ PAINT: Mapping[ColourName, Colour] = {
     "grey": (130, 130, 130),
     "black": (30, 30, 30),
 }
-"""What a scene file means by the name of a colour."""
+"""Colours by name in scene files."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,15 +71,15 @@ class ObjectClass:
 def part(
     shape: Shape, x: float, y: float, z: float, *, lying: bool = False, yaw: float = 0.0
 ) -> Geom:
-    """A part with its centre at a point.
+    """A part with its centre at x, y, z [m].
 
     Args:
         shape: of the part.
-        x: centre [m].
-        y: [m].
-        z: [m].
+        x: of its centre [m].
+        y: of its centre [m].
+        z: of its centre [m].
         lying: its axis along x instead of z, before it is turned.
-        yaw: its angle about z [rad].
+        yaw: about z [rad].
     """
     turn = exp3(np.array([0.0, 0.0, yaw]))
     return Geom(shape, SE3(turn @ _LYING if lying else turn, np.array([x, y, z])))
@@ -105,14 +105,14 @@ def make_object(
     masses: tuple[float, float],
     rng: np.random.Generator,
 ) -> SimObject:
-    """One object, resting on z = 0 with its centre of mass above the origin.
+    """A random object, resting on z = 0 with its centre of mass above the origin.
 
     Args:
         name: of the object.
         object_class: one that is `fitting`.
-        widths: range of the smallest width by which it can be grasped [m].
+        widths: range of its smallest width across a grasp [m].
         masses: range of its mass [kg].
-        rng: where the randomness comes from.
+        rng: random source.
     """
     low, high = max(widths[0], object_class.narrowest), min(widths[1], object_class.widest)
     parts = object_class.make(rng, rng.uniform(low, high))

@@ -1,4 +1,4 @@
-"""Objects with curved, bent and hollow bodies: bottles, vessels and tools, modelled by code."""
+"""Object classes with curved, bent and hollow bodies; never trained on."""
 
 from __future__ import annotations
 
@@ -144,4 +144,3 @@ MODELLED: dict[str, ObjectClass] = {
     "drill": ObjectClass(make=_drill, narrowest=0.02, widest=0.03),
     "light bulb": ObjectClass(make=_light_bulb, narrowest=0.04, widest=0.06),
 }
-"""The classes that are not made of primitives; nothing is trained on them."""

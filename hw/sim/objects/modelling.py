@@ -1,4 +1,4 @@
-"""Bodies modelled by code: turned, hollowed, swept and cut out, always of exact convex parts."""
+"""Bodies of exact convex parts: turned, hollow, swept and cut out."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _CIRCLE = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=1)
 
 
 def turned(profile: Profile) -> list[Geom]:
-    """A solid of revolution about z, cut only where its profile is hollow."""
+    """A solid of revolution about z, split only where its profile is concave."""
     parts, run = [], [profile[0]]
     for before, point in pairwise(profile):
         if len(run) > 1 and _is_hollow(run[-2], before, point):
@@ -36,8 +36,8 @@ def hollow(profile: Profile, thickness: float, staves: int = 12) -> list[Geom]:
 
     Args:
         profile: of its outer side, from the ground to the rim.
-        thickness: of wall and bottom, level [m].
-        staves: how many to each section of the profile; they divide `SIDES`.
+        thickness: of wall and bottom, horizontally [m].
+        staves: of each section of the profile; they divide `SIDES`.
     """
     (foot, radius), (next_height, next_radius) = profile[0], profile[1]
     share = thickness / (next_height - foot)
@@ -55,10 +55,10 @@ def hollow(profile: Profile, thickness: float, staves: int = 12) -> list[Geom]:
 
 
 def swept(path: Array, width: float, height: float) -> list[Geom]:
-    """A bar with six sides along a path (N, 3) in the plane of x and z, one part to each piece.
+    """A hexagonal bar along a path (N, 3) in the plane of x and z, one part per segment.
 
     Args:
-        path: its middle line [m].
+        path: its centre line [m].
         width: along y [m].
         height: across the path [m].
     """
@@ -82,12 +82,12 @@ def cut_out(outline: Sequence[tuple[float, float]], low: float, high: float) -> 
 
 
 def lying(parts: Sequence[Geom], tilt: float = 0.0) -> list[Geom]:
-    """A body about z, on the ground with its axis along x; its top is lower by a tilt [rad]."""
+    """A body about z, laid on the ground with its axis along x; its top lowered by a tilt [rad]."""
     return _turned_over(parts, np.array([0.0, np.pi / 2.0 + tilt, 0.0]))
 
 
 def flat(parts: Sequence[Geom]) -> list[Geom]:
-    """A body in the plane of x and z, on the ground on its side."""
+    """A body in the plane of x and z, laid on its side on the ground."""
     return _turned_over(parts, np.array([np.pi / 2.0, 0.0, 0.0]))
 
 
@@ -105,7 +105,7 @@ def corners_of(part: Geom) -> Array:
 
 
 def _is_hollow(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> bool:
-    """Whether a profile bends outwards at its middle point."""
+    """Whether a profile is concave at its middle point."""
     (za, ra), (zb, rb), (zc, rc) = a, b, c
     return (rb - ra) * (zc - zb) < (rc - rb) * (zb - za) - 1e-12
 

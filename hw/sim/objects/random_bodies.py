@@ -1,4 +1,4 @@
-"""Bodies turned, hollowed, bent and cut at random, to learn from: nothing in particular."""
+"""Random bodies, turned, hollow, bent and cut, for training."""
 
 from __future__ import annotations
 
@@ -93,13 +93,13 @@ def _tool(rng: np.random.Generator, width: float) -> Parts:
 
 
 def _turn(rng: np.random.Generator) -> Array:
-    """(2, 2) a rotation by chance."""
+    """(2, 2) a random rotation."""
     angle = rng.uniform(-np.pi, np.pi)
     return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
 
 
 def _on_the_ground(make: Maker) -> Maker:
-    """The same bodies, moved so that their lowest point is on the ground."""
+    """The same bodies with their lowest point on the ground."""
 
     def moved(rng: np.random.Generator, width: float) -> Parts:
         parts = make(rng, width)
@@ -118,4 +118,3 @@ RANDOM_BODIES: dict[str, ObjectClass] = {
     "stone": ObjectClass(make=_on_the_ground(_stone), narrowest=0.02, widest=0.07),
     "tool": ObjectClass(make=_on_the_ground(_tool), narrowest=0.012, widest=0.035),
 }
-"""The classes of bodies made at random."""

@@ -1,4 +1,4 @@
-"""Objects to train on: rings, stairs, beams, toys, and parts put together at random."""
+"""Object classes for training only: rings, stairs, beams, toys, and random compositions."""
 
 from __future__ import annotations
 
@@ -309,4 +309,3 @@ TRAIN: dict[str, ObjectClass] = {
     "twins": ObjectClass(make=_twins, narrowest=0.025, widest=0.04),
     "composed": ObjectClass(make=_composed, narrowest=0.015, widest=0.04),
 }
-"""The classes that exist only for training."""
