@@ -14,7 +14,7 @@ from pinocchio import SE3
 from controller import Command, RobotModel
 from hw.background import one_thread
 from hw.clock import Clock
-from hw.robot import Arm, Base, DepthCamera, Gripper, HardwareError, Part
+from hw.robot import Arm, Base, DepthCamera, FunctionCamera, Gripper, HardwareError, Part
 from hw.state import (
     ArmState,
     BaseState,
@@ -74,7 +74,9 @@ class ComposedRobot:
         self._clock, self._arm_recovered = clock, -inf
         self._operations: dict[str, Future[None]] = {}
         self._rest_together, self._has_fault = rest_together, False
-        self.camera = _WristCamera(description, camera, clock, self._wTe_at)
+        self.camera = FunctionCamera(self._latest_frame)
+        self._image: DepthImage | None = None
+        self._frame: DepthFrame | None = None
 
     def connect(self) -> None:
         """Connect every part; closes those before if one cannot be reached.
@@ -183,56 +185,29 @@ class ComposedRobot:
             elif error is not None:
                 raise error
 
-    def _wTe_at(self, stamp: float) -> SE3:
-        """End effector in the world at a stamp [s]."""
-        self._arms.add(self._arm.read())
-        self._bases.add(self._base.read())
-        return self._model.wTe(self._bases.at(stamp).wTb, self._arms.at(stamp).q)
-
-
-def _recover(parts: Sequence[Part]) -> None:
-    for part in parts:
-        part.recover()
-
-
-class _WristCamera:
-    """The camera of a composed robot; its frames tell the camera pose at capture.
-
-    Args:
-        description: of the robot.
-        camera: delivers images.
-        clock: session time.
-        wTe_at: end effector in the world at a stamp [s].
-    """
-
-    def __init__(
-        self,
-        description: RobotDescription,
-        camera: DepthCamera,
-        clock: Clock,
-        wTe_at: Callable[[float], SE3],
-    ) -> None:
-        self._description = description.camera
-        self._camera = camera
-        self._clock = clock
-        self._wTe_at = wTe_at
-        self._image: DepthImage | None = None
-        self._frame: DepthFrame | None = None
-
-    def latest(self, max_age: float) -> DepthFrame | None:
+    def _latest_frame(self, max_age: float) -> DepthFrame | None:
+        """The newest frame, with the camera pose at its capture."""
         image = self._camera.latest()
         if image is not None and image is not self._image:
             self._image = image
+            self._arms.add(self._arm.read())
+            self._bases.add(self._base.read())
+            base, arm = self._bases.at(image.stamp), self._arms.at(image.stamp)
             self._frame = DepthFrame(
                 depth=image.depth,
-                intrinsics=self._description.intrinsics,
-                wTc=self._wTe_at(image.stamp) * self._description.eTc,
+                intrinsics=self.description.camera.intrinsics,
+                wTc=self._model.wTe(base.wTb, arm.q) * self.description.camera.eTc,
                 stamp=image.stamp,
                 paint=image.paint,
             )
         if self._frame is None or self._clock.now() - self._frame.stamp > max_age:
             return None
         return self._frame
+
+
+def _recover(parts: Sequence[Part]) -> None:
+    for part in parts:
+        part.recover()
 
 
 class History(Generic[Reading]):

@@ -12,7 +12,7 @@ from pinocchio import SE3
 
 from controller import Command
 from hw.clock import Clock
-from hw.robot import Camera, Robot, RobotWrapper
+from hw.robot import Camera, FunctionCamera, Robot, RobotWrapper
 from hw.state import DepthFrame, Fault, PartStamps, RobotState
 
 TURN = np.dtype(
@@ -132,7 +132,8 @@ class RecordedRobot(RobotWrapper):
         self._shown: DepthFrame | None = None
         self._frames = 0
         self.broken = ""  # why a replay is impossible; empty otherwise
-        self._camera = _RecordedCamera(self)
+        self._frame: DepthFrame | None = None
+        self._has_frame = False
 
     def record(self, notes: Notes) -> None:
         """Record every turn from the next reading on."""
@@ -158,12 +159,12 @@ class RecordedRobot(RobotWrapper):
     @property
     def camera(self) -> Camera:
         """The camera of the robot, asked once a turn."""
-        return self._camera
+        return FunctionCamera(self._latest)
 
     def read(self) -> RobotState:
         """See `Robot`."""
         self._hand_on()
-        self._camera.begin_turn()
+        self._has_frame = False
         self.clock.begin_turn()
         state = self._robot.read()
         if self._notes is not None:
@@ -192,8 +193,15 @@ class RecordedRobot(RobotWrapper):
                 self.broken = self.broken or f"a command has a wrong shape ({error})"
         return applied
 
-    def frame(self) -> DepthFrame | None:
-        """The camera's newest frame, recorded."""
+    def _latest(self, max_age: float) -> DepthFrame | None:
+        if not self._has_frame:
+            self._frame, self._has_frame = self._new_frame(), True
+        frame = self._frame
+        if frame is None or self.clock.turn - frame.stamp > max_age:
+            return None
+        return frame
+
+    def _new_frame(self) -> DepthFrame | None:
         frame = self._robot.camera.latest(inf)
         if self._notes is not None:
             if frame is not None and frame is not self._shown:
@@ -223,24 +231,6 @@ class RecordedRobot(RobotWrapper):
             if self._notes is not None:
                 self._notes.faults(self._known_faults[faults], faults)
         return self._known_faults[faults]
-
-
-class _RecordedCamera:
-    def __init__(self, robot: RecordedRobot) -> None:
-        self._robot = robot
-        self._frame: DepthFrame | None = None
-        self._is_asked = False
-
-    def begin_turn(self) -> None:
-        self._is_asked = False
-
-    def latest(self, max_age: float) -> DepthFrame | None:
-        if not self._is_asked:
-            self._frame, self._is_asked = self._robot.frame(), True
-        frame = self._frame
-        if frame is None or self._robot.clock.turn - frame.stamp > max_age:
-            return None
-        return frame
 
 
 def _put(row: npt.NDArray[np.void], state: RobotState) -> None:

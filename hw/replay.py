@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from controller import Command
 from hw.recording import reading
-from hw.robot import HardwareError
+from hw.robot import FunctionCamera, HardwareError
 from hw.state import DepthFrame, Fault, RobotState
 from robots import RobotDescription
 
@@ -96,7 +96,10 @@ class ReplayRobot:
     ) -> None:
         self.description = description
         self.clock = ReplayClock(turns["time"])
-        self.camera = _ReplayCamera(self, frame)
+        self.camera = FunctionCamera(self._latest)
+        self._load_frame = frame
+        self._frame: DepthFrame | None = None
+        self._frame_number = 0
         self.difference: Difference | None = None
         self.sent = 0  # number of compared commands
         self._turns = turns
@@ -200,21 +203,13 @@ class ReplayRobot:
         number = int(row["faults"])
         return reading(row, self._faults[number] if number else ())
 
-
-class _ReplayCamera:
-    def __init__(self, robot: ReplayRobot, frame: Callable[[int], DepthFrame]) -> None:
-        self._robot = robot
-        self._load = frame
-        self._number = 0
-        self._frame: DepthFrame | None = None
-
-    def latest(self, max_age: float) -> DepthFrame | None:
-        number = int(self._robot.row["frame"])
+    def _latest(self, max_age: float) -> DepthFrame | None:
+        number = int(self.row["frame"])
         if number == 0:
             return None
-        if number > 0 and number != self._number:
-            self._frame, self._number = self._load(number), number
+        if number > 0 and number != self._frame_number:
+            self._frame, self._frame_number = self._load_frame(number), number
         frame = self._frame
-        if frame is None or float(self._robot.row["time"]) - frame.stamp > max_age:
+        if frame is None or float(self.row["time"]) - frame.stamp > max_age:
             return None
         return frame

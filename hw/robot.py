@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Protocol, Self
 
 from controller import Command
@@ -25,11 +27,18 @@ class HardwareError(Exception):
 class Camera(Protocol):
     """The wrist camera of a robot."""
 
-    def latest(self, max_age: float) -> DepthFrame | None:
+    def latest(self, max_age: float, /) -> DepthFrame | None:
         """The newest frame; None if there is none, or none younger than `max_age` [s].
 
         The same object is returned until there is a newer frame. Returns at once.
         """
+
+
+@dataclass(frozen=True)
+class FunctionCamera:
+    """A camera made of the function `latest`."""
+
+    latest: Callable[[float], DepthFrame | None]
 
 
 class Robot(Protocol):

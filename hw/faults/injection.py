@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import inf
 from types import MappingProxyType
@@ -16,7 +16,7 @@ from hw.faults.effect import Effect, Injectable, InjectionError, Site
 from hw.faults.frame_faults import FRAME_FAULTS
 from hw.faults.object_faults import OBJECT_FAULTS
 from hw.faults.robot_faults import ROBOT_FAULTS
-from hw.robot import Camera, Robot, RobotWrapper
+from hw.robot import Camera, FunctionCamera, Robot, RobotWrapper
 from hw.state import DepthFrame, RobotState
 from hw.truth import DisturbableWorld, Truth
 
@@ -66,7 +66,6 @@ class FaultInjection(RobotWrapper):
         """Injected and not cleared, by name; changed by any thread."""
         self._effects: dict[str, Effect] = {}
         """Begun and not ended; changed by `read` alone."""
-        self._camera = _FaultyCamera(robot.camera, lambda: self._effects, self._now)
 
     def check(self, name: str) -> None:
         """Whether this robot, in this world, can have a fault.
@@ -110,7 +109,7 @@ class FaultInjection(RobotWrapper):
     @property
     def camera(self) -> Camera:
         """The camera of the robot, with the faults."""
-        return self._camera
+        return FunctionCamera(self._latest)
 
     def read(self) -> RobotState:
         """The reading of the robot, with the faults."""
@@ -170,23 +169,11 @@ class FaultInjection(RobotWrapper):
             if before.get(name) is not effect:
                 effect.begin(site)
 
-    def _now(self) -> float:
-        return self._site.now if self._site is not None else 0.0
-
-
-class _FaultyCamera:
-    def __init__(
-        self,
-        camera: Camera,
-        effects: Callable[[], dict[str, Effect]],
-        now: Callable[[], float],
-    ) -> None:
-        self._camera, self._effects, self._now = camera, effects, now
-
-    def latest(self, max_age: float) -> DepthFrame | None:
-        effects = self._effects()
-        frame = self._camera.latest(inf if effects else max_age)
+    def _latest(self, max_age: float) -> DepthFrame | None:
+        effects = self._effects
+        frame = self._robot.camera.latest(inf if effects else max_age)
         for effect in effects.values():
             frame = effect.frame(frame)
-        is_old = frame is not None and bool(effects) and self._now() - frame.stamp > max_age
+        now = self._site.now if self._site is not None else 0.0
+        is_old = frame is not None and bool(effects) and now - frame.stamp > max_age
         return None if is_old else frame

@@ -5,7 +5,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from threading import RLock
-from typing import Protocol
 
 import numpy as np
 from pinocchio import SE3
@@ -34,19 +33,21 @@ class Dynamics:
 _SAME_TOUCH = 1.0  # a contact that comes back within this time is not new [s]
 
 
-class Stopper(Protocol):
-    """A reflex that stops a part of the robot on a contact."""
+class Reflex:
+    """Stops a part of the robot on a contact."""
 
-    @property
-    def reason(self) -> str | None:
-        """The contact that stopped it, for people; None while the part may move."""
+    def __init__(self) -> None:
+        self.reason: str | None = None  # the contact, for people; None while the part may move
+        self.towards: Array = np.zeros(3)  # unit vector to the contact in the world; 0 if unknown
 
-    @property
-    def towards(self) -> Array:
-        """(3,) unit vector from the part to what it tripped on, in the world."""
+    def trip(self, reason: str, towards: Array | None = None) -> None:
+        """Stop the part on a contact in a direction (3,) in the world."""
+        self.reason = reason
+        self.towards = np.zeros(3) if towards is None else towards
 
     def clear(self) -> None:
         """Let the part move again."""
+        self.reason, self.towards = None, np.zeros(3)
 
 
 class SimBody(ABC):
@@ -61,8 +62,8 @@ class SimBody(ABC):
         dynamics: further parameters.
     """
 
-    reflex: Stopper  # of the arm, its hand and the held object
-    bumper: Stopper  # Of the base
+    reflex: Reflex  # of the arm, its hand and the held object
+    bumper: Reflex  # Of the base
 
     def __init__(
         self, description: RobotDescription, world: World, clock: Clock, dynamics: Dynamics

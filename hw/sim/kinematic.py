@@ -16,12 +16,12 @@ from pinocchio import SE3
 
 from controller import Command
 from hw.clock import Clock
-from hw.sim.body import Dynamics, SimBody
+from hw.sim.body import Dynamics, Reflex, SimBody
 from hw.sim.collisions import Collisions, Contact
 from hw.sim.robot_shapes import BASE, HAND_TOLERANCE, Configuration
 from hw.sim.sim_object import SimObject
 from hw.sim.world import World
-from robots import Array, RobotDescription
+from robots import RobotDescription
 
 _DEEPENING = 0.002  # by which a forgiven contact may deepen [m]
 
@@ -29,15 +29,15 @@ _DEEPENING = 0.002  # by which a forgiven contact may deepen [m]
 class KinematicBody(SimBody):
     """Moves as commanded, with a first-order lag, until it hits something."""
 
-    reflex: Reflex
-    bumper: Reflex
+    reflex: ContactReflex
+    bumper: ContactReflex
 
     def __init__(
         self, description: RobotDescription, world: World, clock: Clock, dynamics: Dynamics
     ) -> None:
         super().__init__(description, world, clock, dynamics)
-        self.reflex = Reflex()
-        self.bumper = Reflex()
+        self.reflex = ContactReflex()
+        self.bumper = ContactReflex()
         self._width_goal = self.width
         self._pressing_from: SE3 | None = None
         self._wanted_width = self.width
@@ -73,11 +73,11 @@ class KinematicBody(SimBody):
         self.base_twist = self.base_twist + (1.0 - exp(-dt / base_lag)) * (
             command.base_twist - self.base_twist
         )
-        if self.bumper.tripped_by:
+        if self.bumper.reason:
             self.base_twist = np.zeros(3)
         vx, vy, w = self.base_twist * dt
         self.wTb = self.wTb * pin.exp6(np.array([vx, vy, 0.0, 0.0, 0.0, w]))
-        if self.reflex.tripped_by:
+        if self.reflex.reason:
             self.qd = np.zeros(7)
         else:
             self.qd = self.qd + (1.0 - exp(-dt / arm_lag)) * (command.qd - self.qd)
@@ -94,11 +94,11 @@ class KinematicBody(SimBody):
         """Take back the motion since wTb and q (7,) that has made a contact."""
         base, arm = self._contacts(now)
         if self.bumper.is_triggered_by(base):
-            self.bumper.trip(base)
+            self.bumper.trip_on(base)
             self.wTb, self.base_twist = wTb, np.zeros(3)
             base, arm = self._contacts(now)
         if self.reflex.is_triggered_by(arm):
-            self.reflex.trip(arm)
+            self.reflex.trip_on(arm)
             self.q, self.qd = q, np.zeros(7)
             base, arm = self._contacts(now)
         if self.reflex.is_triggered_by(arm):  # the base has pushed the arm there
@@ -153,7 +153,7 @@ class KinematicBody(SimBody):
                 self.world.push(one.owner, one.towards, one.depth)
 
 
-class Reflex:
+class ContactReflex(Reflex):
     """Trips on every contact deeper than its tolerance that is not forgiven.
 
     A step that trips it is taken back. Clearing it forgives the present contacts, each at its
@@ -162,31 +162,20 @@ class Reflex:
     """
 
     def __init__(self) -> None:
-        self.tripped_by: Contact | None = None
-        """The contact that it tripped on; None while the part may move."""
-        self._present: dict[tuple[str, str], float] = {}
+        super().__init__()
+        self._present: dict[tuple[str, str], float] = {}  # excess of each contact [m]
         self._forgiven: dict[tuple[str, str], float] = {}
-        """By how much each is deeper than it yields [m]."""
-
-    @property
-    def reason(self) -> str | None:
-        """The contact that it tripped on, for people; None while the part may move."""
-        return None if self.tripped_by is None else self.tripped_by.text
-
-    @property
-    def towards(self) -> Array:
-        """(3,) unit vector from the robot to what it tripped on, in the world."""
-        return np.zeros(3) if self.tripped_by is None else self.tripped_by.towards
 
     def is_triggered_by(self, contacts: Sequence[Contact]) -> bool:
         """Whether any of the contacts is not forgiven."""
         return any(self._is_new(one) for one in contacts)
 
-    def trip(self, contacts: Sequence[Contact]) -> None:
+    def trip_on(self, contacts: Sequence[Contact]) -> None:
         """Stop on the deepest of the contacts that are not forgiven, unless stopped already."""
-        if self.tripped_by is None:
+        if self.reason is None:
             new = (one for one in contacts if self._is_new(one))
-            self.tripped_by = max(new, key=lambda one: one.excess)
+            deepest = max(new, key=lambda one: one.excess)
+            self.trip(deepest.text, deepest.towards)
 
     def end_step(self, contacts: Sequence[Contact]) -> None:
         """A step has ended with these contacts."""
@@ -199,7 +188,7 @@ class Reflex:
 
     def clear(self) -> None:
         """Let the part move again."""
-        self.tripped_by = None
+        super().clear()
         self._forgiven = self._present | self._forgiven
 
     def _is_new(self, contact: Contact) -> bool:

@@ -13,7 +13,8 @@ from pinocchio import SE3, exp3
 
 from hw.sim.contact import separation
 from hw.sim.meshes import MeshError, convex_parts, fewer
-from hw.sim.objects import DENSITY, FRICTION, OBJECT_CLASSES, PAINT, PALETTE, fitting, make_object
+from hw.sim.objects import OBJECT_CLASSES
+from hw.sim.objects.making import DENSITY, FRICTION, PAINT, PALETTE, fitting, make_object
 from hw.sim.scene_schema import Item, Objects, SceneError
 from hw.sim.sim_object import Mesh, SimObject
 from robots import Array, Geom, bounding_radius, centroid, volume

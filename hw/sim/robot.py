@@ -13,7 +13,7 @@ from pinocchio import SE3
 from hw.background import InlineExecutor
 from hw.clock import Clock
 from hw.composition import ComposedRobot
-from hw.sim.body import Dynamics, SimBody, Stopper
+from hw.sim.body import Dynamics, Reflex, SimBody
 from hw.sim.camera.noise import D435Noise
 from hw.sim.camera.render import DepthRenderer, painted
 from hw.sim.kinematic import KinematicBody
@@ -49,14 +49,14 @@ class _SimPart:
         """Stop."""
         self.stop()
 
-    def _faults(self, kind: FaultKind, stopper: Stopper) -> tuple[Fault, ...]:
+    def _faults(self, kind: FaultKind, reflex: Reflex) -> tuple[Fault, ...]:
         """The fault of a stopped part; for the base with its bearing."""
-        if stopper.reason is None:
+        if reflex.reason is None:
             return ()
-        x, y, _ = (self._body.wTb.rotation.T @ stopper.towards).tolist()
+        x, y, _ = (self._body.wTb.rotation.T @ reflex.towards).tolist()
         told = kind is FaultKind.BUMPER and (x, y) != (0.0, 0.0)
         bearing = round(atan2(y, x), 1) if told else None  # as coarse as the parts of a bumper
-        return (Fault(kind=kind, text=stopper.reason, clearable=True, bearing=bearing),)
+        return (Fault(kind=kind, text=reflex.reason, clearable=True, bearing=bearing),)
 
 
 class SimArm(_SimPart):
@@ -184,7 +184,7 @@ class SimCamera(_SimPart):
         noisy = self._noise.apply(depth, self._camera, rng)
 
         def paint() -> ColourArray:
-            return painted(shapes, self._renderer.render(shapes, wTc, with_ids=True)[1])
+            return painted(shapes, self._renderer.render_with_ids(shapes, wTc)[1])
 
         return DepthImage(depth=noisy, stamp=stamp, paint=paint)
 

@@ -121,7 +121,7 @@ def exact_view(world: World) -> tuple[HeightMap, Array, npt.NDArray[np.bool_]]:
         width=_EXACT_SIZE, height=_EXACT_SIZE, fx=focal, fy=focal, cx=centre, cy=centre
     )
     wTc = SE3(np.diag([1.0, -1.0, -1.0]), np.array([0.0, 0.0, FLOOR + _CAMERA_HEIGHT]))
-    depth, ids = DepthRenderer(camera).render(world.shapes(), wTc, with_ids=True)
+    depth, ids = DepthRenderer(camera).render_with_ids(world.shapes(), wTc)
     pixels = np.arange(_EXACT_SIZE, dtype=float)
     grid = (pixels[None, :], pixels[:, None])
     points = world_points(depth, camera, wTc, *grid)
@@ -175,7 +175,7 @@ def render_sample(
         cx=camera.cx - crop.u0,
         cy=camera.cy - crop.v0,
     )
-    exact, ids = DepthRenderer(part).render(world.shapes(), view.wTc, with_ids=True)
+    exact, ids = DepthRenderer(part).render_with_ids(world.shapes(), view.wTc)
     measured = view.noise.apply(exact, replace(ROBOT.camera, intrinsics=part), rng)
     whole = central_crop(measured.shape, part, along_axis)
     prepared = prepare(measured, whole, part, view.wTc)

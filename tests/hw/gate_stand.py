@@ -1,4 +1,4 @@
-"""A gate before a robot that follows at once."""
+"""Test stand of the gate: a robot that follows immediately."""
 
 from dataclasses import replace
 
@@ -18,8 +18,6 @@ DT = 0.01
 
 
 class Wire:
-    """Where hardware would stand: remembers what reached it."""
-
     def __init__(self) -> None:
         self.sent: list[Command] = []
 
@@ -29,7 +27,7 @@ class Wire:
 
 
 class Stand:
-    """A gate before a robot that follows at once, one period after the other."""
+    """A gate and a robot that follows immediately, one period after the other."""
 
     def __init__(self, description=FRANKIE) -> None:
         self.wire = Wire()
@@ -61,7 +59,7 @@ class Stand:
         return applied
 
     def spin_up(self) -> None:
-        """Bring the robot to 0.15 m/s and 0.3 rad/s in ten lawful steps."""
+        """Bring the robot to 0.15 m/s and 0.3 rad/s in ten valid steps."""
         for k in range(1, 11):
             self.send(command((0.015 * k, 0.0, 0.0), 0.03 * k))
         assert self.gate.applied.base_twist[0] == pytest.approx(0.15)
@@ -72,10 +70,10 @@ def command(base=(0.0, 0.0, 0.0), qd=0.0) -> Command:
 
 
 def untrusted(act) -> UntrustedRobotError:
-    """What the gate says of the robot in the end, doing something with it for two seconds."""
+    """The error of the gate within two seconds of an action."""
     for k in range(200):
         try:
             act(k)
         except UntrustedRobotError as error:
             return error
-    raise AssertionError("the gate trusts it")
+    raise AssertionError("no error")

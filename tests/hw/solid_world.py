@@ -1,4 +1,4 @@
-"""A simulated robot in a solid world, driven by hand."""
+"""Test stand of collisions: a simulated robot, its world and its clock."""
 
 from __future__ import annotations
 
@@ -34,9 +34,32 @@ def turning(joint: int, speed: float) -> np.ndarray:
     return qd
 
 
-class Solid:
-    """The robot, its world and its clock."""
+TOOL = robot_model("frankie").wTe(SE3.Identity(), load_robot("frankie").arm.ready)
+"""The end effector of the robot at its start."""
 
+
+def box_at_the_hand(mass: float = 0.3) -> tuple[Geom, SimObject]:
+    """A pillar, and on it a box between the open fingers."""
+    half = (0.03, 0.02, 0.03)
+    x, y, z = TOOL.translation
+    top = z + 0.005 - half[2]
+    parts = (Geom(Box(half), SE3.Identity(), "box"),)
+    here = SE3(TOOL.rotation, np.array([x, y, top + half[2]]))
+    thing = SimObject(name="box", parts=parts, mass=mass, friction=0.5, pose=here)
+    return box("pillar", (x, y, top / 2.0), (0.05, 0.05, top / 2.0)), thing
+
+
+def physical(*fixtures: Geom, **rest) -> Solid:
+    """In the physical world."""
+    from hw.sim.physics import physical_robot
+
+    def make(*args) -> ComposedRobot:
+        return physical_robot(*args)
+
+    return Solid(*fixtures, make=make, **rest)
+
+
+class Solid:
     def __init__(
         self,
         *fixtures: Geom,
@@ -49,7 +72,7 @@ class Solid:
         self.clock = SimClock()
         self.world = world or World([FLOOR, *fixtures], objects, walkers)
         self.robot = make(load_robot(robot), self.world, self.clock)
-        self.body = self.robot._arm._body  # what no robot tells: where it really is, and set it
+        self.body = self.robot._arm._body
         self.model = robot_model(robot)
 
     def drive(self, twist: Sequence[float] = STILL, qd: np.ndarray | None = None, s: float = 1.0):
@@ -61,6 +84,13 @@ class Solid:
             self.robot.send(command)
             self.clock.sleep_until(self.clock.now() + 0.01)
         return self.faults
+
+    def rise(self, speed: float = 0.15, s: float = 1.0) -> None:
+        """Move the hand straight up [m/s]."""
+        up = np.array([0.0, 0.0, speed, 0.0, 0.0, 0.0])
+        for _ in range(round(s * 100)):
+            J = self.model.kinematics(self.robot.read().q).J[:, self.model.n_base :]
+            self.drive(qd=np.linalg.pinv(J) @ up, s=0.01)
 
     @property
     def faults(self) -> list[tuple[str, str]]:

@@ -1,4 +1,4 @@
-"""A robot of parts that are read at different times, take their time, and fail."""
+"""A robot of parts with readings of different stamps, blocking operations and failures."""
 
 import threading
 from dataclasses import dataclass, field
@@ -7,7 +7,6 @@ from math import inf
 import numpy as np
 import pinocchio as pin
 import pytest
-from pinocchio import SE3
 
 from controller import Command, robot_model
 from hw import (
@@ -21,16 +20,16 @@ from hw import (
     HardwareError,
     SimClock,
 )
+from hw.composition import History, _interpolate_arm
 from robots import load_robot
 
 FRANKIE = load_robot("frankie")
-SPEED, RATE = 0.5, 0.4
-"""Of the base along x [m/s], and of every joint [rad/s]."""
+SPEED, RATE = 0.5, 0.4  # of the base along x [m/s], of its rotation and every joint [rad/s]
 
 
 @dataclass
 class Part:
-    """A driver where hardware would stand: its readings lag, its operations block."""
+    """A driver whose readings lag and whose operations block."""
 
     clock: SimClock
     lag: float = 0.0
@@ -124,6 +123,13 @@ class Assembly:
             clock=self.clock,
         )
 
+    def finish(self) -> None:
+        """Let the blocked operations end."""
+        for part in self.parts:
+            part.gate.set()
+        self.robot._grips.shutdown(wait=True)
+        self.robot._recoveries.shutdown(wait=True)
+
     def run(self, until: float) -> None:
         while self.clock.now() < until - 1e-9:
             self.robot.read()
@@ -146,6 +152,7 @@ def test_arm_and_base_are_of_the_same_moment(arm_lag, base_lag):
 def test_a_frame_is_placed_where_the_camera_was_when_it_was_captured():
     built = Assembly(base_lag=0.02)
     built.run(0.5)
+    assert built.robot.camera.latest(inf) is None
     captured = 0.437
     built.camera.image = DepthImage(depth=np.ones((480, 640), np.float32), stamp=captured)
     frame = built.robot.camera.latest(inf)
@@ -157,33 +164,21 @@ def test_a_frame_is_placed_where_the_camera_was_when_it_was_captured():
     assert built.robot.camera.latest(0.05) is None
 
 
-def test_operations_never_hold_up_a_reading_and_tell_when_they_have_ended():
+def test_operations_do_not_block_readings_and_are_not_started_twice():
     built = Assembly()
     built.robot.grip(0.02, 20.0)
+    built.robot.recover()
     built.robot.recover()
     state = built.robot.read()
     assert state.gripper_moving
     assert state.recovering
     assert "recover" not in built.arm.log
-    for part in built.parts:
-        part.gate.set()
-    built.robot._grips.shutdown(wait=True)
-    built.robot._recoveries.shutdown(wait=True)
+    built.finish()
     state = built.robot.read()
     assert not state.gripper_moving
     assert not state.recovering
     assert built.arm.log == built.base.log == ["recover"]
     assert sorted(built.gripper.log) == ["grip 0.02", "recover"]
-
-
-def test_a_recovery_is_not_started_twice():
-    built = Assembly()
-    built.robot.recover()
-    built.robot.recover()
-    for part in built.parts:
-        part.gate.set()
-    built.robot._recoveries.shutdown(wait=True)
-    assert built.arm.log == ["recover"]
 
 
 def test_the_arm_is_not_recovered_twice_in_two_seconds_whoever_asks():
@@ -210,11 +205,10 @@ def test_a_grip_that_failed_is_a_fault_until_the_next_recovery():
     built.robot.grip(0.0, 20.0)
     built.robot._grips.shutdown(wait=True)
     [fault] = built.robot.read().faults
-    assert fault.kind is FaultKind.OPERATION
+    assert (fault.kind, fault.clearable) == (FaultKind.OPERATION, True)
     assert fault.text == "grip failed: the fingers are blocked"
-    assert fault.clearable
     built.robot.recover()
-    built.robot._recoveries.shutdown(wait=True)
+    built.finish()
     assert built.robot.read().faults == ()
 
 
@@ -244,8 +238,24 @@ def test_a_command_reaches_base_and_arm_and_tells_what_was_applied(monkeypatch):
     np.testing.assert_array_equal(applied.qd, command.qd)
 
 
-def test_a_camera_without_an_image_has_no_frame():
-    built = Assembly()
-    built.run(0.1)
-    assert built.robot.camera.latest(inf) is None
-    assert isinstance(built.robot.read().wTb, SE3)
+def test_the_history_of_a_part_is_interpolated_inside_and_ends_at_its_last_reading():
+    history = History(_interpolate_arm)
+
+    def add(stamp, value):
+        history.add(ArmState(stamp=stamp, q=np.full(7, value), qd=np.zeros(7)))
+
+    def value(stamp):
+        return history.at(stamp).q[0]
+
+    for number in range(6):
+        add(0.1 * number, 10.0 * number)
+    assert value(0.33) == pytest.approx(33.0)
+    assert (value(-1.0), value(9.0)) == (0.0, 50.0)
+    add(0.5, 99.0)  # a reading of the same or an earlier stamp replaces later ones
+    assert value(0.5) == 99.0
+    assert value(0.45) == pytest.approx((40.0 + 99.0) / 2)
+    add(0.25, 25.0)
+    assert value(9.0) == 25.0
+    assert value(0.225) == pytest.approx(22.5)
+    add(2.0, 7.0)  # older readings are dropped
+    assert value(0.0) == 7.0

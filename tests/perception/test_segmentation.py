@@ -30,7 +30,7 @@ def put(shape, x, y, height, colour, yaw=0.0):
 def frame(*things, colour=True, height=0.45):
     floor = Geom(Plane(), SE3(np.eye(3), np.array([0.0, 0.0, FLOOR])), "floor", (120, 150, 170))
     wTc = SE3(pin.rpy.rpyToMatrix(np.pi, 0.0, 0.0), np.array([0.0, 0.0, FLOOR + height]))
-    depth, ids = DepthRenderer(CAMERA).render([floor, *things], wTc, with_ids=True)
+    depth, ids = DepthRenderer(CAMERA).render_with_ids([floor, *things], wTc)
     colours = painted([floor, *things], ids)
     return DepthFrame(
         depth=depth,

@@ -42,7 +42,7 @@ def count(*things, seed=0):
     """How many objects are seen in a noisy frame from straight above."""
     floor = Geom(Plane(), SE3.Identity(), "floor", (120, 150, 170))
     wTc = SE3(np.diag([1.0, -1.0, -1.0]), np.array([0.0, 0.0, 0.42]))
-    depth, ids = DepthRenderer(CAMERA.intrinsics).render([floor, *things], wTc, with_ids=True)
+    depth, ids = DepthRenderer(CAMERA.intrinsics).render_with_ids([floor, *things], wTc)
     colours = painted([floor, *things], ids)
     depth = D435Noise().apply(depth, CAMERA, np.random.default_rng(seed))
     frame = DepthFrame(

@@ -8,7 +8,7 @@ quadratic equation in t. The image is processed in strips of rows, whose tempora
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, Literal, TypeAlias, overload
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -53,34 +53,26 @@ class DepthRenderer:
         self._x: Image = ((u - intrinsics.cx) / intrinsics.fx).astype(np.float32)[None, :]
         self._y: Image = ((v - intrinsics.cy) / intrinsics.fy).astype(np.float32)[:, None]
 
-    @overload
-    def render(
-        self, shapes: Sequence[Visible], wTc: SE3, with_ids: Literal[False] = False
-    ) -> Image: ...
+    def render(self, shapes: Sequence[Visible], wTc: SE3) -> Image:
+        """(H, W) depth along the optical axis [m], NaN where nothing is visible.
 
-    @overload
-    def render(
-        self, shapes: Sequence[Visible], wTc: SE3, with_ids: Literal[True]
-    ) -> tuple[Image, Ids]: ...
-
-    def render(
-        self, shapes: Sequence[Visible], wTc: SE3, with_ids: bool = False
-    ) -> Image | tuple[Image, Ids]:
-        """Render depth; surfaces are visible from outside only.
+        Surfaces are visible from outside only.
 
         Args:
             shapes: with poses in the world.
             wTc: camera in the world; z along the optical axis, x right, y down.
-            with_ids: whether to return the shape of each pixel, too.
-
-        Returns:
-            (H, W) depth along the optical axis [m], NaN where nothing; with `with_ids` also the (H,
-            W)
-            index into `shapes` of the nearest one, -1 where nothing.
         """
+        return self._render(shapes, wTc, None)
+
+    def render_with_ids(self, shapes: Sequence[Visible], wTc: SE3) -> tuple[Image, Ids]:
+        """Depth, and (H, W) index into `shapes` of the nearest one, -1 where nothing is visible."""
+        size = (self._intrinsics.height, self._intrinsics.width)
+        ids = np.full(size, -1, dtype=np.int16)
+        return self._render(shapes, wTc, ids), ids
+
+    def _render(self, shapes: Sequence[Visible], wTc: SE3, ids: Ids | None) -> Image:
         size = (self._intrinsics.height, self._intrinsics.width)
         depth = np.full(size, np.inf, dtype=np.float32)
-        ids = np.full(size, -1, dtype=np.int16) if with_ids else None
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             visible = self._visible(shapes, wTc)
             for top in range(0, size[0], STRIP_ROWS):
@@ -107,7 +99,7 @@ class DepthRenderer:
             if bodies:
                 draw(depth, ids, bodies, self._intrinsics, NEAR)
         depth[np.isinf(depth)] = np.nan
-        return depth if ids is None else (depth, ids)
+        return depth
 
     def _visible(
         self, shapes: Sequence[Visible], wTc: SE3

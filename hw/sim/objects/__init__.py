@@ -7,46 +7,11 @@ hollow bodies.
 
 from hw.sim.objects.heldout import HELDOUT
 from hw.sim.objects.household import HOUSEHOLD
-from hw.sim.objects.making import (
-    DENSITY,
-    FRICTION,
-    MAX_FOOTPRINT,
-    MAX_HEIGHT,
-    MAX_LENGTH,
-    PAINT,
-    PALETTE,
-    ObjectClass,
-    fitting,
-    make_object,
-)
 from hw.sim.objects.modelled import MODELLED
 from hw.sim.objects.random_bodies import RANDOM_BODIES
 from hw.sim.objects.train import TRAIN
 
-OBJECT_CLASSES: dict[str, ObjectClass] = {
-    **HOUSEHOLD,
-    **TRAIN,
-    **HELDOUT,
-    **MODELLED,
-    **RANDOM_BODIES,
-}
+OBJECT_CLASSES = {**HOUSEHOLD, **TRAIN, **HELDOUT, **MODELLED, **RANDOM_BODIES}
 """All classes that a scene may name."""
 
-__all__ = [
-    "DENSITY",
-    "FRICTION",
-    "HELDOUT",
-    "HOUSEHOLD",
-    "MAX_FOOTPRINT",
-    "MAX_HEIGHT",
-    "MAX_LENGTH",
-    "MODELLED",
-    "OBJECT_CLASSES",
-    "PAINT",
-    "PALETTE",
-    "RANDOM_BODIES",
-    "TRAIN",
-    "ObjectClass",
-    "fitting",
-    "make_object",
-]
+__all__ = ["HELDOUT", "HOUSEHOLD", "MODELLED", "OBJECT_CLASSES", "RANDOM_BODIES", "TRAIN"]

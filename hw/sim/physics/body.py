@@ -14,7 +14,7 @@ from pinocchio import SE3
 
 from controller import Command
 from hw.clock import Clock
-from hw.sim.body import Dynamics, SimBody
+from hw.sim.body import Dynamics, Reflex, SimBody
 from hw.sim.physics.mjcf import TIMESTEP
 from hw.sim.physics.simulation import Press, RobotSimulation, between_fingers
 from hw.sim.robot_shapes import BASE, FINGERS, HELD
@@ -178,21 +178,15 @@ class PhysicalBody(SimBody):
             obj.pose = self._poses[number] = engine.object_pose(number)
 
 
-class ForceReflex:
-    """Trips on a force above a limit.
+class ForceReflex(Reflex):
+    """Trips on a force above a limit [N].
 
     Clearing it forgives the present force: the robot may slide along or away. What is forgiven
     shrinks with the force, down to the limit.
-
-    Args:
-        limit: [N].
     """
 
     def __init__(self, limit: float) -> None:
-        self.reason: str | None = None
-        """The contact that it tripped on, for people; None while the part may move."""
-        self.towards: Array = np.zeros(3)
-        """(3,) unit vector from the robot to that contact, in the world; 0 if unknown."""
+        super().__init__()
         self._limit = limit
         self._allowed = limit
         self._force = 0.0
@@ -203,14 +197,9 @@ class ForceReflex:
         self._allowed = max(self._limit, min(self._allowed, force + _MARGIN))
         return self.reason is None and force > self._allowed
 
-    def trip(self, reason: str, towards: Array | None = None) -> None:
-        """Stop the part on a contact in a direction (3,) in the world."""
-        self.reason = reason
-        self.towards = np.zeros(3) if towards is None else towards
-
     def clear(self) -> None:
         """Let the part move again."""
-        self.reason = None
+        super().clear()
         self._allowed = max(self._limit, self._force + _MARGIN)
 
 

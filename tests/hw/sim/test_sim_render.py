@@ -1,6 +1,4 @@
-"""Depth images against an independent truth: sphere tracing on signed distances, in float64."""
-
-from __future__ import annotations
+"""Depth images against sphere tracing on signed distances, in float64."""
 
 import numpy as np
 import pytest
@@ -64,7 +62,7 @@ def traced(placed: Geom, wTc: SE3) -> tuple[np.ndarray, np.ndarray]:
 
 def compare(shapes: list[Geom], wTc: SE3) -> np.ndarray:
     """Check an image against the truth; returns the image."""
-    image, ids = DepthRenderer(CAMERA).render(shapes, wTc, with_ids=True)
+    image, ids = DepthRenderer(CAMERA).render_with_ids(shapes, wTc)
     assert image.shape == ids.shape == (CAMERA.height, CAMERA.width)
     assert image.dtype == np.float32
     every, doubtful = zip(*(traced(s, wTc) for s in shapes), strict=True)
@@ -82,8 +80,8 @@ def compare(shapes: list[Geom], wTc: SE3) -> np.ndarray:
 
 
 @pytest.mark.parametrize("shape", SHAPES, ids=lambda s: type(s).__name__)
-@pytest.mark.parametrize("seed", range(4))
-def test_a_shape_anywhere_in_front_of_the_camera(shape: Box, seed: int) -> None:
+@pytest.mark.parametrize("seed", range(2))
+def test_a_shape_anywhere_in_front_of_the_camera(shape, seed):
     rng = np.random.default_rng(seed)
     turn, where = exp3(rng.normal(size=3)), rng.uniform([-0.2, -0.1, 0.25], [0.2, 0.1, 0.6])
     wTc = SE3(exp3(rng.normal(size=3)), rng.normal(size=3))
@@ -92,8 +90,8 @@ def test_a_shape_anywhere_in_front_of_the_camera(shape: Box, seed: int) -> None:
 
 
 @pytest.mark.parametrize("shape", SHAPES, ids=lambda s: type(s).__name__)
-@pytest.mark.parametrize("seed", range(6))
-def test_a_shape_on_both_sides_of_the_image_plane(shape: Box, seed: int) -> None:
+@pytest.mark.parametrize("seed", range(3))
+def test_a_shape_on_both_sides_of_the_image_plane(shape, seed):
     """Such as a finger or the wall that the camera passes by."""
     rng = np.random.default_rng(seed)
     turn = exp3(rng.normal(size=3))
@@ -105,41 +103,28 @@ def test_a_shape_on_both_sides_of_the_image_plane(shape: Box, seed: int) -> None
 
 
 @pytest.mark.parametrize("shape", SHAPES, ids=lambda s: type(s).__name__)
-def test_a_shape_close_beside_the_camera_shows(shape: Box) -> None:
+def test_shapes_are_visible_beside_the_camera_and_not_behind_or_around_it(shape):
     image = compare([Geom(shape, SE3(np.eye(3), np.array([0.1, 0.02, 0.04])))], SE3.Identity())
     assert np.isfinite(image).any()
-
-
-@pytest.mark.parametrize("shape", SHAPES, ids=lambda s: type(s).__name__)
-def test_what_is_behind_or_around_the_camera_is_not_seen(shape: Box) -> None:
     behind = Geom(shape, SE3(np.eye(3), np.array([0.0, 0.0, -0.3])))
     around = Geom(shape, SE3.Identity())
     assert np.isnan(DepthRenderer(CAMERA).render([behind, around], SE3.Identity())).all()
 
 
-def test_surfaces_nearer_than_the_near_plane_are_not_seen() -> None:
+def test_surfaces_are_cut_at_the_near_plane():
     def wall(distance: float) -> Geom:
         return Geom(Box((1.0, 1.0, 0.001)), SE3(np.eye(3), np.array([0.0, 0.0, distance])))
 
     renderer = DepthRenderer(CAMERA)
     assert np.isnan(renderer.render([wall(0.5 * NEAR)], SE3.Identity())).all()
     assert np.isfinite(renderer.render([wall(1.5 * NEAR)], SE3.Identity())).all()
-
-
-def test_a_surface_that_runs_towards_the_camera_is_cut_at_the_near_plane() -> None:
-    slope = exp3(np.array([0.0, 1.2, 0.0]))
-    image = compare(
-        [Geom(Box((0.05, 0.1, 0.0005)), SE3(slope, np.array([0, 0, 0.02])))], SE3.Identity()
-    )
+    assert np.isnan(renderer.render([], SE3.Identity())).all()
+    slope = SE3(exp3(np.array([0.0, 1.2, 0.0])), np.array([0, 0, 0.02]))
+    image = compare([Geom(Box((0.05, 0.1, 0.0005)), slope)], SE3.Identity())
     assert np.nanmin(image) == pytest.approx(NEAR, abs=1e-3)
 
 
-def test_the_floor_is_not_seen_from_below() -> None:
-    below = SE3(np.eye(3), np.array([0.0, 0.0, -0.5]))
-    assert np.isnan(DepthRenderer(CAMERA).render([Geom(Plane(), SE3.Identity())], below)).all()
-
-
-def test_the_floor_reaches_to_the_horizon_and_no_higher() -> None:
+def test_the_floor_reaches_to_the_horizon_and_is_not_visible_from_below():
     level = SE3(
         np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]]), np.array([0, 0, 1.0])
     )
@@ -149,9 +134,11 @@ def test_the_floor_reaches_to_the_horizon_and_no_higher() -> None:
     expected = CAMERA.fy / (rows[below] - CAMERA.cy)
     np.testing.assert_allclose(image[below], np.tile(expected[:, None], CAMERA.width), rtol=1e-5)
     assert np.isnan(image[~below]).all()
+    under = SE3(np.eye(3), np.array([0.0, 0.0, -0.5]))
+    assert np.isnan(DepthRenderer(CAMERA).render([Geom(Plane(), SE3.Identity())], under)).all()
 
 
-def test_a_crowd_shows_the_nearest_surface_everywhere() -> None:
+def test_a_crowd_shows_the_nearest_surface_everywhere():
     rng = np.random.default_rng(5)
     crowd = [Geom(Plane(), SE3.Identity())]
     for index in range(14):
@@ -163,7 +150,7 @@ def test_a_crowd_shows_the_nearest_surface_everywhere() -> None:
     compare(crowd, look_down)
 
 
-def test_strips_of_a_large_image_meet_without_a_seam() -> None:
+def test_strips_of_a_large_image_meet_without_a_seam():
     large = Intrinsics(width=40, height=400, fx=200.0, fy=200.0, cx=20.0, cy=200.0)
     ball = [Geom(Sphere(0.3), SE3(np.eye(3), np.array([0.0, 0.0, 0.8])))]
     column = DepthRenderer(large).render(ball, SE3.Identity())[:, 20].astype(float)
@@ -174,14 +161,14 @@ def test_strips_of_a_large_image_meet_without_a_seam() -> None:
     np.testing.assert_allclose(column, expected, rtol=1e-4)
 
 
-def test_the_wrist_camera_sees_the_fingers() -> None:
+def test_the_wrist_camera_sees_the_fingers():
     wTe = SE3(np.diag([1.0, -1.0, -1.0]), np.array([0.0, 0.0, 0.5]))
     eTc = SE3(
         np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), np.array([0.065, 0, -0.098])
     )
     wide = Intrinsics(width=160, height=120, fx=95.0, fy=95.0, cx=79.5, cy=59.5)
     hand = Hand(load_robot("frankie").gripper, wTe).shapes(0.08)
-    _, ids = DepthRenderer(wide).render(hand, wTe * eTc, with_ids=True)
+    _, ids = DepthRenderer(wide).render_with_ids(hand, wTe * eTc)
     seen = {hand[i].name for i in np.unique(ids) if i >= 0}
     assert {"left pad", "right pad"} <= seen
     columns = {
@@ -189,7 +176,3 @@ def test_the_wrist_camera_sees_the_fingers() -> None:
         for side in ("left", "right")
     }
     assert abs(columns["left"] - columns["right"]) > 40
-
-
-def test_nothing_to_see() -> None:
-    assert np.isnan(DepthRenderer(CAMERA).render([], SE3.Identity())).all()

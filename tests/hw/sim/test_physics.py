@@ -1,6 +1,4 @@
-"""The physical world: motors follow, contacts carry, stop and topple; no rule decides."""
-
-from __future__ import annotations
+"""Physical world: motors, held objects, collisions, determinism."""
 
 import subprocess
 import sys
@@ -8,39 +6,20 @@ import sys
 import numpy as np
 import pytest
 from pinocchio import SE3
-from solid_world import Solid, box, cube, turning
+from solid_world import Solid, box, box_at_the_hand, cube, physical, turning
 
-from controller import robot_model
-from hw import ComposedRobot, FaultInjection, HardwareError, WorldError, WorldOptions, open_backend
-from hw.sim import Motion, SimObject, Walker, load_scene
-from robots import Box, Geom, load_robot
+from hw import FaultInjection, HardwareError, WorldError, WorldOptions, open_backend
+from hw.sim import Motion, Walker, load_scene
+from robots import load_robot
 
 pytest.importorskip("mujoco", reason="needs the extra `physics`")
 
 FRANKIE = load_robot("frankie")
 FRONT = FRANKIE.base.size[0] / 2.0
-TOOL = robot_model("frankie").wTe(SE3.Identity(), FRANKIE.arm.ready)
-"""Where the tool is to begin with."""
-
-
-def physical(*fixtures: Geom, **rest) -> Solid:
-    from hw.sim.physics import physical_robot
-
-    def make(*args) -> ComposedRobot:
-        return physical_robot(*args)
-
-    return Solid(*fixtures, make=make, **rest)
 
 
 def between_the_fingers(mass: float = 0.3) -> Solid:
-    """A box on a pillar, where the open hand is."""
-    half = (0.03, 0.02, 0.03)
-    x, y, z = TOOL.translation
-    top = z + 0.005 - half[2]
-    parts = (Geom(Box(half), SE3.Identity(), "box"),)
-    here = SE3(TOOL.rotation, np.array([x, y, top + half[2]]))
-    thing = SimObject(name="box", parts=parts, mass=mass, friction=0.5, pose=here)
-    pillar = box("pillar", (x, y, top / 2.0), (0.05, 0.05, top / 2.0))
+    pillar, thing = box_at_the_hand(mass)
     return physical(pillar, objects=[thing])
 
 
@@ -49,9 +28,7 @@ def lifted(mass: float = 0.3, force: float = 20.0) -> Solid:
     sim = between_the_fingers(mass)
     sim.robot.grip(0.0, force)
     sim.drive(s=0.8)
-    for _ in range(100):
-        screws = sim.model.kinematics(sim.robot.read().q).J[:, 2:]
-        sim.drive(qd=np.linalg.pinv(screws) @ np.array([0.0, 0.0, 0.15, 0.0, 0.0, 0.0]), s=0.01)
+    sim.rise()
     sim.drive(s=0.5)
     return sim
 
@@ -63,9 +40,6 @@ def in_hand(sim: Solid) -> SE3:
 def crept(sim: Solid, since: SE3) -> float:
     """[mm]."""
     return 1000.0 * float(np.linalg.norm(in_hand(sim).translation - since.translation))
-
-
-# what is held
 
 
 def test_a_box_of_300_g_stays_where_it_is_held():
@@ -99,37 +73,9 @@ def test_the_fingers_press_with_the_force_that_was_asked_for():
         assert sum(one.force for one in presses) == pytest.approx(12.0, abs=1.5)
 
 
-def test_what_is_let_go_falls_onto_what_is_below():
+def test_a_held_object_is_released_or_taken_out_of_the_hand():
     sim = lifted()
     high = sim.world.objects[0].pose.translation[2]
-    sim.robot.grip(0.08, 20.0)
-    sim.drive(s=0.6)
-    assert sim.world.held is None
-    assert sim.world.supports() == {"box": "pillar"}
-    assert sim.world.objects[0].pose.translation[2] < high - 0.1
-
-
-def test_who_puts_an_object_elsewhere_takes_it_out_of_the_hand():
-    sim = lifted()
-    sim.world.put("box", SE3(np.eye(3), np.array([2.0, 1.0, 0.5])))
-    sim.drive(s=0.5)
-    np.testing.assert_allclose(sim.world.objects[0].pose.translation, [2.0, 1.0, 0.03], atol=2e-3)
-    assert sim.world.supports() == {"box": "floor"}
-    assert sim.world.held is None
-
-
-def test_objects_of_any_shape_come_to_rest_where_the_seed_laid_them():
-    backend = open_backend("frankie", "physics", WorldOptions(scene="shapes"))
-    assert set(backend.truth.supports().values()) == {"container"}
-    laid = load_scene("shapes", 0).objects
-    for before, after in zip(laid, backend.truth.objects, strict=True):
-        moved = after.pose.translation - before.pose.translation
-        assert np.abs(moved).max() < 0.02
-        assert moved.any()  # it rests on contacts, which yield a little
-
-
-def test_an_object_that_somebody_takes_away_out_of_the_hand_comes_back():
-    sim = lifted()
     robot = FaultInjection(sim.robot, sim.world, seed=0)
     robot.inject("object taken")
     robot.read()
@@ -140,9 +86,26 @@ def test_an_object_that_somebody_takes_away_out_of_the_hand_comes_back():
     robot.read()
     sim.drive(s=0.3)
     assert sim.world.supports() != {"box": "floor"}
+    sim.world.put("box", SE3(np.eye(3), np.array([2.0, 1.0, 0.5])))
+    sim.drive(s=0.5)
+    np.testing.assert_allclose(sim.world.objects[0].pose.translation, [2.0, 1.0, 0.03], atol=2e-3)
+    assert sim.world.supports() == {"box": "floor"}
+    sim = lifted()
+    sim.robot.grip(0.08, 20.0)
+    sim.drive(s=0.6)
+    assert sim.world.held is None
+    assert sim.world.supports() == {"box": "pillar"}
+    assert sim.world.objects[0].pose.translation[2] < high - 0.1
 
 
-# motors
+def test_objects_of_any_shape_come_to_rest_where_the_seed_laid_them():
+    backend = open_backend("frankie", "physics", WorldOptions(scene="shapes"))
+    assert set(backend.truth.supports().values()) == {"container"}
+    laid = load_scene("shapes", 0).objects
+    for before, after in zip(laid, backend.truth.objects, strict=True):
+        moved = after.pose.translation - before.pose.translation
+        assert np.abs(moved).max() < 0.02
+        assert moved.any()  # it rests on contacts, which yield a little
 
 
 def test_a_joint_follows_its_velocity_with_its_lag():
@@ -171,9 +134,6 @@ def test_a_differential_base_does_not_slip_sideways():
         assert abs(pose.rotation[:2, 1] @ (vx, vy)) < 5e-3
 
 
-# hits
-
-
 def test_the_bumper_stops_the_base_and_lets_it_leave():
     sim = physical(box("step", (1.0, 0.0, 0.15), (0.1, 1.0, 0.15)))
     assert sim.drive((0.5, 0.0, 0.0), s=2.0) == [("bumper", "the base hit step")]
@@ -199,7 +159,7 @@ def test_the_reflex_stops_the_arm_at_30_newtons_and_lets_it_leave():
     assert sim.robot.read().q[0] < before - 0.15
 
 
-def test_a_dog_that_runs_into_the_base_trips_the_bumper():
+def test_a_walker_that_runs_into_the_base_trips_the_bumper():
     walker = Walker("Rex", 0.25, 0.4, [(1.5, 0.0), (0.0, 0.0)], 1.0)
     sim = physical(walkers=[walker])
     assert sim.drive(s=1.5) == [("bumper", "the base hit Rex")]
@@ -229,10 +189,7 @@ def test_an_object_moves_by_itself_until_it_is_touched():
     assert thing.pose.translation[0] > FRONT
 
 
-# runs
-
-
-def test_a_world_that_has_become_impossible_ends_the_run_as_a_hardware_fault(tmp_path, monkeypatch):
+def test_a_diverged_simulation_is_a_hardware_error(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     sim = physical(objects=[cube("cube", (1.5, 0.0, 0.02))])
     sim.drive(s=0.1)
@@ -248,7 +205,7 @@ from hw import WorldOptions, open_backend
 backend = open_backend("frankie", "physics", WorldOptions(scene="single", beside=True))
 robot = backend.robot
 with ThreadPoolExecutor(2) as threads:
-    for tick in range(200):
+    for tick in range(100):
         reads = [threads.submit(robot._arm.read), threads.submit(robot._gripper.read)]
         assert all(read.result().stamp == backend.clock.now() for read in reads)
         backend.clock.sleep_until(0.05 * (tick + 1))
@@ -256,7 +213,7 @@ with ThreadPoolExecutor(2) as threads:
 
 
 def test_parts_in_threads_of_their_own_move_the_body_one_at_a_time():
-    """In a process of its own: a physical world that two step at once takes its process along."""
+    """In a process of its own, which a data race would crash."""
     subprocess.run((sys.executable, "-c", THREADS), check=True)
 
 

@@ -1,4 +1,4 @@
-"""A base or a joint that is faster than it was told is stopped, and no other."""
+"""Motion monitor: a base or joint that is faster than commanded stops the run."""
 
 from dataclasses import replace
 
@@ -22,8 +22,7 @@ FASTER = [
 
 
 @pytest.mark.parametrize(("told", "does", "says"), FASTER)
-def test_a_base_that_is_faster_than_it_was_told_is_stopped(told, does, says):
-    """As one that takes no notice of a throttle, at a share of its speeds, too."""
+def test_a_base_faster_than_commanded_is_stopped(told, does, says):
     stand = Stand(at_pace(FRANKIE, 0.3))
 
     def go(k: int) -> None:
@@ -34,7 +33,7 @@ def test_a_base_that_is_faster_than_it_was_told_is_stopped(told, does, says):
     assert stand.now < 0.8
 
 
-def test_a_joint_that_is_faster_than_it_was_told_is_stopped():
+def test_a_joint_faster_than_commanded_is_stopped():
     stand = Stand()
     joint = np.eye(7)[2]
 
@@ -45,8 +44,8 @@ def test_a_joint_that_is_faster_than_it_was_told_is_stopped():
     assert "joint 3 turns at 0.50 rad/s and was told 0.10 rad/s: its limits" in str(untrusted(go))
 
 
-def test_a_base_that_follows_late_and_noisily_is_not_faster_than_it_was_told():
-    """A heavy base: dead time 0.1 s, lag 0.15 s, noise; it is told to brake and to turn back."""
+def test_a_late_and_noisy_base_is_not_faster_than_commanded():
+    """Dead time 0.1 s, lag 0.15 s, noise; commands to brake and to reverse."""
     stand = Stand(replace(FRANKIE, base=replace(FRANKIE.base, lag=0.25)))
     rng, step = np.random.default_rng(1), LIMITS.base_acceleration * DT
     told, twist, late = np.zeros(3), np.zeros(3), [np.zeros(3)] * 10

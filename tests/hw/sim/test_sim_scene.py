@@ -1,26 +1,18 @@
-"""Scenes: what the files give, and what bad ones are told."""
+"""Scenes: worlds of the shipped files and of a user's files."""
 
-from __future__ import annotations
-
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 from pinocchio import SE3
 
-from hw.sim import Hand, SceneError, World, load_scene, scene_names
+from hw.sim import Hand, World, load_scene, read_scene, scene_names
 from hw.sim.contact import separation
-from hw.sim.objects import (
-    HELDOUT,
-    HOUSEHOLD,
-    MAX_HEIGHT,
-    MAX_LENGTH,
-    MODELLED,
-    OBJECT_CLASSES,
-    RANDOM_BODIES,
-    TRAIN,
-    make_object,
-)
+from hw.sim.objects import HELDOUT, HOUSEHOLD, MODELLED, OBJECT_CLASSES, RANDOM_BODIES, TRAIN
+from hw.sim.objects.making import MAX_HEIGHT, MAX_LENGTH, make_object
+from hw.sim.scene import Scene
+from hw.sim.scene_schema import Container, Fixture, Item, Motion, Objects, SideTable, Table, Walker
 from robots import Geom, load_robot, reach
 
 GOOD = """\
@@ -47,7 +39,7 @@ def narrowest(parts: list[Geom]) -> float:
     )
 
 
-def test_the_shipped_scenes_have_the_objects_that_they_speak_of() -> None:
+def test_the_shipped_scenes_have_the_objects_that_they_speak_of():
     counts = {name: len(load_scene(name, 0).objects) for name in scene_names()}
     assert counts == {
         "belt": 1,
@@ -67,8 +59,8 @@ def test_the_shipped_scenes_have_the_objects_that_they_speak_of() -> None:
 
 
 @pytest.mark.parametrize("name", ["household", "clutter"])
-@pytest.mark.parametrize("seed", range(10))
-def test_objects_lie_in_the_container_apart_from_each_other(name: str, seed: int) -> None:
+@pytest.mark.parametrize("seed", range(4))
+def test_objects_lie_in_the_container_apart_from_each_other(name, seed):
     world = load_scene(name, seed)
     walls = [f for f in world.fixtures if f.name == "container/wall"]
     for i, obj in enumerate(world.objects):
@@ -84,20 +76,20 @@ def test_objects_lie_in_the_container_apart_from_each_other(name: str, seed: int
 
 
 @pytest.mark.parametrize("name", HOUSEHOLD)
-def test_every_household_class_can_be_grasped_by_every_part(name: str) -> None:
+def test_every_household_class_can_be_grasped_by_every_part(name):
     rng = np.random.default_rng(7)
-    for _ in range(30):
+    for _ in range(10):
         obj = make_object("it", OBJECT_CLASSES[name], (0.015, 0.07), (0.03, 0.5), rng)
         assert 0.015 - 1e-9 <= narrowest(obj.placed()) <= 0.07 + 1e-9
 
 
-def test_no_kind_is_in_two_collections() -> None:
+def test_no_kind_is_in_two_collections():
     sets = (HOUSEHOLD, TRAIN, HELDOUT, MODELLED, RANDOM_BODIES)
     assert len(OBJECT_CLASSES) == sum(len(classes) for classes in sets)
 
 
 @pytest.mark.parametrize("name", [name for name in OBJECT_CLASSES if name not in RANDOM_BODIES])
-def test_every_class_of_objects_stands_on_the_floor_and_is_neither_long_nor_high(name: str) -> None:
+def test_every_class_of_objects_stands_on_the_floor_and_is_neither_long_nor_high(name):
     rng = np.random.default_rng(7)
     up, along = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
     for _ in range(30):
@@ -108,7 +100,7 @@ def test_every_class_of_objects_stands_on_the_floor_and_is_neither_long_nor_high
         assert 0.03 <= obj.mass <= 0.5
 
 
-def test_the_same_seed_gives_the_same_world() -> None:
+def test_the_same_seed_gives_the_same_world():
     def everything(world: World) -> list[object]:
         return [
             (o.name, o.mass, o.friction, o.pose.homogeneous.tolist(), [p.shape for p in o.parts])
@@ -119,46 +111,29 @@ def test_the_same_seed_gives_the_same_world() -> None:
     assert everything(load_scene("household", 3)) != everything(load_scene("household", 4))
 
 
-def test_container_and_table_stand_where_the_scene_says() -> None:
-    world = load_scene("household", 0)
-    top = {f.name: reach(f, np.array([0.0, 0.0, 1.0])) for f in world.fixtures[1:]}
-    assert top["table/top"] == pytest.approx(0.5)
-    assert top["container/floor"] == pytest.approx(0.456)
-    assert top["container/wall"] == pytest.approx(0.506)
-    inside = Geom(world.fixtures[3].shape, SE3.Identity())
-    assert inside.shape == world.fixtures[4].shape
-    walls = [f.pose.translation[:2] for f in world.fixtures if f.name == "container/wall"]
-    assert np.ptp(walls, axis=0) == pytest.approx([0.446, 0.366])
-
-
-def test_a_scene_file_of_ones_own_with_a_fixture(tmp_path: Path) -> None:
+def test_container_table_and_fixtures_stand_where_the_scene_says(tmp_path):
     path = tmp_path / "mine.yaml"
     path.write_text(
         GOOD + "fixtures:\n  - {name: shelf, centre: [1, 1, 0.5], size: [1, 0.2, 0.02],"
         " yaw_deg: 90}\n"
-    )
-    world = load_scene(path, 0)
-    assert len(world.objects) == 2
-    shelf = world.fixtures[-1]
-    assert shelf.name == "shelf"
-    assert reach(shelf, np.array([0.0, 1.0, 0.0])) == pytest.approx(1.5)
-
-
-def test_a_fixture_may_be_on_no_map(tmp_path: Path) -> None:
-    path = tmp_path / "mine.yaml"
-    path.write_text(
-        GOOD + "fixtures:\n  - {name: shelf, centre: [1, 1, 0.5], size: [1, 0.2, 0.02]}\n"
         "  - {name: crate, centre: [1, 0, 0.2], size: [0.2, 0.2, 0.4], on_map: false}\n"
     )
     world = load_scene(path, 0)
-    assert [one.name for one in world.fixtures[-2:]] == ["shelf", "crate"]
+    assert len(world.objects) == 2
+    top = {f.name: reach(f, np.array([0.0, 0.0, 1.0])) for f in world.fixtures[1:]}
+    assert top["table/top"] == pytest.approx(0.5)
+    assert top["container/floor"] == pytest.approx(0.456)
+    assert top["container/wall"] == pytest.approx(0.506)
+    walls = [f.pose.translation[:2] for f in world.fixtures if f.name == "container/wall"]
+    assert np.ptp(walls, axis=0) == pytest.approx([0.446, 0.366])
+    shelf, crate = world.fixtures[-2:]
+    assert (shelf.name, crate.name) == ("shelf", "crate")
+    assert reach(shelf, np.array([0.0, 1.0, 0.0])) == pytest.approx(1.5)
     assert world.mapped == world.fixtures[:-1]
 
 
-@pytest.mark.parametrize("seed", range(5))
-def test_objects_stand_on_side_tables_and_stay_on_them_as_they_move(
-    seed: int, tmp_path: Path
-) -> None:
+@pytest.mark.parametrize("seed", range(2))
+def test_objects_stand_on_side_tables_and_stay_on_them_as_they_move(seed, tmp_path):
     path = tmp_path / "mine.yaml"
     path.write_text(
         GOOD.replace("count: 2", "count: 1")
@@ -189,7 +164,7 @@ def test_objects_stand_on_side_tables_and_stay_on_them_as_they_move(
     assert all(a.pose == b for a, b in zip(world.objects[:3], still, strict=True))
 
 
-def test_what_the_hand_has_taken_no_longer_moves_by_itself(tmp_path: Path) -> None:
+def test_what_the_hand_has_taken_no_longer_moves_by_itself(tmp_path):
     path = tmp_path / "mine.yaml"
     path.write_text(
         GOOD.replace("count: 2", "count: 0")
@@ -208,7 +183,7 @@ def test_what_the_hand_has_taken_no_longer_moves_by_itself(tmp_path: Path) -> No
     np.testing.assert_array_equal(ball.pose.translation, taken)
 
 
-def test_widths_and_kinds_are_kept_to(tmp_path: Path) -> None:
+def test_widths_and_kinds_are_kept_to(tmp_path):
     path = tmp_path / "mine.yaml"
     path.write_text(GOOD.replace("2", "6") + "  kinds: [ball, can]\n  width_mm: [30, 40]\n")
     for obj in load_scene(str(path), 0).objects:
@@ -216,85 +191,15 @@ def test_widths_and_kinds_are_kept_to(tmp_path: Path) -> None:
         assert 0.03 <= narrowest(obj.placed()) <= 0.04
 
 
-def test_an_unknown_scene_is_told_which_there_are() -> None:
-    with pytest.raises(
-        SceneError, match=r"no scene is called `houshold`; did you mean `household`\?"
-    ) as told:
-        load_scene("houshold", 0)
-    assert "`kitchen`, `long_table`, `on_the_move`, `shapes`" in str(told.value)
+PAGE = (Path(__file__).parents[3] / "docs" / "scenes.md").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize(
-    ("text", "told"),
-    [
-        (GOOD.replace("count", "cuont"), "6:3: objects.cuont: unknown key; did you mean `count`?"),
-        (
-            GOOD.replace("count: 2", "count: -1"),
-            "6:10: objects.count: expected a number of at least 0, got the number `-1`",
-        ),
-        (
-            GOOD.replace("count: 2", "kinds: [bal]"),
-            "no kind of object is called `bal`; did you",
-        ),
-        (
-            GOOD.replace("count: 2", "width_mm: [70, 15]"),
-            "6:13: objects.width_mm: must be the smallest",
-        ),
-        (
-            GOOD.replace("[3.0, 0.0]", "[3.0, left]"),
-            "2:17: container.centre.1: expected a number, got the text `left`",
-        ),
-        (GOOD.replace("  centre: [3.0, 0.0]", "  wall_height: 0.1"), "1:1: container.centre: is m"),
-        (GOOD + "fixtures:\n  - {name: a}\n", "8:5: fixtures.0.centre: is missing"),
-        (
-            GOOD + "side_tables:\n  - {name: a, centre: [0, 0], motion: {along: [0, 1]}}\n",
-            "8:5: side_tables.0.objects: is missing",
-        ),
-        (
-            GOOD
-            + "side_tables:\n  - name: a\n    centre: [0, 0]\n    objects: {}\n"
-            + "    motion: {along: [0, 1], period: 1}\n",
-            "11:29: side_tables.0.motion.period: unknown key; did you mean `period_s`?",
-        ),
-        (
-            GOOD + "side_tables:\n  - {name: a, centre: [0, 0], objects: {}, high: 1}\n",
-            "8:44: side_tables.0.high: unknown key; did you mean `height`?",
-        ),
-        (
-            GOOD + "side_tables:\n  - {name: table, centre: [0, 0], objects: {}}\n",
-            "8:12: side_tables.0.name: is the name of other furniture; choose another one",
-        ),
-        (
-            GOOD + "side_tables:\n  - {name: a, centre: [0, 0], size: [0.2, 0.2], objects: {}}\n",
-            "objects: 10 do not fit on a; lower",
-        ),
-        ("table: {centre: [0, 0]}\n", "1:1: container: is missing; add it at the top level"),
-        ("table: [\n", "2:1: this is not YAML: "),
-        ("table: \x07\n", "1:8: this is not YAML: "),
-        ("", "1:1: the file is empty"),
-        ("- 1\n", "1:1: the file: expected a mapping, got a list"),
-        (
-            GOOD.replace("0.0]\ntable", "0.0]\n  inner_size: [0.1, 0.1]\ntable"),
-            "2 do not fit into the",
-        ),
-        (
-            GOOD.replace("2", "2\n  kinds: [mug]\n  width_mm: [50, 60]"),
-            "no mug is 50 to 60",
-        ),
-    ],
-)
-def test_a_bad_scene_is_told_where_and_how_to_fix_it(text: str, told: str, tmp_path: Path) -> None:
-    path = tmp_path / "bad.yaml"
-    path.write_text(text)
-    with pytest.raises(SceneError) as error:
-        load_scene(path, 0)
-    lines = str(error.value).splitlines()
-    assert any(told in line for line in lines)
-    assert all(line.startswith(str(path)) for line in lines)
-
-
-def test_a_scene_that_cannot_be_read_says_so(tmp_path: Path) -> None:
-    path = tmp_path / "binary.yaml"
-    path.write_bytes(b"\xff\xfe\x00\xd8")
-    with pytest.raises(SceneError, match="cannot be read"):
-        load_scene(path, 0)
+def test_the_page_about_scenes_has_a_valid_example_and_all_keys_and_scenes(tmp_path):
+    example = re.findall(r"```yaml\n(.*?)```", PAGE, flags=re.DOTALL)[0]
+    path = tmp_path / "workshop.yaml"
+    path.write_text(example)
+    assert read_scene(path, (0.7, 0.5)).walkers[0].name == "Ada"
+    assert len(load_scene(path, 0).objects) == 6
+    models = (Scene, Container, Table, SideTable, Objects, Item, Motion, Fixture, Walker)
+    keys = [key for model in models for key in model.model_fields]
+    assert [word for word in (*keys, *scene_names()) if f"`{word}`" not in PAGE] == []

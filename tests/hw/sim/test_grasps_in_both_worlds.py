@@ -1,24 +1,20 @@
-"""The rules of the kinematic world and physics judge the same grasps alike."""
-
-from __future__ import annotations
+"""Grasps have the same outcome in the kinematic and in the physical world."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from pinocchio import SE3, exp3, log3
-from solid_world import FLOOR, Solid, box
+from solid_world import FLOOR, TOOL, box, physical
 
-from controller import robot_model
-from hw import ComposedRobot
 from hw.sim import SimObject, World
-from hw.sim.objects import OBJECT_CLASSES, make_object
+from hw.sim.objects import OBJECT_CLASSES
+from hw.sim.objects.making import make_object
 from robots import Box, Cylinder, Geom, Shape, Sphere, load_robot
 
 pytest.importorskip("mujoco", reason="needs the extra `physics`")
 
 FRANKIE = load_robot("frankie")
-TOOL = robot_model("frankie").wTe(SE3.Identity(), FRANKIE.arm.ready)
 TIP = FRANKIE.gripper.tip
 ALONG_X = exp3(np.array([0.0, np.pi / 2.0, 0.0]))
 
@@ -58,11 +54,6 @@ def by_rule_and_in_physics(
 
     Across, the fingers close along its x axis instead of y. What swings in the hand is not held.
     """
-    from hw.sim.physics import physical_robot
-
-    def make(*args) -> ComposedRobot:
-        return physical_robot(*args)
-
     turn = exp3(np.array([0.0, 0.0, np.pi / 2.0])) if across else np.eye(3)
     ground = TOOL.translation[2] - TIP - tips
     to_hand = np.array([TOOL.translation[0], TOOL.translation[1], ground])
@@ -71,16 +62,14 @@ def by_rule_and_in_physics(
     thing.friction = friction
     middle = (to_hand[0] + 0.1, to_hand[1], ground / 2.0)
     pillar = box("pillar", middle, (0.33, 0.3, ground / 2.0))
-    sim = Solid(pillar, objects=[thing], make=make)
+    sim = physical(pillar, objects=[thing])
     state = sim.robot.read()
     rules = World([FLOOR, pillar], [replace(thing)])
     told = rules.close_fingers(sim.body.hand, state.gripper_width, 20.0)
     sim.robot.grip(0.0, 20.0)
     sim.drive(s=1.0)
     closed = sim.body.wTe.actInv(thing.pose)
-    for _ in range(100):
-        screws = sim.model.kinematics(sim.robot.read().q).J[:, 2:]
-        sim.drive(qd=np.linalg.pinv(screws) @ np.array([0.0, 0.0, 0.15, 0.0, 0.0, 0.0]), s=0.01)
+    sim.rise()
     sim.drive(s=0.5)
     swung = np.linalg.norm(log3(closed.rotation.T @ sim.body.wTe.actInv(thing.pose).rotation))
     held = sim.world.supports() == {"thing": "hand"} and swung < 0.3
@@ -90,35 +79,20 @@ def by_rule_and_in_physics(
 @pytest.mark.parametrize(
     ("thing", "x", "tips", "across", "held"),
     [
-        (bar(0.1), 0.0, 0.003, False, True),
         (bar(0.6), 0.0, 0.003, False, True),
         (bar(0.05), -0.14, 0.003, False, True),
         (bar(0.6), -0.14, 0.003, False, False),
         (bar(0.1), 0.0, 0.0192, False, True),
         (bowl(), 0.0, 0.03, True, False),
-        (dumbbell(), 0.0, 0.01, False, True),
         (dumbbell(), 0.02, 0.01, False, True),
         (dumbbell(), 0.04, 0.032, False, False),
     ],
-    ids=[
-        "a bar",
-        "a heavy bar at its middle",
-        "a light bar at its end",
-        "a heavy bar at its end",
-        "a bar by the very tips",
-        "a bowl over its middle",
-        "a dumbbell",
-        "beside the ball of a dumbbell",
-        "a ball above its middle",
-    ],
 )
-def test_both_worlds_decide_alike(
-    thing: SimObject, x: float, tips: float, across: bool, held: bool
-) -> None:
+def test_both_worlds_agree(thing, x, tips, across, held):
     assert by_rule_and_in_physics(thing, x, tips, across) == (held, held)
 
 
-def test_both_worlds_hold_the_rim_of_a_bowl() -> None:
+def test_both_worlds_hold_the_rim_of_a_bowl():
     thing = bowl()
     rim = thing.reach(np.array([1.0, 0.0, 0.0])) - 0.003
     top = thing.reach(np.array([0.0, 0.0, 1.0]))

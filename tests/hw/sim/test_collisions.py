@@ -1,6 +1,4 @@
-"""In a solid world every part of the robot hits what is in its way, stops, and can leave again."""
-
-from __future__ import annotations
+"""Collisions of the kinematic robot: every part stops at a contact and can leave again."""
 
 import numpy as np
 import pytest
@@ -16,10 +14,8 @@ from robots import Box, Geom
 
 FORWARD = Command(base_twist=np.array([0.5, 0.0, 0.0]), qd=np.zeros(7))
 LEG = box("table/leg", (0.6, 0.1, 0.25), (0.025, 0.025, 0.25))
-FACE = 0.575
-"""The side of it that faces the robot [m]."""
-FRONT = 0.35
-"""From the middle of the base to its front [m]."""
+FACE = 0.575  # side of the leg that faces the robot [m]
+FRONT = 0.35  # from the middle of the base to its front [m]
 
 
 def test_a_base_that_drives_into_a_table_leg_stands_still_and_says_so():
@@ -36,26 +32,32 @@ def test_a_base_that_drives_into_a_table_leg_stands_still_and_says_so():
     assert sim.x == before
 
 
-@pytest.mark.parametrize(("x", "bearing"), [(0.6, 0.0), (-0.6, np.pi)])
-def test_the_bumper_tells_on_which_side_it_was_touched(x, bearing):
-    sim = Solid(box("leg", (x, 0.1, 0.25), (0.025, 0.025, 0.25)))
-    sim.drive((np.sign(x) * 0.2, 0.0, 0.0), s=2.5)
+def test_the_bumper_reports_the_side_of_the_touch():
+    sim = Solid(box("leg", (-0.6, 0.1, 0.25), (0.025, 0.025, 0.25)))
+    sim.drive((-0.2, 0.0, 0.0), s=2.5)
     [fault] = sim.robot.read().faults
-    assert abs(np.angle(np.exp(1j * (fault.bearing - bearing)))) < 0.1
+    assert abs(abs(fault.bearing) - np.pi) < 0.1
 
 
-def test_a_base_that_has_hit_something_drives_off_and_cannot_press_on():
+def test_after_a_recovery_the_base_can_leave_but_not_press_on_and_a_new_touch_is_recorded():
     sim = Solid(LEG)
     sim.drive((0.5, 0.0, 0.0), s=1.5)
+    assert abs(sim.robot.read().faults[0].bearing) < 0.1
     for _ in range(3):
         sim.robot.recover()
         assert sim.faults == []
         assert sim.drive((0.5, 0.0, 0.0), s=0.3) == [("bumper", "the base hit table/leg")]
     at_the_leg = sim.x
     assert at_the_leg + FRONT - FACE <= 0.004
+    assert sim.touches == ["the base hit table/leg"]
+    touch = sim.world.touches[0]
+    assert (touch.part, touch.thing) == ("base", "table/leg")
+    assert 0.45 < touch.stamp < 0.75
     sim.robot.recover()
-    assert sim.drive((-0.3, 0.0, 0.0), s=1.0) == []
+    assert sim.drive((-0.3, 0.0, 0.0), s=1.5) == []
     assert sim.x < at_the_leg - 0.2
+    sim.drive((0.5, 0.0, 0.0), s=2.0)
+    assert sim.touches == 2 * ["the base hit table/leg"]
 
 
 def test_the_bumper_leaves_the_arm_alone_and_the_reflex_the_base():
@@ -169,29 +171,15 @@ def test_a_walker_that_runs_into_a_standing_base_presses_its_bumper_until_it_has
     assert sim.drive((0.2, 0.0, 0.0), s=0.3) == []
 
 
-def test_a_touch_is_noted_once_with_its_time_and_again_when_it_comes_back():
-    sim = Solid(LEG)
-    sim.drive((0.5, 0.0, 0.0), s=2.0)
-    assert sim.touches == ["the base hit table/leg"]
-    touch = sim.world.touches[0]
-    assert (touch.part, touch.thing) == ("base", "table/leg")
-    assert 0.45 < touch.stamp < 0.75
-    sim.robot.recover()
-    sim.drive((-0.2, 0.0, 0.0), s=1.5)
-    sim.drive((0.5, 0.0, 0.0), s=2.0)
-    assert sim.touches == 2 * ["the base hit table/leg"]
-    assert sim.world.touches[1].stamp > 3.5
-
-
-def test_only_what_can_have_come_near_is_measured_and_nothing_is_missed():
-    """The same contacts as by measuring every pair, along a wild way through the furniture."""
+def test_the_bounds_of_gaps_miss_no_contact():
+    """The same contacts as by measuring every pair, along a random way through furniture."""
     world = load_scene("household", 0)
     sim = Solid(world=world)
     rng = np.random.default_rng(5)
     shapes, deepest, contacts = members(sim.model.description), 0.0, 0
     q, width = sim.body.q.copy(), 0.08
-    for tick in range(400):
-        if tick % 100 == 0:
+    for tick in range(250):
+        if tick % 60 == 0:
             wTb = SE3(np.eye(3), np.array([2.4, 0.0, 0.0]))
         turn = exp3(np.array([0.0, 0.0, rng.uniform(-0.05, 0.05)]))
         wTb = SE3(wTb.rotation @ turn, wTb.translation + rng.uniform(-0.02, 0.02, 3) * (1, 1, 0))
@@ -218,7 +206,7 @@ def test_only_what_can_have_come_near_is_measured_and_nothing_is_missed():
             assert depth == pytest.approx(expected[key], abs=1e-6)
             deepest = max(deepest, depth)
         contacts += len(told)
-    assert contacts > 100
+    assert contacts > 60
     assert deepest > 0.02
 
 

@@ -1,0 +1,229 @@
+"""Contacts of closing fingers: a case for every outcome."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from pinocchio import SE3, exp3
+
+from hw.sim import GraspOutcome, Hand, Reason, SimObject, World
+from hw.sim.contact import separation
+from hw.sim.objects import OBJECT_CLASSES
+from hw.sim.objects.making import make_object
+from robots import Box, Capsule, Cylinder, Geom, Plane, Shape, Sphere, load_robot
+
+FLOOR = Geom(Plane(), SE3.Identity(), "floor")
+TURNED_DOWN = np.diag([1.0, -1.0, -1.0])
+UPRIGHT = np.eye(3)
+LYING_ALONG_X = exp3(np.array([0.0, np.pi / 2.0, 0.0]))
+LYING_ALONG_Y = exp3(np.array([np.pi / 2.0, 0.0, 0.0]))
+
+
+GRIPPER = load_robot("frankie").gripper
+
+
+def hand(wTe: SE3) -> Hand:
+    return Hand(GRIPPER, wTe)
+
+
+def hand_at(height: float, x: float = 0.0, y: float = 0.0, yaw: float = 0.0) -> SE3:
+    """The hand pointing down, closing along y unless turned."""
+    return SE3(exp3(np.array([0.0, 0.0, yaw])) @ TURNED_DOWN, np.array([x, y, height]))
+
+
+def thing(
+    shape: Shape,
+    height: float,
+    x: float = 0.0,
+    y: float = 0.0,
+    rotation: np.ndarray = UPRIGHT,
+    name: str = "thing",
+    mass: float = 0.1,
+) -> SimObject:
+    return SimObject(
+        name=name,
+        parts=(Geom(shape, SE3.Identity(), name),),
+        mass=mass,
+        pose=SE3(rotation, np.array([x, y, height])),
+    )
+
+
+def close(
+    wTe: SE3,
+    objects: Sequence[SimObject],
+    fixtures: Sequence[Geom] = (),
+    opening: float = 0.08,
+    force: float = 20.0,
+) -> tuple[GraspOutcome, World]:
+    world = World([FLOOR, *fixtures], objects)
+    return world.close_fingers(hand(wTe), opening, force), world
+
+
+@pytest.mark.parametrize(
+    ("shape", "rotation", "height", "width"),
+    [
+        (Box((0.03, 0.02, 0.025)), UPRIGHT, 0.025, 0.04),
+        (Box((0.03, 0.0375, 0.025)), UPRIGHT, 0.025, 0.075),
+        (Sphere(0.025), UPRIGHT, 0.025, 0.05),
+        (Cylinder(0.02, 0.05), LYING_ALONG_X, 0.02, 0.04),
+        (Cylinder(0.02, 0.03), LYING_ALONG_Y, 0.02, 0.06),
+        (Capsule(0.015, 0.04), LYING_ALONG_X, 0.015, 0.03),
+    ],
+)
+def test_what_fits_between_the_fingers_is_held_at_its_width(shape, rotation, height, width):
+    wTe = hand_at(height)
+    outcome, world = close(wTe, [thing(shape, height, rotation=rotation)])
+    assert outcome.reason is Reason.HELD
+    assert outcome.holding == "thing"
+    assert outcome.width == pytest.approx(width, abs=2e-4)
+    pads = [s for s in hand(wTe).shapes(outcome.width) if "pad" in s.name]
+    for pad in pads:
+        assert separation(pad, world.objects[0].placed()[0])[0] == pytest.approx(0.0, abs=2e-4)
+
+
+def test_a_skew_box_is_turned_and_a_tilted_hand_holds_too():
+    skew = thing(Box((0.035, 0.02, 0.025)), 0.025, rotation=exp3(np.array([0.0, 0.0, 0.7])))
+    outcome, _ = close(hand_at(0.025), [skew])
+    assert outcome.reason is Reason.HELD
+    assert abs(np.arctan2(skew.pose.rotation[1, 0], skew.pose.rotation[0, 0])) < 0.5
+    assert outcome.width < 0.06
+    tilt = exp3(np.array([0.15, 0.1, 0.9]))
+    wTe = SE3(tilt @ TURNED_DOWN, np.array([0.0, 0.0, 0.3]))
+    outcome, _ = close(wTe, [thing(Box((0.03, 0.02, 0.03)), 0.3, rotation=tilt)])
+    assert outcome.reason is Reason.HELD
+    assert outcome.width == pytest.approx(0.04, abs=2e-4)
+
+
+def compound(height: float, *parts: tuple[Shape, float, np.ndarray]) -> SimObject:
+    """Shapes along x, each with its place there and its rotation."""
+    geoms = tuple(Geom(shape, SE3(turn, np.array([x, 0.0, 0.0]))) for shape, x, turn in parts)
+    pose = SE3(UPRIGHT, np.array([0.0, 0.0, height]))
+    return SimObject(name="compound", parts=geoms, mass=0.1, pose=pose)
+
+
+def test_a_compound_is_held_by_the_part_between_the_pads():
+    handle = Box((0.015, 0.008, 0.02))
+    mug = compound(0.04, (Cylinder(0.045, 0.04), 0.0, UPRIGHT), (handle, 0.058, UPRIGHT))
+    outcome, _ = close(hand_at(0.04, x=0.065), [mug], opening=0.05)
+    assert outcome.reason is Reason.HELD
+    assert outcome.width == pytest.approx(0.016, abs=2e-4)
+    shaft = Cylinder(0.01, 0.04)
+    dumbbell = compound(0.02, (shaft, 0.0, LYING_ALONG_X), (Sphere(0.02), 0.04, UPRIGHT))
+    outcome, _ = close(hand_at(0.02, x=0.018), [dumbbell])  # the ball slides off the pads
+    assert outcome.reason is Reason.HELD
+    assert outcome.width == pytest.approx(0.02, abs=4e-3)
+
+
+BOX = Box((0.03, 0.02, 0.025))
+NARROW = Box((0.2, 0.003, 0.05))
+WALL = Geom(Box((0.2, 0.005, 0.05)), SE3(np.eye(3), np.array([0.0, 0.03, 0.0])), "wall")
+
+
+def tilted(angle: float, height: float) -> SE3:
+    return SE3(exp3(np.array([angle, 0.0, 0.0])) @ TURNED_DOWN, np.array([0.0, 0.0, height]))
+
+
+def box(mass: float = 0.1) -> list[SimObject]:
+    return [thing(BOX, 0.025, mass=mass)]
+
+
+def bar(x: float, mass: float) -> list[SimObject]:
+    return [thing(Box((0.15, 0.01, 0.01)), 0.01, x=x, mass=mass)]
+
+
+def ball() -> list[SimObject]:
+    return [thing(Sphere(0.03), 0.03)]
+
+
+LOW = hand_at(0.025)
+PAIR = [thing(Box((0.02, 0.01, 0.025)), 0.025, y=s * 0.022, name=f"box {s}") for s in (-1, 1)]
+BESIDE = thing(Box((0.02, 0.005, 0.025)), 0.025, y=0.055, name="beside")
+CASES = {
+    "nothing": (hand_at(0.1), [], Reason.NOTHING, 0.0),
+    "an object beside the pads": (hand_at(0.025, x=0.05), box(), Reason.NOTHING, 0.0),
+    "an object outside": (hand_at(0.025, y=0.1), box(), Reason.NOTHING, 0.0),
+    "two objects": (LOW, PAIR, Reason.TWO_OBJECTS, None),
+    "another object, too far": (LOW, [*box(), BESIDE], Reason.HELD, 0.04),
+    "too wide": (LOW, [thing(Box((0.03, 0.05, 0.025)), 0.025)], Reason.TOO_WIDE, 0.08),
+    "a ball above its middle": (hand_at(0.058), ball(), Reason.NOT_ANTIPODAL, None),
+    "a ball lower": (hand_at(0.035), ball(), Reason.HELD, None),
+    "by the very tips": (hand_at(0.0575), box(), Reason.HELD, 0.04),
+    "tips that skim the floor": (tilted(0.02, 0.0085), box(), Reason.HELD, None),
+    "a bar at its middle": (hand_at(0.01), bar(0.0, 0.6), Reason.HELD, None),
+    "a light bar at its end": (hand_at(0.01), bar(0.14, 0.05), Reason.HELD, None),
+    "a heavy bar at its end": (hand_at(0.01), bar(0.14, 0.6), Reason.TURNS, None),
+    "as heavy as friction carries": (LOW, box(1.5), Reason.HELD, None),
+    "heavier": (LOW, box(1.75), Reason.TOO_HEAVY, None),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_outcome_of_closing(case):
+    wTe, objects, reason, width = CASES[case]
+    outcome, world = close(wTe, objects)
+    assert outcome.reason is reason
+    assert outcome.holding == (objects[0].name if reason is Reason.HELD else None)
+    assert (world.held is None) == (reason is not Reason.HELD)
+    if width is not None:
+        assert outcome.width == pytest.approx(width, abs=2e-4)
+
+
+def test_an_object_wider_than_the_present_opening_is_too_wide():
+    outcome, _ = close(LOW, [thing(Box((0.03, 0.021, 0.025)), 0.025)], opening=0.04)
+    assert outcome.reason is Reason.TOO_WIDE
+
+
+def test_a_single_pad_drags_an_object_only_so_far():
+    near, far = (thing(Box((0.02, 0.0075, 0.025)), 0.025, y=y) for y in (0.018, 0.03))
+    assert close(LOW, [near])[0].reason is Reason.HELD
+    assert near.pose.translation == pytest.approx([0.0, 0.0, 0.025], abs=2e-4)
+    assert close(LOW, [far])[0].reason is Reason.ONE_PAD
+    assert far.pose.translation[1] == 0.03
+
+
+@pytest.mark.parametrize("movable", [False, True], ids=["wall", "object"])
+def test_an_object_cannot_be_dragged_through_another(movable):
+    dragged = thing(Box((0.03, 0.01, 0.025)), 0.025, y=0.02)
+    other = thing(Box((0.005, 0.01, 0.05)), 0.05, x=0.024, name="other")
+    if movable:
+        outcome, _ = close(LOW, [dragged, other])
+    else:
+        outcome, _ = close(LOW, [dragged], other.placed())
+    assert outcome.reason is Reason.BLOCKED
+    assert outcome.width == pytest.approx(0.06, abs=2e-4)
+    assert dragged.pose.translation[1] == 0.02
+
+
+def test_a_wall_that_stops_one_finger_stops_the_other():
+    wall = Geom(NARROW, SE3(np.eye(3), np.array([0.0, 0.01, 0.0])), "wall")
+    for objects, fixture, width in (
+        ([], wall, 0.026),
+        ([thing(Box((0.03, 0.015, 0.025)), 0.025)], WALL, 0.07),
+    ):
+        outcome, _ = close(hand_at(0.04), objects, [fixture])
+        assert outcome.reason is Reason.BLOCKED
+        assert outcome.width == pytest.approx(width, abs=2e-4)
+
+
+def test_the_rim_of_a_vessel_is_held_by_its_wall():
+    rng = np.random.default_rng(0)
+    bowl = make_object("bowl", OBJECT_CLASSES["bowl"], (0.006, 0.006), (0.2, 0.2), rng)
+    rim = bowl.reach(np.array([1.0, 0.0, 0.0])) - 0.003
+    top = bowl.reach(np.array([0.0, 0.0, 1.0]))
+    outcome, _ = close(hand_at(top - 0.004, x=rim, yaw=np.pi / 2.0), [bowl], opening=0.06)
+    assert outcome.reason is Reason.HELD
+    assert outcome.width < 0.012
+
+
+def test_an_object_that_slips_off_stays_where_it_was_dragged_or_falls():
+    heavy = thing(BOX, 0.025, y=0.01, mass=5.0)
+    outcome, world = close(LOW, [heavy])
+    assert outcome.touched == "thing"
+    assert world.held is None
+    assert heavy.pose.translation == pytest.approx([0.0, 0.0, 0.025], abs=2e-4)
+    heavy = thing(Box((0.03, 0.01, 0.025)), 0.025, y=0.02, mass=5.0)
+    outcome, world = close(tilted(0.25, 0.04), [heavy])
+    assert outcome.holding is None
+    assert heavy.pose.translation[1] < 0.01
+    assert heavy.pose.translation[2] == pytest.approx(0.025, abs=2e-4)
+    assert world.resting_on(heavy) == "floor"
