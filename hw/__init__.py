@@ -17,13 +17,7 @@ if TYPE_CHECKING:
     from hw.faults import INJECTABLE, FaultInjection, InjectionError, injectable
     from hw.gate import Gate, Refusal, UntrustedRobotError
     from hw.recording import TURN, RecordedRobot, Turn
-    from hw.registry import (
-        Backend,
-        WorldError,
-        WorldOptions,
-        open_backend,
-        simulator,
-    )
+    from hw.registry import Backend, WorldError, WorldOptions, open_backend, simulator
     from hw.replay import Difference, ReplayRobot
     from hw.robot import Arm, Base, Camera, DepthCamera, Gripper, HardwareError, Robot, RobotWrapper
     from hw.state import (

@@ -107,8 +107,7 @@ class Gate:
         if self._is_after_gap(now):
             last = self.applied
             self.applied = Command(
-                base_twist=_braked(last.base_twist, state.base_twist),
-                qd=_braked(last.qd, state.qd),
+                base_twist=_braked(last.base_twist, state.base_twist), qd=_braked(last.qd, state.qd)
             )
         return self.applied
 

@@ -15,10 +15,7 @@ from hw.robot import FunctionCamera, HardwareError
 from hw.state import DepthFrame, Fault, RobotState
 from robots import RobotDescription
 
-_VELOCITIES = (
-    *("base vx", "base vy", "base ω"),
-    *(f"joint {number}" for number in range(1, 8)),
-)
+_VELOCITIES = (*("base vx", "base vy", "base ω"), *(f"joint {number}" for number in range(1, 8)))
 
 
 class RecordEndsError(HardwareError):

@@ -74,11 +74,7 @@ class GraspContact:
 
 
 def grasp_contact(
-    hand: Hand,
-    opening: float,
-    force: float,
-    objects: Iterable[SimObject],
-    fixtures: Sequence[Geom],
+    hand: Hand, opening: float, force: float, objects: Iterable[SimObject], fixtures: Sequence[Geom]
 ) -> GraspContact:
     """What closing the fingers does.
 

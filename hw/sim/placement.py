@@ -188,10 +188,7 @@ def _make_mesh_object(
 
 
 def _find_places(
-    unplaced: Sequence[_Unplaced],
-    placed: Sequence[SimObject],
-    area: Area,
-    rng: np.random.Generator,
+    unplaced: Sequence[_Unplaced], placed: Sequence[SimObject], area: Area, rng: np.random.Generator
 ) -> bool:
     """Give every object a pose beside those placed, the largest first; False if they do not fit."""
     placed = list(placed)

@@ -1,7 +1,7 @@
 """A robot of parts with readings of different stamps, blocking operations and failures."""
 
 import threading
-from dataclasses import dataclass, field
+from collections.abc import Callable
 from math import inf
 
 import numpy as np
@@ -14,7 +14,6 @@ from hw import (
     BaseState,
     ComposedRobot,
     DepthImage,
-    Fault,
     FaultKind,
     GripperState,
     HardwareError,
@@ -27,106 +26,82 @@ FRANKIE = load_robot("frankie")
 SPEED, RATE = 0.5, 0.4  # of the base along x [m/s], of its rotation and every joint [rad/s]
 
 
-@dataclass
+def arm_at(stamp: float) -> ArmState:
+    return ArmState(stamp=stamp, q=FRANKIE.arm.ready + RATE * stamp, qd=np.full(7, RATE))
+
+
+def base_at(stamp: float) -> BaseState:
+    twist = np.array([SPEED, 0.0, RATE])
+    wTb = pin.exp6(np.array([SPEED, 0.0, 0.0, 0.0, 0.0, RATE]) * stamp)
+    return BaseState(stamp=stamp, wTb=wTb, twist=twist)
+
+
+def gripper_at(stamp: float) -> GripperState:
+    return GripperState(stamp=stamp, width=0.04, moving=False)
+
+
 class Part:
-    """A driver whose readings lag and whose operations block."""
+    """A driver whose readings lag and whose operations block until `gate` is set."""
 
-    clock: SimClock
-    lag: float = 0.0
-    log: list[str] = field(default_factory=list)
-    unreachable: str = ""
-    gate: threading.Event = field(default_factory=threading.Event)
-    error: str = ""
-    moving = False
+    def __init__(self, clock: SimClock, at: Callable = lambda stamp: None, lag: float = 0.0):
+        self.clock, self.at, self.lag = clock, at, lag
+        self.log: list[str] = []
+        self.unreachable = self.error = ""
+        self.gate = threading.Event()
+        self.image: DepthImage | None = None
 
-    @property
-    def stamp(self) -> float:
-        return self.clock.now() - self.lag
+    def read(self):
+        return self.at(self.clock.now() - self.lag)
 
-    def connect(self) -> None:
+    def send(self, velocities):
+        return velocities
+
+    def latest(self):
+        return self.image
+
+    def faults(self):
+        return ()
+
+    def connect(self):
         self.log.append("connect")
         if self.unreachable:
             raise HardwareError(self.unreachable)
 
-    def close(self) -> None:
+    def close(self):
         self.log.append("close")
 
-    def stop(self) -> None:
+    def stop(self):
         self.log.append("stop")
         if self.error:
             raise HardwareError(self.error)
 
-    def recover(self) -> None:
+    def recover(self):
         self.gate.wait(5.0)
         self.log.append("recover")
 
-    def grip(self, width: float, force: float) -> None:
+    def grip(self, width, force):
         self.gate.wait(5.0)
         self.log.append(f"grip {width:g}")
         if self.error:
             raise HardwareError(self.error)
 
 
-class MovingArm(Part):
-    def read(self) -> ArmState:
-        return ArmState(
-            stamp=self.stamp, q=FRANKIE.arm.ready + RATE * self.stamp, qd=np.full(7, RATE)
-        )
-
-    def send(self, qd):
-        return qd
-
-
-class MovingBase(Part):
-    def read(self) -> BaseState:
-        wTb = pin.exp6(np.array([SPEED, 0.0, 0.0, 0.0, 0.0, RATE]) * self.stamp)
-        return BaseState(stamp=self.stamp, wTb=wTb, twist=np.array([SPEED, 0.0, RATE]))
-
-    def send(self, twist):
-        return twist
-
-
-class StillGripper(Part):
-    def read(self) -> GripperState:
-        return GripperState(stamp=self.stamp, width=0.04, moving=False)
-
-
-class SlowCamera(Part):
-    image: DepthImage | None = None
-    fault: Fault | None = None
-
-    def latest(self) -> DepthImage | None:
-        return self.image
-
-    def faults(self) -> tuple[Fault, ...]:
-        return () if self.fault is None else (self.fault,)
-
-    def recover(self) -> None:
-        super().recover()
-        self.fault = None
-
-
 class Assembly:
     def __init__(self, arm_lag: float = 0.0, base_lag: float = 0.0) -> None:
         self.clock = SimClock()
-        self.arm = MovingArm(self.clock, arm_lag)
-        self.base = MovingBase(self.clock, base_lag)
-        self.gripper = StillGripper(self.clock)
-        self.camera = SlowCamera(self.clock)
+        self.arm, self.base = Part(self.clock, arm_at, arm_lag), Part(self.clock, base_at, base_lag)
+        self.gripper, self.camera = Part(self.clock, gripper_at), Part(self.clock)
         self.parts = (self.arm, self.base, self.gripper, self.camera)
-        self.robot = ComposedRobot(
-            FRANKIE,
-            arm=self.arm,
-            base=self.base,
-            gripper=self.gripper,
-            camera=self.camera,
-            clock=self.clock,
-        )
+        parts = zip(("arm", "base", "gripper", "camera"), self.parts, strict=True)
+        self.robot = ComposedRobot(FRANKIE, clock=self.clock, **dict(parts))
+
+    def unblock(self) -> None:
+        for part in self.parts:
+            part.gate.set()
 
     def finish(self) -> None:
         """Let the blocked operations end."""
-        for part in self.parts:
-            part.gate.set()
+        self.unblock()
         self.robot._grips.shutdown(wait=True)
         self.robot._recoveries.shutdown(wait=True)
 
@@ -143,21 +118,19 @@ def test_arm_and_base_are_of_the_same_moment(arm_lag, base_lag):
     state = built.robot.read()
     older = 0.5 - max(arm_lag, base_lag)
     assert state.stamp == pytest.approx(older)
-    np.testing.assert_allclose(state.q, FRANKIE.arm.ready + RATE * older, atol=1e-9)
-    expected = pin.exp6(np.array([SPEED, 0.0, 0.0, 0.0, 0.0, RATE]) * older)
-    assert state.wTb.isApprox(expected, 1e-6)
+    np.testing.assert_allclose(state.q, arm_at(older).q, atol=1e-9)
+    assert state.wTb.isApprox(base_at(older).wTb, 1e-6)
     assert state.stamps == pytest.approx((0.5 - arm_lag, 0.5 - base_lag, 0.5))
 
 
-def test_a_frame_is_placed_where_the_camera_was_when_it_was_captured():
+def test_a_frame_has_the_camera_pose_at_its_capture():
     built = Assembly(base_lag=0.02)
     built.run(0.5)
     assert built.robot.camera.latest(inf) is None
     captured = 0.437
     built.camera.image = DepthImage(depth=np.ones((480, 640), np.float32), stamp=captured)
     frame = built.robot.camera.latest(inf)
-    wTb = pin.exp6(np.array([SPEED, 0.0, 0.0, 0.0, 0.0, RATE]) * captured)
-    wTe = robot_model("frankie").wTe(wTb, FRANKIE.arm.ready + RATE * captured)
+    wTe = robot_model("frankie").wTe(base_at(captured).wTb, arm_at(captured).q)
     assert frame.wTc.isApprox(wTe * FRANKIE.camera.eTc, 1e-4)
     assert frame.stamp == captured
     assert built.robot.camera.latest(inf) is frame
@@ -181,10 +154,9 @@ def test_operations_do_not_block_readings_and_are_not_started_twice():
     assert sorted(built.gripper.log) == ["grip 0.02", "recover"]
 
 
-def test_the_arm_is_not_recovered_twice_in_two_seconds_whoever_asks():
+def test_the_arm_is_not_recovered_twice_in_two_seconds():
     built = Assembly()
-    for part in built.parts:
-        part.gate.set()
+    built.unblock()
     recovered = []
     for _ in range(450):
         built.robot.recover()
@@ -200,8 +172,7 @@ def test_the_arm_is_not_recovered_twice_in_two_seconds_whoever_asks():
 def test_a_grip_that_failed_is_a_fault_until_the_next_recovery():
     built = Assembly()
     built.gripper.error = "the fingers are blocked"
-    for part in built.parts:
-        part.gate.set()
+    built.unblock()
     built.robot.grip(0.0, 20.0)
     built.robot._grips.shutdown(wait=True)
     [fault] = built.robot.read().faults
@@ -212,7 +183,7 @@ def test_a_grip_that_failed_is_a_fault_until_the_next_recovery():
     assert built.robot.read().faults == ()
 
 
-def test_a_part_that_cannot_be_reached_is_named_and_the_others_are_let_go():
+def test_a_part_that_cannot_be_reached_is_named_and_the_others_are_closed():
     built = Assembly()
     built.gripper.unreachable = "the hand does not answer at 172.16.0.2: is it switched on?"
     with pytest.raises(HardwareError, match="the hand does not answer"), built.robot:
@@ -229,7 +200,7 @@ def test_stopping_reaches_every_part_even_if_one_raises():
     assert all("stop" in part.log for part in built.parts)
 
 
-def test_a_command_reaches_base_and_arm_and_tells_what_was_applied(monkeypatch):
+def test_a_command_reaches_base_and_arm_and_returns_what_was_applied(monkeypatch):
     built = Assembly()
     monkeypatch.setattr(built.base, "send", lambda twist: 0.5 * twist)
     command = Command(base_twist=np.array([0.2, 0.0, 0.1]), qd=np.full(7, 0.3))

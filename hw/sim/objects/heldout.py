@@ -6,7 +6,7 @@ from math import cos, pi, sin, tan
 
 import numpy as np
 
-from hw.sim.objects.making import ObjectClass, Parts, part
+from hw.sim.objects.making import ObjectClass, Parts, box, disc, part
 from robots import Box, Capsule, Cylinder, Sphere
 
 
@@ -23,8 +23,8 @@ def _standing_bottle(rng: np.random.Generator, width: float) -> Parts:
     """`width` is that of its body."""
     radius, height, neck = width / 2.0, rng.uniform(0.045, 0.07), rng.uniform(0.009, 0.013)
     return [
-        part(Cylinder(radius, height / 2.0), 0.0, 0.0, height / 2.0),
-        part(Cylinder(0.75 * radius, 0.004), 0.0, 0.0, height + 0.004),
+        disc(radius, height),
+        disc(0.75 * radius, 0.008, z=height),
         part(Cylinder(neck, 0.013), 0.0, 0.0, height + 0.020),
     ]
 
@@ -32,10 +32,7 @@ def _standing_bottle(rng: np.random.Generator, width: float) -> Parts:
 def _cross(rng: np.random.Generator, width: float) -> Parts:
     height = rng.uniform(0.02, 0.045)
     a, b = rng.uniform(0.035, 0.055, 2)
-    return [
-        part(Box((a, width / 2.0, height / 2.0)), 0.0, 0.0, height / 2.0),
-        part(Box((width / 2.0, b, height / 2.0)), 0.0, 0.0, height / 2.0),
-    ]
+    return [box(2.0 * a, width, height), box(width, 2.0 * b, height)]
 
 
 def _horseshoe(rng: np.random.Generator, width: float) -> Parts:
@@ -44,7 +41,7 @@ def _horseshoe(rng: np.random.Generator, width: float) -> Parts:
     half = width / 2.0
     side = Box((arm / 2.0, half, height / 2.0))
     return [
-        part(Box((half, back / 2.0, height / 2.0)), 0.0, 0.0, height / 2.0),
+        box(2.0 * half, back, height),
         part(side, arm / 2.0 - half, back / 2.0 - half, height / 2.0),
         part(side, arm / 2.0 - half, half - back / 2.0, height / 2.0),
     ]
@@ -67,8 +64,8 @@ def _spray_bottle(rng: np.random.Generator, width: float) -> Parts:
     radius, height = width / 2.0, rng.uniform(0.045, 0.06)
     head = Box((rng.uniform(0.02, 0.028), 0.009, 0.009))
     return [
-        part(Cylinder(radius, height / 2.0), 0.0, 0.0, height / 2.0),
-        part(Cylinder(0.5 * radius, 0.010), 0.0, 0.0, height + 0.010),
+        disc(radius, height),
+        disc(0.5 * radius, 0.02, z=height),
         part(head, 0.010, 0.0, height + 0.029),
     ]
 
@@ -78,9 +75,9 @@ def _wrench(rng: np.random.Generator, width: float) -> Parts:
     height, half = rng.uniform(0.014, 0.022), rng.uniform(0.035, 0.05)
     jaw = Box((0.011, 0.006, height / 2.0))
     return [
-        part(Box((half, width / 2.0, height / 2.0)), 0.0, 0.0, height / 2.0),
-        part(Cylinder(width / 2.0 + 0.006, height / 2.0), -half, 0.0, height / 2.0),
-        part(Box((0.006, 0.017, height / 2.0)), half, 0.0, height / 2.0),
+        box(2.0 * half, width, height),
+        disc(width / 2.0 + 0.006, height, -half),
+        box(0.012, 0.034, height, half),
         *(part(jaw, half + 0.016, side * 0.012, height / 2.0) for side in (-1.0, 1.0)),
     ]
 
@@ -97,7 +94,7 @@ def _cup(rng: np.random.Generator, width: float) -> Parts:
             part(wall, radius * cos(a), radius * sin(a), height / 2.0, yaw=a)
             for a in np.arange(sides) * 2.0 * pi / sides
         ),
-        part(Cylinder(radius, 0.003), 0.0, 0.0, 0.003),
+        disc(radius, 0.006),
         part(handle, radius + width / 2.0 + 0.011, 0.0, height / 2.0),
     ]
 
@@ -130,7 +127,7 @@ def _pan(rng: np.random.Generator, width: float) -> Parts:
     """A flat disc with a handle; `width` is that of the handle."""
     radius, half = rng.uniform(0.036, 0.042), rng.uniform(0.025, 0.032)
     return [
-        part(Cylinder(radius, 0.012), 0.0, 0.0, 0.012),
+        disc(radius, 0.024),
         part(Box((half, width / 2.0, 0.009)), radius + half - 0.004, 0.0, 0.015),
     ]
 
@@ -164,8 +161,8 @@ def _key(rng: np.random.Generator, width: float) -> Parts:
     thick, half = rng.uniform(0.014, 0.02), rng.uniform(0.03, 0.04)
     tooth = Box((0.005, 0.008, thick / 2.0))
     return [
-        part(Box((half, width / 2.0, thick / 2.0)), 0.0, 0.0, thick / 2.0),
-        part(Cylinder(rng.uniform(0.016, 0.022), thick / 2.0), -half - 0.012, 0.0, thick / 2.0),
+        box(2.0 * half, width, thick),
+        disc(rng.uniform(0.016, 0.022), thick, -half - 0.012),
         *(part(tooth, half - x, width / 2.0 + 0.006, thick / 2.0) for x in (0.005, 0.020)),
     ]
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from hw.sim.objects.making import MAX_HEIGHT, ObjectClass, Parts, longest, part
+from hw.sim.objects.making import MAX_HEIGHT, ObjectClass, Parts, box, disc, longest, part
 from robots import Box, Capsule, Cylinder, Sphere
 
 
 def _box(rng: np.random.Generator, width: float) -> Parts:
     length = rng.uniform(width, longest(width))
     height = rng.uniform(max(0.02, 0.5 * width), min(MAX_HEIGHT, max(0.04, 2.0 * width)))
-    return [part(Box((length / 2.0, width / 2.0, height / 2.0)), 0.0, 0.0, height / 2.0)]
+    return [box(length, width, height)]
 
 
 def _cylinder(rng: np.random.Generator, width: float) -> Parts:
@@ -21,7 +21,7 @@ def _cylinder(rng: np.random.Generator, width: float) -> Parts:
 
 def _can(rng: np.random.Generator, width: float) -> Parts:
     height = rng.uniform(0.04, min(MAX_HEIGHT, 2.5 * width))
-    return [part(Cylinder(width / 2.0, height / 2.0), 0.0, 0.0, height / 2.0)]
+    return [disc(width / 2.0, height)]
 
 
 def _ball(_: np.random.Generator, width: float) -> Parts:
@@ -37,10 +37,7 @@ def _mug(rng: np.random.Generator, width: float) -> Parts:
     """`width` is that of its handle."""
     radius, height = rng.uniform(0.02, 0.03), rng.uniform(0.06, 0.09)
     handle = Box((0.016, width / 2.0, 0.35 * height))
-    return [
-        part(Cylinder(radius, height / 2.0), 0.0, 0.0, height / 2.0),
-        part(handle, radius + 0.012, 0.0, height / 2.0),
-    ]
+    return [disc(radius, height), part(handle, radius + 0.012, 0.0, height / 2.0)]
 
 
 def _hammer(rng: np.random.Generator, width: float) -> Parts:
@@ -69,8 +66,8 @@ def _corner(rng: np.random.Generator, width: float) -> Parts:
     a, b = rng.uniform(0.07, 0.11), rng.uniform(0.06, 0.09)
     half = width / 2.0
     return [
-        part(Box((a / 2.0, half, height / 2.0)), a / 2.0 - half, 0.0, height / 2.0),
-        part(Box((half, b / 2.0, height / 2.0)), 0.0, b / 2.0 - half, height / 2.0),
+        box(a, 2.0 * half, height, a / 2.0 - half, 0.0),
+        box(2.0 * half, b, height, 0.0, b / 2.0 - half),
     ]
 
 
@@ -78,10 +75,7 @@ def _tee(rng: np.random.Generator, width: float) -> Parts:
     height = rng.uniform(0.025, 0.05)
     stem, bar = rng.uniform(0.06, 0.09), rng.uniform(0.08, 0.11)
     half = width / 2.0
-    return [
-        part(Box((stem / 2.0, half, height / 2.0)), stem / 2.0 - half, 0.0, height / 2.0),
-        part(Box((half, bar / 2.0, height / 2.0)), 0.0, 0.0, height / 2.0),
-    ]
+    return [box(stem, 2.0 * half, height, stem / 2.0 - half, 0.0), box(2.0 * half, bar, height)]
 
 
 def _dumbbell(rng: np.random.Generator, width: float) -> Parts:

@@ -15,7 +15,7 @@ from pinocchio import SE3, exp3
 
 from hw.sim.sim_object import SimObject
 from perception import ColourName
-from robots import Colour, Geom, Shape, centroid, volume
+from robots import Box, Colour, Cylinder, Geom, Shape, centroid, volume
 
 Parts: TypeAlias = list[Geom]
 Maker: TypeAlias = Callable[[np.random.Generator, float], Parts]
@@ -83,6 +83,24 @@ def part(
     """
     turn = exp3(np.array([0.0, 0.0, yaw]))
     return Geom(shape, SE3(turn @ _LYING if lying else turn, np.array([x, y, z])))
+
+
+def box(
+    length: float,
+    width: float,
+    height: float,
+    x: float = 0.0,
+    y: float = 0.0,
+    z: float = 0.0,
+    yaw: float = 0.0,
+) -> Geom:
+    """A box on a surface at height z, its middle at x, y [m]."""
+    return part(Box((length / 2.0, width / 2.0, height / 2.0)), x, y, z + height / 2.0, yaw=yaw)
+
+
+def disc(radius: float, height: float, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Geom:
+    """An upright cylinder on a surface at height z, its middle at x, y [m]."""
+    return part(Cylinder(radius, height / 2.0), x, y, z + height / 2.0)
 
 
 def longest(width: float) -> float:

@@ -6,18 +6,18 @@ from math import cos, pi, sin, sqrt, tan
 
 import numpy as np
 
-from hw.sim.objects.making import MAX_HEIGHT, ObjectClass, Parts, longest, part
+from hw.sim.objects.making import MAX_HEIGHT, ObjectClass, Parts, box, disc, longest, part
 from robots import Box, Capsule, Cylinder, Sphere
 
 
 def _plate(rng: np.random.Generator, width: float) -> Parts:
     length, height = rng.uniform(width, longest(width)), rng.uniform(0.012, 0.022)
-    return [part(Box((length / 2.0, width / 2.0, height / 2.0)), 0.0, 0.0, height / 2.0)]
+    return [box(length, width, height)]
 
 
 def _disc(rng: np.random.Generator, width: float) -> Parts:
     height = rng.uniform(0.012, 0.035)
-    return [part(Cylinder(width / 2.0, height / 2.0), 0.0, 0.0, height / 2.0)]
+    return [disc(width / 2.0, height)]
 
 
 def _hexagon(rng: np.random.Generator, width: float) -> Parts:
@@ -32,10 +32,7 @@ def _stack(rng: np.random.Generator, width: float) -> Parts:
     low, high = rng.uniform(0.02, 0.04), rng.uniform(0.02, 0.04)
     length = rng.uniform(width, 1.8 * width)
     base = Box((length / 2.0 + rng.uniform(0.005, 0.02), width / 2.0 + 0.012, low / 2.0))
-    return [
-        part(base, 0.0, 0.0, low / 2.0),
-        part(Box((length / 2.0, width / 2.0, high / 2.0)), 0.0, 0.0, low + high / 2.0),
-    ]
+    return [part(base, 0.0, 0.0, low / 2.0), box(length, width, high, z=low)]
 
 
 def _pyramid(rng: np.random.Generator, width: float) -> Parts:
@@ -53,10 +50,7 @@ def _peg(rng: np.random.Generator, width: float) -> Parts:
     """A post on a disc."""
     foot, height = rng.uniform(0.008, 0.016), rng.uniform(0.03, 0.07)
     radius = width / 2.0 + rng.uniform(0.008, 0.02)
-    return [
-        part(Cylinder(radius, foot / 2.0), 0.0, 0.0, foot / 2.0),
-        part(Cylinder(width / 2.0, height / 2.0), 0.0, 0.0, foot + height / 2.0),
-    ]
+    return [disc(radius, foot), disc(width / 2.0, height, z=foot)]
 
 
 def _tapered(rng: np.random.Generator, width: float) -> Parts:
@@ -76,10 +70,7 @@ def _jar(rng: np.random.Generator, width: float) -> Parts:
     height, lid = rng.uniform(0.03, 0.07), rng.uniform(0.010, 0.02)
     other = width / 2.0 - rng.uniform(0.003, 0.008)
     body, top = (width / 2.0, other) if rng.random() < 0.5 else (other, width / 2.0)
-    return [
-        part(Cylinder(body, height / 2.0), 0.0, 0.0, height / 2.0),
-        part(Cylinder(top, lid / 2.0), 0.0, 0.0, height + lid / 2.0),
-    ]
+    return [disc(body, height), disc(top, lid, z=height)]
 
 
 def _ring(rng: np.random.Generator, width: float) -> Parts:
@@ -98,15 +89,7 @@ def _ring(rng: np.random.Generator, width: float) -> Parts:
 def _stairs(rng: np.random.Generator, width: float) -> Parts:
     steps = int(rng.integers(2, 5))
     deep, rise = rng.uniform(0.018, 0.03), rng.uniform(0.012, 0.022)
-    return [
-        part(
-            Box((deep / 2.0, width / 2.0, (i + 1) * rise / 2.0)),
-            (i - (steps - 1) / 2.0) * deep,
-            0.0,
-            (i + 1) * rise / 2.0,
-        )
-        for i in range(steps)
-    ]
+    return [box(deep, width, (i + 1) * rise, (i - (steps - 1) / 2.0) * deep) for i in range(steps)]
 
 
 def _beam(rng: np.random.Generator, width: float) -> Parts:
@@ -115,7 +98,7 @@ def _beam(rng: np.random.Generator, width: float) -> Parts:
     flange = Box((width / 2.0, rng.uniform(0.02, 0.045), height / 2.0))
     reach = web / 2.0 + width / 2.0
     return [
-        part(Box((web / 2.0, width / 2.0, height / 2.0)), 0.0, 0.0, height / 2.0),
+        box(web, width, height),
         part(flange, reach, 0.0, height / 2.0),
         part(flange, -reach, 0.0, height / 2.0),
     ]
@@ -126,9 +109,9 @@ def _zigzag(rng: np.random.Generator, width: float) -> Parts:
     middle = rng.uniform(0.05, 0.08)
     half = width / 2.0
     return [
-        part(Box((half, middle / 2.0, height / 2.0)), 0.0, 0.0, height / 2.0),
-        part(Box((arm, half, height / 2.0)), arm - half, middle / 2.0 - half, height / 2.0),
-        part(Box((arm, half, height / 2.0)), half - arm, half - middle / 2.0, height / 2.0),
+        box(2.0 * half, middle, height),
+        box(2.0 * arm, 2.0 * half, height, arm - half, middle / 2.0 - half),
+        box(2.0 * arm, 2.0 * half, height, half - arm, half - middle / 2.0),
     ]
 
 
@@ -168,7 +151,7 @@ def _spoon(rng: np.random.Generator, width: float) -> Parts:
     half, bowl = rng.uniform(0.03, 0.042), rng.uniform(0.018, 0.028)
     return [
         part(Capsule(width / 2.0, half), 0.0, 0.0, width / 2.0, lying=True),
-        part(Cylinder(bowl, 0.006), half + bowl, 0.0, 0.006),
+        disc(bowl, 0.012, half + bowl, 0.0),
     ]
 
 
@@ -177,7 +160,7 @@ def _brush(rng: np.random.Generator, width: float) -> Parts:
     length, height = rng.uniform(0.05, 0.08), rng.uniform(0.025, 0.045)
     grip, half = rng.uniform(0.007, 0.012), rng.uniform(0.02, 0.03)
     return [
-        part(Box((length / 2.0, width / 2.0, height / 2.0)), 0.0, 0.0, height / 2.0),
+        box(length, width, height),
         part(Capsule(grip, half), length / 2.0 + half, 0.0, height - grip, lying=True),
     ]
 
@@ -188,7 +171,7 @@ def _plug(rng: np.random.Generator, width: float) -> Parts:
     pin = Cylinder(0.003, 0.010)
     apart = min(0.3 * width, 0.01)
     return [
-        part(Box((length / 2.0, width / 2.0, height / 2.0)), 0.0, 0.0, height / 2.0),
+        box(length, width, height),
         *(
             part(pin, length / 2.0 + 0.009, side * apart, height / 2.0, lying=True)
             for side in (-1.0, 1.0)
@@ -221,7 +204,7 @@ def _bridge(rng: np.random.Generator, width: float) -> Parts:
     length, clear, slab = rng.uniform(0.06, 0.10), rng.uniform(0.02, 0.04), rng.uniform(0.015, 0.03)
     post = Box((0.008, width / 2.0, clear / 2.0))
     return [
-        part(Box((length / 2.0, width / 2.0, slab / 2.0)), 0.0, 0.0, clear + slab / 2.0),
+        box(length, width, slab, z=clear),
         part(post, length / 2.0 - 0.008, 0.0, clear / 2.0),
         part(post, 0.008 - length / 2.0, 0.0, clear / 2.0),
     ]
@@ -256,10 +239,7 @@ def _caterpillar(rng: np.random.Generator, width: float) -> Parts:
 def _twins(rng: np.random.Generator, width: float) -> Parts:
     """Two cylinders side by side, standing."""
     radius, height = width / 2.0, rng.uniform(0.03, 0.07)
-    return [
-        part(Cylinder(radius, height / 2.0), side * 0.9 * radius, 0.0, height / 2.0)
-        for side in (-1.0, 1.0)
-    ]
+    return [disc(radius, height, side * 0.9 * radius, 0.0) for side in (-1.0, 1.0)]
 
 
 def _composed(rng: np.random.Generator, width: float) -> Parts:
@@ -274,7 +254,7 @@ def _composed(rng: np.random.Generator, width: float) -> Parts:
                 shape = Box((long, wide / 2.0, height / 2.0))
                 parts.append(part(shape, x, y, height / 2.0, yaw=yaw))
             case 1:
-                parts.append(part(Cylinder(wide / 2.0, height / 2.0), x, y, height / 2.0))
+                parts.append(disc(wide / 2.0, height, x, y))
             case 2:
                 parts.append(part(Sphere(wide / 2.0), x, y, wide / 2.0))
             case _:

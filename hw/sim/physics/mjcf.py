@@ -102,10 +102,7 @@ def _add_floating_hand(spec: Any, description: RobotDescription) -> None:
         kind = mujoco.mjtJoint.mjJNT_HINGE if turns else mujoco.mjtJoint.mjJNT_SLIDE
         carrier.add_joint(name=name, type=kind, axis=axis, armature=mass)
         servo = spec.add_actuator(
-            name=name,
-            target=name,
-            trntype=mujoco.mjtTrn.mjTRN_JOINT,
-            forcerange=(-force, force),
+            name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT, forcerange=(-force, force)
         )
         servo.set_to_position(kp=stiffness, kv=2.0 * sqrt(stiffness * mass))
     add_hand(spec, carrier, DOWN * description.gripper.hTe.inverse(), description)

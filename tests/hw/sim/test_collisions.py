@@ -183,11 +183,7 @@ def test_the_bounds_of_gaps_miss_no_contact():
             wTb = SE3(np.eye(3), np.array([2.4, 0.0, 0.0]))
         turn = exp3(np.array([0.0, 0.0, rng.uniform(-0.05, 0.05)]))
         wTb = SE3(wTb.rotation @ turn, wTb.translation + rng.uniform(-0.02, 0.02, 3) * (1, 1, 0))
-        q = np.clip(
-            q + rng.uniform(-0.05, 0.05, 7),
-            sim.model.limits.q_min,
-            sim.model.limits.q_max,
-        )
+        q = np.clip(q + rng.uniform(-0.05, 0.05, 7), sim.model.limits.q_min, sim.model.limits.q_max)
         found = sim.body._collisions.find(Configuration(wTb=wTb, q=q, width=width))
         told = {(one.part, one.thing): one.depth for one in found if one.excess > 0.0}
         at = frames(sim.model, wTb, q)

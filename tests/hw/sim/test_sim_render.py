@@ -9,12 +9,7 @@ from hw.sim.camera.render import NEAR
 from robots import Box, Capsule, Cylinder, Geom, Intrinsics, Plane, Sphere, load_robot
 
 CAMERA = Intrinsics(width=100, height=75, fx=60.0, fy=62.0, cx=47.3, cy=38.1)
-SHAPES = [
-    Box((0.05, 0.08, 0.03)),
-    Sphere(0.07),
-    Cylinder(0.04, 0.09),
-    Capsule(0.03, 0.08),
-]
+SHAPES = [Box((0.05, 0.08, 0.03)), Sphere(0.07), Cylinder(0.04, 0.09), Capsule(0.03, 0.08)]
 
 
 def signed_distance(shape: object, p: np.ndarray) -> np.ndarray:
