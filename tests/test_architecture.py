@@ -74,8 +74,6 @@ SIDE_BY_SIDE = {
 }
 """Rooms of one floor, which do not know each other."""
 LONGEST = 300
-TABLES = {"hw/sim/objects/train.py"}
-"""Files that are one table."""
 
 FILES = sorted(
     path
@@ -212,6 +210,4 @@ TESTS = sorted((ROOT / "tests").rglob("*.py"))
 
 @pytest.mark.parametrize("path", [*FILES, *TESTS], ids=lambda path: str(path.relative_to(ROOT)))
 def test_a_file_is_short_enough_to_be_one_idea(path):
-    if str(path.relative_to(ROOT)) in TABLES:
-        pytest.skip("a table")
     assert len(path.read_text(encoding="utf-8").splitlines()) <= LONGEST

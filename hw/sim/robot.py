@@ -41,6 +41,9 @@ class _SimPart:
     def connect(self) -> None:
         """Nothing to reach."""
 
+    def recover(self) -> None:
+        """Clear its faults, at once."""
+
     def stop(self) -> None:
         """The body comes to rest with its lag."""
         self._body.stop()
@@ -77,7 +80,7 @@ class SimArm(_SimPart):
         return applied
 
     def recover(self) -> None:
-        """Clear a reflex, at once."""
+        """See `hw.robot.Arm`."""
         self._body.reflex.clear()
 
 
@@ -105,7 +108,7 @@ class SimBase(_SimPart):
         return applied
 
     def recover(self) -> None:
-        """Clear the bumper, at once."""
+        """See `hw.robot.Base`."""
         self._body.bumper.clear()
 
 
@@ -121,9 +124,6 @@ class SimGripper(_SimPart):
     def grip(self, width: float, force: float) -> None:
         """Start moving the fingers."""
         self._body.grip(width, force)
-
-    def recover(self) -> None:
-        """Do nothing: it has no faults."""
 
 
 class SimCamera(_SimPart):
@@ -168,9 +168,6 @@ class SimCamera(_SimPart):
     def faults(self) -> tuple[Fault, ...]:
         """None."""
         return ()
-
-    def recover(self) -> None:
-        """Do nothing."""
 
     def close(self) -> None:
         """Stop rendering."""

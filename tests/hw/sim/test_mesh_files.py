@@ -30,15 +30,14 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def tray() -> trimesh.Trimesh:
     """A hollow box with thick walls, which is not convex."""
-    top = np.array([[x, y] for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
-    vertices = np.vstack(
-        [
-            np.insert(top * [0.05, 0.04], 2, -0.03, axis=1),
-            np.insert(top * [0.05, 0.04], 2, 0.03, axis=1),
-            np.insert(top * [0.04, 0.03], 2, 0.03, axis=1),
-            np.insert(top * [0.04, 0.03], 2, -0.02, axis=1),
-        ]
+    top = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+    rings = (
+        ([0.05, 0.04], -0.03),
+        ([0.05, 0.04], 0.03),
+        ([0.04, 0.03], 0.03),
+        ([0.04, 0.03], -0.02),
     )
+    vertices = np.vstack([np.insert(top * half, 2, z, axis=1) for half, z in rings])
     faces = [[0, 2, 1], [0, 3, 2], [12, 13, 14], [12, 14, 15]]
     for low, high in ((0, 4), (4, 8), (8, 12)):
         for i in range(4):
@@ -75,18 +74,12 @@ def test_every_format_gives_the_same_body(suffix, tmp_path):
     assert volume(part.shape) == pytest.approx(0.1 * 0.04 * 0.06, rel=1e-5)
 
 
-def test_units_scale_and_the_axis_that_is_up(tmp_path):
+def test_units_scale_and_the_default_axis_that_is_up(tmp_path):
     brick = trimesh.creation.box((100.0, 40.0, 60.0))
-    brick.export(tmp_path / "brick.stl")
-    brick.export(tmp_path / "brick.glb")
-    stl, glb = str(tmp_path / "brick.stl"), str(tmp_path / "brick.glb")
-    for file, up, half in ((stl, None, (50, 20, 30)), (stl, "y", (50, 30, 20))):
-        mesh = read_mesh(file, "mm", 0.5, up, SIZES)
+    for suffix, half in (("stl", (50, 20, 30)), ("glb", (50, 30, 20))):
+        brick.export(tmp_path / f"brick.{suffix}")
+        mesh = read_mesh(str(tmp_path / f"brick.{suffix}"), "mm", 0.5, None, SIZES)
         np.testing.assert_allclose(mesh.half, 0.0005 * np.array(half), atol=1e-6)
-    np.testing.assert_allclose(
-        read_mesh(glb, "mm", 1.0, None, SIZES).half, [0.05, 0.03, 0.02], atol=1e-6
-    )
-    assert read_mesh(stl, "mm", 0.5, "x", SIZES).half[2] == pytest.approx(0.025)
 
 
 @pytest.mark.parametrize("up", ["x", "y", "z", "-x", "-y", "-z"])
@@ -216,10 +209,7 @@ REFUSED = {
     "it promises more than there is": ("endless.ply", "cannot be read"),
     "it is flat": ("flat.stl", "it is flat, 0 mm thick"),
     "its numbers are no numbers": ("nan.off", "; "),
-    "it is in millimetres": (
-        "large.stl",
-        "10 mm to 600 mm are possible; are these millimetres? write `units: mm`",
-    ),
+    "it is in millimetres": ("large.stl", "possible; are these millimetres? write `units: mm`"),
     "it is a speck": ("speck.stl", "correct `units` or `scale`"),
 }
 
