@@ -34,7 +34,7 @@ class Camera(Protocol):
         """
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class FunctionCamera:
     """A camera made of the function `latest`."""
 
