@@ -158,7 +158,7 @@ def seen_from_above(
     position = np.array([TRAY[0] + off[0], TRAY[1] + off[1], FLOOR + height])
     wTc = SE3(np.diag([1.0, -1.0, -1.0]), position)
     shapes = world.shapes()
-    depth, ids = DepthRenderer(camera.intrinsics).render(shapes, wTc, with_ids=True)
+    depth, ids = DepthRenderer(camera.intrinsics).render_with_ids(shapes, wTc)
     names = {obj.name: number for number, obj in enumerate(world.objects)}
     owner = np.array([*(names.get(shape.name, -1) for shape in shapes), -1])[ids]
     colours = painted(shapes, ids)
@@ -179,7 +179,7 @@ def true_object(obj: SimObject) -> TrueObject:
     """
     x, y, z = obj.pose.translation
     wTc = SE3(np.diag([1.0, -1.0, -1.0]), np.array([x, y, z + _ABOVE]))
-    _, ids = DepthRenderer(_EYE).render(obj.visual(), wTc, with_ids=True)
+    _, ids = DepthRenderer(_EYE).render_with_ids(obj.visual(), wTc)
     pixel = _ABOVE / _EYE.fx
     covered = np.argwhere(ids >= 0)
     (row, column), edges, _ = cv2.minAreaRect(covered.astype(np.float32))
