@@ -88,7 +88,7 @@ def test_breakpoint_keys_forced_outcome_and_the_end_are_had_by_a_click(tmp_path,
         expect(badge).to_have_text("")
         node(page, "second").click()
         page.click("#force-failure")
-        expect(page.locator("#outcome")).to_contain_text("toy failed")
+        expect(page.locator("#outcome")).to_contain_text("toy failed", timeout=30_000)
         expect(page.locator("#explanation")).to_contain_text("forced by a person")
         expect(page.locator("iframe")).to_have_count(1)
         assert page.locator("#pause").is_disabled()
@@ -114,7 +114,7 @@ def test_every_motion_waits_for_a_person_and_may_be_refused(tmp_path, browser):
         page.click("#approve")
         expect(page.locator("#wanted")).to_contain_text("the robot wants to: back")
         page.click("#refuse")
-        expect(page.locator("#outcome")).to_contain_text("toy failed")
+        expect(page.locator("#outcome")).to_contain_text("toy failed", timeout=30_000)
         expect(page.locator("#outcome")).to_contain_text("failure chosen by a person")
         assert run.end() == 1
 
@@ -151,7 +151,7 @@ def test_a_fault_is_told_and_an_emergency_stop_acknowledged_on_the_page(tmp_path
         page.click("#resume")
         wait_until_ticks(page, paused_at)
         page.click("#stop")
-        expect(page.locator("#outcome")).to_contain_text("toy was interrupted")
+        expect(page.locator("#outcome")).to_contain_text("toy was interrupted", timeout=30_000)
         assert run.end() == 130
 
 
