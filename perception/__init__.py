@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from config import lazy_face
 
 if TYPE_CHECKING:
-    from perception.frame import ColourFrame, Workspace
+    from perception.frame import Workspace
     from perception.frame_check import FrameChecker, frame_problem
     from perception.geometry import disc, points_along_rays, world_points
     from perception.grasp import Detection, GraspEstimate
@@ -35,10 +35,9 @@ if TYPE_CHECKING:
         boundary_features,
         candidate_boundaries,
     )
-    from perception.objects.classes import SHAPE_CLASSES, known_classes, with_classes
-    from perception.objects.colours import COLOURS, ColourName, colour_name
+    from perception.objects.classes import known_classes, with_classes
+    from perception.objects.colours import ColourName, colour_name
     from perception.objects.detected_object import DetectedObject, DetectedObjects
-    from perception.objects.footprint import Footprint
     from perception.objects.recogniser import Labelled, Recogniser, RecogniserError
     from perception.objects.segmentation import consensus, raised_regions, segment_objects
     from perception.objects.touching import BoundaryModel, blob_of, log_features
@@ -51,20 +50,16 @@ else:
 __all__ = [
     "ANGLE_BINS",
     "BOUNDARY_FEATURES",
-    "COLOURS",
     "NUMBERS",
     "OUTPUT_STRIDE",
-    "SHAPE_CLASSES",
     "WALL_MARGIN",
     "WITHOUT_NETWORK",
     "BoundaryModel",
     "Candidates",
-    "ColourFrame",
     "ColourName",
     "DetectedObject",
     "DetectedObjects",
     "Detection",
-    "Footprint",
     "FrameChecker",
     "GraspDetector",
     "GraspEstimate",

@@ -1,15 +1,13 @@
 """Calibration of the camera on the hand and of the arm on the base, with a ChArUco board."""
 
 from lab.calibration.base_arm import calibrate_base_arm
-from lab.calibration.board import Board, find_corners, pose_of
-from lab.calibration.fit import Spread, difference
+from lab.calibration.board import Board, find_corners
+from lab.calibration.fit import difference
 from lab.calibration.hand_eye import calibrate_hand_eye
-from lab.calibration.live import LiveArm, LiveBase, live_arm, live_base
+from lab.calibration.live import LiveArm, live_arm, live_base
 from lab.calibration.postures import aTe_of
 from lab.calibration.result import Calibration, CalibrationError
 from lab.calibration.rigs import (
-    ArmRig,
-    BaseRig,
     Look,
     Noise,
     SimulatedArm,
@@ -18,18 +16,14 @@ from lab.calibration.rigs import (
 )
 
 __all__ = [
-    "ArmRig",
-    "BaseRig",
     "Board",
     "Calibration",
     "CalibrationError",
     "LiveArm",
-    "LiveBase",
     "Look",
     "Noise",
     "SimulatedArm",
     "SimulatedBase",
-    "Spread",
     "aTe_of",
     "calibrate_base_arm",
     "calibrate_hand_eye",
@@ -37,6 +31,5 @@ __all__ = [
     "find_corners",
     "live_arm",
     "live_base",
-    "pose_of",
     "render",
 ]

@@ -64,9 +64,9 @@ def _without(scene: HeightMap, point: Array, lowest: float) -> HeightMap:
     if not ((scene.heights.ravel()[near] > lowest) & ~scene.unknown.ravel()[near]).any():
         return scene
     raised = (scene.heights > lowest) & ~scene.unknown
-    _, things = cv2.connectedComponents(raised.astype(np.uint8), connectivity=8)
-    there = np.setdiff1d(things.ravel()[near], [0])
-    gone = cv2.dilate(np.isin(things, there).astype(np.uint8), np.ones((5, 5), dtype=np.uint8))
+    _, objects = cv2.connectedComponents(raised.astype(np.uint8), connectivity=8)
+    there = np.setdiff1d(objects.ravel()[near], [0])
+    gone = cv2.dilate(np.isin(objects, there).astype(np.uint8), np.ones((5, 5), dtype=np.uint8))
     return replace(scene, unknown=scene.unknown | (gone > 0))
 
 

@@ -8,7 +8,6 @@ from perception.networks.weights import (
     DEFAULT_NETWORK,
     NETWORKS,
     load_network,
-    read_metadata,
     save_network,
     shipped_network,
 )
@@ -26,7 +25,6 @@ __all__ = [
     "load_hold",
     "load_network",
     "probability_by",
-    "read_metadata",
     "save_network",
     "shipped_hold",
     "shipped_network",

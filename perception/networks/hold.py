@@ -150,7 +150,8 @@ def probability_by(network: HoldNetwork, gripper: GripperDescription) -> HoldPro
 
     def probability(patches: GraspPatches) -> Array:
         with one_thread(), torch.inference_mode():
-            told: Array = fused(*as_tensors(patches, gripper)).sigmoid().numpy().astype(float)
-        return told
+            logits = fused(*as_tensors(patches, gripper))
+            likely: Array = logits.sigmoid().numpy().astype(float)
+        return likely
 
     return probability

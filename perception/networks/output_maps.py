@@ -19,6 +19,10 @@ SMOOTHING = 2.0  # standard deviation of the blur of quality, cosine and sine [i
 WIDTH_SMOOTHING = 1.0  # standard deviation of the blur of the width [input px]
 BIN_SMOOTHING = 0.7  # standard deviation of the blur of each direction's quality [cells]
 
+_COUNT = 16  # candidates at most
+_APART, _BINS_APART = 6, 2  # no better pixel [px] or cell is within this of a maximum, along u or v
+_LEAST, _BINS_LEAST = 0.05, 0.03  # smallest quality; also a share of the best is required
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class GraspMaps:
@@ -45,23 +49,14 @@ def grasp_maps(maps: Image, allowed: Mask) -> GraspMaps:
     )
 
 
-def find_candidates(
-    maps: GraspMaps, *, count: int = 16, distance: int = 6, threshold: float = 0.05
-) -> Candidates:
-    """Local maxima of the quality.
-
-    Args:
-        maps: smoothed maps.
-        count: largest number of candidates.
-        distance: within this of a maximum, along u or v, no pixel is better [px].
-        threshold: smallest quality; at least a tenth of the best is required, too.
-    """
+def find_candidates(maps: GraspMaps) -> Candidates:
+    """Local maxima of the quality."""
     quality = maps.quality
-    neighbourhood = np.ones((2 * distance + 1, 2 * distance + 1), dtype=np.uint8)
+    neighbourhood = np.ones((2 * _APART + 1, 2 * _APART + 1), dtype=np.uint8)
     peak = quality >= cv2.dilate(quality, neighbourhood)
-    peak &= quality > max(threshold, 0.1 * float(quality.max()))
+    peak &= quality > max(_LEAST, 0.1 * float(quality.max()))
     v, u = (found.astype(np.int64) for found in np.nonzero(peak))
-    order = np.argsort(-quality[v, u], kind="stable")[:count]
+    order = np.argsort(-quality[v, u], kind="stable")[:_COUNT]
     v, u = v[order], u[order]
     return Candidates(
         pixel=np.stack([u + _subpixel(quality, v, u, 0, 1), v + _subpixel(quality, v, u, 1, 0)], 1),
@@ -71,22 +66,12 @@ def find_candidates(
     )
 
 
-def bin_candidates(
-    output: Image,
-    allowed: Mask,
-    *,
-    count: int = 16,
-    distance: int = 2,
-    threshold: float = 0.03,
-) -> tuple[Candidates, Image]:
+def bin_candidates(output: Image, allowed: Mask) -> tuple[Candidates, Image]:
     """Local maxima over position and closing direction.
 
     Args:
         output: (n, n, 2 ANGLE_BINS) quality, 0 to 1, and width of each direction.
         allowed: (n, n) where a grasp may be.
-        count: largest number of candidates.
-        distance: within this no cell is better, in its own or the adjacent directions [cells].
-        threshold: smallest quality; at least a twentieth of the best is required, too.
 
     Returns:
         The candidates, and the (INPUT_SIZE, INPUT_SIZE) quality of the best direction.
@@ -105,12 +90,12 @@ def bin_candidates(
     best = quality.max(axis=2)
     quality_of_all[part] = best
     # cv2.dilate treats each map separately, so adjacent directions are compared here.
-    neighbourhood = np.ones((2 * distance + 1, 2 * distance + 1), dtype=np.uint8)
+    neighbourhood = np.ones((2 * _BINS_APART + 1, 2 * _BINS_APART + 1), dtype=np.uint8)
     nearby = np.asarray(cv2.dilate(quality, neighbourhood), dtype=np.float32)
     highest = np.maximum(nearby, _both_neighbours(nearby, np.maximum))
-    peak = (quality >= highest) & (quality > max(threshold, 0.05 * float(best.max())))
+    peak = (quality >= highest) & (quality > max(_BINS_LEAST, 0.05 * float(best.max())))
     v, u, k = (found.astype(np.int64) for found in np.nonzero(peak))
-    order = np.argsort(-quality[v, u, k], kind="stable")[:count]
+    order = np.argsort(-quality[v, u, k], kind="stable")[:_COUNT]
     v, u, k = v[order], u[order], k[order]
     here = quality[v, u, k].astype(float)
     turn = _parabola_vertex(quality[v, u, k - 1], here, quality[v, u, (k + 1) % ANGLE_BINS])

@@ -16,7 +16,6 @@ from perception.objects.recogniser import (
 )
 from perception.objects.shape_classes import ShapeClasses
 
-SHAPE_CLASSES = ShapeClasses.kinds  # classes of the shipped recogniser
 SHIPPED: Mapping[str, Recogniser] = {"shapes": ShapeClasses()}
 
 

@@ -50,26 +50,26 @@ class BoundaryModel:
             values = np.maximum(values @ weights.T + constants, 0.0)
         weights, constants = self.layers[-1]
         odds = (values @ weights.T + constants)[:, 0]
-        told: Array = 1.0 / (1.0 + np.exp(-np.clip(odds, -500.0, 500.0)))
-        return told
+        likely: Array = 1.0 / (1.0 + np.exp(-np.clip(odds, -500.0, 500.0)))
+        return likely
 
 
 def log_features(measures: Array) -> Array:
     """Logarithms of features of any shape."""
-    told: Array = np.log(np.maximum(measures, 0.0) + _LITTLE)
-    return told
+    logs: Array = np.log(np.maximum(measures, 0.0) + _LITTLE)
+    return logs
 
 
 @cache
 def boundary_model() -> BoundaryModel:
     """The shipped one."""
-    told = json.loads(WEIGHTS.read_text(encoding="utf-8"))
-    assert tuple(told["measures"]) == BOUNDARY_FEATURES
+    shipped = json.loads(WEIGHTS.read_text(encoding="utf-8"))
+    assert tuple(shipped["measures"]) == BOUNDARY_FEATURES
     return BoundaryModel(
-        middle=np.array(told["middle"]),
-        spread=np.array(told["spread"]),
-        layers=tuple((np.array(w), np.array(b)) for w, b in told["layers"]),
-        needed=float(told["needed"]),
+        middle=np.array(shipped["middle"]),
+        spread=np.array(shipped["spread"]),
+        layers=tuple((np.array(w), np.array(b)) for w, b in shipped["layers"]),
+        needed=float(shipped["needed"]),
     )
 
 
