@@ -1,5 +1,6 @@
 """Shards keep samples, windows keep labels where they belong, and training learns and resumes."""
 
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -37,6 +38,13 @@ def bar(u: int, v: int, angle: float, length: int = 70, width: int = 16) -> Samp
             width=np.full((len(cell), ANGLE_BINS), width, dtype=np.float32),
         ),
     )
+
+
+@pytest.fixture(autouse=True)
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Few validation windows, and single precision, which many processors compute faster."""
+    monkeypatch.setattr("perception.networks.training._VALIDATION_BATCHES", 2)
+    monkeypatch.setattr(torch, "autocast", lambda *_, **__: nullcontext())
 
 
 @pytest.fixture
