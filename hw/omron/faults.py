@@ -88,22 +88,24 @@ def _since(before: float | None, holds: bool, now: float) -> float | None:
     return now if before is None else before
 
 
-_STANDS_STILL = Fault(
-    kind=FaultKind.NOT_READY,
-    text="the base stands although it is commanded; look for an obstacle before its laser, "
+def _fault(kind: FaultKind, text: str, *, clearable: bool = True) -> Fault:
+    return Fault(kind=kind, text=text, clearable=clearable)
+
+
+_STANDS_STILL = _fault(
+    FaultKind.NOT_READY,
+    "the base stands although it is commanded; look for an obstacle before its laser, "
     "a pressed emergency stop, motors that are off, dead zones that are larger than `full_scale` "
     "says, or another program that commands it",
-    clearable=True,
 )
 
 
 def _too_fast(commanded: Velocity, measured: Velocity, *, throttle: bool) -> Fault:
     if is_at_rest(commanded):
-        return Fault(
-            kind=FaultKind.NOT_READY,
-            text=f"the base moves at {_text(measured)} although it is told to rest: somebody else "
+        return _fault(
+            FaultKind.NOT_READY,
+            f"the base moves at {_text(measured)} although it is told to rest: somebody else "
             "commands it; close MobilePlanner's drive mode or the other program",
-            clearable=True,
         )
     if any(one * other < -(_SURPLUS.v**2) for one, other in zip(commanded, measured, strict=True)):
         cause = "it goes the other way: look how its drive is set up"
@@ -112,7 +114,7 @@ def _too_fast(commanded: Velocity, measured: Velocity, *, throttle: bool) -> Fau
     else:
         cause = "`full_scale` is not that of its Teleop settings; frankie-task doctor compares them"
     text = f"the base moves at {_text(measured)}, told {_text(commanded)}, and was stopped: {cause}"
-    return Fault(kind=FaultKind.NOT_READY, text=text, clearable=False)
+    return _fault(FaultKind.NOT_READY, text, clearable=False)
 
 
 def _text(velocity: Velocity) -> str:
@@ -124,10 +126,9 @@ _BUMPED = ("Bumped", "Stalled")  # status of a base that has hit something [read
 
 def connection_lost(cause: str) -> Fault:
     """The connection is lost; the base stops by its own timeout."""
-    return Fault(
-        kind=FaultKind.CONNECTION,
-        text=f"connection to the base lost: {cause}; check cable, WLAN and that the base is on",
-        clearable=True,
+    return _fault(
+        FaultKind.CONNECTION,
+        f"connection to the base lost: {cause}; check cable, WLAN and that the base is on",
     )
 
 
@@ -143,60 +144,51 @@ def telemetry_faults(
         score: of the localisation, 0 to 1; None where it is unknown.
     """
     if pose_age > OLDEST_POSE:
-        yield Fault(
-            kind=FaultKind.STALE_POSE,
-            text=f"no pose of the base for {OLDEST_POSE:g} s; is its network overloaded?",
-            clearable=True,
+        yield _fault(
+            FaultKind.STALE_POSE,
+            f"no pose of the base for {OLDEST_POSE:g} s; is its network overloaded?",
         )
     if telemetry.localisation in (Localisation.LOST, Localisation.INITIALISING):
         yield _unlocalised("the base does not know where it is on its map")
     elif score is not None and least_score is not None and score < least_score:
         yield _unlocalised(f"its localisation score is below {least_score:g}")
     if telemetry.status in _BUMPED:
-        yield Fault(
-            kind=FaultKind.BUMPER,
-            text=f"the base says {telemetry.status!r}: it has met something; free it, then recover",
-            clearable=True,
+        yield _fault(
+            FaultKind.BUMPER,
+            f"the base says {telemetry.status!r}: it has met something; free it, then recover",
         )
     if telemetry.locked or telemetry.docking in (Docking.DOCKING, Docking.UNDOCKING):
-        yield Fault(
-            kind=FaultKind.NOT_READY,
-            text=f"the base is in mode {telemetry.mode!r} and does not let go of it; wait, or end "
+        yield _fault(
+            FaultKind.NOT_READY,
+            f"the base is in mode {telemetry.mode!r} and does not let go of it; wait, or end "
             "it in MobilePlanner",
-            clearable=True,
         )
 
 
 def _unlocalised(cause: str) -> Fault:
-    return Fault(
-        kind=FaultKind.STALE_POSE, text=f"{cause}; localise it in MobilePlanner", clearable=False
-    )
+    return _fault(FaultKind.STALE_POSE, f"{cause}; localise it in MobilePlanner", clearable=False)
 
 
 def arcl_faults(arcl: ArclState) -> Iterator[Fault]:
     """Faults that the text interface reports."""
     if arcl.lost:
-        yield Fault(
-            kind=FaultKind.CONNECTION,
-            text=f"text interface of the base lost: {arcl.lost}; its emergency stop is not seen",
-            clearable=True,
+        yield _fault(
+            FaultKind.CONNECTION,
+            f"text interface of the base lost: {arcl.lost}; its emergency stop is not seen",
         )
     match arcl.motors:
         case Motors.PRESSED:
-            yield Fault(
-                kind=FaultKind.EMERGENCY_STOP,
-                text="emergency stop of the base is pressed; release it",
+            yield _fault(
+                FaultKind.EMERGENCY_STOP,
+                "emergency stop of the base is pressed; release it",
                 clearable=False,
             )
         case Motors.RELIEVED | Motors.DISABLED:
-            yield Fault(
-                kind=FaultKind.NOT_READY,
-                text="the motors of the base are off; press its motor button, or recover",
-                clearable=True,
+            yield _fault(
+                FaultKind.NOT_READY,
+                "the motors of the base are off; press its motor button, or recover",
             )
     for name in arcl.faults:
-        yield Fault(
-            kind=FaultKind.NOT_READY,
-            text=f"the base reports {name}; see MobilePlanner",
-            clearable=False,
+        yield _fault(
+            FaultKind.NOT_READY, f"the base reports {name}; see MobilePlanner", clearable=False
         )

@@ -79,13 +79,10 @@ class HandProcess:
         """Read and publish the state."""
         with self._reading:
             self._state = state = self._hand.read_once()
-            HandReading(
-                stamp=stopwatch(),
-                width=state.width,
-                opening=state.max_width,
-                is_grasped=state.is_grasped,
-                temperature=state.temperature,
-            ).put(self._readings)
+            reading = HandReading(
+                stopwatch(), state.width, state.max_width, state.is_grasped, state.temperature
+            )
+            self._readings.put(*reading)
         return state
 
     def watch(self) -> None:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import struct
-from dataclasses import dataclass
 from enum import IntEnum
-from typing import Self
+from typing import NamedTuple, Self
 
 from hw.panda.library import Joints
 from hw.processes.mailbox import Mailbox
@@ -33,8 +32,7 @@ OPEN = 0.075
 REACHED = 2e-3  # tolerance of a width [m]
 
 
-@dataclass(frozen=True, kw_only=True)
-class ArmReading:
+class ArmReading(NamedTuple):
     """State of the arm."""
 
     stamp: float  # time of arrival [s]
@@ -49,39 +47,21 @@ class ArmReading:
 
     def put(self, mailbox: Mailbox) -> None:
         """Publish it."""
-        mailbox.put(
-            self.stamp,
-            self.time,
-            self.mode,
-            *self.q,
-            *self.qd,
-            self.lost,
-            self.hand_mass,
-            self.load,
-            self.trouble.encode()[:480],
-        )
+        numbers = (*self[:3], *self.q, *self.qd, self.lost, self.hand_mass, self.load)
+        mailbox.put(*numbers, self.trouble.encode()[:480])
 
     @classmethod
     def get(cls, mailbox: Mailbox) -> Self | None:
-        """The newest one."""
+        """The newest one; None before the first."""
         if (values := mailbox.get()) is None:
             return None
         stamp, time, mode, *joints, lost, hand_mass, load, trouble = values
-        return cls(
-            stamp=stamp,
-            time=time,
-            mode=Mode(mode),
-            q=tuple(joints[:7]),
-            qd=tuple(joints[7:]),
-            lost=lost,
-            hand_mass=hand_mass,
-            load=load,
-            trouble=trouble.rstrip(b"\0").decode(errors="replace"),
-        )
+        q, qd, text = tuple(joints[:7]), tuple(joints[7:]), trouble.rstrip(b"\0")
+        mode = Mode(mode)
+        return cls(stamp, time, mode, q, qd, lost, hand_mass, load, text.decode(errors="replace"))
 
 
-@dataclass(frozen=True, kw_only=True)
-class HandReading:
+class HandReading(NamedTuple):
     """State of the hand."""
 
     stamp: float  # time of arrival [s]
@@ -101,20 +81,8 @@ class HandReading:
         """Whether an object may be between the fingers: without power the hand forgets a grasp."""
         return self.width > CLOSED and (self.is_grasped or self.width < OPEN)
 
-    def put(self, mailbox: Mailbox) -> None:
-        """Publish it."""
-        mailbox.put(self.stamp, self.width, self.opening, self.is_grasped, self.temperature)
-
     @classmethod
     def get(cls, mailbox: Mailbox) -> Self | None:
-        """The newest one."""
-        if (values := mailbox.get()) is None:
-            return None
-        stamp, width, opening, is_grasped, temperature = values
-        return cls(
-            stamp=stamp,
-            width=width,
-            opening=opening,
-            is_grasped=is_grasped,
-            temperature=temperature,
-        )
+        """The newest one; None before the first."""
+        values = mailbox.get()
+        return None if values is None else cls(*values)

@@ -27,6 +27,10 @@ def _reflex(server: PandaServer, name: str = "cartesian_reflex") -> None:
     server.arm.reflex(name)
 
 
+def _set(part: str, name: str, kind: type, default: Any) -> Callable[..., None]:
+    return lambda server, value=default: setattr(getattr(server, part), name, kind(value))
+
+
 def _line(name: str) -> Callable[..., None]:
     def change(server: PandaServer, share: str = "0", seconds: str = "0.005") -> None:
         setattr(server.line, name, float(share))
@@ -51,14 +55,6 @@ def _block(server: PandaServer, width: str = "") -> None:
     fingers.block = float(width) if width else None
 
 
-def _rush(server: PandaServer, faster: str = "0") -> None:
-    server.arm.rush = float(faster)
-
-
-def _hold(server: PandaServer) -> None:
-    server.hand.is_grasped = True
-
-
 def _mode(mode: Mode) -> Callable[[PandaServer], None]:
     return lambda server: server.arm.switch(mode)
 
@@ -66,10 +62,6 @@ def _mode(mode: Mode) -> Callable[[PandaServer], None]:
 def _release(server: PandaServer) -> None:
     if server.arm.mode in (Mode.USER_STOPPED, Mode.OTHER, Mode.GUIDING):
         server.arm.switch(Mode.IDLE)
-
-
-def _patience(server: PandaServer, packets: str = "20") -> None:
-    server.arm.most_lost = int(packets)
 
 
 def _forget(server: PandaServer) -> None:
@@ -88,9 +80,15 @@ ACTIONS: dict[str, tuple[Callable[..., None], str]] = {
     "delay": (_line("delayed"), "SHARE [SECONDS]  of the packets arrive late"),
     "block": (_block, "[WIDTH]  something of that width lies between the fingers, or nothing"),
     "blackout": (lambda server: server.hand.black_out(), "the hand loses its power for a moment"),
-    "hold": (_hold, "the hand says that it holds something"),
-    "rush": (_rush, "[RAD/S]  the first joint turns so much faster in a motion than it is told"),
-    "patience": (_patience, "PACKETS  lost in a row end a motion"),
+    "hold": (
+        lambda server: setattr(server.hand, "is_grasped", True),
+        "the hand says that it holds something",
+    ),
+    "rush": (
+        _set("arm", "rush", float, 0),
+        "[RAD/S]  the first joint turns so much faster in a motion than it is told",
+    ),
+    "patience": (_set("arm", "most_lost", int, 20), "PACKETS  lost in a row end a motion"),
     "forget": (_forget, "what was seen so far"),
     "tell": (lambda server: None, "what was seen so far"),
 }

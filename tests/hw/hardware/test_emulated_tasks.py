@@ -75,9 +75,8 @@ def running() -> list[str]:
     return lines
 
 
-@pytest.mark.parametrize(
-    "how", [signal.SIGKILL, pytest.param(signal.SIGSTOP, marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGSTOP])
 def test_base_and_arm_come_to_rest_when_the_program_is_killed_or_suspended(tmp_path, how):
     """Commanded to rest within 0.25 s of the last good command, by the emulators' own clocks."""
     path, task = robot_file(tmp_path), tmp_path / "short.yaml"

@@ -19,6 +19,11 @@ DELIVERED = {"dead_translation: 0 ": "dead_translation: 10 "}
 """Dead zones as a base is delivered."""
 
 
+@pytest.fixture(autouse=True)
+def brief(monkeypatch):
+    monkeypatch.setattr("hw.hardware.parts._LOOKS", 5)
+
+
 def file_of(emulator: OmronEmulator, folder: Path, **changes: str) -> Path:
     """The template, for an emulated base that it takes for a real one."""
     text = (SHIPPED / "frankie_site.yaml").read_text()

@@ -132,15 +132,6 @@ def test_a_wrong_length_gives_nothing_that_was_not_sent(sent, length):
     assert got[-1] == (5, b"")
 
 
-@given(st.binary(max_size=300))
-@settings(derandomize=True, deadline=None)
-def test_noise_before_a_packet_does_not_keep_it(noise):
-    noise = noise.replace(b"\x0f\x0c", b"").removesuffix(b"\x0f")
-    stream = PacketStream()
-    assert stream.feed(noise + encode(466, b"abc")) == [(466, b"abc")]
-    assert stream.skipped == len(noise)
-
-
 @given(st.binary(max_size=40))
 @settings(derandomize=True, deadline=None)
 def test_any_payload_is_read_whole_or_not_at_all(payload):

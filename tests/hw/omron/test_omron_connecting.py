@@ -9,7 +9,7 @@ import pytest
 from emulated import base_of, connected, driving, wait_for
 
 from hw import HardwareError, WallClock
-from hw.emulators.omron import EVERYTHING, NoFaultError, OmronEmulator, Options, PortTakenError
+from hw.emulators.omron import EVERYTHING, OmronEmulator, Options
 from hw.emulators.omron.wire import Writer, seal
 from hw.omron import ArclSettings, OmronBase, OmronSettings
 
@@ -144,10 +144,3 @@ def test_what_is_asked_of_an_unconnected_base():
     for question in (base.read, base.recover, lambda: base.send([0.0, 0.0, 0.0])):
         with pytest.raises(HardwareError, match="not connected"):
             question()
-
-
-def test_an_emulator_says_what_is_wrong_with_its_options():
-    with pytest.raises(NoFaultError, match="did you mean `frozen`"):
-        OmronEmulator(faults=("frozn",))
-    with OmronEmulator() as one, pytest.raises(PortTakenError, match="choose another"):
-        OmronEmulator(Options(port=one.port)).__enter__()

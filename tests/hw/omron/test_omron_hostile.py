@@ -2,7 +2,6 @@
 
 import os
 import random
-import socket
 import threading
 
 import numpy as np
@@ -50,28 +49,6 @@ def test_a_base_that_babbles_gives_faults_but_no_exception_and_no_nonsense(monke
         base.stop()
         wait_for(lambda: is_at_rest(emulator))
         base.close()
-
-
-def test_the_emulator_survives_what_clients_say():
-    rng = random.Random(5)
-    with OmronEmulator() as emulator:
-        for number in range(60):
-            port = (emulator.port, emulator.arcl_port)[number % 2]
-            with socket.create_connection(("127.0.0.1", port), timeout=2.0) as peer:
-                number_of = emulator._requests.entries
-                entry = rng.choice(list(number_of.values()))
-                for saying in (
-                    rng.randbytes(rng.randint(0, 300)),
-                    seal(rng.choice((1, 2, 5, 129, 130, 400)), rng.randbytes(rng.randint(0, 30))),
-                    seal(entry.number, rng.randbytes(rng.randint(0, 30))),
-                    b"adept\r\ngetConfigSectionValues\r\nenableMotors\r\n\xff\xfe\r\n",
-                ):
-                    try:
-                        peer.sendall(saying)
-                    except OSError:
-                        break
-        with connected(emulator, arcl="adept") as base:
-            assert base.read().faults == ()
 
 
 def test_ratios_that_are_no_numbers_do_not_move_the_base():

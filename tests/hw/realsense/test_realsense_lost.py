@@ -13,7 +13,7 @@ import pytest
 from emulated_camera import D435, Counting, needs_library, picture, plugged_in, until
 
 from hw import FaultKind, HardwareError, WallClock
-from hw.emulators.realsense import NoFaultError, Options, PortTakenError, RealSenseEmulator, still
+from hw.emulators.realsense import RealSenseEmulator, still
 from hw.realsense import RealSenseCamera, RealSenseSettings
 
 ROOT = Path(__file__).parents[3]
@@ -190,12 +190,3 @@ def _runs(pid: int) -> bool:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except OSError:
         return False
-
-
-def test_the_emulator_says_what_it_cannot_do():
-    with pytest.raises(NoFaultError, match="did you mean `frozen`"):
-        RealSenseEmulator(still(picture()), faults=("frozn",))
-    with RealSenseEmulator(still(picture())) as first:
-        port = int(first.address.rpartition(":")[2])
-        with pytest.raises(PortTakenError, match=f"port {port} of 127.0.0.1"):
-            RealSenseEmulator(still(picture()), Options(port=port)).__enter__()
