@@ -11,14 +11,12 @@ import numpy as np
 from pinocchio import SE3
 
 from controller import Array, Obstacle
-from hw import Fault, FaultKind, RobotState, TaskTime
+from hw import RECOVERY_MEMORY, RECOVERY_PAUSES, Fault, FaultKind, RobotState, TaskTime
 from robots import Box, Cylinder, Geom, RobotDescription, half_extents
 
 _STEP = 0.01  # between the recorded poses of base and hand [m]
 _STEPS = 60  # recorded poses
 _NEAR_MOVER = 0.2  # a contact nearer than this to a moving obstacle is with that [m]
-_PAUSES = (0.5, 2.0, 8.0)  # before the first fault is cleared, the next one, and so on [s] ...
-_LATELY = 30.0  # ... as long as they follow each other faster than this [s]
 _MOST = 3  # recoveries at the same place, after which a person has to help
 _SAME_PLACE = 0.5  # of the base [m]
 _SAME_PLACE_OF_HAND = 0.1  # [m]
@@ -128,10 +126,10 @@ class FaultMemory:
 
     def wait(self, now: TaskTime) -> float:
         """How long to wait before the present faults may be cleared [s]."""
-        self._cleared = [one for one in self._cleared if now.since(one) < _LATELY]
-        wait = _PAUSES[0] - now.since(self._since or now)
+        self._cleared = [one for one in self._cleared if now.since(one) < RECOVERY_MEMORY]
+        wait = RECOVERY_PAUSES[0] - now.since(self._since or now)
         if self._cleared:
-            pause = _PAUSES[min(len(self._cleared), len(_PAUSES) - 1)]
+            pause = RECOVERY_PAUSES[min(len(self._cleared), len(RECOVERY_PAUSES) - 1)]
             wait = max(wait, pause - now.since(self._cleared[-1]))
         return max(0.0, wait)
 

@@ -19,7 +19,18 @@ if TYPE_CHECKING:
     from hw.recording import TURN, RecordedRobot, Turn
     from hw.registry import Backend, WorldError, WorldOptions, open_backend, simulator
     from hw.replay import Difference, ReplayRobot
-    from hw.robot import Arm, Base, Camera, DepthCamera, Gripper, HardwareError, Robot, RobotWrapper
+    from hw.robot import (
+        RECOVERY_MEMORY,
+        RECOVERY_PAUSES,
+        Arm,
+        Base,
+        Camera,
+        DepthCamera,
+        Gripper,
+        HardwareError,
+        Robot,
+        RobotWrapper,
+    )
     from hw.state import (
         ArmState,
         BaseState,
@@ -38,6 +49,8 @@ else:
 __all__ = [
     "INJECTABLE",
     "MAY_TOUCH",
+    "RECOVERY_MEMORY",
+    "RECOVERY_PAUSES",
     "SIMULATION",
     "TURN",
     "Arm",

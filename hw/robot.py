@@ -19,6 +19,9 @@ from hw.state import (
 )
 from robots import RobotDescription
 
+RECOVERY_PAUSES = (0.5, 2.0, 8.0)  # before successive recoveries from one cause [s]
+RECOVERY_MEMORY = 30.0  # a recovery this long after the last is the first again [s]
+
 
 class HardwareError(Exception):
     """The robot cannot be reached, read or commanded."""

@@ -47,7 +47,7 @@ def chosen(names: Sequence[str], table: Mapping[str, Reported], part: str) -> fr
     for name in flat:
         if name not in table:
             raise NotReportedError(
-                f"the emulated {part} has no way called `{name}`; {suggest(name, table)}"
+                f"the emulated {part} has no reported behaviour called `{name}`; {suggest(name, table)}"
             )
     return frozenset(flat)
 

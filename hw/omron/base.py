@@ -17,14 +17,13 @@ from hw.omron.settings import OmronSettings
 from hw.omron.site import REST, Site, Velocity, is_at_rest, is_finite
 from hw.omron.telemetry import OLDEST_POSE, extrapolate
 from hw.omron.teleop_settings import SECTIONS, TELEOP, Values, site_of
-from hw.robot import HardwareError
+from hw.robot import RECOVERY_MEMORY, RECOVERY_PAUSES, HardwareError
 from hw.state import Array, BaseState
 
 _POLL = 0.01  # polling interval of recoveries [s]
 _RECOVERY = 3.0  # timeout of each step of a recovery [s]
 _READING = 3.0  # timeout of reading the configuration [s]
-_PAUSES = (0.0, 0.5, 2.0, 8.0)  # before successive recoveries [s]
-_FORGOTTEN = 30.0  # a recovery this long after the last is the first again [s]
+_PAUSES = (0.0, *RECOVERY_PAUSES)
 
 
 class OmronBase:
@@ -39,7 +38,7 @@ class OmronBase:
         self._settings, self._clock = settings, clock
         self._arcl: Arcl | None = None
         self._link: Link | None = None
-        self._recoveries, self._recovered_at = 0, -_FORGOTTEN
+        self._recoveries, self._recovered_at = 0, -RECOVERY_MEMORY
         self._closing = threading.Event()
         self.catalogue = Catalogue()  # requests that the base offers to this account
         self.protocol = ""  # protocol version of the base; empty before it is connected
@@ -209,7 +208,7 @@ class OmronBase:
 
     def _pause(self) -> float:
         """Pause before a recovery; it grows with their number [s]."""
-        is_new = stopwatch() - self._recovered_at > _FORGOTTEN
+        is_new = stopwatch() - self._recovered_at > RECOVERY_MEMORY
         self._recoveries = 0 if is_new else min(self._recoveries + 1, len(_PAUSES) - 1)
         pause = _PAUSES[self._recoveries]
         self._recovered_at = stopwatch() + pause

@@ -105,7 +105,7 @@ def test_reported_ways_are_listed_with_their_sources_and_unknown_ones_refused():
     assert out in call("emulate", "frankie", "--as-reported", "list")[1]
     for part in ("omron", "frankie"):
         line = refused(part, "--as-reported", "timeout-off,trottle")
-        assert "has no way called `trottle`" in line
+        assert "has no reported behaviour called `trottle`" in line
     emulator = FrankieEmulator(
         "emulated", world="kinematic", scene="single", seed=0, as_reported=["throttle-ignored"]
     )

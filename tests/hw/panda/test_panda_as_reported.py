@@ -65,7 +65,7 @@ def test_what_nobody_has_reported_is_an_error_with_all_names():
             "emulated", world="kinematic", scene="single", seed=0, as_reported=["sulks"]
         ),
     ):
-        with pytest.raises(NotReportedError, match="no way called `sulks`"):
+        with pytest.raises(NotReportedError, match="no reported behaviour called `sulks`"):
             begin()
 
 
