@@ -46,8 +46,9 @@ def chosen(names: Sequence[str], table: Mapping[str, Reported], part: str) -> fr
     flat = [name.strip() for text in names for name in text.split(",") if name.strip()]
     for name in flat:
         if name not in table:
+            hint = suggest(name, table)
             raise NotReportedError(
-                f"the emulated {part} has no reported behaviour called `{name}`; {suggest(name, table)}"
+                f"the emulated {part} has no reported behaviour called `{name}`; {hint}"
             )
     return frozenset(flat)
 

@@ -55,8 +55,8 @@ def first_metre(
     """
     check_armed(real, armed)
     least = site_of(real.hardware.base.scale).least(Velocity(1.0, 0.0)).v
-    told = _FAST * least or _WITHOUT
-    if told > _MOST:
+    commanded = _FAST * least or _WITHOUT
+    if commanded > _MOST:
         text = f"its dead zone ends at {least:.2f} m/s only; make it smaller in MobilePlanner"
         yield Finding("first metre", Verdict.BAD, text)
         return
@@ -65,7 +65,7 @@ def first_metre(
         base = base_of(real.hardware, load_robot(real.path).limits, WallClock(), throttle=True)
         base.connect()
         try:
-            yield from _steps(base, told, _SLOW * least, confirm)
+            yield from _steps(base, commanded, _SLOW * least, confirm)
         finally:
             base.close()
     finally:
@@ -73,13 +73,13 @@ def first_metre(
 
 
 def _steps(
-    base: OmronBase, told: float, slow: float, confirm: Callable[[str], bool]
+    base: OmronBase, commanded: float, slow: float, confirm: Callable[[str], bool]
 ) -> Iterator[Finding]:
-    step = _ask_and_drive(base, told, confirm)
-    if step is None or not _fits(step.speed, told):
-        yield _of_speed(step, told)
+    step = _ask_and_drive(base, commanded, confirm)
+    if step is None or not _fits(step.speed, commanded):
+        yield _of_speed(step, commanded)
         return
-    yield _of_speed(step, told)
+    yield _of_speed(step, commanded)
     if not slow:
         yield Finding("throttle", Verdict.GOOD, "no dead zone of forwards: it is not needed")
         return
@@ -87,46 +87,51 @@ def _steps(
     if step is None:
         yield _not_done("throttle")
     elif _fits(step.speed, slow):
-        text = f"told {slow:.3f} m/s by the throttle, measured {step.speed:.3f}: it is heeded"
+        text = f"commanded {slow:.3f} m/s by the throttle, measured {step.speed:.3f}: it is heeded"
         yield Finding("throttle", Verdict.GOOD, text)
     else:
-        yield Finding("throttle", Verdict.OPEN, f"it is not heeded: {_said(step, slow)}")
+        yield Finding("throttle", Verdict.OPEN, f"it is not heeded: {_text(step, slow)}")
 
 
-def _of_speed(step: Step | None, told: float) -> Finding:
+def _of_speed(step: Step | None, commanded: float) -> Finding:
     if step is None:
         return _not_done("speed")
-    if _fits(step.speed, told):
-        text = f"told {told:.3f} m/s, measured {step.speed:.3f}"
+    if _fits(step.speed, commanded):
+        text = f"commanded {commanded:.3f} m/s, measured {step.speed:.3f}"
         return Finding("speed", Verdict.GOOD, text)
     return Finding(
-        "speed", Verdict.BAD, f"{_said(step, told)}; compare `full_scale` with its Teleop settings"
+        "speed",
+        Verdict.BAD,
+        f"{_text(step, commanded)}; compare `full_scale` with its Teleop settings",
     )
 
 
-def _said(step: Step, told: float) -> str:
-    return "; ".join((f"told {told:.3f} m/s, measured {step.speed:.3f}", *step.faults))
+def _text(step: Step, commanded: float) -> str:
+    return "; ".join((f"commanded {commanded:.3f} m/s, measured {step.speed:.3f}", *step.faults))
 
 
 def _not_done(about: str) -> Finding:
     return Finding(about, Verdict.OPEN, "not done: nobody confirmed it")
 
 
-def _fits(measured: float, told: float) -> bool:
-    return abs(measured - told) <= _FITS * told + _STANDS
+def _fits(measured: float, commanded: float) -> bool:
+    return abs(measured - commanded) <= _FITS * commanded + _STANDS
 
 
-def _ask_and_drive(base: OmronBase, told: float, confirm: Callable[[str], bool]) -> Step | None:
+def _ask_and_drive(
+    base: OmronBase, commanded: float, confirm: Callable[[str], bool]
+) -> Step | None:
     question = (
-        f"The base drives ahead for {_SECONDS:g} s at {told:.3f} m/s, {_SECONDS * told:.1f} m. "
+        f"The base drives ahead for {_SECONDS:g} s at {commanded:.3f} m/s, "
+        f"{_SECONDS * commanded:.1f} m. "
         "Are 1.5 m before it free, and is the emergency stop in your hand?"
     )
-    return _drive(base, told) if confirm(question) else None
+    return _drive(base, commanded) if confirm(question) else None
 
 
-def _drive(base: OmronBase, told: float) -> Step:
+def _drive(base: OmronBase, commanded: float) -> Step:
     """Drive ahead, and wait until the base is at rest."""
-    twist, begun = np.array([told, 0.0, 0.0]), stopwatch()
+    twist, begun = np.array([commanded, 0.0, 0.0]), stopwatch()
     places: list[tuple[float, float]] = []
     faults: tuple[str, ...] = ()
     start = base.read().wTb

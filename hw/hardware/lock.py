@@ -1,4 +1,4 @@
-"""Lock of a robot: one program commands it, and others are told which.
+"""Lock of a robot: one program commands it, and tells others which.
 
 The lock is a claim on this computer, for all users, that the system releases when its holder ends.
 Its holder answers requests with its identity and the time of its last command. The arm itself
@@ -97,13 +97,13 @@ def _commander(holder: Holder | None) -> Commander | None:
     if holder is None:
         return None
     try:
-        told = json.loads(holder.says)
+        answer = json.loads(holder.says)
         return Commander(
-            pid=int(told["pid"]),
-            user=str(told["user"]),
-            program=str(told["program"]),
-            since=float(told["since"]),
-            beat=float(told["beat"]),
+            pid=int(answer["pid"]),
+            user=str(answer["user"]),
+            program=str(answer["program"]),
+            since=float(answer["since"]),
+            beat=float(answer["beat"]),
         )
     except (ValueError, TypeError, LookupError):
         return Commander(pid=holder.pid, user="", program="", since=0.0, beat=0.0)

@@ -35,11 +35,11 @@ def _full_scale(base: OmronBase, values: Values, real: RealRobot) -> Finding:
     if values.get("FullThrottleForwards") == 0.0:
         text = "its FullThrottleForwards is 0, which stands for its top speed: set a speed there"
         return Finding("base", Verdict.BAD, text)
-    told, says = full_scale_of(base), dict(real.hardware.base.scale)
+    kept, says = full_scale_of(base), dict(real.hardware.base.scale)
     for way in ("forward", "reverse"):
         says[f"turn_at_{way}_deg"] = says[f"turn_at_{way}_deg"] or says["turn_deg"]
     wrong = {
-        name: value for name, value in told.items() if abs(says[name] - value) > _SAME * abs(value)
+        name: value for name, value in kept.items() if abs(says[name] - value) > _SAME * abs(value)
     }
     if not wrong:
         return Finding("base", Verdict.GOOD, "full_scale of the file is what the base tells")
@@ -88,10 +88,10 @@ def write_full_scale(real: RealRobot, path: Path, *, throttle: bool) -> None:
     base = base_of(real.hardware, load_robot(real.path).limits, WallClock())
     base.connect()
     try:
-        told = full_scale_of(base)
+        kept = full_scale_of(base)
     finally:
         base.close()
     lines = [f"# As the base at {real.hardware.base.address} tells; m/s, deg/s and %."]
-    lines += [f"{name}: {round(value, 4)}" for name, value in told.items()]
+    lines += [f"{name}: {round(value, 4)}" for name, value in kept.items()]
     lines += [f"throttle: {str(throttle).lower()}"]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -131,8 +131,8 @@ class FrankieEmulator:
             assert self._arm.stdout is not None
             self._arm.stdin.write(words + "\n")
             self._arm.stdin.flush()
-            told: dict[str, Any] = json.loads(self._arm.stdout.readline() or "{}")
-            return told
+            answer: dict[str, Any] = json.loads(self._arm.stdout.readline() or "{}")
+            return answer
 
     def blind(self, seconds: float) -> None:
         """Unplug the camera for a time [s]."""

@@ -47,10 +47,10 @@ class EmulatorLink:
             ValueError: the command is wrong.
         """
         with self._lock:
-            told = self._ask(words)
-        if "error" in told:
-            raise ValueError(told["error"])
-        return told
+            answer = self._ask(words)
+        if "error" in answer:
+            raise ValueError(answer["error"])
+        return answer
 
     def close(self) -> None:
         """Disconnect."""
@@ -67,8 +67,8 @@ class EmulatorLink:
             raise SilentEmulatorError(f"the emulator does not answer: {error}") from None
         if not line:
             raise SilentEmulatorError("the emulator has ended")
-        told: dict[str, Any] = json.loads(line)
-        return told
+        answer: dict[str, Any] = json.loads(line)
+        return answer
 
 
 class RemoteTruth:
@@ -76,12 +76,12 @@ class RemoteTruth:
 
     def __init__(self, link: EmulatorLink) -> None:
         self._link = link
-        told = link.do("tell")
-        self.scene, self.seed = str(told["scene"]), int(told["seed"])
-        self.world = str(told["world"])
+        answer = link.do("tell")
+        self.scene, self.seed = str(answer["scene"]), int(answer["seed"])
+        self.world = str(answer["world"])
         self._world = load_scene(self.scene, self.seed)
         self._over = threading.Event()
-        self._update(told)
+        self._update(answer)
         self._thread = threading.Thread(target=self._follow, name="truth", daemon=True)
         self._thread.start()
 
@@ -141,9 +141,9 @@ class RemoteTruth:
         with suppress(SilentEmulatorError):
             self._update(self._link.do("tell"))
 
-    def _update(self, told: dict[str, Any]) -> None:
+    def _update(self, answer: dict[str, Any]) -> None:
         for obj in self._world.objects:
-            obj.pose = XYZQUATToSE3(np.array(told["poses"][obj.name]))
-        self._now, self._at = told["now"], told["stamp"]
-        self._supports: dict[str, str] = told["supports"]
-        self._touches = [Touch(**one) for one in told["touches"]]
+            obj.pose = XYZQUATToSE3(np.array(answer["poses"][obj.name]))
+        self._now, self._at = answer["now"], answer["stamp"]
+        self._supports: dict[str, str] = answer["supports"]
+        self._touches = [Touch(**one) for one in answer["touches"]]

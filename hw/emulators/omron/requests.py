@@ -49,10 +49,14 @@ def signed_degrees(angle: float) -> float:
 
 def settings(teleop: Teleop) -> tuple[tuple[str, bytes, float], ...]:
     """The section "Teleop settings": names, types on the wire, and values [mm/s, deg/s, s, %]."""
-    told = teleop.tells_forwards
+    reported = teleop.tells_forwards
     return (
         ("Timeout", b"d", teleop.timeout),
-        ("FullThrottleForwards", b"i", 1000.0 * (teleop.forwards if told is None else told)),
+        (
+            "FullThrottleForwards",
+            b"i",
+            1000.0 * (teleop.forwards if reported is None else reported),
+        ),
         ("FullThrottleBackwards", b"i", teleop.backwards * 1000.0),
         ("RotAtFullForwards", b"i", round(degrees(teleop.turn_forwards))),
         ("RotAtFullBackwards", b"i", round(degrees(teleop.turn_backwards))),
