@@ -87,6 +87,29 @@ def test_a_base_that_is_too_fast_is_stopped_and_not_driven_on_by_a_program():
         assert base.read().faults == state.faults
 
 
+@pytest.mark.parametrize("twist", [(0.05, 0.0), pytest.param((0.0, 0.04), marks=pytest.mark.slow)])
+def test_a_throttle_that_is_ignored_after_all_is_slow_and_noticed(twist):
+    site = Site(throttle=True)
+    with emulator_of("throttle-ignored") as emulator, connected(emulator, site=site) as base:
+        drive(base, *twist, seconds=1.5)
+        assert peak(emulator) < 0.11
+        assert max(abs(one.w) for one in emulator.moved) < 0.05
+        if twist[0]:
+            wait_for_fault(base, FaultKind.NOT_READY, "may not heed the throttle")
+
+
+@pytest.mark.parametrize(
+    "way", ["throttle-ignored", pytest.param("pose-10-hz", marks=pytest.mark.slow)]
+)
+def test_by_default_slow_motion_does_not_depend_on_the_throttle(way):
+    with emulator_of(way) as emulator, connected(emulator) as base:
+        drive(base, 0.05, seconds=3.0)
+        assert base.read().faults == ()
+        assert peak(emulator) < 0.11
+        assert 0.07 < gone(emulator) < 0.17
+        assert all(one.values[2] == 100.0 for one in emulator.heard if one.name == "ratioDrive")
+
+
 def test_where_the_button_of_the_base_is_needed_that_is_said():
     with emulator_of("brake-button") as emulator, connected(emulator, arcl="adept") as base:
         with emulator.held() as controller:
