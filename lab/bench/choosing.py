@@ -41,7 +41,7 @@ from lab.bench.choosing_scenes import (
     make_scene,
     true_object,
 )
-from lab.shared import percent, run_in_order
+from lab.shared import Workers, percent, run_in_order
 from perception import GraspDetector
 from robots import Array, load_robot
 
@@ -208,7 +208,7 @@ def matching(words: Mapping[str, Any], objects: Sequence[TrueObject], base: Arra
 
 
 def run_choosing(
-    seeds: Sequence[int], done: Callable[[Taking], None], *, world: str, workers: int
+    seeds: Sequence[int], done: Callable[[Taking], None], *, world: str, workers: Workers
 ) -> list[Taking]:
     """All scenes, in the order of their seeds; `done` is called after each."""
     simulator(world)  # raises before any scene if it is not available

@@ -18,7 +18,7 @@ from controller import Array, PoseGoal
 from lab.bench.configuration import Configuration
 from lab.bench.evaluation import Evaluator
 from lab.bench.motion import GoalAt, run_motion
-from lab.shared import run_in_order
+from lab.shared import Workers, run_in_order
 
 PATHS = ("line", "circle 1 m", "circle 0.5 m", "sine", "random walk")
 _START = np.array([1.5, -0.5, 0.7])
@@ -108,7 +108,7 @@ def _turn_rates(following: Following, times: Array, period: float) -> Array:
 
 
 def run_following(
-    configuration: Configuration, followings: Sequence[Following], workers: int = 1
+    configuration: Configuration, followings: Sequence[Following], workers: Workers = 1
 ) -> list[Followed]:
     """Follow each of several goals from rest."""
     tasks = [(configuration, following) for following in followings]

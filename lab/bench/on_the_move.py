@@ -11,7 +11,7 @@ from rich.table import Table
 
 from app.core import RunOptions, Summary, run_task
 from lab.bench.tasks import failure_causes, run_tasks
-from lab.shared import paired_difference, percent
+from lab.shared import Workers, paired_difference, percent
 
 _TASKS = Path(__file__).parent / "tasks"
 WAYS = {name: _TASKS / f"{name}.yaml" for name in ("standing", "in_passing")}
@@ -70,7 +70,7 @@ def run_on_the_move(
     seeds: Iterable[int],
     done: Callable[[Summary], None],
     *,
-    workers: int = 1,
+    workers: Workers = 1,
 ) -> list[Passing]:
     """Run both tasks for every seed: all standing runs, then all others.
 
@@ -78,7 +78,7 @@ def run_on_the_move(
         options: of each run, except for task and seed.
         seeds: of the object and the camera's noise.
         done: called after each run.
-        workers: number of processes; 1 is this one.
+        workers: number of processes, or the address of a dask.distributed scheduler.
 
     Raises:
         KeyboardInterrupt: a run was interrupted; the others end as well.

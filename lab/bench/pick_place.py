@@ -14,7 +14,7 @@ from app.core import Instruments, MotionForm, RunOptions, Summary, Tick, run_tas
 from app.review import CarriedObject, TimeUse, carried_objects, time_use
 from lab.bench.evaluation import cumulative_jerk
 from lab.bench.tasks import failure_causes, run_tasks
-from lab.shared import bootstrap, machine
+from lab.shared import Workers, bootstrap, machine
 
 _PAPER = (
     ("the paper, holistic", "100 of 100", "113", "5.2", "16.8"),
@@ -73,7 +73,7 @@ def run_pick_place(
     done: Callable[[Summary], None],
     *,
     motions: Sequence[MotionForm] = (MotionForm.HOLISTIC,),
-    workers: int = 1,
+    workers: Workers = 1,
 ) -> list[PickPlaceRun]:
     """Run the task once for every seed and motion form.
 
@@ -82,7 +82,7 @@ def run_pick_place(
         seeds: of objects and camera noise.
         done: called after each run.
         motions: the motion forms, whose runs are returned one after the other.
-        workers: number of processes.
+        workers: number of processes, or the address of a dask.distributed scheduler.
 
     Raises:
         KeyboardInterrupt: a run was interrupted; the others end as well.

@@ -17,7 +17,7 @@ from lab.bench.configuration import Configuration
 from lab.bench.disturbance import QUIET, Disturbance, disturbed, draw_start
 from lab.bench.evaluation import Evaluator, Trial
 from lab.bench.motion import run_motion
-from lab.shared import run_in_order
+from lab.shared import Workers, run_in_order
 
 PATIENCE = 15.0
 """A goal has failed after this time without progress [s]."""
@@ -108,7 +108,7 @@ def run_trials(
     conditions: Conditions,
     goals: Sequence[SE3],
     done: Callable[[Trial], None],
-    workers: int,
+    workers: Workers,
 ) -> list[Trial]:
     """One motion to every goal, in their order; `done` is called with each trial."""
     chain, poses = conditions.chain, np.array([goal.homogeneous for goal in goals])

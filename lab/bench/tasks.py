@@ -10,7 +10,7 @@ from typing import Protocol, TypeVar
 
 from app.core import EVENTS, End, RunOptions, Summary, read_events
 from behaviours import LEAVES
-from lab.shared import run_in_order
+from lab.shared import Workers, run_in_order
 
 _QUESTIONS = ("region_empty",)
 """Leaves that answer a question, besides the conditions: their FAILURE means no."""
@@ -33,7 +33,7 @@ def run_tasks(
     options: Sequence[RunOptions],
     done: Callable[[Summary], None],
     *,
-    workers: int,
+    workers: Workers,
 ) -> list[R]:
     """Run every task.
 
@@ -41,7 +41,7 @@ def run_tasks(
         work: runs one; a function at module level.
         options: of each run.
         done: called after each run, in the order of completion.
-        workers: number of processes; 1 is this one.
+        workers: number of processes, or the address of a dask.distributed scheduler.
 
     Returns:
         The results of `work`, in the order of `options`.

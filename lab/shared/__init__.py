@@ -4,11 +4,13 @@ from lab.shared.environment import machine
 from lab.shared.parts import Functions, PartTimer
 from lab.shared.progress_bar import progress
 from lab.shared.statistics import bootstrap, interval, paired_difference, percent, share
-from lab.shared.workers import run_all, run_in_order
+from lab.shared.workers import ClusterError, Workers, run_all, run_in_order
 
 __all__ = [
+    "ClusterError",
     "Functions",
     "PartTimer",
+    "Workers",
     "bootstrap",
     "interval",
     "machine",

@@ -9,6 +9,7 @@ import typer
 from app.commands import refuse
 from lab.bench.commands.options import (
     BOTH,
+    Cluster,
     Json,
     Robot,
     Workers,
@@ -41,6 +42,7 @@ def obstacles(
     ] = None,
     limit: Annotated[float, typer.Option(help="Longest time per goal in seconds.", min=0.1)] = 40.0,
     workers: Workers = None,
+    cluster: Cluster = None,
     json: Json = None,
 ) -> None:
     """Reach goals among furniture and walkers; count failures and contacts, compare the times."""
@@ -57,7 +59,7 @@ def obstacles(
     rows = []
     for name in chosen_robots(robot):
         setup = Setup(robot=name, controllers=controllers, seed=seed, limit=limit)
-        processes = min(workers_of(workers), len(names))
+        processes = workers_of(workers, cluster)
         with progress(f"{name} obstacles", len(names)) as advance:
             trials = run_worlds(
                 setup, names, lambda world: advance(world[0].reason is not None), processes

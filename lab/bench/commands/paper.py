@@ -10,6 +10,7 @@ import typer
 from app.commands import refuse
 from lab.bench.commands.options import (
     BOTH,
+    Cluster,
     Json,
     Period,
     ReverseSpeed,
@@ -96,6 +97,7 @@ def reach(
     sweep: Annotated[Sweep | None, typer.Option(help="Vary a setting of the preset.")] = None,
     period: Period = 0.01,
     workers: Workers = None,
+    cluster: Cluster = None,
     json: Json = None,
 ) -> None:
     """Experiment 2: reach many goals from rest; count failures, limit violations and contacts."""
@@ -120,6 +122,7 @@ def reach(
         orientation_tolerance=radians(tolerance_deg),
     )
     check_writable(json)
+    where = workers_of(workers, cluster)
     speeds: Sequence[float | None] = base_speed or (
         [1.0, 1.5] if preset is Preset.FRANKIE else [None]
     )
@@ -136,7 +139,7 @@ def reach(
                     changes=changes,
                 )
                 targets = generate_goals(configuration.model(), count, seed, goals)
-                rows.append(_reach(configuration, conditions, targets, workers_of(workers)))
+                rows.append(_reach(configuration, conditions, targets, where))
     show(reach_table(rows), *reach_notes(rows))
     write_results(json, rows, seed=seed, goals=goals)
 
@@ -156,7 +159,7 @@ def _parse_jitter(given: str | None) -> tuple[float, float] | None:
 
 
 def _reach(
-    configuration: Configuration, conditions: Conditions, goals: Sequence[SE3], workers: int
+    configuration: Configuration, conditions: Conditions, goals: Sequence[SE3], workers: int | str
 ) -> Reach:
     from lab.bench.reach import aggregate_trials, run_trials
     from lab.shared import progress
@@ -225,7 +228,9 @@ def poses(
     write_results(json, results[:split], jumps=jumps)
 
 
-def moving(robot: Robot = BOTH, workers: Workers = None, json: Json = None) -> None:
+def moving(
+    robot: Robot = BOTH, workers: Workers = None, cluster: Cluster = None, json: Json = None
+) -> None:
     """Follow goals at 0.3 m/s that never stop: largest errors after catching up."""
     from lab.bench.configuration import Configuration
     from lab.bench.moving import PATHS, Following, moving_table, run_following
@@ -240,6 +245,6 @@ def moving(robot: Robot = BOTH, workers: Workers = None, json: Json = None) -> N
     rows = []
     for name in chosen_robots(robot):
         configuration = Configuration(robot=name, base_speed=1.0)
-        rows += run_following(configuration, followings, workers_of(workers))
+        rows += run_following(configuration, followings, workers_of(workers, cluster))
     show(moving_table(rows))
     write_results(json, rows)

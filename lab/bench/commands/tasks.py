@@ -12,6 +12,7 @@ import typer
 from app.commands import find_tree
 from app.terminal import Terminal
 from lab.bench.commands.options import (
+    Cluster,
     Json,
     OneRobot,
     Record,
@@ -58,6 +59,7 @@ def pick_place(
     seeds: Seeds = "0-9",
     record: Record = Path("runs"),
     workers: Workers = None,
+    cluster: Cluster = None,
     json: Json = None,
 ) -> None:
     """Run the main task for several seeds, and print Table IV beside the paper's figures."""
@@ -81,7 +83,9 @@ def pick_place(
         planning_time=planning_time,
     )
     done = counted(len(wanted) * len(motions))
-    runs = bench.run_pick_place(options, wanted, done, motions=motions, workers=workers_of(workers))
+    runs = bench.run_pick_place(
+        options, wanted, done, motions=motions, workers=workers_of(workers, cluster)
+    )
     figures = bench.pick_place_figures(runs)
     show(bench.pick_place_table(runs), bench.table_iv(figures), *bench.pick_place_notes(figures))
     summaries = [asdict(run.summary) | {"motion": run.motion} for run in runs]
@@ -95,6 +99,7 @@ def on_the_move(
     seeds: Seeds = "0-39",
     record: Record = Path("runs"),
     workers: Workers = None,
+    cluster: Cluster = None,
     json: Json = None,
 ) -> None:
     """Take an object from a table beside the way, once standing and once while driving on."""
@@ -107,7 +112,7 @@ def on_the_move(
         tree=Path(), robot=robot, world=world, scene=scene, record=record, recording=False
     )
     done = counted(2 * len(wanted))
-    runs = bench.run_on_the_move(options, wanted, done, workers=workers_of(workers))
+    runs = bench.run_on_the_move(options, wanted, done, workers=workers_of(workers, cluster))
     show(bench.on_the_move_table(runs))
     saved = bench.saving(runs)
     if saved is not None:
@@ -124,6 +129,7 @@ def choosing(
     seeds: Seeds = "0-199",
     world: World = "kinematic",
     workers: Workers = None,
+    cluster: Cluster = None,
     json: Json = None,
 ) -> None:
     """Ask for the largest, nearest, red, ... of 5 to 8 objects, and check which one is taken."""
@@ -138,6 +144,6 @@ def choosing(
             f"seed {taking.seed}, {taking.clutter}, {taking.asked}: {result}"
         )
 
-    takings = bench.run_choosing(wanted, done, world=world, workers=workers_of(workers))
+    takings = bench.run_choosing(wanted, done, world=world, workers=workers_of(workers, cluster))
     show(bench.choosing_table(takings), *bench.choosing_notes(takings))
     write_json(json, {"scenes": [asdict(one) | {"right": one.is_right} for one in takings]})
