@@ -1,5 +1,8 @@
 """`bench reach`, `bench poses` and `bench moving`."""
 
+import json
+import sys
+
 import pytest
 from bench_call import call, refused, report
 
