@@ -109,6 +109,6 @@ def test_the_command_line_answers_alike_whatever_it_builds():
         return done.stdout + done.stderr
 
     assert "check [OPTIONS]" in said("check", "--help")
-    assert "bench step [OPTIONS]" in said("bench", "step", "--help")
+    assert "bench timing [OPTIONS]" in said("bench", "timing", "--help")
     assert "did you mean 'check'" in said("chek").lower()
     assert all(word in said("--help") for word in ("check", "draw", "bench", "run"))

@@ -32,8 +32,14 @@ def go(goal, surroundings=None, planning=None, limit=40.0):
     controller = PlanningController(model, planning=planning)
     around = surroundings or Surroundings()
     reports = []
+
+    def step(*arguments):
+        command, report = controller.step(*arguments)
+        reports.append(report)
+        return command, report
+
     motion = run_motion(
-        controller.step,
+        step,
         model,
         lambda t: goal,
         period=0.01,
@@ -41,7 +47,6 @@ def go(goal, surroundings=None, planning=None, limit=40.0):
         patience=20.0,
         surroundings_at=lambda t: around,
         lag=True,
-        watch=lambda time, report: reports.append(report),
     )
     return motion, reports
 
