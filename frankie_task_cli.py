@@ -12,7 +12,15 @@ from importlib.machinery import PathFinder
 from pathlib import Path
 
 _PACKAGES = (
-    *("app", "behaviours", "config", "controller", "hw", "lab", "perception", "robots", "trees"),
+    "app",
+    "behaviours",
+    "config",
+    "controller",
+    "hw",
+    "lab",
+    "perception",
+    "robots",
+    "trees",
 )
 _HOME = Path(__file__).resolve().parent
 _EXIT_BAD_INPUT = 2

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
         planning_library,
     )
     from controller.report import MotionController, StepReport
-    from controller.settings import PAPER, PRESETS, Checked, ControllerSettings
+    from controller.settings import PAPER, PRESETS, ControllerSettings
     from controller.stance import out_of_reach
     from controller.surroundings import OPEN_FLOOR, Obstacle, PointCloud, Surroundings
     from controller.validation import GoalError
@@ -46,7 +46,6 @@ __all__ = [
     "STEP_PARTS",
     "Array",
     "BaseGoal",
-    "Checked",
     "Command",
     "ControllerSettings",
     "GoalError",

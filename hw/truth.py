@@ -21,7 +21,7 @@ class Touch:
     stamp: float  # [s]
     part: str
     """Of the robot: `base`, `link0` to `link7`, `camera`, `hand`, `fingers` or `held object`."""
-    thing: str  # name of the thing
+    thing: str  # name of the obstacle or object
     text: str  # for people
 
 

@@ -19,8 +19,8 @@ from app.core.outcome import End, Outcome
 from app.core.replay import replay_run
 from app.core.run_options import RunOptions
 from app.core.session import Session, Tick
-from app.core.setup import Setup, open_setup, set_up
-from app.core.snapshots import Snapshots, scene_view
+from app.core.setup import Setup, set_up
+from app.core.snapshots import Snapshots
 from app.core.summary import Result, Summary
 from app.core.trial import BrokenTrialError, Trial, trial
 
@@ -56,7 +56,6 @@ __all__ = [
     "again_on_save",
     "current_phases",
     "footprint",
-    "open_setup",
     "parse_fault",
     "phases_of",
     "read_events",
@@ -64,7 +63,6 @@ __all__ = [
     "replay_run",
     "run_on_save",
     "run_task",
-    "scene_view",
     "set_up",
     "trial",
 ]

@@ -95,15 +95,6 @@ class TimeUse:
         ordered = sorted(self.cycles, key=lambda cycle: cycle.rest.seconds)
         return ordered[(len(ordered) - 1) // 2]
 
-    def by_kind(self) -> list[NodeTime]:
-        """The whole run by kind of leaf, the longest first."""
-        kinds = dict.fromkeys(one.node.kind for one in self.stretches)
-        found = [
-            node_time(kind, [one for one in self.stretches if one.node.kind == kind], self.motion)
-            for kind in kinds
-        ]
-        return sorted(found, key=lambda one: -one.seconds)
-
     def __str__(self) -> str:
         return "\n".join(_text(self))
 

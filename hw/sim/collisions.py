@@ -40,14 +40,14 @@ _request.enable_signed_distance = True
 
 
 class Contact(NamedTuple):
-    """A part of the robot overlaps with a thing."""
+    """A part of the robot overlaps with an obstacle or object."""
 
     part: str
     thing: str
     depth: float  # [m]
     excess: float  # depth beyond the tolerance; negative for a mere touch [m]
-    towards: Array  # (3,) unit normal from the robot to the thing
-    owner: Movable | None  # The thing, if it can move
+    towards: Array  # (3,) unit normal from the robot to it
+    owner: Movable | None  # The obstacle or object, if it can move
     text: str  # For people: who hit what
 
 
@@ -144,7 +144,7 @@ class Collisions:
         return list(found.values())
 
     def _update_held(self, held: SimObject | None) -> None:
-        """Check the object in the hand with the robot, and a released one as a thing."""
+        """Check the object in the hand with the robot, and a released one as an obstacle."""
         description, own = self._model.description, len(self._own)
         gaps = self._gaps[:own]
         for thing in self._things:

@@ -13,7 +13,7 @@ import cv2
 
 from config import ConfigError
 from lab.grasps.scenes import ROBOT
-from lab.shared import progress, run_all
+from lab.shared import progress, run_in_order
 from perception import WITHOUT_NETWORK, GraspDetector
 
 Item = TypeVar("Item")
@@ -69,13 +69,10 @@ def all_results(
         workers: number of processes.
         good: whether a result counts as a success in the bar.
     """
-    results: dict[int, Result] = {}
-    if items:
-        with progress(name, len(items)) as advance:
-            for number, result in run_all(work, items, workers=workers):
-                results[number] = result
-                advance(not good(result))
-    return [results[number] for number in range(len(items))]
+    if not items:
+        return []
+    with progress(name, len(items)) as advance:
+        return run_in_order(work, items, lambda result: advance(not good(result)), workers=workers)
 
 
 def require_physics(command: str) -> None:

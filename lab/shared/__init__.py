@@ -4,10 +4,9 @@ from lab.shared.environment import machine
 from lab.shared.parts import Functions, PartTimer
 from lab.shared.progress_bar import progress
 from lab.shared.statistics import bootstrap, interval, paired_difference, percent, share
-from lab.shared.workers import ClusterError, Workers, run_all, run_in_order
+from lab.shared.workers import Workers, run_all, run_in_order
 
 __all__ = [
-    "ClusterError",
     "Functions",
     "PartTimer",
     "Workers",

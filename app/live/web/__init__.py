@@ -6,18 +6,15 @@ let the page ask other hosts for fonts and releases.
 
 from app.live.web.http_server import PATIENCE, BoundedServer, FileServer, Replies
 from app.live.web.viewer_files import (
-    FILES,
     WebFilesError,
     viewer_address,
     viewer_environment,
     viewer_page,
-    viewer_policy,
     viewer_program,
     viewer_web_files,
 )
 
 __all__ = [
-    "FILES",
     "PATIENCE",
     "BoundedServer",
     "FileServer",
@@ -26,7 +23,6 @@ __all__ = [
     "viewer_address",
     "viewer_environment",
     "viewer_page",
-    "viewer_policy",
     "viewer_program",
     "viewer_web_files",
 ]

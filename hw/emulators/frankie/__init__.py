@@ -4,7 +4,6 @@
 `console` takes commands, `link` is the client of its port.
 """
 
-from hw.emulators.common import PortTakenError
 from hw.emulators.frankie.console import WORDS, serve
 from hw.emulators.frankie.emulator import AS_REPORTED, FrankieEmulator
 from hw.emulators.frankie.link import EmulatorLink, RemoteTruth, SilentEmulatorError
@@ -14,7 +13,6 @@ __all__ = [
     "WORDS",
     "EmulatorLink",
     "FrankieEmulator",
-    "PortTakenError",
     "RemoteTruth",
     "SilentEmulatorError",
     "serve",

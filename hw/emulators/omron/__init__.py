@@ -6,7 +6,6 @@ offered, `controller` the on-board controller, `drive` the interface to a simula
 what can be set, go wrong, and behave as reported of real bases, `emulator` the server.
 """
 
-from hw.emulators.common import NoFaultError, PortTakenError
 from hw.emulators.omron.controller import Drive, Motion, Teleop, Unicycle
 from hw.emulators.omron.emulator import OmronEmulator
 from hw.emulators.omron.options import AS_REPORTED, EVERYTHING, FAULTS, Options
@@ -17,10 +16,8 @@ __all__ = [
     "FAULTS",
     "Drive",
     "Motion",
-    "NoFaultError",
     "OmronEmulator",
     "Options",
-    "PortTakenError",
     "Teleop",
     "Unicycle",
 ]

@@ -5,12 +5,10 @@ the joints and fingers behind them, for which `linked` substitutes those of a si
 `console` takes commands while it runs, `reported` are reported behaviours.
 """
 
-from hw.emulators.common import PortTakenError
-from hw.emulators.panda.arm import EmulatedArm, Seen
+from hw.emulators.panda.arm import EmulatedArm
 from hw.emulators.panda.console import ACTIONS, serve
-from hw.emulators.panda.hand import EmulatedHand
 from hw.emulators.panda.linked import ArmLink, Wanted
-from hw.emulators.panda.parts import Fingers, FreeFingers, Joints, LaggedJoints
+from hw.emulators.panda.parts import Fingers, Joints, LaggedJoints
 from hw.emulators.panda.reported import AS_REPORTED
 from hw.emulators.panda.wire import MotionCommand
 
@@ -19,14 +17,10 @@ __all__ = [
     "AS_REPORTED",
     "ArmLink",
     "EmulatedArm",
-    "EmulatedHand",
     "Fingers",
-    "FreeFingers",
     "Joints",
     "LaggedJoints",
     "MotionCommand",
-    "PortTakenError",
-    "Seen",
     "Wanted",
     "serve",
 ]

@@ -6,20 +6,16 @@ exposure are not emulated. `emulator` is the server, `sources` where images come
 what can be set, go wrong, and behave as reported of real cameras.
 """
 
-from hw.emulators.common import NoFaultError, PortTakenError
 from hw.emulators.realsense.emulator import RealSenseEmulator
 from hw.emulators.realsense.options import AS_REPORTED, FAULTS, Options
-from hw.emulators.realsense.sources import Shot, Source, of_camera, of_scene, still
+from hw.emulators.realsense.sources import Shot, of_camera, of_scene, still
 
 __all__ = [
     "AS_REPORTED",
     "FAULTS",
-    "NoFaultError",
     "Options",
-    "PortTakenError",
     "RealSenseEmulator",
     "Shot",
-    "Source",
     "of_camera",
     "of_scene",
     "still",

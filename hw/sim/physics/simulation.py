@@ -24,18 +24,18 @@ mujoco.set_mju_user_warning(lambda text: None)  # else it writes a file; `step` 
 
 
 class Press(NamedTuple):
-    """A contact force of a part of the robot, or of the held object, on a thing."""
+    """A contact force of a part of the robot, or of the held object, on an obstacle or object."""
 
     part: str
     side: str  # Of the hand, if it is a finger
     thing: str
-    owner: SimObject | Walker | None  # the thing, if it can move
+    owner: SimObject | Walker | None  # the obstacle or object, if it can move
     force: float  # [N]
-    towards: Array  # (3,) unit normal from the robot to the thing, in the world
+    towards: Array  # (3,) unit normal from the robot to it, in the world
 
 
 class _Identity(NamedTuple):
-    """What a geom belongs to: a part of the robot, or a thing."""
+    """What a geom belongs to: a part of the robot, an obstacle or an object."""
 
     part: str = ""  # Of the robot
     side: str = ""

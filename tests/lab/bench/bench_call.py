@@ -3,17 +3,12 @@
 import json
 from pathlib import Path
 
-from typer.testing import CliRunner
-
-from app.commands import app
+import command_line
 
 
 def call(*arguments: object) -> tuple[int, str, str]:
     """Exit code, standard output and standard error of one command."""
-    result = CliRunner().invoke(app, ["bench", *(str(argument) for argument in arguments)])
-    if result.exception is not None and not isinstance(result.exception, SystemExit):
-        raise result.exception
-    return result.exit_code, result.stdout, result.stderr
+    return command_line.call("bench", *arguments)
 
 
 def report(folder: Path, *arguments: object) -> dict:
