@@ -14,8 +14,13 @@ from lab.commands import add_to
 add_to(app)
 
 REAL_TIME = [
-    Path(__file__).parent / "hw" / name for name in ("hardware", "omron", "panda", "realsense")
+    Path(__file__).parent / name
+    for name in (
+        *("hw/hardware", "hw/omron", "hw/panda", "hw/realsense", "app/live"),
+        *("app/core/test_watchdog.py", "app/core/test_interrupts.py", "app/test_interrupt.py"),
+    )
 ]
+"""Folders and files of tests that run in real time."""
 
 
 LIMIT = 300.0
@@ -26,15 +31,15 @@ Measured by a thread, as `hw.watchdog` has the alarm signal to itself.
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """A test that hangs fails; where an emulated robot runs in real time, it has three attempts.
+    """A test that hangs fails; one that runs in real time has three attempts.
 
-    A computer that stands still for 20 ms makes such a robot stop, as it should: that says nothing
-    about the driver. A driver that is wrong is wrong three times.
+    A computer that stands still for 20 ms makes an emulated robot stop, as it should: that says
+    nothing about the driver. A driver that is wrong is wrong three times.
     """
     for item in items:
         if item.get_closest_marker("slow") is None:
             item.add_marker(pytest.mark.timeout(LIMIT, method="thread"))
-        if any(folder in item.path.parents for folder in REAL_TIME):
+        if any(place in (item.path, *item.path.parents) for place in REAL_TIME):
             item.add_marker(pytest.mark.flaky(reruns=2))
 
 

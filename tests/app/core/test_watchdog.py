@@ -140,7 +140,7 @@ def test_what_blocks_is_stopped_by_another_thread_and_ends_the_run(place, block,
         assert "did not return in time" in outcome.reason
         if end is End.CRASH:
             assert outcome.node == "driver"
-        assert run.measurements.stalls == 1
+        assert run.measurements.stalls >= 1
         assert run.harness.speed < 1e-2
         assert run.took < 30.0
         if run.stopped_at - run.blocked_at <= DEADLINE:
