@@ -15,7 +15,7 @@ from app.commands.authoring import authoring, dry
 from app.commands.doctor import doctor
 from app.commands.emulate import app as emulate
 from app.commands.refuse import RefusingGroup, find_tree
-from app.commands.review import delays, demo_page, explain, film, replay, runs, view
+from app.commands.review import delays, explain, film, replay, runs, view
 from app.commands.run import run
 from app.terminal import Terminal
 
@@ -29,7 +29,7 @@ app = typer.Typer(
 )
 
 app.add_typer(authoring)
-for command in (run, dry, runs, view, film, demo_page, explain, replay, delays, doctor):
+for command in (run, dry, runs, view, film, explain, replay, delays, doctor):
     app.command()(command)
 app.add_typer(emulate, name="emulate")
 

@@ -1,8 +1,7 @@
-"""`frankie-task runs`, `view`, `film`, `explain`, `replay`, `delays` and `demo-page`."""
+"""`frankie-task runs`, `view`, `film`, `explain`, `replay` and `delays`."""
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
@@ -20,24 +19,18 @@ Runs = Annotated[Path, typer.Option("--runs", help="Where the runs are.")]
 
 
 def runs(
-    runs: Annotated[Path | None, typer.Argument(help="Where the runs are.")] = None,
-    where: Runs = Path("runs"),
-    as_json: Annotated[bool, typer.Option("--json", help="Print them as JSON.")] = False,
+    folder: Annotated[Path, typer.Argument(help="Where the runs are.")] = Path("runs"),
 ) -> None:
     """List the recorded runs, by the names that the other commands take."""
     from app.review import read_run, run_folders, runs_table
 
-    folder = runs or where
     records = [read_run(path) for path in run_folders(folder)]
-    if as_json:
-        print(json.dumps([record.row() for record in records], indent=2))
-    elif records:
-        Terminal(width=_WIDE).print(runs_table(records))
-        for record in records:
-            if record.damage:
-                Terminal(stderr=True).say(f"{record.folder}: {record.damage}")
-    else:
+    if not records:
         refuse(f"{folder}: no runs here")
+    Terminal(width=_WIDE).print(runs_table(records))
+    for record in records:
+        if record.damage:
+            Terminal(stderr=True).say(f"{record.folder}: {record.damage}")
 
 
 def view(
@@ -47,76 +40,51 @@ def view(
     at: Annotated[float | None, typer.Option(help="The moment to show first [s].", min=0.0)] = None,
 ) -> None:
     """Open the recording of a run in the Rerun viewer."""
-    from app.core import RECORDING
     from app.live import open_in_viewer
-    from app.review import find_run, recorded_time
+    from app.review import recorded_time
 
-    path = Path(run)
-    recording = path if path.suffix == ".rrd" else find_run(run, runs) / RECORDING
+    recording = _recording(run, runs)
     at = None if at is None else recorded_time(recording.parent, at)
     raise typer.Exit(
         open_in_viewer(recording, web=web, say=lambda text: typer.echo(text, err=True), at=at)
     )
 
 
-def demo_page(
-    folder: Annotated[Path, typer.Argument(help="Where to make the page.")],
-    run: Annotated[str, typer.Option("--run", help="Folder of a run, or its name.")] = "last",
-    runs: Runs = Path("runs"),
-) -> None:
-    """Make a static page that shows a recording in any browser, viewer included."""
-    from app.review import demo_page as make
+def _recording(run: str, runs: Path) -> Path:
+    from app.core import RECORDING
     from app.review import find_run
 
-    page = make(find_run(run, runs), folder)
-    say = Terminal().say
-    say(f"{page}: copy the folder to any web server, or look at it here:")
-    say(f"  python3 -m http.server --directory {folder} --bind 127.0.0.1")
+    return Path(run) if run.endswith(".rrd") else find_run(run, runs) / RECORDING
 
 
 def film(
     run: Annotated[str, typer.Argument(help="Folder of a run, a file in it, or `last`.")],
-    out: Annotated[Path, typer.Argument(help="The film: a .webp or .gif file.")],
+    out: Annotated[Path, typer.Argument(help="The film, a .webp file.")],
     runs: Runs = Path("runs"),
     begin: Annotated[float, typer.Option("--from", help="First moment [s].", min=0.0)] = 0.0,
     end: Annotated[float, typer.Option("--to", help="Last moment [s].", min=0.0)] = 20.0,
-    speed: Annotated[float, typer.Option(help="Recorded seconds a second.", min=0.1)] = 2.5,
-    width: Annotated[int, typer.Option(help="Of the film [px].", min=64, max=1280)] = 960,
 ) -> None:
     """Make a moving picture of a recorded run; needs a Vulkan driver, but no screen."""
-    from app.core import RECORDING
-    from app.review import find_run, make_film, recorded_time
+    from app.review import make_film, recorded_time
 
-    path = Path(run)
-    recording = path if path.suffix == ".rrd" else find_run(run, runs) / RECORDING
+    recording = _recording(run, runs)
     begin, end = (recorded_time(recording.parent, moment) for moment in (begin, end))
-    pictures = make_film(recording, out, begin=begin, end=end, speed=speed, width=width)
-    size = out.stat().st_size / 1e6
-    Terminal().say(f"{out}: {pictures} pictures, {size:.1f} MB")
+    Terminal().say(f"{out}: {make_film(recording, out, begin, end)} pictures")
 
 
 def explain(
     run: Run = "last",
     runs: Runs = Path("runs"),
-    html: Annotated[
-        Path | None, typer.Option(help="Write a page to share instead: one file, with pictures.")
-    ] = None,
     time: Annotated[
         bool, typer.Option("--time", help="Where the time went instead, and what limited it.")
     ] = False,
 ) -> None:
     """Explain how a run ended: what went wrong first, the attempts, and what took the time."""
     from app.review import explain as explained
-    from app.review import find_run, time_use, write_report
+    from app.review import find_run, time_use
 
     folder = find_run(run, runs)
-    if time:
-        Terminal().say(str(time_use(folder)))
-    elif html is None:
-        Terminal().say(str(explained(folder)))
-    else:
-        write_report(folder, html)
-        Terminal().say(f"{html}: open it in a browser, or send it to somebody")
+    Terminal().say(str(time_use(folder) if time else explained(folder)))
 
 
 def replay(run: Run = "last", runs: Runs = Path("runs")) -> None:

@@ -17,7 +17,6 @@ from app.live.tree_text import Moment, RunInfo
 from app.live.viewer.headless import headless_viewer
 from app.live.viewer.open_recording import open_in_viewer
 from app.live.viewer.viewer import Viewer, ViewError, ViewOptions
-from app.live.web import WebFilesError, viewer_page, viewer_web_files
 from app.live.web.ports import Address
 
 __all__ = [
@@ -44,13 +43,10 @@ __all__ = [
     "ViewError",
     "ViewOptions",
     "Viewer",
-    "WebFilesError",
     "WebViewer",
     "headless_viewer",
     "key_figures",
     "open_in_viewer",
     "tip",
     "tree_view",
-    "viewer_page",
-    "viewer_web_files",
 ]

@@ -1,34 +1,22 @@
 """Finished runs: find, list and explain them, and read their recordings."""
 
-from app.review.demo_page import demo_page
 from app.review.event_log import DamagedRunError, read_log, recorded_time
 from app.review.explanation import explain
 from app.review.film import make_film
-from app.review.finished import find_run, read_run, run_folders, runs_table
-from app.review.motion import NoMotionError, Reason, delays
+from app.review.finished import CarriedObject, find_run, read_run, run_folders, runs_table
+from app.review.motion import Reason, delays
 from app.review.recorded_images import NoDepthError, depth_images, recorded_depth
-from app.review.report import write_report
-from app.review.time_use import (
-    CarriedObject,
-    NodeTime,
-    TimeUse,
-    carried_objects,
-    time_use,
-)
+from app.review.time_use import TimeUse, time_use
 from app.review.timeline import Timeline, timeline
 
 __all__ = [
     "CarriedObject",
     "DamagedRunError",
     "NoDepthError",
-    "NoMotionError",
-    "NodeTime",
     "Reason",
     "TimeUse",
     "Timeline",
-    "carried_objects",
     "delays",
-    "demo_page",
     "depth_images",
     "explain",
     "find_run",
@@ -41,5 +29,4 @@ __all__ = [
     "runs_table",
     "time_use",
     "timeline",
-    "write_report",
 ]

@@ -13,24 +13,17 @@ from os.path import isfile
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from app.core import EVENTS, End, Event, read_events
+from app.core import EVENTS, Event, read_events
 from config import UserError
 
-Time = Annotated[float, Field(ge=0.0, le=1e9, allow_inf_nan=False)]
 Index = Annotated[int, Field(ge=0)]
 Values = Mapping[str, Annotated[float, Field(allow_inf_nan=False)]]
 
 
 class DamagedRunError(UserError):
     """A run cannot be read; the text says which file and line, and why."""
-
-
-def _known_end(outcome: str) -> str:
-    if outcome not in {end.value for end in End}:
-        raise ValueError(f"no run ends as `{outcome[:40]}`")
-    return outcome
 
 
 class _Checked(BaseModel):
@@ -55,7 +48,7 @@ class Node(_Checked):
 class LoggedEvent(_Checked):
     """One line of the log."""
 
-    time: Time
+    time: Annotated[float, Field(ge=0.0, le=1e9, allow_inf_nan=False)]
     """On the session's clock [s]."""
 
 
@@ -100,7 +93,7 @@ class ResumeEvent(LoggedEvent):
 class EndEvent(LoggedEvent):
     """After the last tick."""
 
-    outcome: Annotated[str, AfterValidator(_known_end)]
+    outcome: Literal["success", "failure", "crash", "hardware fault", "interrupted"]
     reason: str
     node: Index | None
     trace: str
@@ -189,15 +182,13 @@ def read_log(folder: Path) -> Log:
             f"{path}: the events of the run cannot be read ({error.strerror}); name another run"
         ) from error
     if not written or written[0].event != "begin":
-        raise DamagedRunError(
-            f"{path}: does not begin with the event `begin`, so it is not the log of a run; "
-            "name another run"
-        )
-    events = [_checked(event, path) for event in written if event.event in ("", *_KINDS)]
-    nodes = events[0].nodes if isinstance(events[0], Begin) else []
-    for event, checked in zip((e for e in written if e.event in _KINDS), events, strict=True):
-        _check_place(event, checked, nodes, is_last=checked is events[-1], path=path)
-    return Log(nodes=nodes, events=events, left_out=written[-1].line - len(written))
+        raise DamagedRunError(f"{path}: does not begin as the log of a run; name another run")
+    events: list[LoggedEvent] = []
+    for event in written:
+        if event.event in ("", *_KINDS):  # others are of a later version
+            events.append(_checked(event, events, path))
+    assert isinstance(events[0], Begin)
+    return Log(nodes=events[0].nodes, events=events, left_out=written[-1].line - len(written))
 
 
 def recorded_time(folder: Path, time: float) -> float:
@@ -208,31 +199,29 @@ def recorded_time(folder: Path, time: float) -> float:
         return time
 
 
-def _checked(event: Event, path: Path) -> LoggedEvent:
-    if event.event not in _KINDS:
-        raise _refusal(path, event.line, "is no event")
+def _checked(event: Event, before: Sequence[LoggedEvent], path: Path) -> LoggedEvent:
+    """An event as its model; raises DamagedRunError if no run writes it after those before."""
+    problem = ""
     try:
-        return _KINDS[event.event].model_validate({**event.fields, "time": event.time})
+        model = _KINDS[event.event]
+        checked = model.model_validate({**event.fields, "time": event.time})
+    except KeyError:
+        problem = "is no event"
     except ValidationError as invalid:
-        raise _refusal(path, event.line, first_problem(invalid)) from invalid
-
-
-def _check_place(
-    event: Event, checked: LoggedEvent, nodes: Sequence[Node], *, is_last: bool, path: Path
-) -> None:
-    """Raise DamagedRunError if an event has an unknown node, or is in the wrong place."""
-    node = getattr(checked, "node", None)
-    if node is not None and node >= len(nodes):
-        raise _refusal(path, event.line, f"node {node} is none of the {len(nodes)} of the tree")
-    if isinstance(checked, Begin) and checked.nodes is not nodes:
-        raise _refusal(path, event.line, "the run begins again")
-    if isinstance(checked, EndEvent) and not is_last:
-        raise _refusal(path, event.line, "the run goes on after its end")
-
-
-def _refusal(path: Path, line: int, what: str) -> DamagedRunError:
-    hint = "no run writes this: the file was changed; look at the recording instead"
-    return DamagedRunError(f"{path}:{line}: {what}; {hint}")
+        problem = first_problem(invalid)
+    else:
+        if before and model is Begin:
+            problem = "the run begins again"
+        elif before and isinstance(before[-1], EndEvent):
+            problem = "the run goes on after its end"
+        elif before and isinstance(before[0], Begin):
+            node, count = getattr(checked, "node", None), len(before[0].nodes)
+            if node is not None and node >= count:
+                problem = f"node {node} is none of the {count} of the tree"
+    if problem:
+        hint = "no run writes this: the file was changed; look at the recording instead"
+        raise DamagedRunError(f"{path}:{event.line}: {problem}; {hint}")
+    return checked
 
 
 def first_problem(invalid: ValidationError) -> str:

@@ -10,29 +10,34 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from app.core import EVENTS, End
-from app.review.attempts import (
-    Attempt,
-    LeafTime,
-    attempts,
-    attempts_text,
-    leaf_times_text,
-    longest_leaves,
-)
 from app.review.cause import Cause, cause_of, fault_cause, first_setback, topic_of
-from app.review.event_log import (
-    FaultEvent,
-    Log,
-    LoggedEvent,
-    Node,
-    NodeEvent,
-    NowEvent,
-    read_log,
-)
+from app.review.event_log import FaultEvent, LoggedEvent, Node, NodeEvent, NowEvent, read_log
 from app.review.finished import UNFINISHED, RunRecord, read_run
-from app.review.timeline import Timeline, history, timeline
+from app.review.timeline import Span, Timeline, history, timeline
 from app.task_time import task_time
 
-_MOST_LINES = 40
+_MOST_LINES, _MOST_ATTEMPTS, _MOST_LEAVES = 40, 12, 5
+
+
+@dataclass(frozen=True, kw_only=True)
+class Attempt:
+    """One round of something that is tried again."""
+
+    what: str
+    begin: float
+    end: float
+    result: str
+    cause: Cause | None
+    """The cause of its failure; None if it succeeded."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class LeafTime:
+    """A leaf, and its total time [s]."""
+
+    name: str
+    seconds: float
+    rounds: int
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,6 +54,7 @@ class Explanation:
     """When that node failed, or else was last entered."""
     reason: str
     verdict: str
+    """Message of the root."""
     values: Mapping[str, float]
     faults: Sequence[str]
     code: str
@@ -63,7 +69,7 @@ class Explanation:
     damage: Sequence[str]
 
     def __str__(self) -> str:
-        return "\n".join(_text(self))
+        return "\n\n".join("\n".join(lines) for lines in _sections(self) if lines)
 
 
 def explain(folder: Path) -> Explanation:
@@ -76,12 +82,13 @@ def explain(folder: Path) -> Explanation:
     log = session.for_people()
     end, record, spans = log.end, read_run(folder), timeline(log)
     duration = record.summary.duration_s
-    index = end.node if end else _running_leaf(log)
+    index = end.node if end else spans.running()
     outcome = end.outcome if end else UNFINISHED
     decisive = _decisive(log.events, index, outcome)
     faults = [event.faults for event in log.events if isinstance(event, FaultEvent)]
     values = decisive.values if isinstance(decisive, NodeEvent) else {}
     cause = _cause(spans, index, outcome, end.reason if end else "")
+    left_out = f"{EVENTS}: lines that cannot be read, left out here: {log.left_out}"
     return Explanation(
         record=record,
         outcome=outcome,
@@ -95,11 +102,11 @@ def explain(folder: Path) -> Explanation:
         code=_innermost(end.trace) if end else "",
         cause=cause,
         where=None if cause is None or cause.node is None else log.nodes[cause.node],
-        attempts=attempts(spans),
-        leaf_times=longest_leaves(spans),
+        attempts=_attempts(spans),
+        leaf_times=_longest_leaves(spans),
         paused_s=session.paused_s,
         history=list(history(log, spans, session.pauses)),
-        damage=list(_damage(log, record)),
+        damage=[*([left_out] if log.left_out else []), *filter(None, [record.damage])],
     )
 
 
@@ -120,23 +127,6 @@ def _cause(run: Timeline, index: int | None, outcome: str, reason: str) -> Cause
             return None
         case _:
             return first_setback(run) or fault_cause(run)
-
-
-def _damage(log: Log, record: RunRecord) -> Iterator[str]:
-    if log.left_out:
-        yield f"{EVENTS}: lines that cannot be read, left out here: {log.left_out}"
-    if record.damage:
-        yield record.damage
-
-
-def _running_leaf(log: Log) -> int | None:
-    """Index of the leaf that was running when the log was cut off."""
-    statuses = ["INVALID"] * len(log.nodes)
-    for event in log.events:
-        if isinstance(event, NodeEvent):
-            statuses[event.node] = event.status
-    running = [i for i, status in enumerate(statuses) if status == "RUNNING"]
-    return running[-1] if running else None
 
 
 def _decisive(events: Sequence[LoggedEvent], index: int | None, outcome: str) -> LoggedEvent:
@@ -160,45 +150,82 @@ def _innermost(trace: str) -> str:
     return frames[-1] if frames else ""
 
 
-def _text(run: Explanation) -> Iterator[str]:
+def _attempts(run: Timeline) -> list[Attempt]:
+    """The rounds of everything below a `retry`, in order; of `forever` only the failed ones."""
+    spans = [
+        span
+        for node, above in enumerate(run.nodes)
+        if above.kind in ("retry", "forever")
+        for child in run.children(node)
+        for span in run.rounds.get(child, ())
+        if above.kind == "retry" or span.status == "FAILURE"
+    ]
+    return [_attempt(run, span) for span in sorted(spans, key=lambda s: (s.begin, s.node))]
+
+
+def _attempt(run: Timeline, span: Span) -> Attempt:
+    cause = cause_of(run, span) if span.status == "FAILURE" else None
+    result = {"SUCCESS": "done", "INVALID": "halted", "RUNNING": "under way"}.get(span.status, "")
+    if cause is not None:
+        where = "" if cause.node is None else f"{run.nodes[cause.node].name}: "
+        result = f"{topic_of(cause.reason) or 'failed'}: {where}{cause.reason}"
+    name = run.nodes[span.node].name
+    return Attempt(what=name, begin=span.begin, end=span.end, result=result, cause=cause)
+
+
+def _longest_leaves(run: Timeline) -> list[LeafTime]:
+    """The leaves that took the most time, the longest first."""
+    found = []
+    for node, rounds in run.rounds.items():
+        lasting = [span.seconds for span in rounds if span.seconds > 0.0]
+        if run.is_leaf(node) and lasting:
+            name = " > ".join(run.nodes[node].path.split("/")[-2:])
+            found.append(LeafTime(name=name, seconds=sum(lasting), rounds=len(lasting)))
+    return sorted(found, key=lambda one: -one.seconds)[:_MOST_LEAVES]
+
+
+def _sections(run: Explanation) -> Iterator[Sequence[str]]:
+    """The parts of the text, each of some lines."""
     summary = run.record.summary
     about = {"robot": summary.robot, "scene": summary.scene, "seed": summary.seed}
     known = ", ".join(f"{key} {value}" for key, value in about.items() if value not in (None, ""))
     time = task_time(run.time, run.paused_s)
-    yield f"{run.record.task}: {run.outcome} after {time}" + (f" ({known})" if known else "")
-    yield ""
-    yield from _why(run)
+    yield [f"{run.record.task}: {run.outcome} after {time}" + (f" ({known})" if known else "")]
+    yield list(_why(run))
     if run.values and run.outcome != End.SUCCESS.value:
-        yield ""
-        yield "At that moment"
-        width = max(len(name) for name in run.values)
-        for name, value in run.values.items():
-            yield f"  {name:{width}}  {value:g}"
+        width = max(map(len, run.values))
+        figures = [f"  {name:{width}}  {value:g}" for name, value in run.values.items()]
+        yield ["At that moment", *figures]
     if len(run.attempts) > 1 or any(one.cause for one in run.attempts):
-        yield ""
-        yield "Attempts"
-        yield from attempts_text(run.attempts)
+        rows = [
+            f"  {number:>3}  {one.begin:>6.1f} s  {f'{one.end - one.begin:.1f} s':>7}  "
+            f"{one.what}: {one.result}"
+            for number, one in enumerate(run.attempts, start=1)
+        ]
+        head = f"  {'#':>3}  {'from':>8}  {'took':>7}  what came of it"
+        yield ["Attempts", head, *_shortened(rows, _MOST_ATTEMPTS)]
     if run.leaf_times:
-        yield ""
-        yield "What took the time"
-        yield from leaf_times_text(run.leaf_times, run.time)
-    yield ""
-    yield "What happened"
-    lines = run.history
-    if len(lines) > _MOST_LINES:
-        half = _MOST_LINES // 2
-        omitted = f"            ... {len(lines) - 2 * half} more ..."
-        lines = [*lines[:half], omitted, *lines[-half:]]
-    yield from (f"  {line}" for line in lines or ["no node ended"])
+        width = max(len(one.name) for one in run.leaf_times)
+        rows = [
+            f"  {one.name:{width}}  {one.seconds:>7.1f} s  "
+            f"{100.0 * one.seconds / max(run.time, 1e-9):>3.0f} %  {one.rounds} rounds"
+            for one in run.leaf_times
+        ]
+        yield ["What took the time", *rows]
+    lines = [f"  {line}" for line in run.history or ["no node ended"]]
+    yield ["What happened", *_shortened(lines, _MOST_LINES)]
     if summary.objects:
-        yield ""
-        yield (
-            f"{summary.placed} of {summary.objects} objects placed, "
-            f"{summary.attempts} grasps attempted"
-        )
-    if run.damage:
-        yield ""
-        yield from run.damage
+        placed = f"{summary.placed} of {summary.objects} objects placed"
+        yield [f"{placed}, {summary.attempts} grasps attempted"]
+    yield run.damage
+
+
+def _shortened(lines: Sequence[str], most: int) -> list[str]:
+    """At most that many lines; of more, the middle is left out."""
+    if len(lines) <= most:
+        return list(lines)
+    half = most // 2
+    return [*lines[:half], f"       ... {len(lines) - 2 * half} more ...", *lines[-half:]]
 
 
 def _why(run: Explanation) -> Iterator[str]:
@@ -216,17 +243,15 @@ def _why(run: Explanation) -> Iterator[str]:
             yield f"The robot failed at {run.time:.2f} s, during {title}: {run.reason}"
         case End.INTERRUPTED.value:
             yield f"It was {run.reason} at {run.time:.2f} s, during {title}"
-        case _ if run.outcome == UNFINISHED:
+        case _:
             yield (
                 "The end was not recorded: the run is still going on, or its process was killed "
                 f"or is frozen; its log is {run.record.silent}. "
                 f"Last event at {run.time:.2f} s, during {title}: {run.reason}"
             )
-        case _:
-            yield f"It ended at {run.time:.2f} s, during {title}, as {run.outcome}: {run.reason}"
     reported = run.outcome == End.FAILURE.value or (run.cause and run.cause.reason == run.reason)
     if run.cause is not None and not reported:
-        yield f"  what went wrong first: {cause_text(run)}"
+        yield f"  what went wrong first: {_cause_text(run.cause, run.where)}"
     decided = run.where if run.outcome == End.FAILURE.value and run.where else run.node
     if decided is not None:
         yield f"  in {' > '.join(decided.path.split('/'))}"
@@ -240,7 +265,7 @@ def _failure(run: Explanation, title: str) -> Iterator[str]:
     if run.cause is None:
         yield last
     else:
-        yield cause_text(run)
+        yield _cause_text(run.cause, run.where)
         if run.where != run.node or run.cause.reason != run.reason:
             yield f"  it ended when {last}"
     name = run.node.name if run.node else ""
@@ -248,11 +273,9 @@ def _failure(run: Explanation, title: str) -> Iterator[str]:
         yield f"  so the tree failed: {run.verdict}"
 
 
-def cause_text(run: Explanation) -> str:
-    """The cause in one line; empty without one."""
-    if (cause := run.cause) is None:
-        return ""
-    where = run.where.title if run.where else "nothing"
+def _cause_text(cause: Cause, node: Node | None) -> str:
+    """The cause, at a node, in one line."""
+    where = node.title if node else "nothing"
     words = f"{cause.topic[:1].upper()}{cause.topic[1:]}: " if cause.topic else ""
     if cause.is_fault:
         return f"{words}the robot had a fault at {cause.time:.2f} s, during {where}: {cause.reason}"

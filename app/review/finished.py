@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from os.path import getmtime, isdir, isfile, lexists
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from rich.table import Table
@@ -22,22 +22,33 @@ RUNS = Path("runs")
 LAST = "last"
 UNFINISHED = "unfinished"
 """Outcome of a run without a summary: it is still going on, or its process was killed."""
-
 DAMAGED = "damaged"
 
 _STAMP = len("2026-01-31-235959")
 _NAME = re.compile(r"\d{4}-\d\d-\d\d-\d{6}-.+")
 _Count = Annotated[int, Field(ge=0, le=10**9)]
+_Seconds = Annotated[float, Field(ge=0.0, le=1e9)]
 
 
 class UnknownRunError(UserError):
     """There is no such run."""
 
 
-class RecordedSummary(BaseModel):
-    """The used fields of a summary."""
-
+class _Recorded(BaseModel):
     model_config = ConfigDict(strict=True, extra="ignore", frozen=True, allow_inf_nan=False)
+
+
+class CarriedObject(_Recorded):
+    """Times of one object, since the session began, without pauses [s]."""
+
+    begun: _Seconds
+    attempts: int
+    grasp_time: _Seconds
+    placed: _Seconds | None
+
+
+class RecordedSummary(_Recorded):
+    """The used fields of a summary."""
 
     outcome: Annotated[str, Field(min_length=1)]
     task: str = ""
@@ -45,12 +56,13 @@ class RecordedSummary(BaseModel):
     scene: str = ""
     seed: int | None = None
     node: str = ""
-    duration_s: Annotated[float, Field(ge=0.0, le=1e9)] | None = None
-    paused_s: Annotated[float, Field(ge=0.0, le=1e9)] = 0.0
+    duration_s: _Seconds | None = None
+    paused_s: _Seconds = 0.0
     placed: _Count | None = None
     objects: _Count | None = None
     attempts: _Count | None = None
     claimed: _Count | None = None
+    carried: list[CarriedObject] = []
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,18 +71,13 @@ class RunRecord:
 
     folder: Path
     summary: RecordedSummary
-    damage: str
+    damage: str = ""
     """What is wrong with the summary; empty if nothing, or if it is missing."""
 
     @property
     def name(self) -> str:
         """Name for other commands, see `find_run`."""
         return self.folder.name if self.folder.parent == RUNS else str(self.folder)
-
-    @property
-    def began(self) -> str:
-        """Start of the run, from the folder's name."""
-        return self.folder.name[:_STAMP]
 
     @property
     def task(self) -> str:
@@ -85,22 +92,6 @@ class RunRecord:
         except OSError:
             return "without events"
         return f"silent for {in_words(max(0.0, seconds))}"
-
-    def row(self) -> dict[str, Any]:
-        """Its entry in the JSON list of runs."""
-        s = self.summary
-        return {
-            "run": self.name,
-            "began": self.began,
-            "task": self.task,
-            "outcome": s.outcome,
-            "node": s.node,
-            "duration_s": s.duration_s,
-            "paused_s": s.paused_s,
-            "placed": s.placed,
-            "objects": s.objects,
-            "damage": self.damage,
-        }
 
 
 def find_run(name: str, runs: Path = RUNS) -> Path:
@@ -142,12 +133,12 @@ def read_run(folder: Path) -> RunRecord:
     """The run in a folder, as far as it can be read."""
     path = folder / SUMMARY
     if not lexists(path):
-        return RunRecord(folder=folder, summary=RecordedSummary(outcome=UNFINISHED), damage="")
+        return RunRecord(folder=folder, summary=RecordedSummary(outcome=UNFINISHED))
     try:
         if not isfile(path):
             raise OSError(None, "it is no file")
         summary = RecordedSummary.model_validate_json(path.read_bytes())
-        return RunRecord(folder=folder, summary=summary, damage="")
+        return RunRecord(folder=folder, summary=summary)
     except ValidationError as invalid:
         damage = f"{SUMMARY}: {first_problem(invalid)}"
     except OSError as error:
@@ -157,22 +148,16 @@ def read_run(folder: Path) -> RunRecord:
 
 def runs_table(records: list[RunRecord]) -> Table:
     """A table with a row per run; objects only for runs that handled some."""
-    table = Table(box=None, pad_edge=False)
-    for column in ("run", "outcome"):
-        table.add_column(column)
-    for column in ("time", "placed"):
-        table.add_column(column, justify="right")
+    table = Table("run", "outcome", box=None, pad_edge=False)
+    table.add_column("time", justify="right")
+    table.add_column("placed", justify="right")
     table.add_column("failed in")
     for record in records:
         s, duration = record.summary, record.summary.duration_s
         time = "-" if duration is None else task_time(duration, s.paused_s)
-        table.add_row(
-            record.name,
-            s.outcome,
-            record.silent if s.outcome == UNFINISHED else time,
-            f"{s.placed or 0} of {s.objects}" if s.placed or s.claimed or s.attempts else "-",
-            s.node,
-        )
+        time = record.silent if s.outcome == UNFINISHED else time
+        placed = f"{s.placed or 0} of {s.objects}" if s.placed or s.claimed or s.attempts else "-"
+        table.add_row(record.name, s.outcome, time, placed, s.node)
     return table
 
 

@@ -16,7 +16,6 @@ from scipy.signal import lfilter
 
 from app.core import COMMANDS, OPTIONS, STATES
 from app.review.event_log import DamagedRunError
-from config import UserError
 from controller import RobotModel
 from robots import RobotDescription, at_pace, load_robot, with_base_speeds
 
@@ -136,23 +135,14 @@ def read_motion(folder: Path) -> RunMotion:
     Raises:
         DamagedRunError: it cannot be read, or there is none.
     """
+    states, commands = _arrays(folder)
     try:
-        states, commands = np.load(folder / STATES), np.load(folder / COMMANDS)
         options = json.loads((folder / OPTIONS).read_text(encoding="utf-8"))
-        described = with_base_speeds(
-            load_robot(str(options["robot"])),
-            options.get("base_speed"),
-            options.get("reverse_speed"),
-        )
+        speeds = options.get("base_speed"), options.get("reverse_speed")
+        described = with_base_speeds(load_robot(str(options["robot"])), *speeds)
         robot = at_pace(described, float(options.get("pace", 1.0)))
-        good = states.ndim == commands.ndim == 2 and states.shape[1] == 22
-        if not good or commands.shape[1] != 11 or min(len(states), len(commands)) < 2:
-            raise ValueError("nothing moved in this run")
-    except UserError:
-        raise
-    except (OSError, EOFError, ValueError, LookupError, TypeError, AttributeError) as error:
-        text = f"{folder}: the motion of this run cannot be read: {error}"
-        raise DamagedRunError(text) from error
+    except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
+        raise _damaged(folder, error) from error
     sent = np.clip(np.searchsorted(commands[:, 0], states[:, 0]), 0, len(commands) - 1)
     return RunMotion(
         robot=robot,
@@ -164,6 +154,23 @@ def read_motion(folder: Path) -> RunMotion:
         width=states[:, 21],
         commands=commands[sent, 1:],
     )
+
+
+def _arrays(folder: Path) -> tuple[Array, Array]:
+    """States and commands of a run; raises DamagedRunError if they cannot be read."""
+    try:
+        states, commands = np.load(folder / STATES), np.load(folder / COMMANDS)
+        if states.ndim != 2 or states.shape[1] != 22 or commands.shape[1] != 11:
+            raise ValueError("no run writes such arrays")
+    except (OSError, EOFError, ValueError, IndexError, AttributeError) as error:
+        raise _damaged(folder, error) from error
+    if min(len(states), len(commands)) < 2:
+        raise _damaged(folder, "nothing moved in it")
+    return states, commands
+
+
+def _damaged(folder: Path, why: object) -> DamagedRunError:
+    return DamagedRunError(f"{folder}: the motion of this run cannot be read: {why}")
 
 
 _STEP = 0.005
@@ -179,10 +186,6 @@ _LAGS = np.array([0.01, 0.02, 0.03, 0.04, 0.06, 0.08, 0.1, 0.12, 0.15, 0.18, 0.2
 _AXES = {"base, driving": (1, 4), "base, turning": (3, 6)} | {
     f"joint {number}": (3 + number, 13 + number) for number in range(1, 8)
 }
-
-
-class NoMotionError(UserError):
-    """The delays of a run cannot be measured."""
 
 
 class Delay(NamedTuple):
@@ -210,17 +213,13 @@ def delays(folder: Path) -> list[Delay]:
     """The delays of the axes that moved in a run.
 
     Raises:
-        NoMotionError: there are none, or the run is not complete.
+        DamagedRunError: there are none, or the run is not complete.
     """
-    try:
-        commands, states = np.load(folder / COMMANDS), np.load(folder / STATES)
-    except (OSError, ValueError, EOFError) as error:
-        raise NoMotionError(f"{folder}: the motion of this run cannot be read: {error}") from error
-    if min(len(commands), len(states)) < 2:
-        raise NoMotionError(f"{folder}: nothing moved in this run")
+    states, commands = _arrays(folder)
     begin, end = commands[0, 0], min(commands[-1, 0], commands[0, 0] + _LONGEST)
     grid = np.arange(begin, end, _STEP)
-    known = _is_known(states[:, 0], grid)
+    after = np.clip(np.searchsorted(states[:, 0], grid), 1, len(states) - 1)
+    known = states[after, 0] - states[after - 1, 0] < _GAP
     found = []
     for axis, (column, measured) in _AXES.items():
         command = np.interp(grid, commands[:, 0], commands[:, column])
@@ -228,11 +227,11 @@ def delays(folder: Path) -> list[Delay]:
             velocity = np.interp(grid, states[:, 0], states[:, measured])
             found.append(_fit(axis, command, velocity, known))
     if not found:
-        raise NoMotionError(f"{folder}: nothing moved in this run")
+        raise _damaged(folder, "nothing moved in it")
     return found
 
 
-def _fit(axis: str, command: Array, velocity: Array, known: npt.NDArray[np.bool_]) -> Delay:
+def _fit(axis: str, command: Array, velocity: Array, known: Mask) -> Delay:
     tried = []
     for dead, lag in product(_DEAD, _LAGS):
         late = np.concatenate([np.zeros(round(dead / _STEP)), command])[: len(command)]
@@ -242,10 +241,3 @@ def _fit(axis: str, command: Array, velocity: Array, known: npt.NDArray[np.bool_
         tried.append(Delay(axis, float(dead), float(lag), error))
     best = min(tried, key=lambda one: one.error)
     return best._replace(error=best.error / float(np.sqrt(np.mean(command**2))))
-
-
-def _is_known(stamps: Array, grid: Array) -> npt.NDArray[np.bool_]:
-    """(K,) whether there are readings close to a time."""
-    after = np.clip(np.searchsorted(stamps, grid), 1, len(stamps) - 1)
-    known: npt.NDArray[np.bool_] = stamps[after] - stamps[after - 1] < _GAP
-    return known

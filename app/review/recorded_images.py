@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -16,8 +16,6 @@ from config import UserError
 _ENCODED, _RAW = "EncodedDepthImage:", "DepthImage:"
 _DTYPES: dict[int, str] = {6: "u1", 7: "u2", 8: "u4", 33: "f2", 34: "f4", 35: "f8"}
 """By the number of Rerun's channel type."""
-_THUMBNAIL = 240
-"""Width of a small picture [px]."""
 _HINT = "; use a recording with depth images"
 _Row = dict[str, Any]
 """Components of one row of a chunk by name, and its `time` [s]."""
@@ -81,24 +79,6 @@ def depth_images(recording: Path) -> Iterator[tuple[float, npt.NDArray[np.float3
                 yield row["time"], depth
 
 
-def depth_pictures(recording: Path, times: Sequence[float]) -> list[tuple[float, bytes]]:
-    """Small PNG pictures of the depth images nearest to some times [s], each with its time [s].
-
-    Raises:
-        NoDepthError: it is not a recording.
-    """
-    nearest: dict[float, tuple[float, _Row]] = {}
-    with _reading(recording):
-        for row in filter(_has_depth, _rows(recording)):
-            for time in times:
-                away = abs(row["time"] - time)
-                if time not in nearest or away < nearest[time][0]:
-                    nearest[time] = away, row
-        rows = {row["time"]: row for _, row in nearest.values()}
-        decoded = {time: _decoded(row) for time, row in sorted(rows.items())}
-    return [(time, _png(depth)) for time, depth in decoded.items() if depth is not None]
-
-
 @contextmanager
 def _reading(recording: Path) -> Iterator[None]:
     """Raise NoDepthError for errors of reading."""
@@ -106,21 +86,6 @@ def _reading(recording: Path) -> Iterator[None]:
         yield
     except (OSError, RuntimeError, LookupError, TypeError, ValueError) as error:
         raise NoDepthError(f"{recording}: not a recording ({error}){_HINT}") from error
-
-
-def _png(depth: npt.NDArray[np.float32]) -> bytes:
-    """A small picture of a depth image; near is bright."""
-    import cv2
-
-    known = np.isfinite(depth) & (depth > 0.0)
-    near, far = np.percentile(depth[known], [2, 98]) if known.any() else (0.0, 1.0)
-    shade = np.clip((far - depth) / max(far - near, 1e-3), 0.0, 1.0)
-    levels = (255.0 * np.nan_to_num(shade)).astype(np.uint8)
-    image = cv2.applyColorMap(levels, cv2.COLORMAP_VIRIDIS)
-    image[~known] = 0
-    scale = _THUMBNAIL / image.shape[1]
-    small = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-    return bytes(cv2.imencode(".png", small)[1])
 
 
 def _rows(recording: Path) -> Iterator[_Row]:

@@ -2,43 +2,21 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from app.core import SUMMARY
-from app.review.event_log import DamagedRunError, Log, Node, read_log
+from app.review.event_log import Log, Node, read_log
+from app.review.finished import read_run
 from app.review.motion import Reason, RunMotion, read_motion
 from app.review.timeline import timeline
 
 _SHOWN = 0.05
 """Shorter durations are left out of the text [s]."""
-_SHARE = 0.04
-_MOST = 3
-_WIDEST = 34
-_Seconds = Annotated[float, Field(ge=0.0, le=1e9)]
-
-
-class CarriedObject(BaseModel):
-    """Times of one object in a summary, since the session began, without pauses [s]."""
-
-    model_config = ConfigDict(extra="ignore", frozen=True, allow_inf_nan=False)
-
-    begun: _Seconds
-    attempts: int
-    grasp_time: _Seconds
-    placed: _Seconds | None
-
-
-class _Carried(BaseModel):
-    model_config = ConfigDict(extra="ignore", frozen=True)
-
-    carried: list[CarriedObject] = []
+_SHARE, _MOST, _WIDEST = 0.04, 3, 34
 
 
 class Stretch(NamedTuple):
@@ -47,7 +25,7 @@ class Stretch(NamedTuple):
     node: Node
     begin: float
     end: float
-    message: str = ""
+    message: str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,8 +33,6 @@ class NodeTime:
     """Time of one node."""
 
     name: str
-    message: str
-    count: int
     seconds: float
     base: float
     """Of them with the base moving, also together with the arm [s]."""
@@ -65,7 +41,7 @@ class NodeTime:
     waiting: float
     """With neither moving [s]."""
     reasons: Mapping[str, float]
-    """By limit [s]."""
+    """By limit, the largest first [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,10 +50,9 @@ class Cycle:
 
     number: int
     """From 1; 0 is the whole run."""
-    begin: float
-    end: float
     nodes: Sequence[NodeTime]
     rest: NodeTime
+    """All of it."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -108,38 +83,19 @@ def time_use(folder: Path) -> TimeUse:
     log, motion = read_log(folder), read_motion(folder)
     for begin, end in log.pauses:
         motion.steps[motion.between(begin, end)] = 0.0
-    found = stretches(log)
-    placed = [
-        log.session_time(one.placed - log.began)
-        for one in carried_objects(folder)
-        if one.placed is not None
-    ]
-    spans = list(zip([float(motion.times[0]), *placed], placed, strict=False))
-    if not spans:
-        spans = [(float(motion.times[0]), float(motion.times[-1]))]
-    cycles = [
-        _cycle(number if placed else 0, begin, end, found, motion)
-        for number, (begin, end) in enumerate(spans, start=1)
-    ]
+    found = _stretches(log)
+    first, last = float(motion.times[0]), float(motion.times[-1])
+    carried = read_run(folder).summary.carried
+    placed = [log.session_time(one.placed - log.began) for one in carried if one.placed is not None]
+    if placed:
+        spans = zip([first, *placed[:-1]], placed, strict=True)
+        cycles = [_cycle(n, *span, found, motion) for n, span in enumerate(spans, start=1)]
+    else:
+        cycles = [_cycle(0, first, last, found, motion)]
     return TimeUse(motion=motion, stretches=found, cycles=cycles)
 
 
-def carried_objects(folder: Path) -> list[CarriedObject]:
-    """The objects in the summary of a run; none if there is no summary.
-
-    Raises:
-        DamagedRunError: it cannot be read.
-    """
-    try:
-        text = (folder / SUMMARY).read_text(encoding="utf-8")
-        return _Carried.model_validate_json(text).carried
-    except FileNotFoundError:
-        return []
-    except (OSError, ValueError, ValidationError) as error:
-        raise DamagedRunError(f"{folder / SUMMARY}: cannot be read") from error
-
-
-def stretches(log: Log) -> list[Stretch]:
+def _stretches(log: Log) -> list[Stretch]:
     """When each leaf ran, in the order of their ends."""
     run = timeline(log)
     spans = [one for node, rounds in run.rounds.items() if run.is_leaf(node) for one in rounds]
@@ -150,42 +106,34 @@ def stretches(log: Log) -> list[Stretch]:
 def _cycle(
     number: int, begin: float, end: float, found: Sequence[Stretch], motion: RunMotion
 ) -> Cycle:
-    inside = [
-        one._replace(begin=max(one.begin, begin), end=min(one.end, end))
-        for one in found
-        if one.end > begin and one.begin < end
-    ]
-    names = dict.fromkeys(one.node.path for one in sorted(inside, key=lambda one: one.begin))
-    title = {one.node.path: one.node.name for one in inside}
-    return Cycle(
-        number=number,
-        begin=begin,
-        end=end,
-        nodes=[
-            node_time(title[path], [one for one in inside if one.node.path == path], motion)
-            for path in names
-        ],
-        rest=node_time("all", [Stretch(Node(path="", name="", kind=""), begin, end)], motion),
-    )
+    nodes: dict[str, list[Stretch]] = {}
+    for one in sorted(found, key=lambda one: one.begin):
+        if one.end > begin and one.begin < end:
+            inside = one._replace(begin=max(one.begin, begin), end=min(one.end, end))
+            nodes.setdefault(one.node.path, []).append(inside)
+    times = []
+    for some in nodes.values():
+        last = max(some, key=lambda one: one.end)
+        name = f"{last.node.name}: {last.message}"[:_WIDEST] if last.message else last.node.name
+        times.append(_node_time(name, [one[1:3] for one in some], motion))
+    return Cycle(number=number, nodes=times, rest=_node_time("all", [(begin, end)], motion))
 
 
-def node_time(name: str, some: Sequence[Stretch], motion: RunMotion) -> NodeTime:
-    """Time of some intervals."""
+def _node_time(name: str, some: Sequence[tuple[float, float]], motion: RunMotion) -> NodeTime:
+    """Time of some intervals [s]."""
     chosen = np.zeros(len(motion.times), bool)
-    for one in some:
-        chosen |= motion.between(one.begin, one.end)
+    for begin, end in some:
+        chosen |= motion.between(begin, end)
     steps = np.where(chosen, motion.steps, 0.0)
     spent = np.bincount(motion.reasons, weights=steps, minlength=len(Reason))
-    reasons = {reason.value: float(s) for reason, s in zip(Reason, spent, strict=True) if s > 0.0}
+    reasons = [(reason.value, float(s)) for reason, s in zip(Reason, spent, strict=True) if s > 0.0]
     return NodeTime(
         name=name,
-        message=some[-1].message if some else "",
-        count=len(some),
         seconds=float(steps.sum()),
         base=float(steps[motion.base_moves].sum()),
         arm=float(steps[motion.arm_moves].sum()),
         waiting=float(steps[motion.stationary].sum()),
-        reasons=dict(Counter(reasons).most_common()),
+        reasons=dict(sorted(reasons, key=lambda one: -one[1])),
     )
 
 
@@ -199,23 +147,19 @@ def _text(use: TimeUse) -> Iterator[str]:
     else:
         yield f"The whole run, in which nothing was placed: {length:.2f} s"
     yield ""
-    width = max(len(_name(one)) for one in (*cycle.nodes, cycle.rest))
+    width = max(len(one.name) for one in (*cycle.nodes, cycle.rest))
     yield f"  {'node':{width}}  {'time':>6}  {'base':>6}  {'arm':>6}  {'still':>6}  limited by"
     for one in (*(one for one in cycle.nodes if one.seconds >= _SHOWN), cycle.rest):
         figures = (one.seconds, one.base, one.arm, one.waiting)
         row = "  ".join(f"{value:6.2f}" for value in figures)
-        yield f"  {_name(one):{width}}  {row}  {_limits(one)}".rstrip()
+        yield f"  {one.name:{width}}  {row}  {_limits(one)}".rstrip()
     yield ""
     yield "  Seconds; base and arm may move at the same time. Everything at its limit is as fast as"
     yield "  this robot goes; what is still, or not at a limit, is what a task could save."
 
 
-def _name(one: NodeTime) -> str:
-    return f"{one.name}: {one.message}"[:_WIDEST] if one.message else one.name
-
-
 def _limits(one: NodeTime) -> str:
     """The largest limits, each with its share of the time."""
-    least = _SHARE * one.seconds
-    some = [(reason, spent / one.seconds) for reason, spent in one.reasons.items() if spent > least]
-    return ", ".join(f"{reason} {100.0 * share:.0f} %" for reason, share in some[:_MOST])
+    shares = [(reason, spent / max(one.seconds, 1e-9)) for reason, spent in one.reasons.items()]
+    some = [f"{reason} {100.0 * share:.0f} %" for reason, share in shares if share > _SHARE]
+    return ", ".join(some[:_MOST])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from app.review.event_log import (
     FaultEvent,
@@ -19,7 +19,7 @@ from app.review.event_log import (
 from app.task_time import in_words
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Span:
     """One round of a node, from its first tick to its end [s]."""
 
@@ -29,7 +29,6 @@ class Span:
     status: str
     """SUCCESS, FAILURE, INVALID if it was halted, RUNNING if it did not end."""
     message: str
-    values: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def seconds(self) -> float:
@@ -41,7 +40,7 @@ class Span:
         return self.begin <= other.begin and other.end <= self.end
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class FaultSpan:
     """A period with a fault of the robot [s]; its end is infinite if it lasted to the end."""
 
@@ -108,39 +107,25 @@ def timeline(log: Log) -> Timeline:
         match event:
             case NodeEvent(status="RUNNING"):
                 open_spans[event.node] = event.time, event.message
-            case NodeEvent():
-                begun = open_spans.pop(event.node, None)
-                if begun is not None or event.status != "INVALID":
-                    begin, message = begun or (event.time, "")
-                    rounds[event.node].append(
-                        Span(
-                            node=event.node,
-                            begin=begin,
-                            end=event.time,
-                            status=event.status,
-                            message=message if event.status == "INVALID" else event.message,
-                            values=event.values,
-                        )
-                    )
+            case NodeEvent(node=node, status=status):
+                begun = open_spans.pop(node, None)
+                if begun is not None or status != "INVALID":
+                    begin, before = begun or (event.time, "")
+                    message = before if status == "INVALID" else event.message
+                    rounds[node].append(Span(node, begin, event.time, status, message))
             case NowEvent():
                 if event.node in open_spans:
                     open_spans[event.node] = open_spans[event.node][0], event.message
             case FaultEvent():
                 if fault is not None:
-                    faults.append(FaultSpan(begin=fault[0], end=event.time, text=fault[1]))
+                    faults.append(FaultSpan(fault[0], event.time, fault[1]))
                 fault = (event.time, "; ".join(event.faults)) if event.faults else None
     if fault is not None:
-        faults.append(FaultSpan(begin=fault[0], end=float("inf"), text=fault[1]))
+        faults.append(FaultSpan(fault[0], float("inf"), fault[1]))
     for node, (begin, message) in open_spans.items():
-        rounds[node].append(
-            Span(node=node, begin=begin, end=end, status="RUNNING", message=message)
-        )
+        rounds[node].append(Span(node, begin, end, "RUNNING", message))
     return Timeline(
-        nodes=log.nodes,
-        parents=_parents(log.nodes),
-        rounds=dict(rounds),
-        faults=faults,
-        end=end,
+        nodes=log.nodes, parents=_parents(log.nodes), rounds=rounds, faults=faults, end=end
     )
 
 

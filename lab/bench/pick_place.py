@@ -11,7 +11,7 @@ import numpy as np
 from rich.table import Table
 
 from app.core import Instruments, MotionForm, RunOptions, Summary, Tick, run_task
-from app.review import CarriedObject, TimeUse, carried_objects, time_use
+from app.review import CarriedObject, TimeUse, read_run, time_use
 from lab.bench.evaluation import cumulative_jerk
 from lab.bench.tasks import failure_causes, run_tasks
 from lab.shared import Workers, bootstrap, machine
@@ -95,7 +95,7 @@ def run_pick_place(
 def _run(options: RunOptions) -> PickPlaceRun:
     plans = _PlanTimes()
     result = run_task(options, instruments=plans)
-    use, objects = time_use(result.folder), carried_objects(result.folder)
+    use, objects = time_use(result.folder), read_run(result.folder).summary.carried
     motion = use.motion
     return PickPlaceRun(
         motion=options.motion.value,

@@ -9,7 +9,6 @@ from app.live.web.viewer_files import (
     WebFilesError,
     viewer_address,
     viewer_environment,
-    viewer_page,
     viewer_program,
     viewer_web_files,
 )
@@ -22,7 +21,6 @@ __all__ = [
     "WebFilesError",
     "viewer_address",
     "viewer_environment",
-    "viewer_page",
     "viewer_program",
     "viewer_web_files",
 ]

@@ -111,15 +111,6 @@ def at_home(page: bytes, hosts: str = "'self'") -> bytes:
     return text.replace("<head>", f"<head>\n    {meta}", 1).encode()
 
 
-def viewer_page() -> bytes:
-    """The viewer's page for a server that serves everything itself.
-
-    Raises:
-        OSError, WebFilesError: the files are not available.
-    """
-    return at_home((viewer_web_files() / "index.html").read_bytes())
-
-
 def viewer_policy(hosts: str = "'self'") -> str:
     """The content security policy of the viewer's page."""
     return _POLICY.format(hosts=hosts)

@@ -5,23 +5,20 @@ import re
 import signal
 import subprocess
 import sys
-import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from http.server import BaseHTTPRequestHandler, SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from shutil import which
 from urllib.request import urlopen
 
 import pytest
 import sample_run as samples
-from browsers import FOLDER, WAITING, chromium
+from browsers import FOLDER, WAITING
 from recordings import record
 
 from app.live.viewer.headless import has_vulkan
 from app.live.web import viewer_environment, viewer_program
-from app.review import demo_page
 
 _ADDRESS = re.compile(r'(?:inet_addr\("|inet_pton\(AF_INET6, ")([^"]+)"')
 _HERE = ("127.", "::1", "::ffff:127.", "0.0.0.0", "::")
@@ -130,68 +127,3 @@ def test_the_native_viewer_calls_nobody(tmp_path: Path) -> None:
         os.killpg(process.pid, signal.SIGTERM)
         process.wait(timeout=30.0)
     assert called(tmp_path / "trace") == set()
-
-
-OF_CHROMIUM = (
-    *("update.googleapis.com", "clients2.google.com", "clientservices.googleapis.com"),
-    *("accounts.google.com", "optimizationguide-pa.googleapis.com", "content-autofill.googleapis"),
-    *("www.google.com", "android.clients.google.com", "mtalk.google.com", "redirector.gvt1.com"),
-    *("safebrowsing", "edgedl.me.gvt1.com"),
-)
-"""What the browser itself asks, whatever page it shows."""
-
-
-class Guard(BaseHTTPRequestHandler):
-    """A proxy that notes what a browser asks of other machines, and gives nothing."""
-
-    asked: list[str]
-
-    def refuse(self) -> None:
-        type(self).asked.append(self.path)
-        self.send_error(502)
-
-    do_GET = do_POST = do_CONNECT = do_OPTIONS = refuse
-
-    def log_message(self, *_: object) -> None: ...
-
-
-class Quiet(SimpleHTTPRequestHandler):
-    def log_message(self, *_: object) -> None: ...
-
-
-@contextmanager
-def serving(handler) -> Iterator[int]:
-    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
-        thread = threading.Thread(target=server.serve_forever, daemon=True)
-        thread.start()
-        yield server.server_port
-        server.shutdown()
-
-
-@pytest.mark.slow
-def test_the_demo_page_plays_the_recording_and_calls_nobody(tmp_path: Path) -> None:
-    run = tmp_path / "run"
-    run.mkdir()
-    record(run / "recording.rrd", list(samples.run(300)))
-    demo_page(run, tmp_path / "page")
-    asked: list[str] = []
-    guard = type("Noting", (Guard,), {"asked": asked})
-    files = type("Files", (Quiet,), {"directory": str(tmp_path / "page")})
-    with (
-        serving(lambda *more: files(*more, directory=str(tmp_path / "page"))) as port,
-        serving(guard) as proxy,
-        chromium(proxy=f"http://127.0.0.1:{proxy}") as browser,
-    ):
-        page = browser.new_page(viewport={"width": 1200, "height": 800}, color_scheme="light")
-        page.add_init_script("console.debug = () => {}")
-        page.goto(f"http://127.0.0.1:{port}/")
-        page.frame_locator("iframe").locator("canvas").wait_for(timeout=60_000)
-        page.wait_for_timeout(15_000)
-        pictures = set()
-        for _ in range(4):
-            pictures.add(page.screenshot(timeout=60_000))
-            page.wait_for_timeout(1_500)
-        (tmp_path / "page.png").write_bytes(page.screenshot(timeout=60_000))
-        assert len(pictures) > 1, "it plays"
-    hosts = [address.removeprefix("http://") for address in asked]
-    assert [host for host in hosts if not host.startswith(OF_CHROMIUM)] == []

@@ -1,6 +1,6 @@
 """Tasks that fail, each in a way of its own, and what goes wrong first in them."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from app.core import ScheduledFault
 
@@ -33,7 +33,6 @@ class Case:
     faults: tuple[ScheduledFault, ...] = ()
     since: tuple[float, float] = (0.0, 60.0)
     """Between which times the cause is [s]."""
-    options: dict[str, object] = field(default_factory=dict)
 
 
 def fault(name: str, **when) -> ScheduledFault:
@@ -73,13 +72,6 @@ CASES = {
         node="navigate",
         reason="the base would stand in",
         topic="out of reach",
-    ),
-    "an empty region, three times": Case(
-        tree=PICK.format(attempts=3),
-        node="pick/grasp",
-        reason=r"^no grasp for 0\.3 s",
-        topic="no grasp found",
-        since=(0.3, 3.0),
     ),
     "a gripper that is dead": Case(
         tree=FETCH,
@@ -198,6 +190,8 @@ fallback:
     ),
 }
 SLOW = (
+    "a pose inside the container's wall",
+    "a gripper that is dead",
     "a camera that is late",
     "the object is taken from the hand",
     "a base that does not move",

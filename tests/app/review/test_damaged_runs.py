@@ -3,47 +3,130 @@
 import json
 import os
 import resource
-import stat
-import sys
-import tempfile
-from contextlib import contextmanager
+import shutil
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
+import numpy as np
 import pytest
 from command_line import call
-from run_damage import (
-    ANY_FILE,
-    ARRAY_DAMAGE,
-    EVENT_DAMAGE,
-    EVENTS,
-    STATES,
-    STATES_DAMAGE,
-    SUMMARY,
-    SUMMARY_DAMAGE,
-    damaged,
-    first_half,
-    raw_line,
-)
 
+from app.core import RunOptions, run_task
 from app.core.files.disk import Disk
 from app.core.files.events import EventLog
-from app.core.launch import run_task
 from app.core.outcome import End, Outcome
-from app.core.run_options import RunOptions
 from app.review import explain
 from trees.language import nodes_in_order
 from trees.language.composites import Sequence
 
+Damage = Callable[[Path], object]
+EVENTS, SUMMARY, STATES = "events.jsonl", "summary.json", "states.npy"
 TASK = """\
 task: toy
-description: Go near.
-poses:
-  near: {xyz: [0.9, 0.1, 0.7], rpy_deg: [180, 0, 0]}
 tree:
   sequence:
     - wait: {duration_s: 0.1}
-    - navigate: {to: near, timeout_s: 0.3}
+    - drive: {forward_m: 9, timeout_s: 0.3}
 """
+
+
+class Bomb:
+    """Makes a file when it is unpickled."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def __reduce__(self):
+        return open, (str(self.path), "w")
+
+
+def replaced(content: bytes | str) -> Damage:
+    data = content.encode() if isinstance(content, str) else content
+    return lambda path: path.write_bytes(data)
+
+
+def a_pipe(path: Path) -> None:
+    path.unlink()
+    os.mkfifo(path)
+
+
+def a_folder(path: Path) -> None:
+    path.unlink()
+    path.mkdir()
+
+
+def line(number: int, **fields: object) -> Damage:
+    """Changes fields of one line of the log."""
+
+    def damage(path: Path) -> None:
+        lines = path.read_text().splitlines()
+        lines[number] = json.dumps(json.loads(lines[number]) | fields)
+        path.write_text("\n".join(lines) + "\n")
+
+    return damage
+
+
+def moved(number: int, to: int) -> Damage:
+    def damage(path: Path) -> None:
+        lines = path.read_text().splitlines()
+        lines.insert(to, lines.pop(number))
+        path.write_text("\n".join(lines) + "\n")
+
+    return damage
+
+
+def array(make: Callable[[np.ndarray], np.ndarray]) -> Damage:
+    return lambda path: np.save(path, make(np.load(path)))
+
+
+def pickled(path: Path) -> None:
+    np.save(path, np.array([Bomb(path.parent / "ran")] * 3, dtype=object), allow_pickle=True)
+
+
+def first_half(path: Path) -> None:
+    data = path.read_bytes()
+    path.write_bytes(data[: len(data) // 2])
+
+
+ANY_FILE: Mapping[str, Damage] = {
+    "missing": Path.unlink,
+    "empty": replaced(""),
+    "random bytes": replaced(np.random.default_rng(0).bytes(5000)),
+    "a folder": a_folder,
+    "a pipe": a_pipe,
+    "nested deep": replaced("[" * 100_000),
+    "another program's": replaced('{"version": 3, "event": {"begin": []}}\n'),
+}
+EVENT_DAMAGE: Mapping[str, Damage] = {
+    **ANY_FILE,
+    "begin in the middle": moved(0, 3),
+    "end in the middle": moved(-1, 3),
+    "a node out of range": line(2, event="node", node=99, status="RUNNING", message=""),
+    "a message that is a list": line(2, event="now", node=0, message=["a"]),
+    "a time that is no number": line(3, time=float("nan")),
+    "a value with 400 digits": line(-1, values={"goal distance [m]": 10**400}),
+    "an unknown end": line(-1, outcome="glory"),
+}
+SUMMARY_DAMAGE: Mapping[str, Damage] = {
+    **{name: damage for name, damage in ANY_FILE.items() if name != "missing"},
+    "truncated": first_half,
+    "no outcome": replaced("{}"),
+    "a duration that is endless": replaced('{"outcome": "success", "duration_s": 1e999}'),
+}
+ARRAY_DAMAGE: Mapping[str, Damage] = {
+    **{name: damage for name, damage in ANY_FILE.items() if "nested" not in name},
+    "pickled code": pickled,
+    "three columns": array(lambda a: a[:, :3]),
+    "one tick": array(lambda a: a[:1]),
+    "single precision": array(lambda a: a.astype(np.float32)),
+    "not a number": array(lambda a: np.full_like(a, np.nan)),
+    "a header of a petabyte": replaced(
+        b"\x93NUMPY\x01\x00v\x00{'descr': '<f8', 'fortran_order': False, "
+        b"'shape': (9999999999999, 22), }".ljust(127)
+        + b"\n"
+    ),
+    "stamps that stand still": array(lambda a: np.zeros_like(a)),
+}
 
 
 @pytest.fixture(scope="module")
@@ -52,6 +135,15 @@ def run(tmp_path_factory):
     root = tmp_path_factory.mktemp("recorded")
     (root / "toy.yaml").write_text(TASK)
     return run_task(RunOptions(tree=root / "toy.yaml", scene="single", record=root)).folder
+
+
+def damaged(folder: Path, to: Path, file: str, damage: Damage) -> Path:
+    """A copy of a run with one of its files damaged."""
+    copy = to / folder.name
+    shutil.rmtree(copy, ignore_errors=True)
+    shutil.copytree(folder, copy)
+    damage(copy / file)
+    return copy
 
 
 def refusal(*arguments: object) -> str:
@@ -70,20 +162,16 @@ def test_explain_refuses_a_log_that_no_run_writes(run, tmp_path):
         assert f"{folder.name}/{EVENTS}" in refusal("explain", folder), kind
 
 
-@pytest.mark.parametrize(
-    ("damage", "left_out"),
-    [
-        (raw_line(2, '{"event": "node", "ti'), 1),
-        (raw_line(2, "\0" * 500), 1),
-        (lambda path: path.write_bytes(path.read_bytes().replace(b"waited", b"w\xffited")), 1),
-        (lambda path: path.write_bytes(path.read_bytes()[:-20]), 0),
-    ],
-)
-def test_explain_leaves_out_what_a_kill_or_a_full_disk_cut_off(run, tmp_path, damage, left_out):
+@pytest.mark.parametrize("cut", ['{"event": "node", "ti', "\0" * 500, "\ufffd\udc80"])
+def test_explain_leaves_out_what_a_kill_or_a_full_disk_cut_off(run, tmp_path, cut):
+    def damage(path: Path) -> None:
+        lines = path.read_bytes().split(b"\n")
+        lines[2] = cut.encode(errors="surrogateescape")
+        path.write_bytes(b"\n".join(lines))
+
     code, out, _ = call("explain", damaged(run, tmp_path, EVENTS, damage))
     assert code == 0
-    assert out.startswith("toy: ")
-    assert ("lines that cannot be read, left out here: 1" in out) == bool(left_out)
+    assert "lines that cannot be read, left out here: 1" in out
 
 
 def test_explain_passes_over_what_a_later_version_writes(run, tmp_path):
@@ -101,29 +189,17 @@ def test_explain_does_without_a_summary_and_runs_says_that_it_is_damaged(run, tm
         folder = damaged(run, tmp_path, SUMMARY, damage)
         code, out, _ = call("explain", folder)
         assert code == 0, kind
-        assert "navigate failed at" in out, kind
+        assert "drive failed at" in out, kind
         assert out.splitlines()[-1].startswith(f"{SUMMARY}: "), kind
         code, out, err = call("runs", tmp_path)
-        (row,) = out.splitlines()[1:]
-        assert (code, "damaged" in row) == (0, True), kind
+        assert (code, "damaged" in out.splitlines()[1]) == (0, True), kind
         assert err.startswith(f"{folder}: {SUMMARY}: "), kind
         assert err.count("\n") == 1, kind
-    (entry,) = json.loads(call("runs", tmp_path, "--json")[1])
-    assert entry["outcome"] == "damaged"
-    assert entry["damage"].startswith(f"{SUMMARY}: ")
 
 
-def test_a_run_without_a_summary_is_unfinished(run, tmp_path):
-    damaged(run, tmp_path, SUMMARY, Path.unlink)
-    assert "unfinished" in call("runs", tmp_path)[1]
-
-
-@pytest.mark.parametrize(
-    ("file", "damages"), [(STATES, STATES_DAMAGE), ("commands.npy", ARRAY_DAMAGE)]
-)
-def test_export_refuses_arrays_that_no_run_writes(run, tmp_path, file, damages):
-    for kind, damage in damages.items():
-        folder = damaged(run, tmp_path, file, damage)
+def test_export_refuses_arrays_that_no_run_writes(run, tmp_path):
+    for kind, damage in ARRAY_DAMAGE.items():
+        folder = damaged(run, tmp_path, STATES, damage)
         refusal("export", folder, "--lerobot", tmp_path / "out")
         assert not (tmp_path / "out").exists(), kind
         assert not (folder / "ran").exists(), kind
@@ -137,31 +213,27 @@ def test_export_does_without_the_task_file(run, tmp_path):
             assert call("export", folder, "--lerobot", out)[0] == 0, kind
 
 
-def test_view_refuses_what_is_no_recording(run, tmp_path, monkeypatch):
-    monkeypatch.setenv("DISPLAY", ":0")
-    for kind, damage in ANY_FILE.items():
-        folder = damaged(run, tmp_path, "recording.rrd", damage)
-        assert "recording" in refusal("view", folder), kind
-
-
-def test_view_opens_what_a_killed_run_leaves(run, tmp_path, monkeypatch):
+def test_view_opens_what_a_killed_run_leaves_and_refuses_what_is_no_recording(
+    run, tmp_path, monkeypatch
+):
     started = []
     monkeypatch.setenv("DISPLAY", ":0")
     monkeypatch.setattr(
         "app.live.viewer.open_recording.os.execve",
         lambda program, command, environment: started.append(command),
     )
+    for kind, damage in ANY_FILE.items():
+        folder = damaged(run, tmp_path, "recording.rrd", damage)
+        assert "recording" in refusal("view", folder), kind
     assert call("view", damaged(run, tmp_path, "recording.rrd", first_half))[0] == 0
-    assert started
+    assert len(started) == 1
 
 
 @pytest.mark.parametrize("file", ["options.json", "readings.jsonl", "readings.npy"])
 def test_replay_refuses_what_no_run_writes(run, tmp_path, file):
     for kind, damage in ANY_FILE.items():
         folder = damaged(run, tmp_path, file, damage)
-        if (file, kind) == ("readings.jsonl", "empty"):  # as of a run that was killed at once
-            assert "cut off" in call("replay", folder)[1]
-        else:
+        if (file, kind) != ("readings.jsonl", "empty"):  # as of a run that was killed at once
             assert refusal("replay", folder).startswith(f"{folder}/{file}: "), kind
 
 
@@ -181,57 +253,13 @@ def test_a_full_disk_ends_the_log_and_not_the_run(tmp_path):
     assert explain(tmp_path).history == []  # the rest can still be read
 
 
-def test_folders_that_are_no_runs(run, tmp_path):
+def test_folders_that_are_no_runs(tmp_path):
     empty = tmp_path / "2026-01-01-000000-empty"
     empty.mkdir()
     assert EVENTS in refusal("explain", empty)
     assert "recording" in refusal("view", empty)
     refusal("export", empty, "--lerobot", tmp_path / "out")
     assert "unfinished" in call("runs", tmp_path)[1]
-    (tmp_path / "only").mkdir()
-    (tmp_path / "only" / "recording.rrd").write_bytes(b"RRF2")
-    assert call("runs", tmp_path)[0] == 0
     for name in ("x" * 5000, "a\0b", "/dev/null", "/proc/self/mem", "", str(empty / EVENTS)):
-        for command in ("explain", "view"):
-            refusal(command, name, "--runs", tmp_path / "nowhere")
+        refusal("explain", name, "--runs", tmp_path / "nowhere")
         assert call("runs", name)[0] == 2
-
-
-@contextmanager
-def forbidden(path: Path):
-    """Nobody may read a file or look into a folder, for a while; root neither."""
-    mode, user = path.stat().st_mode, os.geteuid()
-    path.chmod(0)
-    if user == 0:
-        os.seteuid(65534)
-    try:
-        yield
-    finally:
-        if user == 0:
-            os.seteuid(0)
-        path.chmod(stat.S_IMODE(mode))
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="permissions of another kind")
-def test_without_permission(run):
-    with tempfile.TemporaryDirectory() as name:
-        root = Path(name)
-        root.chmod(0o755)
-        folder = damaged(run, root, SUMMARY, lambda path: None)
-        for one in folder.iterdir():
-            one.chmod(0o644)
-        with forbidden(folder / EVENTS):
-            assert "Permission denied" in refusal("explain", folder)
-        with forbidden(folder / SUMMARY):
-            assert "damaged" in call("runs", root)[1]
-            assert "Permission denied" in call("explain", folder)[1]
-        with forbidden(folder / STATES):
-            assert "Permission denied" in refusal("export", folder, "--lerobot", root / "out")
-        with forbidden(folder / "recording.rrd"):
-            assert "Permission denied" in refusal("view", folder)
-        with forbidden(folder):
-            refusal("explain", folder)
-            refusal("view", folder)
-            assert call("runs", root)[0] == 0
-        with forbidden(root):
-            assert call("runs", root)[0] == 2

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from command_line import call
 
-from app.commands import app
-from app.review import NoMotionError, delays
+from app.review import DamagedRunError, delays
 
 
 def leave(folder, dead: float, lag: float, scale: float = 1.0) -> None:
@@ -46,14 +45,13 @@ def test_the_command_tells_what_to_write_into_the_robot_file(tmp_path):
     leave(tmp_path, 0.02, 0.03)
     for name in ("options.json", "summary.json", "task.yaml", "events.jsonl"):
         (tmp_path / name).write_text("{}")
-    result = CliRunner().invoke(app, ["delays", str(tmp_path)])
-    assert "arm_lag: 0.05" in result.stdout
+    assert "arm_lag: 0.05" in call("delays", tmp_path)[1]
 
 
 def test_a_run_in_which_nothing_moved_is_refused_in_a_line(tmp_path):
     leave(tmp_path, 0.1, 0.1, scale=0.0)
-    with pytest.raises(NoMotionError, match="nothing moved"):
+    with pytest.raises(DamagedRunError, match="nothing moved"):
         delays(tmp_path)
     (tmp_path / "states.npy").write_bytes(b"")
-    with pytest.raises(NoMotionError, match="cannot be read"):
+    with pytest.raises(DamagedRunError, match="cannot be read"):
         delays(tmp_path)

@@ -1,31 +1,17 @@
 """`explain` names what went wrong first, for failed runs of the real application of many kinds."""
 
-import os
 import re
-import signal
-import subprocess
-import sys
-import time
-from pathlib import Path
 
 import pytest
-import test_explain
 from failed_runs import CASES, FETCH, HEAD, PICK, SLOW, fault
 
 from app.core import RunOptions, run_task
 from app.review import explain
-from trees.language import describe_leaves
 
 
 @pytest.fixture
-def record(tmp_path, monkeypatch):
+def record(tmp_path):
     """Runs a tree and explains what it left."""
-    import behaviours
-
-    for leaf in (test_explain.CloseFingers, test_explain.Sabotage):
-        monkeypatch.setitem(behaviours.LEAVES, leaf.key, leaf)
-    described = describe_leaves(behaviours.LEAVES)
-    monkeypatch.setattr("trees.language.registry.declared_leaves", lambda: dict(described))
 
     def run(tree: str, interrupted=lambda: False, **options):
         path = tmp_path / "toy.yaml"
@@ -43,7 +29,7 @@ def record(tmp_path, monkeypatch):
     ids=CASES,
 )
 def test_the_earliest_cause_is_named(record, case):
-    told = record(case.tree, faults=case.faults, **case.options)
+    told = record(case.tree, faults=case.faults)
     text = str(told)
     assert told.outcome == case.outcome, text
     assert told.cause is not None, text
@@ -57,10 +43,10 @@ def test_the_earliest_cause_is_named(record, case):
 
 
 def test_every_failed_attempt_is_in_the_table_with_its_reason(record):
-    told = record(PICK.format(attempts=3))
-    assert [attempt.cause.topic for attempt in told.attempts] == ["no grasp found"] * 3
-    text = str(told)
-    assert text.count("pick: no grasp found: grasp: no grasp for 0.3 s") == 3
+    told = record(PICK.format(attempts=2))
+    assert [attempt.cause.topic for attempt in told.attempts] == ["no grasp found"] * 2
+    assert told.cause.time == told.attempts[0].cause.time
+    assert str(told).count("pick: no grasp found: grasp: no grasp for 0.3 s") == 2
 
 
 @pytest.mark.slow
@@ -72,7 +58,6 @@ def test_attempts_that_failed_in_different_ways_are_told_apart(record):
         "the gripper does not work",
         "no picture",
     ]
-    assert told.reason.startswith("no grasp for")
     text = str(told)
     assert text.index("The gripper does not work: grasp") < text.index("it ended when grasp")
 
@@ -95,36 +80,17 @@ def test_an_interrupted_run_tells_what_had_failed_before(record):
     assert "what went wrong first: " in str(told)
 
 
-def test_a_killed_run_tells_what_had_failed_before(tmp_path):
-    task = tmp_path / "toy.yaml"
-    work = "[{wait: {duration_s: 0.3}}, {grasp: {within: floor, patience_s: 1.0}}]"
-    task.write_text(f"{HEAD}  {{retry: 99, sequence: {work}}}\n")
-    command = [sys.executable, "-m", "frankie_task_cli", "run", task, "--scene", "single"]
-    command += ["--record", tmp_path / "runs", "--speed", "real", "--view", "none"]
-    process = subprocess.Popen(
-        list(map(str, command)),
-        stderr=subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL,
-        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[3])},
-    )
-    try:
-        deadline = time.monotonic() + 60.0
-        log = ""
-        while log.count('"FAILURE", "message": "no grasp') < 2 and time.monotonic() < deadline:
-            assert process.poll() is None
-            time.sleep(0.1)
-            log = "".join(p.read_text() for p in tmp_path.glob("runs/*/events.jsonl"))
-    finally:
-        process.send_signal(signal.SIGKILL)
-        process.wait()
+def test_a_killed_run_tells_what_had_failed_before(record, tmp_path):
+    record("retry: 3\nsequence: [{wait: {duration_s: 0.3}}, holding_object]")
     (folder,) = (tmp_path / "runs").iterdir()
-    with (folder / "events.jsonl").open("a") as file:
-        file.write('{"event": "node", "ti')  # a line that the kill cut off
+    (folder / "summary.json").unlink()
+    events = folder / "events.jsonl"
+    *lines, _ = events.read_text().splitlines(keepends=True)
+    second = [n for n, line in enumerate(lines) if '"FAILURE", "message": "the fing' in line][1]
+    events.write_text("".join(lines[: second + 1]) + '{"event": "node", "ti')
     told = explain(folder)
     text = str(told)
     assert told.outcome == "unfinished"
     assert "was killed" in text
-    assert told.cause.topic == "no grasp found"
-    assert 1.0 < told.cause.time < 2.0
-    assert "what went wrong first: No grasp found: grasp failed at 1." in text
-    assert len(told.attempts) >= 2
+    assert re.search(r"what went wrong first: .*holding_object failed at 0.3", text)
+    assert len(told.attempts) == 2

@@ -108,7 +108,6 @@ def survive(run, folder, cases: range) -> dict[str, int]:
             counts["refused"] += "\n" not in str(refused)
             terminal.say(str(refused))
         record = read_run(folder)
-        json.dumps(record.row())
         terminal.print(runs_table([record]))
         text = told.getvalue()
         assert all(letter.isprintable() or letter in "\n\t" for letter in text), seed
@@ -117,9 +116,9 @@ def survive(run, folder, cases: range) -> dict[str, int]:
 
 
 def test_random_damage_is_told_or_refused(run, tmp_path):
-    counts = survive(run, tmp_path / "copy", range(200))
-    assert sum(counts.values()) == 200
-    assert min(counts.values()) > 20  # both happen
+    counts = survive(run, tmp_path / "copy", range(100))
+    assert sum(counts.values()) == 100
+    assert min(counts.values()) > 10  # both happen
 
 
 @pytest.mark.slow

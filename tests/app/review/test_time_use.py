@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from command_line import call
 
-from app.commands import app
 from app.core import STATES, RunOptions, run_task
 from app.live import View, ViewOptions
 from app.review import DamagedRunError, Reason, time_use
@@ -40,7 +39,8 @@ def ran(tmp_path):
 def test_a_wait_is_time_in_which_the_robot_is_still(ran):
     use = time_use(ran("  sequence: [{wait: {duration_s: 2.0}}, {navigate: {to: near}}]\n"))
     wait, navigate = use.typical.nodes
-    assert (wait.name, navigate.name) == ("wait", "navigate")
+    assert wait.name.startswith("wait: ")
+    assert navigate.name.startswith("navigate: ")
     assert wait.seconds == pytest.approx(2.0, abs=0.05)
     assert wait.waiting == pytest.approx(wait.seconds)
     assert wait.reasons == {Reason.WAITS.value: pytest.approx(wait.seconds)}
@@ -62,11 +62,11 @@ def test_a_long_drive_is_limited_by_the_speed_of_the_base(ran):
 
 def test_the_command_prints_a_row_for_every_node(ran, tmp_path):
     ran("  sequence: [{wait: {duration_s: 1.0}}, {navigate: {to: near}}]\n")
-    result = CliRunner().invoke(app, ["explain", "--time", "--runs", str(tmp_path / "runs")])
-    assert result.exit_code == 0, result.output
-    rows = [line.split()[0] for line in result.stdout.splitlines() if line.startswith("  ")]
+    code, out, _ = call("explain", "--time", "--runs", tmp_path / "runs")
+    assert code == 0
+    rows = [line.split()[0] for line in out.splitlines() if line.startswith("  ")]
     assert rows[:4] == ["node", "wait:", "navigate:", "all"]
-    assert "still: looks, thinks or rests 100 %" in result.stdout
+    assert "still: looks, thinks or rests 100 %" in out
 
 
 def test_a_run_whose_motion_is_damaged_is_refused(ran):
