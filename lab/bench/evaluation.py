@@ -144,8 +144,7 @@ def failure_of(motion: Motion) -> Failure | None:
 
 def limit_usage(model: RobotModel, motion: Motion) -> tuple[Array, Array]:
     """Velocities and accelerations of every sample as shares of their limits, both (k, n)."""
-    first = np.zeros(model.n) if motion.first is None else motion.first
-    accelerations = np.diff(motion.velocities, axis=0, prepend=first[None])
+    accelerations = np.diff(motion.velocities, axis=0, prepend=np.zeros((1, model.n)))
     lower, upper = model.velocity_limits
     return (
         motion.velocities / np.where(motion.velocities < 0.0, lower, upper),

@@ -17,9 +17,8 @@ from traceback import format_exc
 
 from rich.table import Table
 
-from app.core import PHASES, End, Instruments, RunOptions, Setup, Tick, current_phases, run_task
+from app.core import End, Instruments, RunOptions, Setup, Tick, current_phases, run_task
 from app.live import ControlOptions, View, ViewOptions
-from config import UserError, suggest
 from hw import Robot, Truth, stopwatch
 from lab.bench.fault_matrix import FAULTS, INTO, USUALLY_INTO, Fault
 from lab.bench.witness import AT_REST, Violations, Witness
@@ -164,21 +163,11 @@ class _CellRun(Instruments):
 
 
 def cells(faults: Sequence[str], phases: Sequence[str], seeds: Sequence[int]) -> list[Cell]:
-    """The cells of these rows and columns; none takes all.
-
-    Raises:
-        UserError: no row or column has such a name.
-    """
-    names = [fault.name for fault in FAULTS]
-    for option, chosen, valid in (("--faults", faults, names), ("--phases", phases, PHASES)):
-        for name in chosen:
-            if name not in valid:
-                hint = suggest(name, valid)
-                raise UserError(f"{option} {name}: there is none of this name; {hint}")
+    """The cells of these rows and columns."""
     return [
         Cell(fault=name, phase=phase, seed=seed)
-        for name in faults or names
-        for phase in phases or PHASES
+        for name in faults
+        for phase in phases
         for seed in seeds
     ]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import cos, exp, sin
 from typing import TypeAlias
 
@@ -44,10 +44,6 @@ class State:
 
     wTb: SE3
     q: Array
-    heading: float = 0.0
-    """Of the base, not wrapped [rad]."""
-    command: Command = field(default_factory=Command.stop)
-    """The last command."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -74,10 +70,6 @@ class Motion:
     """Whether the motion ended because the goal was reached."""
     unreachable: str = ""
     """Why the controller reported the goal as unreachable; empty if it did not."""
-    first: Array | None = None
-    """(n,) velocities before the motion; None is rest."""
-    end: State | None = None
-    """State at the end."""
 
     @property
     def duration(self) -> float:
@@ -105,7 +97,6 @@ def run_motion(
     patience: float = np.inf,
     stop_on_arrival: bool = True,
     start: Array | None = None,
-    before: State | None = None,
     elapsed: Callable[[], float] | None = None,
     surroundings_at: SurroundingsAt = lambda time: OPEN_FLOOR,
     lag: bool = False,
@@ -121,7 +112,6 @@ def run_motion(
         patience: give up after this time without progress [s].
         stop_on_arrival: stop when the goal is reached, or continue to the limit.
         start: (7,) initial joint positions [rad]; None is ready.
-        before: final state of an earlier motion, to continue from without a stop.
         elapsed: true duration of a period [s], unknown to the controller.
         surroundings_at: the obstacles; a motion ends when the controller reports the goal as
             unreachable.
@@ -129,9 +119,9 @@ def run_motion(
             or exactly.
     """
     q = model.description.arm.ready.copy() if start is None else start
-    state = before or State(wTb=SE3.Identity(), q=q)
-    heading, last = state.heading, state.command
-    first, applied = model.velocities(last), last
+    state = State(wTb=SE3.Identity(), q=q)
+    heading = 0.0
+    last = applied = Command.stop()
     bases = [np.array([*state.wTb.translation[:2], heading])]
     postures, tools, errors = [state.q], [], []
     velocities: list[Array] = []
@@ -160,8 +150,6 @@ def run_motion(
         state = State(
             wTb=integrate_base(state.wTb, heading, applied, duration),
             q=state.q + applied.qd * duration,
-            heading=heading,
-            command=last,
         )
         velocities.append(model.velocities(last))
         bases.append(np.array([*state.wTb.translation[:2], heading]))
@@ -177,8 +165,6 @@ def run_motion(
         solved=solved,
         arrived=arrived,
         unreachable=unreachable,
-        first=first,
-        end=state,
     )
 
 

@@ -27,6 +27,10 @@ _SINE_HEADING, _SINE_PERIOD = np.deg2rad(60.0), 8.0
 """Largest heading of the sine [rad], and its period [s]."""
 _WALK_TURN, _WALK_MEMORY = 0.4, 1.0
 """Standard deviation of the turn rate of the random walk [rad/s], and its correlation time [s]."""
+_SPEED = 0.3
+"""Of the goals [m/s]."""
+_DURATION, _CATCHING_UP = 45.0, 12.0
+"""Of a motion, and until its errors count [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,14 +42,6 @@ class Following:
     """Whether the yaw of the tool follows the path, or is fixed."""
     known: bool
     """Whether the controller is given the velocity of the goal."""
-    speed: float = 0.3
-    """Of the goal [m/s]."""
-    seed: int = 0
-    """Of the random walk."""
-    duration: float = 45.0
-    """[s]."""
-    catching_up: float = 12.0
-    """Errors count from this time on [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,20 +64,20 @@ class Followed:
 
 def moving_goal(following: Following, period: float) -> GoalAt:
     """The goal as a function of time, at multiples of the control period [s]."""
-    times = np.asarray(np.arange(round(following.duration / period) + 1) * period, float)
+    times = np.asarray(np.arange(round(_DURATION / period) + 1) * period, float)
     turn = _turn_rates(following, times, period)
     heading = np.concatenate([[0.0], np.cumsum(turn[:-1] * period)])
     if following.path == "sine":
         heading -= heading.mean()
     middle = heading + 0.5 * turn * period
-    steps = following.speed * period * np.stack([np.cos(middle), np.sin(middle)], axis=1)
+    steps = _SPEED * period * np.stack([np.cos(middle), np.sin(middle)], axis=1)
     places = np.vstack([np.zeros(2), np.cumsum(steps[:-1], axis=0)])
 
     def goal_at(time: float) -> PoseGoal:
         k = round(time / period)
         yaw, rate = (heading[k], turn[k]) if following.along else (0.0, 0.0)
         c, s = np.cos(heading[k]), np.sin(heading[k])
-        twist = np.array([following.speed * c, following.speed * s, 0.0, 0.0, 0.0, rate])
+        twist = np.array([_SPEED * c, _SPEED * s, 0.0, 0.0, 0.0, rate])
         wTe = SE3(pin.rpy.rpyToMatrix(np.pi, 0.0, yaw), _START + np.array([*places[k], 0.0]))
         return PoseGoal(wTe=wTe, twist=twist if following.known else None)
 
@@ -99,12 +95,12 @@ def _turn_rates(following: Following, times: Array, period: float) -> Array:
             return np.asarray(turn, float)
         case "random walk":
             kernel = np.exp(-0.5 * (np.arange(-3.0, 3.0, period / _WALK_MEMORY)) ** 2)
-            noise = np.random.default_rng(following.seed).normal(size=len(times) + len(kernel) - 1)
+            noise = np.random.default_rng(0).normal(size=len(times) + len(kernel) - 1)
             walk = np.convolve(noise, _WALK_TURN * kernel / np.linalg.norm(kernel), "valid")
             return np.asarray(walk, float)
         case circle:
             radius = float(circle.split()[1])
-            return np.asarray(np.full(len(times), following.speed / radius), float)
+            return np.asarray(np.full(len(times), _SPEED / radius), float)
 
 
 def run_following(
@@ -123,10 +119,10 @@ def _follow(task: tuple[Configuration, Following]) -> Followed:
         model,
         moving_goal(following, period),
         period=period,
-        limit=following.duration,
+        limit=_DURATION,
         stop_on_arrival=False,
     )
-    first = round(following.catching_up / period)
+    first = round(_CATCHING_UP / period)
     error, angle = motion.position_error[first:], motion.orientation_error[first:]
     tilts = [
         np.arccos(min(1.0, -model.wTe(SE3.Identity(), q).rotation[2, 2])) for q in motion.q[first:]

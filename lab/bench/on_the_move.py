@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -10,8 +10,8 @@ import numpy as np
 from rich.table import Table
 
 from app.core import RunOptions, Summary, run_task
-from lab.bench.tasks import failure_causes, run_tasks
-from lab.shared import Workers, paired_difference, percent
+from lab.bench.pick_place import failure_causes
+from lab.shared import Workers, paired_difference, percent, run_in_order
 
 _TASKS = Path(__file__).parent / "tasks"
 WAYS = {name: _TASKS / f"{name}.yaml" for name in ("standing", "in_passing")}
@@ -58,19 +58,12 @@ class Saving:
     """95 %, by bootstrap over the seeds."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Run:
-    summary: Summary
-    failures: int
-    """Number of failed actions."""
-
-
 def run_on_the_move(
     options: RunOptions,
-    seeds: Iterable[int],
+    seeds: Sequence[int],
     done: Callable[[Summary], None],
     *,
-    workers: Workers = 1,
+    workers: Workers,
 ) -> list[Passing]:
     """Run both tasks for every seed: all standing runs, then all others.
 
@@ -79,28 +72,21 @@ def run_on_the_move(
         seeds: of the object and the camera's noise.
         done: called after each run.
         workers: number of processes, or the address of a dask.distributed scheduler.
-
-    Raises:
-        KeyboardInterrupt: a run was interrupted; the others end as well.
     """
-    chosen = list(seeds)
-    wanted = [replace(options, tree=tree, seed=seed) for tree in WAYS.values() for seed in chosen]
-    return [_passing(run) for run in run_tasks(_run, wanted, done, workers=workers)]
+    wanted = [replace(options, tree=tree, seed=seed) for tree in WAYS.values() for seed in seeds]
+    runs = run_in_order(_run, wanted, lambda run: done(run[0]), workers=workers, batch=1)
+    return [passing for _, passing in runs]
 
 
-def _run(options: RunOptions) -> _Run:
+def _run(options: RunOptions) -> tuple[Summary, Passing]:
     result = run_task(options)
-    return _Run(summary=result.summary, failures=sum(failure_causes(result.folder).values()))
-
-
-def _passing(run: _Run) -> Passing:
-    summary = run.summary
+    summary, failures = result.summary, failure_causes(result.folder)
     delivered = summary.placed == summary.objects > 0
-    return Passing(
+    return summary, Passing(
         way=summary.task,
         seed=summary.seed,
         delivered=delivered,
-        first=delivered and summary.attempts == summary.objects and not run.failures,
+        first=delivered and summary.attempts == summary.objects and not failures,
         seconds=summary.duration_s,
         contacts=summary.contacts,
         limit_violations=summary.limit_violations,
@@ -139,19 +125,19 @@ def _figures(way: str, runs: Sequence[Passing]) -> PassingFigures:
     )
 
 
-def on_the_move_table(runs: Sequence[Passing]) -> Table:
+def on_the_move_table(figures: Sequence[PassingFigures]) -> Table:
     """One row for each way."""
     table = Table(title="The same objects, standing and in passing (95 % intervals)")
     columns = ("delivered", "at the first attempt [%]", "mean time [s]", "contacts", "over limit")
     for column in ("way", *columns):
         table.add_column(column, justify="left" if column == "way" else "right")
-    for of_way in passing_figures(runs):
+    for one in figures:
         table.add_row(
-            of_way.way.replace("_", " "),
-            f"{of_way.delivered} of {of_way.runs}",
-            percent([run.first for run in runs if run.way == of_way.way]),
-            "-" if of_way.time_mean_s is None else f"{of_way.time_mean_s:.2f}",
-            str(of_way.contacts),
-            str(of_way.limit_violations),
+            one.way.replace("_", " "),
+            f"{one.delivered} of {one.runs}",
+            percent([True] * one.first + [False] * (one.runs - one.first)),
+            "-" if one.time_mean_s is None else f"{one.time_mean_s:.2f}",
+            str(one.contacts),
+            str(one.limit_violations),
         )
     return table

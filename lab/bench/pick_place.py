@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 from rich.table import Table
 
-from app.core import Instruments, MotionForm, RunOptions, Summary, Tick, run_task
-from app.review import CarriedObject, TimeUse, read_run, time_use
-from lab.bench.evaluation import cumulative_jerk
-from lab.bench.tasks import failure_causes, run_tasks
-from lab.shared import Workers, bootstrap, machine
+from app.core import EVENTS, MotionForm, RunOptions, Summary, read_events, run_task
+from app.review import CarriedObject, read_run, time_use
+from behaviours import LEAVES
+from lab.shared import Workers, bootstrap, machine, run_in_order
 
+_QUESTIONS = ("region_empty",)
+"""Leaves that answer a question, besides the conditions: their FAILURE means no."""
+_NUMBER = re.compile(r"\d+(\.\d+)?")
 _PAPER = (
     ("the paper, holistic", "100 of 100", "113", "5.2", "16.8"),
     ("the paper, planning", "", "", "15.6", "35.2"),
@@ -36,100 +40,67 @@ class PickPlaceRun:
     reverse_speed: float
     """The same backwards [m/s]."""
     objects: Sequence[CarriedObject]
-    reach_times: Sequence[float]
-    """From the release of the object before to fingers closed on this one [s]."""
-    pick_place_times: Sequence[float]
-    """From the first attempt at an object, or the release of the one before, to its release [s]."""
     causes: dict[str, int]
     """Counts of the causes of failed actions."""
     distance: float
     """Path length of the base [m]."""
-    stationary: float
-    """Time in which neither base nor arm moves [s]."""
-    duration: float
-    """[s]."""
-    jerk: float
-    """Cumulative jerk of the tool [m/s^2]."""
-    plans: Sequence[float]
-    """Real time of each motion plan [s]."""
-
-
-class _PlanTimes(Instruments):
-    """Durations of the ticks in which a motion is planned; the next tick's report tells."""
-
-    def __init__(self) -> None:
-        self.seconds: list[float] = []
-        self._planned = False
-
-    def after(self, tick: Tick) -> None:
-        if tick.report.planning and not self._planned:
-            self.seconds.append(tick.seconds)
-        self._planned = tick.report.planning
 
 
 def run_pick_place(
     options: RunOptions,
-    seeds: Iterable[int],
+    seeds: Sequence[int],
     done: Callable[[Summary], None],
     *,
-    motions: Sequence[MotionForm] = (MotionForm.HOLISTIC,),
-    workers: Workers = 1,
+    motions: Sequence[MotionForm],
+    workers: Workers,
 ) -> list[PickPlaceRun]:
-    """Run the task once for every seed and motion form.
+    """Run the task once for every seed and motion form, one form after the other.
 
     Args:
         options: of each run, except for seed and motion.
         seeds: of objects and camera noise.
         done: called after each run.
-        motions: the motion forms, whose runs are returned one after the other.
+        motions: the motion forms.
         workers: number of processes, or the address of a dask.distributed scheduler.
-
-    Raises:
-        KeyboardInterrupt: a run was interrupted; the others end as well.
     """
-    chosen = list(seeds)
-    wanted = [replace(options, seed=seed, motion=motion) for motion in motions for seed in chosen]
-    return run_tasks(_run, wanted, done, workers=workers)
+    wanted = [replace(options, seed=seed, motion=motion) for motion in motions for seed in seeds]
+    return run_in_order(_run, wanted, lambda run: done(run.summary), workers=workers, batch=1)
 
 
 def _run(options: RunOptions) -> PickPlaceRun:
-    plans = _PlanTimes()
-    result = run_task(options, instruments=plans)
-    use, objects = time_use(result.folder), read_run(result.folder).summary.carried
-    motion = use.motion
+    result = run_task(options)
+    motion = time_use(result.folder).motion
     return PickPlaceRun(
         motion=options.motion.value,
         summary=result.summary,
         base_speed=float(motion.robot.limits.base_twist[0]),
         reverse_speed=float(motion.robot.limits.base_reverse),
-        objects=objects,
-        reach_times=_reach_times(use, objects),
-        pick_place_times=_pick_place_times(objects),
+        objects=read_run(result.folder).summary.carried,
         causes=failure_causes(result.folder),
         distance=motion.distance,
-        stationary=float(motion.steps[motion.stationary].sum()),
-        duration=float(motion.times[-1] - motion.times[0]),
-        jerk=cumulative_jerk(motion.tool, float(np.median(motion.steps))),
-        plans=plans.seconds,
     )
 
 
+def failure_causes(folder: Path) -> dict[str, int]:
+    """Counts of the messages of failed actions of a run, without numbers, most frequent first."""
+    nodes: list[dict[str, str]] = []
+    found: Counter[str] = Counter()
+    for event in read_events(folder / EVENTS):
+        if event.event == "begin":
+            nodes = list(event.fields["nodes"])
+        if event.event != "node" or event.fields["status"] != "FAILURE":
+            continue
+        leaf = LEAVES.get(nodes[event.fields["node"]]["kind"])
+        if leaf is not None and not leaf.is_condition and leaf.key not in _QUESTIONS:
+            found[f"{leaf.key}: {_NUMBER.sub('#', str(event.fields['message']))}"] += 1
+    return dict(found.most_common())
+
+
 def _pick_place_times(objects: Sequence[CarriedObject]) -> list[float]:
+    """From the first attempt at an object, or the release of the one before, to its release [s]."""
     done = [one for one in objects if one.placed is not None]
     ends = [one.placed or 0.0 for one in done]
     return [end - begin for begin, end in pairwise([done[0].begun, *ends])] if done else []
-
-
-def _reach_times(use: TimeUse, objects: Sequence[CarriedObject]) -> list[float]:
-    """The last grasp that closed before a release, from the release before or the beginning."""
-    closed = sorted(one.end for one in use.stretches if one.node.kind == "grasp")
-    ends = [one.placed for one in objects if one.placed is not None]
-    times = []
-    for begin, end in pairwise([float(use.motion.times[0]), *ends]):
-        inside = [time for time in closed if begin < time < end]
-        if inside:
-            times.append(inside[-1] - begin)
-    return times
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -152,25 +123,14 @@ class PickPlaceFigures:
     grasp_time_mean_s: float | None
     """From the first image of an object, the hand above the container, to fingers closed."""
     grasp_time_interval_s: Interval | None
-    reach_time_mean_s: float | None
-    """From the release of the object before to fingers closed."""
-    reach_time_interval_s: Interval | None
     pick_place_time_mean_s: float | None
     """From the release of the object before to its own."""
     pick_place_time_interval_s: Interval | None
-    stationary_fraction: float
-    """Share of the time in which neither base nor arm moves."""
-    cumulative_jerk: float | None
-    """Of the tool, for each object that was placed [m/s^2]."""
     distance_per_object_m: float | None
     """Path length of the base for each object that was placed."""
     failures_by_cause: dict[str, int]
     limit_violations: int
     contacts: int
-    plans: int
-    """Number of planned motions of the arm."""
-    plan_seconds_median: float | None
-    """Real time of a plan."""
 
 
 def pick_place_figures(runs: Sequence[PickPlaceRun]) -> list[PickPlaceFigures]:
@@ -184,12 +144,10 @@ def _figures(runs: Sequence[PickPlaceRun]) -> PickPlaceFigures:
     carried = [one for run in runs for one in run.objects if one.placed is not None]
     objects, number = sum(s.objects for s in summaries), len(carried)
     grasps = [one.grasp_time for one in carried]
-    reaches = [time for run in runs for time in run.reach_times]
-    cycles = [time for run in runs for time in run.pick_place_times]
+    cycles = [time for run in runs for time in _pick_place_times(run.objects)]
     failures: Counter[str] = Counter()
     for run in runs:
         failures.update(run.causes)
-    plans = [seconds for run in runs for seconds in run.plans]
     return PickPlaceFigures(
         motion=runs[0].motion,
         world=summaries[0].world,
@@ -202,18 +160,12 @@ def _figures(runs: Sequence[PickPlaceRun]) -> PickPlaceFigures:
         first_attempt_rate=sum(one.attempts == 1 for one in carried) / max(objects, 1),
         grasp_time_mean_s=_mean(grasps),
         grasp_time_interval_s=_interval(grasps),
-        reach_time_mean_s=_mean(reaches),
-        reach_time_interval_s=_interval(reaches),
         pick_place_time_mean_s=_mean(cycles),
         pick_place_time_interval_s=_interval(cycles),
-        stationary_fraction=sum(r.stationary for r in runs) / max(sum(r.duration for r in runs), 1),
-        cumulative_jerk=sum(run.jerk for run in runs) / number if number else None,
         distance_per_object_m=sum(run.distance for run in runs) / number if number else None,
         failures_by_cause=dict(failures.most_common()),
         limit_violations=sum(s.limit_violations for s in summaries),
         contacts=sum(s.contacts for s in summaries),
-        plans=len(plans),
-        plan_seconds_median=float(np.median(plans)) if plans else None,
     )
 
 
@@ -225,39 +177,13 @@ def _interval(values: Sequence[float]) -> Interval | None:
     return bootstrap(values) if len(values) > 1 else None
 
 
-def pick_place_table(runs: Sequence[PickPlaceRun]) -> Table:
-    """One row for every run."""
-    first = runs[0].summary
-    table = Table(title=f"{first.task}, {first.robot}, {first.world}, on {machine()['machine']}")
-    columns = ("motion", "seed", "placed", "attempts", "time [s]", "grasp [s]")
-    more = ("pick and place [s]", "limit violations", "contacts", "tick median / p99 [ms]")
-    for column in (*columns, *more, "times real time"):
-        table.add_column(column, justify="right")
-    for run in runs:
-        s = run.summary
-        table.add_row(
-            run.motion,
-            str(s.seed),
-            f"{s.placed} of {s.objects}",
-            str(s.attempts),
-            f"{s.duration_s:.0f}",
-            _seconds(s.grasp_time_mean_s),
-            _seconds(s.pick_place_time_mean_s),
-            str(s.limit_violations),
-            str(s.contacts),
-            f"{s.tick_median_ms:.2f} / {s.tick_p99_ms:.2f}",
-            f"{s.real_time_factor:.1f}",
-        )
-    return table
-
-
 def table_iv(figures: Sequence[PickPlaceFigures]) -> Table:
     """Our motion forms below the paper's."""
     limits = f"base at most {figures[0].base_speed:g} m/s, back {figures[0].reverse_speed:g} m/s"
-    table = Table(title=f"Experiment 3 (Table IV), {limits}, with 95 % intervals of the means")
-    times = ("grasp [s]", "pick and place [s]", "set out to grasp [s]")
-    others = ("still", "jerk per object", "driven per object [m]")
-    for column in ("", "placed", "attempts", *times, *others):
+    title = f"Experiment 3 (Table IV), {limits}, with 95 % intervals, on {machine()['machine']}"
+    table = Table(title=title)
+    times = ("grasp [s]", "pick and place [s]", "driven per object [m]")
+    for column in ("", "placed", "attempts", *times, "contacts", "over limit"):
         table.add_column(column, justify="right" if column else "left")
     for row in _PAPER:
         table.add_row(*row)
@@ -268,33 +194,30 @@ def table_iv(figures: Sequence[PickPlaceFigures]) -> Table:
             str(one.attempts),
             _seconds(one.grasp_time_mean_s, one.grasp_time_interval_s),
             _seconds(one.pick_place_time_mean_s, one.pick_place_time_interval_s),
-            _seconds(one.reach_time_mean_s, one.reach_time_interval_s),
-            f"{100.0 * one.stationary_fraction:.0f} %",
-            "-" if one.cumulative_jerk is None else f"{one.cumulative_jerk:.0f}",
             "-" if one.distance_per_object_m is None else f"{one.distance_per_object_m:.1f}",
+            str(one.contacts),
+            str(one.limit_violations),
         )
     return table
 
 
 def pick_place_notes(figures: Sequence[PickPlaceFigures]) -> list[str]:
-    """Causes of failures, planning times, and ratios of the times of two motion forms."""
-    notes = []
-    for one in figures:
-        for cause, count in one.failures_by_cause.items():
-            notes.append(f"{one.motion}: {count} times {cause}")
-        if one.plans:
-            median = 1000.0 * (one.plan_seconds_median or 0.0)
-            notes.append(f"{one.motion}: {one.plans} plans, median {median:.0f} ms of real time")
+    """Causes of failures, and ratios of the times of two motion forms."""
+    notes = [
+        f"{one.motion}: {count} times {cause}"
+        for one in figures
+        for cause, count in one.failures_by_cause.items()
+    ]
     if len(figures) == 2:
         first, second = figures
-        for name in ("grasp_time_mean_s", "reach_time_mean_s", "pick_place_time_mean_s"):
+        for name in ("grasp_time_mean_s", "pick_place_time_mean_s"):
             a, b = getattr(first, name), getattr(second, name)
             if a and b:
                 notes.append(f"{name}: {second.motion} / {first.motion} = {b / a:.2f}")
     return notes
 
 
-def _seconds(value: float | None, interval: Interval | None = None) -> str:
+def _seconds(value: float | None, interval: Interval | None) -> str:
     if value is None:
         return "-"
     return f"{value:.1f}" + (f" ({interval[0]:.1f} to {interval[1]:.1f})" if interval else "")

@@ -10,7 +10,7 @@ limited accelerations can follow a goal whose velocity jumps without error.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import groupby
 
 import numpy as np
@@ -20,7 +20,7 @@ from rich.table import Table
 
 from controller import Array, PoseGoal, RobotModel
 from lab.bench.configuration import Configuration
-from lab.bench.evaluation import Evaluator, cumulative_jerk, limit_usage
+from lab.bench.evaluation import Evaluator, cumulative_jerk
 from lab.bench.motion import GoalAt, run_motion
 
 POSES = ("a", "b", "c", "d")
@@ -41,25 +41,11 @@ _START = 0.5
 """Duration of the start from rest [s]."""
 _LIMIT, _LIMIT_D = 20.0, 16.0
 
-_COLUMNS = {
-    "arrived s": "{time}",
-    "paper s": "{paper_time_s:.2f}",
-    "error mm": "{position_error_mm:.1f}",
-    "error °": "{orientation_error_deg:.2f}",
-    "jerk": "{jerk:.1f}",
-    "÷ example": "{jerk_ratio:.2f}",
-    "later": "{later_jerk:.1f}",
-    "m min": "{manipulability_min:.3f}",
-    "m mean": "{manipulability_mean:.3f}",
-    "speed %": "{speed:.0f}",
-    "accel. %": "{acceleration:.0f}",
-    "over limit": "{limit_violations}",
-    "contact": "{contact_samples}",
-}
+_ERRORS = ("arrived s", "paper s", "error mm", "error °")
+_OTHERS = ("jerk", "÷ example", "later", "m min", "m mean", "over limit", "contact")
 _CAPTION = (
     "Errors of d: the largest from 5 s on. Jerk: cumulative, of the tool, from rest (m/s²), and"
-    " divided by that of the published example; later: after the first 0.5 s. Speed, accel.:"
-    " largest share of a limit."
+    " divided by that of the published example; later: after the first 0.5 s."
 )
 
 
@@ -86,30 +72,17 @@ class PoseResult:
     """The part of it after the first 0.5 s [m/s^2]."""
     manipulability_min: float
     manipulability_mean: float
-    velocity_usage_max: float
-    """Share of the limits."""
-    acceleration_usage_max: float
-    """Share of the limits."""
     limit_violations: int
     contact_samples: int
 
 
-def goal_of(
-    pose: str,
-    model: RobotModel,
-    tolerances: tuple[float, float],
-    *,
-    told: bool = False,
-    acceleration: float = GOAL_ACCELERATION,
-) -> GoalAt:
+def goal_of(pose: str, model: RobotModel, tolerances: tuple[float, float]) -> GoalAt:
     """The goal of a pose at any time.
 
     Args:
         pose: a, b, c or d.
         model: the robot.
         tolerances: of position [m] and orientation [rad].
-        told: whether the goal states its velocity.
-        acceleration: of a moving goal; if infinite, its velocity jumps [m/s^2].
     """
     start = model.bTe(model.description.arm.ready).translation
     x, y, heading = _PLACES["a" if pose == "d" else pose]
@@ -118,13 +91,11 @@ def goal_of(
     at_first = start + np.array([x, y, -_LOWER])
 
     def goal_at(time: float) -> PoseGoal:
-        place, twist = at_first.copy(), np.zeros(6)
+        place = at_first.copy()
         if pose == "d":
-            moved, twist[:2] = _moved(time, acceleration)
-            place[:2] += moved
+            place[:2] += _moved(time)
         return PoseGoal(
             wTe=SE3(R, place),
-            twist=twist if told else None,
             speed=speed,
             position_tolerance=tolerances[0],
             orientation_tolerance=tolerances[1],
@@ -133,12 +104,12 @@ def goal_of(
     return goal_at
 
 
-def _moved(time: float, acceleration: float) -> tuple[Array, Array]:
-    """Displacement [m] and velocity [m/s] of the goal of d, both (2,)."""
+def _moved(time: float) -> Array:
+    """(2,) displacement of the goal of d [m]."""
     moved, velocity, begun = np.zeros(2), np.zeros(2), 0.0
     for until, wanted in (*_LEGS, (np.inf, (0.0, 0.0))):
         change = np.array(wanted) - velocity
-        changing = float(np.linalg.norm(change)) / acceleration
+        changing = float(np.linalg.norm(change)) / GOAL_ACCELERATION
         spent = min(time, until) - begun
         part = min(spent / changing, 1.0) if changing > 0.0 else 1.0
         moved += velocity * spent + change * (spent - 0.5 * part * changing) * part
@@ -146,16 +117,11 @@ def _moved(time: float, acceleration: float) -> tuple[Array, Array]:
         begun = until
         if time < until:
             break
-    return moved, velocity
+    return moved
 
 
 def run_pose(
-    configuration: Configuration,
-    pose: str,
-    tolerances: tuple[float, float],
-    *,
-    jumps: bool = False,
-    told: bool = False,
+    configuration: Configuration, pose: str, tolerances: tuple[float, float]
 ) -> PoseResult:
     """Move to a pose; d continues after the arrival.
 
@@ -163,18 +129,14 @@ def run_pose(
         configuration: robot and controller.
         pose: a, b, c or d.
         tolerances: of position [m] and orientation [rad].
-        jumps: whether the velocity of the goal of d jumps.
-        told: whether the goal of d states its velocity.
     """
     model = configuration.model()
     evaluator = Evaluator(model)
-    acceleration = np.inf if jumps else GOAL_ACCELERATION
-    goal_at = goal_of(pose, model, tolerances, told=told, acceleration=acceleration)
     moving = pose == "d"
     motion = run_motion(
         configuration.step(model),
         model,
-        goal_at,
+        goal_of(pose, model, tolerances),
         period=configuration.period,
         limit=_LIMIT_D if moving else _LIMIT,
         stop_on_arrival=not moving,
@@ -186,7 +148,6 @@ def run_pose(
         within &= times >= _LEGS[-1][0]
         counts = slice(round(_SETTLED / motion.period), None)
     manipulability = np.array([evaluator.manipulability(q) for q in motion.q])
-    speeds, accelerations = limit_usage(model, motion)
     return PoseResult(
         robot=configuration.robot,
         preset=configuration.preset,
@@ -202,8 +163,6 @@ def run_pose(
         later_jerk=cumulative_jerk(motion.tool, motion.period, after=_START),
         manipulability_min=float(manipulability.min()),
         manipulability_mean=float(manipulability.mean()),
-        velocity_usage_max=float(speeds.max()),
-        acceleration_usage_max=float(accelerations.max()),
         limit_violations=trial.violations.samples,
         contact_samples=trial.contacts.samples,
     )
@@ -225,14 +184,21 @@ def poses_tables(results: Sequence[PoseResult], example: Sequence[PoseResult]) -
         )
         table = Table(title=title, title_justify="left", caption=_CAPTION, caption_justify="left")
         table.add_column("pose")
-        for name in _COLUMNS:
+        for name in (*_ERRORS, *_OTHERS):
             table.add_column(name, justify="right")
         for row in group:
-            values = asdict(row) | {
-                "time": "-" if row.time_s is None else f"{row.time_s:.2f}",
-                "jerk_ratio": row.jerk / jerks[robot, row.pose],
-                "speed": 100 * row.velocity_usage_max,
-                "acceleration": 100 * row.acceleration_usage_max,
-            }
-            table.add_row(row.pose, *(text.format(**values) for text in _COLUMNS.values()))
+            table.add_row(
+                row.pose,
+                "-" if row.time_s is None else f"{row.time_s:.2f}",
+                f"{row.paper_time_s:.2f}",
+                f"{row.position_error_mm:.1f}",
+                f"{row.orientation_error_deg:.2f}",
+                f"{row.jerk:.1f}",
+                f"{row.jerk / jerks[row.robot, row.pose]:.2f}",
+                f"{row.later_jerk:.1f}",
+                f"{row.manipulability_min:.3f}",
+                f"{row.manipulability_mean:.3f}",
+                str(row.limit_violations),
+                str(row.contact_samples),
+            )
         yield table

@@ -14,8 +14,8 @@ from rich.table import Table
 
 from controller import Array, PoseGoal
 from lab.bench.configuration import Configuration
-from lab.bench.disturbance import QUIET, Disturbance, disturbed, draw_start
 from lab.bench.evaluation import Evaluator, Trial
+from lab.bench.goals import draw_start
 from lab.bench.motion import run_motion
 from lab.shared import Workers, run_in_order
 
@@ -46,23 +46,10 @@ class Conditions:
     """[rad]."""
     starts: str = "ready"
     """Start postures of the arm, one of `STARTS`."""
-    disturbance: Disturbance = QUIET
     seed: int = 0
-    """Of starts, noise and jitter, together with the number of the goal."""
-    chain: int = 1
-    """Number of goals that are approached one after another, without a stop between them."""
+    """Of starts and jitter, together with the number of the goal."""
     jitter: tuple[float, float] | None = None
     """Shortest and longest true duration of a control period [s]; None is the nominal one."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Task:
-    configuration: Configuration
-    conditions: Conditions
-    goals: Array
-    """(N, 4, 4), one after another."""
-    number: int
-    """Of the first of them."""
 
 
 @lru_cache(maxsize=8)
@@ -71,36 +58,29 @@ def evaluator_of(configuration: Configuration) -> Evaluator:
     return Evaluator(configuration.model())
 
 
-def _trials(task: _Task) -> list[Trial]:
-    evaluator, conditions = evaluator_of(task.configuration), task.conditions
-    rng = np.random.default_rng((conditions.seed, task.number))
-    start = draw_start(evaluator.model, conditions.starts, rng)
-    step, period = task.configuration.step(evaluator.model), task.configuration.period
-    if conditions.disturbance != QUIET:
-        step = disturbed(step, conditions.disturbance, period, rng)
-    jitter, clock = conditions.jitter, np.random.default_rng((conditions.seed, task.number, 1))
-    done, before = [], None
-    for pose in task.goals:
-        goal = PoseGoal(
-            wTe=SE3(pose),
-            speed=float(evaluator.model.limits.base_twist[0]),
-            position_tolerance=conditions.position_tolerance,
-            orientation_tolerance=conditions.orientation_tolerance,
-        )
-        motion = run_motion(
-            step,
-            evaluator.model,
-            lambda time, goal=goal: goal,  # type: ignore[misc]
-            period=period,
-            limit=conditions.limit,
-            patience=PATIENCE,
-            start=start,
-            before=before,
-            elapsed=None if jitter is None else partial(clock.uniform, *jitter),
-        )
-        before = motion.end
-        done.append(evaluator(motion))
-    return done
+def _trial(configuration: Configuration, conditions: Conditions, item: tuple[int, Array]) -> Trial:
+    """The motion to the goal of a number, a pose (4, 4)."""
+    (number, pose), evaluator = item, evaluator_of(configuration)
+    model, jitter = evaluator.model, conditions.jitter
+    rng = np.random.default_rng((conditions.seed, number))
+    clock = np.random.default_rng((conditions.seed, number, 1))
+    goal = PoseGoal(
+        wTe=SE3(pose),
+        speed=float(model.limits.base_twist[0]),
+        position_tolerance=conditions.position_tolerance,
+        orientation_tolerance=conditions.orientation_tolerance,
+    )
+    motion = run_motion(
+        configuration.step(model),
+        model,
+        lambda time: goal,
+        period=configuration.period,
+        limit=conditions.limit,
+        patience=PATIENCE,
+        start=draw_start(model, conditions.starts, rng),
+        elapsed=None if jitter is None else partial(clock.uniform, *jitter),
+    )
+    return evaluator(motion)
 
 
 def run_trials(
@@ -111,23 +91,9 @@ def run_trials(
     workers: Workers,
 ) -> list[Trial]:
     """One motion to every goal, in their order; `done` is called with each trial."""
-    chain, poses = conditions.chain, np.array([goal.homogeneous for goal in goals])
-    tasks = [
-        _Task(
-            configuration=configuration,
-            conditions=conditions,
-            goals=poses[first : first + chain],
-            number=first,
-        )
-        for first in range(0, len(poses), chain)
-    ]
-
-    def after(trials: list[Trial]) -> None:
-        for trial in trials:
-            done(trial)
-
-    chains = run_in_order(_trials, tasks, after, workers=workers)
-    return [trial for trials in chains for trial in trials]
+    items = list(enumerate(goal.homogeneous for goal in goals))
+    work = partial(_trial, configuration, conditions)
+    return run_in_order(work, items, done, workers=workers)
 
 
 @dataclass(frozen=True, kw_only=True)

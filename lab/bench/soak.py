@@ -9,18 +9,17 @@ from __future__ import annotations
 
 import sys
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import redirect_stderr
 from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from traceback import format_exc
-from types import MappingProxyType
 
 import numpy as np
 from rich.table import Table
 
-from app.core import Footprint, Instruments, RunOptions, Setup, Tick, footprint, run_task
+from app.core import End, Footprint, Instruments, RunOptions, Setup, Tick, footprint, run_task
 from app.live import ControlOptions, View, ViewOptions
 from hw import DisturbableWorld, Robot, stopwatch
 from lab.bench.faults import hushed
@@ -30,27 +29,25 @@ from trees.language import TreeNode
 
 _TASKS = Path(__file__).parent / "tasks"
 
-LONGEST_S: Mapping[str, float] = MappingProxyType(
-    {
-        "reflex": 5.0,
-        "emergency stop": 2.0,
-        "gripper dead": 10.0,
-        "gripper halfway": 10.0,
-        "object moved": 1.0,
-        "object taken": 30.0,
-        "frames lost": 5.0,
-        "frames late": 10.0,
-        "frames frozen": 5.0,
-        "picture frozen": 5.0,
-        "frames black": 5.0,
-        "frames empty": 5.0,
-        "frames sparse": 10.0,
-        "localisation jump": 10.0,
-        "localisation drift": 30.0,
-        "readings late": 5.0,
-        "state nan": 0.1,
-    }
-)
+LONGEST_S = {
+    "reflex": 5.0,
+    "emergency stop": 2.0,
+    "gripper dead": 10.0,
+    "gripper halfway": 10.0,
+    "object moved": 1.0,
+    "object taken": 30.0,
+    "frames lost": 5.0,
+    "frames late": 10.0,
+    "frames frozen": 5.0,
+    "picture frozen": 5.0,
+    "frames black": 5.0,
+    "frames empty": 5.0,
+    "frames sparse": 10.0,
+    "localisation jump": 10.0,
+    "localisation drift": 30.0,
+    "readings late": 5.0,
+    "state nan": 0.1,
+}
 """The faults of the soak, all of which a task can survive, and the longest duration of each [s]."""
 
 _FAULT_EVERY = 60.0
@@ -61,15 +58,6 @@ _ACKNOWLEDGED_AFTER = 0.5
 """Delay after which it acknowledges a released emergency stop [s]."""
 _MOST_RUNS_AN_HOUR = 60
 """With more runs than this in an hour the soak has failed."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Sample:
-    """Resources of the process at one time."""
-
-    hours: float
-    """Simulated time since the beginning."""
-    footprint: Footprint
 
 
 @dataclass(kw_only=True)
@@ -92,17 +80,18 @@ class Soak:
     """Objects at the end of a run neither on furniture, nor in the hand, nor taken away by a fault
     of that moment, nor on the floor for less than the interval between two looks."""
     violations: Violations = field(default_factory=Violations)
-    samples: list[Sample] = field(default_factory=list)
+    samples: list[Footprint] = field(default_factory=list)
+    """Resources of the process, once a simulated minute."""
 
     @property
     def settled(self) -> Footprint:
         """The resources after the first tenth of the soak."""
-        return self.samples[len(self.samples) // 10].footprint
+        return self.samples[len(self.samples) // 10]
 
     @property
     def memory_growth(self) -> float:
         """Of the memory after the first tenth of the soak, as a share of it."""
-        return self.samples[-1].footprint.rss / self.settled.rss - 1.0
+        return self.samples[-1].rss / self.settled.rss - 1.0
 
 
 class _SoakRun(Instruments):
@@ -116,11 +105,7 @@ class _SoakRun(Instruments):
     """
 
     def __init__(
-        self,
-        soak: Soak,
-        hours: float,
-        rng: np.random.Generator,
-        progress: Callable[[Soak], None],
+        self, soak: Soak, hours: float, rng: np.random.Generator, progress: Callable[[], None]
     ) -> None:
         self._soak, self._hours, self._rng, self._progress = soak, hours, rng, progress
         self._before = soak.hours
@@ -165,8 +150,8 @@ class _SoakRun(Instruments):
             duration = LONGEST_S[name] * self._rng.uniform(0.2, 1.0)
             start = now + self._rng.uniform(0.0, _FAULT_EVERY - duration)
             self._fault, self._injected = (name, start, start + duration), False
-            self._soak.samples.append(Sample(hours=self._soak.hours, footprint=footprint()))
-            self._progress(self._soak)
+            self._soak.samples.append(footprint())
+            self._progress()
         if self._fault is None:
             return
         name, start, stop = self._fault
@@ -198,19 +183,22 @@ class _SoakRun(Instruments):
         return {name for name, on in supports.items() if on not in ("container", "table", "hand")}
 
 
-def run_soak(hours: float, seed: int, progress: Callable[[Soak], None]) -> Soak:
+def run_soak(hours: float, seed: int, progress: Callable[[], None]) -> Soak:
     """Run the task for hours of simulated time.
 
     Args:
         hours: simulated.
         seed: of objects, camera noise and faults.
         progress: called once a simulated minute.
+
+    Raises:
+        KeyboardInterrupt: a signal ended a run.
     """
     soak, rng, begun, terminal = Soak(), np.random.default_rng((seed, 1)), stopwatch(), sys.stderr
 
-    def report(soak: Soak) -> None:
+    def report() -> None:
         with redirect_stderr(terminal):
-            progress(soak)
+            progress()
 
     while soak.hours < hours and soak.runs < max(10.0, _MOST_RUNS_AN_HOUR * hours):
         run = _SoakRun(soak, hours, rng, report)
@@ -232,6 +220,8 @@ def run_soak(hours: float, seed: int, progress: Callable[[Soak], None]) -> Soak:
         soak.runs += 1
         run.end()
         if not run.is_over():
+            if ending.startswith(End.INTERRUPTED.value):
+                raise KeyboardInterrupt
             soak.endings[ending] = soak.endings.get(ending, 0) + 1
         soak.real_s = stopwatch() - begun
     return soak
@@ -241,7 +231,7 @@ def soak_table(soak: Soak) -> Table:
     """The result as a table."""
     title = f"{soak.hours:.2f} simulated hours, on {machine()['machine']}"
     table = Table(title=title, title_justify="left", show_header=False)
-    first, last, found = soak.settled, soak.samples[-1].footprint, soak.violations
+    first, last, found = soak.settled, soak.samples[-1], soak.violations
     faults = ", ".join(f"{n} {name}" for name, n in Counter(soak.faults).most_common())
     endings = "\n".join(f"{n} {why}" for why, n in Counter(soak.endings).most_common())
     rows = {

@@ -1,17 +1,15 @@
 """Time of a control step: of the presets on the way to seeded goals, and in a whole task.
 
-All controllers compute the same step from the same state, in an order that is drawn again for every
-step, so that none has warmer caches or a less busy computer. The command of the first one moves
-the robot.
+All controllers compute the same step from the same state; the command of the first one moves the
+robot.
 """
 
 from __future__ import annotations
 
 import gc
-from collections import defaultdict
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
-from time import perf_counter_ns, thread_time_ns
 
 import numpy as np
 from pinocchio import SE3
@@ -29,7 +27,7 @@ from controller import (
 from lab.bench.configuration import Configuration
 from lab.bench.goals import generate_goals
 from lab.bench.motion import Step, run_motion
-from lab.bench.timing import Timing, TimingReport
+from lab.bench.timing import Interleaved, Timing, TimingReport
 from lab.shared import PartTimer
 from trees.language import TreeNode
 
@@ -39,39 +37,6 @@ _LIMIT = 20.0
 _STEPS_A_GOAL = 400
 _WORST = 5
 """Number of the slowest steps of a run that are listed."""
-
-
-class InterleavedTimer:
-    """Times the steps of several controllers; the first one's command is used.
-
-    Args:
-        rng: of the order of the controllers.
-    """
-
-    def __init__(self, rng: np.random.Generator) -> None:
-        self.steps: dict[str, Step] = {}
-        self.wall: defaultdict[str, list[int]] = defaultdict(list)
-        self.cpu: defaultdict[str, list[int]] = defaultdict(list)
-        self._rng = rng
-
-    def step(
-        self,
-        state: KinematicState,
-        goal: MotionGoal | None,
-        last: Command,
-        surroundings: Surroundings,
-    ) -> tuple[Command, StepReport]:
-        """The step of every controller; returns that of the first."""
-        names, results = list(self.steps), {}
-        for index in self._rng.permutation(len(names)):
-            name = names[index]
-            step = self.steps[name]
-            wall, cpu = perf_counter_ns(), thread_time_ns()
-            results[name] = step(state, goal, last, surroundings)
-            cpu, wall = thread_time_ns() - cpu, perf_counter_ns() - wall
-            self.wall[name].append(wall)
-            self.cpu[name].append(cpu)
-        return results[names[0]]
 
 
 def time_steps(robot: str, *, steps: int, seed: int) -> TimingReport:
@@ -86,23 +51,19 @@ def time_steps(robot: str, *, steps: int, seed: int) -> TimingReport:
     paper = Configuration(robot=robot, preset="paper")
     model, paper_model = ours.model(), paper.model()
     goals = generate_goals(model, _GOALS, seed)
-    timer = InterleavedTimer(np.random.default_rng(seed))
+    timer, number = Interleaved(seed), 0
     gc.collect()
     gc.disable()
     try:
-        for number in range(len(goals) * steps):
-            timer.steps = {"frankie": ours.step(model), "paper": paper.step(paper_model)}
-            _move_to(timer.step, ours, goals[number % len(goals)])
+        while timer.steps < steps:
+            both = {"frankie": ours.step(model), "paper": paper.step(paper_model)}
+            _move_to(_interleaved(both, timer), ours, goals[number % _GOALS])
             gc.collect()
-            if len(timer.wall["paper"]) >= steps:
-                break
+            number += 1
     finally:
         gc.enable()
-    timings = [
-        Timing.of(f"{robot}: {name}", np.array(timer.wall[name]), np.array(timer.cpu[name]))
-        for name in timer.steps
-    ]
-    parts = _parts(ours, goals[: max(1, len(timer.wall["paper"]) // _STEPS_A_GOAL // 4)])
+    timings = timer.timings(("frankie", "paper"), f"{robot}: ")
+    parts = _parts(ours, goals[: max(1, timer.steps // _STEPS_A_GOAL // 4)])
     listed = ", ".join(f"{name} {time:.0f}" for name, time in parts.items())
     ratio = timings[0].cpu_median / timings[1].cpu_median
     notes = [
@@ -110,6 +71,16 @@ def time_steps(robot: str, *, steps: int, seed: int) -> TimingReport:
         f"{robot}, CPU time: frankie / paper = {ratio:.2f}",
     ]
     return TimingReport(timings=timings, notes=notes)
+
+
+def _interleaved(steps: dict[str, Step], timer: Interleaved) -> Step:
+    def step(
+        state: KinematicState, goal: MotionGoal | None, last: Command, surroundings: Surroundings
+    ) -> tuple[Command, StepReport]:
+        arguments = (state, goal, last, surroundings)
+        return timer({name: partial(one, *arguments) for name, one in steps.items()})
+
+    return step
 
 
 def _move_to(step: Step, configuration: Configuration, wTe: SE3) -> None:

@@ -5,12 +5,14 @@ from __future__ import annotations
 import gc
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections import defaultdict
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import isnan, nan
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter_ns, thread_time_ns
+from typing import TypeVar
 
 import numpy as np
 from rich.table import Table
@@ -20,6 +22,8 @@ from controller import Array
 from hw import stopwatch
 from lab.shared import machine
 from trees.language import load
+
+Result = TypeVar("Result")
 
 _READS = 50
 _PROGRAM = (sys.executable, "-m", "frankie_task_cli")
@@ -67,6 +71,38 @@ class TimingReport:
     notes: Sequence[str] = ()
 
 
+class Interleaved:
+    """Times the work of several candidates on the same input.
+
+    Their order is drawn again every time, so that none has warmer caches or a less busy computer.
+    """
+
+    def __init__(self, seed: int) -> None:
+        self._rng = np.random.default_rng(seed)
+        self._times: defaultdict[str, list[tuple[int, int]]] = defaultdict(list)
+
+    def __call__(self, works: Mapping[str, Callable[[], Result]]) -> Result:
+        """Do the work of every candidate; returns the result of the first."""
+        names, results = list(works), {}
+        for index in self._rng.permutation(len(names)):
+            name = names[index]
+            wall, cpu = perf_counter_ns(), thread_time_ns()
+            results[name] = works[name]()
+            cpu, wall = thread_time_ns() - cpu, perf_counter_ns() - wall
+            self._times[name].append((wall, cpu))
+        return results[names[0]]
+
+    @property
+    def steps(self) -> int:
+        """How often each candidate has worked."""
+        return min(map(len, self._times.values()), default=0)
+
+    def timings(self, names: Sequence[str], prefix: str = "") -> list[Timing]:
+        """Of the candidates of these names."""
+        times = {name: np.array(self._times[name], dtype=float).T for name in names}
+        return [Timing.of(f"{prefix}{name}", *both) for name, both in times.items()]
+
+
 def timing_table(timings: Sequence[Timing]) -> Table:
     """One row for each."""
     table = Table(title=f"Times in µs, on {machine()['machine']}", title_justify="left")
@@ -81,15 +117,12 @@ def timing_table(timings: Sequence[Timing]) -> Table:
 
 def time_reading(tree: Path) -> TimingReport:
     """Time reading and checking a task file."""
+    name, timer = f"read {tree.stem}", Interleaved(0)
     load(tree)
-    times = []
     gc.collect()
     for _ in range(_READS):
-        begun, begun_cpu = perf_counter_ns(), thread_time_ns()
-        load(tree)
-        times.append((perf_counter_ns() - begun, thread_time_ns() - begun_cpu))
-    wall, cpu = np.array(times, dtype=float).T
-    return TimingReport(timings=[Timing.of(f"read {tree.stem}", wall, cpu)])
+        timer({name: lambda: load(tree)})
+    return TimingReport(timings=timer.timings([name]))
 
 
 def time_start(tree: Path, runs: int) -> TimingReport:

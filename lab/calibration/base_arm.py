@@ -17,9 +17,10 @@ from pinocchio import SE3
 from controller import RobotModel
 from lab.calibration.board import Array, Board, find_corners, pose_of
 from lab.calibration.fit import Poses, Problem, Spread, difference
+from lab.calibration.live import LiveBase
 from lab.calibration.postures import aTe_of
 from lab.calibration.result import Calibration, CalibrationError, Limits, require_views, worst
-from lab.calibration.rigs import BaseRig
+from lab.calibration.rigs import SimulatedBase
 from robots import RobotDescription
 
 FEWEST = 10  # views in which the board must be found
@@ -44,7 +45,7 @@ class View:
 
 
 def calibrate_base_arm(
-    rig: BaseRig,
+    rig: SimulatedBase | LiveBase,
     description: RobotDescription,
     board: Board,
     thickness: float = 0.0,

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
+from scipy.optimize import least_squares
 
 from lab.calibration.board import Array
 
@@ -18,8 +19,6 @@ Residuals = Callable[[Poses, Sequence[View]], Array]  # (N, M) residuals of pose
 
 
 _STEPS = 60
-_GAIN = 1e-7  # smallest gain of a step, as a share of the cost
-_DIFFERENCE = 1e-6  # of numerical derivatives [m, rad]
 _SINGULAR = 1e10  # condition of a normal matrix that leaves poses undetermined
 
 
@@ -39,7 +38,7 @@ def difference(one: SE3, other: SE3) -> Spread:
 
 
 class Problem(Generic[View]):
-    """Poses with the smallest residuals, by Levenberg and Marquardt's least squares.
+    """Poses with the smallest residuals, by robust least squares.
 
     Args:
         residuals: of the poses.
@@ -51,24 +50,21 @@ class Problem(Generic[View]):
         self, residuals: Residuals[View], free: Sequence[Sequence[int]], scale: float
     ) -> None:
         self._residuals, self._free, self._scale = residuals, free, scale
-        self._count = sum(map(len, free))
 
     def solve(self, start: Poses, views: Sequence[View]) -> Poses:
         """The best poses from a start."""
-        poses, damping = start, 1e-6
-        cost = self._cost(poses, views)
-        for _ in range(_STEPS):
-            normal, gradient = self._linearised(poses, views)
-            damped = normal + damping * np.diag(np.diag(normal) + 1e-12)
-            step = np.asarray(-np.linalg.lstsq(damped, gradient, rcond=None)[0], dtype=float)
-            moved = self._moved(poses, step)
-            if (lower := self._cost(moved, views)) <= cost:
-                gain, cost, poses, damping = cost - lower, lower, moved, 0.1 * damping
-                if gain <= _GAIN * cost:
-                    break
-            else:
-                damping = 10.0 * damping
-        return poses
+        return self._moved(start, self._minimised(start, views).x)
+
+    def _minimised(self, start: Poses, views: Sequence[View]) -> Any:
+        """SciPy's result; its unknowns are the motions of the poses, each in its own frame."""
+        return least_squares(
+            lambda x: self._residuals(self._moved(start, x), views).ravel(),
+            np.zeros(sum(map(len, self._free))),
+            loss="soft_l1",
+            f_scale=self._scale,
+            x_scale="jac",
+            max_nfev=_STEPS,
+        )
 
     def solve_checked(
         self,
@@ -98,7 +94,8 @@ class Problem(Generic[View]):
         The jackknife, which leaves out one view at a time, accounts for correlated errors within a
         view. The curvature of the cost accounts for what the views do not determine at all.
         """
-        normal, _ = self._linearised(poses, views)
+        jacobian = self._minimised(poses, views).jac
+        normal = jacobian.T @ jacobian
         if np.linalg.cond(normal) > _SINGULAR:
             return Spread(float("inf"), float("inf"))
         others = [
@@ -114,24 +111,6 @@ class Problem(Generic[View]):
         error = np.maximum(left_out, variance * np.diag(np.linalg.inv(normal))[:6])
         shift, turn = np.sqrt(error[:3].sum()), np.sqrt(error[3:].sum())
         return Spread(float(1e3 * shift), float(np.rad2deg(turn)))
-
-    def _cost(self, poses: Poses, views: Sequence[View]) -> float:
-        squares = (self._residuals(poses, views) ** 2).sum(-1) / self._scale**2
-        return float((np.sqrt(1.0 + squares) - 1.0).sum())
-
-    def _linearised(self, poses: Poses, views: Sequence[View]) -> tuple[Array, Array]:
-        """Normal matrix and gradient of the robust cost."""
-        here = self._residuals(poses, views)
-        slopes = []
-        for step in _DIFFERENCE * np.eye(self._count):
-            ahead, behind = self._moved(poses, step), self._moved(poses, -step)
-            slope = self._residuals(ahead, views) - self._residuals(behind, views)
-            slopes.append(slope / (2.0 * _DIFFERENCE))
-        weights = 1.0 / np.sqrt(1.0 + (here**2).sum(-1) / self._scale**2)
-        jacobian = np.array(slopes)
-        normal: Array = np.einsum("anm,n,bnm->ab", jacobian, weights, jacobian)
-        gradient: Array = np.einsum("anm,n,nm->a", jacobian, weights, here)
-        return normal, gradient
 
     def _moved(self, start: Poses, x: Array) -> Poses:
         """Poses after small motions, each in its own frame."""

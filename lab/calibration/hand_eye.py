@@ -17,9 +17,10 @@ from pinocchio import SE3
 from controller import RobotModel
 from lab.calibration.board import Array, Board, Corners, find_corners, pose_of
 from lab.calibration.fit import Poses, Problem, Spread, difference
+from lab.calibration.live import LiveArm
 from lab.calibration.postures import aTe_of, postures
 from lab.calibration.result import Calibration, CalibrationError, Limits, require_views, worst
-from lab.calibration.rigs import ArmRig
+from lab.calibration.rigs import SimulatedArm
 from robots import Intrinsics, RobotDescription
 
 FEWEST = 10  # views in which the board must be found
@@ -42,7 +43,7 @@ class View:
 
 
 def calibrate_hand_eye(
-    rig: ArmRig,
+    rig: SimulatedArm | LiveArm,
     description: RobotDescription,
     board: Board,
     count: int,

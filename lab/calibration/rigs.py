@@ -1,9 +1,8 @@
-"""Rigs to be calibrated: an arm with a camera, and a base with both; simulated ones."""
+"""Simulated rigs to be calibrated: an arm with a camera, and a base with both."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import numpy as np
 import pinocchio as pin
@@ -18,35 +17,6 @@ from robots import Intrinsics, RobotDescription
 
 _PIXELS = 60  # per square in the picture of the board
 _GROUND = 0.4  # brightness around the board, between ink and paper
-
-
-class ArmRig(Protocol):
-    """An arm with a camera."""
-
-    def q(self) -> Array:
-        """(7,) measured joint positions [rad]."""
-
-    def move_to(self, q: Array) -> None:
-        """Move to joint positions (7,) [rad], and wait until the arm rests."""
-
-    def image(self) -> Grey:
-        """(H, W) image of this moment."""
-
-
-class BaseRig(Protocol):
-    """A base that is moved from place to place, with an arm at rest."""
-
-    def next_place(self) -> bool:
-        """Wait until the base stands at another place; False if there is none left."""
-
-    def wTb(self) -> SE3:
-        """The base in its map."""
-
-    def q(self) -> Array:
-        """(7,) measured joint positions [rad]."""
-
-    def image(self) -> Grey:
-        """(H, W) image of this moment."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import asdict
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -82,9 +83,6 @@ def evaluate(
     meshes: Annotated[
         Path | None, typer.Option(help="A folder of meshes to take objects from.")
     ] = None,
-    against: Annotated[
-        Path | None, typer.Option(help="A file that --json wrote before, to compare with.")
-    ] = None,
     by_chance: Annotated[
         int,
         typer.Option(
@@ -101,15 +99,13 @@ def evaluate(
     ] = False,
     workers: Workers = None,
     json: Annotated[Path | None, typer.Option(help="Write all figures to this file.")] = None,
-    judge: Annotated[str | None, typer.Option(hidden=True)] = None,
 ) -> None:
     """Grasp objects of held-out classes in physics: success rates with confidence intervals."""
     import json as json_format
 
     from lab import grasps
+    from lab.shared import machine
 
-    if judge not in (None, "physics"):
-        refuse("--judge: grasps are judged by physics alone; leave the option out")
     if weights is not None and network is not None:
         refuse("--network: the file of --weights determines the network; give one of the two")
     if json is not None and not json.parent.is_dir():
@@ -117,7 +113,7 @@ def evaluate(
     choice = grasps.NetworkChoice(weights=weights, network=network, ranked=ranked)
     processes = workers or os.cpu_count() or 1
     if by_view:
-        if meshes or against or by_chance or json:
+        if meshes or by_chance or json:
             refuse("--by-view: goes with --network, --weights, --ranked and --scenes alone")
         views = grasps.evaluate_views(choice, scenes=scenes, workers=processes)
         Terminal().print(grasps.views_table(views))
@@ -127,7 +123,6 @@ def evaluate(
         scenes=scenes,
         bins=bins,
         meshes=meshes,
-        against=against,
         by_chance=by_chance,
         workers=processes,
     )
@@ -136,7 +131,8 @@ def evaluate(
     for note in grasps.evaluation_notes(evaluation):
         typer.echo(note)
     if json is not None:
-        json.write_text(json_format.dumps(evaluation.to_json(), indent=1), encoding="utf-8")
+        figures = asdict(evaluation) | machine()
+        json.write_text(json_format.dumps(figures, indent=1), encoding="utf-8")
 
 
 @app.command()

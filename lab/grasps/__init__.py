@@ -4,15 +4,9 @@ from lab.grasps.choice import NetworkChoice
 from lab.grasps.evaluation import evaluate_grasps
 from lab.grasps.hold_network import fit_hold_network, probability_table
 from lab.grasps.outcomes import collect_outcomes, read_outcomes
-from lab.grasps.scenes import ROBOT
+from lab.grasps.results import evaluation_notes, evaluation_tables
+from lab.grasps.scenes import ROBOT, noisy_frame
 from lab.grasps.show import show_grasps
-from lab.grasps.step_time import (
-    measure_perception,
-    perception_figures,
-    perception_notes,
-    perception_table,
-)
-from lab.grasps.tables import evaluation_notes, evaluation_tables
 from lab.grasps.train import read_recipe, train_weights
 from lab.grasps.views import evaluate_views, views_table
 
@@ -25,10 +19,7 @@ __all__ = [
     "evaluation_notes",
     "evaluation_tables",
     "fit_hold_network",
-    "measure_perception",
-    "perception_figures",
-    "perception_notes",
-    "perception_table",
+    "noisy_frame",
     "probability_table",
     "read_outcomes",
     "read_recipe",

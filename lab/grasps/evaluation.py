@@ -5,13 +5,12 @@ Importing this does not import MuJoCo.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
 from config import ConfigError
 from lab.grasps.choice import NetworkChoice, all_results, require_physics
-from lab.grasps.results import BIN, Attempt, BinResult, GraspEvaluation, Row, read_evaluation
+from lab.grasps.results import BIN, GraspEvaluation, Row
 
 BASELINES = (
     NetworkChoice(network="check", ranked="likelihood"),
@@ -29,7 +28,6 @@ def evaluate_grasps(
     scenes: int,
     bins: int,
     meshes: Path | None,
-    against: Path | None,
     by_chance: int = 0,
     workers: int,
 ) -> GraspEvaluation:
@@ -40,7 +38,6 @@ def evaluate_grasps(
         scenes: number of scenes of one object.
         bins: number of bins.
         meshes: a folder of meshes to take the objects from.
-        against: a file of an earlier evaluation to compare with.
         by_chance: random grasps to try in each scene of one object that no row held.
         workers: number of processes.
 
@@ -49,21 +46,22 @@ def evaluate_grasps(
         ConfigError: a file or a folder cannot be used.
     """
     require_physics("grasp eval")
-    before = read_evaluation(against) if against else None
+    from lab.grasps.judge import judge_bin, judge_single, random_grasp_holds
+
     files = _mesh_files(meshes) if meshes else ()
     choices = (choice, *(each for each in BASELINES if each.name != choice.name))
     for each in choices:
         each.detector()
     singles = all_results(
         "scenes",
-        partial(_single, choices, files),
+        partial(judge_single, choices, files),
         range(scenes),
         workers,
         lambda found: found[2][0].held,
     )
     emptied = all_results(
         "bins",
-        partial(_bin, choices, files),
+        partial(judge_bin, choices, files),
         range(bins),
         workers,
         lambda found: found[0].cleared == BIN,
@@ -77,38 +75,14 @@ def evaluate_grasps(
         )
         for number, each in enumerate(choices)
     ]
-    if before is not None:
-        if before.scenes != names or any(len(row.bins) != bins for row in before.rows):
-            raise ConfigError(f"{against}: other scenes; give the same --scenes, --bins, --meshes")
-        rows += before.rows
     lost = [n for n in range(scenes) if not any(row.held[n] for row in rows)] if by_chance else []
-    held = all_results("lost", partial(_random_grasps, by_chance, files), lost, workers, bool)
+    held = all_results("lost", partial(random_grasp_holds, by_chance, files), lost, workers, bool)
     return GraspEvaluation(
         scenes=names,
         rows=tuple(rows),
         hopeless=tuple(n for n, any_held in zip(lost, held, strict=True) if not any_held),
         by_chance=by_chance,
     )
-
-
-def _single(
-    choices: Sequence[NetworkChoice], meshes: Sequence[Path], seed: int
-) -> tuple[str, str, list[Attempt]]:
-    from lab.grasps.judge import judge_single
-
-    return judge_single(choices, meshes, seed)
-
-
-def _bin(choices: Sequence[NetworkChoice], meshes: Sequence[Path], seed: int) -> list[BinResult]:
-    from lab.grasps.judge import judge_bin
-
-    return judge_bin(choices, meshes, seed)
-
-
-def _random_grasps(tries: int, meshes: Sequence[Path], seed: int) -> bool:
-    from lab.grasps.judge import random_grasp_holds
-
-    return random_grasp_holds(tries, meshes, seed)
 
 
 def _mesh_files(folder: Path) -> tuple[Path, ...]:

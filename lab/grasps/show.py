@@ -1,29 +1,40 @@
-"""`frankie-task grasp show`: grasps in a depth image of any camera."""
+"""`frankie-task grasp show`: grasps in a depth image of any camera.
+
+The table is the plane with the most inliers, found by RANSAC on three pixels at a time (Fischler
+and Bolles, "Random sample consensus", 1981) and refitted to its inliers; it gives the pose of the
+camera.
+"""
 
 from __future__ import annotations
 
 from os.path import isfile
 from pathlib import Path
-from textwrap import wrap
 from typing import Any, TypeAlias
 
 import cv2
 import numpy as np
 import numpy.typing as npt
+from pinocchio import SE3
 
 from config import ConfigError
 from hw import DepthFrame
-from lab.grasps.table_plane import NoTableError, camera_above_table
 from perception import Detection, GraspDetector, GraspEstimate
-from robots import Intrinsics
+from robots import Array, Intrinsics
 
 _D435_FOCAL = 0.6  # focal length of a D435 in image widths
 Picture: TypeAlias = npt.NDArray[np.uint8]  # (H, W, 3) blue, green, red, as in OpenCV
 
-_BEST, _OTHER, _TEXT = (60, 60, 240), (200, 180, 60), (255, 255, 255)
+_BEST, _OTHER = (60, 60, 240), (200, 180, 60)
 _SHOWN = 5  # number of grasps
-_LINE, _LETTER = 18, 9  # height of a line and width of a letter of the caption [px]
 _PAD_HALF = 0.010  # half of the drawn length of a finger pad [m]
+_STRIDE = 6  # only every sixth row and column is used, for speed [px]
+_SAMPLES = 300  # of three points: enough for one free of outliers at 25 % inliers, to 1 %
+_INLIER_DISTANCE = 0.006  # of the order of the depth noise at 1 m [m]
+_MIN_INLIERS = 0.15  # share of the pixels
+
+
+class NoTableError(Exception):
+    """No table was found; the message says why."""
 
 
 def show_grasps(
@@ -68,7 +79,7 @@ def show_grasps(
             f"{len(detection.grasps)} grasps; the best: {1000 * best.width:.0f} mm wide, quality "
             f"{best.quality:.2f}, at x {x:.3f} y {y:.3f} z {z:.3f} m from the camera"
         )
-    picture = overlay(depth, camera, detection, summary)
+    picture = overlay(depth, camera, detection)
     try:
         written = cv2.imwrite(str(out), picture)
     except cv2.error:
@@ -123,9 +134,9 @@ def depth_picture(depth: npt.NDArray[np.float32]) -> Picture:
 
 
 def overlay(
-    depth: npt.NDArray[np.float32], intrinsics: Intrinsics, detection: Detection, caption: str
+    depth: npt.NDArray[np.float32], intrinsics: Intrinsics, detection: Detection
 ) -> Picture:
-    """An (H, W) depth image [m], the quality and best grasps over it, and a caption below."""
+    """An (H, W) depth image [m], the quality and the best grasps over it."""
     picture = depth_picture(depth)
     u, v, size = (round(x) for x in detection.crop)
     if size > 0:
@@ -139,12 +150,7 @@ def overlay(
         )
     for rank, grasp in reversed(list(enumerate(detection.grasps[:_SHOWN]))):
         _draw(picture, grasp, depth, intrinsics, _OTHER if rank else _BEST)
-    lines = wrap(caption, picture.shape[1] // _LETTER)
-    below = np.zeros((_LINE * len(lines) + 8, picture.shape[1], 3), dtype=np.uint8)
-    for number, line in enumerate(lines, 1):
-        font = cv2.FONT_HERSHEY_SIMPLEX
-        cv2.putText(below, line, (6, _LINE * number), font, 0.45, _TEXT, 1, cv2.LINE_AA)
-    return np.vstack([picture, below])
+    return picture
 
 
 def _draw(
@@ -173,3 +179,62 @@ def _draw(
         cv2.line(
             picture, corners[index], corners[(index + 1) % 4], colour, thick, lineType=cv2.LINE_AA
         )
+
+
+def camera_above_table(depth: npt.NDArray[np.float32], intrinsics: Intrinsics) -> SE3:
+    """Pose of the camera in a world whose floor, z = 0, is the table.
+
+    Its origin is the point of the table at the middle of the image; x is along u.
+
+    Args:
+        depth: (H, W) depth along the optical axis [m]; NaN where missing.
+        intrinsics: the camera's pinhole model.
+
+    Raises:
+        NoTableError: no plane has enough inliers, or it is not a table.
+    """
+    height, width = depth.shape
+    v, u = (each.ravel() for each in np.mgrid[0:height:_STRIDE, 0:width:_STRIDE])
+    ray = np.stack(
+        [
+            (u - intrinsics.cx) / intrinsics.fx,
+            (v - intrinsics.cy) / intrinsics.fy,
+            np.ones(len(u)),
+        ],
+        axis=1,
+    )
+    points = ray * depth[v, u, None].astype(float)
+    points = points[np.isfinite(points).all(axis=1)]
+    if len(points) < 50:
+        raise NoTableError("hardly any depth was measured")
+    centre, normal = _plane(points)
+    near = np.abs((points - centre) @ normal) < _INLIER_DISTANCE
+    if near.mean() < _MIN_INLIERS:
+        raise NoTableError(f"only {100 * near.mean():.0f} % of the image lies in one plane")
+    up = -normal * np.sign(normal[2])
+    if up[2] > -0.25:
+        raise NoTableError("the largest plane in sight is a wall, not a table")
+    x = np.array([1.0, 0.0, 0.0]) - up[0] * up
+    x /= np.linalg.norm(x)
+    rotation = np.stack([x, np.cross(up, x), up])  # rows: axes of the world in the camera
+    middle = np.array([0.0, 0.0, (centre @ up) / up[2]])
+    return SE3(rotation, -rotation @ middle)
+
+
+def _plane(points: Array) -> tuple[Array, Array]:
+    """A point and the unit normal of the plane with the most inliers."""
+    rng = np.random.default_rng(0)
+    best, kept = -1, points
+    for corners in points[rng.integers(len(points), size=(_SAMPLES, 3))]:
+        normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+        length = np.linalg.norm(normal)
+        if length < 1e-9:
+            continue
+        near = np.abs((points - corners[0]) @ (normal / length)) < _INLIER_DISTANCE
+        if near.sum() > best:
+            best, kept = int(near.sum()), points[near]
+    for _ in range(2):
+        centre = kept.mean(axis=0)
+        normal = np.linalg.svd(kept - centre, full_matrices=False)[2][2]
+        kept = points[np.abs((points - centre) @ normal) < _INLIER_DISTANCE]
+    return centre, normal

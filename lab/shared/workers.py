@@ -8,7 +8,8 @@ from contextlib import contextmanager
 from importlib import import_module
 from multiprocessing import active_children, get_context
 from multiprocessing.synchronize import Event
-from signal import SIGTERM, signal
+from signal import SIGINT, SIGTERM, set_wakeup_fd, signal
+from socket import socketpair
 from threading import current_thread, main_thread
 from types import FrameType
 from typing import TypeAlias, TypeVar
@@ -45,31 +46,35 @@ def run_all(
 
     Raises:
         ClusterError: `distributed` is not installed, or no scheduler answers at the address.
-        KeyboardInterrupt: the process was asked to terminate; the workers end as well.
+        KeyboardInterrupt: SIGINT or SIGTERM came, even if the work handled it; no other item
+            begins, and the workers end as well.
     """
-    if workers == 1:
-        yield from ((number, work(item)) for number, item in enumerate(items))
-        return
     batches = [range(i, min(i + batch, len(items))) for i in range(0, len(items), batch)]
     if isinstance(workers, str):
         yield from _on_cluster(work, items, batches, workers)
         return
     context = get_context("spawn")
     cancelled = context.Event()
-    with (
-        ProcessPoolExecutor(
+    with _terminated(cancelled):
+        if workers == 1:
+            with _asked_to_end() as asked:
+                for number, item in enumerate(items):
+                    result = work(item)
+                    if asked():
+                        raise KeyboardInterrupt
+                    yield number, result
+            return
+        with ProcessPoolExecutor(
             workers, mp_context=context, initializer=_begin, initargs=(cancelled,)
-        ) as pool,
-        _terminated(),
-    ):
-        futures = {pool.submit(_batch, work, [items[i] for i in some]): some for some in batches}
-        try:
-            for future in as_completed(futures):
-                yield from zip(futures[future], future.result(), strict=True)
-        except BaseException:
-            cancelled.set()
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+        ) as pool:
+            futures = {pool.submit(_batch, work, [items[i] for i in b]): b for b in batches}
+            try:
+                for future in as_completed(futures):
+                    yield from zip(futures[future], future.result(), strict=True)
+            except BaseException:
+                cancelled.set()
+                pool.shutdown(wait=False, cancel_futures=True)
+                raise
 
 
 def run_in_order(
@@ -89,13 +94,14 @@ def run_in_order(
 
 
 @contextmanager
-def _terminated() -> Iterator[None]:
+def _terminated(cancelled: Event) -> Iterator[None]:
     """Pass SIGTERM on to the workers and treat it as Ctrl-C; only the main thread can."""
     if current_thread() is not main_thread():
         yield
         return
 
     def end(_number: int, _frame: FrameType | None) -> None:
+        cancelled.set()
         for process in active_children():
             process.terminate()
         raise KeyboardInterrupt
@@ -105,6 +111,30 @@ def _terminated() -> Iterator[None]:
         yield
     finally:
         signal(SIGTERM, before)
+
+
+@contextmanager
+def _asked_to_end() -> Iterator[Callable[[], bool]]:
+    """A function that tells whether SIGINT or SIGTERM has come, whoever handled it."""
+    if current_thread() is not main_thread():
+        yield lambda: False
+        return
+    received, sent = socketpair()
+    with received, sent:
+        for one in (received, sent):
+            one.setblocking(False)
+
+        def asked() -> bool:
+            try:
+                return not {SIGINT, SIGTERM}.isdisjoint(received.recv(4096))
+            except BlockingIOError:
+                return False
+
+        before = set_wakeup_fd(sent.fileno(), warn_on_full_buffer=False)
+        try:
+            yield asked
+        finally:
+            set_wakeup_fd(before)
 
 
 _cancelled: Event | None = None
@@ -117,9 +147,12 @@ def _begin(cancelled: Event) -> None:
 
 
 def _batch(work: Callable[[T], R], items: Sequence[T]) -> list[R]:
-    if _cancelled is not None and _cancelled.is_set():  # the pool cannot recall this batch
-        return []
-    return [work(item) for item in items]
+    results: list[R] = []
+    for item in items:
+        if _cancelled is not None and _cancelled.is_set():  # the pool cannot recall this batch
+            break
+        results.append(work(item))
+    return results
 
 
 def _on_cluster(

@@ -1,7 +1,8 @@
 """Splits touching objects of one colour where a boundary between them is likely.
 
 A small network on the features of a boundary, fitted to simulated scenes (`python -m
-lab.bench.seams`), estimates how likely it is. The likeliest is cut, and both sides are split again.
+lab.grasps.seams`), estimates how likely it is. The likeliest is cut, and both sides are split
+again.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -11,13 +11,11 @@ from lab.bench.commands.options import (
     Json,
     Seeds,
     check_writable,
+    chosen,
     seed_range,
     show,
     write_json,
 )
-
-if TYPE_CHECKING:
-    from lab.bench.soak import Soak
 
 Names = Annotated[list[str] | None, typer.Option(help="Only this one; may be repeated.")]
 
@@ -33,15 +31,16 @@ def faults(
     json: Json = None,
 ) -> None:
     """Inject every fault in every phase of a task; the simulated world is the judge."""
+    from app.core import PHASES
     from lab.bench import faults as bench
-    from lab.bench.fault_matrix import QUICK, QUICK_PHASES
+    from lab.bench.fault_matrix import FAULTS, QUICK, QUICK_PHASES
     from lab.shared import progress, run_in_order
 
     check_writable(json)
-    rows, columns = faults or [], phases or []
     if quick:
-        rows, columns = rows or list(QUICK), columns or list(QUICK_PHASES)
-    cells = bench.cells(rows, columns, seed_range(seeds))
+        faults, phases = faults or list(QUICK), phases or list(QUICK_PHASES)
+    rows = chosen("--faults", faults, [fault.name for fault in FAULTS])
+    cells = bench.cells(rows, chosen("--phases", phases, PHASES), seed_range(seeds))
     with progress("faults", len(cells)) as advance:
         results = run_in_order(
             bench.run_cell,
@@ -63,17 +62,8 @@ def soak(
     from lab.shared import progress
 
     check_writable(json)
-    minutes = max(1, round(60.0 * hours))
-    with progress("simulated minutes", minutes) as advance:
-        counted = 0
-
-        def done(soak: Soak) -> None:
-            nonlocal counted
-            if counted < minutes and 60.0 * soak.hours >= counted:
-                counted += 1
-                advance(False)
-
-        result = run_soak(hours, seed, done)
+    with progress("simulated minutes", max(1, round(60.0 * hours))) as advance:
+        result = run_soak(hours, seed, lambda: advance(False))
     show(soak_table(result))
     growth = round(result.memory_growth, 4)
     write_json(json, {"memory_growth": growth, "soak": asdict(result)})

@@ -67,18 +67,9 @@ def reach(
     preset: PresetOption = Preset.FRANKIE,
     base_speed: Speeds = None,
     reverse_speed: ReverseSpeed = None,
-    goals: Annotated[
-        str, typer.Option(help="anywhere, near, far, floor or above (the base).")
-    ] = "anywhere",
     starts: Annotated[
         str, typer.Option(help="Of the arm: ready, random, limits, singular or stretched.")
     ] = "ready",
-    noise: Annotated[
-        bool, typer.Option("--noise", help="The state is off by 1 mrad, 5 mm and 0.3 degrees.")
-    ] = False,
-    delay_ms: Annotated[
-        float, typer.Option(help="From a state to its command.", min=0.0, max=200.0)
-    ] = 0.0,
     jitter_ms: Annotated[
         str | None,
         typer.Option(
@@ -86,9 +77,6 @@ def reach(
             help="True duration of a period, as 5-30; the controller assumes --period.",
         ),
     ] = None,
-    chain: Annotated[
-        int, typer.Option(help="Goals to approach one after another, without a stop.", min=1)
-    ] = 1,
     count: Annotated[int, typer.Option(help="Number of seeded goals.", min=1)] = 1000,
     seed: Annotated[int, typer.Option(help="Seed of the goals.", min=0)] = 0,
     limit: Annotated[float, typer.Option(help="Longest time per goal in seconds.", min=0.1)] = 20.0,
@@ -101,21 +89,16 @@ def reach(
     json: Json = None,
 ) -> None:
     """Experiment 2: reach many goals from rest; count failures, limit violations and contacts."""
-    from dataclasses import replace
     from math import radians
 
     from lab.bench.configuration import Configuration
-    from lab.bench.disturbance import NOISY, QUIET, STARTS
-    from lab.bench.goals import PLACES, generate_goals
+    from lab.bench.goals import STARTS, generate_goals
     from lab.bench.reach import SWEEPS, Conditions, reach_notes, reach_table
 
     chosen("--starts", [starts], STARTS)
-    chosen("--goals", [goals], PLACES)
     conditions = Conditions(
         starts=starts,
-        disturbance=replace(NOISY if noise else QUIET, delay=delay_ms / 1e3),
         seed=seed,
-        chain=chain,
         jitter=_parse_jitter(jitter_ms),
         limit=limit,
         position_tolerance=tolerance_mm / 1e3,
@@ -138,10 +121,10 @@ def reach(
                     period=period,
                     changes=changes,
                 )
-                targets = generate_goals(configuration.model(), count, seed, goals)
+                targets = generate_goals(configuration.model(), count, seed)
                 rows.append(_reach(configuration, conditions, targets, where))
     show(reach_table(rows), *reach_notes(rows))
-    write_results(json, rows, seed=seed, goals=goals)
+    write_results(json, rows, seed=seed)
 
 
 def _parse_jitter(given: str | None) -> tuple[float, float] | None:
@@ -184,12 +167,6 @@ def poses(
     tolerance_mm: ToleranceMm = 10.0,
     tolerance_deg: ToleranceDeg = 1.0,
     period: Period = 0.01,
-    jumps: Annotated[
-        bool, typer.Option("--jumps", help="Let the velocity of the goal of d jump.")
-    ] = False,
-    told: Annotated[
-        bool, typer.Option("--told", help="Give the controller the velocity of the goal of d.")
-    ] = False,
     json: Json = None,
 ) -> None:
     """Experiment 1: the paper's four poses; times, smoothness and manipulability."""
@@ -220,12 +197,12 @@ def poses(
     with progress("poses", (len(ours) + len(examples)) * len(names)) as advance:
         for configuration in (*ours, *examples):
             for name in names:
-                result = run_pose(configuration, name, tolerances, jumps=jumps, told=told)
+                result = run_pose(configuration, name, tolerances)
                 results.append(result)
                 advance(result.time_s is None)
     split = len(ours) * len(names)
     show(*poses_tables(results[:split], results[split:]))
-    write_results(json, results[:split], jumps=jumps)
+    write_results(json, results[:split])
 
 
 def moving(

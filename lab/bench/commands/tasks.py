@@ -1,16 +1,15 @@
-"""`bench pick-place`, `bench on-the-move` and `bench choosing`: whole tasks over many seeds."""
+"""`bench pick-place` and `bench on-the-move`: whole tasks over many seeds."""
 
 from __future__ import annotations
 
 from dataclasses import asdict
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from app.commands import find_tree
-from app.terminal import Terminal
 from lab.bench.commands.options import (
     Cluster,
     Json,
@@ -25,12 +24,8 @@ from lab.bench.commands.options import (
     seed_range,
     show,
     workers_of,
-    write_json,
     write_results,
 )
-
-if TYPE_CHECKING:
-    from lab.bench.choosing import Taking
 
 
 class Motions(StrEnum):
@@ -49,9 +44,6 @@ def pick_place(
     motion: Annotated[
         Motions, typer.Option(help="Base and arm as one, by plans as the baseline, or both.")
     ] = Motions.HOLISTIC,
-    planning_time: Annotated[
-        float, typer.Option(help="By plans: the time that each plan takes [s].", min=0)
-    ] = 0.05,
     base_speed: Annotated[
         float | None, typer.Option(help="Limit of the base in m/s; default: the robot's.", min=0.05)
     ] = None,
@@ -80,14 +72,12 @@ def pick_place(
         base_speed=base_speed,
         reverse_speed=reverse_speed,
         record=record,
-        planning_time=planning_time,
     )
     done = counted(len(wanted) * len(motions))
-    runs = bench.run_pick_place(
-        options, wanted, done, motions=motions, workers=workers_of(workers, cluster)
-    )
+    where = workers_of(workers, cluster)
+    runs = bench.run_pick_place(options, wanted, done, motions=motions, workers=where)
     figures = bench.pick_place_figures(runs)
-    show(bench.pick_place_table(runs), bench.table_iv(figures), *bench.pick_place_notes(figures))
+    show(bench.table_iv(figures), *bench.pick_place_notes(figures))
     summaries = [asdict(run.summary) | {"motion": run.motion} for run in runs]
     write_results(json, figures, runs=summaries)
 
@@ -111,39 +101,15 @@ def on_the_move(
     options = RunOptions(
         tree=Path(), robot=robot, world=world, scene=scene, record=record, recording=False
     )
-    done = counted(2 * len(wanted))
-    runs = bench.run_on_the_move(options, wanted, done, workers=workers_of(workers, cluster))
-    show(bench.on_the_move_table(runs))
-    saved = bench.saving(runs)
+    done, where = counted(2 * len(wanted)), workers_of(workers, cluster)
+    runs = bench.run_on_the_move(options, wanted, done, workers=where)
+    figures, saved = bench.passing_figures(runs), bench.saving(runs)
+    show(bench.on_the_move_table(figures))
     if saved is not None:
         low, high = saved.interval
         show(
             f"in passing saves {100 * saved.share:.1f} % ({100 * low:.1f} to {100 * high:.1f}) of "
             f"the time, over {saved.pairs} objects"
         )
-    ways = [asdict(of_way) for of_way in bench.passing_figures(runs)]
+    ways = [asdict(of_way) for of_way in figures]
     write_results(json, runs, ways=ways, saving=None if saved is None else asdict(saved))
-
-
-def choosing(
-    seeds: Seeds = "0-199",
-    world: World = "kinematic",
-    workers: Workers = None,
-    cluster: Cluster = None,
-    json: Json = None,
-) -> None:
-    """Ask for the largest, nearest, red, ... of 5 to 8 objects, and check which one is taken."""
-    from lab.bench import choosing as bench
-
-    wanted = seed_range(seeds)
-    check_writable(json)
-
-    def done(taking: Taking) -> None:
-        result = "right" if taking.is_right else f"took {taking.taken or 'nothing'}"
-        Terminal(stderr=True).print(
-            f"seed {taking.seed}, {taking.clutter}, {taking.asked}: {result}"
-        )
-
-    takings = bench.run_choosing(wanted, done, world=world, workers=workers_of(workers, cluster))
-    show(bench.choosing_table(takings), *bench.choosing_notes(takings))
-    write_json(json, {"scenes": [asdict(one) | {"right": one.is_right} for one in takings]})

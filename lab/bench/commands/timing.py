@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from enum import StrEnum
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -18,7 +17,7 @@ from lab.bench.commands.options import (
     check_writable,
     chosen_robots,
     show,
-    write_json,
+    write_results,
 )
 
 if TYPE_CHECKING:
@@ -60,12 +59,10 @@ def timing(
     check_writable(json)
     wanted = parts or [part for part in Part if part is not Part.TASK]
     robots, tree = chosen_robots(robot), find_tree(task)
-    perception = _perception(count or 60) if Part.PERCEPTION in wanted else None
     reports = [one for part in wanted for one in _measured(part, robots, tree, seed, count)]
     timings = [one for report in reports for one in report.timings]
-    if timings:
-        show(timing_table(timings), *(note for report in reports for note in report.notes))
-    write_json(json, {"results": [asdict(one) for one in timings], "perception": perception})
+    show(timing_table(timings), *(note for report in reports for note in report.notes))
+    write_results(json, timings)
 
 
 def _measured(
@@ -85,16 +82,9 @@ def _measured(
                 return [time_task(tree, name, seed, Path(folder)) for name in robots]
         case Part.TREE:
             return [time_reading(tree)]
+        case Part.PERCEPTION:
+            from lab.bench.perception_time import time_perception
+
+            return [time_perception(count or 60)]
         case Part.START:
             return [time_start(tree, count or 5)]
-        case _:
-            return []
-
-
-def _perception(frames: int) -> dict[str, Any]:
-    """Print the times of a perception step, and return them for the JSON file."""
-    from lab import grasps
-
-    result = grasps.measure_perception(frames)
-    show(grasps.perception_table(result), *grasps.perception_notes(result))
-    return grasps.perception_figures(result)

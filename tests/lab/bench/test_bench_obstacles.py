@@ -11,7 +11,6 @@ from controller import Command, PoseGoal, Surroundings
 from lab.bench.configuration import Configuration
 from lab.bench.motion import integrate_base, run_motion
 from lab.bench.obstacles.trials import world_names
-from lab.shared import bootstrap
 
 FAMILIES = ["room", "shelf", "table", "walkers"]
 
@@ -69,17 +68,6 @@ def test_unknown_names_are_refused_in_one_line(arguments, message):
 
 def test_the_families_take_turns():
     assert world_names(3, ("room", "table")) == [("room", 0), ("table", 0), ("room", 1)]
-
-
-def test_the_interval_of_a_median_contains_it_and_shrinks():
-    rng = np.random.default_rng(1)
-    widths = []
-    for count in (20, 500):
-        values = list(rng.normal(1.0, 0.1, count))
-        low, high = bootstrap(values, np.median, 1000)
-        assert low <= np.median(values) <= high
-        widths.append(high - low)
-    assert widths[1] < widths[0]
 
 
 GOAL = PoseGoal(wTe=SE3(np.diag([1.0, -1.0, -1.0]), np.array([1.5, 0.5, 0.6])))

@@ -36,7 +36,7 @@ def test_one_row_a_seed_whatever_the_number_of_processes(tmp_path, world):
     assert [(run["seed"], run["world"]) for run in kept["runs"]] == [(2, world), (3, world)]
     assert kept["machine"]
     assert {run["placed"] for run in kept["runs"]} == {0}
-    assert kept["stdout"].count("0 of 1") == 3  # two runs, and both together
+    assert "0 of 2" in kept["stdout"]
     if world == "physics":
         other = measured(tmp_path, QUICK, *options, 2)
         durations = [[run["duration_s"] for run in one["runs"]] for one in (kept, other)]
@@ -76,11 +76,8 @@ def test_the_figures_of_an_object_that_was_really_carried(tmp_path):
     assert (row["motion"], row["objects"], row["placed"], row["attempts"]) == ("holistic", 1, 1, 1)
     assert row["first_attempt_rate"] == 1.0
     assert row["failures_by_cause"] == {}
-    assert 0.5 < row["grasp_time_mean_s"] < row["reach_time_mean_s"]
-    assert row["grasp_time_mean_s"] < row["pick_place_time_mean_s"] < 20.0
-    assert 0.0 < row["stationary_fraction"] < 0.2
+    assert 0.5 < row["grasp_time_mean_s"] < row["pick_place_time_mean_s"] < 20.0
     assert 3.0 < row["distance_per_object_m"] < 9.0
-    assert row["cumulative_jerk"] > 1.0
 
 
 @pytest.mark.slow
@@ -99,7 +96,6 @@ def test_both_motion_forms_beside_each_other(tmp_path):
     holistic, planning = kept["results"]
     assert (holistic["motion"], planning["motion"]) == ("holistic", "planning")
     assert holistic["placed"] == planning["placed"] == 1
-    assert (holistic["plans"], planning["plans"] > 3) == (0, True)
     assert holistic["pick_place_time_mean_s"] < planning["pick_place_time_mean_s"]
     assert "planning / holistic" in kept["stdout"]
 

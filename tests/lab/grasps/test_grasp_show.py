@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from app.commands import app
 from hw.sim import DepthRenderer
 from lab.grasps.scenes import FLOOR, HELDOUT_CLASSES, ROBOT, random_world
-from lab.grasps.table_plane import NoTableError, camera_above_table
+from lab.grasps.show import NoTableError, camera_above_table
 
 RUN = CliRunner()
 CAMERA = ROBOT.camera.intrinsics

@@ -19,6 +19,7 @@ from lab.grasps.scenes import (
     random_view,
     random_world,
 )
+from lab.grasps.seams import fit, mistakes, scene_seams
 from lab.grasps.train import read_recipe
 from lab.grasps.training_data import (
     label_world,
@@ -147,3 +148,15 @@ def test_training_from_a_recipe_writes_weights(tmp_path: Path) -> None:
     assert result.exit_code == 0, result.output
     weights = tmp_path / "t" / "bins.safetensors"
     assert GraspDetector(weights, gripper=ROBOT.gripper).proposer.name == "bins"
+
+
+@pytest.mark.slow
+def test_the_training_finds_seams_between_objects_and_is_repeatable() -> None:
+    seams = [one for seed in range(100_000, 100_024) for one in scene_seams(seed)]
+    assert {one.right for one in seams} == {True, False}
+    assert not any(one.right for one in seams if not one.many)
+    model, again = fit(seams), fit(seams)
+    for one, other in zip(model.layers, again.layers, strict=True):
+        assert all((a == b).all() for a, b in zip(one, other, strict=True))
+    pieces = {one.piece: one.many for one in seams}
+    assert min(mistakes(model, seams).values()) < sum(pieces.values()) / 2

@@ -1,9 +1,12 @@
-"""Confidence intervals of shares, and of paired differences."""
+"""Confidence intervals of shares, medians and paired differences; work that a signal ends."""
+
+import os
+import signal
 
 import numpy as np
 import pytest
 
-from lab.shared import interval, paired_difference
+from lab.shared import bootstrap, interval, paired_difference, run_all
 
 
 def test_the_interval_contains_the_share_and_narrows() -> None:
@@ -29,3 +32,30 @@ def test_the_interval_of_a_paired_difference() -> None:
     assert low < 0.0 < high
     per_attempt = paired_difference(one, one, (np.full(400, 1.0), np.full(400, 2.0)))
     assert per_attempt[0] == pytest.approx(one.mean() / 2.0)
+
+
+def test_the_interval_of_a_median_contains_it_and_shrinks() -> None:
+    rng = np.random.default_rng(1)
+    widths = []
+    for count in (20, 500):
+        values = list(rng.normal(1.0, 0.1, count))
+        low, high = bootstrap(values, np.median, 1000)
+        assert low <= np.median(values) <= high
+        widths.append(high - low)
+    assert widths[1] < widths[0]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_no_work_begins_after_a_signal_that_the_work_before_has_handled(number: int) -> None:
+    begun = []
+
+    def work(item: int) -> int:
+        begun.append(item)
+        before = signal.signal(number, lambda *_: None)
+        os.kill(os.getpid(), number)
+        signal.signal(number, before)
+        return item
+
+    with pytest.raises(KeyboardInterrupt):
+        list(run_all(work, [1, 2]))
+    assert begun == [1]

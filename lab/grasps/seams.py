@@ -1,10 +1,10 @@
 """Training of the network that separates touching objects.
 
-    python -m lab.bench.seams perception/weights/seams.json
+    python -m lab.grasps.seams perception/weights/seams.json
 
 Objects of many classes, none of them held out, lie in heaps, in two colours only, so that many
-touch others of the same colour, and as in `bench choosing`. The renderer labels the points with
-their object. The network is fitted to most of the scenes and evaluated on the others.
+touch others of the same colour, or apart, in pairs or in one cluster. The renderer labels the
+points with their object. The network is fitted to most of the scenes and evaluated on the others.
 """
 
 from __future__ import annotations
@@ -20,9 +20,26 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
+from pinocchio import SE3
 
-from hw.sim import HOUSEHOLD, MODELLED, TRAIN
-from lab.bench.choosing_scenes import CLUTTER, TRAY_REGION, make_world, seen_from_above
+from behaviours import Region
+from hw import DepthFrame
+from hw.sim import (
+    HOUSEHOLD,
+    MODELLED,
+    TRAIN,
+    Container,
+    D435Noise,
+    DepthRenderer,
+    Objects,
+    Scene,
+    SimObject,
+    Table,
+    World,
+    build_world,
+    painted,
+)
 from lab.shared import progress, run_in_order
 from perception import (
     BOUNDARY_FEATURES,
@@ -33,8 +50,17 @@ from perception import (
     log_features,
     raised_regions,
 )
-from robots import Array
+from robots import Array, load_robot
 
+TRAY, INNER, FLOOR = (0.80, 0.0), (0.44, 0.36), 0.456
+"""Middle of the tray, its inner size and the height of its floor [m]."""
+TRAY_REGION = Region(
+    name="tray",
+    wTr=SE3(np.eye(3), np.array([*TRAY, FLOOR + 0.1])),
+    size=np.array([*INNER, 0.2]),
+)
+CLUTTER = ("apart", "pairs", "cluster")
+"""Arrangements: 6 mm or more apart; two pairs that touch; all pushed to one in the middle."""
 SCENES = 2400
 FIRST_SEED = 100_000
 _AMBIGUOUS = ("caterpillar", "composed", "stack", "twins")  # cannot be known to be one object
@@ -63,6 +89,71 @@ class Seam(NamedTuple):
     measures: Array
 
 
+def make_world(clutter: str, rng: np.random.Generator, kinds: Sequence[str]) -> World:
+    """Five to eight objects of some classes in the tray, in one of the arrangements `CLUTTER`."""
+    count = int(rng.integers(5, 9))
+    scene = Scene(
+        container=Container(centre=TRAY, inner_size=INNER, floor_height=FLOOR),
+        table=Table(centre=(0.0, 2.5)),
+        objects=Objects(count=count, kinds=tuple(kinds), width_mm=(15.0, 60.0)),
+    )
+    world = build_world(scene, rng)
+    if clutter == "pairs":
+        for obj in world.objects[:2]:
+            others = [other for other in world.objects if other is not obj]
+            _push(world, obj, min(others, key=lambda other: _gap(other, obj.pose.translation)))
+    elif clutter == "cluster":
+        middle = min(world.objects, key=lambda obj: _gap(obj, np.array([*TRAY, 0.0])))
+        others = sorted(world.objects, key=lambda obj: _gap(obj, middle.pose.translation))
+        for obj in others[1:]:
+            _push(world, obj, middle)
+    return world
+
+
+def _push(world: World, obj: SimObject, other: SimObject) -> None:
+    """Push an object along the floor towards another one, until it is blocked."""
+    way = other.pose.translation - obj.pose.translation
+    way[2] = 0.0
+    length = float(np.linalg.norm(way))
+    world.push(obj, way / length, length)
+
+
+def _gap(obj: SimObject, point: Array) -> float:
+    return float(np.linalg.norm((obj.pose.translation - point)[:2]))
+
+
+def seen_from_above(
+    world: World,
+    rng: np.random.Generator,
+    height: float,
+    off: tuple[float, float],
+) -> tuple[DepthFrame, npt.NDArray[np.int64]]:
+    """A noisy frame of the tray, and the number of the object in each pixel; -1 is none.
+
+    Args:
+        world: one of `make_world`.
+        rng: of the noise.
+        height: of the camera over the floor of the tray [m].
+        off: of the camera from the middle of the tray along x and y [m].
+    """
+    camera = load_robot("frankie").camera
+    position = np.array([TRAY[0] + off[0], TRAY[1] + off[1], FLOOR + height])
+    wTc = SE3(np.diag([1.0, -1.0, -1.0]), position)
+    shapes = world.shapes()
+    depth, ids = DepthRenderer(camera.intrinsics).render_with_ids(shapes, wTc)
+    names = {obj.name: number for number, obj in enumerate(world.objects)}
+    owner = np.array([*(names.get(shape.name, -1) for shape in shapes), -1])[ids]
+    colours = painted(shapes, ids)
+    frame = DepthFrame(
+        depth=D435Noise().apply(depth, camera, rng),
+        intrinsics=camera.intrinsics,
+        wTc=wTc,
+        stamp=0.0,
+        paint=lambda: colours,
+    )
+    return frame, owner
+
+
 def scene_seams(seed: int) -> list[Seam]:
     """All labelled seams of a scene."""
     rng = np.random.default_rng((seed, 31))
@@ -72,7 +163,7 @@ def scene_seams(seed: int) -> list[Seam]:
         colour = _COLOURS[rng.integers(len(_COLOURS))]
         obj.parts = tuple(replace(part, colour=colour) for part in obj.parts)
     off = (rng.uniform(-_OFF, _OFF), rng.uniform(-_OFF, _OFF))
-    frame, owner = seen_from_above(world, rng, height=rng.uniform(*_HEIGHTS), off=off)
+    frame, owner = seen_from_above(world, rng, rng.uniform(*_HEIGHTS), off)
     what = raised_regions(frame, TRAY_REGION)
     if what is None:
         return []

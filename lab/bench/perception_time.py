@@ -1,0 +1,79 @@
+"""Time of a perception step, from a frame of the wrist camera to grasps, on one thread."""
+
+from __future__ import annotations
+
+from functools import partial
+from inspect import getmodule
+
+import cv2
+import numpy as np
+from pinocchio import SE3
+
+from behaviours import Region
+from hw import DepthFrame
+from hw.sim import D435Noise, Hand, load_scene
+from lab.bench.timing import Interleaved, TimingReport
+from lab.grasps import ROBOT, noisy_frame
+from lab.shared import Functions, PartTimer
+from perception import GraspDetector
+
+_ROUNDS = 3
+_CONTAINER = Region(  # of the scene `household`, its inside
+    name="container",
+    wTr=SE3(np.eye(3), np.array([3.0, 0.0, 0.556])),
+    size=np.array([0.44, 0.36, 0.20]),
+)
+
+
+def time_perception(frames: int) -> TimingReport:
+    """Time every shipped network, folded for inference and layer by layer as written."""
+    import torch
+
+    from perception.networks import NETWORKS, Proposer, shipped_network
+
+    cv2.setNumThreads(1)
+    torch.set_num_threads(1)
+    proposers = [
+        Proposer(shipped_network(name), plain=plain) for name in NETWORKS for plain in (False, True)
+    ]
+    detectors = {one.name: GraspDetector(proposer=one, gripper=ROBOT.gripper) for one in proposers}
+    seen, timer = _approach(frames), Interleaved(0)
+    for detector in detectors.values():
+        detector.detect(seen[0], _CONTAINER)  # warm-up
+    for frame in seen * _ROUNDS:
+        timer({name: partial(one.detect, frame, _CONTAINER) for name, one in detectors.items()})
+    first, parts = next(iter(detectors)), PartTimer(_parts())
+    with parts.measuring():
+        for frame in seen:
+            parts.step(partial(detectors[first].detect, frame, _CONTAINER))
+    listed = ", ".join(f"{name} {time:.0f}" for name, time in parts.medians().items())
+    notes = [f"parts of a step of {first} (median µs): {listed}"]
+    return TimingReport(timings=timer.timings(list(detectors), "perception: "), notes=notes)
+
+
+def _parts() -> Functions:
+    """The functions that a step consists of, where the detector looks them up."""
+    from perception.networks import Proposer
+
+    detector = getmodule(GraspDetector)
+    assert detector is not None
+    return {
+        "prepare": ((detector, "prepare"),),
+        "height map": ((detector, "local_heights"),),
+        "network": ((Proposer, "infer"),),
+        "candidates": ((Proposer, "propose"),),
+        "refine": ((detector.GraspRanking, "among"),),
+    }
+
+
+def _approach(frames: int) -> list[DepthFrame]:
+    """Noisy frames of the wrist camera, with the open hand in it, on its way into a container."""
+    world = load_scene("household", 0)
+    rng, noise = np.random.default_rng(0), D435Noise()
+    seen = []
+    for height in np.linspace(0.85, 0.68, frames):
+        wTe = SE3(np.diag([1.0, -1.0, -1.0]), np.array([2.94, 0.02, height]))
+        hand = Hand(ROBOT.gripper, wTe).shapes(ROBOT.gripper.opening)
+        shapes = [*world.shapes(), *hand]
+        seen.append(noisy_frame(shapes, wTe * ROBOT.camera.eTc, noise, rng))
+    return seen
