@@ -57,8 +57,7 @@ class Diagnostic:
     location: Location | None
     """None when the whole file is meant, for example because it does not exist."""
     message: str
-    hint: str
-    """How to fix it."""
+    hint: str  # how to fix it
     severity: Severity = Severity.ERROR
 
     def __str__(self) -> str:

@@ -16,12 +16,10 @@ import yaml
 
 from config.diagnostics import Diagnostics, Location
 
-MAX_BYTES = 64_000
-"""A task of a thousand nodes is smaller."""
+MAX_BYTES = 64_000  # a task of a thousand nodes is smaller
 MAX_DEPTH = 64
 
-Plain: TypeAlias = bool | int | float | str | None
-"""The value of a YAML scalar."""
+Plain: TypeAlias = bool | int | float | str | None  # the value of a YAML scalar
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,8 +42,7 @@ class YamlList:
 class YamlEntry:
     """One key of a mapping and its value."""
 
-    location: Location
-    """Of the key."""
+    location: Location  # of the key
     value: YamlValue
 
 

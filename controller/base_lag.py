@@ -23,8 +23,7 @@ class BaseLag:
         self.response = 1.0 - exp(-period / base)
         """Share of a commanded change of velocity that the base has taken up after one period."""
         self._lead = 1.0 - exp(-arm / base)
-        self.commanded = np.zeros(model.n_base)
-        """(n_base,) velocities of the last command."""
+        self.commanded = np.zeros(model.n_base)  # (n_base,) velocities of the last command
         self._now: Array | None = None
 
     def update(self, commanded: Array) -> None:

@@ -12,8 +12,7 @@ from pinocchio import SE3
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
-N_ARM = 7
-"""Number of arm joints."""
+N_ARM = 7  # number of arm joints
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -22,8 +21,7 @@ class Command:
 
     base_twist: Array
     """(3,) vx, vy, ω in the base frame [m/s, m/s, rad/s]; vy is 0 on a differential drive."""
-    qd: Array
-    """(7,) arm joint velocities [rad/s]."""
+    qd: Array  # (7,) arm joint velocities [rad/s]
 
     @classmethod
     def stop(cls) -> Command:
@@ -39,19 +37,14 @@ class Command:
 class PoseGoal:
     """Bring the end effector to a pose in the world with base and arm together."""
 
-    wTe: SE3
-    """Desired end-effector pose in the world."""
+    wTe: SE3  # desired end-effector pose in the world
     twist: Array | None = None
     """(6,) velocity of the goal in world axes, linear first [m/s, rad/s]; None estimates it from
     successive goals."""
-    speed: float = 1.5
-    """Largest speed of the end effector, and of the base on its way [m/s]."""
-    turn_rate: float = 2.0
-    """Largest end-effector rotation rate [rad/s]."""
-    position_tolerance: float = 0.01
-    """Arrived when nearer than this [m] ..."""
-    orientation_tolerance: float = np.deg2rad(2.0)
-    """... and turned less than this away [rad]."""
+    speed: float = 1.5  # largest speed of the end effector, and of the base on its way [m/s]
+    turn_rate: float = 2.0  # largest end-effector rotation rate [rad/s]
+    position_tolerance: float = 0.01  # arrived when nearer than this [m] ...
+    orientation_tolerance: float = np.deg2rad(2.0)  # ... and turned less than this away [rad]
     straight: bool = False
     """Move the end effector in a straight line, as near obstacles: no detour after a stall."""
     stance_if_near: bool = False
@@ -74,26 +67,19 @@ class PoseGoal:
 class PostureGoal:
     """Bring the arm to joint positions with the base at rest."""
 
-    q: Array
-    """(7,) desired joint positions [rad]."""
-    tolerance: float = 0.01
-    """Arrived when every joint is nearer than this [rad]."""
+    q: Array  # (7,) desired joint positions [rad]
+    tolerance: float = 0.01  # arrived when every joint is nearer than this [rad]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BaseGoal:
     """Bring the base to a pose on the floor with the arm at rest."""
 
-    wTb: SE3
-    """Desired base pose in the world."""
-    position_tolerance: float = 0.05
-    """Arrived when nearer than this [m] ..."""
-    heading_tolerance: float = np.deg2rad(5.0)
-    """... and turned less than this away [rad]."""
-    reverse: bool = False
-    """Drive there backwards (differential drives)."""
-    speed: float = inf
-    """Largest speed of the base, if less than its own [m/s]."""
+    wTb: SE3  # desired base pose in the world
+    position_tolerance: float = 0.05  # arrived when nearer than this [m] ...
+    heading_tolerance: float = np.deg2rad(5.0)  # ... and turned less than this away [rad]
+    reverse: bool = False  # drive there backwards (differential drives)
+    speed: float = inf  # largest speed of the base, if less than its own [m/s]
 
 
 MotionGoal: TypeAlias = PoseGoal | PostureGoal | BaseGoal

@@ -16,14 +16,12 @@ from pinocchio import SE3
 
 from controller.command import Array, PoseGoal
 
-_MEMORY = 0.1
-"""Time constant of the filters: the velocity lags by twice this [s]."""
+_MEMORY = 0.1  # time constant of the filters: the velocity lags by twice this [s]
 _JUMP, _TURN = 0.008, 0.03
 """A change in one period that differs from the one before by more than this is a jump [m, rad]."""
 _STILL, _STILL_TURN = 0.02, 0.06
 """A velocity below this counts as 0, and one above twice this fully [m/s, rad/s]."""
-_REST = 1e-9
-"""Smaller filter states count as 0 [m, rad and per second]."""
+_REST = 1e-9  # smaller filter states count as 0 [m, rad and per second]
 
 
 class GoalVelocity:
@@ -36,8 +34,7 @@ class GoalVelocity:
     def reset(self) -> None:
         """Forget the goal; the next one is at rest."""
         self._last: SE3 | None = None
-        self._settled = False
-        """Whether the goal is at rest and the filters have converged."""
+        self._settled = False  # whether the goal is at rest and the filters have converged
         self._linear = _Filter(self._period, _JUMP, _STILL)
         self._angular = _Filter(self._period, _TURN, _STILL_TURN)
 
@@ -74,8 +71,7 @@ class _Filter:
     def _forget(self) -> None:
         self._behind = np.zeros(3)  # error of the filtered position
         self._rate = np.zeros(3)
-        self.at_rest = True
-        """Whether the filter has converged to rest."""
+        self.at_rest = True  # whether the filter has converged to rest
 
     def __call__(self, change: Array) -> Array | None:
         size, unlike = _length(change), _length(change - self._last_change)

@@ -26,8 +26,7 @@ from controller.stance import (
 )
 from controller.surroundings import OPEN_FLOOR, Surroundings
 
-_MAX_REST = 50
-"""Periods after which a robot whose goal changes all the time moves without a stance."""
+_MAX_REST = 50  # periods after which a robot whose goal changes all the time moves without a stance
 
 
 class Guidance:
@@ -52,8 +51,7 @@ class Guidance:
         self._follower = MovingGoalFollower(model, settings)
         self.next_goal = NextGoalApproach(model, settings, self._finder)
         self._hand_may_touch = self._follows = False
-        self.waits = False
-        """Whether the robot gives way to a moving obstacle, which is no stall."""
+        self.waits = False  # whether the robot gives way to a moving obstacle, which is no stall
         self.reset()
 
     def prepare(self, surroundings: Surroundings) -> None:
@@ -63,12 +61,10 @@ class Guidance:
     def reset(self, *, keeps_bearing: bool = False) -> None:
         """Forget the goal: the next one is new."""
         if not keeps_bearing:
-            self.bearing = 0.0
-            """Of the end effector, seen from the base, in the last stance [rad]."""
+            self.bearing = 0.0  # of the end effector, seen from the base, in the last stance [rad]
         self.remaining = (0.0, 0.0)
         """Least time of the base [s] and largest joint error [rad] to the stance; 0 without one."""
-        self.unreachable = ""
-        """Why the goal cannot be reached; empty if it can, as far as is known."""
+        self.unreachable = ""  # why the goal cannot be reached; empty if it can, as far as is known
         self._goal: SE3 | None = None
         self._base = Pose2D(0.0, 0.0, 0.0)
         self._base_of: tuple[Stance | None, SE3 | None] = (None, None)
@@ -115,8 +111,7 @@ class Guidance:
             self.bearing = stance.bearing
         self.stance = stance
         """Where base and arm are led; None if the end effector moves without a stance."""
-        self.detour = detour
-        """Whether the stance is a detour, the end effector waiting."""
+        self.detour = detour  # whether the stance is a detour, the end effector waiting
         self._best = (inf, inf, inf)
         self._stage = False, False
         self._waited = 0

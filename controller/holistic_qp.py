@@ -33,14 +33,10 @@ class Linearisation(NamedTuple):
     """Kinematics and gradients at one posture."""
 
     bTe: SE3
-    J: Array
-    """(6, n) Jacobian at the end effector in base axes."""
-    manipulability: float
-    """Of the arm."""
-    gradient: Array
-    """(n,) Ĵ_m: gradient of the manipulability chosen by the settings (eq. 12)."""
-    heading_error: float
-    """θ_ε: bearing of the end effector seen from the base [rad] (eq. 13)."""
+    J: Array  # (6, n) Jacobian at the end effector in base axes
+    manipulability: float  # of the arm
+    gradient: Array  # (n,) Ĵ_m: gradient of the manipulability chosen by the settings (eq. 12)
+    heading_error: float  # θ_ε: bearing of the end effector seen from the base [rad] (eq. 13)
 
 
 def linearise(model: RobotModel, settings: ControllerSettings, q: Array) -> Linearisation:

@@ -17,8 +17,7 @@ from pinocchio import SE3
 from controller.command import N_ARM, Array, Command
 from robots import RobotDescription, load_robot
 
-_SINGULAR = 1e-9
-"""Manipulability below which the gradient is zero."""
+_SINGULAR = 1e-9  # manipulability below which the gradient is zero
 
 _BASE_JOINTS = (pin.JointModelPX, pin.JointModelPY, pin.JointModelRZ)
 
@@ -42,12 +41,9 @@ class Kinematics(NamedTuple):
     """Pose, Jacobian and Hessian of the end effector at one posture."""
 
     bTe: SE3
-    J: Array
-    """(6, n) Jacobian at the end effector, linear first, in base axes, base first (eq. 5)."""
-    screws: Array
-    """(6, n) Jacobian at the base's origin; a view that is valid until the next call."""
-    hessian: Array
-    """(n, n, 6) derivative of the screws: [k, i] is that of screw i by joint k."""
+    J: Array  # (6, n) Jacobian at the end effector, linear first, in base axes, base first (eq. 5)
+    screws: Array  # (6, n) Jacobian at the base's origin; a view that is valid until the next call
+    hessian: Array  # (n, n, 6) derivative of the screws: [k, i] is that of screw i by joint k
 
 
 class RobotModel:
@@ -76,10 +72,8 @@ class RobotModel:
         free = np.full(self.n_base, np.inf)
         self.position_limits = np.array([[*-free, *limits.q_min], [*free, *limits.q_max]])
         """(2, n) lower and upper positions of every degree of freedom, base first."""
-        self.base_turn = axes[2]
-        """(n_base,) rotation of the base per degree of freedom."""
-        self.chain = _chain(description)
-        """The Pinocchio model: base joints, then the arm's."""
+        self.base_turn = axes[2]  # (n_base,) rotation of the base per degree of freedom
+        self.chain = _chain(description)  # the Pinocchio model: base joints, then the arm's
         self._data = self.chain.createData()
         self._tool = self.chain.getFrameId("tool")
         self._joints = np.zeros(self.n)

@@ -11,17 +11,12 @@ import piqp
 
 from controller.command import Array
 
-MOST_ROWS = 32
-"""Largest number of rows in one QP; of more, those with the least margin."""
+MOST_ROWS = 32  # largest number of rows in one QP; of more, those with the least margin
 
-_PRECISION = 1e-10
-"""Absolute and relative tolerance of PIQP."""
-_SOFT_PRECISION = 1e-6
-"""The same with slack variables, whose weights make the QP worse conditioned."""
-_ROW_TOLERANCE = 1e-7
-"""Violation up to which a row counts as satisfied."""
-_WIDENING = 1e-8
-"""PIQP gets bounds this much wider: where they coincide there is no interior."""
+_PRECISION = 1e-10  # absolute and relative tolerance of PIQP
+_SOFT_PRECISION = 1e-6  # the same with slack variables, whose weights make the QP worse conditioned
+_ROW_TOLERANCE = 1e-7  # violation up to which a row counts as satisfied
+_WIDENING = 1e-8  # PIQP gets bounds this much wider: where they coincide there is no interior
 _MOST_SLACK = 100.0
 _MAX_ITERATIONS = 100
 
@@ -29,23 +24,17 @@ _MAX_ITERATIONS = 100
 class QP(NamedTuple):
     """A strictly convex QP over box bounds: min ½ xᵀ P x + cᵀ x, lower <= x <= upper."""
 
-    P: Array
-    """(n, n) symmetric, positive definite."""
-    c: Array
-    """(n,)."""
-    lower: Array
-    """(n,)."""
-    upper: Array
-    """(n,)."""
+    P: Array  # (n, n) symmetric, positive definite
+    c: Array  # (n,)
+    lower: Array  # (n,)
+    upper: Array  # (n,)
 
 
 class Rows(NamedTuple):
     """Inequality constraints A x >= least."""
 
-    A: Array
-    """(m, n)."""
-    least: Array
-    """(m,)."""
+    A: Array  # (m, n)
+    least: Array  # (m,)
     group: npt.NDArray[np.int64]
     """(m,) index of their slack: rows of a group share one slack variable."""
 

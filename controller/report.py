@@ -19,22 +19,16 @@ from controller.surroundings import OPEN_FLOOR, Surroundings
 class StepReport:
     """What one control step measured and achieved."""
 
-    arrived: bool
-    """Whether the goal is reached within its tolerances; False without a goal."""
-    position_error: float
-    """Distance to the goal [m]; 0 for a posture, NaN without a goal."""
+    arrived: bool  # whether the goal is reached within its tolerances; False without a goal
+    position_error: float  # distance to the goal [m]; 0 for a posture, NaN without a goal
     orientation_error: float
     """Angle to the goal, for a posture the largest joint error [rad]; NaN without a goal."""
-    manipulability: float
-    """Yoshikawa's measure of the arm."""
-    heading_error: float
-    """θ_ε: bearing of the end effector seen from the base [rad]."""
-    bTe: SE3
-    """End effector in the base."""
+    manipulability: float  # Yoshikawa's measure of the arm
+    heading_error: float  # θ_ε: bearing of the end effector seen from the base [rad]
+    bTe: SE3  # end effector in the base
     slack: float = 0.0
     """|δ|: norm of the end-effector twist that was desired but not achieved [m/s and rad/s]."""
-    solved: bool = True
-    """Whether the QP was solved; if not, the command brakes."""
+    solved: bool = True  # whether the QP was solved; if not, the command brakes
     base_time: float = 0.0
     """Least time in which the base gets to its goal or stance [s]; 0 without one."""
     posture_error: float = 0.0
@@ -45,24 +39,19 @@ class StepReport:
     """Base pose of the stance; None if the end effector moves without one."""
     blend: float = 0.0
     """s in [0, 1]: 0 leaves the motion to the end effector, 1 nearly all to base and arm."""
-    detour: bool = False
-    """Whether the stance is a detour after a stall."""
+    detour: bool = False  # whether the stance is a detour after a stall
     clearance: float = inf
     """Distance between the robot and the nearest obstacle, if one is near [m]."""
-    near_pairs: int = 0
-    """Pairs of shapes near enough to matter at their speed."""
-    nearest: str = ""
-    """The parts that `clearance` is between; empty if nothing is near."""
+    near_pairs: int = 0  # pairs of shapes near enough to matter at their speed
+    nearest: str = ""  # the parts that `clearance` is between; empty if nothing is near
     nearest_points: tuple[Array, Array] | None = None
     """The two points (3,) in the world that `clearance` is between; None if nothing is near, or
     only depth points."""
     way: Array | None = None
     """(N, 3) base poses of the planned path, the same object as long as it is the same path. None
     if the base has none."""
-    waits_for: str = ""
-    """The nearest moving obstacle while the robot gives way; else empty."""
-    planning: bool = False
-    """Whether the robot stands because its motion is being planned."""
+    waits_for: str = ""  # the nearest moving obstacle while the robot gives way; else empty
+    planning: bool = False  # whether the robot stands because its motion is being planned
 
 
 class MotionController(Protocol):

@@ -21,14 +21,10 @@ _NEAR, _NEAR_ANGLE = 0.04, 0.14
 class PoseError(NamedTuple):
     """Error between two poses."""
 
-    position: float
-    """Distance [m]."""
-    orientation: float
-    """Angle of the rotation between them [rad]."""
-    translation_vector: Array
-    """(3,) in the axes that both poses are expressed in [m]."""
-    rotation_vector: Array
-    """(3,) axis times angle, in the same axes [rad]."""
+    position: float  # distance [m]
+    orientation: float  # angle of the rotation between them [rad]
+    translation_vector: Array  # (3,) in the axes that both poses are expressed in [m]
+    rotation_vector: Array  # (3,) axis times angle, in the same axes [rad]
 
 
 def pose_error(current: SE3, target: SE3) -> PoseError:

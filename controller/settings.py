@@ -48,25 +48,20 @@ class ServoSettings(Checked):
         "joint_deceleration",
     )
 
-    gain: float = 4.0
-    """β: speed per metre of error near the goal [1/s]."""
-    rotation_gain: float = 4.0
-    """The same per radian, of the end effector [1/s]."""
+    gain: float = 4.0  # β: speed per metre of error near the goal [1/s]
+    rotation_gain: float = 4.0  # the same per radian, of the end effector [1/s]
     straight_gain: float = 6.0
     """Both for straight motion with guidance, where the arm compensates for the lag of the base
     [1/s]."""
     rotation_error: Literal["rotation vector", "roll pitch yaw"] = "rotation vector"
     """How the difference between two orientations becomes a vector."""
-    deceleration: float = 1.0
-    """Deceleration assumed for the approach [m/s^2]; inf for eq. 17 alone."""
-    turn_deceleration: float = 3.0
-    """The same for rotations [rad/s^2]."""
+    deceleration: float = 1.0  # deceleration assumed for the approach [m/s^2]; inf for eq. 17 alone
+    turn_deceleration: float = 3.0  # the same for rotations [rad/s^2]
     joint_deceleration: float = 0.5
     """Deceleration towards a posture, as a share of the smallest joint acceleration limit."""
     steadying: float = 0.1
     """Time constant of the low-pass filter of the twist near the goal [s]; 0 for none."""
-    straight_steadying: float = 0.04
-    """The same for straight motion with guidance [s]."""
+    straight_steadying: float = 0.04  # the same for straight motion with guidance [s]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,12 +70,9 @@ class JointLimitSettings(Checked):
 
     POSITIVE = ("damper_gain",)
 
-    damper_gain: float = 1.0
-    """η: joint speed allowed at the influence distance [rad/s]."""
-    stop_distance: float = 0.03
-    """ρ_s: distance to a limit at which motion towards it stops [rad]."""
-    influence_distance: float = 0.3
-    """ρ_i: distance to a limit at which the damper begins [rad]."""
+    damper_gain: float = 1.0  # η: joint speed allowed at the influence distance [rad/s]
+    stop_distance: float = 0.03  # ρ_s: distance to a limit at which motion towards it stops [rad]
+    influence_distance: float = 0.3  # ρ_i: distance to a limit at which the damper begins [rad]
     return_speed: float = 0.2
     """Largest speed of a joint that returns from outside its limits [rad/s]."""
 
@@ -96,29 +88,21 @@ class CollisionSettings(Checked):
 
     POSITIVE = ("influence_distance", "braking", "max_deceleration", "delay_periods")
 
-    stop_distance: float = 0.02
-    """d_s: distance at which the approach to an obstacle ends [m] ..."""
+    stop_distance: float = 0.02  # d_s: distance at which the approach to an obstacle ends [m] ...
     near_stop_distance: float = 0.01
     """... for straight motion, and from the robot to itself and the floor ..."""
-    palm_stop_distance: float = 0.001
-    """... and for the palm where the hand may touch [m]."""
+    palm_stop_distance: float = 0.001  # ... and for the palm where the hand may touch [m]
     influence_distance: float = 0.6
     """d_i: farther obstacles are ignored [m]; at least d_s + v²/2a + v times the delay, for the
     fastest approach."""
-    self_influence_distance: float = 0.25
-    """The same from the robot to itself and the floor [m]."""
-    braking: float = 0.8
-    """Share of the acceleration limits assumed for braking."""
-    max_deceleration: float = 2.0
-    """Largest deceleration assumed for braking [m/s^2]."""
-    min_deceleration: float = 0.2
-    """Smallest deceleration assumed for braking [m/s^2]."""
+    self_influence_distance: float = 0.25  # the same from the robot to itself and the floor [m]
+    braking: float = 0.8  # share of the acceleration limits assumed for braking
+    max_deceleration: float = 2.0  # largest deceleration assumed for braking [m/s^2]
+    min_deceleration: float = 0.2  # smallest deceleration assumed for braking [m/s^2]
     delay_periods: float = 3.0
     """Delay before a pair brakes, besides the lag of base or arm [control periods]."""
-    return_gain: float = 4.0
-    """Speed at which shapes separate, per distance below d_s [1/s] ..."""
-    return_speed: float = 0.2
-    """... and at most [m/s]."""
+    return_gain: float = 4.0  # speed at which shapes separate, per distance below d_s [1/s] ...
+    return_speed: float = 0.2  # ... and at most [m/s]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,58 +122,39 @@ class GuidanceSettings(Checked):
     )
 
     # Weights in the QP.
-    base_weight: float = 2.0
-    """Weight of the base velocity towards the stance, at s = 1."""
-    posture_weight: float = 0.5
-    """Weight of the joint velocities towards the posture, at s = 1."""
-    min_tracking: float = 0.1
-    """Weight of the end-effector twist at s = 1."""
+    base_weight: float = 2.0  # weight of the base velocity towards the stance, at s = 1
+    posture_weight: float = 0.5  # weight of the joint velocities towards the posture, at s = 1
+    min_tracking: float = 0.1  # weight of the end-effector twist at s = 1
     min_posture: float = 0.1
     """Share of `posture_weight` at s = 0: keeps the elbow posture during the arrival."""
 
     # How s depends on the remaining motion.
-    metres_per_radian: float = 0.3
-    """Distance equivalent to one radian of orientation error [m]."""
-    fade_distance: float = 0.10
-    """Nearer to the goal than this s is 0 [m] ..."""
-    fade_length: float = 0.5
-    """... and it is at most 1 after this much more [m]."""
-    fade_base: float = 0.4
-    """s fades nearer to the base pose of the stance than this [m] ..."""
-    fade_heading: float = 0.6
-    """... and than this to its heading [rad] ..."""
-    fade_joint: float = 0.8
-    """... and than this to its posture, by the largest joint error [rad]."""
+    metres_per_radian: float = 0.3  # distance equivalent to one radian of orientation error [m]
+    fade_distance: float = 0.10  # nearer to the goal than this s is 0 [m] ...
+    fade_length: float = 0.5  # ... and it is at most 1 after this much more [m]
+    fade_base: float = 0.4  # s fades nearer to the base pose of the stance than this [m] ...
+    fade_heading: float = 0.6  # ... and than this to its heading [rad] ...
+    fade_joint: float = 0.8  # ... and than this to its posture, by the largest joint error [rad]
 
     # How fast the arm moves to the posture of the stance.
-    posture_rate: float = 3.0
-    """Largest rate [1/s]."""
-    posture_time: float = 0.4
-    """Share of the base's driving time that the arm takes."""
-    joint_speed: float = 0.7
-    """Share of the joint speed limits that it may use."""
+    posture_rate: float = 3.0  # largest rate [1/s]
+    posture_time: float = 0.4  # share of the base's driving time that the arm takes
+    joint_speed: float = 0.7  # share of the joint speed limits that it may use
 
     # Which goals get a stance.
     min_distance: float = 0.35
     """A new goal nearer than this gets no stance until the end effector stalls [m]."""
-    goal_jump: float = 0.1
-    """A goal that moves this far in one period is a new goal [m] ..."""
-    goal_turn: float = 0.3
-    """... or turns this far [rad]."""
+    goal_jump: float = 0.1  # a goal that moves this far in one period is a new goal [m] ...
+    goal_turn: float = 0.3  # ... or turns this far [rad]
     goal_rise: float = 0.05
     """A goal that has drifted up or down this far needs another stance [m] ..."""
-    goal_tilt: float = 0.97
-    """... or has tilted this far [cosine of the angle]."""
+    goal_tilt: float = 0.97  # ... or has tilted this far [cosine of the angle]
 
     # Stalls and detours.
-    progress: float = 1e-3
-    """Least progress of end effector, base or arm [m, s and rad]."""
-    patience: float = 1.0
-    """No progress for this long is a stall [s]."""
-    close: float = 0.06
-    """Nearer to the goal than this there is no stall, and a detour is over [m]."""
-    detours: int = 4
-    """Largest number of detours for one goal."""
+    progress: float = 1e-3  # least progress of end effector, base or arm [m, s and rad]
+    patience: float = 1.0  # no progress for this long is a stall [s]
+    close: float = 0.06  # nearer to the goal than this there is no stall, and a detour is over [m]
+    detours: int = 4  # largest number of detours for one goal
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -201,12 +166,10 @@ class ControllerSettings(Checked):
 
     POSITIVE = ("period", "min_error")
 
-    period: float = 0.01
-    """Control period [s]."""
+    period: float = 0.01  # control period [s]
 
     # The QP of the paper.
-    arm_effort: float = 0.01
-    """k_a: cost of joint motion, λ_q of the arm (eq. 14)."""
+    arm_effort: float = 0.01  # k_a: cost of joint motion, λ_q of the arm (eq. 14)
     base_effort: float = 0.01
     """Cost of base motion one metre from the goal; λ_q of the base grows as 1/|e| (eq. 14). The
     paper prints 1, its published example has 0.01."""
@@ -216,8 +179,7 @@ class ControllerSettings(Checked):
     """|e| of these weights: the norm of the position error in the end effector's axes."""
     manipulability_of: Literal["none", "whole body", "arm"] = "arm"
     """Ĵ_m: the part of the chain whose manipulability is maximised (eq. 12 and Table III)."""
-    manipulability_gain: float = 1.0
-    """Factor of Ĵ_m in C (eq. 11)."""
+    manipulability_gain: float = 1.0  # factor of Ĵ_m in C (eq. 11)
     heading_gain: float = 0.1
     """k_ε: how strongly the base turns to keep the hand in front of it (eq. 13 and Table II)."""
 
@@ -227,10 +189,8 @@ class ControllerSettings(Checked):
     # Not in the paper.
     limit_acceleration: bool = True
     """Whether the bounds keep the acceleration limits and brake for joint limits."""
-    smoothness: float = 3.0
-    """Cost of changing the velocities from one period to the next."""
-    collision: CollisionSettings | None = CollisionSettings()
-    """None for no collision avoidance."""
+    smoothness: float = 3.0  # cost of changing the velocities from one period to the next
+    collision: CollisionSettings | None = CollisionSettings()  # None for no collision avoidance
     guidance: GuidanceSettings | None = GuidanceSettings()
     """None for no stances: the end effector may get stuck in local minima."""
 

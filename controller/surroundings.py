@@ -37,10 +37,8 @@ class PointCloud:
 class Obstacle:
     """A moving obstacle."""
 
-    geom: Geom
-    """Its present shape in the world."""
-    velocity: Array
-    """(3,) of its centre, in world axes [m/s]; it does not turn."""
+    geom: Geom  # its present shape in the world
+    velocity: Array  # (3,) of its centre, in world axes [m/s]; it does not turn
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -51,8 +49,7 @@ class Surroundings:
     same objects.
     """
 
-    fixtures: tuple[Geom, ...] = ()
-    """Static obstacles in the world."""
+    fixtures: tuple[Geom, ...] = ()  # static obstacles in the world
     moving: tuple[Obstacle, ...] = ()
     loose: tuple[Geom, ...] = ()
     """Objects on fixtures, in the world. The arm's links and the camera avoid them; the hand, which
@@ -75,5 +72,4 @@ class Surroundings:
         return all(one.geom.shape == before.geom.shape for one, before in both)
 
 
-OPEN_FLOOR = Surroundings()
-"""No obstacles."""
+OPEN_FLOOR = Surroundings()  # no obstacles

@@ -27,8 +27,7 @@ _NEAR = 0.1
 base, and not at all beyond twice this [m]."""
 _MIN_SURPLUS = 0.001
 """Smaller velocities of the lagging base are not compensated for [m/s and rad/s]."""
-_LED = 0.5
-"""Blend from which on the base follows the guidance."""
+_LED = 0.5  # blend from which on the base follows the guidance
 
 
 class Tick(NamedTuple):
@@ -37,10 +36,8 @@ class Tick(NamedTuple):
     state: KinematicState
     base: Pose2D
     goal: MotionGoal | None
-    applied: Array
-    """(n,) velocities of the last period."""
-    bounds: tuple[Array, Array]
-    """Lower and upper bounds (n,) of the velocities."""
+    applied: Array  # (n,) velocities of the last period
+    bounds: tuple[Array, Array]  # lower and upper bounds (n,) of the velocities
     kinematics: Linearisation
     surroundings: Surroundings
 
@@ -50,8 +47,7 @@ class Task(NamedTuple):
 
     qp: QP
     report: StepReport
-    twist: Array | None = None
-    """(6,) desired end-effector twist in base axes, if there is one."""
+    twist: Array | None = None  # (6,) desired end-effector twist in base axes, if there is one
     base_velocity: Array | None = None
     """(n_base,) desired velocity of the base, if it is led somewhere."""
     lag_compensation: Callable[[Array], QP | None] = lambda base: None

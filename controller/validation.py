@@ -17,10 +17,8 @@ from controller.command import (
     PostureGoal,
 )
 
-_MAX_SIZE = 1e12
-"""Largest length, angle or speed: sums of squares stay accurate [m, rad and per s]."""
-_ROTATION_TOLERANCE = 1e-4
-"""For poses written with few digits."""
+_MAX_SIZE = 1e12  # largest length, angle or speed: sums of squares stay accurate [m, rad and per s]
+_ROTATION_TOLERANCE = 1e-4  # for poses written with few digits
 
 
 class GoalError(ValueError):

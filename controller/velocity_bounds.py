@@ -93,6 +93,5 @@ class _Joint(NamedTuple):
     speed: float
     acceleration: float
     lag: float
-    free_from: float
-    """Between this position and `free_to` no limit is near enough to matter [rad]."""
+    free_from: float  # between this position and `free_to` no limit is near enough to matter [rad]
     free_to: float

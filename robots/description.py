@@ -20,22 +20,15 @@ from robots.shapes import Array, Geom
 class Limits:
     """Limits of the robot, enforced by controller and gate."""
 
-    q_min: Array
-    """(7,) lower joint positions [rad]."""
-    q_max: Array
-    """(7,) upper joint positions [rad]."""
-    qd: Array
-    """(7,) joint speeds [rad/s]."""
-    qdd: Array
-    """(7,) joint accelerations [rad/s^2]."""
-    base_twist: Array
-    """(3,) base speeds along x, y and about z [m/s, m/s, rad/s]."""
-    base_reverse: float
-    """Base speed along -x [m/s]."""
+    q_min: Array  # (7,) lower joint positions [rad]
+    q_max: Array  # (7,) upper joint positions [rad]
+    qd: Array  # (7,) joint speeds [rad/s]
+    qdd: Array  # (7,) joint accelerations [rad/s^2]
+    base_twist: Array  # (3,) base speeds along x, y and about z [m/s, m/s, rad/s]
+    base_reverse: float  # base speed along -x [m/s]
     base_acceleration: Array
     """(3,) base accelerations along x, y and about z [m/s^2, m/s^2, rad/s^2]."""
-    base_emergency: Array
-    """(3,) base decelerations of an emergency stop [m/s^2, m/s^2, rad/s^2]."""
+    base_emergency: Array  # (3,) base decelerations of an emergency stop [m/s^2, m/s^2, rad/s^2]
 
     def base_speed(self, twist: Array) -> Array:
         """(3,) largest base speeds in the directions of a twist (3,) [m/s, m/s, rad/s]."""
@@ -49,12 +42,9 @@ class ArmDescription:
 
     joints: tuple[SE3, ...]
     """Pose of each joint at position zero on the joint before it, the first on the foot."""
-    lTh: SE3
-    """Flange of the hand on the last link."""
-    ready: Array
-    """(7,) posture named `ready` in tasks [rad]: the hand in front, pointing down."""
-    lag: float
-    """Time constant with which the joints follow velocity commands [s]."""
+    lTh: SE3  # flange of the hand on the last link
+    ready: Array  # (7,) posture named `ready` in tasks [rad]: the hand in front, pointing down
+    lag: float  # time constant with which the joints follow velocity commands [s]
     collision: tuple[tuple[Geom, ...], ...]
     """Capsules of the foot and the seven links, each in the frame of its link: 8 tuples."""
     may_touch: tuple[tuple[str, str], ...]
@@ -62,8 +52,7 @@ class ArmDescription:
     second of a pair is the outer one."""
     inertias: tuple[Inertia, ...]
     """Of the foot and the seven links, each in the frame of its link: 8."""
-    torque: Array
-    """(7,) largest torques of the joints [Nm]."""
+    torque: Array  # (7,) largest torques of the joints [Nm]
     visual: str | None
     """Mesh that the viewer draws instead of the collision shapes, if it is installed."""
 
@@ -74,46 +63,29 @@ class BaseDescription:
 
     axes: Array
     """(3, n_base) the twist that each degree of freedom contributes (Haviland 2022, eq. 4)."""
-    size: tuple[float, float, float]
-    """Footprint along x and y, and height [m]."""
-    lag: float
-    """Time constant with which it follows velocity commands [s]."""
-    mass: float
-    """[kg]."""
-    visual: str | None
-    """Mesh that the viewer draws instead of a box, if it is installed."""
+    size: tuple[float, float, float]  # footprint along x and y, and height [m]
+    lag: float  # time constant with which it follows velocity commands [s]
+    mass: float  # [kg]
+    visual: str | None  # mesh that the viewer draws instead of a box, if it is installed
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class GripperDescription:
     """A parallel gripper. `left` is the finger on the side of +y of e."""
 
-    hTe: SE3
-    """End effector on the flange."""
-    opening: float
-    """Distance between the pads when fully open [m]."""
-    speed: float
-    """Rate at which the distance between the pads changes [m/s]."""
-    palm: Geom
-    """The hand without its fingers, a box in e."""
-    finger: Geom
-    """The left finger, a box in e, when the pads touch."""
-    pad: Geom
-    """The left pad, a box in e, when the pads touch; its inner face lies in y = 0."""
-    tip: float
-    """Distance from the grasp centre to the end of the pads, along the approach [m]."""
-    ball: Geom
-    """A ball around palm and fingers at any opening, in e."""
-    collision: tuple[Geom, ...]
-    """Capsules around the hand and its fingers at any opening, in h."""
-    inertia: Inertia
-    """Without the fingers, in h."""
-    finger_mass: float
-    """Of one finger [kg]."""
-    visual: str | None
-    """Mesh that the viewer draws instead of the boxes, if it is installed."""
-    camera: Geom | None = None
-    """The camera housing, a box in e along its axes, if there is one."""
+    hTe: SE3  # end effector on the flange
+    opening: float  # distance between the pads when fully open [m]
+    speed: float  # rate at which the distance between the pads changes [m/s]
+    palm: Geom  # the hand without its fingers, a box in e
+    finger: Geom  # the left finger, a box in e, when the pads touch
+    pad: Geom  # the left pad, a box in e, when the pads touch; its inner face lies in y = 0
+    tip: float  # distance from the grasp centre to the end of the pads, along the approach [m]
+    ball: Geom  # a ball around palm and fingers at any opening, in e
+    collision: tuple[Geom, ...]  # capsules around the hand and its fingers at any opening, in h
+    inertia: Inertia  # without the fingers, in h
+    finger_mass: float  # of one finger [kg]
+    visual: str | None  # mesh that the viewer draws instead of the boxes, if it is installed
+    camera: Geom | None = None  # the camera housing, a box in e along its axes, if there is one
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -137,21 +109,14 @@ class Intrinsics:
 class CameraDescription:
     """A stereo depth camera on the wrist."""
 
-    eTc: SE3
-    """Camera on the end effector."""
+    eTc: SE3  # camera on the end effector
     intrinsics: Intrinsics
-    rate: float
-    """Frames per second [Hz]."""
-    min_range: float
-    """Smallest depth that it measures [m]."""
-    max_range: float
-    """Largest depth that it measures [m]."""
-    baseline: float
-    """Distance between its two imagers [m]."""
-    body: Geom
-    """The housing, a box in c."""
-    mass: float
-    """[kg]."""
+    rate: float  # frames per second [Hz]
+    min_range: float  # smallest depth that it measures [m]
+    max_range: float  # largest depth that it measures [m]
+    baseline: float  # distance between its two imagers [m]
+    body: Geom  # the housing, a box in c
+    mass: float  # [kg]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -160,14 +125,12 @@ class RobotDescription:
 
     name: str
     base: BaseDescription
-    bTa: SE3
-    """Foot of the arm on the base."""
+    bTa: SE3  # foot of the arm on the base
     arm: ArmDescription
     gripper: GripperDescription
     camera: CameraDescription
     limits: Limits
-    pace: float = 1.0
-    """Share of the nominal speeds that the limits are scaled to."""
+    pace: float = 1.0  # share of the nominal speeds that the limits are scaled to
 
 
 def with_base_speeds(

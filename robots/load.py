@@ -49,13 +49,10 @@ class RealRobot:
     """The file of a real robot without its description."""
 
     path: Path
-    body: str
-    """The file of its description."""
+    body: str  # the file of its description
     hardware: HardwareFile
-    map: str | None
-    """Scene file with the surroundings, if there is one."""
-    calibrated: tuple[str, ...]
-    """Which of `arm_mount` and `camera_mount` are calibrated."""
+    map: str | None  # scene file with the surroundings, if there is one
+    calibrated: tuple[str, ...]  # which of `arm_mount` and `camera_mount` are calibrated
 
 
 def robot_names() -> list[str]:

@@ -26,17 +26,14 @@ from robots.schema_geometry import (
 
 Seven: TypeAlias = tuple[Finite, Finite, Finite, Finite, Finite, Finite, Finite]
 
-N_LINKS = 8
-"""Of an arm: the foot and seven links."""
+N_LINKS = 8  # of an arm: the foot and seven links
 LINKS = ("base", "floor", *(f"link{number}" for number in range(N_LINKS)), "hand")
 """Names of the parts that can collide."""
 
 
 class _WithVisual(StrictModel):
-    visual: str | None = None
-    """Mesh that the viewer draws, if it is installed."""
-    looks: str | None = None
-    """The former key of `visual`."""
+    visual: str | None = None  # mesh that the viewer draws, if it is installed
+    looks: str | None = None  # the former key of `visual`
 
     @model_validator(mode="after")
     def _warn_of_looks(self) -> Self:
@@ -53,21 +50,16 @@ class _WithVisual(StrictModel):
 class LinkCapsuleFile(CapsuleFile):
     """A capsule of one link."""
 
-    link: Annotated[int, Field(ge=0, lt=N_LINKS)]
-    """0 is the foot."""
+    link: Annotated[int, Field(ge=0, lt=N_LINKS)]  # 0 is the foot
 
 
 class JointFile(PoseFile):
     """A joint: its pose on the joint before it, and its limits."""
 
-    position: Range
-    """Lower and upper [rad]."""
-    speed: Positive
-    """[rad/s]."""
-    acceleration: Positive
-    """[rad/s^2]."""
-    torque: Positive
-    """Of its motor [Nm]."""
+    position: Range  # lower and upper [rad]
+    speed: Positive  # [rad/s]
+    acceleration: Positive  # [rad/s^2]
+    torque: Positive  # of its motor [Nm]
 
 
 def _known_link(name: str) -> str:
@@ -83,12 +75,9 @@ class ArmFile(_WithVisual):
     """A serial arm of seven joints, each turning about its own z."""
 
     joints: tuple[JointFile, JointFile, JointFile, JointFile, JointFile, JointFile, JointFile]
-    flange: PoseFile
-    """Of the hand, on the last link."""
-    ready: Seven
-    """Posture named `ready` in tasks [rad]."""
-    lag: Positive
-    """Time constant of the joint velocities [s]."""
+    flange: PoseFile  # of the hand, on the last link
+    ready: Seven  # posture named `ready` in tasks [rad]
+    lag: Positive  # time constant of the joint velocities [s]
     collision: tuple[LinkCapsuleFile, ...]
     may_touch: tuple[tuple[tuple[Link, ...], tuple[Link, ...]], ...]
     """Each of the first with each of the second."""
@@ -109,23 +98,16 @@ class ArmFile(_WithVisual):
 class GripperFile(_WithVisual):
     """A parallel gripper; finger and pad are those at +y, when the pads touch."""
 
-    grasp_centre: PoseFile
-    """End effector on the flange."""
-    opening: Positive
-    """[m]."""
-    speed: Positive
-    """Of the distance between the pads [m/s]."""
+    grasp_centre: PoseFile  # end effector on the flange
+    opening: Positive  # [m]
+    speed: Positive  # of the distance between the pads [m/s]
     palm: BoxFile
     finger: BoxFile
     pad: BoxFile
-    ball: BallFile
-    """Around palm and fingers at any opening."""
-    collision: tuple[CapsuleFile, ...]
-    """On the flange."""
-    inertia: InertiaFile
-    """Without the fingers, on the flange."""
-    finger_mass: Positive
-    """Of one finger [kg]."""
+    ball: BallFile  # around palm and fingers at any opening
+    collision: tuple[CapsuleFile, ...]  # on the flange
+    inertia: InertiaFile  # without the fingers, on the flange
+    finger_mass: Positive  # of one finger [kg]
 
     @field_validator("pad")
     @classmethod
@@ -163,24 +145,18 @@ class CameraFile(StrictModel):
     """A stereo depth camera."""
 
     intrinsics: IntrinsicsFile
-    rate: Positive
-    """[Hz]."""
-    depth_range: Range
-    """[m]."""
-    baseline: Positive
-    """[m]."""
+    rate: Positive  # [Hz]
+    depth_range: Range  # [m]
+    baseline: Positive  # [m]
     body: BoxFile
-    mass: Positive
-    """[kg]."""
+    mass: Positive  # [kg]
 
 
 class BaseLimitsFile(StrictModel):
     """Limits of the base."""
 
-    speed: tuple[NotNegative, NotNegative, NotNegative]
-    """Along x and y, about z [m/s, m/s, rad/s]."""
-    reverse: NotNegative
-    """Along -x [m/s]."""
+    speed: tuple[NotNegative, NotNegative, NotNegative]  # along x and y, about z [m/s, m/s, rad/s]
+    reverse: NotNegative  # along -x [m/s]
     acceleration: tuple[Positive, Positive, Positive]
     """Along x and y, about z [m/s^2, m/s^2, rad/s^2]."""
     emergency: tuple[Positive, Positive, Positive]
@@ -197,13 +173,10 @@ class BaseFile(_WithVisual):
     """A mobile base."""
 
     drive: Literal["differential", "omnidirectional"]
-    size: tuple[Positive, Positive, Positive]
-    """Footprint along x and y, height [m]."""
-    lag: Positive
-    """Time constant of its velocity [s]."""
+    size: tuple[Positive, Positive, Positive]  # footprint along x and y, height [m]
+    lag: Positive  # time constant of its velocity [s]
     limits: BaseLimitsFile
-    mass: Positive
-    """[kg]."""
+    mass: Positive  # [kg]
 
     @model_validator(mode="after")
     def _drives_as_it_can(self) -> BaseFile:
@@ -231,9 +204,7 @@ class RobotFile(StrictModel):
 
     base: BaseFile
     arm: PartFile
-    arm_mount: PoseFile
-    """Foot of the arm on the base."""
+    arm_mount: PoseFile  # foot of the arm on the base
     gripper: PartFile
     camera: PartFile
-    camera_mount: PoseFile
-    """Camera on the end effector."""
+    camera_mount: PoseFile  # camera on the end effector

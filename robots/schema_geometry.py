@@ -76,10 +76,8 @@ class PoseFile(StrictModel):
 class BoxFile(StrictModel):
     """A box along the axes of its frame."""
 
-    xyz: Vector
-    """Centre [m]."""
-    size: tuple[Positive, Positive, Positive]
-    """Edge lengths [m]."""
+    xyz: Vector  # centre [m]
+    size: tuple[Positive, Positive, Positive]  # edge lengths [m]
 
     def geom(self, name: str, colour: Colour) -> Geom:
         """The shape in its frame."""
@@ -91,8 +89,7 @@ class BoxFile(StrictModel):
 class BallFile(StrictModel):
     """A ball."""
 
-    xyz: Vector
-    """Centre [m]."""
+    xyz: Vector  # centre [m]
     radius: Positive
 
     def geom(self, name: str) -> Geom:
@@ -103,12 +100,10 @@ class BallFile(StrictModel):
 class CapsuleFile(StrictModel):
     """A capsule along an axis of its frame."""
 
-    xyz: Vector
-    """Centre [m]."""
+    xyz: Vector  # centre [m]
     axis: Literal["x", "y", "z"]
     radius: Positive
-    length: NotNegative
-    """Between the centres of the half balls [m]."""
+    length: NotNegative  # between the centres of the half balls [m]
 
     def geom(self, name: str) -> Geom:
         """The shape in its frame."""
@@ -119,14 +114,11 @@ class CapsuleFile(StrictModel):
 class InertiaFile(StrictModel):
     """Mass, centre of mass and inertia of a part."""
 
-    mass: Positive
-    """[kg]."""
-    xyz: Vector
-    """Centre of mass [m]."""
+    mass: Positive  # [kg]
+    xyz: Vector  # centre of mass [m]
     moments: tuple[Positive, Positive, Positive]
     """xx, yy and zz about the centre of mass, along the axes of the frame [kg m^2]."""
-    products: Vector
-    """xy, xz and yz [kg m^2]."""
+    products: Vector  # xy, xz and yz [kg m^2]
 
     @model_validator(mode="after")
     def _is_possible(self) -> InertiaFile:

@@ -34,18 +34,13 @@ class ArclFile(StrictModel):
 class FullScaleFile(StrictModel):
     """The "Teleop settings" of the base: speeds at 100 %, and dead zones."""
 
-    forward: Positive = 1.0
-    """[m/s]."""
-    reverse: Positive = 0.25
-    """[m/s]."""
-    turn_deg: Positive = 50.0
-    """At rest [deg/s]."""
+    forward: Positive = 1.0  # [m/s]
+    reverse: Positive = 0.25  # [m/s]
+    turn_deg: Positive = 50.0  # at rest [deg/s]
     turn_at_forward_deg: Positive | None = None
     turn_at_reverse_deg: Positive | None = None
-    dead_translation: NotNegative = 10.0
-    """[%]."""
-    dead_rotation: NotNegative = 5.0
-    """[%]."""
+    dead_translation: NotNegative = 10.0  # [%]
+    dead_rotation: NotNegative = 5.0  # [%]
     throttle: bool = False
     """Whether the base obeys the throttle; see `frankie-task doctor --first-metre`."""
 
@@ -74,8 +69,7 @@ class OmronFile(StrictModel):
     arcl: ArclFile | None = None
     full_scale: ScaleFile = FullScaleFile()
     """Or the file written by `frankie-task doctor --write-site`."""
-    pose_delay: NotNegative = 0.0
-    """Age of a pose on arrival [s]."""
+    pose_delay: NotNegative = 0.0  # age of a pose on arrival [s]
     least_score: Share | None = None
     score_scale: Literal[100, 1000] | None = None
 
@@ -93,8 +87,7 @@ class PandaFile(StrictModel):
     address: Text
     torques: SevenPositive = (20.0, 20.0, 18.0, 18.0, 16.0, 14.0, 12.0)
     """Contact thresholds at which the arm stops [Nm]."""
-    forces: Six = (20.0, 20.0, 20.0, 25.0, 25.0, 25.0)
-    """[N, Nm]."""
+    forces: Six = (20.0, 20.0, 20.0, 25.0, 25.0, 25.0)  # [N, Nm]
     lead: Annotated[float, Field(ge=0.0, le=0.1)] = 0.0
     """Delay of the joints that the driver compensates for [s]."""
 
@@ -103,21 +96,17 @@ class HandFile(StrictModel):
     """A Franka Hand, at the address of the arm."""
 
     driver: Literal["franka_hand"]
-    speed: Positive = 0.1
-    """[m/s]."""
+    speed: Positive = 0.1  # [m/s]
 
 
 class RealSenseFile(StrictModel):
     """An Intel RealSense D435."""
 
     driver: Literal["realsense"]
-    serial: str = ""
-    """Empty for the only camera."""
-    rate: Literal[6, 15, 30, 60, 90] = 30
-    """[Hz]."""
+    serial: str = ""  # empty for the only camera
+    rate: Literal[6, 15, 30, 60, 90] = 30  # [Hz]
     preset: str = "High Density"
-    delay: NotNegative = 0.0
-    """Age of an image at its stamp [s]."""
+    delay: NotNegative = 0.0  # age of an image at its stamp [s]
 
 
 class HardwareFile(StrictModel):
@@ -126,8 +115,7 @@ class HardwareFile(StrictModel):
     emulated: Port | None = None
     """Port of the emulators at the address of the base, the camera's at the next one; None for a
     real robot."""
-    speed_percent: Percent = 10.0
-    """Of the speeds of the description."""
+    speed_percent: Percent = 10.0  # of the speeds of the description
     base: OmronFile
     arm: PandaFile
     gripper: HandFile
@@ -205,17 +193,12 @@ class RealRobotFile(StrictModel):
     robot: Annotated[Text, AfterValidator(_described)]
     """Its description: a shipped robot, or a robot file; the path of its file, once it is read."""
     hardware: HardwareFile
-    arm_mount: MountFile = None
-    """Foot of the arm on the base, or the file of its calibration."""
-    camera_mount: MountFile = None
-    """Camera on the end effector, or the file of its calibration."""
+    arm_mount: MountFile = None  # foot of the arm on the base, or the file of its calibration
+    camera_mount: MountFile = None  # camera on the end effector, or the file of its calibration
     base_limits: BaseLimitsFile | None = None
-    base_lag: Positive | None = None
-    """Time constant of its velocity [s]."""
-    arm_lag: Positive | None = None
-    """Time constant of the joint velocities [s]."""
-    map: Text | None = None
-    """Scene file with the surroundings."""
+    base_lag: Positive | None = None  # time constant of its velocity [s]
+    arm_lag: Positive | None = None  # time constant of the joint velocities [s]
+    map: Text | None = None  # scene file with the surroundings
 
 
 def _is_here(address: str) -> bool:

@@ -22,44 +22,37 @@ GREY: Colour = (160, 160, 165)
 class Box:
     """A box centred on its frame."""
 
-    half: tuple[float, float, float]
-    """Half of the edge lengths along x, y and z [m]."""
+    half: tuple[float, float, float]  # half of the edge lengths along x, y and z [m]
 
 
 @dataclass(frozen=True)
 class Sphere:
     """A ball centred on its frame."""
 
-    radius: float
-    """[m]."""
+    radius: float  # [m]
 
 
 @dataclass(frozen=True)
 class Cylinder:
     """A cylinder centred on its frame, its axis along z."""
 
-    radius: float
-    """[m]."""
-    half_length: float
-    """From the centre to either flat end [m]."""
+    radius: float  # [m]
+    half_length: float  # from the centre to either flat end [m]
 
 
 @dataclass(frozen=True)
 class Capsule:
     """A cylinder with a half ball on each end, its axis along z."""
 
-    radius: float
-    """[m]."""
-    half_length: float
-    """From the centre to the centre of either half ball [m]."""
+    radius: float  # [m]
+    half_length: float  # from the centre to the centre of either half ball [m]
 
 
 @dataclass(frozen=True, eq=False)
 class Hull:
     """A convex polyhedron, made by `hull_of`, its bounding box centred on its frame."""
 
-    vertices: Array
-    """(V, 3) corners [m]."""
+    vertices: Array  # (V, 3) corners [m]
     triangles: Triangles
     """(T, 3) indices of the corners of its faces, counter-clockwise seen from outside."""
 

@@ -22,12 +22,10 @@ from controller.surroundings import Obstacle, Surroundings
 class NearestPair(NamedTuple):
     """The pair of shapes with the smallest distance, the robot's own pairs left out."""
 
-    pairs: int = 0
-    """Number of all near pairs."""
+    pairs: int = 0  # number of all near pairs
     clearance: float = inf
     name: str = ""
-    points: tuple[Array, Array] | None = None
-    """The nearest points (3,) of the two in the world."""
+    points: tuple[Array, Array] | None = None  # the nearest points (3,) of the two in the world
 
 
 class CollisionAvoidance:

@@ -26,44 +26,30 @@ from robots import Geom, bounding_radius, coal_geometry, half_extents
 class PairKind(IntEnum):
     """The parts of robot and surroundings that a pair of shapes belongs to."""
 
-    SELF = 0
-    """The arm and the robot itself, or the floor."""
-    BASE = 1
-    """The base and a static obstacle."""
-    ARM = 2
-    """The arm and a static obstacle."""
-    HAND = 3
-    """Hand, fingers or held object and a static obstacle."""
-    PALM = 4
-    """The palm and a static obstacle; it must not touch even where the fingers may."""
-    BASE_MOVING = 5
-    """The base and a moving obstacle."""
-    ARM_MOVING = 6
-    """Arm or hand and a moving obstacle."""
-    AHEAD = 7
-    """The base and the predicted motion of a moving obstacle."""
+    SELF = 0  # the arm and the robot itself, or the floor
+    BASE = 1  # the base and a static obstacle
+    ARM = 2  # the arm and a static obstacle
+    HAND = 3  # hand, fingers or held object and a static obstacle
+    PALM = 4  # the palm and a static obstacle; it must not touch even where the fingers may
+    BASE_MOVING = 5  # the base and a moving obstacle
+    ARM_MOVING = 6  # arm or hand and a moving obstacle
+    AHEAD = 7  # the base and the predicted motion of a moving obstacle
 
 
 class Pairs(NamedTuple):
     """P pairs of shapes that can collide; the first of each is the robot's."""
 
-    first: npt.NDArray[np.int64]
-    """(P,) indices of shapes."""
-    second: npt.NDArray[np.int64]
-    """(P,)."""
-    kind: npt.NDArray[np.int64]
-    """(P,) `PairKind`."""
+    first: npt.NDArray[np.int64]  # (P,) indices of shapes
+    second: npt.NDArray[np.int64]  # (P,)
+    kind: npt.NDArray[np.int64]  # (P,) `PairKind`
 
 
 class Body(NamedTuple):
     """A shape of the robot that can collide with obstacles."""
 
-    number: int
-    """Index of the shape."""
-    geom: Geom
-    """In the frame of its link."""
-    kind: PairKind
-    """With static obstacles."""
+    number: int  # index of the shape
+    geom: Geom  # in the frame of its link
+    kind: PairKind  # with static obstacles
 
 
 class CollisionModel:
@@ -77,10 +63,8 @@ class CollisionModel:
         self._moves: list[int] = []
         """Number of degrees of freedom that move each shape, counted from the first."""
         self._radius: list[float] = []
-        self._half: list[Array] = []
-        """Half extents of the shapes [m]."""
-        self.names: list[str] = []
-        """Names of the shapes in messages."""
+        self._half: list[Array] = []  # half extents of the shapes [m]
+        self.names: list[str] = []  # names of the shapes in messages
         parts = robot_parts(model, surroundings.held)
         numbers = {name: [self._add(name, p) for p in some] for name, some in parts.items()}
         self.bodies = [

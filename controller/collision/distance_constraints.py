@@ -34,8 +34,7 @@ SLACK_COSTS = np.array([1e4, 1e4, 1e4, 1e4, 1e4, 1e3, 3e3, 1.5e3])
 obstacles over their present distance to the base."""
 _ASSUMED_DECELERATION = 1.0
 """Of base and arm, to decide which pairs matter; a heavy base may have less [m/s^2]."""
-_MAX_GAIN = 0.05
-"""By which the lag may enlarge a distance [m]."""
+_MAX_GAIN = 0.05  # by which the lag may enlarge a distance [m]
 
 
 class DistanceConstraints:
@@ -52,8 +51,7 @@ class DistanceConstraints:
             [np.full(model.n_base, robot.base.lag), np.full(len(robot.arm.joints), robot.arm.lag)]
         )
         self._share = 1.0 - np.exp(-settings.period / self._lag)
-        self.velocities = np.zeros(model.n)
-        """(n,) present velocities as predicted from the lags."""
+        self.velocities = np.zeros(model.n)  # (n,) present velocities as predicted from the lags
         self._last = np.zeros(model.n)
         wait = collision.delay_periods * settings.period
         drive = self._acceleration[: model.n_base][~self._turns]

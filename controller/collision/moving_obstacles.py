@@ -33,32 +33,20 @@ from controller.model import RobotModel
 from controller.qp_solver import Rows
 from controller.surroundings import Obstacle
 
-_TOLERATED = 0.06
-"""Distance to moving obstacles above which the base does not give way [m]."""
+_TOLERATED = 0.06  # distance to moving obstacles above which the base does not give way [m]
 _HYSTERESIS = 1
 """Number of the shortest stopping rollouts that do not count while the base gives way."""
-_CHANGE = 0.3
-"""Cost of a change of the velocity chosen in the last period."""
-_TURN = 0.3
-"""Distance equivalent to a radian of heading at the end of a rollout [m]."""
-_SHARES = (1.0, 0.75, 0.5, 0.25, 0.0)
-"""Multiples of the lead velocity among the candidates."""
-_STILL = 0.05
-"""Slower obstacles count as static [m/s]."""
-_REACH = 1.3
-"""Largest distance of a part of the robot from the centre of its base [m]."""
-_ROOM = 0.02
-"""Distance kept from static obstacles, unless the base is nearer already [m]."""
-_NOISE = 0.005
-"""Accuracy of the floor map [m]."""
-_BATCH = 8
-"""Number of rollouts that are checked for static obstacles together ..."""
-_MAX_CHECKED = 96
-"""... and at most."""
-_TOLERANCE = 1e-3
-"""Of the velocity that the QP must keep [m/s, rad/s]."""
-_BINDS = 1e-4
-"""A row with less margin than this binds [m/s]."""
+_CHANGE = 0.3  # cost of a change of the velocity chosen in the last period
+_TURN = 0.3  # distance equivalent to a radian of heading at the end of a rollout [m]
+_SHARES = (1.0, 0.75, 0.5, 0.25, 0.0)  # multiples of the lead velocity among the candidates
+_STILL = 0.05  # slower obstacles count as static [m/s]
+_REACH = 1.3  # largest distance of a part of the robot from the centre of its base [m]
+_ROOM = 0.02  # distance kept from static obstacles, unless the base is nearer already [m]
+_NOISE = 0.005  # accuracy of the floor map [m]
+_BATCH = 8  # number of rollouts that are checked for static obstacles together ...
+_MAX_CHECKED = 96  # ... and at most
+_TOLERANCE = 1e-3  # of the velocity that the QP must keep [m/s, rad/s]
+_BINDS = 1e-4  # a row with less margin than this binds [m/s]
 
 
 class MovingObstacleAvoidance:

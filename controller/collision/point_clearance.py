@@ -18,12 +18,9 @@ from controller.command import Array
 from controller.surroundings import PointCloud
 from robots import Box, Hull, Shape, from_rounded_boxes, rounded_box
 
-_FAR = 1.0
-"""Points farther than this from a probe are ignored [m]."""
-_FACE = 0.4
-"""Largest spacing of probes on the faces of boxes [m]."""
-_MAX_POINTS = 2
-"""Number of nearest points that are kept for one shape."""
+_FAR = 1.0  # points farther than this from a probe are ignored [m]
+_FACE = 0.4  # largest spacing of probes on the faces of boxes [m]
+_MAX_POINTS = 2  # number of nearest points that are kept for one shape
 
 Numbers = npt.NDArray[np.int64]
 
@@ -31,14 +28,11 @@ Numbers = npt.NDArray[np.int64]
 class NearPoints(NamedTuple):
     """K depth points that are near shapes of the robot."""
 
-    d: Array
-    """(K,) between point and shape [m]; negative inside."""
+    d: Array  # (K,) between point and shape [m]; negative inside
     lines: Array
     """(K, 6) Plücker lines from shape to point: direction, moment about the world's origin."""
-    shape: Numbers
-    """(K,) indices of the shapes in the collision model."""
-    kind: Numbers
-    """(K,) `PairKind`."""
+    shape: Numbers  # (K,) indices of the shapes in the collision model
+    kind: Numbers  # (K,) `PairKind`
 
 
 class PointClearance:
@@ -65,8 +59,7 @@ class PointClearance:
         self._cloud: PointCloud | None = None
         self._at_least = np.full(len(self._body), -np.inf)
         """(F,) lower bound of the distances of points that a probe finds to its shape [m]."""
-        self._matters = self._at_least
-        """(F,) distance that matters now [m]."""
+        self._matters = self._at_least  # (F,) distance that matters now [m]
 
     def due(
         self, cloud: PointCloud, motion: Array, within: Callable[[Array], Array]

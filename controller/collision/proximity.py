@@ -28,16 +28,11 @@ _POINT_MARGIN = 0.01
 class Distances(NamedTuple):
     """K pairs of shapes that are near each other."""
 
-    d: Array
-    """(K,) between their surfaces [m]; negative if they overlap."""
-    rows: Array
-    """(K, n) distance Jacobian: growth per velocity of every degree of freedom [m/rad]."""
-    drift: Array
-    """(K,) growth by the motion of the obstacle itself [m/s]."""
-    kind: npt.NDArray[np.int64]
-    """(K,) `PairKind`."""
-    pair: npt.NDArray[np.int64]
-    """(K,) indices for `Proximity.pair_name`."""
+    d: Array  # (K,) between their surfaces [m]; negative if they overlap
+    rows: Array  # (K, n) distance Jacobian: growth per velocity of every degree of freedom [m/rad]
+    drift: Array  # (K,) growth by the motion of the obstacle itself [m/s]
+    kind: npt.NDArray[np.int64]  # (K,) `PairKind`
+    pair: npt.NDArray[np.int64]  # (K,) indices for `Proximity.pair_name`
 
     def without(self, kind: PairKind) -> Distances:
         """All pairs but those of one kind."""
@@ -55,14 +50,10 @@ class Ranges(NamedTuple):
     For an approach speed v: stop + v delay + v² / 2 deceleration, at most `most`.
     """
 
-    stop: float
-    """[m]."""
-    delay: Array
-    """(kinds,) [s]."""
-    deceleration: Array
-    """(kinds,) [m/s^2]."""
-    most: Array
-    """(kinds,) [m]."""
+    stop: float  # [m]
+    delay: Array  # (kinds,) [s]
+    deceleration: Array  # (kinds,) [m/s^2]
+    most: Array  # (kinds,) [m]
 
     def of(self, kind: npt.NDArray[np.int64]) -> Callable[[Array], Array]:
         """For kinds (P,): the function from speeds (P,) [m/s] to distances that matter (P,) [m]."""

@@ -20,17 +20,14 @@ from robots import Box, Capsule, Geom, Plane
 
 _CORNER, _EDGE = 0.05, 1e-3
 """Radii of the capsules in the corners of the base, and in the edges of obstacles [m]."""
-_UPRIGHT = 0.99
-"""Cosine of the largest tilt of an upright edge."""
+_UPRIGHT = 0.99  # cosine of the largest tilt of an upright edge
 
 
 class Part(NamedTuple):
     """A shape of the robot."""
 
-    link: int
-    """-1 the base, 0 the arm's foot, 1 to 7 its links."""
-    geom: Geom
-    """In the frame of the link; of the base and the foot in b."""
+    link: int  # -1 the base, 0 the arm's foot, 1 to 7 its links
+    geom: Geom  # in the frame of the link; of the base and the foot in b
 
 
 def robot_parts(model: RobotModel, held: Sequence[Geom]) -> dict[str, list[Part]]:

@@ -14,40 +14,28 @@ from controller.model import RobotModel
 from controller.surroundings import Obstacle
 from robots import Box, Hull, Shape, half_extents
 
-HORIZON = 2.7
-"""Duration of a rollout [s]."""
-MARGIN = 0.10
-"""Desired distance of the base to moving obstacles [m]."""
-STOPPING = 3
-"""Number of rollouts of every velocity, the first ones, that end with a stop."""
-_STEPS = np.array([0.1] * 10 + [0.2125] * 8)
-"""Time steps of a rollout: finer at its beginning [s]."""
+HORIZON = 2.7  # duration of a rollout [s]
+MARGIN = 0.10  # desired distance of the base to moving obstacles [m]
+STOPPING = 3  # number of rollouts of every velocity, the first ones, that end with a stop
+_STEPS = np.array([0.1] * 10 + [0.2125] * 8)  # time steps of a rollout: finer at its beginning [s]
 _KEPT = np.array([0.15, 0.5, HORIZON, 0.6, 1.3])
 """How long a velocity is kept [s]; then the base stops, or in the last ones follows its lead."""
-_MARGIN_COST = 80.0
-"""Cost of missing all of the margin, with the fourth power of the missing share."""
-_PER_SPEED = 0.1
-"""Increase of the margin per speed of the obstacle [s]."""
+_MARGIN_COST = 80.0  # cost of missing all of the margin, with the fourth power of the missing share
+_PER_SPEED = 0.1  # increase of the margin per speed of the obstacle [s]
 _STOPPED_MARGIN = 0.04
 """Desired distance to the present place of the obstacle, if the base stops at once [m]."""
-_CONTACT_SPEED_COST = 80.0
-"""Cost of a contact per approach speed [s/m] ..."""
-_CONTACT_DEPTH_COST = 240.0
-"""... and per `MARGIN` of its depth."""
-_BRAKING = 0.8
-"""Share of the acceleration limits assumed for the base."""
-_ARM_RADIUS = 0.08
-"""Of the discs around the points that represent the arm [m]."""
-_ARM_POINTS = (0, 4, 6, 7, 8)
-"""Indices of the poses of foot, links and hand where the arm bends."""
+_CONTACT_SPEED_COST = 80.0  # cost of a contact per approach speed [s/m] ...
+_CONTACT_DEPTH_COST = 240.0  # ... and per `MARGIN` of its depth
+_BRAKING = 0.8  # share of the acceleration limits assumed for the base
+_ARM_RADIUS = 0.08  # of the discs around the points that represent the arm [m]
+_ARM_POINTS = (0, 4, 6, 7, 8)  # indices of the poses of foot, links and hand where the arm bends
 
 
 class MovingScene(NamedTuple):
     """Moving obstacles and the robot that they may meet."""
 
     wTb: Pose2D
-    arm: Array
-    """(K, 2) points that represent the arm, in the base frame [m]."""
+    arm: Array  # (K, 2) points that represent the arm, in the base frame [m]
     obstacles: list[Obstacle]
 
 

@@ -16,38 +16,29 @@ from controller.settings import ControllerSettings
 Angle = TypeVar("Angle", float, Array)
 
 # The control law of a differential drive (Park and Kuipers, ICRA 2011).
-_HEADING_GAIN = 0.6
-"""k1: how strongly the path bends to arrive with the goal's heading."""
+_HEADING_GAIN = 0.6  # k1: how strongly the path bends to arrive with the goal's heading
 _DETOUR = 0.6
 """Largest deviation of the path from the straight way, to arrive with the goal's heading [m]:
 farther away the path is the tangent of a circle of this radius around the goal."""
-_CURVATURE_GAIN = 2.0
-"""k2: how fast the base turns onto that path."""
-_CURVATURE_SLOWDOWN = 0.1
-"""β: how much slower it drives where the path is curved [m^2]."""
-_PIVOT_ANGLE = 0.6
-"""Misalignment with the path from which it turns more than it drives [rad]."""
-_PIVOT_BLEND = 0.8
-"""Misalignment beyond that at which it does not drive at all [rad]."""
+_CURVATURE_GAIN = 2.0  # k2: how fast the base turns onto that path
+_CURVATURE_SLOWDOWN = 0.1  # β: how much slower it drives where the path is curved [m^2]
+_PIVOT_ANGLE = 0.6  # misalignment with the path from which it turns more than it drives [rad]
+_PIVOT_BLEND = 0.8  # misalignment beyond that at which it does not drive at all [rad]
 _ARRIVAL_DISTANCE = 0.06
 """Nearer than this it only turns to its final heading and creeps along its axis [m]."""
 
 # Following a path.
 _ON_THE_SPOT = 0.6
 """A base that points away from the path by more than this turns on the spot [rad]."""
-_BLEND = 0.35
-"""Up to this much less it turns and drives [rad]."""
+_BLEND = 0.35  # up to this much less it turns and drives [rad]
 
 
 class Pose2D(NamedTuple):
     """A pose on the floor."""
 
-    x: float
-    """[m]."""
-    y: float
-    """[m]."""
-    heading: float
-    """[rad]."""
+    x: float  # [m]
+    y: float  # [m]
+    heading: float  # [rad]
 
     @classmethod
     def of(cls, wTb: SE3) -> Pose2D:
@@ -67,18 +58,12 @@ class Lead(NamedTuple):
 
     target: Pose2D
     """Where to steer, in the base frame: the pose itself, or a point ahead on the path."""
-    reverse: bool
-    """Drive there backwards."""
-    final: bool
-    """Whether the target is the pose itself, and the way there is free."""
-    speed: float
-    """Largest speed on the path [m/s]."""
-    time_left: float
-    """Least time to the pose [s]."""
-    straight: bool = False
-    """Whether the base is in a place that is too narrow to turn."""
-    unreachable: str = ""
-    """Why there is no path; empty if there is one."""
+    reverse: bool  # drive there backwards
+    final: bool  # whether the target is the pose itself, and the way there is free
+    speed: float  # largest speed on the path [m/s]
+    time_left: float  # least time to the pose [s]
+    straight: bool = False  # whether the base is in a place that is too narrow to turn
+    unreachable: str = ""  # why there is no path; empty if there is one
 
 
 def wrap(angle: Angle) -> Angle:

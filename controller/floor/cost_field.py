@@ -13,22 +13,16 @@ from controller.command import Array
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-CELL = 0.10
-"""Distance between the nodes of the graph [m]."""
+CELL = 0.10  # distance between the nodes of the graph [m]
 _TIGHT = 30.0
 """Extra cost per metre where the base just fits; a fifth of it where it can nearly turn."""
-_NEAR = 0.5
-"""Extra cost per metre where the base can just turn ..."""
-_OPEN = 0.30
-"""... and none with this much more room [m]."""
+_NEAR = 0.5  # extra cost per metre where the base can just turn ...
+_OPEN = 0.30  # ... and none with this much more room [m]
 _MOVES = [(1, 0), (0, 1), (1, 1), (1, -1), (2, 1), (1, 2), (2, -1), (1, -2)]
 """From a node to half of its neighbours; the others are opposite."""
-_CLOSED = 0.12
-"""Nodes nearer than this to a closed place are closed [m]."""
-_NEXT = 5
-"""Number of nodes from a place to that ahead of it."""
-_BORDER = 2
-"""Width of the edge of the grid without nodes: the longest move."""
+_CLOSED = 0.12  # nodes nearer than this to a closed place are closed [m]
+_NEXT = 5  # number of nodes from a place to that ahead of it
+_BORDER = 2  # width of the edge of the grid without nodes: the longest move
 
 
 class Floor:
@@ -48,8 +42,7 @@ class Floor:
         tight = np.clip((turns - room) / (turns - fits), 0.0, 1.0)
         near = np.clip((turns + _OPEN - room) / _OPEN, 0.0, 1.0)
         cost = 1.0 + _NEAR * near + _TIGHT * np.where(tight > 0.0, 0.2 + 0.8 * tight, 0.0)
-        self.passes = passes
-        """(n, m) the nodes where it fits."""
+        self.passes = passes  # (n, m) the nodes where it fits
         self.graph = _graph(passes, cost)
         """Costs between neighbours [m]; nodes in the order of the flat grid."""
 

@@ -15,26 +15,16 @@ from controller.floor.cost_field import CELL, CostField, Floor
 from controller.floor.footprints import Footprint, footprint
 from robots import Geom, RobotDescription
 
-FAR = 1.0
-"""Largest distance of a point in the map [m]."""
-NEAR = 0.7
-"""Largest distance of the base in the map [m]."""
-_RESOLUTION = 0.05
-"""Grid spacing [m]."""
-_FLAT = 0.002
-"""Lower obstacles belong to the floor [m]."""
-_OVER_BASE = 0.02
-"""Clearance that the base needs above it [m]."""
-COLUMN = 0.70
-"""Height of the arm's column, which stands above its foot in every posture [m]."""
-_SPARE = 0.01
-"""The base fits where its inscribed circle has this much clearance [m]."""
-_TURNING_ROOM = 0.04
-"""It turns where its circumscribed circle has this much clearance [m]."""
-_PASSAGE = 1.5
-"""Width of the free strip around the obstacles, besides `FAR` [m]."""
-_SPACING = 0.05
-"""Spacing of the points on the edge of the base [m]."""
+FAR = 1.0  # largest distance of a point in the map [m]
+NEAR = 0.7  # largest distance of the base in the map [m]
+_RESOLUTION = 0.05  # grid spacing [m]
+_FLAT = 0.002  # lower obstacles belong to the floor [m]
+_OVER_BASE = 0.02  # clearance that the base needs above it [m]
+COLUMN = 0.70  # height of the arm's column, which stands above its foot in every posture [m]
+_SPARE = 0.01  # the base fits where its inscribed circle has this much clearance [m]
+_TURNING_ROOM = 0.04  # it turns where its circumscribed circle has this much clearance [m]
+_PASSAGE = 1.5  # width of the free strip around the obstacles, besides `FAR` [m]
+_SPACING = 0.05  # spacing of the points on the edge of the base [m]
 
 
 class FloorMap:
@@ -55,8 +45,7 @@ class FloorMap:
         )
         standing = [[footprint(fixture, *band) for band in bands] for fixture in fixtures]
         known = [found for both in standing for found in both if found is not None]
-        self.free = not known
-        """Whether there are no obstacles."""
+        self.free = not known  # whether there are no obstacles
         self.inscribed = min(length, width) / 2.0
         """Radius of the inscribed circle of the footprint [m]."""
         self.circumscribed = hypot(length, width) / 2.0

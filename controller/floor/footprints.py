@@ -10,22 +10,18 @@ import numpy as np
 from controller.command import Array
 from robots import Box, Capsule, Cylinder, Geom, Hull, Plane, Sphere
 
-_SIDES = 32
-"""Of the polygon around a cylinder that is not upright: at most 0.5 % too large."""
+_SIDES = 32  # of the polygon around a cylinder that is not upright: at most 0.5 % too large
 _ANGLES = np.arange(_SIDES) * (2.0 * pi / _SIDES)
 _CIRCLE = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=1) / np.cos(pi / _SIDES)
 _RECTANGLE = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
-_UPRIGHT = 1.0 - 1e-6
-"""Cosine of the largest tilt of an upright cylinder."""
+_UPRIGHT = 1.0 - 1e-6  # cosine of the largest tilt of an upright cylinder
 
 
 class Footprint(NamedTuple):
     """A convex polygon with round corners."""
 
-    corners: Array
-    """(M, 2) counter-clockwise [m]: one for a circle, two for a stadium."""
-    radius: float
-    """Of the round corners [m]."""
+    corners: Array  # (M, 2) counter-clockwise [m]: one for a circle, two for a stadium
+    radius: float  # of the round corners [m]
 
     def distances(self, x: Array, y: Array) -> Array:
         """Signed distances of points x, y of any shapes that broadcast [m]."""

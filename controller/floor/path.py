@@ -11,52 +11,33 @@ import numpy as np
 from controller.command import Array
 from controller.floor.base_drive import wrap
 
-Clearance: TypeAlias = Callable[[Array], Array]
-"""Distances (N,) of points (N, 2) to obstacles [m]."""
+Clearance: TypeAlias = Callable[[Array], Array]  # distances (N,) of points (N, 2) to obstacles [m]
 StandsFree: TypeAlias = Callable[[Array], Array]
 """Distances (N,) of the base at poses x, y, heading (N, 3) to obstacles [m]."""
-IsFree: TypeAlias = Callable[[Array], bool]
-"""Whether the base may be at poses (N, 3)."""
+IsFree: TypeAlias = Callable[[Array], bool]  # whether the base may be at poses (N, 3)
 
-SPACING = 0.05
-"""Spacing of the points of a path [m]."""
-_MAX_RADIUS = 1.2
-"""Of the arcs in corners [m] ..."""
-_MIN_RADIUS = 0.12
-"""... and where none larger than this fits, the base turns on the spot [m]."""
-_TIGHTER = 0.65
-"""Ratio of successive radii that are tried."""
-_SHARP = 2.4
-"""Sharper corners are not rounded [rad]."""
-_BLUNT = 0.03
-"""Blunter corners are ignored [rad]."""
-_TURNING = 0.85
-"""Share of the turn rate that an arc takes."""
-_SIDEWAYS = 1.0
-"""Largest lateral acceleration [m/s^2]."""
-_BRAKING = 0.8
-"""Deceleration along a path [m/s^2]."""
-_TIGHT_SPEED = 0.3
-"""Largest speed at the distance `_TIGHT` to an obstacle [m/s] ..."""
-_TIGHT = 0.02
-"""... [m], ..."""
-_TIGHT_SLOPE = 6.0
-"""... and its increase with more distance [1/s]."""
-_CREEP = 0.08
-"""Least speed on a path [m/s]."""
+SPACING = 0.05  # spacing of the points of a path [m]
+_MAX_RADIUS = 1.2  # of the arcs in corners [m] ...
+_MIN_RADIUS = 0.12  # ... and where none larger than this fits, the base turns on the spot [m]
+_TIGHTER = 0.65  # ratio of successive radii that are tried
+_SHARP = 2.4  # sharper corners are not rounded [rad]
+_BLUNT = 0.03  # blunter corners are ignored [rad]
+_TURNING = 0.85  # share of the turn rate that an arc takes
+_SIDEWAYS = 1.0  # largest lateral acceleration [m/s^2]
+_BRAKING = 0.8  # deceleration along a path [m/s^2]
+_TIGHT_SPEED = 0.3  # largest speed at the distance `_TIGHT` to an obstacle [m/s] ...
+_TIGHT = 0.02  # ... [m], ...
+_TIGHT_SLOPE = 6.0  # ... and its increase with more distance [1/s]
+_CREEP = 0.08  # least speed on a path [m/s]
 
 
 class Path(NamedTuple):
     """A path that the base follows without stopping."""
 
-    points: Array
-    """(N, 3) x, y and the heading of the path [m, rad]."""
-    speeds: Array
-    """(N,) speed profile [m/s]."""
-    times: Array
-    """(N,) time to the end [s]."""
-    bends: tuple[int, ...]
-    """Indices of the ends of arcs."""
+    points: Array  # (N, 3) x, y and the heading of the path [m, rad]
+    speeds: Array  # (N,) speed profile [m/s]
+    times: Array  # (N,) time to the end [s]
+    bends: tuple[int, ...]  # indices of the ends of arcs
 
 
 def pull_straight(way: Array, clearance: Clearance, enough: float) -> Array:

@@ -20,20 +20,13 @@ from controller.floor.route_planner import CLEARANCE, Leg, Planner, duration, tu
 from controller.model import RobotModel
 from controller.settings import ControllerSettings
 
-_NEW_GOAL = (0.1, 0.2)
-"""A goal that has moved this far is a new goal [m, rad]."""
-_LOST = 0.30
-"""Distance to the path from which it is planned anew [m]."""
-_CHECK = 100
-"""Periods after which the direct way is checked anew."""
-_NEAR_END = 0.015
-"""Distance to its last point at which a leg ends [m]."""
-_ARRIVED = 0.02
-"""Error at the end of a simulated direct way that reaches the goal [m and rad]."""
-_TRIAL = 0.15
-"""Time step of the simulation of the direct way [s] ..."""
-_TRIAL_NEAR = 1.0
-"""... which is a third of it nearer to the goal than this [m]."""
+_NEW_GOAL = (0.1, 0.2)  # a goal that has moved this far is a new goal [m, rad]
+_LOST = 0.30  # distance to the path from which it is planned anew [m]
+_CHECK = 100  # periods after which the direct way is checked anew
+_NEAR_END = 0.015  # distance to its last point at which a leg ends [m]
+_ARRIVED = 0.02  # error at the end of a simulated direct way that reaches the goal [m and rad]
+_TRIAL = 0.15  # time step of the simulation of the direct way [s] ...
+_TRIAL_NEAR = 1.0  # ... which is a third of it nearer to the goal than this [m]
 _TRIAL_STEPS = 100
 _WORTH_PLANNING = 1.0
 """Excess of the time of the direct way over its lower bound from which a path is planned [s]."""

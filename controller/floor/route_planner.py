@@ -16,20 +16,13 @@ from controller.floor.floor_map import FloorMap
 from controller.floor.path import SPACING, Path, path_at, paths_along, pull_straight
 from controller.model import RobotModel
 
-CLEARANCE = 0.04
-"""Distance to obstacles that the base keeps where it can [m]."""
-_LONGEST_ESCAPE = 1.6
-"""Longest straight line out of or into a place [m]."""
-_ATTEMPTS = 5
-"""Number of ways that are tried."""
-_LEAST = 0.01
-"""Least distance of a path to obstacles [m] ..."""
-_NO_CHOICE = 0.15
-"""... except this near to its ends [m]."""
-_NO_NEARER = 0.005
-"""By which an arc may be nearer to obstacles than its ends [m]."""
-_RUN_UP = 0.25
-"""Extra length of a straight line into a place, where there is room [m]."""
+CLEARANCE = 0.04  # distance to obstacles that the base keeps where it can [m]
+_LONGEST_ESCAPE = 1.6  # longest straight line out of or into a place [m]
+_ATTEMPTS = 5  # number of ways that are tried
+_LEAST = 0.01  # least distance of a path to obstacles [m] ...
+_NO_CHOICE = 0.15  # ... except this near to its ends [m]
+_NO_NEARER = 0.005  # by which an arc may be nearer to obstacles than its ends [m]
+_RUN_UP = 0.25  # extra length of a straight line into a place, where there is room [m]
 
 
 class Leg(NamedTuple):
@@ -37,10 +30,8 @@ class Leg(NamedTuple):
 
     path: Path
     backwards: bool
-    headings: Array
-    """(N,) of the base [rad]."""
-    narrow: npt.NDArray[np.bool_]
-    """(N,) whether the base cannot turn there."""
+    headings: Array  # (N,) of the base [rad]
+    narrow: npt.NDArray[np.bool_]  # (N,) whether the base cannot turn there
 
 
 def duration(legs: list[Leg], start: Pose2D, goal: Pose2D, turn_rate: float) -> float:

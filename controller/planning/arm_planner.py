@@ -19,14 +19,11 @@ from controller.planning.trajectory import Trajectory, timed
 from controller.stance import bank
 from controller.surroundings import Surroundings
 
-_IsFree: TypeAlias = Callable[[Array], bool]
-"""Whether a posture (7,) is free of contact."""
+_IsFree: TypeAlias = Callable[[Array], bool]  # whether a posture (7,) is free of contact
 
-_ANY_SPEED = 10.0
-"""Of the end effector, for motions without a speed limit [m/s]."""
+_ANY_SPEED = 10.0  # of the end effector, for motions without a speed limit [m/s]
 _OF_THE_ARM = (PairKind.SELF, PairKind.ARM, PairKind.HAND, PairKind.PALM, PairKind.ARM_MOVING)
-_SLACK = 1e-3
-"""By which a pair that starts nearer than the clearance may come nearer still [m]."""
+_SLACK = 1e-3  # by which a pair that starts nearer than the clearance may come nearer still [m]
 
 
 class ArmPlanner:

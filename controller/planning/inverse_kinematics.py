@@ -13,10 +13,8 @@ from controller.stance import REACHED, PostureBank, refine_standing
 
 _METRES_PER_TILT = 0.3
 """Distance equivalent to the cosine of a tilt where postures are compared [m]."""
-_SEEDS = 60
-"""Number of postures of the bank that the solver starts from."""
-_SAME = 0.05
-"""Largest joint difference of postures that count as the same [rad]."""
+_SEEDS = 60  # number of postures of the bank that the solver starts from
+_SAME = 0.05  # largest joint difference of postures that count as the same [rad]
 
 
 def postures_at(model: RobotModel, bank: PostureBank, wTb: SE3, wTe: SE3, q: Array) -> Array:

@@ -39,12 +39,9 @@ from controller.tasks import report
 from controller.validation import check_inputs
 from controller.velocity_bounds import VelocityBounds
 
-_AT_REST = 1e-3
-"""Slower commands count as rest [m/s and rad/s]."""
-_LAGS = 4.0
-"""Time until the robot rests after its last command [time constants]."""
-_PROGRESS = 0.01
-"""Least progress of the base [m and s]."""
+_AT_REST = 1e-3  # slower commands count as rest [m/s and rad/s]
+_LAGS = 4.0  # time until the robot rests after its last command [time constants]
+_PROGRESS = 0.01  # least progress of the base [m and s]
 
 
 class _Now(NamedTuple):
@@ -59,8 +56,7 @@ class _NoWayError(Exception):
     """A goal cannot be reached; the text says why."""
 
 
-_Commands = Generator[Command, None, None]
-"""One command a period."""
+_Commands = Generator[Command, None, None]  # one command a period
 
 
 class PlanningController:

@@ -9,20 +9,16 @@ import numpy as np
 from controller.command import Array
 from controller.model import RobotModel
 
-_GRID = 240
-"""Number of intervals of a path."""
+_GRID = 240  # number of intervals of a path
 _LEAST = 1e-9
 
 
 class Trajectory(NamedTuple):
     """Joint positions and velocities in every period."""
 
-    q: Array
-    """(K, 7) positions [rad]."""
-    qd: Array
-    """(K, 7) velocities; zero in the end [rad/s]."""
-    period: float
-    """[s]."""
+    q: Array  # (K, 7) positions [rad]
+    qd: Array  # (K, 7) velocities; zero in the end [rad/s]
+    period: float  # [s]
 
     @property
     def duration(self) -> float:

@@ -21,12 +21,9 @@ from controller.stance.free_space import FreeSpace
 from controller.stance.stance import Stance
 from controller.stance.transport_posture import TransportPosture
 
-_AT_DOCK = 0.1
-"""The base drives in when nearer than this to the line from the dock [m and rad] ..."""
-_TURNED = 1.0
-"""... or, past its middle, turned by less than this [rad] ..."""
-_UNFOLDED = 0.5
-"""... and when no joint is farther than this from the posture of the stance [rad]."""
+_AT_DOCK = 0.1  # the base drives in when nearer than this to the line from the dock [m and rad] ...
+_TURNED = 1.0  # ... or, past its middle, turned by less than this [rad] ...
+_UNFOLDED = 0.5  # ... and when no joint is farther than this from the posture of the stance [rad]
 
 
 class Approach:
@@ -42,8 +39,7 @@ class Approach:
     def reset(self) -> None:
         """Forget the stance."""
         self._stance: Stance | None = None
-        self.docks = False
-        """Whether the base is led to the dock."""
+        self.docks = False  # whether the base is led to the dock
         self._goes_in = False
         self._transport.reset()
 

@@ -23,39 +23,27 @@ class StanceBias(NamedTuple):
 
     blend: float
     """s in [0, 1]: 0 leaves the motion to the end effector, 1 nearly all to base and arm."""
-    min_tracking: float
-    """Weight of the end-effector twist at s = 1; 0 on a detour."""
+    min_tracking: float  # weight of the end-effector twist at s = 1; 0 on a detour
     base_weight: float
-    base_velocity: Array
-    """(n_base,) towards the base pose."""
+    base_velocity: Array  # (n_base,) towards the base pose
     posture_weight: float
-    joint_velocity: Array
-    """(7,) towards the posture [rad/s]."""
+    joint_velocity: Array  # (7,) towards the posture [rad/s]
     coasting: Array | None = None
     """(n_base,) present velocity of a lagging base; None for a base without lag."""
-    response: float = 1.0
-    """Share of a commanded change that the base takes up, in (0, 1]."""
+    response: float = 1.0  # share of a commanded change that the base takes up, in (0, 1]
 
 
 class Remaining(NamedTuple):
     """Remaining motion to a goal and its stance."""
 
-    distance: float
-    """Of the end effector to the goal, rotation included [m]."""
-    base_target: Pose2D = Pose2D(0.0, 0.0, 0.0)
-    """Base pose of the stance in the base frame."""
-    lead: Lead | None = None
-    """Where the base is led now."""
-    joint_error: Array = np.zeros(7)
-    """(7,) from the joint positions to the posture [rad]."""
-    max_joint_error: float = 0.0
-    """The largest of these [rad]."""
-    joint_time: float = 0.0
-    """Time of the joints at full speed [s]."""
-    in_transport: bool = False
-    """Whether the posture is the transport posture."""
-    docks: bool = False
-    """Whether the base is led to the dock."""
+    distance: float  # of the end effector to the goal, rotation included [m]
+    base_target: Pose2D = Pose2D(0.0, 0.0, 0.0)  # base pose of the stance in the base frame
+    lead: Lead | None = None  # where the base is led now
+    joint_error: Array = np.zeros(7)  # (7,) from the joint positions to the posture [rad]
+    max_joint_error: float = 0.0  # the largest of these [rad]
+    joint_time: float = 0.0  # time of the joints at full speed [s]
+    in_transport: bool = False  # whether the posture is the transport posture
+    docks: bool = False  # whether the base is led to the dock
 
     @property
     def base_time(self) -> float:

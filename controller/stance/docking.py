@@ -17,22 +17,15 @@ from controller.model import RobotModel
 from controller.stance.free_space import ARM, HAND, FreeSpace, se3_of
 from controller.stance.stance import Stance
 
-ROOM = 0.05
-"""Obstacles nearer than this to the arm are in its way [m]."""
-YIELD = 0.005
-"""Tolerance when distances are compared with that at the stance [m]."""
-PARTS = (*ARM, *HAND, "palm")
-"""Parts of the robot that must have room."""
-_STEP = 0.1
-"""Distance between the places that are checked [m]."""
-_LONGEST = 1.0
-"""Longest line [m]."""
-_LEVEL = 0.3
-"""Least horizontal part of a hand's direction that gives the direction of a line."""
+ROOM = 0.05  # obstacles nearer than this to the arm are in its way [m]
+YIELD = 0.005  # tolerance when distances are compared with that at the stance [m]
+PARTS = (*ARM, *HAND, "palm")  # parts of the robot that must have room
+_STEP = 0.1  # distance between the places that are checked [m]
+_LONGEST = 1.0  # longest line [m]
+_LEVEL = 0.3  # least horizontal part of a hand's direction that gives the direction of a line
 _UNFOLDING = 0.25
 """Largest joint difference between postures that are checked while the arm unfolds [rad]."""
-_UNFOLDING_ROOM = 0.04
-"""Clearance of the arm while it unfolds at the dock [m]."""
+_UNFOLDING_ROOM = 0.04  # clearance of the arm while it unfolds at the dock [m]
 
 
 def with_docking(

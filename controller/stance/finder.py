@@ -18,20 +18,14 @@ from controller.stance.stance import Stance
 from controller.surroundings import OPEN_FLOOR, Surroundings
 from robots import Geom, RobotDescription
 
-_BESIDE = 0.06
-"""Largest distance to the base of obstacles that are named where it cannot stand [m]."""
-_SAME_TILT = 0.96
-"""Cosine between the verticals of postures with the same tilt."""
+_BESIDE = 0.06  # largest distance to the base of obstacles that are named where it cannot stand [m]
+_SAME_TILT = 0.96  # cosine between the verticals of postures with the same tilt
 _BANK_GAP = 0.25
 """Least distance beyond the bank's highest and lowest postures that is out of reach [m]."""
-_FEW_GAP = 0.3
-"""The same for a quarter of the bank [m]."""
-_UNREACHED = 0.02
-"""Least error of the best posture for a goal that is out of reach [m + rad]."""
-_INSIDE = 0.01
-"""Penetration of a hand from which it is inside an obstacle [m] ..."""
-_INSIDE_STRAIGHT = 0.03
-"""... and for straight motion: its shapes reach beyond the finger tips [m]."""
+_FEW_GAP = 0.3  # the same for a quarter of the bank [m]
+_UNREACHED = 0.02  # least error of the best posture for a goal that is out of reach [m + rad]
+_INSIDE = 0.01  # penetration of a hand from which it is inside an obstacle [m] ...
+_INSIDE_STRAIGHT = 0.03  # ... and for straight motion: its shapes reach beyond the finger tips [m]
 _SPOKEN = {"link7": "the wrist", "held": "what the hand holds"}
 
 
@@ -46,10 +40,8 @@ class StanceFinder:
         self._collision = collision
         self._bank = bank(model.description)
         self._surroundings = OPEN_FLOOR
-        self.floor = FloorMap((), model.description)
-        """Map of the static obstacles."""
-        self.space: FreeSpace | None = None
-        """Static obstacles in 3D; None on an open floor."""
+        self.floor = FloorMap((), model.description)  # map of the static obstacles
+        self.space: FreeSpace | None = None  # static obstacles in 3D; None on an open floor
 
     def update(self, surroundings: Surroundings) -> bool:
         """Take the present surroundings; whether the fixtures have changed."""

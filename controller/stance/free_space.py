@@ -17,15 +17,13 @@ from robots import Plane, half_extents
 
 ARM = tuple(f"link{link}" for link in range(7))
 """Parts whose place depends on the posture for a goal."""
-HAND = ("link7", "hand", "camera", "held")
-"""Parts whose place is given by the goal."""
+HAND = ("link7", "hand", "camera", "held")  # parts whose place is given by the goal
 
 
 class Nearest(NamedTuple):
     """The nearest part of the robot and fixture."""
 
-    distance: float
-    """Between their surfaces [m]; negative if they overlap."""
+    distance: float  # between their surfaces [m]; negative if they overlap
     part: str = ""
     fixture: str = ""
 
@@ -40,8 +38,7 @@ class FreeSpace:
         self, model: RobotModel, floor: FloorMap, collision: CollisionModel | None = None
     ) -> None:
         self._model = model
-        self.floor = floor
-        """Map of the fixtures."""
+        self.floor = floor  # map of the fixtures
         collision = collision or CollisionModel(model, Surroundings(fixtures=floor.fixtures))
         numbered = zip(floor.fixtures, collision.fixed, strict=True)
         known = [(one, number) for one, number in numbered if not isinstance(one.shape, Plane)]
@@ -55,8 +52,7 @@ class FreeSpace:
         solid_numbers = [number for _, number in known]
         around = np.flatnonzero(np.isin(pairs.second, solid_numbers))
         shapes = len(around) // max(1, len(solid))
-        self._pairs = around.reshape(shapes, len(solid))
-        """(shapes, fixtures) indices of the pairs."""
+        self._pairs = around.reshape(shapes, len(solid))  # (shapes, fixtures) indices of the pairs
         self._shapes = pairs.first[self._pairs[:, 0]] if solid else np.zeros(0, np.int64)
 
     def nearest(self, wTb: SE3, q: Array, parts: tuple[str, ...], within: float) -> Nearest:

@@ -24,37 +24,28 @@ from controller.stance.stance import Stance
 
 _HORIZON, _STEPS = 1.8, 6
 """Horizon [s] and its number of steps: half with one velocity, half with another."""
-_AGAIN = 0.1
-"""Time between two choices [s]."""
+_AGAIN = 0.1  # time between two choices [s]
 _SPEEDS = (-1.0, -0.4, 0.0, 0.5, 1.0, 1.5)
 _LATER_SPEEDS = (-1.0, 0.0, 1.0)
 """Candidates of both speeds, as shares of the goal's, or of the largest while it is far away."""
 _TURNS = (-1.0, -0.5, -0.2, 0.0, 0.2, 0.5, 1.0)
-_LATER_TURNS = (-0.8, 0.0, 0.8)
-"""Candidates of both turn rates, as shares of the largest."""
+_LATER_TURNS = (-0.8, 0.0, 0.8)  # candidates of both turn rates, as shares of the largest
 _NUDGES = np.concatenate([scale * np.kron(np.eye(4), [[1.0], [-1.0]]) for scale in (0.05, 0.2)])
 """Changes of the last choice among the candidates [m/s, rad/s, m/s, rad/s]."""
-_SLOW = 0.02
-"""A goal slower than this has no course [m/s]."""
+_SLOW = 0.02  # a goal slower than this has no course [m/s]
 _TRUST, _TIGHTEST = 0.3, 1.0
 """Gain of the estimate of the turn rate of its course, and its largest value [rad/s]."""
-_FAR = 0.5
-"""Distance beyond the preferred reach from which the goal is far away [m]."""
+_FAR = 0.5  # distance beyond the preferred reach from which the goal is far away [m]
 _REACH, _WOUND, _LEAN = 0.09, 1.0, 0.4
 """Deviations of equal cost: of the reach from the stance's [m], of joint 1 or the wrist from
 their middle [rad], and of the turn of a hand that is not vertical from the stance's [rad]."""
 _NEAREST, _FARTHEST = 0.3, 0.72
 """Range of distances to the foot of the arm at which the arm is dexterous [m]."""
-_LIMIT = 0.9
-"""Distance of joint 1 and the wrist to their limits below which it costs [rad]."""
-_STEEP = 30.0
-"""Cost per radian of that, and per 10 cm outside the dexterous range."""
-_CHANGE = (0.2, 0.05)
-"""Cost of the square of a change of speed [s²/m²] and turn rate [s²/rad²]."""
-_WEIGHT = 40.0
-"""Weight of the base velocity in the QP when the tool has caught up ..."""
-_CAUGHT_UP = 0.005
-"""... to this [m]; it falls as 1/|e|, like the weight of the tool."""
+_LIMIT = 0.9  # distance of joint 1 and the wrist to their limits below which it costs [rad]
+_STEEP = 30.0  # cost per radian of that, and per 10 cm outside the dexterous range
+_CHANGE = (0.2, 0.05)  # cost of the square of a change of speed [s²/m²] and turn rate [s²/rad²]
+_WEIGHT = 40.0  # weight of the base velocity in the QP when the tool has caught up ...
+_CAUGHT_UP = 0.005  # ... to this [m]; it falls as 1/|e|, like the weight of the tool
 MIN_TRACKING = 4.0
 """Weight of the end-effector twist at s = 1: a tool that cannot keep up stays upright."""
 
@@ -74,19 +65,13 @@ def elbow_upright(q: Array) -> Array:
 class _Arm(NamedTuple):
     """The goal and the arm that reaches it, seen from the present base."""
 
-    x: float
-    """Of the goal in the base [m]."""
+    x: float  # of the goal in the base [m]
     y: float
-    bearing: float
-    """Of the goal, seen from the foot of the arm [rad]."""
-    first: float
-    """Joint 1 at the goal [rad]."""
-    last: float
-    """Joint 7 at the goal, if the hand is vertical [rad]."""
-    lean: float
-    """Turn of the hand relative to the bearing, minus that of the stance [rad]."""
-    upright: float
-    """1 if the hand points up, -1 if it points down, 0 if it is level."""
+    bearing: float  # of the goal, seen from the foot of the arm [rad]
+    first: float  # joint 1 at the goal [rad]
+    last: float  # joint 7 at the goal, if the hand is vertical [rad]
+    lean: float  # turn of the hand relative to the bearing, minus that of the stance [rad]
+    upright: float  # 1 if the hand points up, -1 if it points down, 0 if it is level
 
 
 class MovingGoalFollower:

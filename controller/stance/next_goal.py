@@ -20,12 +20,9 @@ from controller.stance.finder import StanceFinder
 from controller.stance.search import StanceSearch
 from controller.stance.stance import Stance
 
-_SPEED = 0.4
-"""Largest speed of the base meanwhile [m/s]."""
-_BASE_WEIGHT = 0.1
-"""Weight of the base velocity in the QP, as a share of the end effector's λ_δ."""
-_ACCELERATION = 0.6
-"""Share of the acceleration limits of the base."""
+_SPEED = 0.4  # largest speed of the base meanwhile [m/s]
+_BASE_WEIGHT = 0.1  # weight of the base velocity in the QP, as a share of the end effector's λ_δ
+_ACCELERATION = 0.6  # share of the acceleration limits of the base
 _LEAST_MANIPULABILITY, _SPARE_MANIPULABILITY = 0.08, 0.04
 """Manipulability at which the base stops, and excess at which it has its full weight."""
 _LEAST_LIMIT_MARGIN, _SPARE_LIMIT_MARGIN = 0.1, 0.15

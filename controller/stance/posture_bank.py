@@ -29,46 +29,33 @@ BANK = Path(__file__).with_name("postures.npy")
 SEED = 20220101
 
 # The stored bank must be drawn again when one of these changes.
-_LIMIT_MARGIN = 0.2
-"""Least distance to every joint limit [rad]."""
+_LIMIT_MARGIN = 0.2  # least distance to every joint limit [rad]
 _MIN_MANIPULABILITY = 0.035
-_MAX_BEARING = 0.3
-"""Largest |θ_ε|, the bearing of the end effector seen from the arm's foot [rad]."""
-_MIN_REACH = 0.25
-"""Least horizontal distance of the end effector from the arm's foot [m]."""
-_CLEARANCE = 0.03
-"""Least distance from the robot itself and the floor [m]."""
+_MAX_BEARING = 0.3  # largest |θ_ε|, the bearing of the end effector seen from the arm's foot [rad]
+_MIN_REACH = 0.25  # least horizontal distance of the end effector from the arm's foot [m]
+_CLEARANCE = 0.03  # least distance from the robot itself and the floor [m]
 _DRAWN_AT_ONCE = 4096
 
 # The choice of candidates.
 _WINDOWS = ((0.08, 0.96), (0.2, 0.85))
 """Largest differences of height [m] and tilt (a cosine) to the goal's: the first window that holds
 enough postures is taken, and among fixtures the next one after it."""
-_MIN_CANDIDATES = 12
-"""Least number of postures in a window."""
+_MIN_CANDIDATES = 12  # least number of postures in a window
 _FALLBACK_CANDIDATES = 300
 """Number of nearest postures that are taken if every window is too narrow."""
-_METRES_PER_TILT = 0.3
-"""Distance equivalent to the cosine of the tilt there [m]."""
-_MAX_FAR = 800
-"""Largest number of postures of the second window."""
-_MAX_TURNED = 160
-"""Largest number of postures of the first window for each turn of the base."""
-_TURNS = (-1.5, -1.0, -0.5, 0.5, 1.0, 1.5)
-"""Turns of the base that bring the hand beside it [rad]."""
-_DOWN = 0.3
-"""Largest `sideways` of a hand that may be beside the base from the start."""
+_METRES_PER_TILT = 0.3  # distance equivalent to the cosine of the tilt there [m]
+_MAX_FAR = 800  # largest number of postures of the second window
+_MAX_TURNED = 160  # largest number of postures of the first window for each turn of the base
+_TURNS = (-1.5, -1.0, -0.5, 0.5, 1.0, 1.5)  # turns of the base that bring the hand beside it [rad]
+_DOWN = 0.3  # largest `sideways` of a hand that may be beside the base from the start
 
 
 class ToolPoses(NamedTuple):
     """The end effector in the base frame, in each of N postures."""
 
-    positions: Array
-    """(N, 3) [m]."""
-    rotations: Array
-    """(N, 3, 3)."""
-    J: Array
-    """(N, 6, 7) Jacobians at the end effector, linear first, in base axes."""
+    positions: Array  # (N, 3) [m]
+    rotations: Array  # (N, 3, 3)
+    J: Array  # (N, 6, 7) Jacobians at the end effector, linear first, in base axes
 
     @property
     def manipulability(self) -> Array:
@@ -130,8 +117,7 @@ def _clean(transform: Array) -> Array:
 class PostureBank(NamedTuple):
     """The bank for one robot, sorted by the height of the end effector."""
 
-    q: Array
-    """(N, 7) joint positions [rad]."""
+    q: Array  # (N, 7) joint positions [rad]
     tools: ToolPoses
 
 
@@ -177,10 +163,8 @@ def draw(count: int, rng: np.random.Generator) -> Array:
 class Candidates(NamedTuple):
     """N postures of the bank with the first joint turned."""
 
-    indices: npt.NDArray[np.int64]
-    """(N,) in the bank."""
-    turns: Array
-    """(N,) of the first joint [rad]; the base turns the other way."""
+    indices: npt.NDArray[np.int64]  # (N,) in the bank
+    turns: Array  # (N,) of the first joint [rad]; the base turns the other way
 
 
 def candidates(

@@ -38,38 +38,27 @@ from controller.stance.stance import (
 )
 from controller.stance.stance_cost import Start, missing_clearance, stance_costs
 
-RANKED = 400
-"""Number of postures ranked in one piece of work on an open floor ..."""
-RANKED_AMONG_FIXTURES = 200
-"""... and among fixtures."""
-BATCH = 12
-"""Number of postures refined in one piece, the best first."""
+RANKED = 400  # number of postures ranked in one piece of work on an open floor ...
+RANKED_AMONG_FIXTURES = 200  # ... and among fixtures
+BATCH = 12  # number of postures refined in one piece, the best first
 CHECKS = 6
 """Number of postures checked for contact in one piece; the last may be followed by the check of its
 motion, ..."""
-MOTION_CHECKS, MOTION_CHECKS_AMONG_FIXTURES = 3, 6
-"""... which counts as this many."""
-_MAX_BATCHES = 3
-"""Number of batches that are refined in one window."""
+MOTION_CHECKS, MOTION_CHECKS_AMONG_FIXTURES = 3, 6  # ... which counts as this many
+_MAX_BATCHES = 3  # number of batches that are refined in one window
 
 _CLEARANCE = 0.02
 """Distance to obstacles that the arm keeps on its motion to the posture, and there [m]."""
-_STANDING_ROOM = 0.05
-"""Distance to obstacles that the base keeps [m]."""
-_CONTACT_COST = 1000.0
-"""Cost per missing clearance [s/m]."""
-_UNREACHED_COST = 100.0
-"""Cost of a posture with errors, and again per metre and radian of them [s]."""
-_FAILED_COST = 50.0
-"""Cost of a posture that stalled before [s]; a cheaper stance ends the search."""
-_JOINT_DIFFERENCE = 0.7
-"""Largest joint difference of postures that count as the same [rad]."""
+_STANDING_ROOM = 0.05  # distance to obstacles that the base keeps [m]
+_CONTACT_COST = 1000.0  # cost per missing clearance [s/m]
+_UNREACHED_COST = 100.0  # cost of a posture with errors, and again per metre and radian of them [s]
+_FAILED_COST = 50.0  # cost of a posture that stalled before [s]; a cheaper stance ends the search
+_JOINT_DIFFERENCE = 0.7  # largest joint difference of postures that count as the same [rad]
 
 _ANGLES = np.linspace(0.0, 2.0 * pi, 12, endpoint=False)
 _RING = 0.5 * np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=1)
 """Places around the base [m]; without a path to any of them the cost field is not used."""
-_MAX_NAMED = 6
-"""Largest number of bases whose obstacles are named."""
+_MAX_NAMED = 6  # largest number of bases whose obstacles are named
 
 
 class StanceSearch:
@@ -105,25 +94,19 @@ class StanceSearch:
         self._model = model
         self._bank = bank
         self._collision = collision
-        self.wTe = wTe
-        """The pose to reach."""
+        self.wTe = wTe  # the pose to reach
         self._sideways = 1.0 if in_front else sideways(wTe)
         self._failed = failed
         self._space = space
         self._start = Start(wTb, q.copy())
         self._next_goal = next_goal
-        self.best: Stance | None = None
-        """The best stance so far, if there is one."""
-        self.error = inf
-        """Least error of any posture [m + rad]."""
-        self.blocked = ""
-        """Names of the obstacles that block the stances."""
+        self.best: Stance | None = None  # the best stance so far, if there is one
+        self.error = inf  # least error of any posture [m + rad]
+        self.blocked = ""  # names of the obstacles that block the stances
         self.base_stands = self.base_gets_there = False
         """Whether the base stands free in any stance, and whether there is a path to one."""
-        self.chosen = False
-        """Whether `best` is final except for its dock."""
-        self.done = False
-        """Whether the search is over."""
+        self.chosen = False  # whether `best` is final except for its dock
+        self.done = False  # whether the search is over
         self._cost = inf
         self._in_the_way: list[str] = []
         self._occupied: list[Pose2D] = []

@@ -16,25 +16,19 @@ from controller.stance.posture_bank import ToolPoses, forward_kinematics
 
 REACHED = 1e-3
 """Largest sum of position and orientation errors of a posture that reaches the goal [m + rad]."""
-LIMIT_MARGIN = 0.12
-"""Least distance of a posture to a joint limit [rad]."""
+LIMIT_MARGIN = 0.12  # least distance of a posture to a joint limit [rad]
 _ITERATIONS = 5
-_MAX_ERROR = 0.5
-"""Errors are clipped to this in an iteration [m and rad]."""
-_DAMPING = 1e-4
-"""Of the damped least squares [m² and rad²]."""
+_MAX_ERROR = 0.5  # errors are clipped to this in an iteration [m and rad]
+_DAMPING = 1e-4  # of the damped least squares [m² and rad²]
 _MIN_SINE = 1e-9
 
 
 class Stance(NamedTuple):
     """How to stand for a goal: the base pose follows from the goal."""
 
-    q: Array
-    """(7,) posture of the arm [rad]."""
-    bTe: SE3
-    """End effector in the base, for that posture."""
-    reverse: bool
-    """Whether the base drives there backwards."""
+    q: Array  # (7,) posture of the arm [rad]
+    bTe: SE3  # end effector in the base, for that posture
+    reverse: bool  # whether the base drives there backwards
     dock: tuple[float, float] | None = None
     """Where the base starts to go straight in, the arm in its posture: x and y in the frame of the
     base pose [m]; None if it is not known."""

@@ -16,25 +16,18 @@ from controller.stance.free_space import ARM, HAND, FreeSpace, se3_of
 from controller.stance.posture_bank import ToolPoses
 from controller.stance.stance import Stance
 
-_ARM_SPEED = 0.5
-"""Expected share of the joint speed limits."""
+_ARM_SPEED = 0.5  # expected share of the joint speed limits
 TURN_WEIGHT = 1.2
 """Factor of the turning time of the base: its curves take longer than turns on the spot."""
-_REVERSE_COST = 0.4
-"""Cost of driving backwards, times `TURN_WEIGHT` [s]."""
-_OVERLAP = 0.3
-"""Share of the shorter of the times of base and arm that is added to the longer."""
-_MIN_MANIPULABILITY = 0.10
-"""Manipulability below which a posture costs ..."""
-_MANIPULABILITY_COST = 60.0
-"""... this much per missing manipulability [s]."""
+_REVERSE_COST = 0.4  # cost of driving backwards, times `TURN_WEIGHT` [s]
+_OVERLAP = 0.3  # share of the shorter of the times of base and arm that is added to the longer
+_MIN_MANIPULABILITY = 0.10  # manipulability below which a posture costs ...
+_MANIPULABILITY_COST = 60.0  # ... this much per missing manipulability [s]
 _BEARING_COST, _BEARING_COST_DOWN = 4.0, 0.3
 """Cost per |θ_ε| of an end effector that points sideways, which the base carries in, and of one
 that points down [s/rad]."""
-_LIMIT_MARGIN = 0.35
-"""Distance to a joint limit below which a posture costs [rad] ..."""
-_LIMIT_COST = 2.0
-"""... this much per missing distance [s/rad]."""
+_LIMIT_MARGIN = 0.35  # distance to a joint limit below which a posture costs [rad] ...
+_LIMIT_COST = 2.0  # ... this much per missing distance [s/rad]
 _SAMPLES = np.linspace(0.0, 1.0, 17)[1:, None]
 """Shares of the arm's motion that are checked for self-collision."""
 _HERE = (0.3, 0.6)
@@ -47,10 +40,8 @@ class Start(NamedTuple):
     """Where the robot starts from."""
 
     wTb: Pose2D
-    q: Array
-    """(7,) joint positions [rad]."""
-    way: CostField | None = None
-    """Cost to drive from anywhere to here; None on an open floor."""
+    q: Array  # (7,) joint positions [rad]
+    way: CostField | None = None  # cost to drive from anywhere to here; None on an open floor
     next_goal: CostField | None = None
     """Cost to drive from anywhere to the next goal, if it is known."""
 

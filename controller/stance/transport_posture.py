@@ -17,14 +17,10 @@ from controller.stance.docking import PARTS, ROOM, YIELD, transport_posture, unf
 from controller.stance.free_space import FreeSpace, se3_of
 from controller.stance.stance import Stance
 
-_SPACING = 0.15
-"""Largest distance of poses that are checked [m] ..."""
-_TURN = 0.3
-"""... and largest turn between them [rad]."""
-_UNFOLDING_ROOM = 0.02
-"""Clearance of an arm that unfolds, unless it has less [m]."""
-_RADIAN = 0.4
-"""Distance equivalent to a radian, to measure the progress of the base [m]."""
+_SPACING = 0.15  # largest distance of poses that are checked [m] ...
+_TURN = 0.3  # ... and largest turn between them [rad]
+_UNFOLDING_ROOM = 0.02  # clearance of an arm that unfolds, unless it has less [m]
+_RADIAN = 0.4  # distance equivalent to a radian, to measure the progress of the base [m]
 
 
 class TransportPosture:
@@ -42,16 +38,12 @@ class TransportPosture:
         """Forget the path."""
         self._way: Array | None = None
         self._poses = np.zeros((0, 3))
-        self._room = 0.0
-        """Clearance of the arm at the end of the path, at most `ROOM` [m]."""
+        self._room = 0.0  # clearance of the arm at the end of the path, at most `ROOM` [m]
         self._at = 0
-        self._last = -1
-        """The last pose at which the arm is known to hit an obstacle."""
-        self._unseen = 0
-        """Poses before this one were not checked yet."""
+        self._last = -1  # the last pose at which the arm is known to hit an obstacle
+        self._unseen = 0  # poses before this one were not checked yet
         self._carries = False
-        self._free = False
-        """Whether the whole path is free for an arm that unfolds from now on."""
+        self._free = False  # whether the whole path is free for an arm that unfolds from now on
 
     def posture(
         self,
