@@ -46,12 +46,6 @@ def reachable_poses(robot: str, count: int, seed: int) -> list[SE3]:
     return poses
 
 
-def closest(model: RobotModel, run: Run) -> float:
-    """Smallest clearance of the arm on the way [m]."""
-    body = SelfCollision(model)
-    return min(body.clearance(q) for q in run.postures)
-
-
 def proximity(model: RobotModel) -> Proximity:
     """The proximity queries of a controller with default settings."""
     settings = ControllerSettings()

@@ -1,13 +1,10 @@
 """Into a shelf: the base goes straight in from where the arm had room to unfold."""
 
-from collections.abc import Generator
-
 import numpy as np
 import pinocchio as pin
 import pytest
 from motion import State, move
 from pinocchio import SE3
-from test_floor_map import box
 
 from controller import (
     Command,
@@ -19,11 +16,10 @@ from controller import (
     robot_model,
 )
 from controller.collision.collision_model import CollisionModel, CollisionModels
-from controller.floor import FloorMap, Pose2D
+from controller.floor import Pose2D
 from controller.stance import Stance, StanceFinder
-from controller.stance.docking import PARTS, ROOM, YIELD, moved, with_docking
+from controller.stance.docking import PARTS, ROOM, YIELD, moved
 from controller.stance.free_space import FreeSpace, se3_of
-from controller.stance.transport_posture import TransportPosture
 from robots import Box, Geom
 
 
@@ -72,15 +68,6 @@ def found_stance(model: RobotModel, around: tuple[Geom, ...]) -> tuple[FreeSpace
     return finder.space, stance
 
 
-def all_of(work: Generator[None, None, Stance]) -> Stance:
-    """What a generator returns."""
-    while True:
-        try:
-            next(work)
-        except StopIteration as done:
-            return done.value
-
-
 @pytest.mark.parametrize(
     ("robot", "around", "wTe"), [("omni", TURNED, LOW), ("frankie", FACING, MIDDLE)]
 )
@@ -116,33 +103,3 @@ def test_where_the_base_goes_in_the_arm_has_room_and_keeps_it(robot):
         assert space.nearest(se3_of(place), stance.q, PARTS, ROOM).distance > room - 2.0 * YIELD
     if robot == "frankie":
         assert abs(stance.dock[1]) < 1e-9  # it cannot drive sideways
-
-
-def test_without_a_free_line_there_is_no_place_to_go_in_from():
-    """Something stands right behind the base."""
-    model = robot_model("frankie")
-    stance = found_stance(model, FACING)[1]
-    base = stance.base_for(rigid(MIDDLE))
-    behind = moved(base, (-0.45, 0.0))
-    post = box(behind.x, behind.y, 0.04, 0.04)
-    space = FreeSpace(model, FloorMap((*FACING, post), model.description))
-    found = all_of(with_docking(model, space, base, stance._replace(dock=None)))
-    assert found.dock is None
-
-
-def test_an_arm_that_waits_unfolds_only_where_it_has_room():
-    """At its end the way is past the post, but the arm would swing into it."""
-    model = robot_model("omni")
-    ready = model.description.arm.ready
-    left = ready + np.array([np.pi / 2.0, 0.6, 0.0, 0.6, 0.0, 0.0, 0.0])
-    stance = Stance(left, model.bTe(left), reverse=False)
-    space = FreeSpace(model, FloorMap((box(0.45, 0.5, 0.1, 0.1, height=1.6),), model.description))
-    way = np.array([[x, 0.0, 0.0] for x in np.linspace(1.2, 0.0, 25)])
-    for waits in (True, False):
-        carrying = TransportPosture(model, 0.4)
-        held = [
-            carrying.posture(space, way, Pose2D(*pose), ready, stance, (pose[0], 1.0), waits=waits)
-            for pose in way.tolist()
-        ]
-        assert held[-5] is not None
-        assert (held[-1] is not None) == waits

@@ -8,7 +8,7 @@ import pinocchio as pin
 import pytest
 from pinocchio import SE3
 
-from controller.floor.floor_map import FAR, NEAR, FloorMap
+from controller.floor.floor_map import NEAR, FloorMap
 from robots import Box, Capsule, Cylinder, Geom, Plane, Sphere, coal_geometry, load_robot
 
 FRANKIE = load_robot("frankie")
@@ -68,13 +68,6 @@ def test_the_room_around_a_base_is_what_coal_measures():
     assert (found[~near] > NEAR - 0.02).all()
 
 
-def test_distances_of_points_are_exact_beside_faces():
-    fixtures = (box(0.0, 0.0, 1.0, 1.0), box(3.0, 0.0, 1.0, 1.0, yaw=0.4))
-    away = np.array([0.02, 0.11, 0.37, 0.8])
-    beside = np.column_stack([0.5 + away, np.full(4, 0.1)])
-    np.testing.assert_allclose(FloorMap(fixtures, FRANKIE).clearance(beside), away, atol=1e-6)
-
-
 def test_what_hangs_above_the_base_is_in_the_way_of_the_arm_only():
     top = placed(Box((0.6, 0.3, 0.015)), 0.0, 1.0, 0.485)  # its underside is 47 cm high
     room = FloorMap((top,), FRANKIE)
@@ -89,14 +82,6 @@ def test_what_hangs_above_the_base_is_in_the_way_of_the_arm_only():
 @pytest.mark.parametrize("shape", [Box((0.1, 0.1, 0.1)), Cylinder(0.1, 0.1), Sphere(0.1)])
 def test_what_is_over_the_head_of_the_robot_is_not_on_the_map(shape):
     assert FloorMap((placed(shape, 1.0, 0.0, 2.0), Geom(Plane(), SE3.Identity())), FRANKIE).free
-
-
-def test_nothing_around_is_free_and_costs_the_distance():
-    room = FloorMap((), FRANKIE)
-    assert room.free
-    np.testing.assert_array_equal(room.stands_free(np.zeros((2, 3))), NEAR)
-    np.testing.assert_array_equal(room.clearance(np.zeros((2, 2))), FAR)
-    np.testing.assert_allclose(room.field((3.0, 4.0)).at(np.zeros((1, 2))), 5.0)
 
 
 def test_the_way_leads_around_and_its_cost_is_about_its_length():
@@ -114,14 +99,6 @@ def test_the_way_leads_around_and_its_cost_is_about_its_length():
     assert length - 0.2 < cost < 1.6 * length
     (open_cost,) = field.at(np.array([[2.5, 1.0]]))
     assert open_cost == pytest.approx(np.hypot(1.0, 1.0), rel=0.1)
-
-
-def test_a_closed_room_has_no_way_out():
-    walls = (box(0, 2, 4, 0.1), box(0, -2, 4, 0.1), box(2, 0, 0.1, 4), box(-2, 0, 0.1, 4))
-    field = FloorMap(walls, FRANKIE).field((0.0, 0.0))
-    assert np.isinf(field.at(np.array([[3.0, 0.0], [9.0, 9.0]]))).all()
-    assert field.way_from((3.0, 0.0)) is None
-    assert np.isfinite(field.at(np.array([[1.0, 1.0]]))).all()
 
 
 def test_a_gap_wider_than_the_base_is_a_way_and_a_narrower_one_is_not():

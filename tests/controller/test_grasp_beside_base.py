@@ -1,7 +1,6 @@
 """Where the hand points down the base may stand beside its goal, and need not turn for it."""
 
 import numpy as np
-import pinocchio as pin
 import pytest
 from motion import READY, State, move, tool_pose
 from pinocchio import SE3
@@ -11,8 +10,6 @@ from controller.floor.base_drive import Pose2D
 from controller.stance.posture_bank import bank
 from controller.stance.search import StanceSearch
 from controller.stance.stance import Stance
-from lab.bench.configuration import Configuration
-from lab.bench.moving import Following, run_following
 from robots import load_robot, with_base_speeds
 
 BEHIND = tool_pose(-2.5, 1.2, 0.85, yaw=np.pi / 2.0)
@@ -41,20 +38,6 @@ def test_a_base_that_backs_as_fast_as_it_drives_does_not_turn_to_a_goal_beside_i
 
 def test_a_goal_that_a_base_follows_is_in_front_of_it(both_ways):
     assert abs(stance_for(both_ways, BEHIND, in_front=True).bearing) < 0.3
-
-
-def test_a_goal_on_a_circle_is_followed_with_the_hand_turned_as_it_is():
-    """Its way winds the arm up by a turn a lap; a base beside the goal lost 47 mm at that."""
-    circle = Following(path="circle 1 m", along=False, known=False, duration=40.0)
-    (followed,) = run_following(Configuration(robot="frankie", base_speed=1.0), [circle])
-    assert followed.error_max_mm < 12.0
-    assert followed.contact_samples == followed.limit_violations == 0
-
-
-def test_a_hand_that_points_sideways_is_in_front_of_the_base(both_ways):
-    ahead = pin.rpy.rpyToMatrix(0.0, np.pi / 2.0, np.pi / 2.0)
-    stance = stance_for(both_ways, SE3(ahead, BEHIND.translation))
-    assert abs(stance.bearing) < 0.3
 
 
 def headings_at(model: RobotModel, goals: list[PoseGoal]) -> list[float]:

@@ -6,7 +6,7 @@ import pytest
 from pinocchio import SE3
 
 from controller import Command, RobotModel, manipulability, robot_model
-from robots import load_robot, robot_names, with_base_speeds
+from robots import load_robot, robot_names
 
 READY = load_robot("frankie").arm.ready
 
@@ -110,27 +110,3 @@ def test_a_singular_arm_has_no_gradient(model):
     m, gradient = manipulability(np.zeros((6, 7)), np.zeros((7, 7, 6)))
     assert m == 0.0
     assert not gradient.any()
-
-
-def test_the_base_speed_can_be_chosen_without_changing_the_kind_of_base(model):
-    faster = RobotModel(with_base_speeds(model.description, 1.5))
-    drives = model.limits.base_twist[:2] > 0.0
-    np.testing.assert_array_equal(faster.limits.base_twist[:2], np.where(drives, 1.5, 0.0))
-    assert faster.limits.base_twist[2] == model.limits.base_twist[2]
-    assert (
-        RobotModel(with_base_speeds(model.description, 1.5, turn_rate=3.0)).limits.base_twist[2]
-        == 3.0
-    )
-
-
-def test_command_and_velocities_are_inverse(model):
-    velocities = np.arange(1.0, model.n + 1.0)
-    np.testing.assert_array_equal(model.velocities(model.command(velocities)), velocities)
-
-
-def test_links_end_in_the_end_effector(model):
-    wTb = SE3(pin.rpy.rpyToMatrix(0.0, 0.0, 0.7), np.array([1.0, -2.0, 0.0]))
-    links = model.link_poses(wTb, READY)
-    assert len(links) == 9
-    tool = links[-1] * SE3(np.eye(3), np.array([0.0, 0.0, 0.1034]))
-    assert tool.isApprox(model.wTe(wTb, READY), 1e-12)

@@ -12,14 +12,12 @@ from controller import (
     Command,
     ControllerSettings,
     HolisticController,
-    Obstacle,
     PoseGoal,
     PostureGoal,
-    RobotModel,
     Surroundings,
     robot_model,
 )
-from robots import Box, Cylinder, Geom, load_robot, with_base_speeds
+from robots import Box, Cylinder, Geom
 
 WALL = Geom(Box((0.05, 3.0, 0.15)), SE3(np.eye(3), np.array([2.0, 0.0, 0.15])), "wall")
 """Too low for the arm to meet it."""
@@ -32,17 +30,9 @@ def corners(model, wTb) -> np.ndarray:
     return np.array([wTb.act(np.array(end)) for end in ends])
 
 
-def gap_to_post(model, wTb, x, y, radius) -> float:
-    """Between the footprint and an upright cylinder."""
-    length, width, _ = model.description.base.size
-    across = wTb.actInv(np.array([x, y, 0.0]))[:2]
-    beyond = np.maximum(np.abs(across) - [length / 2, width / 2], 0.0)
-    return float(np.hypot(*beyond)) - radius
-
-
-@pytest.fixture(params=["frankie", "omni"])
-def model(request):
-    return robot_model(request.param)
+@pytest.fixture
+def model():
+    return robot_model("frankie")
 
 
 def drive(model, goal, surroundings, seconds, each, start=None, settings=None):
@@ -59,8 +49,7 @@ def drive(model, goal, surroundings, seconds, each, start=None, settings=None):
     return robot.state, reports
 
 
-@pytest.mark.parametrize("speed", [0.3, 1.5])
-@pytest.mark.parametrize("heading", [0.0, 0.6])
+@pytest.mark.parametrize(("speed", "heading"), [(0.3, 0.0), (1.5, 0.6)])
 def test_a_base_that_is_sent_through_a_wall_stops_before_it(model, speed, heading):
     nearest = []
     turn = np.array([[np.cos(heading), -np.sin(heading), 0], [np.sin(heading), np.cos(heading), 0]])
@@ -93,14 +82,6 @@ def test_a_base_goal_behind_a_wall_is_reached_around_it(model):
     assert reports[-1].arrived
 
 
-def test_what_is_loose_is_not_in_the_way_of_the_base(model):
-    """It stands on furniture, which is."""
-    goal = BaseGoal(wTb=SE3(np.eye(3), np.array([3.0, 0.0, 0.0])))
-    low = Geom(Box((0.05, 0.05, 0.05)), SE3(np.eye(3), np.array([2.0, 0.0, 0.05])), "box")
-    state, _ = drive(model, goal, Surroundings(loose=(low,)), 8.0, lambda state: None)
-    assert state.wTb.translation[0] == pytest.approx(3.0, abs=0.02)
-
-
 def test_a_base_goal_inside_furniture_is_refused_at_once_and_the_base_stands_still(model):
     goal = BaseGoal(wTb=SE3(np.eye(3), np.array([2.0, 0.5, 0.3])))
     state, reports = drive(model, goal, Surroundings(fixtures=(WALL,)), 0.5, lambda state: None)
@@ -118,7 +99,7 @@ def test_the_hand_stops_above_a_table_and_goes_down_to_it_when_it_may(model):
             model,
             goal,
             Surroundings(fixtures=(TABLE_TOP,)),
-            8.0,
+            5.0,
             lambda state, heights=heights: heights.append(
                 model.wTe(state.wTb, state.q).translation[2]
             ),
@@ -148,30 +129,6 @@ def test_an_arm_that_folds_keeps_off_what_is_in_its_way(model):
     assert min(gaps[1:]) > gaps[0] + 0.02
 
 
-def test_what_comes_towards_the_robot_is_given_way(model):
-    """Somebody walks at 0.5 m/s onto a robot whose hand is where it shall be.
-
-    Its base backs faster than that.
-    """
-    model = RobotModel(with_base_speeds(load_robot(model.name), reverse=1.0))
-
-    def around(time):
-        centre = np.array([3.0 - 0.5 * time, 0.0, 0.85])
-        geom = Geom(Cylinder(0.25, 0.85), SE3(np.eye(3), centre), "walker")
-        return Surroundings(moving=(Obstacle(geom, np.array([-0.5, 0.0, 0.0])),))
-
-    gaps, time = [], [0.0]
-
-    def note(state):
-        time[0] += 0.01
-        gaps.append(gap_to_post(model, state.wTb, 3.0 - 0.5 * time[0], 0.0, 0.25))
-
-    goal = PoseGoal(wTe=tool_pose(0.9, 0.0, 0.7))
-    _, reports = drive(model, goal, around, 6.0, note)
-    assert min(gaps) > 0.0
-    assert min(report.clearance for report in reports) > 0.0
-
-
 def test_what_is_held_keeps_off_too(model):
     rod = Geom(Box((0.02, 0.02, 0.15)), SE3(np.eye(3), np.array([0.0, 0.0, 0.12])), "held")
     lowest = {}
@@ -181,7 +138,7 @@ def test_what_is_held_keeps_off_too(model):
             model,
             PoseGoal(wTe=tool_pose(1.0, 0.0, 0.36), straight=True),
             Surroundings(fixtures=(TABLE_TOP,), held=held),
-            8.0,
+            5.0,
             lambda state, heights=heights: heights.append(
                 model.wTe(state.wTb, state.q).translation[2]
             ),
@@ -191,7 +148,7 @@ def test_what_is_held_keeps_off_too(model):
     assert lowest[(rod,)] > 0.315 + 0.27
 
 
-@pytest.mark.parametrize("aside", [0.0, 0.0005, 0.05])
+@pytest.mark.parametrize("aside", [0.0005, 0.05])
 def test_the_palm_comes_to_a_wall_and_does_not_touch_it_where_the_hand_may(model, aside):
     """A grasp beside a wall as high as the palm, which it would clear by 1 mm less `aside`."""
     palm = model.description.gripper.palm
@@ -223,14 +180,13 @@ def test_the_palm_comes_to_a_wall_and_does_not_touch_it_where_the_hand_may(model
         assert missed < 0.004
 
 
-@pytest.mark.parametrize("heading", [-0.6, -0.4])
-def test_a_base_that_is_told_to_rest_keeps_its_distance_as_before(model, heading):
+def test_a_base_that_is_told_to_rest_keeps_its_distance_as_before(model):
     """It turns while it drives at a wall; braking alone would take it nearer than it may come."""
     wall = Geom(Box((0.3, 3.0, 0.15)), SE3(np.eye(3), np.array([1.9, 0.0, 0.15])), "wall")
     around, nearest = Surroundings(fixtures=(wall,)), 9.0
     for ticks in range(150, 200, 10):
         controller, robot, last = HolisticController(model), Lagging(model), Command.stop()
-        robot.state.wTb = SE3(pin.utils.rotate("z", heading), np.zeros(3))
+        robot.state.wTb = SE3(pin.utils.rotate("z", -0.6), np.zeros(3))
         for tick in range(ticks + 100):
             goal = PoseGoal(wTe=tool_pose(2.2, 0.0, 0.6), straight=True) if tick < ticks else None
             last, _ = controller.step(robot.state, goal, last, around)
@@ -240,12 +196,10 @@ def test_a_base_that_is_told_to_rest_keeps_its_distance_as_before(model, heading
     assert 0.95 * stop < nearest < 0.1
 
 
-@pytest.mark.parametrize("heading", [-0.5, -0.3, -0.1])
-def test_a_base_that_turns_before_a_walls_end_keeps_its_face_off_it(heading):
+def test_a_base_that_turns_before_a_walls_end_keeps_its_face_off_it(model):
     """Nearest is a corner of the base, which the turn takes away; then it is the wall's end."""
-    model = robot_model("frankie")
     wall = Geom(Box((0.05, 1.0, 0.15)), SE3(np.eye(3), np.array([1.0, 1.0, 0.15])), "wall")
-    start = SE3(pin.utils.rotate("z", heading), np.zeros(3))
+    start = SE3(pin.utils.rotate("z", -0.3), np.zeros(3))
     gaps = []
     goal = PoseGoal(wTe=tool_pose(1.6, 1.2, 0.7), straight=True)
 

@@ -5,7 +5,6 @@ import pytest
 from pinocchio import SE3
 
 from controller import (
-    BaseGoal,
     PlanningController,
     PlanningSettings,
     PoseGoal,
@@ -117,30 +116,3 @@ def test_what_is_out_of_reach_is_said():
     straight = PoseGoal(wTe=at(2.5, 0.0, 0.6), straight=True, hand_may_touch=True)
     _, reports = go(straight, limit=5.0)
     assert "no way" in reports[-1].unreachable
-
-
-def test_a_goal_that_moves_a_little_is_gone_for_once_more():
-    goals = [PoseGoal(wTe=at(0.6, 0.2 + 0.02 * late, 0.7)) for late in (False, True)]
-    model = robot_model("frankie")
-    motion = run_motion(
-        PlanningController(model).step,
-        model,
-        lambda t: goals[t > 0.5],
-        period=0.01,
-        limit=20.0,
-        patience=10.0,
-        lag=True,
-    )
-    assert motion.arrived
-    assert np.allclose(motion.tool[-1], goals[1].wTe.translation, atol=0.011)
-
-
-def test_the_base_alone_is_driven_as_ever():
-    target = SE3(np.eye(3), np.array([1.0, 0.5, 0.0]))
-    model = robot_model("frankie")
-    controller = PlanningController(model)
-    state = State(wTb=SE3.Identity(), q=model.description.arm.ready)
-    command, report = controller.step(state, BaseGoal(wTb=target), state.command)
-    assert np.abs(command.base_twist).max() > 0.0
-    assert not report.planning
-    assert report.base_time > 0.0

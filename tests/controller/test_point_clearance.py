@@ -48,9 +48,8 @@ def test_points_are_as_near_to_every_link_as_coal_says(model):
         assert off.max() < 1e-4, name
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_rows_are_the_rates_at_which_distances_grow(model, seed):
-    cloud, q = PointCloud(around(seed)), model.description.arm.ready
+def test_rows_are_the_rates_at_which_distances_grow(model):
+    cloud, q = PointCloud(around(0)), model.description.arm.ready
     start, step = near(model, q, depth_points=cloud), 1e-6
     assert len(start.d) > 10
     for number in range(model.n):
@@ -75,11 +74,6 @@ def test_what_was_measured_before_is_measured_again_in_time(model):
         known = Surroundings(depth_points=cloud)
         ours, fresh = (p.near(wTb, q, known, slow) for p in (kept, proximity(model)))
         np.testing.assert_array_equal(np.sort(ours.d), np.sort(fresh.d))
-
-
-def test_a_cloud_without_points_is_no_obstacle(model):
-    q, nothing = model.description.arm.ready, PointCloud(np.zeros((0, 3)))
-    assert len(near(model, q, depth_points=nothing).d) == len(near(model, q).d)
 
 
 def test_distances_from_rounded_boxes():

@@ -2,14 +2,11 @@
 
 import numpy as np
 import pytest
-from motion import proximity, tool_pose
+from motion import proximity
 from pinocchio import SE3
 
 from controller import (
-    Command,
-    HolisticController,
     Obstacle,
-    PoseGoal,
     Surroundings,
     robot_model,
 )
@@ -59,37 +56,3 @@ def test_what_is_picked_up_and_put_down_leaves_the_other_distances(model, walked
         assert_same(ours, fresh)
         seen += len(ours.d)
     assert seen > 200
-
-
-def test_a_robot_that_comes_from_afar_measures_in_time(model):
-    """On the way nothing is near at any speed, and distances are not looked at at all."""
-    kept, q, fast = proximity(model), model.description.arm.ready, np.full(model.n, 1.0)
-    seen = []
-    for step in range(120):
-        wTb = SE3(np.eye(3), np.array([-3.0 + 0.03 * step, 0.0, 0.0]))
-        known = Surroundings(fixtures=TABLE)
-        ours, fresh = (p.near(wTb, q, known, fast) for p in (kept, proximity(model)))
-        assert_same(ours, fresh)
-        seen.append(len(ours.d))
-    assert seen[0] == 0
-    assert seen[-1] > 0
-
-
-def test_what_is_prepared_changes_nothing_but_the_time(model):
-    """The same commands, bit for bit, and the same reports."""
-    around, goal = Surroundings(fixtures=TABLE), PoseGoal(wTe=tool_pose(1.2, 0.0, 0.7))
-    runs = []
-    for prepared in (False, True):
-        controller, last = HolisticController(model), Command.stop()
-        if prepared:
-            controller.prepare(around)
-        state = type("State", (), {"wTb": SE3.Identity(), "q": model.description.arm.ready})()
-        steps = []
-        for _ in range(60):
-            last, report = controller.step(state, goal, last, around)
-            state.wTb = state.wTb * SE3(np.eye(3), 0.01 * last.base_twist * [1.0, 1.0, 0.0])
-            state.q = state.q + 0.01 * last.qd
-            steps.append([*last.base_twist, *last.qd, report.near_pairs, report.clearance])
-        runs.append(steps)
-    np.testing.assert_array_equal(*runs)
-    assert max(step[-2] for step in runs[0]) > 0

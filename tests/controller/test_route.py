@@ -25,8 +25,7 @@ def robot(name: str, reverse: float) -> RobotModel:
     )
 
 
-ROBOTS = {"frankie": robot("frankie", 0.25), "fast back": robot("frankie", 1.0)}
-ROBOTS["omni"] = robot("omni", 1.0)
+ROBOTS = {"frankie": robot("frankie", 0.25), "omni": robot("omni", 1.0)}
 
 
 @dataclass
@@ -98,14 +97,10 @@ TWO_ROOMS = (
 )
 
 CASES = {
-    "around a table": ((TABLE,), (0, 0, 0), (4, 0, 0)),
     "behind a table, facing it": ((TABLE,), (0, 0, 0), (2.8, 0, pi)),
     "out from a table": ((TABLE,), (1.2, 0, 0), (-1.5, 0, pi)),
-    "in to a table": ((TABLE,), (-1, 1, 0), (1.2, 0, 0)),
     "table to table": ((TABLE, box(-2, 0, 0.8, 1.6, height=0.5)), (1.2, 0, 0), (-1.2, 0, pi)),
-    "between two tables": (TWO_TABLES, (-2.5, 0.8, 0.5), (2.5, -0.5, 0)),
     "a stop between two tables": (TWO_TABLES, (-2.5, 0.8, 0.5), (0, 0, 0)),
-    "along a corridor": (CORRIDOR, (-2.5, 0, 0), (2.5, 0, 0)),
     "a turn, and out of a corridor": (CORRIDOR, (-2.5, 0, 2), (4.5, 1.5, pi / 2)),
     "through a door": (TWO_ROOMS, (-2.5, 2, 1.5), (2.5, 2, -pi / 2)),
 }  # fmt: skip
@@ -123,23 +118,16 @@ def test_it_arrives_in_time_without_touching_anything(name, case):
     assert run.time < 1.7 * free.time + 0.5
 
 
-@pytest.mark.parametrize("away", [0.0, 0.0005, 0.002])
 @pytest.mark.parametrize("name", ROBOTS)
-def test_where_it_has_only_to_turn_and_is_a_little_near_to_something_it_turns(name, away):
+def test_where_it_has_only_to_turn_and_is_a_little_near_to_something_it_turns(name):
     """It has 15 mm less than it would keep if it had the choice."""
     model = ROBOTS[name]
     room = FloorMap((wall(0, 1, 2, 0.1),), model.description)
     y = 0.95 - room.turning + 0.015
-    run = drive(model, (wall(0, 1, 2, 0.1),), Pose2D(0, y, 0.0), Pose2D(-away, y, 1.5))
+    run = drive(model, (wall(0, 1, 2, 0.1),), Pose2D(0, y, 0.0), Pose2D(-0.0005, y, 1.5))
     assert run.arrived
     assert run.clearance > 0.0
     assert run.time < 3.0
-
-
-def test_it_backs_out_no_farther_than_it_must():
-    """Turning round before a table takes the 3 s of the half turn and little else."""
-    run = drive(ROBOTS["frankie"], (TABLE,), Pose2D(1.2, 0.0, 0.0), Pose2D(-1.5, 0.0, pi))
-    assert run.time < pi / 1.05 + 2.7 / 1.0 + 1.2
 
 
 @pytest.mark.parametrize(
@@ -184,39 +172,3 @@ def test_a_goal_that_creeps_keeps_its_way_and_one_that_jumps_gets_another():
     other, thought = time_of_the_way(Pose2D(5.0, 0.0, 0.0))
     assert thought > 0
     assert other > first + 0.3
-
-
-def random_room(seed: int, model: RobotModel) -> tuple[tuple[Geom, ...], Pose2D, Pose2D] | None:
-    """Eight to twenty boxes in a room of 7 m, and two places with a way between them."""
-    rng = np.random.default_rng(seed)
-    fixtures = [
-        wall(0, 3.5, 7, 0.1),
-        wall(0, -3.5, 7, 0.1),
-        wall(3.5, 0, 0.1, 7),
-        wall(-3.5, 0, 0.1, 7),
-    ]
-    for _ in range(rng.integers(8, 21)):
-        x, y = rng.uniform(-3.3, 3.3, 2)
-        dx, dy = rng.uniform(0.1, 0.7, 2)
-        fixtures.append(
-            box(x, y, dx, dy, height=float(rng.choice([0.3, 0.5, 0.9])), yaw=rng.uniform(0, pi))
-        )
-    room = FloorMap(tuple(fixtures), model.description)
-    poses = np.column_stack([rng.uniform(-3.5, 3.5, (400, 2)), rng.uniform(-pi, pi, 400)])
-    free = poses[room.clearance(poses[:, :2]) > room.turning]
-    for start, goal in zip(free[::2], free[1::2], strict=False):
-        cost = room.field((goal[0], goal[1])).at(start[None, :2])[0]
-        if 1.5 < cost < 20.0:
-            return tuple(fixtures), Pose2D(*start.tolist()), Pose2D(*goal.tolist())
-    return None
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["frankie", "omni"])
-def test_in_cluttered_rooms_it_arrives(name):
-    model = ROBOTS[name]
-    worlds = [world for seed in range(20) if (world := random_room(seed, model)) is not None]
-    runs = [drive(model, *world) for world in worlds]
-    assert len(runs) >= 15
-    assert all(run.arrived for run in runs)
-    assert sum(run.clearance <= 0.0 for run in runs) == 0

@@ -55,15 +55,6 @@ def test_a_holonomic_base_stands_on_the_side_that_it_leaves_to(side):
     assert np.sign(stood.y) == np.sign(side)
 
 
-def test_a_next_goal_that_no_way_leads_to_does_not_matter():
-    """A fence all round it; the base stands as if nothing were known of it."""
-    fence = [box("fence", (9.0, y, 0.5), (3.0, 0.2, 0.5)) for y in (-3.0, 3.0)]
-    fence += [box("fence", (x, 0.0, 0.5), (0.2, 3.0, 0.5)) for x in (6.0, 12.0)]
-    model, wTe = robot_model("frankie"), tool_pose(2.0, 1.0, 0.8)
-    inside = tool_pose(9.0, 0.0, 0.8)
-    assert base_for(model, wTe, inside, tuple(fence)) == base_for(model, wTe, None, tuple(fence))
-
-
 def test_leaving_takes_the_time_of_the_way_and_of_the_turn_into_it():
     model = robot_model("frankie")
     speed, turn_rate = model.limits.base_twist[0], model.limits.base_twist[2]
@@ -72,15 +63,3 @@ def test_leaving_takes_the_time_of_the_way_and_of_the_turn_into_it():
     times = leaving_times(model, field, np.array([[1.0, 0.0, a] for a in turned]))
     expected = 4.0 / speed + TURN_WEIGHT * np.abs(turned) / turn_rate
     np.testing.assert_allclose(times, expected)
-
-
-def test_the_way_ahead_goes_round_what_stands_in_it():
-    field = FloorMap((*ROOM, LONG_TABLE), robot_model("frankie").description).field((3.0, 2.5))
-    here = np.array([[3.0, -0.5], [0.0, -1.0]])
-    ahead = field.ahead_of(here)
-    away = np.linalg.norm(ahead - here, axis=1)
-    assert (away > 0.2).all()
-    assert (away < 1.2).all()
-    assert (field.at(ahead) < field.at(here) - 0.5 * away).all()
-    straight = atan2(3.0, 0.0)
-    assert abs(wrap(atan2(*(ahead - here)[0][::-1]) - straight)) > 0.5

@@ -20,8 +20,6 @@ from robots import load_robot
 
 READY = load_robot("frankie").arm.ready
 
-FOLDED_INTO_BASE = np.array([0.0, 1.7, 0.0, -2.9, 0.0, 2.6, 0.78])
-
 
 def proximity(model, within: float) -> Proximity:
     """Of a robot for which pairs matter that are nearer than `within` [m]."""
@@ -32,16 +30,6 @@ def proximity(model, within: float) -> Proximity:
 @pytest.fixture(params=["frankie", "omni"])
 def model(request):
     return robot_model(request.param)
-
-
-def test_clearance_over_the_floor_is_the_height_of_the_lowest_finger_tip():
-    """Reaching down beside the base, hand vertical: 0.02 m of capsule below the finger line."""
-    model = robot_model("omni")
-    q = np.array([0.0, 1.25, 0.0, -1.3, 0.0, 2.6, 0.0])
-    bTe = model.bTe(q)
-    fingers = bTe * SE3(np.eye(3), np.array([0.0, 0.0, 0.10 - 0.1034]))
-    ends = [fingers.act(np.array([0.0, side, 0.0]))[2] for side in (-0.05, 0.05)]
-    assert SelfCollision(model).clearance(q) == pytest.approx(min(ends) - 0.02, abs=1e-6)
 
 
 def test_growth_of_a_distance_is_its_derivative(model):
@@ -59,16 +47,6 @@ def test_growth_of_a_distance_is_its_derivative(model):
         row = near.rows[nearest, model.n_base :]
         assert grown == pytest.approx(float(row @ move_by), abs=2e-7)
         checked += 1
-
-
-def test_parts_far_from_each_other_are_not_mentioned_however_the_arm_got_there(model):
-    """Coal is not asked on every call: what it is asked must still suffice."""
-    rng, body, kept = np.random.default_rng(2), CollisionModel(model), proximity(model, 0.05)
-    q = READY.copy()
-    for _ in range(2000):
-        q = np.clip(q + rng.normal(size=7) * 0.02, model.limits.q_min, model.limits.q_max)
-        near = kept.near(SE3.Identity(), q, OPEN_FLOOR, np.zeros(model.n))
-        assert bool(len(near.d)) == (body.clearance(q) <= 0.05)
 
 
 @pytest.mark.parametrize("straight", [True, False])

@@ -30,14 +30,6 @@ def test_there_are_as_many_as_wanted_and_no_more_than_pixels() -> None:
     assert len(SpreadPoints().propose(IMAGE, few).candidates.quality) == 3
 
 
-def test_spread_points_leave_no_large_part_out() -> None:
-    pixel = SpreadPoints().propose(IMAGE, ALLOWED).candidates.pixel
-    assert 64 <= len(pixel) <= 128
-    v, u = np.nonzero(ALLOWED)
-    distance = np.hypot(u[:, None] - pixel[:, 0], v[:, None] - pixel[:, 1]).min(axis=1)
-    assert distance.max() < 8.0
-
-
 def test_a_detector_does_without_a_network() -> None:
     for name in WITHOUT_NETWORK:
         assert (

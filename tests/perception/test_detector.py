@@ -15,7 +15,6 @@ from perception import (
     Proposals,
 )
 from perception.frame import Array, Image, Mask, ObjectRegion
-from perception.geometry import closing_direction
 from robots import Box, Geom, load_robot
 
 ROBOT = load_robot("frankie")
@@ -59,23 +58,6 @@ def frame(world: World, wTc: SE3, seed: int = 0) -> DepthFrame:
 @pytest.fixture(scope="module")
 def detector() -> GraspDetector:
     return GraspDetector(gripper=GRIPPER)
-
-
-def test_closing_directions_are_exact_for_a_tilted_camera() -> None:
-    """Project a known horizontal line into a tilted camera by hand, and get it back."""
-    wTc = looking_down(0.4, yaw=0.7, tilt=(0.15, -0.1))
-    for direction in np.linspace(-1.5, 1.5, 7):
-        point = np.array([3.05, 0.04, FLOOR + 0.03])
-        along = np.array([np.cos(direction), np.sin(direction), 0.0])
-        ends = []
-        for end in (point - 0.01 * along, point + 0.01 * along):
-            x, y, z = wTc.actInv(end)
-            ends.append(np.array([383.0 * x / z + 319.5, 383.0 * y / z + 239.5]))
-        angle = np.arctan2(*(ends[1] - ends[0])[::-1])
-        x, y, z = wTc.actInv(point)
-        pixel = np.array([[383.0 * x / z + 319.5, 383.0 * y / z + 239.5]])
-        found = closing_direction(CAMERA, wTc, pixel, np.array([angle]), np.array([FLOOR + 0.03]))
-        assert found[0] == pytest.approx(direction, abs=2e-3)
 
 
 @pytest.mark.parametrize(("yaw", "tilt"), [(-0.9, (0.0, 0.0)), (0.5, (0.1, -0.08))])
@@ -220,15 +202,3 @@ def test_unusable_frames_give_a_reason_and_no_exception(detector: GraspDetector,
         assert found.reason
         assert "\n" not in found.reason
         assert np.isnan(found.occupied_area)  # unknown, which is not the same as empty
-
-
-@pytest.mark.parametrize("seed", range(2))
-def test_nonsense_depth_is_survived(detector: GraspDetector, seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    depth = rng.uniform(-0.1, 6.0, (480, 640)).astype(np.float32)
-    depth[rng.random((480, 640)) < rng.random()] = np.nan
-    wTc = looking_down(rng.uniform(0.01, 1.0), rng.uniform(-3, 3), tuple(rng.uniform(-1, 1, 2)))
-    found = detector.detect(
-        DepthFrame(depth=depth, intrinsics=CAMERA, wTc=wTc, stamp=0.0), WORKSPACE
-    )
-    assert (found.grasps == ()) == bool(found.reason)

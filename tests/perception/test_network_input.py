@@ -95,16 +95,6 @@ def test_a_ridge_is_found_to_a_fraction_of_a_pixel(angle_deg: float) -> None:
     assert found.width[0] == pytest.approx(27.0, abs=0.5)
 
 
-def test_the_angle_does_not_suffer_where_it_wraps_around() -> None:
-    """Half the pixels say +89 degrees and half say -89: together that is 90, not 0."""
-    maps = _maps(150.0, 150.0, 0.0, 20.0)
-    sign = np.where(np.arange(300)[None, :] % 2, 1.0, -1.0)
-    maps[1] = np.cos(2.0 * np.deg2rad(89.0) * sign)
-    maps[2] = np.sin(2.0 * np.deg2rad(89.0) * sign)
-    angle = find_candidates(grasp_maps(maps, ALL)).angle[0]
-    assert abs(abs(np.rad2deg(angle)) - 90.0) < 2.0
-
-
 def test_no_grasp_where_none_is_allowed() -> None:
     allowed = ALL.copy()
     allowed[180:220, 100:140] = False

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import torch
 
-from perception.grasps.network_input import WeightsError
 from perception.networks.ggcnn import GGCNN
 from perception.networks.proposer import Proposer
 from perception.networks.weights import (
@@ -62,12 +61,6 @@ def test_the_fast_form_equals_the_plain_one(name: str) -> None:
     assert np.abs(fast - plain).max() < 2e-5 * max(1.0, np.abs(plain).max())
 
 
-def test_a_proposer_keeps_the_callers_threads(network: GGCNN) -> None:
-    before = torch.get_num_threads()
-    Proposer(network).infer(np.zeros((300, 300), dtype=np.float32))
-    assert torch.get_num_threads() == before
-
-
 @pytest.mark.parametrize("name", NETWORKS)
 def test_weights_survive_a_file_and_tell_their_network(name: str, tmp_path: Path) -> None:
     path = tmp_path / "w.safetensors"
@@ -95,8 +88,3 @@ def test_shipped_weights_load_and_know_how_they_were_made(name: str) -> None:
     metadata = read_metadata(Path("perception/weights") / f"{name}.safetensors")
     assert metadata["recipe"]["network"] == name
     assert metadata["valid_of_unseen"]["single"] > 0.8
-
-
-def test_an_unknown_network_is_told_the_known_ones() -> None:
-    with pytest.raises(WeightsError, match="`bins`, `ggcnn`"):
-        shipped_network("resnet")

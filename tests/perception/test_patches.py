@@ -62,17 +62,6 @@ def test_the_numbers_say_where_the_middle_is() -> None:
     assert told["volume"] == pytest.approx(0.2 * 0.03 * 0.022, rel=0.1)
 
 
-def test_what_is_unknown_is_seen_as_such() -> None:
-    scene = bar(0.09)
-    assert scene.unknown is not None
-    scene.unknown[X > 0.06] = True
-    seen = seen_at(scene, 0.0)
-    assert not seen.near_unknown.any()
-    rows = seen.far_unknown[0].mean(axis=1)
-    assert set(np.rint(rows)) == {0.0, 1.0}
-    assert 0.25 < rows.mean() < 0.4
-
-
 def measured(scene: HeightMap) -> Array:
     return as_tensors(seen_at(scene, 0.0), GRIPPER)[-1].numpy()[0]
 
@@ -90,21 +79,6 @@ def test_what_stands_under_a_finger_or_under_the_palm_is_measured() -> None:
     under_palm = MEASURES - 4
     assert palm[under_palm] > free[under_palm] + 0.2
     assert palm[:4] == pytest.approx(free[:4], abs=0.01)
-
-
-def test_a_grasp_that_is_mirrored_measures_the_same() -> None:
-    scene = bar(0.09)
-    scene.heights[(np.abs(X - 0.006) < 0.01) & (np.abs(Y - 0.07) < 0.01)] = FLOOR + 0.03
-    seen = seen_at(scene, 0.01)
-    turned = GraspPatches(
-        near=seen.near[:, ::-1, ::-1],
-        near_unknown=seen.near_unknown[:, ::-1, ::-1],
-        far=seen.far[:, ::-1, ::-1],
-        far_unknown=seen.far_unknown[:, ::-1, ::-1],
-        numbers=seen.numbers,
-    )
-    there, back = (as_tensors(each, GRIPPER)[-1].numpy() for each in (seen, turned))
-    assert there == pytest.approx(back, abs=1e-6)
 
 
 def test_there_is_no_hold_estimate_for_another_hand() -> None:

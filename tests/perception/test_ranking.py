@@ -2,13 +2,10 @@
 
 import numpy as np
 import pytest
-from pinocchio import SE3
-from test_detector import FLOOR, GRIPPER, WORKSPACE, box_world, frame, looking_down
+from test_detector import GRIPPER, WORKSPACE, box_world, frame, looking_down
 
-from hw.sim import SimObject
 from perception import NUMBERS, Candidates, GraspDetector, GraspPatches, Proposals
 from perception.frame import Array, Image, Mask
-from robots import Box, Geom
 
 MIDDLE = NUMBERS.index("middle_along")
 
@@ -28,29 +25,6 @@ def test_grasps_are_ranked_by_how_likely_they_hold_if_that_is_told() -> None:
     assert far[0].lever == max(grasp.lever for grasp in far)
     assert near[0].lever == min(grasp.lever for grasp in near) < far[0].lever
     assert far[0].quality == pytest.approx(100.0 * far[0].lever, abs=1e-3)
-
-
-def test_of_grasps_as_likely_to_hold_what_leaves_room_comes_first() -> None:
-    def all_alike(patches: GraspPatches) -> Array:
-        return np.full(len(patches.numbers), 0.9)
-
-    def wide_ones(patches: GraspPatches) -> Array:
-        return np.where(patches.numbers[:, NUMBERS.index("width")] > 0.05, 0.9, 0.8)
-
-    world = box_world()
-    beside = SE3(np.eye(3), np.array([2.92, 0.1, FLOOR + 0.025]))
-    wide = (Geom(Box((0.03, 0.06, 0.025)), SE3.Identity()),)
-    world.objects.append(SimObject(name="wide", parts=wide, mass=0.2, pose=beside))
-    seen = frame(world, looking_down(0.45))
-    alike, wider = (
-        GraspDetector(gripper=GRIPPER, hold=hold).detect(seen, WORKSPACE).grasps
-        for hold in (all_alike, wide_ones)
-    )
-    widths = [grasp.width for grasp in alike]
-    assert max(widths) > 0.055
-    assert widths[0] < 0.045
-    assert {grasp.quality for grasp in alike} == {0.9}
-    assert wider[0].width > 0.05
 
 
 class Nothing:

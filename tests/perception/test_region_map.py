@@ -40,11 +40,10 @@ def seen_in(shown: list[DepthFrame]) -> RegionMap:
     return seen
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_an_empty_floor_is_empty_though_the_camera_is_mounted_a_little_wrong(seed):
-    wTc = looking_down(0.5, yaw=0.4 * seed)
+def test_an_empty_floor_is_empty_though_the_camera_is_mounted_a_little_wrong():
+    wTc = looking_down(0.5, yaw=0.4)
     error = SE3(exp3(np.radians([0.3, -0.3, 0.3])), np.array([0.002, -0.002, 0.002]))
-    told = [replace(one, wTc=wTc * error) for one in frames(world(), wTc, seed)]
+    told = [replace(one, wTc=wTc * error) for one in frames(world(), wTc)]
     seen = seen_in(told)
     assert seen.segments(SMALLEST) == []
     assert seen.hidden(SMALLEST) == []
@@ -52,9 +51,7 @@ def test_an_empty_floor_is_empty_though_the_camera_is_mounted_a_little_wrong(see
     assert seen.lowest < 0.006
 
 
-@pytest.mark.parametrize(
-    "half", [(0.03, 0.02, 0.001), (0.06, 0.06, 0.001), (0.07, 0.003, 0.003), (0.05, 0.004, 0.004)]
-)
+@pytest.mark.parametrize("half", [(0.03, 0.02, 0.001), (0.07, 0.003, 0.003)])
 def test_what_is_thin_is_seen(half):
     (thing,) = seen_in(frames(world(half), looking_down(0.49))).segments(SMALLEST)
     assert thing.area == pytest.approx(4.0 * half[0] * half[1], rel=0.5)
@@ -77,12 +74,6 @@ def test_a_hole_over_an_object_is_not_seen_and_not_empty():
     (part,) = seen.hidden(SMALLEST)
     assert part.area > 15e-4
     np.testing.assert_allclose(part.centre[:2], [3.0, -0.07], atol=0.02)
-
-
-def test_what_is_out_of_the_picture_is_not_seen():
-    seen = seen_in(frames(world(), looking_down(0.22)))
-    assert seen.seen < 0.9
-    assert sum(one.area for one in seen.hidden(SMALLEST)) > 0.01
 
 
 def test_at_least_so_many_objects_stand_there():

@@ -57,16 +57,6 @@ def test_where_the_newest_map_shows_nothing_it_is_the_earlier_one() -> None:
     np.testing.assert_array_equal(both.at(x, y), far.at(x, y))
 
 
-def test_what_no_map_shows_stays_unknown() -> None:
-    near, far = from_both(shift=0.3)
-    both = completed(near, [far])
-    assert unknown_at(both, 3.0, -0.3)
-    assert unknown_at(both, 3.0, 0.6)
-    assert both.unknown is not None
-    edges = (both.unknown[0], both.unknown[-1], both.unknown[:, 0], both.unknown[:, -1])
-    assert all(edge.all() for edge in edges)
-
-
 def test_a_hand_that_reaches_out_of_the_image_goes_where_the_camera_has_looked(
     detector: GraspDetector,
 ) -> None:
@@ -83,13 +73,6 @@ def test_what_was_seen_there_is_in_the_way(detector: GraspDetector) -> None:
     memory = SceneMemory()
     detector.detect(from_afar(0.0, world), WORKSPACE, memory)
     assert not across(detector, from_near(1.0, world), memory)
-
-
-def test_the_newest_image_counts_where_it_shows_what_stands(detector: GraspDetector) -> None:
-    memory = SceneMemory()
-    detector.detect(from_afar(0.0, box_world(yaw=0.0, x=3.0, y=0.1)), WORKSPACE, memory)
-    (best, *_) = across(detector, from_near(1.0), memory)
-    assert np.linalg.norm(best.wTg.translation[:2] - [3.0, 0.0]) < 0.05
 
 
 def test_images_are_remembered_one_by_one_as_they_grow_old(detector: GraspDetector) -> None:

@@ -1,7 +1,5 @@
 """Segmentation of the objects in a region, their colours, and the consensus of frames."""
 
-from dataclasses import replace
-
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -11,7 +9,7 @@ from behaviours import Region
 from hw import DepthFrame
 from hw.sim import DepthRenderer
 from hw.sim.camera.render import painted
-from perception import DetectedObjects, colour_name, consensus, segment_objects
+from perception import colour_name, consensus, segment_objects
 from robots import Box, Cylinder, Geom, Plane, Sphere, load_robot
 
 CAMERA = load_robot("frankie").camera.intrinsics
@@ -70,13 +68,6 @@ def test_things_of_two_colours_that_touch_are_two():
 def test_round_things_of_one_colour_that_touch_are_two(right):
     left = put(Sphere(0.025), 0.0, 0.0, 0.05, RED)
     assert len(segment_objects(frame(left, right), REGION)) == 2
-
-
-def test_boxes_of_one_colour_face_to_face_are_one():
-    """What cannot be told is not guessed."""
-    left = put(Box((0.02, 0.03, 0.02)), -0.02, 0.0, 0.04, RED)
-    right = put(Box((0.02, 0.03, 0.02)), 0.02, 0.0, 0.04, RED)
-    assert len(segment_objects(frame(left, right), REGION)) == 1
 
 
 def test_without_colours_heights_tell_things_apart():
@@ -149,17 +140,3 @@ def test_what_one_frame_alone_shows_is_nothing_and_what_one_lacks_is_something()
     assert len(consensus((look(OTHER), look(LONG, OTHER), look(OTHER)))) == 1
     assert len(consensus((look(LONG, OTHER), look(OTHER), look(LONG, OTHER)))) == 2
     assert consensus((look(), look(), look(OTHER))) == ()
-
-
-def test_a_size_is_the_median_and_a_colour_that_of_most():
-    (one,) = look(OTHER)
-    looks = [
-        DetectedObjects([replace(one, size=(0.04, width, 0.04), area=area, colour=colour)])
-        for width, area, colour in (
-            (0.020, 0.0010, "blue"),
-            (0.030, 0.0020, "purple"),
-            (0.090, 0.0016, "blue"),
-        )
-    ]
-    (typical,) = consensus(looks)
-    assert (typical.width, typical.area, typical.colour) == (0.030, 0.0016, "blue")

@@ -75,31 +75,6 @@ def test_what_is_beyond_the_image_is_unknown_and_what_a_thing_hides_is_not() -> 
     assert unknown_at(found, 3.6, 0.0)
 
 
-def test_a_thing_does_not_go_on_beyond_the_image() -> None:
-    """The map does, in a camera that is turned; what is seen of the thing has its middle there."""
-    turned = looking_down(0.3, yaw=1.0)
-    turned.translation[:2] -= 0.12 * turned.rotation[:2, 1]  # the box is at the image's edge
-    at = np.array([3.0]), np.zeros(1)
-    cut, whole = (
-        ObjectCentroids(seen_from(wTc), FLOOR + 0.008, None) for wTc in (turned, looking_down(0.3))
-    )
-    assert cut.at(*at)[0] < 0.02
-    assert cut.volume(*at)[0] == pytest.approx(whole.volume(*at)[0], rel=0.2)
-
-
-@pytest.mark.parametrize(("below", "whole"), [(8, True), (100, False)])
-def test_what_the_hand_hides_is_cut_off(below: int, whole: bool) -> None:
-    """The lowest rows of the image have no depth, as where the camera sees the hand."""
-    wTc = looking_down(0.3)
-    wTc.translation[:2] -= 0.08 * wTc.rotation[:2, 1]
-    seen = frame(box_world(yaw=0.0, x=3.0, y=0.0), wTc)
-    depth = np.array(seen.depth)
-    depth[-below:] = np.nan
-    around = local_heights(seen, depth, central_crop(depth.shape, CAMERA, 0.3), 0.3)
-    centroids = ObjectCentroids(around.scene, FLOOR + 0.008, None, around.border)
-    assert centroids.shows_all(np.array([3.0]), np.zeros(1)).tolist() == [whole]
-
-
 def test_the_middle_is_not_known_of_what_stands_beside_something_unknown() -> None:
     """Less than half of the box has a depth, and the image goes on beyond it."""
     seen = frame(box_world(yaw=0.0, x=3.0, y=0.0), looking_down(0.3))

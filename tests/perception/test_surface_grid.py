@@ -120,12 +120,3 @@ def test_what_is_hidden_behind_something_is_not_forgotten(surfaces):
     lid = box((0.9, 0.1, 0.95), (0.25, 0.25, 0.01))
     see(surfaces, [FLOOR, TABLE, POST, lid], wTc, 0.5 + np.arange(10) / 10.0)
     assert len(of(surfaces.points, POST)) >= 0.9 * count
-
-
-def test_a_blind_camera_changes_nothing(surfaces):
-    wTc = looking(0.8, 0.0, 1.2)
-    see(surfaces, [FLOOR, TABLE], wTc, np.arange(5) / 10.0)
-    before = surfaces.points
-    blind = Frame(np.full((480, 640), np.nan, dtype=np.float32), wTc, 1.0)
-    surfaces.update(blind, surface_cells(blind, SETTINGS))
-    np.testing.assert_array_equal(surfaces.points, before)

@@ -63,11 +63,6 @@ def test_two_things_that_touch_are_two(things):
     assert count(*things) == 2
 
 
-def test_three_things_in_a_heap_are_three():
-    middle = box(0, 0, 0.05, 0.08, 0.03)
-    assert count(can(-0.055, 0.02, 0.03, 0.08), middle, can(0.0, 0.065, 0.025, 0.06)) == 3
-
-
 @pytest.mark.parametrize("name", HOUSEHOLD)
 def test_one_thing_of_many_parts_is_one(name):
     rng = np.random.default_rng(5)
@@ -76,10 +71,9 @@ def test_one_thing_of_many_parts_is_one(name):
         table=Table(centre=(0.0, 3.0)),
         objects=Objects(count=1, kinds=(name,), width_mm=(15.0, 60.0)),
     )
-    for _ in range(2):
-        (obj,) = build_world(scene, rng).objects
-        here = SE3(obj.pose.rotation, obj.pose.translation * [0.0, 0.0, 1.0] - [0.0, 0.0, 0.05])
-        assert count(*obj.placed(here)) == 1
+    (obj,) = build_world(scene, rng).objects
+    here = SE3(obj.pose.rotation, obj.pose.translation * [0.0, 0.0, 1.0] - [0.0, 0.0, 0.05])
+    assert count(*obj.placed(here)) == 1
 
 
 def test_a_boundary_divides_a_blob_completely():
@@ -91,10 +85,3 @@ def test_a_boundary_divides_a_blob_completely():
     for one, other in found:
         assert not (one & other).any()
         assert ((one | other) == cells).all()
-
-
-def test_a_round_thing_of_one_height_has_no_boundary():
-    row, column = np.mgrid[:60, :60]
-    cells = (row - 30) ** 2 + (column - 30) ** 2 < 25**2
-    blob = Blob(above=np.where(cells, 0.03, 0.0).astype(np.float32), cells=cells, cell=0.0015)
-    assert list(candidate_boundaries(blob)) == []

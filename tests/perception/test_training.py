@@ -95,30 +95,14 @@ def test_however_a_window_is_turned_closing_stays_across_the_bar(tmp_path: Path)
     assert len(seen) >= 4  # two ways round, mirrored or not
 
 
-def test_a_stream_repeats_itself_and_visits_every_shard(
-    shards: list[Path], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    first, second = (SampleStream(shards, seed=3, in_memory=1) for _ in range(2))
-    for _ in range(4):
-        for a, b in zip(first.draw(3), second.draw(3), strict=True):
-            assert np.array_equal(a, b)
-    loaded: list[str] = []
-    load = Shard.load
-    monkeypatch.setattr(Shard, "load", lambda path: loaded.append(path.name) or load(path))
-    stream = SampleStream(shards, seed=3, in_memory=1)
-    for _ in range(6):
-        stream.draw(4)
-    assert set(loaded) == {path.name for path in shards}
-
-
-@pytest.mark.parametrize("network", [AngleBinNetwork, GGCNN])
+@pytest.mark.parametrize("network", [AngleBinNetwork, pytest.param(GGCNN, marks=pytest.mark.slow)])
 def test_training_learns(network: type, shards: list[Path]) -> None:
     torch.set_num_threads(1)
     torch.manual_seed(0)
     reports: list[RoundReport] = []
-    recipe = TrainingSettings(seed=1, rounds=4, steps=12, batch=2, learning_rate=8e-3, in_memory=3)
+    recipe = TrainingSettings(seed=1, rounds=3, steps=10, batch=2, learning_rate=8e-3, in_memory=3)
     train(network(), shards[:2], shards[2:], recipe, report=reports.append)
-    assert len(reports) == 4
+    assert len(reports) == 3
     assert reports[-1].loss < 0.8 * reports[0].loss
     assert reports[-1].best == min(each.validation for each in reports)
 
@@ -152,13 +136,3 @@ def test_an_interrupted_training_ends_with_the_same_weights(
         train(fresh(), shards[:1], shards[2:], other, checkpoint=checkpoint)
     for a, b in zip(whole.state_dict().values(), resumed.state_dict().values(), strict=True):
         assert torch.equal(a, b)
-
-
-def test_training_ends_when_it_does_not_become_better(shards: list[Path]) -> None:
-    torch.set_num_threads(1)
-    reports: list[RoundReport] = []
-    recipe = TrainingSettings(
-        seed=1, rounds=9, steps=1, batch=1, learning_rate=1e-9, patience=1, in_memory=1
-    )
-    train(AngleBinNetwork(), shards[:1], shards[2:], recipe, report=reports.append)
-    assert len(reports) < 9

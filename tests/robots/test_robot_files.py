@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from pinocchio import SE3
 
-from app.live.monitor.robot_visual import arm_parts, finger_poses, robot_visual
 from config import ConfigError
 from controller import RobotModel, SelfCollision
 from hw import SimClock
@@ -98,22 +97,6 @@ def test_a_mistake_is_told_with_its_place(
     assert told in str(error.value)
 
 
-def test_the_former_key_of_the_visual_mesh_warns(folder: Path) -> None:
-    edit(folder / "frankie.yaml", "  visual: omron", "  looks: omron")
-    with pytest.warns(FutureWarning, match="`looks` is now `visual`"):
-        assert load_robot(folder / "frankie.yaml").base.visual == "omron"
-
-
-def test_rpy_and_rotation_say_the_same(folder: Path) -> None:
-    edit(
-        folder / "frankie.yaml",
-        "rotation: [[0, -1, 0], [1, 0, 0], [0, 0, 1]]",
-        "rpy_deg: [0, 0, 90]",
-    )
-    turned = load_robot(folder / "frankie.yaml").camera.eTc
-    assert turned.isApprox(load_robot("frankie").camera.eTc, 1e-12)
-
-
 @pytest.fixture
 def third(folder: Path) -> Path:
     """A small robot with a longer hand on another arm: the shipped files, copied and changed."""
@@ -155,17 +138,3 @@ def test_a_third_robot_looks_from_its_own_wrist(third: Path) -> None:
     expected = RobotModel(robot).bTe(robot.arm.ready) * robot.camera.eTc
     assert frame is not None
     assert frame.wTc.isApprox(expected, 1e-12)
-
-
-def test_a_third_robot_is_drawn_as_it_is(third: Path) -> None:
-    robot = load_robot(third)
-    assert len(arm_parts(robot.arm)) == 8
-    assert [part.shape for part in arm_parts(robot.arm)[5]] == [
-        part.shape for part in robot.arm.collision[5]
-    ]
-    looks = robot_visual(robot)
-    assert looks.base
-    assert all(looks.links)
-    left, right = finger_poses(robot.gripper, 0.06)
-    np.testing.assert_allclose(left.translation - right.translation, [0.0, 0.06, 0.0], atol=1e-12)
-    assert left.translation[2] == 0.1534
