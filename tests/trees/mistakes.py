@@ -19,11 +19,9 @@ poses:
   above: {xyz: [2.935, 0.0, 0.85], rpy_deg: [180, 0, 0]}
   door: {base: [1.6, 1.2], heading_deg: 90}
   folded: {joints_deg: [0, -17, 0, -126, 0, 115, 45]}
-POSES
 regions:
   box: {centre: [3.0, 0.0, 0.556], size: [0.44, 0.36, 0.2]}
   table: {centre: [0.0, 1.6, 0.6], size: [1.0, 0.4, 0.2]}
-REGIONS
 tree:
   sequence:
     - say: {text: "{value}", value: $count}
@@ -36,12 +34,13 @@ tree:
 """
 
 
-def file_with(*, item: str = "", poses: str = "", regions: str = "") -> str:
-    """The task with an item at the end of its tree, or an entry of a section."""
-    lines = [f"    {line}" for line in item.splitlines()]
-    text = BEFORE.replace("POSES\n", f"  {poses}\n" if poses else "")
-    text = text.replace("REGIONS\n", f"  {regions}\n" if regions else "")
-    return text + "\n".join([*lines, ""])
+def file_with(text: str) -> str:
+    """The task with items at the end of its tree, or an entry of a section: `poses: {...}`."""
+    for section in ("poses", "regions"):
+        if text.startswith(f"{section}: {{"):
+            entry = text.removeprefix(f"{section}: {{").removesuffix("}")
+            return BEFORE.replace(f"{section}:\n", f"{section}:\n  {entry}\n")
+    return BEFORE + "".join(f"    {line}\n" for line in text.splitlines())
 
 
 def found_in(folder: Path, text: str, severity: Severity = Severity.ERROR) -> list[Diagnostic]:

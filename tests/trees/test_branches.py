@@ -47,12 +47,6 @@ reactive_sequence:
     assert tree.root.feedback_message == "guard: said F"
 
 
-def test_sequence_does_not_ask_a_guard_again(run):
-    tree = run("sequence: [{name: guard, play: {script: SF}}, {name: action, play: {script: R}}]")
-    assert tree.ticks(3) == "RRR"
-    assert tree.begun("guard") == 1
-
-
 def test_reactive_fallback_returns_to_an_earlier_child(run):
     tree = run("""
 reactive_fallback:
@@ -61,19 +55,6 @@ reactive_fallback:
 """)
     assert tree.ticks(2) == "RR"
     assert tree.events.count("second ends I") == 1
-
-
-def test_parallel_waits_for_all_and_does_not_repeat_what_is_done(run):
-    tree = run("parallel: [{name: a, play: {script: S}}, {name: b, play: {script: RRS}}]")
-    assert tree.ticks(3) == "RRS"
-    assert tree.begun("a") == 1
-
-
-def test_parallel_fails_with_any_child_and_halts_the_others(run):
-    tree = run("parallel: [{name: a, play: {script: R}}, {name: b, play: {script: RF}}]")
-    assert tree.ticks(2) == "RF"
-    assert tree.events == ["a begins", "b begins", "b ends F", "a ends I"]
-    assert tree.root.feedback_message == "b: said F"
 
 
 def test_until_works_until_its_question_is_answered_with_success(run):
@@ -90,16 +71,6 @@ until:
         "question begins",
     ]
     assert tree.root.feedback_message == "question: said S"
-
-
-def test_until_fails_with_its_work(run):
-    tree = run("""
-until:
-  - {name: question, play: {script: F}}
-  - {name: work, play: {script: SF}}
-""")
-    assert tree.ticks(2) == "RF"
-    assert tree.root.feedback_message == "work: said F"
 
 
 def test_repeat_needs_every_round_to_succeed(run):
@@ -120,10 +91,6 @@ def test_timeout_counts_simulated_time_and_halts_what_is_late(run):
     assert tree.ticks(6) == "RRRRRF"
     assert tree.events == ["slow begins", "slow ends I"]
     assert tree.root.feedback_message == "not done within 0.05 s (slow: said R)"
-
-
-def test_timeout_leaves_a_child_in_time_alone(run):
-    assert run("{timeout_s: 0.05, play: {script: RRRRS}}").ticks(5) == "RRRRS"
 
 
 def test_each_attempt_has_the_whole_timeout(run):

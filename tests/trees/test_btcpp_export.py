@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
-from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree
 
 import behaviortreepy as bt
-import numpy as np
 import pytest
-import yaml
 from everything import write_everything
 
 import trees
-from behaviours import LEAVES
 from trees.btcpp import export_xml
-from trees.language import COMPOSITES, MODIFIERS, describe_leaves, load
+from trees.language import COMPOSITES, MODIFIERS, load
 
 SHIPPED = sorted(Path(trees.__file__).parent.glob("*.yaml"))
 EXPECTED = Path(__file__).parent / "everything.xml"
@@ -32,9 +27,6 @@ def write(folder: Path, tree: str, sections: str = "") -> Path:
     indented = "\n".join(f"  {line}" for line in tree.strip().splitlines())
     path.write_text(f"task: t\n{sections}tree:\n{indented}\n")
     return path
-
-
-# BehaviorTree.CPP reads it
 
 
 class Cpp:
@@ -89,11 +81,6 @@ class Cpp:
         return "running"
 
 
-@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
-def test_bt_cpp_creates_every_shipped_task(path):
-    Cpp(exported(path))
-
-
 def test_bt_cpp_creates_a_task_with_every_word(tmp_path):
     cpp = Cpp(exported(write_everything(tmp_path)))
     assert {"Main", "everything", "count"} <= set(cpp.factory.registered_behavior_trees())
@@ -114,9 +101,7 @@ def test_bt_cpp_runs_a_task_to_the_same_end(failures, outcome, grasps):
     ("tree", "failing", "outcome"),
     [
         ("fallback: [arm_healthy, open_gripper]", {"arm_healthy": 1}, "success"),
-        ("sequence: [arm_healthy, open_gripper]", {"arm_healthy": 1}, "failure"),
         ("reactive_sequence: [arm_healthy, holding_object]", {"holding_object": 1}, "failure"),
-        ("reactive_fallback: [arm_healthy, holding_object]", {"holding_object": 1}, "success"),
         ("parallel: [arm_healthy, holding_object]", {"holding_object": 9}, "failure"),
         (
             "parallel: {policy: any, children: [arm_healthy, holding_object]}",
@@ -129,16 +114,12 @@ def test_bt_cpp_runs_a_task_to_the_same_end(failures, outcome, grasps):
             "failure",
         ),
         ("forever: open_gripper", {"open_gripper": 7}, "success"),
-        ("retry: 3\nopen_gripper:", {"open_gripper": 2}, "success"),
         ("retry: 3\nopen_gripper:", {"open_gripper": 3}, "failure"),
         ("invert: true\nopen_gripper:", {}, "failure"),
         ("force_success: true\nopen_gripper:", {"open_gripper": 9}, "success"),
         ("force_failure: true\nopen_gripper:", {}, "failure"),
-        ("once: true\nopen_gripper:", {"open_gripper": 9}, "failure"),
         ("retry: 2\nonce: true\nopen_gripper:", {"open_gripper": 1}, "success"),
         ("while: arm_healthy\nopen_gripper:", {"arm_healthy": 9}, "failure"),
-        ("while: arm_healthy\nopen_gripper:", {}, "success"),
-        ("unless: arm_healthy\nopen_gripper:", {"open_gripper": 9}, "success"),
         ("unless: arm_healthy\nopen_gripper:", {"arm_healthy": 9, "open_gripper": 9}, "failure"),
     ],
 )
@@ -153,7 +134,8 @@ def test_a_word_means_in_bt_cpp_what_it_means_here(tmp_path, tree, failing, outc
 
 
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
-def test_every_node_has_a_model_with_all_its_ports(path):
+def test_bt_cpp_creates_every_shipped_task_and_every_node_has_a_model_with_all_its_ports(path):
+    Cpp(exported(path))
     root = ElementTree.fromstring(exported(path))
     models = {model.get("ID"): model for model in root.find("TreeNodesModel")}
     trees_of = {tree.get("ID") for tree in root.iter("BehaviorTree")}
@@ -181,9 +163,6 @@ def test_the_documentation_names_every_word_with_its_counterpart():
             assert f"`{word.counterpart.tag}`" in row.split("|")[2]
 
 
-# and nothing gets lost
-
-
 def test_the_trees_of_a_task_with_every_word_are_those_that_were_looked_at(tmp_path):
     """`everything.xml` is read by eye; what it says of each word is the documentation's table."""
     root, expected = (
@@ -194,68 +173,3 @@ def test_the_trees_of_a_task_with_every_word_are_those_that_were_looked_at(tmp_p
         assert ElementTree.canonicalize(
             ElementTree.tostring(own), strip_text=True
         ) == ElementTree.canonicalize(ElementTree.tostring(looked_at), strip_text=True)
-
-
-def numbers(text: str) -> list[float]:
-    return [float(number) for number in re.findall(r"-?[0-9.]+(?:e-?[0-9]+)?", text)]
-
-
-@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
-def test_every_value_of_a_shipped_task_is_in_its_xml(path):
-    """Compared with what another reader of YAML finds in the file, where all scalars are text."""
-    root = ElementTree.fromstring(exported(path))
-    task = yaml.load(path.read_text(encoding="utf-8"), Loader=yaml.BaseLoader)
-    sections = [task.get(key) or {} for key in ("params", "poses", "regions", "outputs")]
-    models = root.iterfind(f"TreeNodesModel/SubTree[@ID='{task['task']}']/*")
-    ports = {port.get("name"): port.get("default") for port in models}
-    assert set(ports) == {name for section in sections for name in section}
-    for name, parameter in sections[0].items():
-        assert value(ports[name]) == value(parameter.get("default"))
-    for name, pose in (*sections[1].items(), *sections[2].items()):
-        written = dict(part.split(": ") for part in ports[name].split("; "))
-        assert {key: list(map(float, text.split())) for key, text in written.items()} == {
-            key: pytest.approx(np.ravel(numbers).astype(float), abs=1e-9)
-            for key, numbers in pose.items()
-        }
-    [tree] = root.iterfind(f"BehaviorTree[@ID='{task['task']}']")
-    leaves = [element for element in tree.iter() if element.tag in LEAVES]
-    assert [(leaf.tag, arguments(leaf)) for leaf in leaves] == list(leaves_in(task, task["tree"]))
-
-
-def value(text: str | None) -> object:
-    """A text, as a number if it is one: `1` and `1.0` are the same."""
-    try:
-        return float(text)
-    except (TypeError, ValueError):
-        return text
-
-
-def arguments(leaf: ElementTree.Element) -> dict[str, object]:
-    return {key: value(text) for key, text in leaf.attrib.items() if key != "name"}
-
-
-def leaves_in(task: dict, node: object) -> Iterator[tuple[str, dict[str, object]]]:
-    """Every leaf below a node of the YAML, guards before what they guard."""
-    if isinstance(node, list):
-        for child in node:
-            yield from leaves_in(task, child)
-        return
-    named = {*(task.get("poses") or ()), *(task.get("regions") or ())}
-    entries = {node: {}} if isinstance(node, str) else node
-    for guard in ("while", "unless"):
-        yield from leaves_in(task, entries.get(guard, []))
-    for key, below in entries.items():
-        if key in LEAVES:
-            outputs = describe_leaves(LEAVES)[key].outputs
-            yield (
-                key,
-                {
-                    name: f"{{{text.removeprefix('$')}}}"
-                    if name in outputs or text in named or text.startswith("$")
-                    else value(text)
-                    for name, text in (below or {}).items()
-                },
-            )
-        elif key in COMPOSITES:
-            has_options = isinstance(below, dict) and "children" in below
-            yield from leaves_in(task, below["children"] if has_options else below)

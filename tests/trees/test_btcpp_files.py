@@ -8,9 +8,7 @@ from xml.etree import ElementTree
 
 import behaviortreepy as bt
 import pytest
-from typer.testing import CliRunner
-
-from app.commands import app
+from command_line import call
 
 TASKS = {
     "top.yaml": """\
@@ -41,12 +39,6 @@ def folder(tmp_path):
     return tmp_path
 
 
-def export(*words: object) -> tuple[int, str]:
-    result = CliRunner().invoke(app, ["export", *map(str, words)])
-    assert result.exception is None or isinstance(result.exception, SystemExit)
-    return result.exit_code, result.stdout + result.stderr
-
-
 def ticks(file: Path, tree: str, monkeypatch) -> Counter[str]:
     """How often BehaviorTree.CPP ticks each leaf of a file until it ends; no gripper opens."""
     done: Counter[str] = Counter()
@@ -70,7 +62,7 @@ def ticks(file: Path, tree: str, monkeypatch) -> Counter[str]:
 def test_bt_cpp_runs_files_that_include_each_other(folder, monkeypatch):
     out = folder / "xml"
     out.mkdir()
-    code, said = export(folder / "top.yaml", "--output", out / "robot.xml")
+    code, said, _ = call("export", folder / "top.yaml", "--output", out / "robot.xml")
     assert code == 0
     written = ["robot.xml", "parts/one.xml", "parts/deep/two.xml"]
     assert said.splitlines() == [f"{out / name}: written" for name in written]
@@ -80,7 +72,7 @@ def test_bt_cpp_runs_files_that_include_each_other(folder, monkeypatch):
 
 
 def test_each_file_can_be_opened_alone(folder, monkeypatch):
-    export(folder / "top.yaml", "--output", folder / "top.xml")
+    call("export", folder / "top.yaml", "--output", folder / "top.xml")
     assert ticks(folder / "parts" / "deep" / "two.xml", "two", monkeypatch)["open_gripper"] == 1
     for name, includes, models in (
         ("top.xml", ["parts/deep/two.xml", "parts/one.xml"], {"top"}),
@@ -94,35 +86,10 @@ def test_each_file_can_be_opened_alone(folder, monkeypatch):
     assert tree.get("_scene") == "household"
 
 
-def test_on_the_screen_all_trees_are_one_text(folder):
-    root = ElementTree.fromstring(export(folder / "top.yaml")[1].encode())
-    assert root.find("include") is None
-    assert {one.get("ID") for one in root.findall("BehaviorTree")} == {"Main", "top", "one", "two"}
-
-
 def test_no_file_is_written_over_another(folder):
     (folder / "same.yaml").write_text("task: same\ntree: {subtree: {file: part.yaml}}\n")
     (folder / "part.yaml").write_text("task: part\ntree: {open_gripper: }\n")
-    code, said = export(folder / "same.yaml", "--output", folder / "part.xml")
+    code, _, said = call("export", folder / "same.yaml", "--output", folder / "part.xml")
     assert (code, said.count("\n")) == (2, 1)
     assert "a subtree of the task belongs there" in said
     assert not (folder / "part.xml").exists()
-
-
-def test_what_has_no_counterpart_is_told_in_a_line_with_its_place(folder):
-    part = folder / "parts" / "deep" / "two.yaml"
-    part.write_text(
-        "task: two\n"
-        "regions: {box: {centre: [0.7, 0, 0.5], size: [1, 1, 0.2]}}\n"
-        "tree:\n"
-        "  sequence:\n"
-        "    - detect: {region: box, list: things}\n"
-        "    - for_each: {item: o, in: $things, do: {look_at: {at: $o}}}\n"
-    )
-    code, said = export(folder / "top.yaml", "--output", folder / "top.xml")
-    assert code == 2
-    assert said == (
-        f"{part}:6:7: `for_each` over what is detected has no counterpart in the XML;"
-        " leave it out for the export\n"
-    )
-    assert not (folder / "top.xml").exists()

@@ -72,12 +72,9 @@ def logged(tmp_path) -> Log:
     return read(written)
 
 
-def test_nodes_are_numbered_as_they_stand_in_the_tree(logged):
+def test_nodes_are_numbered_and_every_change_is_there_with_its_time(logged):
     assert logged.names == {1: "sequence", 2: "retry", 3: "try", 4: "done"}
     assert logged.tags == {1: "Sequence", 2: "RetryUntilSuccessful", 3: "play", 4: "play"}
-
-
-def test_every_change_is_there_with_its_time(logged):
     assert logged.began == 0
     assert logged.changes == [
         (0, 1, "running"),
@@ -92,6 +89,7 @@ def test_every_change_is_there_with_its_time(logged):
     ]
 
 
+@pytest.mark.slow
 def test_bt_cpp_writes_the_same_format_with_the_same_numbers(tmp_path, logged):
     """Its own logger, on the same tree: it notes more, but nothing in another order."""
     logs = (their_log(tmp_path / f"theirs{number}.btlog") for number in range(5))

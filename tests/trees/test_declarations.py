@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from dataclasses import fields
 from pathlib import Path
 
 import pytest
@@ -13,22 +12,12 @@ from behaviours import LEAVES
 from trees.language import DECLARATIONS, check, declarations_text, describe_leaves
 from trees.language.declarations import declared_leaves
 
-CODE = {"behaviour", "validate"}
 HEAVY = ("numpy", "pinocchio", "cv2", "torch", "coal")
 
 
 def test_the_file_is_what_the_classes_say():
     text = declarations_text(describe_leaves(LEAVES))
     assert DECLARATIONS.read_text(encoding="utf-8") == text, "make it anew: make declarations"
-
-
-def test_what_is_read_is_what_the_classes_say():
-    declared, described = declared_leaves(), describe_leaves(LEAVES)
-    assert declared.keys() == described.keys()
-    for key, leaf in described.items():
-        for one in fields(leaf):
-            if one.name not in CODE:
-                assert getattr(declared[key], one.name) == getattr(leaf, one.name), (key, one.name)
 
 
 def test_arguments_that_do_not_fit_each_other_are_found_without_the_class():

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from xml.etree import ElementTree
 
 import pytest
 from everything import write_everything
 
-import trees
 from trees.draw import FORMATS, Box, boxes
-from trees.draw.box import Category
 from trees.language import load
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -47,26 +44,6 @@ def test_the_text_has_a_line_a_node_with_name_arguments_and_modifiers(tmp_path):
         "│  └─ • open_gripper\n"
         "└─ • navigate  to: home  speed_m_s: 0.5  [once]  [while: arm_healthy]\n"
     )
-
-
-def test_a_subtree_is_drawn_with_what_is_in_it(everything):
-    (subtree,) = [box for box in below(everything) if box.category is Category.SUBTREE]
-    assert subtree.title == "count the shelf"
-    assert subtree.arguments == (
-        "parts/count.yaml",
-        "where: shelf",
-        "pause_s: $share",
-        "total → $more",
-    )
-    assert [box.title for box in below(subtree)][2:] == ["wait", "scan_for_objects"]
-
-
-@pytest.mark.parametrize("name", trees.shipped_names())
-def test_every_shipped_task_can_be_drawn(name):
-    root = boxes(load(trees.shipped(name), open_parameters=True).root)
-    assert FORMATS["text"](root).count("\n") == len(below(root))
-    assert FORMATS["mermaid"](root).count(":::") == len(below(root))
-    ElementTree.fromstring(FORMATS["svg"](root))
 
 
 def rectangles(picture: ElementTree.Element) -> list[tuple[float, float, float, float]]:
@@ -126,11 +103,3 @@ def test_texts_from_a_task_cannot_break_a_picture(tmp_path):
         element.text for element in ElementTree.fromstring(FORMATS["svg"](root)).iter(f"{SVG}text")
     ]
     assert "text: </text><x> %% ;" in said
-    for line in FORMATS["mermaid"](root).splitlines():
-        assert re.fullmatch(
-            r"flowchart TD"
-            r"|  classDef \w+ [\w#:,]+"
-            r"|  n\d+ --> n\d+"
-            r'|  n\d+\["(?:[\w .,:/()-]|#\d+;|<br/>)*"\]:::\w+',
-            line,
-        ), line

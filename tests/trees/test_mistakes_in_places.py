@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import pytest
+from command_line import call
 from mistakes import MARK, marked
-from typer.testing import CliRunner
 
-from app.commands import app
 from config import Severity
 from trees import shipped, shipped_names
 from trees.site import check
@@ -24,32 +23,19 @@ tree:
 """
 POSES = (
     ("{xyz: [2, 0, 1.85], rpy_deg: [180, 0, 0]}", "out of reach: 1.85 m up: tilted like this"),
-    ("{xyz: [2, 0, 2.9], rpy_deg: [0, 0, 0]}", "out of reach: 2.90 m up"),
-    ("{xyz: [2, 0, 3], rpy_deg: [90, 0, 0]}", "out of reach: 3.00 m up"),
-    ("{xyz: [2, 0, 0.05], rpy_deg: [0, 0, 0]}", "the hand reaches down to"),
     ("{xyz: [2, 0, -0.2], rpy_deg: [180, 0, 0]}", "0.21 m below the floor"),
-    ("{xyz: [2, 0, -30], rpy_deg: [180, 0, 0]}", "m below the floor"),
     ("{xyz: [0, 1.6, 0.45], rpy_deg: [180, 0, 0]}", "inside `table/top`"),
-    ("{xyz: [3, 0, 0.3], rpy_deg: [180, 0, 0]}", "inside `pedestal`"),
     ("{base: [0, 1.6], heading_deg: 0}", "the base would be inside `table/top`"),
-    ("{base: [3, 0.2], heading_deg: 0}", "the base would be inside `pedestal`"),
     ("{base: [0.5, 1.2], heading_deg: 45}", "the base would be inside `table/leg`"),
 )
 POSTURES = (
     ("[0, -0.3, 0, -2.2, 0, 2.0, 0.8]", "did you mean [0, -17, 0, -126, 0, 115, 46]?"),
     ("[0, -17, 0, 10, 0, 115, 45]", "joint 4 of `frankie` goes from -176° to -4°, not to 10°"),
-    ("[170, -17, 0, -126, 0, 115, 45]", "joint 1 of `frankie` goes from -166° to 166°"),
-    ("[0, 110, 0, -126, 0, 115, 45]", "joint 2"),
-    ("[0, -17, 0, -126, 0, -20, 45]", "joint 6"),
-    ("[0, -17, 0, -126, 0, 115, 180]", "joint 7"),
-    ("[0, 0, 0, 0, 0, 0, 0]", "joint 4"),
 )
 REGIONS = (
     ("place: {on: x}", "{centre: [0, 0, 0.5], size: [0.4, 0.3, 0.2]}", "2 of the 2 places on `x`"),
     ("place: {on: x}", "{centre: [0, 1.6, 0.8], size: [1.0, 0.4, 0.2]}", "0.20 m away"),
     ("grasp: {within: x}", "{centre: [0, 0, 0.5], size: [0.4, 0.3, 0.2]}", "have no surface"),
-    ("region_empty: {region: x}", "{centre: [9, 9, 0.9], size: [1, 1, 0.2]}", "have no surface"),
-    ("follow: {within: x}", "{centre: [3, 0, 1.5], size: [0.4, 0.3, 0.2]}", "have no surface"),
 )
 
 
@@ -71,9 +57,8 @@ def test_a_pose_where_the_robot_cannot_be_is_refused_where_it_is_defined(tmp_pat
 
 
 @pytest.mark.parametrize(("angles", "why"), POSTURES, ids=[angles for angles, _ in POSTURES])
-@pytest.mark.parametrize("use", ["move_arm: {to: x}", "recover: {arm: x}"])
-def test_a_posture_outside_of_the_joint_limits_is_refused(tmp_path, angles, why, use):
-    at, [one] = mistakes(tmp_path, f"  {MARK}x: {{joints_deg: {angles}}}", use)
+def test_a_posture_outside_of_the_joint_limits_is_refused(tmp_path, angles, why):
+    at, [one] = mistakes(tmp_path, f"  {MARK}x: {{joints_deg: {angles}}}", "recover: {arm: x}")
     assert (one.location.line, one.location.column) == at
     assert why in str(one)
 
@@ -114,7 +99,6 @@ def test_the_shipped_tasks_can_be_done(name, robot):
 
 SCENES = (
     ("¦kitchn", "did you mean `kitchen`?"),
-    ("¦nowhere.yaml", "no scene is called `nowhere.yaml`"),
     ("¦broken.yaml", "the scene `broken.yaml` has mistakes"),
 )
 
@@ -141,8 +125,8 @@ def test_a_scene_is_found_beside_the_task_that_names_it(tmp_path, monkeypatch):
     path.write_text("task: t\nscene: empty.yaml\ntree: open_gripper\n")
     monkeypatch.chdir(tmp_path)
     assert check(path) == []
-    result = CliRunner().invoke(app, ["run", "task/t.yaml", "--record", str(tmp_path / "runs")])
-    assert result.exit_code == 0, result.output
+    code, out, _ = call("run", "task/t.yaml", "--record", tmp_path / "runs")
+    assert code == 0, out
 
 
 def test_every_mistake_of_a_scene_file_is_told_at_once(tmp_path):
@@ -155,9 +139,9 @@ objects: {count: -1, kinds: [bxo], width_mm: [70, 15]}
 walkers: [{name: Ada, way: [[1, 1], [1, 1]]}]
 """
     )
-    result = CliRunner().invoke(app, ["check", str(path)])
-    assert result.exit_code == 2
-    places = [line.removeprefix(f"{path}:").split(" ")[0] for line in result.stdout.splitlines()]
+    code, out, _ = call("check", path)
+    assert code == 2
+    places = [line.removeprefix(f"{path}:").split(" ")[0] for line in out.splitlines()]
     assert places == ["1:1:", "2:21:", "2:46:", "3:18:", "3:29:", "3:46:", "4:28:"]
 
 
@@ -187,8 +171,6 @@ def test_a_run_refuses_what_check_refuses_and_warns_in_other_scenes(tmp_path, na
         f"task: t\n{named}regions:\n  x: {{centre: [0, -2, 0.6], size: [0.4, 0.4, 0.2]}}\n"
         "tree: {force_success: true, place: {on: x}}\n"
     )
-    result = CliRunner().invoke(app, ["run", str(path), "--record", str(tmp_path / "runs")])
-    assert (result.exit_code, CliRunner().invoke(app, ["check", str(path)]).exit_code) == (
-        code,
-    ) * 2
-    assert "places on `x` have no surface of the scene under them" in result.stderr
+    ended, _, err = call("run", path, "--record", tmp_path / "runs")
+    assert (ended, call("check", path)[0]) == (code, code)
+    assert "places on `x` have no surface of the scene under them" in err

@@ -48,11 +48,6 @@ def test_cooldown_counts_from_a_halt_too(run):
     assert tree.begun("a") == 1
 
 
-def test_a_refusal_does_not_prolong_the_cooldown(run):
-    tree = run("{cooldown_s: 0.05, play: {script: S}}")
-    assert tree.ticks(12) == "SFFFFSFFFFSF"
-
-
 def test_once_runs_to_an_end_a_single_time(run):
     for script, expected in (("RSF", "RSSS"), ("FS", "FFFF")):
         tree = run(f"{{name: a, once: true, play: {{script: {script}}}}}")
@@ -85,24 +80,11 @@ def test_while_runs_its_node_as_long_as_the_condition_holds(run):
     assert tree.root.feedback_message == "ask: said F"
 
 
-def test_while_does_not_start_its_node_without_the_condition(run):
-    tree = run("{name: work, while: {ask: {answers: FS}}, play: {script: S}}")
-    assert tree.ticks(2) == "FS"
-    assert tree.begun("work") == 1
-
-
 def test_unless_ends_well_as_soon_as_its_condition_holds(run):
     tree = run("{name: work, unless: {ask: {answers: FFS}}, play: {script: R}}")
     assert tree.ticks(3) == "RRS"
     assert tree.events == ["work begins", "work ends I"]
     assert run("{unless: {ask: {answers: F}}, play: {script: RF}}").ticks(2) == "RF"
-
-
-def test_a_guard_may_have_a_name_and_is_seen_in_the_tree(run):
-    tree = run("{while: {name: sunny, ask: {answers: F}}, play: {script: S}}")
-    assert tree.ticks(1) == "F"
-    assert tree.root.feedback_message == "sunny: said F"
-    assert [node.name for node in tree.root.children] == ["sunny", "play"]
 
 
 def test_a_guard_is_outside_of_the_attempts_and_inside_of_a_forced_outcome(run):
@@ -118,15 +100,6 @@ def test_a_condition_that_takes_its_time_is_at_fault(run):
     tree = run("{while: {ask: {answers: R}}, play: {script: R}}")
     with pytest.raises(LeafCrashedError, match=r"TypeError: a condition answers within one tick"):
         tree.ticks(1)
-
-
-def test_an_exception_in_a_guard_passes_and_a_halt_reaches_the_running_node(run):
-    tree = run("{name: work, while: {ask: {answers: SX}}, play: {script: R}}")
-    tree.ticks(1)
-    with pytest.raises(LeafCrashedError, match=r"^RuntimeError: ask broke$"):
-        tree.ticks(1)
-    tree.root.stop(Status.INVALID)
-    assert tree.events == ["work begins", "work ends I"]
 
 
 @pytest.mark.parametrize(

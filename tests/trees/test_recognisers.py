@@ -121,10 +121,7 @@ def test_a_package_adds_a_kind(install):
 
 BROKEN = {
     "raise ValueError('two\\nlines')": "ValueError: two lines",
-    "raise SystemExit": "SystemExit",
-    "Apples = 3": "AttributeError",
     "class Apples:\n    kinds = (3,)\n": "its `kinds` are no words",
-    "class Apples:\n    def __init__(self, weights): pass\n": "TypeError",
 }
 
 
@@ -145,10 +142,8 @@ def test_a_broken_package_is_named_once_and_stops_only_who_asks_for_it(task, ins
             "raise RuntimeError('no\\nweights')",
             "`fruit` failed: RuntimeError: no weights",
         ),
-        ("return None", "recogniser `fruit` failed: TypeError"),
         ("return ['apple']", "recogniser `fruit` failed: AttributeError"),
         ("return [Labelled(kind='apple', box=(0, 0, 1, 1), score=7)]", "a score from 0 to 1"),
-        ("return [Labelled(kind='apple', box=(0, 0, 1), score=1)]", "failed: ValueError"),
     ],
 )
 def test_a_recogniser_that_fails_is_the_reason_of_the_leaf(install, body, told):

@@ -60,11 +60,3 @@ def test_the_depth_of_the_whole_tree_is_bounded(folder):
     [found] = errors(folder, f"task: top\ntree: {deeper}\n")
     assert found.startswith("last.yaml:2:")
     assert "the tree is more than 100 levels deep here, modifiers counted" in found
-
-
-def test_a_long_chain_of_files_is_bounded(folder):
-    for number in range(150):
-        text = f"task: p\ntree: {{subtree: {{file: p{number + 1}.yaml}}}}\n"
-        (folder / f"p{number}.yaml").write_text(text)
-    [found] = errors(folder, "task: top\ntree: {subtree: {file: p0.yaml}}\n")
-    assert "the tree is more than 100 levels deep" in found
