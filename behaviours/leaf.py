@@ -42,8 +42,6 @@ class Leaf(py_trees.behaviour.Behaviour):
     """Parameters that name a region with objects on its floor: `check` tests for a surface."""
     comparable: ClassVar[tuple[str, ...]] = ()
     """Parameters that are compared, and so need values of one type."""
-    duration: ClassVar[str] = ""
-    """The parameter with the minimum duration [s]; empty if none has it."""
     moves: ClassVar[bool] = True
     """Whether it may set a goal; of leaves that run at the same time only one may."""
     needs_robot: ClassVar[bool] = True

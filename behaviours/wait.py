@@ -20,7 +20,6 @@ class Wait(Leaf):
 
     key: ClassVar[str] = "wait"
     needs_robot: ClassVar[bool] = False
-    duration: ClassVar[str] = "duration_s"
     moves: ClassVar[bool] = False
 
     def __init__(self, name: str, context: Context, *, duration_s: Duration) -> None:

@@ -34,6 +34,7 @@ ROOMS = (
     "hw.emulators.frankie",
     "hw.hardware",
     "behaviours",
+    "trees.words",
     "trees.language",
     "trees.site",
     "trees",

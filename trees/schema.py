@@ -46,6 +46,7 @@ _REFERENCE = rf"\${WORD.pattern}"
 _NODE: Schema = {"$ref": "#/definitions/node"}
 _CONDITION: Schema = {"$ref": "#/definitions/condition"}
 _TEXT: Schema = {"type": "string"}
+_WORD: Schema = {"type": "string", "pattern": f"^{WORD.pattern}$"}
 _NAMED_VALUE: Schema = {
     "pattern": f"^{_REFERENCE}$",
     "patternErrorMessage": "The value has another type; `$name` stands for a parameter or key.",
@@ -85,55 +86,46 @@ def task_schema(leaves: Mapping[str, LeafType]) -> Schema:
 
 def _node(leaves: Mapping[str, LeafType]) -> Schema:
     """One object that has every node and every modifier, or the bare key of a leaf."""
-    return {
-        **_bare(leaves),
-        **_table(
-            {
-                **{key: _leaf(leaf) for key, leaf in leaves.items()},
-                **{key: _composite(word) for key, word in COMPOSITES.items()},
-                SUBTREE: _SUBTREE,
-                NAME: {**_TEXT, "description": "The node's name in pictures and messages."},
-                **{key: _modifier(word) for key, word in MODIFIERS.items()},
-            }
-        ),
-        "type": ["object", "string"],
-        "minProperties": 1,
+    others = {
+        SUBTREE: _SUBTREE,
+        NAME: {**_TEXT, "description": "The node's name in pictures and messages."},
+        **{key: _modifier(word) for key, word in MODIFIERS.items()},
     }
+    return _one_of(leaves, COMPOSITES, others)
 
 
 def _condition(leaves: Mapping[str, LeafType]) -> Schema:
     """What may stand after `while` or `unless`."""
     conditions = {key: leaf for key, leaf in leaves.items() if leaf.is_condition}
     asking = {key: word for key, word in COMPOSITES.items() if word.asks}
+    return _one_of(conditions, asking, {}) | {"maxProperties": 1}
+
+
+def _one_of(
+    leaves: Mapping[str, LeafType],
+    composites: Mapping[str, CompositeWord],
+    others: Mapping[str, Schema],
+) -> Schema:
+    """An object with these keys, or the bare key of a leaf that needs no parameters."""
+    bare = (key for key, leaf in leaves.items() if not leaf.names_keys and not _required(leaf))
+    properties = {
+        **{key: _leaf(leaf) for key, leaf in leaves.items()},
+        **{key: _composite(word) for key, word in composites.items()},
+        **others,
+    }
     return {
-        **_bare(conditions),
-        **_table(
-            {
-                **{key: _leaf(leaf) for key, leaf in conditions.items()},
-                **{key: _composite(word) for key, word in asking.items()},
-            }
-        ),
+        "pattern": f"^({'|'.join(bare)})$",
+        "patternErrorMessage": "Expected one that needs no parameters; the others are written "
+        "`name: {...}`.",
+        **_table(properties),
         "type": ["object", "string"],
         "minProperties": 1,
-        "maxProperties": 1,
     }
-
-
-def _bare(leaves: Mapping[str, LeafType]) -> Schema:
-    """A text that is the key of a leaf which needs no parameters."""
-    keys = "|".join(
-        key for key, leaf in leaves.items() if not leaf.names_keys and not _required(leaf)
-    )
-    message = "Expected one that needs no parameters; the others are written `name: {...}`."
-    return {"pattern": f"^({keys})$", "patternErrorMessage": message}
 
 
 def _leaf(leaf: LeafType) -> Schema:
     required = _required(leaf)
-    properties = {
-        **{name: _parameter(parameter) for name, parameter in leaf.parameters.items()},
-        **{name: _output(output) for name, output in leaf.outputs.items()},
-    }
+    properties = {one.name: _described(one) for one in leaf.described}
     any_value: Schema | bool = _value(ValueType(types=(float,))) if leaf is ADD else True
     values = (
         {"type": "object", "minProperties": 1, "additionalProperties": any_value}
@@ -145,18 +137,15 @@ def _leaf(leaf: LeafType) -> Schema:
 
 
 def _required(leaf: LeafType) -> list[str]:
-    parameters = [one.name for one in leaf.parameters.values() if one.required]
-    return parameters + [one.name for one in leaf.outputs.values() if one.required]
+    return [one.name for one in leaf.described if one.required]
 
 
-def _parameter(parameter: Parameter) -> Schema:
-    schema = {**_value(parameter.type), "description": _about(parameter)}
-    plain = isinstance(parameter.default, bool | int | float | str)
-    return {**schema, "default": parameter.default} if plain else schema
-
-
-def _output(output: Output) -> Schema:
-    return {**_word(), "description": f"{_about(output)} Give the key to write it to."}
+def _described(one: Parameter | Output) -> Schema:
+    if isinstance(one, Output):
+        return {**_WORD, "description": f"{_about(one)} Give the key to write it to."}
+    schema = {**_value(one.type), "description": _about(one)}
+    plain = isinstance(one.default, bool | int | float | str)
+    return {**schema, "default": one.default} if plain else schema
 
 
 def _about(described: Parameter | Output) -> str:
@@ -238,12 +227,8 @@ def _named(entry: Schema) -> Schema:
     }
 
 
-def _word() -> Schema:
-    return {"type": "string", "pattern": f"^{WORD.pattern}$"}
-
-
 _SECTIONS: Mapping[str, Schema] = {
-    "task": _word(),
+    "task": _WORD,
     "description": _TEXT,
     "scene": _TEXT,
     "params": _named(_section(ParameterSection)),
@@ -264,7 +249,7 @@ _FORMS: Mapping[Form, Schema] = {
     ),
     Form.EACH: _table(
         {
-            "item": _word(),
+            "item": _WORD,
             "in": {
                 "type": ["array", "string"],
                 "items": _SCALAR,

@@ -29,7 +29,6 @@ class Picture(StrEnum):
 
     TEXT = "text"
     SVG = "svg"
-    MERMAID = "mermaid"
 
 
 @authoring.command()

@@ -10,7 +10,7 @@ import pytest
 
 from behaviours import LEAVES
 from trees.language import DECLARATIONS, check, declarations_text, describe_leaves
-from trees.language.declarations import declared_leaves
+from trees.language.registry import declared_leaves
 
 HEAVY = ("numpy", "pinocchio", "cv2", "torch", "coal")
 

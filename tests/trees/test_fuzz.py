@@ -30,7 +30,7 @@ from trees.language import (
     known_leaves,
     load,
 )
-from trees.language.value_types import SEEN_LIST
+from trees.words import SEEN_LIST
 
 HEAD = """\
 task: some_words

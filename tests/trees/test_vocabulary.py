@@ -12,7 +12,7 @@ from tree_toys import ToyContext
 
 from hw import TaskTime
 from trees.language import COMPOSITES, MODIFIERS, Form
-from trees.language.outcomes import Outcomes
+from trees.words import Outcomes
 
 
 class Dice(Behaviour):

@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 
 from py_trees.common import Status
 
-from trees.btcpp.counterparts import TAGS
+from trees.btcpp.ports import TAGS
 from trees.language import TreeNode
 
 MAGIC = b"BTCPP4-FileLogger2"

@@ -1,13 +1,14 @@
-"""The nodes of one task file as elements of the XML."""
+"""Trees of the XML, one for each task file, and the models of their nodes."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Protocol
+from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement
 
 from config import Diagnostics, Location
-from trees.btcpp.counterparts import (
+from trees.btcpp.ports import (
+    ANY_TYPE,
     PARALLEL,
     RESERVED_PORTS,
     SCRIPT,
@@ -15,11 +16,18 @@ from trees.btcpp.counterparts import (
     SWITCHES,
     TAKEN,
     VALUE,
+    leaf_model,
+    literal,
     parallel_counts,
+    parameter_port,
+    pointed_at,
+    pointer,
+    port_type,
+    pose_text,
     standard_attributes,
+    survives,
     switch_attributes,
 )
-from trees.btcpp.ports import literal, pointed_at, pointer, survives
 from trees.language import (
     COMPOSITES,
     MODIFIERS,
@@ -32,24 +40,81 @@ from trees.language import (
     Node,
     SubtreeNode,
     Task,
+    TaskFileError,
     ValueType,
 )
 
 
-class Collects(Protocol):
-    """Takes what the nodes of a file need."""
+class Export:
+    """Collects the trees of the XML and the models of their nodes."""
+
+    def __init__(self, task: Task) -> None:
+        self.trees: dict[Path, Element] = {}
+        self.models: dict[str, Element] = {}
+        self.used: dict[Path, set[str]] = {}
+        """The models of the nodes that a file has, and of its tree."""
+        self.included: dict[Path, set[Path]] = {}
+        """The files that a file uses."""
+        self.add(task)
+
+    def add(self, task: Task) -> None:
+        """Add a task file, unless it is there already."""
+        if task.path in self.trees:
+            return
+        self.used[task.path], self.included[task.path] = {task.name}, set()
+        diagnostics = Diagnostics(task.path)
+        start = Location(line=1, column=1)
+        others = {tree.get("ID") for tree in self.trees.values()}
+        if task.name in TAKEN or task.name in others or task.name in self.models:
+            message = f"the name `{task.name}` of the task is taken in the exported file"
+            diagnostics.error(start, message, "give the task another name")
+        tree = self.trees[task.path] = Element("BehaviorTree", ID=task.name)
+        for key, text in (("_description", task.description), ("_scene", task.scene)):
+            if text:
+                tree.set(key, text)
+        self._add_ports(task, diagnostics)
+        _Writer(task, self, diagnostics).node(task.root, tree)
+        if diagnostics.fatal:
+            raise TaskFileError(diagnostics.in_order())
+
+    def _add_ports(self, task: Task, diagnostics: Diagnostics) -> None:
+        model = self.models[task.name] = Element(SUBTREE, ID=task.name)
+        for name, parameter in task.parameters.items():
+            assert parameter.type is not None
+            model.append(parameter_port(name, parameter, parameter.type))
+        for name, value in (*task.poses.items(), *task.regions.items()):
+            port = SubElement(model, "input_port", name=name)
+            port.set("type", port_type(ValueType(types=(type(value),))))
+            port.set("default", pose_text(value))
+        for name, output in task.outputs.items():
+            port = SubElement(model, "output_port", name=name, type=ANY_TYPE)
+            port.text = output.description or None
+        names = [port.get("name") for port in model]
+        for name in sorted({str(name) for name in names if names.count(name) > 1}):
+            message = f"`{name}` is defined twice, and both become ports of one tree"
+            diagnostics.error(Location(line=1, column=1), message, "rename one of them")
 
     def add_subtree(self, task: Task, other: Task) -> None:
         """Add the file that a task includes."""
+        self.add(other)
+        self.included[task.path].add(other.path)
 
     def add_leaf(self, task: Task, leaf: LeafType) -> Element:
         """Add the model of a leaf that a task has; returns what has its name."""
+        self.used[task.path].add(leaf.key)
+        if leaf.key not in self.models:
+            self.models[leaf.key] = leaf_model(leaf)
+        return self.models[leaf.key]
 
     def add_word(self, task: Task, category: str, key: str, ports: Mapping[str, ValueType]) -> None:
         """Add the model of a word that BehaviorTree.CPP does not have, and a task has."""
+        self.used[task.path].add(key)
+        model = self.models[key] = Element(category, ID=key)
+        for name, expected in ports.items():
+            SubElement(model, "input_port", name=name, type=port_type(expected))
 
 
-class Writer:
+class _Writer:
     """Writes the nodes of one task file.
 
     Args:
@@ -58,10 +123,8 @@ class Writer:
         diagnostics: receives what has no counterpart.
     """
 
-    def __init__(self, *, task: Task, export: Collects, diagnostics: Diagnostics) -> None:
-        self._task = task
-        self._export = export
-        self._diagnostics = diagnostics
+    def __init__(self, task: Task, export: Export, diagnostics: Diagnostics) -> None:
+        self._task, self._export, self._diagnostics = task, export, diagnostics
 
     def node(self, node: Node, above: Element) -> None:
         """Write a node, its modifiers around it, below an element."""

@@ -7,11 +7,18 @@ two boxes touch and no two edges cross.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from html import escape
 
-from trees.draw.box import COLOURS, Box
+from trees.draw.box import Box
 
+_COLOURS = {
+    "composite": ("#e8eefc", "#4a6fc4"),
+    "action": ("#e6f5ec", "#2f8f57"),
+    "condition": ("#fdf3dc", "#c08a1e"),
+    "subtree": ("#f1e8fa", "#8352b8"),
+}
+"""Fill and line, by category."""
 _CHARACTER = 7.3
 """Breadth of a letter of the monospaced font at `_SIZE` [px]."""
 _SIZE = 12
@@ -24,7 +31,7 @@ _LONGEST = 46
 """Longer lines end in an ellipsis."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class _Placed:
     """A box and its position [px]."""
 
@@ -86,23 +93,16 @@ def _place(box: Box, depth: int, top: float) -> _Placed:
         for line in (f"{box.symbol} {box.title}", *kind, *box.arguments, *box.modifiers)
     )
     if not children:
-        return _Placed(box=box, lines=lines, depth=depth, top=top, children=())
+        return _Placed(box, lines, depth, top, ())
     wanted = (children[0].middle + children[-1].middle - _height(lines)) / 2.0
     if wanted < top:  # taller than what stands beside it: those move down instead
         children = [_moved(child, top - wanted) for child in children]
-    return _Placed(
-        box=box, lines=lines, depth=depth, top=max(wanted, top), children=tuple(children)
-    )
+    return _Placed(box, lines, depth, max(wanted, top), tuple(children))
 
 
 def _moved(node: _Placed, down: float) -> _Placed:
-    return _Placed(
-        box=node.box,
-        lines=node.lines,
-        depth=node.depth,
-        top=node.top + down,
-        children=tuple(_moved(child, down) for child in node.children),
-    )
+    children = tuple(_moved(child, down) for child in node.children)
+    return replace(node, top=node.top + down, children=children)
 
 
 def _height(lines: tuple[str, ...]) -> float:
@@ -129,10 +129,10 @@ def _edge(parent: _Placed, child: _Placed, lefts: list[float]) -> str:
 
 
 def _drawn(node: _Placed, left: float) -> Iterator[str]:
-    colour = COLOURS[node.box.category]
+    fill, line_colour = _COLOURS[node.box.category]
     yield (
         f'<rect x="{left:.1f}" y="{node.top:.1f}" width="{node.width:.1f}" '
-        f'height="{node.height:.1f}" rx="5" fill="{colour.fill}" stroke="{colour.line}"/>'
+        f'height="{node.height:.1f}" rx="5" fill="{fill}" stroke="{line_colour}"/>'
     )
     modifiers_from = len(node.lines) - len(node.box.modifiers)
     for number, line in enumerate(node.lines):

@@ -2,7 +2,7 @@
 
 `load` reads a file into a `Task` or raises every diagnostic in it at once, each with its location
 and a hint; `build` makes the tree. Leaves are classes with typed constructors (see `leaf_classes`),
-the other words of the language are defined in `vocabulary`.
+the other words of the language are in `trees.words`.
 """
 
 from typing import TYPE_CHECKING
@@ -10,17 +10,19 @@ from typing import TYPE_CHECKING
 from config import lazy_face
 
 if TYPE_CHECKING:
-    from trees.language.branch import Branch, Ticking, TreeNode, failed_node, nodes_in_order
     from trees.language.builder import build, real_leaf
-    from trees.language.declarations import DECLARATIONS, declarations_text
-    from trees.language.documents import FILE_KEYS
+    from trees.language.documents import FILE_KEYS, ParameterSection, TaskParameter
     from trees.language.leaf_classes import describe_leaves
     from trees.language.leaf_type import ADD, SET, LeafError, LeafType, Output, Parameter
     from trees.language.loader import check, examine, load
     from trees.language.mappings import NAMING_HINT, WORD
     from trees.language.named_poses import PoseSection, RegionSection
-    from trees.language.parameters import ParameterSection, TaskParameter
-    from trees.language.registry import known_leaves, plugin_problems
+    from trees.language.registry import (
+        DECLARATIONS,
+        declarations_text,
+        known_leaves,
+        plugin_problems,
+    )
     from trees.language.syntax import (
         SCENE,
         CompositeNode,
@@ -33,10 +35,26 @@ if TYPE_CHECKING:
         leaves_at,
         nodes_below,
     )
-    from trees.language.value_types import PARAMETER_TYPES, NamedValue, ValueType
     from trees.language.values import Argument, KeyRead, KeyWrite
-    from trees.language.vocabulary import CHILDREN, COMPOSITES, MODIFIERS, NAME, SUBTREE
-    from trees.language.words import CompositeWord, Counterpart, Form, ModifierWord
+    from trees.words import (
+        CHILDREN,
+        COMPOSITES,
+        MODIFIERS,
+        NAME,
+        PARAMETER_TYPES,
+        SUBTREE,
+        Branch,
+        CompositeWord,
+        Counterpart,
+        Form,
+        ModifierWord,
+        NamedValue,
+        Ticking,
+        TreeNode,
+        ValueType,
+        failed_node,
+        nodes_in_order,
+    )
 else:
     __getattr__ = lazy_face(__name__)
 

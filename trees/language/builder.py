@@ -13,10 +13,9 @@ from behaviours import Key, Posture
 from config import Diagnostic
 from trees.language.leaf_type import ADD
 from trees.language.named_poses import READY
-from trees.language.set_add_subtree import Add, LateLeaf, Set, Subtree, Supply
 from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode, Task, TaskFileError
 from trees.language.values import Argument, KeyRead
-from trees.language.vocabulary import COMPOSITES, MODIFIERS
+from trees.words import COMPOSITES, MODIFIERS, Add, LateLeaf, Set, Subtree, Supply
 
 if TYPE_CHECKING:
     from behaviours import Context

@@ -1,26 +1,41 @@
-"""Sections of a task file, before its parameters have values."""
+"""Sections of a task file, before its parameters have values; and the section `params`."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Annotated
 
-from pydantic import AfterValidator, StringConstraints
+from pydantic import (
+    AfterValidator,
+    Field,
+    PlainValidator,
+    StringConstraints,
+    ValidationInfo,
+    WithJsonSchema,
+    field_validator,
+    model_validator,
+)
 
 from config import (
     Diagnostics,
+    Location,
+    Plain,
     StrictModel,
     YamlEntry,
     YamlMap,
     YamlScalar,
+    YamlValue,
     describe,
     read_yaml,
+    suggest,
     validate,
+    written,
 )
-from trees.language.mappings import NAMING_HINT, WORD, fields, named_entries
-from trees.language.parameters import TaskParameter, read_parameters
-from trees.language.syntax import TaskOutput
+from trees.language.mappings import ABSENT, NAMING_HINT, WORD, fields, named_entries
+from trees.language.values import Argument, KeyRead
+from trees.words import PARAMETER_TYPES, ValueType, type_of
 
 FILE_KEYS: Mapping[str, str] = {
     "task": "The name of the task.",
@@ -52,6 +67,133 @@ class _Header(StrictModel):
     scene: _Text = ""
 
 
+_SCALAR_SCHEMA = {"type": ["boolean", "number", "string"]}
+
+
+def _read_type(value: object) -> ValueType:
+    """The type that a word or a list of choices stands for."""
+    if isinstance(value, list):
+        if not value or not all(isinstance(one, bool | int | float | str) for one in value):
+            raise ValueError("the choices are not plain values; list words or numbers")
+        return ValueType(types=(), choices=tuple(value))
+    if isinstance(value, str) and value in PARAMETER_TYPES:
+        return PARAMETER_TYPES[value]
+    hint = f"{suggest(str(value), PARAMETER_TYPES)} (or a list of choices)"
+    raise ValueError(f"there is no type `{value}`; {hint}")
+
+
+def _read_default(value: object) -> Plain:
+    is_plain = isinstance(value, bool | int | float | str) and not str(value).startswith("$")
+    if not is_plain or (isinstance(value, float) and not math.isfinite(value)):
+        hint = "give a number, a text, `true` or `false`, or leave it out and give a `type`"
+        raise ValueError(f"is no usable default; {hint}")
+    return value
+
+
+class ParameterSection(StrictModel):
+    """The definition of a parameter in a task file."""
+
+    type: Annotated[
+        ValueType,
+        PlainValidator(_read_type),
+        WithJsonSchema(
+            {"anyOf": [{"enum": list(PARAMETER_TYPES)}, {"type": "array", "items": _SCALAR_SCHEMA}]}
+        ),
+    ] = Field(
+        default=ABSENT,
+        description="Its type, or a list of choices; without it, that of the default.",
+    )
+    default: Annotated[Plain, PlainValidator(_read_default), WithJsonSchema(_SCALAR_SCHEMA)] = (
+        Field(default=ABSENT, description="Its value unless chosen; without it, required.")
+    )
+    description: str = Field(default="", description="What it is for.")
+    min: float = Field(default=ABSENT, description="Least number allowed.")
+    max: float = Field(default=ABSENT, description="Largest number allowed.")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _mapping(cls, value: object) -> object:
+        if isinstance(value, bool | int | float | str):
+            raise ValueError(f"is not a mapping; write `{{default: {written(value)}}}`")
+        return value
+
+    @field_validator("min", "max")
+    @classmethod
+    def _bounds(cls, bound: float, info: ValidationInfo) -> float:
+        expected = info.data.get("type") or type_of(info.data.get("default"))
+        if {"type", "default"} <= set(info.data) and not expected.is_number:
+            raise ValueError("only numbers have bounds; remove it")
+        least = info.data.get("min") if info.field_name == "max" else None
+        if least is not None and least > bound:
+            raise ValueError("is less than `min`; swap them")
+        return bound
+
+    @model_validator(mode="after")
+    def _typed(self) -> ParameterSection:
+        if not {"type", "default"} & self.model_fields_set:
+            hint = "add a `default`, or a `type` if a value has to be given"
+            raise ValueError(f"has neither `type` nor `default`; {hint}")
+        return self
+
+    def value_type(self) -> ValueType:
+        """Its type, with its bounds."""
+        expected = self.type or type_of(self.default)
+        return replace(expected, least=self.min, most=self.max)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TaskParameter:
+    """A parameter of a task."""
+
+    location: Location
+    type: ValueType | None
+    """None if there is an error in its definition."""
+    default: YamlScalar | None = None
+    """None if a value has to be given."""
+    description: str = ""
+    value: Argument = None
+    """Its value in this run; a `KeyRead` is a key of the including file, None is no value yet."""
+
+    @property
+    def is_late(self) -> bool:
+        """Whether its value is known only during the run, or missing."""
+        return isinstance(self.value, KeyRead) or self.is_open
+
+    @property
+    def is_open(self) -> bool:
+        """Whether it is valid and has no value yet."""
+        return self.value is None and self.type is not None
+
+
+def _read_parameter(
+    name: str, location: Location, value: YamlValue, diagnostics: Diagnostics
+) -> TaskParameter:
+    section = validate(
+        value, ParameterSection, diagnostics, name=f"params.{name}", location=location
+    )
+    if section is None:
+        return TaskParameter(location=location, type=None)
+    assert isinstance(value, YamlMap)
+    default = value.entries["default"].value if "default" in value.entries else None
+    assert default is None or isinstance(default, YamlScalar)
+    return TaskParameter(
+        location=location,
+        type=section.value_type(),
+        default=default,
+        description=section.description.strip(),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class TaskOutput:
+    """A key whose value an including file may read."""
+
+    location: Location
+    description: str
+    type: ValueType | None = None
+    """What the tree writes to it; None before the tree is read."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Document:
     """The sections of a file."""
@@ -79,7 +221,10 @@ def read_document(diagnostics: Diagnostics) -> Document | None:
         return None
     about = {key: entries[key] for key in _Header.model_fields if key in entries}
     header = validate(replace(document, entries=about), _Header, diagnostics)
-    parameters = read_parameters(entries.get("params"), diagnostics)
+    parameters = {
+        name: _read_parameter(name, location, value, diagnostics)
+        for name, location, value in named_entries(entries.get("params"), "params", diagnostics)
+    }
     return Document(
         text=text,
         name=header.task if header else "",

@@ -13,14 +13,12 @@ from functools import partial
 from itertools import pairwise
 from typing import NamedTuple
 
-from config import Diagnostics, Location, parse_scalar, suggest
+from config import Diagnostics, Location, suggest
+from trees.language.documents import TaskOutput, TaskParameter
 from trees.language.leaf_type import ADD, SET
-from trees.language.outcomes import NEVER, Keys, Outcomes
-from trees.language.parameters import TaskParameter
-from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode, TaskOutput
-from trees.language.value_types import SEEN_ONE, ValueType, type_of
+from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode
 from trees.language.values import Argument, KeyRead, KeyWrite
-from trees.language.vocabulary import COMPOSITES, MODIFIERS
+from trees.words import COMPOSITES, MODIFIERS, NEVER, SEEN_ONE, Keys, Outcomes, ValueType, type_of
 
 _ANY_NUMBER = ValueType(types=(int, float))
 
@@ -116,7 +114,6 @@ class _Flow:
                 self._write(node.item, SEEN_ONE)
             options = {**node.options, "cases": node.cases, "item": node.item}
             outcomes = COMPOSITES[node.key].outcomes(children, options, start)
-            self._compare_cases(node)
         elif isinstance(node, SubtreeNode):
             outcomes = self._subtree(node, start)
         else:
@@ -135,12 +132,10 @@ class _Flow:
         for name, write in node.outputs.items():
             if node.type is ADD:
                 self._add(write, self._type_of(node.arguments[name]), before)
+            elif node.type is SET:
+                self._write(write, self._type_of(node.arguments[name]))
             else:
-                is_set = node.type is SET
-                argument = node.arguments[name] if is_set else None
-                self._write(
-                    write, self._type_of(argument) if is_set else node.type.outputs[name].type
-                )
+                self._write(write, node.type.outputs[name].type)
         self._compare(node)
         return Outcomes(_with(before, node.outputs), before if node.type.can_fail else None)
 
@@ -156,15 +151,6 @@ class _Flow:
             hint = f"add a whole number, or begin with `set: {{{write.name}: 0.0}}`"
             self.diagnostics.error(write.location, message, hint)
 
-    def _compare_cases(self, node: CompositeNode) -> None:
-        """A case of another kind than the value is never chosen."""
-        kinds = _kind(self._type_of(node.options["value"])) if node.cases else frozenset()
-        for case in node.cases:
-            never = kinds.isdisjoint({"a text", *_kind(type_of(parse_scalar(case)))})
-            if kinds and never:
-                message = f"the value is {_words(kinds)}, and the case `{case}` is none"
-                self.diagnostics.error(node.location, message, "give cases of its kind")
-
     def _compare(self, node: LeafNode) -> None:
         """Values of different kinds are never equal."""
         kinds = [
@@ -174,9 +160,10 @@ class _Flow:
         ]
         for (one, first), (other, second) in pairwise(kinds):
             if first.isdisjoint(second):
+                what, with_what = (" or ".join(sorted(kinds)) for kinds in (first, second))
                 message = (
-                    f"`{node.type.key}` compares {_words(first)} (`{one}`) with "
-                    f"{_words(second)} (`{other}`), which are never equal"
+                    f"`{node.type.key}` compares {what} (`{one}`) with {with_what} (`{other}`), "
+                    "which are never equal"
                 )
                 hint = "give values of one kind, without quotes for a number"
                 self.diagnostics.error(node.location, message, hint)
@@ -234,10 +221,6 @@ def _kind(expected: ValueType | None) -> frozenset[str]:
     types = {*expected.types, *(type(choice) for choice in expected.choices)}
     words = {bool: "a truth value", int: "a number", float: "a number", str: "a text"}
     return frozenset(words.get(one, "something else") for one in types)
-
-
-def _words(kinds: frozenset[str]) -> str:
-    return " or ".join(sorted(kinds))
 
 
 def _with(before: Keys, outputs: Mapping[str, KeyWrite]) -> Keys:

@@ -16,8 +16,7 @@ from functools import cache
 from behaviours import Condition, Key, Leaf
 from trees.language.leaf_type import OWN_LEAVES, LeafError, LeafType, Output, Parameter
 from trees.language.mappings import NAMING_HINT, WORD
-from trees.language.value_types import ValueType, read_annotation
-from trees.language.vocabulary import RESERVED
+from trees.words import RESERVED, ValueType, read_annotation
 
 
 def describe_leaves(leaves: Mapping[str, type[Leaf]]) -> dict[str, LeafType]:
@@ -49,7 +48,6 @@ def _describe(key: str, leaf: type[Leaf]) -> LeafType:
         goes_to=getattr(leaf, "goes_to", ()),
         surfaces=getattr(leaf, "surfaces", ()),
         comparable=getattr(leaf, "comparable", ()),
-        duration=getattr(leaf, "duration", ""),
         moves=getattr(leaf, "moves", False),
         needs_robot=getattr(leaf, "needs_robot", True),
         validate=None if validate is Leaf.validate else validate,

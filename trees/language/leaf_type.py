@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from config import UserError
-from trees.language.set_add_subtree import Add, Set
-from trees.language.value_types import ValueType
+from trees.words import Add, Set, ValueType
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
@@ -46,7 +45,7 @@ class Output:
 
 @dataclass(frozen=True, kw_only=True)
 class LeafType:
-    """Description of a leaf."""
+    """Description of a leaf; the meaning of most fields stands at `behaviours.Leaf`."""
 
     key: str
     behaviour: Callable[..., Behaviour]
@@ -58,17 +57,10 @@ class LeafType:
     parameters: Mapping[str, Parameter] = field(default_factory=dict)
     outputs: Mapping[str, Output] = field(default_factory=dict)
     goes_to: tuple[str, ...] = ()
-    """Its parameters that name where the robot has to get."""
     surfaces: tuple[str, ...] = ()
-    """Its parameters that name a region with a surface below."""
     comparable: tuple[str, ...] = ()
-    """Its parameters that need values of one type."""
-    duration: str = ""
-    """Its parameter with the minimum duration [s]; empty if none has it."""
     moves: bool = False
-    """Whether it may move the robot."""
     needs_robot: bool = True
-    """Whether it needs more than its arguments, the time and the log."""
     names_keys: bool = False
     """Whether its arguments have the names of keys, which it writes."""
     validate: Callable[[Mapping[str, object]], str] | None = None

@@ -7,9 +7,8 @@ from itertools import pairwise
 
 from config import Diagnostics
 from trees.language.flow import Fact
-from trees.language.outcomes import InOrder, Need, Outcome, Outcomes
 from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode, nodes_below
-from trees.language.vocabulary import COMPOSITES, MODIFIERS
+from trees.words import COMPOSITES, MODIFIERS, InOrder, Need, Outcome, Outcomes
 
 
 def lint(root: Node, facts: Mapping[int, Fact], diagnostics: Diagnostics) -> bool:
@@ -51,7 +50,6 @@ def lint(root: Node, facts: Mapping[int, Fact], diagnostics: Diagnostics) -> boo
             )
             hint = "put it on a node below the `retry`; if it is meant, on a `sequence` around"
             diagnostics.warning(node.location, message, hint)
-        _warn_of_short_timeouts(node, diagnostics)
     return sound
 
 
@@ -159,33 +157,3 @@ def _warn_of_endless(
         hint = "put something that can succeed first, or a `timeout_s` beside it"
         if "timeout_s" not in node.modifiers:
             diagnostics.warning(node.location, message, hint)
-
-
-def _warn_of_short_timeouts(node: Node, diagnostics: Diagnostics) -> None:
-    """Of a timeout that is over before the node can have succeeded."""
-    least = _own_duration(node)
-    for key, value in node.modifiers.items():
-        if key == "timeout_s" and isinstance(value, int | float) and least >= value:
-            message = f"`timeout_s: {value:g}` is over before `{node.name}` can succeed"
-            hint = f"it waits for {least:g} s; give it more time"
-            diagnostics.warning(node.location, message, hint)
-        least = MODIFIERS[key].duration(least, value)
-
-
-def _duration(node: Node) -> float:
-    """Minimum duration of a node with its modifiers until it succeeds [s]."""
-    least = _own_duration(node)
-    for key, value in node.modifiers.items():
-        least = MODIFIERS[key].duration(least, value)
-    return least
-
-
-def _own_duration(node: Node) -> float:
-    """The same without its modifiers [s]."""
-    if isinstance(node, SubtreeNode):
-        return _duration(node.task.root)
-    if isinstance(node, CompositeNode):
-        durations = [_duration(child) for child in node.children]
-        return COMPOSITES[node.key].duration(durations, node.options)
-    seconds = node.arguments.get(node.type.duration)
-    return seconds if isinstance(seconds, int | float) else 0.0

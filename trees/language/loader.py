@@ -3,28 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import Enum
+from itertools import count
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from behaviours import BasePose, Posture, Region, ToolPose
-from config import Diagnostic, Diagnostics, Location, TooManyErrorsError, YamlScalar
-from trees.language.documents import Document, read_document
+from config import (
+    Diagnostic,
+    Diagnostics,
+    Location,
+    TooManyErrorsError,
+    YamlEntry,
+    YamlMap,
+    YamlScalar,
+    describe,
+)
+from trees.language.documents import Document, TaskParameter, read_document
 from trees.language.flow import check_flow
 from trees.language.lint import lint
+from trees.language.mappings import fields
 from trees.language.named_poses import NamedValues, read_named_values, read_site
-from trees.language.parameters import TaskParameter, override_values, with_values
 from trees.language.parse import read_node
 from trees.language.registry import Installed
 from trees.language.scope import Scope
-from trees.language.subtrees import Subtrees
-from trees.language.syntax import SCENE, Task, TaskFileError
+from trees.language.subtrees import find_file, override_values, read_out, read_with, with_values
+from trees.language.syntax import SCENE, SubtreeNode, Task, TaskFileError
 
 if TYPE_CHECKING:
     from behaviours import Leaf
 
+MAX_SUBTREES = 200  # in a whole task, every use of a file counted
 MAX_ERRORS = 100  # after which reading stops
 
 NO_OVERRIDES: Mapping[str, str] = MappingProxyType({})
@@ -100,20 +111,18 @@ def _read(
     places: Path | None,
 ) -> tuple[Task | None, list[Diagnostic]]:
     """The task, or None if there are errors; and all diagnostics in order."""
-    assembler = _Assembler(known=Installed(leaves), open_tree=mode is _Mode.OPEN)
-    diagnostics = Diagnostics(path, MAX_ERRORS)
+    known, diagnostics = Installed(leaves), Diagnostics(path, MAX_ERRORS)
     task = None
     try:
         site = None if places is None else (places, read_site(diagnostics.of(places)))
-        assembler = replace(assembler, site=site)
         document = read_document(diagnostics)
         if document is not None:
             params = document.entries.get("params")
             given = override_values(document.parameters, overrides, params, diagnostics)
             if mode is _Mode.RUN:
                 _require_values(document, given, diagnostics)
-            subtrees = Subtrees(assemble=assembler.assemble, chain=(path,))
-            task = assembler.assemble(document, document.parameters, diagnostics, subtrees, given)
+            reader = _Reader(known=known, open_tree=mode is _Mode.OPEN, chain=(path,), site=site)
+            task = reader.assemble(document, document.parameters, diagnostics, given)
     except TooManyErrorsError:
         pass
     found = diagnostics.in_order()
@@ -132,21 +141,28 @@ def _require_values(
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Assembler:
-    """Makes a task of the sections of a file."""
+class _Reader:
+    """Makes a task of the sections of one file, and reads the files that it includes."""
 
     known: Installed
     open_tree: bool
     """Whether parameters stay in the tree by their names."""
+    chain: tuple[Path, ...]
+    """The files from the first to this one."""
     site: tuple[Path, NamedValues] | None = None
     """A file of poses and regions, for the first file of the task."""
+    level: int = 0
+    """How deep in the whole tree this file is."""
+    documents: dict[Path, Document | None] = field(default_factory=dict)
+    """Every included file that was read, by its real path."""
+    numbers: count[int] = field(default_factory=count)
+    """Counts the subtrees of the task."""
 
     def assemble(
         self,
         document: Document,
         parameters: Mapping[str, TaskParameter],
         diagnostics: Diagnostics,
-        subtrees: Subtrees,
         overrides: Mapping[str, YamlScalar] = MappingProxyType({}),
     ) -> Task | None:
         """The task in a file; None if there is an error in it or in any file before.
@@ -155,19 +171,16 @@ class _Assembler:
             document: its sections.
             parameters: with the values that an including file gives.
             diagnostics: of the file.
-            subtrees: reads the included files.
             overrides: values of a person.
         """
         entries = document.entries
         named = read_named_values(entries.get("poses"), entries.get("regions"), diagnostics)
-        if self.site is not None and len(subtrees.chain) == 1:
+        if self.site is not None:
             path, others = self.site
             named.take(others, path)
-        declared = with_values(parameters, overrides, named, diagnostics)
+        declared = parameters = with_values(parameters, overrides, named, diagnostics)
         if self.open_tree:
             parameters = {name: replace(one, value=None) for name, one in declared.items()}
-        else:
-            parameters = declared
         scope = Scope(
             leaves=self.known.leaves,
             problems=self.known.problems,
@@ -175,8 +188,8 @@ class _Assembler:
             parameters=parameters,
             named=named,
             diagnostics=diagnostics,
-            include=subtrees.include,
-            level=subtrees.level,
+            include=self.include,
+            level=self.level,
         )
         for parameter in declared.values():
             scope.use(parameter.value)
@@ -190,6 +203,8 @@ class _Assembler:
         _warn_of_unused(scope)
         if not lint(root, flow.facts, diagnostics):
             return None
+        # `scene:` cannot be the name of a pose.
+        scene = {SCENE: entries["scene"].value.location} if "scene" in entries else {}
         return Task(
             name=document.name,
             description=document.description,
@@ -199,18 +214,61 @@ class _Assembler:
             parameters=parameters,
             poses=named.defined(ToolPose, BasePose, Posture),
             regions=named.defined(Region),
-            locations=_locations(document, named),
+            locations=named.locations | scene,
             site=named.files,
             outputs=flow.outputs,
             root=root,
             outcomes=flow.outcomes,
         )
 
+    def include(self, entry: YamlEntry, scope: Scope) -> SubtreeNode | None:
+        """The node for another file; None and errors if it cannot be read."""
+        if not isinstance(entry.value, YamlMap):
+            message = f"`subtree` takes a mapping, not {describe(entry.value)}"
+            hint = "write `subtree: {file: other.yaml}`"
+            scope.diagnostics.error(entry.location, message, hint)
+            return None
+        optional = ("with", "out")
+        entries = fields(
+            entry.value, "`subtree`", scope.diagnostics, required=("file",), optional=optional
+        )
+        if entries is None:
+            return None
+        file = scope.text(entries["file"].value)
+        path = find_file(file, entries["file"].value, self.chain, scope.diagnostics)
+        if path is None or not self._has_room(entries["file"].value.location, scope.diagnostics):
+            return None
+        inner, real = scope.diagnostics.of(path), path.resolve()
+        if real not in self.documents:
+            self.documents[real] = read_document(inner)
+        document = self.documents[real]
+        if document is None:
+            return None
+        arguments = read_with(entry.location, entries, document, scope)
+        outputs = read_out(entries.get("out"), document, scope)
+        parameters = {
+            name: replace(parameter, value=scope.known(arguments.get(name)))
+            for name, parameter in document.parameters.items()
+        }
+        below = replace(self, chain=(*self.chain, path), level=scope.level, site=None)
+        task = below.assemble(document, parameters, inner)
+        return task and SubtreeNode(
+            location=entry.location,
+            name=task.name,
+            modifiers={},
+            file=str(file),
+            task=task,
+            arguments=arguments,
+            outputs=outputs,
+        )
 
-def _locations(document: Document, named: NamedValues) -> dict[str, Location]:
-    """Of poses, regions and scene; `scene:` cannot be the name of a pose."""
-    scene = document.entries.get("scene")
-    return named.locations | ({SCENE: scene.value.location} if scene else {})
+    def _has_room(self, location: Location, diagnostics: Diagnostics) -> bool:
+        """Whether the task may have one more subtree."""
+        number = next(self.numbers)
+        if number == MAX_SUBTREES:
+            message = f"the task has more than {MAX_SUBTREES} subtrees"
+            diagnostics.error(location, message, "make it smaller")
+        return number < MAX_SUBTREES
 
 
 def _warn_of_unused(scope: Scope) -> None:

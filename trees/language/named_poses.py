@@ -25,8 +25,8 @@ from config import (
     validate,
 )
 from trees.language.mappings import ABSENT, fields, named_entries
-from trees.language.units import meant, radians_for_degrees
-from trees.language.value_types import NamedValue
+from trees.language.values import meant, radians_for_degrees
+from trees.words import NamedValue
 
 # Numbers and kinematics are imported where a pose is made: a task without one is checked sooner.
 if TYPE_CHECKING:
@@ -41,7 +41,6 @@ BUILT_IN: Mapping[str, NamedValue] = {READY.name: READY}
 """What every task file knows without defining it."""
 
 _POSE_FORMS = (("xyz", "rpy_deg"), ("base", "heading_deg"), ("joints_deg",))
-
 
 _FARTHEST = 100.0  # coordinate [m]
 _LONGEST = 10.0  # edge of a region [m]

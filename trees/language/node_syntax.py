@@ -17,15 +17,12 @@ from config import (
     suggest,
     written,
 )
-from trees.language.arguments import read_argument, read_key_name
+from trees.language.documents import TaskParameter
 from trees.language.mappings import WORD, fields
-from trees.language.parameters import TaskParameter
-from trees.language.scope import Scope
-from trees.language.switch_for_each import is_case
+from trees.language.scope import Scope, read_argument, read_key_name
 from trees.language.syntax import CompositeNode, Node
-from trees.language.value_types import SEEN_LIST, NamedValue, ValueType, type_of
 from trees.language.values import KeyRead, Reference
-from trees.language.words import Form
+from trees.words import SEEN_LIST, Form, NamedValue, ValueType, is_case, type_of
 
 Read: TypeAlias = Callable[[YamlValue, Scope], Node | None]
 """Reads a node."""

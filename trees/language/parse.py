@@ -22,17 +22,22 @@ from config import (
     quoted,
     suggest,
 )
-from trees.language import aliases, synonyms
-from trees.language.aliases import renamed
-from trees.language.arguments import read_leaf
 from trees.language.mappings import fields
 from trees.language.node_syntax import FORMS
-from trees.language.scope import Scope
+from trees.language.scope import Scope, read_leaf
 from trees.language.syntax import CompositeNode, LeafNode, Modifiers, Node, is_condition
-from trees.language.value_types import NamedValue, ValueType
 from trees.language.values import KeyRead, MismatchError, convert
-from trees.language.vocabulary import CHILDREN, COMPOSITES, MODIFIERS, NAME, SUBTREE
-from trees.language.words import CompositeWord, Form
+from trees.words import (
+    CHILDREN,
+    COMPOSITES,
+    MODIFIERS,
+    NAME,
+    SUBTREE,
+    CompositeWord,
+    Form,
+    NamedValue,
+    ValueType,
+)
 
 _Given: TypeAlias = Plain | KeyRead | LeafNode | CompositeNode
 """What a modifier may be given."""
@@ -41,6 +46,21 @@ _ASKING = tuple(key for key, word in COMPOSITES.items() if word.asks)
 """The composites that are conditions."""
 
 _WORDS = frozenset({*COMPOSITES, SUBTREE, *MODIFIERS, NAME})
+
+_OTHER_NAMES: Mapping[str, str] = {
+    "selector": "`fallback`",
+    "inverter": "the modifier `invert: true`, or `not` for a condition",
+    "loop": "`forever`, `until`, or the modifier `repeat`",
+    "if": "`unless` or `while` beside a node, `switch`, or a `fallback`",
+    "and": "`all_of`",
+    "or": "`any_of`",
+    "sleep": "`wait`",
+    "guard": "the modifier `while`",
+    "condition": "the key of the condition itself",
+    "action": "the key of the behaviour itself",
+    "include": "`subtree`",
+}
+"""What nodes of other tree languages are called here."""
 
 MAX_LEVELS = 100
 """Of nodes and modifiers one inside the other, over all files: a tick goes through all of them."""
@@ -60,8 +80,6 @@ def read_node(value: YamlValue, scope: Scope) -> Node | None:
         hint = "write `sequence:` above a list, and `node: {...}` for a single node"
         scope.diagnostics.error(location, f"expected a node, got {describe(value)}", hint)
         return None
-    words = {**COMPOSITES, **MODIFIERS, **scope.leaves}
-    entries = renamed(entries, aliases.WORDS, words, scope.diagnostics)
     key = _node_key(location, entries, scope)
     modifiers = _read_modifiers(entries, scope)
     name = _read_name(entries, scope)
@@ -88,8 +106,10 @@ def _read_core(key: str, entries: Mapping[str, YamlEntry], scope: Scope) -> Node
         return FORMS[word.form](entry, scope, read_node)
     items, options = _read_options(entry, word, scope)
     children = _read_children(items, entry.location, word, scope)
-    if isinstance(items, YamlList):
-        _check_policy(entry, options, len(items.items), scope)
+    policy, count = options.get("policy"), len(items.items) if isinstance(items, YamlList) else 0
+    if isinstance(policy, int) and 0 < count < policy:
+        message = f"`policy` wants {policy} children to succeed, and there are {count}"
+        scope.diagnostics.error(entry.location, message, f"write at most {count}, or `all`")
     return CompositeNode(
         location=entry.location, name=key, modifiers={}, key=key, children=children, options=options
     )
@@ -109,7 +129,7 @@ def _node_key(location: Location, entries: Mapping[str, YamlEntry], scope: Scope
         if key in scope.problems:
             message, _, hint = scope.problems[key].rpartition("; ")
         elif not keys:
-            meant = synonyms.NODES.get(key.lower())
+            meant = _OTHER_NAMES.get(key.lower())
             message, hint = f"unknown node `{key}`", suggest(key, nodes)
             hint = f"write {meant}" if meant else hint
         elif keys[0] in scope.leaves and key in scope.leaves[keys[0]].parameters:
@@ -241,16 +261,6 @@ def _read_options(
         if key in entries
     }
     return entries[CHILDREN].value, options
-
-
-def _check_policy(
-    entry: YamlEntry, options: Mapping[str, Plain | KeyRead], count: int, scope: Scope
-) -> None:
-    """Whether as many children can succeed as have to."""
-    policy = options.get("policy")
-    if isinstance(policy, int) and policy > count:
-        message = f"`policy` wants {policy} children to succeed, and there are {count}"
-        scope.diagnostics.error(entry.location, message, f"write at most {count}, or `all`")
 
 
 def _read_children(

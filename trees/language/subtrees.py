@@ -1,16 +1,14 @@
-"""Syntax of the node `subtree`: the other file, its parameters and outputs.
+"""Files that a task includes, and the values that parameters get from outside.
 
-The file is named relative to the including one and lies in the folder of the task, or below; links
-that lead out of it, and files that include themselves, are refused.
+An included file is named relative to the including one and lies in the folder of the task, or
+below; links that lead out of it, and files that include themselves, are refused.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
-from itertools import count
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import TypeAlias
 
 from config import (
     Diagnostics,
@@ -20,126 +18,58 @@ from config import (
     YamlScalar,
     YamlValue,
     describe,
+    parse_scalar,
     suggest,
 )
-from trees.language.arguments import read_argument, read_key_name
-from trees.language.documents import Document, read_document
-from trees.language.mappings import fields
-from trees.language.parameters import TaskParameter
-from trees.language.scope import Scope
-from trees.language.syntax import SubtreeNode, Task
-from trees.language.values import Argument, KeyRead, KeyWrite
-
-MAX_SUBTREES = 200
-"""In a whole task, every use of a file counted."""
-
-Assemble: TypeAlias = (
-    "Callable[[Document, Mapping[str, TaskParameter], Diagnostics, Subtrees], Task | None]"
-)
-"""(sections, parameters with values, diagnostics of the file, its subtrees) to the task."""
+from trees.language.documents import Document, TaskParameter
+from trees.language.named_poses import NamedValues
+from trees.language.scope import Scope, read_argument, read_key_name
+from trees.language.values import Argument, KeyRead, KeyWrite, MismatchError, convert
 
 
-@dataclass(frozen=True, kw_only=True)
-class Subtrees:
-    """Reads the files that one file of a task includes."""
+def find_file(
+    name: object, value: YamlValue, chain: Sequence[Path], diagnostics: Diagnostics
+) -> Path | None:
+    """The file of this name, if it may be included; None and an error otherwise.
 
-    assemble: Assemble
-    chain: tuple[Path, ...]
-    """The files from the first to this one."""
-    level: int = 0
-    """How deep in the whole tree this file is."""
-    documents: dict[Path, Document | None] = field(default_factory=dict)
-    """Every file that was read, by its real path."""
-    numbers: count[int] = field(default_factory=count)
-    """Counts the subtrees of the task."""
-
-    def include(self, entry: YamlEntry, scope: Scope) -> SubtreeNode | None:
-        """The node for another file; None and errors if it cannot be read."""
-        if not isinstance(entry.value, YamlMap):
-            message = f"`subtree` takes a mapping, not {describe(entry.value)}"
-            hint = "write `subtree: {file: other.yaml}`"
-            scope.diagnostics.error(entry.location, message, hint)
-            return None
-        entries = fields(
-            entry.value,
-            "`subtree`",
-            scope.diagnostics,
-            required=("file",),
-            optional=("with", "out"),
-        )
-        if entries is None:
-            return None
-        file = scope.text(entries["file"].value)
-        path = self._find(file, entries["file"].value, scope.diagnostics)
-        if path is None:
-            return None
-        inner = scope.diagnostics.of(path)
-        real = path.resolve()
-        if real not in self.documents:
-            self.documents[real] = read_document(inner)
-        document = self.documents[real]
-        if document is None:
-            return None
-        arguments = _read_with(entry.location, entries, document, scope)
-        outputs = _read_out(entries.get("out"), document, scope)
-        parameters = {
-            name: replace(parameter, value=scope.known(arguments.get(name)))
-            for name, parameter in document.parameters.items()
-        }
-        below = replace(self, chain=(*self.chain, path), level=scope.level)
-        task = self.assemble(document, parameters, inner, below)
-        if task is None:
-            return None
-        return SubtreeNode(
-            location=entry.location,
-            name=task.name,
-            modifiers={},
-            file=str(file),
-            task=task,
-            arguments=arguments,
-            outputs=outputs,
-        )
-
-    def _find(self, name: object, value: YamlValue, diagnostics: Diagnostics) -> Path | None:
-        """The file of this name, if it may be included; None and an error otherwise."""
-        if not isinstance(name, str) or not name.isprintable() or not name.strip():
-            diagnostics.error(value.location, f"`file` cannot be {describe(value)}", "name a file")
-            return None
-        folder = self.chain[0].parent
-        path = self.chain[-1].parent / name
-        try:
-            real, inside = path.resolve(), folder.resolve()
-            is_there = real.is_file()
-            others = () if is_there else tuple(path.parent.glob("*.yaml"))
-        except (OSError, RuntimeError):
-            diagnostics.error(
-                value.location, f"`{name}` leads nowhere", "name a file, or fix the link"
-            )
-            return None
-        if Path(name).is_absolute() or not real.is_relative_to(inside):
-            message = f"`{name}` leads out of the folder of the task"
-            diagnostics.error(value.location, message, f"keep it in `{folder}` or below")
-            return None
-        if not is_there:
-            known = {other.name for other in others} - {other.name for other in self.chain}
-            hint = suggest(path.name, known) if known else "check the path"
-            diagnostics.error(value.location, f"there is no file `{name}` beside this one", hint)
-            return None
-        around = [other.resolve() for other in self.chain]
-        if real in around:
-            circle = (*self.chain[around.index(real) :], path)
-            names = " > ".join(other.name for other in circle)
-            message = f"the files include each other in a circle: {names}"
-            diagnostics.error(value.location, message, "remove one of these subtrees")
-            return None
-        number = next(self.numbers)
-        if number == MAX_SUBTREES:
-            message = f"the task has more than {MAX_SUBTREES} subtrees"
-            diagnostics.error(value.location, message, "make it smaller")
-        return path if number < MAX_SUBTREES else None
+    Args:
+        name: as the including file has it.
+        value: where it has it.
+        chain: the files from the first to the including one.
+        diagnostics: of the including file.
+    """
+    if not isinstance(name, str) or not name.isprintable() or not name.strip():
+        diagnostics.error(value.location, f"`file` cannot be {describe(value)}", "name a file")
+        return None
+    folder, path = chain[0].parent, chain[-1].parent / name
+    try:
+        real, inside = path.resolve(), folder.resolve()
+        is_there = real.is_file()
+        others = () if is_there else tuple(path.parent.glob("*.yaml"))
+    except (OSError, RuntimeError):
+        message = f"`{name}` leads nowhere"
+        diagnostics.error(value.location, message, "name a file, or fix the link")
+        return None
+    around = [other.resolve() for other in chain]
+    if Path(name).is_absolute() or not real.is_relative_to(inside):
+        message = f"`{name}` leads out of the folder of the task"
+        hint = f"keep it in `{folder}` or below"
+    elif not is_there:
+        known = {other.name for other in others} - {other.name for other in chain}
+        message = f"there is no file `{name}` beside this one"
+        hint = suggest(path.name, known) if known else "check the path"
+    elif real in around:
+        circle = (*chain[around.index(real) :], path)
+        names = " > ".join(other.name for other in circle)
+        message = f"the files include each other in a circle: {names}"
+        hint = "remove one of these subtrees"
+    else:
+        return path
+    diagnostics.error(value.location, message, hint)
+    return None
 
 
-def _read_with(
+def read_with(
     location: Location, entries: Mapping[str, YamlEntry], document: Document, scope: Scope
 ) -> dict[str, Argument]:
     """Values of the other file's parameters."""
@@ -175,7 +105,7 @@ def _read_with(
     return arguments
 
 
-def _read_out(entry: YamlEntry | None, document: Document, scope: Scope) -> dict[str, KeyWrite]:
+def read_out(entry: YamlEntry | None, document: Document, scope: Scope) -> dict[str, KeyWrite]:
     """Keys of the including file that take the outputs of the other."""
     outputs = {}
     given = _entries(entry, "out", "{output: key}", scope) or {}
@@ -202,3 +132,62 @@ def _entries(
     message = f"`{key}` is a mapping, not {describe(entry.value)}"
     scope.diagnostics.error(entry.value.location, message, f"write `{key}: {form}`")
     return None
+
+
+def override_values(
+    parameters: Mapping[str, TaskParameter],
+    overrides: Mapping[str, str],
+    entry: YamlEntry | None,
+    diagnostics: Diagnostics,
+) -> dict[str, YamlScalar]:
+    """The values of `-p name=text`; unknown names are errors.
+
+    Args:
+        parameters: of the file.
+        overrides: texts as in YAML; a text parameter takes them unchanged.
+        entry: the section `params`, if there is one.
+        diagnostics: receives the errors.
+    """
+    values = {}
+    for name, text in overrides.items():
+        if name not in parameters:
+            message = f"`-p {name}={text}`: the task has no parameter `{name}`"
+            at = entry.location if entry else Location(line=1, column=1)
+            diagnostics.error(at, message, suggest(name, parameters))
+            continue
+        expected = parameters[name].type
+        as_text = expected is not None and str in expected.types
+        value = text if as_text else parse_scalar(text.strip())
+        values[name] = YamlScalar(location=parameters[name].location, value=value)
+    return values
+
+
+def with_values(
+    parameters: Mapping[str, TaskParameter],
+    overrides: Mapping[str, YamlScalar],
+    named: NamedValues,
+    diagnostics: Diagnostics,
+) -> dict[str, TaskParameter]:
+    """The parameters with values: of a person, else of an including file, else the default.
+
+    Args:
+        parameters: as declared, or with the value of an including file.
+        overrides: values of a person.
+        named: poses, postures and regions by name.
+        diagnostics: receives an error for each invalid value.
+    """
+    result = dict(parameters)
+    for name, parameter in parameters.items():
+        source = overrides.get(name) or parameter.default
+        if parameter.value is not None or parameter.type is None or source is None:
+            continue
+        try:
+            value = convert(source, parameter.type, named.values)
+            result[name] = replace(parameter, value=value)
+        except MismatchError as mismatch:
+            result[name] = replace(parameter, type=None)
+            if not named.is_faulty(source.value):
+                is_given = name in overrides
+                whose = f"`-p {name}={source.value}`" if is_given else f"the default of `{name}`"
+                diagnostics.error(source.location, f"{whose}: {mismatch.message}", mismatch.hint)
+    return result

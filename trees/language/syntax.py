@@ -8,12 +8,10 @@ from pathlib import Path
 from typing import TypeAlias
 
 from config import Diagnostic, Location, Plain, UserError
+from trees.language.documents import TaskOutput, TaskParameter
 from trees.language.leaf_type import LeafType
-from trees.language.outcomes import Outcomes
-from trees.language.parameters import TaskParameter
-from trees.language.value_types import NamedValue, ValueType
 from trees.language.values import Argument, KeyRead, KeyWrite
-from trees.language.vocabulary import COMPOSITES
+from trees.words import COMPOSITES, NamedValue, Outcomes
 
 SCENE = "scene:"
 """Where a task names its scene, among its locations."""
@@ -84,17 +82,11 @@ def is_condition(node: Node) -> bool:
     return isinstance(node, CompositeNode) and COMPOSITES[node.key].asks
 
 
-def guards_of(node: Node) -> Iterator[LeafNode | CompositeNode]:
-    """The conditions beside a node, outermost first."""
-    for value in reversed(list(node.modifiers.values())):
-        if isinstance(value, LeafNode | CompositeNode):
-            yield value
-
-
 def leaves_at(node: Node) -> Iterator[LeafNode]:
     """The node itself, if it is a leaf, after the leaves of its guards."""
-    for guard in guards_of(node):
-        yield from (one for one in nodes_below(guard) if isinstance(one, LeafNode))
+    for guard in reversed(list(node.modifiers.values())):
+        if isinstance(guard, LeafNode | CompositeNode):
+            yield from (one for one in nodes_below(guard) if isinstance(one, LeafNode))
     if isinstance(node, LeafNode):
         yield node
 
@@ -117,16 +109,6 @@ class TaskFileError(UserError):
     def __init__(self, diagnostics: Iterable[Diagnostic]) -> None:
         self.diagnostics = tuple(diagnostics)
         super().__init__("\n".join(str(diagnostic) for diagnostic in self.diagnostics))
-
-
-@dataclass(frozen=True, kw_only=True)
-class TaskOutput:
-    """A key whose value an including file may read."""
-
-    location: Location
-    description: str
-    type: ValueType | None = None
-    """What the tree writes to it; None before the tree is read."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,19 +1,14 @@
-"""Conversion of values of a task file to the Python values that parameters expect."""
+"""Conversion of values of a task file to the Python values that parameters expect, and hints."""
 
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
 from config import Location, Plain, YamlScalar, YamlValue, describe, quoted, suggest, written
-from trees.language import synonyms
-from trees.language.value_types import NAMED_TYPES, SEEN_TYPES, NamedValue, ValueType
-
-_SUM = re.compile(r"[-+.\d\s()]*\d\s*[-+*/]\s*[-+.\d\s()*/]+")
-_WITH_UNIT = re.compile(r"([-+]?\d+(?:\.\d+)?)\s*(?:m|cm|mm|s|ms|min|deg|°|rad|%|N|m/s|kg|g)")
+from trees.words import NAMED_TYPES, SEEN_TYPES, NamedValue, ValueType
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -118,8 +113,7 @@ def convert(
         if isinstance(found, expected.named_types):
             return found
         if str not in expected.types:
-            origin = value.origin if isinstance(value, Reference) else ""
-            raise _no_such_name(given, origin, expected, named)
+            raise _no_such_name(given, value, expected, named)
     if isinstance(given, int | float) and not isinstance(given, bool):
         return _number(value, given, expected)
     if type(given) in expected.types:
@@ -144,14 +138,8 @@ def _mismatch(
 ) -> MismatchError:
     message = f"expected {expected}, got {described(value)}"
     if expected.choices and isinstance(value.value, str):
-        known = [written(choice) for choice in expected.choices]
-        near = suggest(synonyms.CHOICES.get(value.value.lower(), value.value), known)
+        near = suggest(value.value, [written(choice) for choice in expected.choices])
         hint = near if near.startswith("did you mean") else hint
-    if expected.is_number and isinstance(value.value, str):
-        if _SUM.fullmatch(value.value):
-            hint = "write the number itself: nothing is computed in a task"
-        elif with_unit := _WITH_UNIT.fullmatch(value.value):
-            hint = f"write {with_unit[1]} alone: the unit stands in the name of the parameter"
     if hint is None and not SEEN_TYPES.keys().isdisjoint(expected.types):
         hint = "give `$` and the key of a `detect`, or the item of a `for_each` over it"
     return MismatchError(message, hint or f"write {expected}")
@@ -169,14 +157,62 @@ def described(value: YamlValue | Reference) -> str:
 
 
 def _no_such_name(
-    name: str, origin: str, expected: ValueType, named: Mapping[str, NamedValue]
+    name: str, value: YamlValue | Reference, expected: ValueType, named: Mapping[str, NamedValue]
 ) -> MismatchError:
-    fitting = [word for word, value in named.items() if isinstance(value, expected.named_types)]
-    types = " or ".join(NAMED_TYPES[one] for one in expected.named_types)
+    fitting = [word for word, one in named.items() if isinstance(one, expected.named_types)]
     known = f"known: {quoted(sorted(fitting))}" if fitting else "the file defines none yet"
     if name in named:
         message = f"`{name}` is a {NAMED_TYPES[type(named[name])]}, expected {expected}"
         return MismatchError(message, known)
+    types = " or ".join(NAMED_TYPES[one] for one in expected.named_types)
+    origin = value.origin if isinstance(value, Reference) else ""
     near = suggest(name, fitting)
     hint = f"{near} ({known})" if near.startswith("did you mean") else known
     return MismatchError(f"no {types} is called `{name}`{origin}", hint)
+
+
+_OTHER_UNITS: Mapping[str, tuple[tuple[str, float], ...]] = {
+    "m": (("millimetres", 1e-3), ("centimetres", 1e-2)),
+    "m/s": (("millimetres per second", 1e-3), ("centimetres per second", 1e-2)),
+    "s": (("milliseconds", 1e-3),),
+    "cm²": (("square millimetres", 1e-2),),
+    "mm": (("metres", 1e3),),
+    "%": (("a share", 1e2),),
+}
+"""In which a number may have been given instead, and what to multiply it by."""
+
+_ROUND = math.pi / 12.0  # angles in radians are multiples of this ...
+_CLOSE = 0.005  # ... rounded to about two digits [rad]
+
+
+def meant(number: float, unit: str, fits: Callable[[float], bool]) -> str:
+    """The hint for a number that is out of bounds; empty if no other unit explains it.
+
+    Args:
+        number: as it was given.
+        unit: in which it was expected.
+        fits: whether a number is within the bounds.
+    """
+    likely = [
+        f"{number * factor:g} (from {name})"
+        for name, factor in _OTHER_UNITS.get(unit, ())
+        if (0.0 < number < 1.0 if factor > 1.0 else 10.0 <= abs(number) < math.inf)
+        and fits(number * factor)
+    ]
+    # From a hundred on the smallest unit is far more likely.
+    likely = likely[:1] if abs(number) >= 100.0 else likely
+    return f"did you mean {' or '.join(likely)}?" if likely else ""
+
+
+def radians_for_degrees(number: float) -> str:
+    """Message and hint, `; ` between them, about degrees that look like radians; else empty.
+
+    They do if they are no whole number, and a round angle in radians.
+    """
+    if number == round(number, 1) or abs(number) > 2.0 * math.pi + _CLOSE:
+        return ""
+    steps = round(number / _ROUND)
+    if steps == 0 or abs(number - steps * _ROUND) > _CLOSE:
+        return ""
+    angle = math.degrees(steps * _ROUND)
+    return f"{number:g}° looks like radians; did you mean {angle:g}? Else write {number:.1f}"

@@ -39,13 +39,6 @@ class _Use(NamedTuple):
     value: NamedValue
 
 
-class _Definition(NamedTuple):
-    """Where a file says what a place is."""
-
-    path: Path
-    location: Location
-
-
 def _uses(task: Task) -> Iterator[_Use]:
     """Every place that a leaf of the task or of its subtrees is given and that is known by now."""
     for node in nodes_below(task.root):
@@ -57,10 +50,10 @@ def _uses(task: Task) -> Iterator[_Use]:
             yield from _uses(node.task)
 
 
-def _definitions(task: Task) -> Mapping[int, _Definition]:
+def _definitions(task: Task) -> dict[int, tuple[Path, Location]]:
     """Where the places of a task and its subtrees are defined, by the `id` of the value."""
     found = {
-        id(value): _Definition(task.site.get(name, task.path), task.locations[name])
+        id(value): (task.site.get(name, task.path), task.locations[name])
         for name, value in (*task.poses.items(), *task.regions.items())
     }
     for node in nodes_below(task.root):
@@ -149,28 +142,26 @@ def place_diagnostics(
 
 
 def _of_use(
-    use: _Use, defined: _Definition | None, robot: RobotDescription, fixtures: Sequence[Geom]
+    use: _Use,
+    defined: tuple[Path, Location] | None,
+    robot: RobotDescription,
+    fixtures: Sequence[Geom],
 ) -> Iterator[Diagnostic]:
-    from trees.site.reach import points_up, why_not_reached
+    from trees.site.reach import bare_places, points_up, what_is_in_the_way, why_not_reached
 
     leaf, value = use.leaf, use.value
     if defined is not None and use.parameter in leaf.type.goes_to:
-        why = why_not_reached(value, robot) or _in_the_way(value, robot, fixtures)
+        path, location = defined
+        why = why_not_reached(value, robot) or what_is_in_the_way(value, robot, fixtures)
         severity = Severity.ERROR
         if why is None and points_up(value):
             why, severity = ("the hand points up", "roll 180 lets it look down"), Severity.WARNING
         if why is not None:
-            message, hint = why
+            message, hint = f"`{value.name}`: {why[0]}", why[1]
             yield Diagnostic(
-                path=defined.path,
-                location=defined.location,
-                message=f"`{value.name}`: {message}",
-                hint=hint,
-                severity=severity,
+                path=path, location=location, message=message, hint=hint, severity=severity
             )
     if fixtures and isinstance(value, Region) and use.parameter in leaf.type.surfaces:
-        from trees.site.reach import bare_places
-
         bare = bare_places(value, _pitch(use), fixtures)
         if bare.missing:
             yield Diagnostic(
@@ -181,17 +172,6 @@ def _of_use(
                 hint=f"move `{value.name}`; things stand on its bottom face",
                 severity=Severity.ERROR if bare.missing == bare.of else Severity.WARNING,
             )
-
-
-def _in_the_way(
-    value: NamedValue, robot: RobotDescription, fixtures: Sequence[Geom]
-) -> tuple[str, str] | None:
-    """Message and hint about furniture where a task sends the robot; None if there is none."""
-    if not fixtures:
-        return None
-    from trees.site.reach import what_is_in_the_way
-
-    return what_is_in_the_way(value, robot, fixtures)
 
 
 def _pitch(use: _Use) -> float | None:
@@ -222,9 +202,9 @@ def _furniture(task: Task, robot: RobotDescription) -> tuple[Sequence[Geom], lis
 
 def _in_order(task: Task, found: Sequence[Diagnostic]) -> list[Diagnostic]:
     """Those of the file of the task first."""
-    return sorted(found, key=lambda one: (one.path != task.path, one.path, _order(one)))
 
+    def order(one: Diagnostic) -> tuple[bool, Path, int, int]:
+        line, column = (one.location.line, one.location.column) if one.location else (0, 0)
+        return one.path != task.path, one.path, line, column
 
-def _order(diagnostic: Diagnostic) -> tuple[int, int]:
-    at = diagnostic.location
-    return (at.line, at.column) if at else (0, 0)
+    return sorted(found, key=order)

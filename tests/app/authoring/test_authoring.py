@@ -75,8 +75,6 @@ def test_draw_prints_or_writes_a_picture(tmp_path):
     code, out, _ = call("draw", "pick_one", "--format", "svg", "--output", picture)
     assert (code, out) == (0, f"{picture}: written\n")
     assert ElementTree.parse(picture).getroot().tag.endswith("svg")
-    code, out, _ = call("draw", "pick_one", "--format", "mermaid")
-    assert out.startswith("flowchart TD\n")
 
 
 @pytest.mark.parametrize("command", ["draw", "export"])

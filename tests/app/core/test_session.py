@@ -14,8 +14,8 @@ from app.live import Control
 from behaviours import Context, Leaf, Recover
 from controller import PoseGoal
 from hw import HardwareError
-from trees.language.composites import Forever, Sequence
-from trees.language.modifiers import Retry
+from trees.words.composites import Forever, Sequence
+from trees.words.modifiers import Retry
 
 AWAY = looking_down(3.0, 0.5, 0.8)
 

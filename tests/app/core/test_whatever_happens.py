@@ -12,7 +12,7 @@ from app.live import Control
 from behaviours import Leaf
 from controller import Command, GoalError, PoseGoal
 from hw import HardwareError
-from trees.language.composites import Sequence
+from trees.words.composites import Sequence
 
 AWAY = looking_down(8.0, 0.0, 0.8)
 RAISE_AT = 5

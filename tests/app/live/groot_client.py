@@ -11,7 +11,7 @@ from sample_run import TREE
 
 from app.live.groot import GrootServer
 from app.live.operator import Control, Hook, HookAction, Side
-from trees.language.branch import Branch
+from trees.words.branch import Branch
 
 zmq = pytest.importorskip("zmq", reason='needs pip install "frankie-task[groot]"')
 

@@ -8,8 +8,8 @@ from controlled_run import ControlledRun, leaf
 
 from app.core.outcome import End
 from hw import FaultInjection
-from trees.language.composites import Sequence
-from trees.language.modifiers import Timeout
+from trees.words.composites import Sequence
+from trees.words.modifiers import Timeout
 
 
 def test_a_pause_brings_the_robot_smoothly_to_rest_and_it_goes_on_where_it_was():

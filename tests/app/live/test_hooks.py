@@ -6,8 +6,8 @@ from py_trees.common import Status
 
 from app.core.outcome import End
 from app.live.operator import HookAction, Side, UnknownNodeError, matching
-from trees.language.composites import Fallback, Sequence
-from trees.language.modifiers import Retry
+from trees.words.composites import Fallback, Sequence
+from trees.words.modifiers import Retry
 
 
 def two_leaves(context):

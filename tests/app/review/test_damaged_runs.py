@@ -17,7 +17,7 @@ from app.core.files.events import EventLog
 from app.core.outcome import End, Outcome
 from app.review import explain
 from trees.language import nodes_in_order
-from trees.language.composites import Sequence
+from trees.words.composites import Sequence
 
 Damage = Callable[[Path], object]
 EVENTS, SUMMARY, STATES = "events.jsonl", "summary.json", "states.npy"

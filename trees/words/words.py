@@ -1,16 +1,23 @@
-"""Outcomes of nodes, and the keys that are certainly written then.
+"""Properties of a word of the language, a composite or a modifier, and the rules of outcomes.
 
-The check follows the tree as it may run. A node starts with a set of keys that are certainly
-written, and can succeed or fail, each with such a set, or do neither. The rules of composites and
-modifiers stand here, and are assigned to the words in `vocabulary`.
+A node starts with a set of keys that are certainly written, and can succeed or fail, each with such
+a set, or do neither. The rules say how the outcomes of a node follow from those below it. The
+checks of keys and reachability, the warnings, the schema, the pictures and the export derive from
+the words.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
+
+from py_trees.behaviour import Behaviour
+
+from config import Plain
+from trees.words.branch import Branch, Now
+from trees.words.value_types import ValueType
 
 Keys: TypeAlias = frozenset[str] | None
 """The keys that are certainly written at a point; None if the point is never reached."""
@@ -64,22 +71,6 @@ def either(*ways: Keys) -> Keys:
     """What is certainly written after one of several ways, some of them impossible."""
     possible = [way for way in ways if way is not None]
     return frozenset.intersection(*possible) if possible else None
-
-
-def outcomes_from(
-    outcomes: Outcomes, before: Keys, success: Sequence[Source], failure: Sequence[Source]
-) -> Outcomes:
-    """The outcomes of a modified node, by their sources."""
-    if before is None:
-        return NEVER
-    ways = {
-        Source.SUCCESS: outcomes.success,
-        Source.FAILURE: outcomes.failure,
-        Source.EARLY: before,
-    }
-    return Outcomes(
-        either(*(ways[source] for source in success)), either(*(ways[source] for source in failure))
-    )
 
 
 Child: TypeAlias = Callable[[Keys], Outcomes]
@@ -164,3 +155,113 @@ def each(children: Sequence[Child], options: Options, before: Keys) -> Outcomes:
     [child] = children
     outcomes = child(None if before is None else before | {item})
     return Outcomes(before, outcomes.failure)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Option:
+    """A parameter of a composite."""
+
+    type: ValueType
+    default: Plain
+    description: str
+
+
+@dataclass(frozen=True)
+class Counterpart:
+    """The equivalent node of BehaviorTree.CPP 4."""
+
+    tag: str
+    port: str = ""
+    """The attribute that takes the word's value; empty if it has none."""
+    scale: int = 1
+    """The attribute is the value times this, a whole number."""
+    fixed: tuple[tuple[str, str], ...] = ()
+    """Constant attributes."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Word:
+    """A composite or modifier."""
+
+    node: type[Branch]
+    """What it is built into; the first line of its docstring describes the word."""
+    takes_time: bool = False
+    """Whether it may run for more than a tick although no leaf below it does."""
+    needs: Need = Need.NOTHING
+    """What the node below has to be able to do."""
+    counterpart: Counterpart | None
+    """Of BehaviorTree.CPP; None if it has none, and the export declares a node of this key."""
+
+    @property
+    def description(self) -> str:
+        """In a line."""
+        return (self.node.__doc__ or "").splitlines()[0]
+
+
+class Form(Enum):
+    """Syntax of the value of a composite."""
+
+    LIST = "nodes"
+    CASES = "a value, and a node for each of its cases"
+    EACH = "values, and a node for each of them"
+
+
+@dataclass(frozen=True, kw_only=True)
+class CompositeWord(Word):
+    """A key whose value is one node or a list of nodes.
+
+    With options it may also be a mapping of those and `children`.
+    """
+
+    form: Form = Form.LIST
+    asks: bool = False
+    """Whether its children are conditions; it is a condition then."""
+    at_once: bool = False
+    """Whether several of its children run at the same time."""
+    outcomes: Rule
+    """Order of its children, and its possible outcomes."""
+    is_reactive: bool = False
+    """Whether every tick begins at its first child."""
+    children: str = "one or more nodes"
+    """Description of its children."""
+    least: int = 1
+    most: int | None = None
+    """Numbers of children; a single one may stand without a list."""
+    options: Mapping[str, Option] = field(default_factory=dict)
+    symbol: str
+    """In pictures."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModifierWord(Word):
+    """A key that stands beside a node and wraps it."""
+
+    type: ValueType | None = None
+    """Of its value; None is a condition, written as a node."""
+    wrap: Callable[[Behaviour, Any, Now], Behaviour]
+    """(node, value or built condition, clock) to the wrapped node."""
+    succeeds: tuple[Source, ...] = (Source.SUCCESS,)
+    """Sources of its success; empty if it never succeeds."""
+    fails: tuple[Source, ...] = (Source.FAILURE,)
+    """Sources of its failure; empty if it never fails."""
+    runs_on: Outcome | None = None
+    """The outcome of its condition with which the node runs; None if it has no condition."""
+
+    def outcomes(self, outcomes: Outcomes, before: Keys) -> Outcomes:
+        """The outcomes of a node with this modifier.
+
+        Args:
+            outcomes: of the node without it.
+            before: the keys that are written when it starts.
+        """
+        if before is None:
+            return NEVER
+        ways = {
+            Source.SUCCESS: outcomes.success,
+            Source.FAILURE: outcomes.failure,
+            Source.EARLY: before,
+        }
+        return Outcomes(
+            either(*(ways[source] for source in self.succeeds)),
+            either(*(ways[source] for source in self.fails)),
+        )

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from trees.language.branch import (
+from trees.words.branch import (
     OPPOSITE,
     Again,
     Branch,

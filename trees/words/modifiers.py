@@ -9,7 +9,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from hw import TaskTime
-from trees.language.branch import (
+from trees.words.branch import (
     OPPOSITE,
     ROUNDING,
     Again,
@@ -20,7 +20,7 @@ from trees.language.branch import (
     is_out_of_reach,
     reason,
 )
-from trees.language.composites import ReactiveFallback, ReactiveSequence
+from trees.words.composites import ReactiveFallback, ReactiveSequence
 
 
 class _Modifier(Branch):

@@ -6,21 +6,17 @@ from collections.abc import Callable, Mapping
 
 from py_trees.behaviour import Behaviour
 
-from trees.language import composites, modifiers, switch_for_each
-from trees.language.branch import Branch, Now
-from trees.language.durations import (
-    enough,
-    first,
-    for_each,
-    in_order,
-    longer,
-    nothing,
-    nothing_sure,
-    times,
-)
-from trees.language.outcomes import (
+from trees.words import composites, data_nodes, modifiers
+from trees.words.branch import Branch, Now
+from trees.words.value_types import ValueType
+from trees.words.words import (
+    CompositeWord,
+    Counterpart,
+    Form,
     InOrder,
+    ModifierWord,
     Need,
+    Option,
     Outcome,
     Source,
     each,
@@ -30,8 +26,6 @@ from trees.language.outcomes import (
     until_first_succeeds,
     until_success,
 )
-from trees.language.value_types import ValueType
-from trees.language.words import CompositeWord, Counterpart, Form, ModifierWord, Option
 
 CHILDREN = "children"
 """The key of the children where a composite has options."""
@@ -55,7 +49,6 @@ COMPOSITES: Mapping[str, CompositeWord] = {
         CompositeWord(
             node=composites.Sequence,
             symbol="→",
-            duration=in_order,
             outcomes=_ALL,
             counterpart=Counterpart("Sequence"),
         ),
@@ -68,7 +61,6 @@ COMPOSITES: Mapping[str, CompositeWord] = {
         CompositeWord(
             node=composites.ReactiveSequence,
             symbol="⇉",
-            duration=in_order,
             outcomes=_ALL,
             is_reactive=True,
             counterpart=Counterpart("ReactiveSequence"),
@@ -84,7 +76,6 @@ COMPOSITES: Mapping[str, CompositeWord] = {
             node=composites.Parallel,
             symbol="‖",
             at_once=True,
-            duration=enough,
             outcomes=side_by_side,
             options={"policy": _POLICY},
             counterpart=Counterpart("Parallel"),
@@ -92,7 +83,6 @@ COMPOSITES: Mapping[str, CompositeWord] = {
         CompositeWord(
             node=composites.Forever,
             symbol="∞",
-            duration=in_order,
             outcomes=until_success,
             takes_time=True,
             needs=Need.FAILURE,
@@ -103,7 +93,6 @@ COMPOSITES: Mapping[str, CompositeWord] = {
         CompositeWord(
             node=composites.Until,
             symbol="↻",
-            duration=first,
             outcomes=until_first_succeeds,
             takes_time=True,
             children="a question, then the work to do",
@@ -138,21 +127,19 @@ COMPOSITES: Mapping[str, CompositeWord] = {
         CompositeWord(
             node=composites.ResumingSequence,
             symbol="⇥",
-            duration=nothing_sure,
             outcomes=_ALL,
             counterpart=Counterpart("SequenceWithMemory"),
         ),
         CompositeWord(
-            node=switch_for_each.ForEach,
+            node=data_nodes.ForEach,
             symbol="∀",
             form=Form.EACH,
-            duration=for_each,
             outcomes=each,
             children="an `item`, values `in`, and what to `do`",
             counterpart=Counterpart("Sequence"),
         ),
         CompositeWord(
-            node=switch_for_each.Switch,
+            node=data_nodes.Switch,
             symbol="⎇",
             form=Form.CASES,
             outcomes=one_of,
@@ -185,7 +172,6 @@ MODIFIERS: Mapping[str, ModifierWord] = {
         node=modifiers.Delay,
         wrap=modifiers.Delay,
         type=_SECONDS,
-        duration=longer,
         takes_time=True,
         counterpart=Counterpart("Delay", port="delay_msec", scale=1000),
     ),
@@ -193,7 +179,6 @@ MODIFIERS: Mapping[str, ModifierWord] = {
         node=modifiers.Invert,
         wrap=_flag(modifiers.Invert),
         type=_FLAG,
-        duration=nothing,
         succeeds=(Source.FAILURE,),
         fails=(Source.SUCCESS,),
         counterpart=Counterpart("Inverter"),
@@ -210,7 +195,6 @@ MODIFIERS: Mapping[str, ModifierWord] = {
         node=modifiers.Repeat,
         wrap=lambda node, rounds, now: modifiers.Repeat(node, rounds),
         type=_COUNT,
-        duration=times,
         takes_time=True,
         counterpart=Counterpart("Repeat", port="num_cycles"),
     ),
@@ -218,7 +202,6 @@ MODIFIERS: Mapping[str, ModifierWord] = {
         node=modifiers.Once,
         wrap=_flag(modifiers.Once),
         type=_FLAG,
-        duration=nothing,
         counterpart=Counterpart("RunOnce", fixed=(("then_skip", "false"),)),
     ),
     "cooldown_s": ModifierWord(
@@ -231,7 +214,6 @@ MODIFIERS: Mapping[str, ModifierWord] = {
     "unless": ModifierWord(
         node=modifiers.Unless,
         wrap=lambda node, condition, now: modifiers.Unless(condition, node),
-        duration=nothing,
         succeeds=(Source.SUCCESS, Source.EARLY),
         runs_on=Outcome.FAILURE,
         counterpart=Counterpart("ReactiveFallback"),
@@ -247,7 +229,6 @@ MODIFIERS: Mapping[str, ModifierWord] = {
         node=modifiers.ForceSuccess,
         wrap=_flag(modifiers.ForceSuccess),
         type=_FLAG,
-        duration=nothing,
         succeeds=(Source.SUCCESS, Source.FAILURE),
         fails=(),
         needs=Need.FAILURE,
@@ -257,7 +238,6 @@ MODIFIERS: Mapping[str, ModifierWord] = {
         node=modifiers.ForceFailure,
         wrap=_flag(modifiers.ForceFailure),
         type=_FLAG,
-        duration=nothing,
         succeeds=(),
         fails=(Source.SUCCESS, Source.FAILURE),
         needs=Need.SUCCESS,
