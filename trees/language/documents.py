@@ -83,8 +83,8 @@ def _read_type(value: object) -> ValueType:
 
 
 def _read_default(value: object) -> Plain:
-    is_plain = isinstance(value, bool | int | float | str) and not str(value).startswith("$")
-    if not is_plain or (isinstance(value, float) and not math.isfinite(value)):
+    is_endless = isinstance(value, float) and not math.isfinite(value)
+    if not isinstance(value, bool | int | float | str) or str(value).startswith("$") or is_endless:
         hint = "give a number, a text, `true` or `false`, or leave it out and give a `type`"
         raise ValueError(f"is no usable default; {hint}")
     return value

@@ -252,7 +252,9 @@ class _Reader:
         }
         below = replace(self, chain=(*self.chain, path), level=scope.level, site=None)
         task = below.assemble(document, parameters, inner)
-        return task and SubtreeNode(
+        if task is None:
+            return None
+        return SubtreeNode(
             location=entry.location,
             name=task.name,
             modifiers={},
