@@ -21,7 +21,7 @@ if TYPE_CHECKING:
         PoseGoal,
         PostureGoal,
     )
-    from controller.controller import STEP_PARTS, HolisticController
+    from controller.controller import HolisticController
     from controller.floor import Pose2D
     from controller.model import RobotModel, manipulability, robot_model
     from controller.planning import (
@@ -43,7 +43,6 @@ __all__ = [
     "OPEN_FLOOR",
     "PAPER",
     "PRESETS",
-    "STEP_PARTS",
     "Array",
     "BaseGoal",
     "Command",

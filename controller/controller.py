@@ -4,19 +4,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import sqrt
-from typing import Any
 
 import numpy as np
 
-from controller import holistic_qp, tasks
 from controller.base_lag import BaseLag
 from controller.collision import (
     SLACK_COSTS,
     CollisionAvoidance,
     CollisionModels,
-    DistanceConstraints,
     NearestPair,
-    Proximity,
     SelfCollision,
     waits_for,
 )
@@ -200,15 +196,3 @@ class HolisticController:
             way=None if self._guidance is None else self._guidance.way,
             waits_for=self._waits_for,
         )
-
-
-STEP_PARTS: dict[str, tuple[tuple[Any, str], ...]] = {
-    "checks and bounds": ((HolisticController, "_observe"),),
-    "kinematics": ((RobotModel, "kinematics"),),
-    "manipulability": ((holistic_qp, "manipulability"),),
-    "guidance": ((Guidance, "bias"),),
-    "distances": ((Proximity, "near"), (DistanceConstraints, "rows")),
-    "build QP": ((tasks, "build_qp"),),
-    "solve": ((Solver, "solve"),),
-}
-"""Parts of a control step for profiling: functions as module or class and attribute."""

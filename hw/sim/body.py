@@ -26,8 +26,7 @@ class Dynamics:
     slip_distance: float = 0.005
     """Motion of the hand until fingers that press without holding slip off [m]; kinematic world
     only."""
-    battery_life: float = 4.0 * 3600.0
-    """Time in which a full battery runs down [s]."""
+    battery_life: float = 4.0 * 3600.0  # time in which a full battery runs down [s]
 
 
 _SAME_TOUCH = 1.0  # a contact that comes back within this time is not new [s]

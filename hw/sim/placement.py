@@ -26,8 +26,7 @@ _EXTRA_GAPS = np.repeat([0.035, 0.025, 0.015, 0.008, 0.0, 0.0], 6)
 _POSITIONS = 10  # tried for each orientation of an object
 _LAYOUTS = 30  # tried, each with new objects
 
-Keys: TypeAlias = tuple[str | int, ...]
-"""Path of an entry in the scene file."""
+Keys: TypeAlias = tuple[str | int, ...]  # path of an entry in the scene file
 
 
 class LayoutError(SceneError):

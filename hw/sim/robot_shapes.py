@@ -16,8 +16,7 @@ from controller import RobotModel
 from hw.sim.sim_object import SimObject
 from robots import Array, Box, Geom, GripperDescription, RobotDescription, bounding_radius
 
-SIDES = {"left": 1.0, "right": -1.0}
-"""Side of each finger along y of the end effector."""
+SIDES = {"left": 1.0, "right": -1.0}  # side of each finger along y of the end effector
 
 HAND_TOLERANCE = 0.002  # penetration below which a contact is no collision [m]
 HELD_TOLERANCE = 0.005  # the same for a held object, which yields in the fingers [m]

@@ -73,8 +73,7 @@ _Grams = Annotated[float, Field(gt=0.0, le=100_000.0)]
 _Rectangle = tuple[tuple[float, float], tuple[float, float], float]
 """Centre and full size along its own axes [m], and yaw [rad], seen from above."""
 
-Footprint = tuple[float, float]
-"""Of the robot along x and y, where it starts [m]."""
+Footprint = tuple[float, float]  # of the robot along x and y, where it starts [m]
 
 
 class ReadingContext(NamedTuple):

@@ -17,8 +17,7 @@ from hw.sim.walker import Walker
 from hw.truth import Touch
 from robots import Array, Geom, Hull
 
-_MIN_LEVEL = 0.3
-"""Smallest horizontal share of a push that moves an object."""
+_MIN_LEVEL = 0.3  # smallest horizontal share of a push that moves an object
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -27,8 +27,7 @@ EXAMPLE = "example"
 """The preset of the paper's controller whose velocities are scaled as in its published example."""
 
 _SETTINGS: dict[str, ControllerSettings] = {**PRESETS, EXAMPLE: PAPER}
-_PUBLISHED_BASE_SPEED = 4.0
-"""Limit of the base in the published robot descriptions [m/s and rad/s]."""
+_PUBLISHED_BASE_SPEED = 4.0  # limit of the base in the published robot descriptions [m/s and rad/s]
 _FAR, _FAR_GAIN, _NEAR_GAIN = 0.5, 0.7, 1.4
 """The published example multiplies its velocities by 0.7 / e where e > 0.5 m, else by 1.4."""
 
@@ -44,10 +43,8 @@ class Configuration:
     reverse_speed: float | None = None
     """Largest reverse speed of the base [m/s]; None keeps its ratio to the forward speed, which is
     1 for a published controller."""
-    period: float = 0.01
-    """Control period [s]."""
-    changes: tuple[tuple[str, Any], ...] = ()
-    """Settings that differ from the preset, by name."""
+    period: float = 0.01  # control period [s]
+    changes: tuple[tuple[str, Any], ...] = ()  # settings that differ from the preset, by name
 
     def model(self) -> RobotModel:
         """A new model of the robot."""

@@ -7,7 +7,7 @@ half-space for the floor: shapes that are independent of those of the controller
 from __future__ import annotations
 
 from itertools import combinations
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import coal
 import numpy as np
@@ -28,8 +28,7 @@ class _Capsule(NamedTuple):
     radius: float
 
 
-HAND = 8
-"""Number of the hand; link 0 is the foot of the arm."""
+HAND = 8  # number of the hand; link 0 is the foot of the arm
 
 CAPSULES = (
     _Capsule(0, (-0.09, 0.0, 0.06), (-0.06, 0.0, 0.06), 0.06),
@@ -46,26 +45,10 @@ CAPSULES = (
 )
 """The arm's foot, its seven links and the hand with open fingers."""
 
-_SHOULDER = (1, 3)
-"""The link between these two is so short that their capsules always overlap."""
-_ON_THE_BASE = (0, 1)
-"""Links that touch the base because they are mounted on it."""
+_SHOULDER = (1, 3)  # the link between these two is so short that their capsules always overlap
+_ON_THE_BASE = (0, 1)  # links that touch the base because they are mounted on it
 
-SURFACE = 1e-6
-"""Shapes that overlap by less than this do not touch [m]."""
-
-
-class Contacts(NamedTuple):
-    """Contacts of the arm in one posture; neighbouring links do not count."""
-
-    arm: bool
-    base: bool
-    floor: bool
-
-    @property
-    def any(self) -> bool:
-        """Whether it touches anything."""
-        return self.arm or self.base or self.floor
+SURFACE = 1e-6  # shapes that overlap by less than this do not touch [m]
 
 
 def capsule_on_link(capsule: _Capsule, shrunk: float = 0.0) -> tuple[float, float, SE3]:
@@ -77,7 +60,7 @@ def capsule_on_link(capsule: _Capsule, shrunk: float = 0.0) -> tuple[float, floa
 
 
 class ContactChecker:
-    """Contacts of the arm of one robot.
+    """Contacts of the arm of one robot, with itself, the base and the floor.
 
     Args:
         model: the robot; its chain of joints carries the shapes.
@@ -105,47 +88,30 @@ class ContactChecker:
         base = add("base", 0, SE3(np.eye(3), np.array([0.0, 0.0, height / 2.0])), box)
         floor = add("floor", 0, SE3.Identity(), coal.Halfspace(np.array([0.0, 0.0, 1.0]), 0.0))
 
-        self._partners: list[str] = []
         for a, b in combinations(range(len(CAPSULES)), 2):
             pair = (CAPSULES[a].link, CAPSULES[b].link)
             if pair[1] - pair[0] > 1 and pair != _SHOULDER:
-                self._add_pair("arm", a, b)
+                geometry.addCollisionPair(pin.CollisionPair(a, b))
         for number, capsule in enumerate(CAPSULES):
             if capsule.link not in _ON_THE_BASE:
-                self._add_pair("base", number, base)
-                self._add_pair("floor", number, floor)
+                geometry.addCollisionPair(pin.CollisionPair(number, base))
+                geometry.addCollisionPair(pin.CollisionPair(number, floor))
         self._data = model.chain.createData()
         self._geometry_data = pin.GeometryData(geometry)
 
-    def _add_pair(self, partner: str, a: int, b: int) -> None:
-        self._geometry.addCollisionPair(pin.CollisionPair(a, b))
-        self._partners.append(partner)
+    def __call__(self, q: Array) -> bool:
+        """Whether the arm touches itself, the base or the floor at joint positions q (7,) [rad].
 
-    def __call__(self, q: Array) -> Contacts:
-        """The contacts at joint positions q (7,) [rad]."""
-        if not self._collides(q, stop_at_first=True):
-            return Contacts(False, False, False)
-        found = {partner for partner, _ in self.pairs_in_contact(q)}
-        return Contacts("arm" in found, "base" in found, "floor" in found)
-
-    def pairs_in_contact(self, q: Array) -> list[tuple[str, Any]]:
-        """Partner (arm, base or floor) and collision pair of every contact at q (7,) [rad]."""
-        self._collides(q, stop_at_first=False)
-        pairs, results = self._geometry.collisionPairs, self._geometry_data.collisionResults
-        return [
-            (partner, pair)
-            for partner, pair, result in zip(self._partners, pairs, results, strict=True)
-            if result.isCollision()
-        ]
-
-    def _collides(self, q: Array, *, stop_at_first: bool) -> bool:
+        Neighbouring links do not count.
+        """
+        model = self._model
         return bool(
             pin.computeCollisions(
-                self._model.chain,
+                model.chain,
                 self._data,
                 self._geometry,
                 self._geometry_data,
-                self._model.joints(q),
-                stop_at_first,
+                model.joints(q),
+                True,  # stop at the first
             )
         )

@@ -15,73 +15,33 @@ from controller import Array, RobotModel
 from lab.bench.contacts import ContactChecker
 from lab.bench.motion import Motion
 
-_ROUNDING = 1e-9
-"""Tolerance of a limit, as a share of it."""
-_FINAL_SECONDS = 5.0
-"""The end of a motion, which classifies its failure [s]."""
-_STILL = 5e-3
-"""An error that varies by less than this does not change [m]."""
-_PROGRESS = 1e-3
-"""An error that decreases by less than this is no progress [m]."""
+_ROUNDING = 1e-9  # tolerance of a limit, as a share of it
+_FINAL_SECONDS = 5.0  # the end of a motion, which classifies its failure [s]
+_STILL = 5e-3  # an error that varies by less than this does not change [m]
+_PROGRESS = 1e-3  # an error that decreases by less than this is no progress [m]
 
 
 class Failure(StrEnum):
     """Why a goal was not reached."""
 
-    TIME_OVER = "time over"
-    """The error was still decreasing."""
+    TIME_OVER = "time over"  # the error was still decreasing
     STUCK_STILL = "stuck still"
     STUCK_MOVING = "stuck moving"
-    INFEASIBLE = "infeasible"
-    """The QP had no solution at least once."""
-    UNREACHABLE = "called unreachable"
-    """By the controller."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Violations:
-    """Number of samples in which a limit was exceeded."""
-
-    position: int
-    """Of a joint."""
-    velocity: int
-    """Of a joint."""
-    acceleration: int
-    """Of a joint."""
-    base: int
-    """Velocity or acceleration of the base."""
-    samples: int
-    """Any of these; one sample counts once."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class ContactCounts:
-    """Number of samples in which the arm was in contact."""
-
-    arm: int
-    """With itself."""
-    base: int
-    floor: int
-    samples: int
-    """Any of these; one sample counts once."""
+    INFEASIBLE = "infeasible"  # the QP had no solution at least once
+    UNREACHABLE = "called unreachable"  # by the controller
 
 
 @dataclass(frozen=True, kw_only=True)
 class Trial:
     """The result of one motion."""
 
-    failure: Failure | None
-    """None if the goal was reached."""
-    time: float
-    """Until the goal was reached or given up [s]."""
-    heading_error: float
-    """θ_ε at the end: bearing of the end effector seen from the base [rad]."""
-    manipulability: float
-    """Of the arm at the end."""
-    violations: Violations
-    contacts: ContactCounts
-    jerk: float
-    """Cumulative jerk of the tool [m/s^2], from rest."""
+    failure: Failure | None  # None if the goal was reached
+    time: float  # until the goal was reached or given up [s]
+    heading_error: float  # θ_ε at the end: bearing of the end effector seen from the base [rad]
+    manipulability: float  # of the arm at the end
+    limit_violations: int  # samples over a limit of position, velocity or acceleration
+    contact_samples: int  # in which the arm touches itself, the base or the floor
+    jerk: float  # cumulative jerk of the tool [m/s^2], from rest
 
 
 class Evaluator:
@@ -105,8 +65,8 @@ class Evaluator:
             time=motion.duration,
             heading_error=float(np.arctan2(y, x)),
             manipulability=self.manipulability(motion.q[-1]),
-            violations=count_violations(self.model, motion),
-            contacts=self.contacts(motion.q),
+            limit_violations=count_violations(self.model, motion),
+            contact_samples=sum(self._checker(q) for q in motion.q),
             jerk=cumulative_jerk(motion.tool, motion.period),
         )
 
@@ -117,12 +77,6 @@ class Evaluator:
         J = pin.computeFrameJacobian(chain, self._data, joints, self._tool, axes)
         arm = J[:, self.model.n_base :]
         return float(np.sqrt(max(np.linalg.det(arm @ arm.T), 0.0)))
-
-    def contacts(self, postures: Array) -> ContactCounts:
-        """Contacts of the arm in postures (k, 7) [rad]."""
-        seen = np.array([(*(c := self._checker(q)), c.any) for q in postures], bool)
-        arm, base, floor, samples = (int(count) for count in seen.sum(axis=0))
-        return ContactCounts(arm=arm, base=base, floor=floor, samples=samples)
 
 
 def failure_of(motion: Motion) -> Failure | None:
@@ -142,30 +96,15 @@ def failure_of(motion: Motion) -> Failure | None:
     return Failure.TIME_OVER
 
 
-def limit_usage(model: RobotModel, motion: Motion) -> tuple[Array, Array]:
-    """Velocities and accelerations of every sample as shares of their limits, both (k, n)."""
+def count_violations(model: RobotModel, motion: Motion) -> int:
+    """Number of samples in which a limit of a joint or of the base was exceeded."""
+    limits, most = model.limits, 1.0 + _ROUNDING
     accelerations = np.diff(motion.velocities, axis=0, prepend=np.zeros((1, model.n)))
     lower, upper = model.velocity_limits
-    return (
-        motion.velocities / np.where(motion.velocities < 0.0, lower, upper),
-        np.abs(accelerations) / (model.acceleration_limits * motion.period),
-    )
-
-
-def count_violations(model: RobotModel, motion: Motion) -> Violations:
-    """Number of samples in which a limit was exceeded, by quantity."""
-    limits, n_base = model.limits, model.n_base
     outside = (motion.q < limits.q_min - _ROUNDING) | (motion.q > limits.q_max + _ROUNDING)
-    velocity, acceleration = (usage > 1.0 + _ROUNDING for usage in limit_usage(model, motion))
-    exceeded = {
-        "position": outside[1:].any(axis=1),
-        "velocity": velocity[:, n_base:].any(axis=1),
-        "acceleration": acceleration[:, n_base:].any(axis=1),
-        "base": (velocity | acceleration)[:, :n_base].any(axis=1),
-    }
-    any_of_them = np.array(list(exceeded.values())).any(axis=0)
-    counts = {name: int(samples.sum()) for name, samples in exceeded.items()}
-    return Violations(samples=int(any_of_them.sum()), **counts)
+    fast = motion.velocities / np.where(motion.velocities < 0.0, lower, upper) > most
+    hasty = np.abs(accelerations) / (model.acceleration_limits * motion.period) > most
+    return int((outside[1:].any(axis=1) | (fast | hasty).any(axis=1)).sum())
 
 
 def cumulative_jerk(positions: Array, period: float, after: float = 0.0) -> float:

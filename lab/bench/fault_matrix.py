@@ -13,13 +13,11 @@ from app.core import Setup
 from behaviours import Leaf
 from hw import WallClock
 
-_BLOCKED = 1.5
-"""Duration for which a leaf blocks [s of real time]."""
+_BLOCKED = 1.5  # duration for which a leaf blocks [s of real time]
 
 INTO = {"recover": 0.3, "navigate": 1.0, "carry": 1.0, "place": 0.5, "close": 0.05, "lock": 0.05}
 """Time of the injection after the beginning of a phase [s]: at full speed where there is one."""
-USUALLY_INTO = 0.2
-"""The same in other phases [s]."""
+USUALLY_INTO = 0.2  # the same in other phases [s]
 
 Inject = Callable[[Setup, list[Behaviour]], Callable[[], None]]
 """Injects a fault into a run (its setup, the nodes of its tree); returns what ends it."""
@@ -32,14 +30,10 @@ class Fault:
     name: str
     duration: float | None = None
     """[s]; None for the rest of the run, if the task does not clear it."""
-    stops: bool = False
-    """Whether the robot must come to rest."""
-    paced: bool = False
-    """Whether it is about real time, and the run goes in real time."""
-    inject: Inject | None = None
-    """None injects the fault of that name into the robot."""
-    acknowledged: bool = False
-    """Whether a simulated person acknowledges that it is over."""
+    stops: bool = False  # whether the robot must come to rest
+    paced: bool = False  # whether it is about real time, and the run goes in real time
+    inject: Inject | None = None  # None injects the fault of that name into the robot
+    acknowledged: bool = False  # whether a simulated person acknowledges that it is over
 
     def begin(self, setup: Setup, nodes: list[Behaviour]) -> Callable[[], None]:
         """Begin the fault; returns what ends it."""

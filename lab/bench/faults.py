@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, redirect_stderr
+from collections.abc import Sequence
+from contextlib import redirect_stderr
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -21,25 +21,20 @@ from app.core import End, Instruments, RunOptions, Setup, Tick, current_phases, 
 from app.live import ControlOptions, View, ViewOptions
 from hw import Robot, Truth, stopwatch
 from lab.bench.fault_matrix import FAULTS, INTO, USUALLY_INTO, Fault
-from lab.bench.witness import AT_REST, Violations, Witness
+from lab.bench.witness import AT_REST, Witness
 from lab.shared import machine
 from trees.language import TreeNode
 
 TREE = Path(__file__).parent / "tasks/one_object.yaml"
-GOAL = "table"
-"""Where the object must rest in the end."""
+GOAL = "table"  # where the object must rest in the end
 
-LONGEST = 240.0
-"""A run that takes longer hangs [s of simulated time]."""
-LONGEST_REAL = 600.0
-"""The same [s of real time]."""
+LONGEST = 240.0  # a run that takes longer hangs [s of simulated time]
+LONGEST_REAL = 600.0  # the same [s of real time]
 
-_MOVES = 0.02
-"""A faster robot moves [m/s or rad/s]."""
+_MOVES = 0.02  # a faster robot moves [m/s or rad/s]
 _ACKNOWLEDGED_AFTER = 0.5
 """Delay after which the simulated person acknowledges a released emergency stop [s]."""
-_AFTERMATH = 0.05
-"""Time within which an injected fault itself affects objects [s]."""
+_AFTERMATH = 0.05  # time within which an injected fault itself affects objects [s]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,29 +53,20 @@ class CellResult:
     fault: str
     phase: str
     seed: int
-    injected_s: float | None
-    """Time of the fault [s]; None if the run never entered the phase."""
-    outcome: str
-    """One of the values of `End`, `hang`, or `exception` if `run_task` raised."""
+    injected_s: float | None  # time of the fault [s]; None if the run never entered the phase
+    outcome: str  # one of the values of `End`, `hang`, or `exception` if `run_task` raised
     reason: str
     exit_code: int | None
     duration_s: float
-    rest_s: float | None
-    """From the fault to standstill, where the robot must stop [s]."""
-    resume_s: float | None
-    """From the end of the fault to motion, where the robot must stop [s]."""
-    violations: Violations
-    lost: int
-    """Objects on the floor or unsupported, without those that the fault itself took away."""
-    moving: bool
-    """Whether the robot still moved when the run was over."""
-    stopped: bool
-    """Whether its last command was to stop, which takes time that is not simulated."""
-    wrong_success: bool
-    """Whether the tree reports success and the object is not at its target."""
+    rest_s: float | None  # from the fault to standstill, where the robot must stop [s]
+    resume_s: float | None  # from the end of the fault to motion, where the robot must stop [s]
+    violations: int  # of limits
+    lost: int  # objects on the floor or unsupported, without those that the fault itself took away
+    moving: bool  # whether the robot still moved when the run was over
+    stopped: bool  # whether its last command was to stop, which takes time that is not simulated
+    wrong_success: bool  # whether the tree reports success and the object is not at its target
     hang: bool
-    crash: bool
-    """Whether the run ended with an exception instead of an outcome."""
+    crash: bool  # whether the run ended with an exception instead of an outcome
 
 
 @dataclass(eq=False)
@@ -98,8 +84,7 @@ class _CellRun(Instruments):
     hang: bool = False
     witness: Witness | None = None
     truth: Truth | None = None
-    excused: set[str] = field(default_factory=set)
-    """Objects that the fault itself took away."""
+    excused: set[str] = field(default_factory=set)  # objects that the fault itself took away
 
     def beneath(self, robot: Robot) -> Robot:
         """The robot with its judge."""
@@ -177,7 +162,11 @@ def run_cell(cell: Cell) -> CellResult:
     fault = next(one for one in FAULTS if one.name == cell.fault)
     run = _CellRun(fault, cell.phase)
     after = _ACKNOWLEDGED_AFTER if fault.acknowledged else None
-    with TemporaryDirectory() as folder, hushed():
+    with (
+        TemporaryDirectory() as folder,
+        open(os.devnull, "w", encoding="utf-8") as nothing,
+        redirect_stderr(nothing),
+    ):
         options = RunOptions(
             tree=TREE,
             seed=cell.seed,
@@ -202,7 +191,7 @@ def run_cell(cell: Cell) -> CellResult:
         duration_s=round(run.now, 2),
         rest_s=_difference(run.rest, run.injected) if fault.stops else None,
         resume_s=_difference(run.resumed, run.cleared) if fault.stops else None,
-        violations=run.witness.violations if run.witness else Violations(),
+        violations=run.witness.violations if run.witness else 0,
         lost=len(set(run.lost()) - run.excused),
         moving=run.speed > _MOVES,
         stopped=run.witness is not None and run.witness.stopped,
@@ -210,13 +199,6 @@ def run_cell(cell: Cell) -> CellResult:
         hang=run.hang,
         crash=code is None,
     )
-
-
-@contextmanager
-def hushed() -> Iterator[None]:
-    """Discard standard error."""
-    with open(os.devnull, "w", encoding="utf-8") as nothing, redirect_stderr(nothing):
-        yield
 
 
 def _difference(later: float | None, earlier: float | None) -> float | None:
@@ -248,7 +230,7 @@ def faults_notes(results: Sequence[CellResult]) -> list[str]:
             "wrong success": one.wrong_success,
             "hang": one.hang,
             "crash": one.crash,
-            "limits": one.violations.total > 0,
+            "limits": one.violations > 0,
             "still moving": one.moving and not one.stopped,
             "never entered": one.injected_s is None,
             "never at rest": one.injected_s is not None and no_rest,
@@ -264,7 +246,7 @@ def _sums(results: Sequence[CellResult]) -> list[str]:
     times = ([one.rest_s for one in hit], [one.resume_s for one in hit])
     longest = [max((time for time in some if time is not None), default=None) for some in times]
     counts = (
-        [one.violations.total for one in hit],
+        [one.violations for one in hit],
         [one.lost for one in hit],
         [one.moving and not one.stopped for one in hit],
         [one.wrong_success for one in hit],

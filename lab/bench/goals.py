@@ -9,21 +9,14 @@ from pinocchio import SE3
 from controller import Array, RobotModel, manipulability
 from lab.bench.contacts import ContactChecker
 
-DISC = 4.0
-"""Largest distance of goals from the start [m]."""
-_MARGIN = 0.1
-"""Distance of postures from every joint limit [rad]."""
-_LOWEST = 0.05
-"""Least height of tool and flange [m]."""
+DISC = 4.0  # largest distance of goals from the start [m]
+_MARGIN = 0.1  # distance of postures from every joint limit [rad]
+_LOWEST = 0.05  # least height of tool and flange [m]
 
-STARTS = ("ready", "random", "limits", "singular", "stretched")
-"""Start postures of the arm."""
-_AT_A_LIMIT = 0.02
-"""Distance of joints at a limit [rad]."""
-_STRETCHED = -0.09
-"""Elbow of a stretched arm [rad]; it straightens at the joint's limit of -0.07."""
-_SINGULAR_OF = 200
-"""Number of random postures of which the least manipulable one is chosen."""
+STARTS = ("ready", "random", "limits", "singular", "stretched")  # start postures of the arm
+_AT_A_LIMIT = 0.02  # distance of joints at a limit [rad]
+_STRETCHED = -0.09  # elbow of a stretched arm [rad]; it straightens at the joint's limit of -0.07
+_SINGULAR_OF = 200  # number of random postures of which the least manipulable one is chosen
 
 
 def generate_goals(model: RobotModel, count: int, seed: int) -> list[SE3]:
@@ -45,7 +38,7 @@ def generate_goals(model: RobotModel, count: int, seed: int) -> list[SE3]:
         tool = model.bTe(q)
         height = float(tool.translation[2])
         flange = model.link_poses(SE3.Identity(), q)[-1].translation[2]
-        if min(height, flange) < _LOWEST or np.hypot(radius, height) > DISC or contacts(q).any:
+        if min(height, flange) < _LOWEST or np.hypot(radius, height) > DISC or contacts(q):
             continue
         place = np.array([radius * np.cos(bearing), radius * np.sin(bearing), height])
         goals.append(SE3(pin.utils.rotate("z", heading) @ tool.rotation, place))
@@ -67,7 +60,7 @@ def draw_start(model: RobotModel, kind: str, rng: np.random.Generator) -> Array:
                 q = np.where(side == 1, limits.q_max - _AT_A_LIMIT, q)
             elif kind == "stretched":
                 q[3] = _STRETCHED
-            if not contacts(q).any:
+            if not contacts(q):
                 return np.asarray(q, float)
 
     if kind != "singular":

@@ -23,8 +23,7 @@ from controller import (
     Surroundings,
 )
 
-GoalAt: TypeAlias = Callable[[float], PoseGoal]
-"""The goal at a time since the start [s]."""
+GoalAt: TypeAlias = Callable[[float], PoseGoal]  # the goal at a time since the start [s]
 SurroundingsAt: TypeAlias = Callable[[float], Surroundings]
 """The obstacles at a time since the start [s]."""
 Step: TypeAlias = Callable[
@@ -32,10 +31,8 @@ Step: TypeAlias = Callable[
 ]
 """The step of a controller: state, goal, last command and obstacles to the next command."""
 
-_PROGRESS = 1e-3
-"""An error that decreases by less than this is no progress [m]."""
-_METRES_PER_RADIAN = 0.3
-"""Weight of the orientation error in the measure of progress."""
+_PROGRESS = 1e-3  # an error that decreases by less than this is no progress [m]
+_METRES_PER_RADIAN = 0.3  # weight of the orientation error in the measure of progress
 
 
 @dataclass(kw_only=True, eq=False)
@@ -50,24 +47,15 @@ class State:
 class Motion:
     """One motion, sampled at every one of its k periods."""
 
-    period: float
-    """Control period [s]."""
-    base: Array
-    """(k + 1, 3) x, y [m] and heading [rad] of the base."""
-    q: Array
-    """(k + 1, 7) joint positions [rad]."""
-    velocities: Array
-    """(k, n) of all degrees of freedom, base first."""
-    tool: Array
-    """(k + 1, 3) position of the end effector in the world [m]."""
-    position_error: Array
-    """(k + 1,) distance to the goal of that time [m]."""
-    orientation_error: Array
-    """(k + 1,) angle to the goal of that time [rad]."""
-    solved: bool
-    """Whether the QP had a solution in every period."""
-    arrived: bool
-    """Whether the motion ended because the goal was reached."""
+    period: float  # control period [s]
+    base: Array  # (k + 1, 3) x, y [m] and heading [rad] of the base
+    q: Array  # (k + 1, 7) joint positions [rad]
+    velocities: Array  # (k, n) of all degrees of freedom, base first
+    tool: Array  # (k + 1, 3) position of the end effector in the world [m]
+    position_error: Array  # (k + 1,) distance to the goal of that time [m]
+    orientation_error: Array  # (k + 1,) angle to the goal of that time [rad]
+    solved: bool  # whether the QP had a solution in every period
+    arrived: bool  # whether the motion ended because the goal was reached
     unreachable: str = ""
     """Why the controller reported the goal as unreachable; empty if it did not."""
 

@@ -21,16 +21,13 @@ from lab.bench.motion import GoalAt, run_motion
 from lab.shared import Workers, run_in_order
 
 PATHS = ("line", "circle 1 m", "circle 0.5 m", "sine", "random walk")
-_START = np.array([1.5, -0.5, 0.7])
-"""Position of the goals at first [m]."""
+_START = np.array([1.5, -0.5, 0.7])  # position of the goals at first [m]
 _SINE_HEADING, _SINE_PERIOD = np.deg2rad(60.0), 8.0
 """Largest heading of the sine [rad], and its period [s]."""
 _WALK_TURN, _WALK_MEMORY = 0.4, 1.0
 """Standard deviation of the turn rate of the random walk [rad/s], and its correlation time [s]."""
-_SPEED = 0.3
-"""Of the goals [m/s]."""
-_DURATION, _CATCHING_UP = 45.0, 12.0
-"""Of a motion, and until its errors count [s]."""
+_SPEED = 0.3  # of the goals [m/s]
+_DURATION, _CATCHING_UP = 45.0, 12.0  # of a motion, and until its errors count [s]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,10 +35,8 @@ class Following:
     """A goal to follow."""
 
     path: str
-    along: bool
-    """Whether the yaw of the tool follows the path, or is fixed."""
-    known: bool
-    """Whether the controller is given the velocity of the goal."""
+    along: bool  # whether the yaw of the tool follows the path, or is fixed
+    known: bool  # whether the controller is given the velocity of the goal
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,8 +51,7 @@ class Followed:
     error_max_mm: float
     error_rms_mm: float
     angle_max_deg: float
-    tilt_max_deg: float
-    """Largest angle between the tool's axis and that of the goal."""
+    tilt_max_deg: float  # largest angle between the tool's axis and that of the goal
     limit_violations: int
     contact_samples: int
 
@@ -138,8 +132,8 @@ def _follow(task: tuple[Configuration, Following]) -> Followed:
         error_rms_mm=1e3 * float(np.sqrt(np.mean(error**2))),
         angle_max_deg=float(np.rad2deg(angle.max())),
         tilt_max_deg=float(np.rad2deg(np.max(tilts))),
-        limit_violations=trial.violations.samples,
-        contact_samples=trial.contacts.samples,
+        limit_violations=trial.limit_violations,
+        contact_samples=trial.contact_samples,
     )
 
 

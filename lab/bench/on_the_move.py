@@ -24,10 +24,8 @@ class Passing:
 
     way: str
     seed: int
-    delivered: bool
-    """Whether the object truly lies on the table ahead."""
-    first: bool
-    """Whether it was delivered at the first attempt, without any failure."""
+    delivered: bool  # whether the object truly lies on the table ahead
+    first: bool  # whether it was delivered at the first attempt, without any failure
     seconds: float
     contacts: int
     limit_violations: int
@@ -40,10 +38,8 @@ class PassingFigures:
     way: str
     runs: int
     delivered: int
-    first: int
-    """Number of objects delivered at the first attempt."""
-    time_mean_s: float | None
-    """Of the runs that delivered; None without any."""
+    first: int  # number of objects delivered at the first attempt
+    time_mean_s: float | None  # of the runs that delivered; None without any
     contacts: int
     limit_violations: int
 
@@ -54,8 +50,7 @@ class Saving:
 
     pairs: int
     share: float
-    interval: tuple[float, float]
-    """95 %, by bootstrap over the seeds."""
+    interval: tuple[float, float]  # 95 %, by bootstrap over the seeds
 
 
 def run_on_the_move(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import partial
-from inspect import getmodule
 
 import cv2
 import numpy as np
@@ -14,7 +13,6 @@ from hw import DepthFrame
 from hw.sim import D435Noise, Hand, load_scene
 from lab.bench.timing import Interleaved, TimingReport
 from lab.grasps import ROBOT, noisy_frame
-from lab.shared import Functions, PartTimer
 from perception import GraspDetector
 
 _ROUNDS = 3
@@ -42,28 +40,7 @@ def time_perception(frames: int) -> TimingReport:
         detector.detect(seen[0], _CONTAINER)  # warm-up
     for frame in seen * _ROUNDS:
         timer({name: partial(one.detect, frame, _CONTAINER) for name, one in detectors.items()})
-    first, parts = next(iter(detectors)), PartTimer(_parts())
-    with parts.measuring():
-        for frame in seen:
-            parts.step(partial(detectors[first].detect, frame, _CONTAINER))
-    listed = ", ".join(f"{name} {time:.0f}" for name, time in parts.medians().items())
-    notes = [f"parts of a step of {first} (median µs): {listed}"]
-    return TimingReport(timings=timer.timings(list(detectors), "perception: "), notes=notes)
-
-
-def _parts() -> Functions:
-    """The functions that a step consists of, where the detector looks them up."""
-    from perception.networks import Proposer
-
-    detector = getmodule(GraspDetector)
-    assert detector is not None
-    return {
-        "prepare": ((detector, "prepare"),),
-        "height map": ((detector, "local_heights"),),
-        "network": ((Proposer, "infer"),),
-        "candidates": ((Proposer, "propose"),),
-        "refine": ((detector.GraspRanking, "among"),),
-    }
+    return TimingReport(timings=timer.timings(list(detectors), "perception: "))
 
 
 def _approach(frames: int) -> list[DepthFrame]:

@@ -32,18 +32,13 @@ Interval = tuple[float, float]
 class PickPlaceRun:
     """One run of the task, and figures of its recorded motion."""
 
-    motion: str
-    """Holistic or planning."""
+    motion: str  # holistic or planning
     summary: Summary
-    base_speed: float
-    """Limit of the base [m/s]."""
-    reverse_speed: float
-    """The same backwards [m/s]."""
+    base_speed: float  # limit of the base [m/s]
+    reverse_speed: float  # the same backwards [m/s]
     objects: Sequence[CarriedObject]
-    causes: dict[str, int]
-    """Counts of the causes of failed actions."""
-    distance: float
-    """Path length of the base [m]."""
+    causes: dict[str, int]  # counts of the causes of failed actions
+    distance: float  # path length of the base [m]
 
 
 def run_pick_place(
@@ -109,25 +104,19 @@ class PickPlaceFigures:
 
     motion: str
     world: str
-    base_speed: float
-    """Limit of the base [m/s]."""
-    reverse_speed: float
-    """The same backwards [m/s]."""
+    base_speed: float  # limit of the base [m/s]
+    reverse_speed: float  # the same backwards [m/s]
     runs: int
     objects: int
     placed: int
-    attempts: int
-    """How often the fingers closed."""
-    first_attempt_rate: float
-    """Share of all objects that were placed at the first attempt."""
+    attempts: int  # how often the fingers closed
+    first_attempt_rate: float  # share of all objects that were placed at the first attempt
     grasp_time_mean_s: float | None
     """From the first image of an object, the hand above the container, to fingers closed."""
     grasp_time_interval_s: Interval | None
-    pick_place_time_mean_s: float | None
-    """From the release of the object before to its own."""
+    pick_place_time_mean_s: float | None  # from the release of the object before to its own
     pick_place_time_interval_s: Interval | None
-    distance_per_object_m: float | None
-    """Path length of the base for each object that was placed."""
+    distance_per_object_m: float | None  # path length of the base for each object that was placed
     failures_by_cause: dict[str, int]
     limit_violations: int
     contacts: int

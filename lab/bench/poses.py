@@ -24,21 +24,16 @@ from lab.bench.evaluation import Evaluator, cumulative_jerk
 from lab.bench.motion import GoalAt, run_motion
 
 POSES = ("a", "b", "c", "d")
-PAPER_TIMES = {"a": 5.42, "b": 6.17, "c": 6.17, "d": 13.12}
-"""Time to arrive in the paper [s]."""
+PAPER_TIMES = {"a": 5.42, "b": 6.17, "c": 6.17, "d": 13.12}  # time to arrive in the paper [s]
 
 _PLACES = {"a": (4.0, 0.0, 0.0), "b": (0.0, -4.0, -90.0), "c": (-4.0, 0.0, 180.0)}
 """x, y [m] from where the tool starts, and heading [degrees]."""
-_LOWER = 0.25
-"""Goals are this far below the height at which the tool starts [m]."""
+_LOWER = 0.25  # goals are this far below the height at which the tool starts [m]
 _LEGS = ((6.0, (0.2, 0.2)), (12.0, (0.0, -0.2)))
 """End [s] and velocity [m/s] of each part of the motion of d."""
-GOAL_ACCELERATION = 1.0
-"""Of the goal of d where its velocity changes [m/s^2]."""
-_SETTLED = 5.0
-"""The error of d counts from this time on [s]."""
-_START = 0.5
-"""Duration of the start from rest [s]."""
+GOAL_ACCELERATION = 1.0  # of the goal of d where its velocity changes [m/s^2]
+_SETTLED = 5.0  # the error of d counts from this time on [s]
+_START = 0.5  # duration of the start from rest [s]
 _LIMIT, _LIMIT_D = 20.0, 16.0
 
 _ERRORS = ("arrived s", "paper s", "error mm", "error °")
@@ -59,17 +54,12 @@ class PoseResult:
     reverse_speed: float
     pose: str
     period_s: float
-    time_s: float | None
-    """To arrive; for d, after the goal has stopped. None if it did not arrive."""
+    time_s: float | None  # to arrive; for d, after the goal has stopped. None if it did not arrive.
     paper_time_s: float
-    position_error_mm: float
-    """At the end; for d the largest from 5 s on."""
-    orientation_error_deg: float
-    """At the end; for d the largest from 5 s on."""
-    jerk: float
-    """Cumulative, of the tool, from rest [m/s^2]."""
-    later_jerk: float
-    """The part of it after the first 0.5 s [m/s^2]."""
+    position_error_mm: float  # at the end; for d the largest from 5 s on
+    orientation_error_deg: float  # at the end; for d the largest from 5 s on
+    jerk: float  # Cumulative, of the tool, from rest [m/s^2]
+    later_jerk: float  # the part of it after the first 0.5 s [m/s^2]
     manipulability_min: float
     manipulability_mean: float
     limit_violations: int
@@ -163,8 +153,8 @@ def run_pose(
         later_jerk=cumulative_jerk(motion.tool, motion.period, after=_START),
         manipulability_min=float(manipulability.min()),
         manipulability_mean=float(manipulability.mean()),
-        limit_violations=trial.violations.samples,
-        contact_samples=trial.contacts.samples,
+        limit_violations=trial.limit_violations,
+        contact_samples=trial.contact_samples,
     )
 
 

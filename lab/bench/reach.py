@@ -19,8 +19,7 @@ from lab.bench.goals import draw_start
 from lab.bench.motion import run_motion
 from lab.shared import Workers, run_in_order
 
-PATIENCE = 15.0
-"""A goal has failed after this time without progress [s]."""
+PATIENCE = 15.0  # a goal has failed after this time without progress [s]
 
 SWEEPS: dict[str, tuple[tuple[tuple[str, Any], ...], ...]] = {
     "heading": tuple((("heading_gain", gain),) for gain in (0.0, 0.1, 0.5, 1.0)),
@@ -30,24 +29,16 @@ SWEEPS: dict[str, tuple[tuple[tuple[str, Any], ...], ...]] = {
 }
 """Changes of the settings, each one row of Table II or III of the paper."""
 
-_COUNTS = {"failed": "failures", "over limit": "limit_violations", "contact": "contact_samples"}
-"""Columns of counts, and the fields that they show."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Conditions:
     """Conditions of the trials."""
 
-    limit: float = 20.0
-    """Longest time for each goal [s]."""
-    position_tolerance: float = 0.01
-    """[m]."""
-    orientation_tolerance: float = float(np.deg2rad(1.0))
-    """[rad]."""
-    starts: str = "ready"
-    """Start postures of the arm, one of `STARTS`."""
-    seed: int = 0
-    """Of starts and jitter, together with the number of the goal."""
+    limit: float = 20.0  # longest time for each goal [s]
+    position_tolerance: float = 0.01  # [m]
+    orientation_tolerance: float = float(np.deg2rad(1.0))  # [rad]
+    starts: str = "ready"  # start postures of the arm, one of `STARTS`
+    seed: int = 0  # of starts and jitter, together with the number of the goal
     jitter: tuple[float, float] | None = None
     """Shortest and longest true duration of a control period [s]; None is the nominal one."""
 
@@ -102,32 +93,23 @@ class Reach:
 
     robot: str
     preset: str
-    base_speed: float
-    """Limit of the base [m/s]."""
-    reverse_speed: float
-    """The same backwards [m/s]."""
-    changes: dict[str, Any]
-    """Settings that differ from the preset."""
+    base_speed: float  # limit of the base [m/s]
+    reverse_speed: float  # the same backwards [m/s]
+    changes: dict[str, Any]  # settings that differ from the preset
     period_s: float
     conditions: dict[str, Any]
     goals: int
     failures: int
     failures_by_reason: dict[str, int]
     failed_goals: list[int]
-    limit_violations: int
-    """Samples over any limit."""
-    limit_violations_by_kind: dict[str, int]
-    contact_samples: int
-    """Samples in which the arm is in contact."""
-    contact_samples_by_kind: dict[str, int]
+    limit_violations: int  # samples over any limit
+    contact_samples: int  # samples in which the arm is in contact
     time_median_s: float | None
     time_mean_s: float | None
     time_p95_s: float | None
     time_max_s: float | None
-    theta_eps_mean_deg: float
-    """Mean |θ_ε| at the end, over all trials."""
-    manipulability_mean: float
-    """Mean of the arm's at the end, over all trials."""
+    theta_eps_mean_deg: float  # mean |θ_ε| at the end, over all trials
+    manipulability_mean: float  # mean of the arm's at the end, over all trials
 
 
 def aggregate_trials(
@@ -153,10 +135,8 @@ def aggregate_trials(
         failures=reasons.total(),
         failures_by_reason=dict(reasons),
         failed_goals=[i for i, trial in enumerate(done) if trial.failure is not None],
-        limit_violations=sum(trial.violations.samples for trial in done),
-        limit_violations_by_kind=_summed([trial.violations for trial in done]),
-        contact_samples=sum(trial.contacts.samples for trial in done),
-        contact_samples_by_kind=_summed([trial.contacts for trial in done]),
+        limit_violations=sum(trial.limit_violations for trial in done),
+        contact_samples=sum(trial.contact_samples for trial in done),
         time_median_s=statistic(np.median),
         time_mean_s=statistic(np.mean),
         time_p95_s=statistic(np.percentile, 95.0),
@@ -166,20 +146,22 @@ def aggregate_trials(
     )
 
 
-def _summed(counts: Sequence[Any]) -> dict[str, int]:
-    total: Counter[str] = Counter()
-    for count in counts:
-        total.update(asdict(count))
-    del total["samples"]
-    return dict(total)
-
-
 def reach_table(rows: Sequence[Reach]) -> Table:
     """One row for every configuration."""
     table = Table(title="Experiment 2: reaching goals", title_justify="left")
     for name in ("robot", "preset", "base m/s", "back"):
         table.add_column(name)
-    for name in ("goals", *_COUNTS, "median s", "p95 s", "max s", "θε °", "m"):
+    for name in (
+        "goals",
+        "failed",
+        "over limit",
+        "contact",
+        "median s",
+        "p95 s",
+        "max s",
+        "θε °",
+        "m",
+    ):
         table.add_column(name, justify="right")
     for row in rows:
         table.add_row(
@@ -188,7 +170,9 @@ def reach_table(rows: Sequence[Reach]) -> Table:
             f"{row.base_speed:.1f}",
             f"{row.reverse_speed:.2f}",
             str(row.goals),
-            *(str(getattr(row, field)) for field in _COUNTS.values()),
+            str(row.failures),
+            str(row.limit_violations),
+            str(row.contact_samples),
             *(
                 "-" if time is None else f"{time:.2f}"
                 for time in (row.time_median_s, row.time_p95_s, row.time_max_s)
@@ -200,18 +184,13 @@ def reach_table(rows: Sequence[Reach]) -> Table:
 
 
 def reach_notes(rows: Sequence[Reach]) -> list[str]:
-    """A line for every row with failures, violations or contacts: which, and how many."""
-    lines = []
-    for row in rows:
-        counts = {
-            **row.failures_by_reason,
-            **row.limit_violations_by_kind,
-            **{f"contact with {what}": n for what, n in row.contact_samples_by_kind.items()},
-        }
-        text = ", ".join(f"{number} {name}" for name, number in counts.items() if number)
-        if text:
-            lines.append(f"{row.robot} {_setting(row)} {row.base_speed:.1f} m/s: {text}")
-    return lines
+    """A line for every row with failures: why, and how many."""
+    return [
+        f"{row.robot} {_setting(row)} {row.base_speed:.1f} m/s: "
+        + ", ".join(f"{number} {reason}" for reason, number in row.failures_by_reason.items())
+        for row in rows
+        if row.failures
+    ]
 
 
 def _setting(row: Reach) -> str:

@@ -25,12 +25,9 @@ class RegenerateError(UserError):
 class Experiment(StrictModel):
     """One command of `frankie-task bench`, and the figures to read from its JSON."""
 
-    table: str
-    """Table of the page."""
-    command: str
-    """Arguments of `frankie-task bench`."""
-    quick: str
-    """Options that make it small."""
+    table: str  # Table of the page
+    command: str  # arguments of `frankie-task bench`
+    quick: str  # options that make it small
     figures: Annotated[list[tuple[str, str, float, float]], Field(min_length=1)]
     """Name, path in the JSON such as `results.0.time_s`, documented value, and tolerance."""
 

@@ -16,7 +16,6 @@ from pinocchio import SE3
 
 from app.core import Instruments, RunOptions, Setup, Tick, run_task
 from controller import (
-    STEP_PARTS,
     Command,
     KinematicState,
     MotionGoal,
@@ -28,15 +27,10 @@ from lab.bench.configuration import Configuration
 from lab.bench.goals import generate_goals
 from lab.bench.motion import Step, run_motion
 from lab.bench.timing import Interleaved, Timing, TimingReport
-from lab.shared import PartTimer
 from trees.language import TreeNode
 
 _GOALS = 100
-_LIMIT = 20.0
-"""Of one motion [s]."""
-_STEPS_A_GOAL = 400
-_WORST = 5
-"""Number of the slowest steps of a run that are listed."""
+_LIMIT = 20.0  # of one motion [s]
 
 
 def time_steps(robot: str, *, steps: int, seed: int) -> TimingReport:
@@ -63,14 +57,10 @@ def time_steps(robot: str, *, steps: int, seed: int) -> TimingReport:
     finally:
         gc.enable()
     timings = timer.timings(("frankie", "paper"), f"{robot}: ")
-    parts = _parts(ours, goals[: max(1, timer.steps // _STEPS_A_GOAL // 4)])
-    listed = ", ".join(f"{name} {time:.0f}" for name, time in parts.items())
     ratio = timings[0].cpu_median / timings[1].cpu_median
-    notes = [
-        f"{robot}: parts of a step of frankie (median µs): {listed}",
-        f"{robot}, CPU time: frankie / paper = {ratio:.2f}",
-    ]
-    return TimingReport(timings=timings, notes=notes)
+    return TimingReport(
+        timings=timings, notes=[f"{robot}, CPU time: frankie / paper = {ratio:.2f}"]
+    )
 
 
 def _interleaved(steps: dict[str, Step], timer: Interleaved) -> Step:
@@ -94,30 +84,11 @@ def _move_to(step: Step, configuration: Configuration, wTe: SE3) -> None:
     run_motion(step, model, lambda time: goal, period=configuration.period, limit=_LIMIT)
 
 
-def _parts(configuration: Configuration, goals: Sequence[SE3]) -> dict[str, float]:
-    """Median CPU time of the parts of a step [µs]."""
-    timer = PartTimer(STEP_PARTS)
-    step = _timed(configuration.step(configuration.model()), timer)
-    with timer.measuring():
-        for wTe in goals:
-            _move_to(step, configuration, wTe)
-    return timer.medians()
-
-
-def _timed(plain: Step, timer: PartTimer) -> Step:
-    def step(
-        state: KinematicState, goal: MotionGoal | None, last: Command, surroundings: Surroundings
-    ) -> tuple[Command, StepReport]:
-        return timer.step(lambda: plain(state, goal, last, surroundings))
-
-    return step
-
-
 class _StepTimer(Instruments):
     """Times every tick of a run and the controller's step in it."""
 
     def __init__(self) -> None:
-        self.timer = PartTimer(STEP_PARTS)
+        self.timer = Interleaved(0)
         self.ticks: list[float] = []
 
     def after(self, tick: Tick) -> None:
@@ -125,9 +96,8 @@ class _StepTimer(Instruments):
         self.ticks.append(tick.seconds)
 
     def begin(self, setup: Setup, nodes: Sequence[TreeNode]) -> None:
-        """Wrap the controller's step."""
-        # The loop looks the method up on this object.
-        step = _timed(setup.controller.step, self.timer)
+        """Wrap the controller's step, which the loop looks up on this object."""
+        step = _interleaved({"step": setup.controller.step}, self.timer)
         setup.controller.step = step  # type: ignore[method-assign, assignment]
 
 
@@ -139,15 +109,7 @@ def time_task(tree: Path, robot: str, seed: int, record: Path) -> TimingReport:
     """
     options = RunOptions(tree=tree, robot=robot, seed=seed, record=record, recording=False)
     instruments = _StepTimer()
-    timer = instruments.timer
-    with timer.measuring():
-        summary = run_task(options, instruments=instruments).summary
-    wall, cpu = timer.times_ns()
-    name = f"{summary.robot}: {summary.task}, {summary.scene}, seed {summary.seed}"
-    notes = []
-    for number in np.argsort(-cpu, kind="stable")[:_WORST].tolist():
-        parts = sorted(timer.parts_ns(number).items(), key=lambda part: -part[1])[:3]
-        listed = ", ".join(f"{part} {ns / 1e3:.0f}" for part, ns in parts)
-        notes.append(f"{name}: step {number} took {cpu[number] / 1e3:.0f} µs: {listed}")
-    ticks = Timing.of(f"{name}, whole ticks", 1e9 * np.array(instruments.ticks))
-    return TimingReport(timings=[Timing.of(name, wall, cpu), ticks], notes=notes)
+    summary = run_task(options, instruments=instruments).summary
+    name = f"{summary.robot}: {summary.task}, {summary.scene}, seed {summary.seed}, "
+    ticks = Timing.of(f"{name}tick", 1e9 * np.array(instruments.ticks))
+    return TimingReport(timings=[*instruments.timer.timings(["step"], name), ticks])

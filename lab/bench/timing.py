@@ -27,8 +27,7 @@ Result = TypeVar("Result")
 
 _READS = 50
 _PROGRAM = (sys.executable, "-m", "frankie_task_cli")
-_RUNNING = "▶"
-"""Mark of a node that has begun to run; the first tick commands motion."""
+_RUNNING = "▶"  # mark of a node that has begun to run; the first tick commands motion
 
 
 class StartError(UserError):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,32 +10,12 @@ from controller import Command
 from hw import Robot, RobotState, RobotWrapper
 from robots import Array
 
-AT_REST = 0.01
-"""A slower robot is at rest [m/s or rad/s]."""
+AT_REST = 0.01  # a slower robot is at rest [m/s or rad/s]
 
-_PERIOD = 0.01
-"""Of control [s]."""
+_PERIOD = 0.01  # of control [s]
 _GAP = 1.5 * _PERIOD
 """After this time without a command the robot may have begun to stop by itself [s]."""
 _ROUNDING = 1.001
-
-
-@dataclass(kw_only=True)
-class Violations:
-    """Counts of exceeded limits."""
-
-    position: int = 0
-    """Readings with a joint out of its range."""
-    velocity: int = 0
-    """Readings with a joint or the base too fast."""
-    acceleration: int = 0
-    """Commands that change a velocity too fast. Braking may use the emergency deceleration, and an
-    unused change may be saved up for one period."""
-
-    @property
-    def total(self) -> int:
-        """All."""
-        return self.position + self.velocity + self.acceleration
 
 
 class Witness(RobotWrapper):
@@ -44,24 +23,19 @@ class Witness(RobotWrapper):
 
     Args:
         robot: the real or simulated robot beneath.
-        violations: where they are counted; None starts at zero.
         seen: called after every reading.
     """
 
-    def __init__(
-        self,
-        robot: Robot,
-        violations: Violations | None = None,
-        seen: Callable[[], None] = lambda: None,
-    ) -> None:
+    def __init__(self, robot: Robot, seen: Callable[[], None] = lambda: None) -> None:
         super().__init__(robot)
         self._seen = seen
         self._limits = robot.description.limits
-        self.violations = Violations() if violations is None else violations
-        self.state: RobotState | None = None
-        """The last true reading."""
-        self.stopped = False
-        """Whether the last command was to stop."""
+        self.violations = 0
+        """Readings beyond a limit of position or velocity, and commands that change a velocity too
+        fast. Braking may use the emergency deceleration, and an unused change may be saved up for
+        one period."""
+        self.state: RobotState | None = None  # the last true reading
+        self.stopped = False  # whether the last command was to stop
         self._now = -np.inf
         self._sent = self._before = Command.stop()
 
@@ -75,10 +49,10 @@ class Witness(RobotWrapper):
     def read(self) -> RobotState:
         """The true reading, checked against the limits."""
         state = self.state = self._robot.read()
-        limits, found = self._limits, self.violations
+        limits = self._limits
         outside = (state.q > limits.q_max + 1e-6) | (state.q < limits.q_min - 1e-6)
-        found.position += bool(outside.any())
-        found.velocity += _exceeds(state.qd, limits.qd) or _exceeds(
+        self.violations += bool(outside.any())
+        self.violations += _exceeds(state.qd, limits.qd) or _exceeds(
             state.base_twist, limits.base_speed(state.base_twist)
         )
         self._seen()
@@ -94,7 +68,7 @@ class Witness(RobotWrapper):
         dt = min(gap, _GAP) + _PERIOD
         measured = Command(base_twist=state.base_twist, qd=state.qd)
         starts = (self._before, measured) if gap > _GAP else (self._before,)
-        self.violations.acceleration += not any(self._follows(one, command, dt) for one in starts)
+        self.violations += not any(self._follows(one, command, dt) for one in starts)
         self._sent = self._robot.send(command)
         return self._sent
 

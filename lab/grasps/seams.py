@@ -80,12 +80,9 @@ _RATE, _DECAY = 3e-3, 1e-4
 class Seam(NamedTuple):
     """A candidate seam across a piece, with its label."""
 
-    piece: tuple[int, int]
-    """Scene, and number of the piece in it."""
-    many: bool
-    """Whether the piece is more than one object."""
-    right: bool
-    """Whether it separates objects and cuts none."""
+    piece: tuple[int, int]  # Scene, and number of the piece in it
+    many: bool  # whether the piece is more than one object
+    right: bool  # whether it separates objects and cuts none
     measures: Array
 
 

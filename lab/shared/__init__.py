@@ -1,14 +1,11 @@
 """Shared by the rooms of the laboratory: machine, worker processes, progress, statistics."""
 
 from lab.shared.environment import machine
-from lab.shared.parts import Functions, PartTimer
 from lab.shared.progress_bar import progress
 from lab.shared.statistics import bootstrap, interval, paired_difference, percent, share
 from lab.shared.workers import Workers, run_all, run_in_order
 
 __all__ = [
-    "Functions",
-    "PartTimer",
     "Workers",
     "bootstrap",
     "interval",

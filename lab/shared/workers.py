@@ -22,8 +22,7 @@ R = TypeVar("R")
 Workers: TypeAlias = int | str
 """Number of processes (1 is this one), or the address of a dask.distributed scheduler."""
 
-_BATCH = 5
-"""Items sent to a process at once."""
+_BATCH = 5  # items sent to a process at once
 
 
 class ClusterError(UserError):
@@ -137,8 +136,7 @@ def _asked_to_end() -> Iterator[Callable[[], bool]]:
             set_wakeup_fd(before)
 
 
-_cancelled: Event | None = None
-"""In a worker: whether nobody waits for results any longer."""
+_cancelled: Event | None = None  # in a worker: whether nobody waits for results any longer
 
 
 def _begin(cancelled: Event) -> None:

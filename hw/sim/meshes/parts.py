@@ -30,8 +30,7 @@ from robots import Array, Geom, Triangles, hull_of, volume
 
 _RECIPE = "2"  # version of the method, part of the cache key
 _CONVEX = 1.02  # largest volume of the hull of a convex body, relative
-_ADDS = 0.003
-"""Two pieces are merged if their hull adds less than this share of the hull of all."""
+_ADDS = 0.003  # two pieces are merged if their hull adds less than this share of the hull of all
 _MOST_BODIES = 64
 _MOST_PIECES, _VOXELS = 48, 150_000
 _MOST_CORNERS = 64  # of a part that was not split

@@ -15,8 +15,7 @@ from hw.sim.sim_object import SimObject
 from hw.sim.world import World
 from robots import Array, RobotDescription
 
-_STILL = 0.002
-"""Below this speed an object is at rest [m/s]; rotation counts with a lever [m]."""
+_STILL = 0.002  # below this speed an object is at rest [m/s]; rotation counts with a lever [m]
 _LEVER = 0.05
 _OPENING_FORCE = 20.0  # of the fingers except at closing [N]
 _TURN_RATE = 2.0  # fastest rotation of the hand [rad/s]
@@ -42,8 +41,7 @@ class FloatingHand(Simulation):
         self._objects = tuple(world.objects)
         self._q, self._v = addresses(self._model, CARRIER)
         self._motors = [self._model.actuator(name).id for name in CARRIER]
-        self.hardest = 0.0
-        """The largest contact force on the hand since `put` [N]."""
+        self.hardest = 0.0  # the largest contact force on the hand since `put` [N]
         self.opening = description.gripper.opening  # Between the pads of the open hand [m]
         self._speed = description.gripper.speed
         self._width_now = self.opening

@@ -26,8 +26,7 @@ _FRICTION = 0.5  # Of furniture and walkers
 _MEMORY = 64 * 2**20  # for contacts, most of it never touched [bytes]
 CARRIER = ("x", "y", "z", "yaw")
 """Joints and motors that move the floating hand along and about the axes of the world."""
-DOWN = SE3(np.diag([1.0, -1.0, -1.0]), np.zeros(3))
-"""End effector on its carrier: it points down."""
+DOWN = SE3(np.diag([1.0, -1.0, -1.0]), np.zeros(3))  # end effector on its carrier: it points down
 
 _MASS, _TURNING = 4.0, 0.05  # of the missing arm, as felt at the tool [kg, kg m²]
 _STIFFNESS, _TURNING_STIFFNESS = 16000.0, 200.0

@@ -2,7 +2,7 @@
 
 import typer
 
-from lab.bench.commands.faults import faults, soak
+from lab.bench.commands.faults import faults
 from lab.bench.commands.obstacles import obstacles
 from lab.bench.commands.paper import moving, poses, reach
 from lab.bench.commands.regenerate import experiments
@@ -15,7 +15,7 @@ app = typer.Typer(
     help="Measure: the paper's experiments, obstacles, whole tasks, faults, times of the parts.",
 )
 _MOTIONS = (reach, poses, moving, obstacles)
-_TASKS = (pick_place, on_the_move, faults, soak)
+_TASKS = (pick_place, on_the_move, faults)
 for command in (*_MOTIONS, *_TASKS, timing, experiments):
     app.command(command.__name__.replace("_", "-"))(command)
 

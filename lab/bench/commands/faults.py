@@ -1,4 +1,4 @@
-"""`bench faults` and `bench soak`: tasks with faults, one in each phase or at random for hours."""
+"""`bench faults`: a task with every fault in every phase."""
 
 from __future__ import annotations
 
@@ -50,20 +50,3 @@ def faults(
         )
     show(bench.faults_table(results), *bench.faults_notes(results))
     write_json(json, {"cells": [asdict(one) for one in results]})
-
-
-def soak(
-    hours: Annotated[float, typer.Option(help="Simulated hours.", min=0.05)] = 8.0,
-    seed: Annotated[int, typer.Option(help="Of objects, noise and faults.", min=0)] = 0,
-    json: Json = None,
-) -> None:
-    """Carry objects to and fro for hours, with a random fault every minute."""
-    from lab.bench.soak import run_soak, soak_table
-    from lab.shared import progress
-
-    check_writable(json)
-    with progress("simulated minutes", max(1, round(60.0 * hours))) as advance:
-        result = run_soak(hours, seed, lambda: advance(False))
-    show(soak_table(result))
-    growth = round(result.memory_growth, 4)
-    write_json(json, {"memory_growth": growth, "soak": asdict(result)})

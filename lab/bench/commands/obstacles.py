@@ -26,13 +26,7 @@ def obstacles(
     robot: Robot = BOTH,
     controller: Annotated[
         list[str] | None,
-        typer.Option(
-            help="frankie, `without guidance`, paper or blind; may be repeated; default: all."
-        ),
-    ] = None,
-    family: Annotated[
-        list[str] | None,
-        typer.Option(help="room, shelf, table or walkers; may be repeated; default: all."),
+        typer.Option(help="frankie, paper or blind; may be repeated; default: all."),
     ] = None,
     count: Annotated[int, typer.Option(help="Number of seeded worlds.", min=1)] = 1000,
     seed: Annotated[int, typer.Option(help="Seed of the worlds.", min=0)] = 0,
@@ -48,14 +42,11 @@ def obstacles(
     """Reach goals among furniture and walkers; count failures and contacts, compare the times."""
     from lab.bench.obstacles.report import obstacle_notes, obstacle_rows, obstacle_table
     from lab.bench.obstacles.trials import CONTROLLERS, Setup, run_worlds, world_names
-    from lab.bench.obstacles.worlds import FAMILIES
     from lab.shared import progress
 
     check_writable(json)
     controllers = tuple(chosen("--controller", controller, CONTROLLERS))
-    names = world_names(count, chosen("--family", family, FAMILIES))
-    if only:
-        names = [_world(one, FAMILIES) for one in only]
+    names = [_world(one) for one in only] if only else world_names(count)
     rows = []
     for name in chosen_robots(robot):
         setup = Setup(robot=name, controllers=controllers, seed=seed, limit=limit)
@@ -69,9 +60,11 @@ def obstacles(
     write_results(json, rows, seed=seed)
 
 
-def _world(text: str, families: tuple[str, ...]) -> tuple[str, int]:
+def _world(text: str) -> tuple[str, int]:
+    from lab.bench.obstacles.worlds import FAMILIES
+
     family, _, number = text.partition(":")
-    if family not in families or not number.isdigit():
-        listed = ", ".join(families)
+    if family not in FAMILIES or not number.isdigit():
+        listed = ", ".join(FAMILIES)
         refuse(f"--only {text}: give family and number such as shelf:3; families: {listed}")
     return family, int(number)

@@ -17,8 +17,7 @@ from app.terminal import Terminal
 if TYPE_CHECKING:
     from app.core import Summary
 
-BOTH = "both"
-"""Value of `--robot` for all shipped robots."""
+BOTH = "both"  # value of `--robot` for all shipped robots
 
 _WIDTH = 120  # of a table outside of a terminal [characters]
 

@@ -36,12 +36,9 @@ if TYPE_CHECKING:
 class Preset(StrEnum):
     """The controller to measure."""
 
-    FRANKIE = "frankie"
-    """Ours."""
-    PAPER = "paper"
-    """The published one."""
-    EXAMPLE = "example"
-    """The published one, its velocities scaled as in its published example."""
+    FRANKIE = "frankie"  # ours
+    PAPER = "paper"  # the published one
+    EXAMPLE = "example"  # the published one, its velocities scaled as in its published example
 
 
 class Sweep(StrEnum):

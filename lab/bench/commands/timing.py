@@ -27,16 +27,11 @@ if TYPE_CHECKING:
 class Part(StrEnum):
     """A part of the software to time."""
 
-    STEP = "step"
-    """A control step on the way to seeded goals."""
-    TASK = "task"
-    """Every tick and control step of a whole task."""
-    TREE = "tree"
-    """Reading a task file."""
-    PERCEPTION = "perception"
-    """From a frame to grasps."""
-    START = "start"
-    """From `run` to the first words and the first motion."""
+    STEP = "step"  # a control step on the way to seeded goals
+    TASK = "task"  # every tick and control step of a whole task
+    TREE = "tree"  # reading a task file
+    PERCEPTION = "perception"  # from a frame to grasps
+    START = "start"  # from `run` to the first words and the first motion
 
 
 def timing(

@@ -11,17 +11,12 @@ from pinocchio import SE3
 from controller import Array
 from robots import Box, Cylinder, Geom
 
-TABLE_HEIGHT = (0.68, 0.78)
-"""Of table tops [m]."""
+TABLE_HEIGHT = (0.68, 0.78)  # of table tops [m]
 
-_BOARD = 0.02
-"""Thickness of boards [m]."""
-_TOP = 0.04
-"""Thickness of a table's top [m]."""
-_LEG = 0.05
-"""Width of a table's legs [m]."""
-_WALL = 0.10
-"""Thickness of a wall [m]."""
+_BOARD = 0.02  # thickness of boards [m]
+_TOP = 0.04  # thickness of a table's top [m]
+_LEG = 0.05  # width of a table's legs [m]
+_WALL = 0.10  # thickness of a wall [m]
 _WALL_HEIGHT = 2.2
 
 

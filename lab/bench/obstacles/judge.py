@@ -19,12 +19,10 @@ from robots import Geom, Plane, RobotDescription
 
 _Flags: TypeAlias = npt.NDArray[np.bool_]
 
-NEAR = 0.25
-"""Distances larger than this are not measured [m]."""
+NEAR = 0.25  # distances larger than this are not measured [m]
 
 _FLOOR = Geom(Plane(), SE3.Identity(), "floor")
-_STANDS = ("base", "link0", "link1")
-"""Parts that cannot touch the floor, or stand on it."""
+_STANDS = ("base", "link0", "link1")  # parts that cannot touch the floor, or stand on it
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,12 +32,9 @@ class Touch:
     part: str
     obstacle: str
     samples: int
-    depth: float
-    """The deepest [m]."""
-    time: float
-    """Of the first contact [s]."""
-    avoidable: bool = True
-    """Whether the robot could have avoided it."""
+    depth: float  # the deepest [m]
+    time: float  # of the first contact [s]
+    avoidable: bool = True  # whether the robot could have avoided it
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,14 +42,10 @@ class Verdict:
     """All contacts of a motion."""
 
     touches: tuple[Touch, ...]
-    samples: int
-    """Number of samples with a contact."""
-    avoidable_samples: int
-    """Number of samples with an avoidable contact."""
-    clearance: float
-    """The least distance to any obstacle but the floor [m]; at most `NEAR`."""
-    nearest: str
-    """Which part comes nearest to which obstacle."""
+    samples: int  # number of samples with a contact
+    avoidable_samples: int  # number of samples with an avoidable contact
+    clearance: float  # the least distance to any obstacle but the floor [m]; at most `NEAR`
+    nearest: str  # which part comes nearest to which obstacle
 
 
 class Judge:

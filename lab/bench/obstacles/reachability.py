@@ -26,56 +26,37 @@ from robots import Geom
 
 FOLDED = np.array([0.0, -1.2, 0.0, -2.0, 0.0, 1.1, np.pi / 4.0])
 """Joint positions in which no part of the arm leaves the circle around the base [rad]."""
-STANCE_MARGIN = 0.03
-"""Least distance to obstacles at the stance [m]."""
-PATH_MARGIN = 0.02
-"""Least distance to obstacles on the path [m]."""
+STANCE_MARGIN = 0.03  # least distance to obstacles at the stance [m]
+PATH_MARGIN = 0.02  # least distance to obstacles on the path [m]
 
 _DRAWN, _SEED = 60_000, 7
-_MARGIN = 0.15
-"""Distance of postures from every joint limit [rad]."""
-_MAX_BEARING = 1.0
-"""Largest bearing of the tool seen from the foot of the arm [rad]."""
-_LOWEST = 0.10
-"""Least height of the tool and of the flange [m]."""
-_DOWN = -0.9
-"""Largest z of the approach direction of a hand that points down."""
-_SLANTED = (-0.77, 0.2)
-"""The range of the same of a horizontal or slanted hand."""
-_SAME_HEIGHT = 0.03
-"""A posture suits a point whose height differs by no more than this [m]."""
-_CELL = 0.08
-"""Of the grid [m]."""
-_EXTENT = 5.6
-"""The grid reaches this far from the start [m]."""
-_DOCKING = np.arange(0.0, 1.3, 0.2)
-"""Distances behind the stance at which docking may begin [m]."""
-_ARM_STEP = 0.05
-"""Largest joint motion between two samples of unfolding [rad]."""
-_BASE_STEP = 0.02
-"""Between two samples of docking [m]."""
-_TALL = 2.0
-"""Upper bound of the height of the robot with its arm folded [m]."""
+_MARGIN = 0.15  # distance of postures from every joint limit [rad]
+_MAX_BEARING = 1.0  # largest bearing of the tool seen from the foot of the arm [rad]
+_LOWEST = 0.10  # least height of the tool and of the flange [m]
+_DOWN = -0.9  # largest z of the approach direction of a hand that points down
+_SLANTED = (-0.77, 0.2)  # the range of the same of a horizontal or slanted hand
+_SAME_HEIGHT = 0.03  # a posture suits a point whose height differs by no more than this [m]
+_CELL = 0.08  # of the grid [m]
+_EXTENT = 5.6  # the grid reaches this far from the start [m]
+_DOCKING = np.arange(0.0, 1.3, 0.2)  # distances behind the stance at which docking may begin [m]
+_ARM_STEP = 0.05  # largest joint motion between two samples of unfolding [rad]
+_BASE_STEP = 0.02  # between two samples of docking [m]
+_TALL = 2.0  # upper bound of the height of the robot with its arm folded [m]
 
 
 class Stance(NamedTuple):
     """Base and arm of the robot with its tool at a goal."""
 
-    base: Array
-    """(3,) x, y [m] and heading [rad]."""
-    q: Array
-    """(7,) joint positions [rad]."""
+    base: Array  # (3,) x, y [m] and heading [rad]
+    q: Array  # (7,) joint positions [rad]
 
 
 class Postures(NamedTuple):
     """N postures in which the arm does not touch itself, the base or the floor."""
 
-    q: Array
-    """(N, 7) [rad]."""
-    tools: Array
-    """(N, 3) position of the tool in the base frame [m]."""
-    approach: Array
-    """(N, 3) approach direction of the hand in the base frame."""
+    q: Array  # (N, 7) [rad]
+    tools: Array  # (N, 3) position of the tool in the base frame [m]
+    approach: Array  # (N, 3) approach direction of the hand in the base frame
 
     def chosen(self, which: npt.NDArray[np.bool_]) -> Postures:
         """Some of them."""
@@ -104,7 +85,7 @@ def draw_postures(model: RobotModel, checker: ContactChecker) -> Postures:
     bearing = np.arctan2(place[:, 1] - foot[1], place[:, 0] - foot[0])
     good = (np.abs(bearing) < _MAX_BEARING) & (place[:, 2] > _LOWEST) & (flange[:, 2] > _LOWEST)
     found = Postures(q[good], place[good], approach[good])
-    return found.chosen(np.array([not checker(posture).any for posture in found.q]))
+    return found.chosen(np.array([not checker(posture) for posture in found.q]))
 
 
 def stance_at(
@@ -184,7 +165,7 @@ class Paths:
     def reaches(self, base: Array, q: Array) -> bool:
         """Whether a path leads to a stance: base (3,) x, y [m] and heading [rad], arm q (7,)."""
         unfolding = _arm_path(FOLDED, q)
-        if any(self._checker(posture).any for posture in unfolding):
+        if any(self._checker(posture) for posture in unfolding):
             return False
         forward = np.array([np.cos(base[2]), np.sin(base[2]), 0.0])
         for distance in _DOCKING:

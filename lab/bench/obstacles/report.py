@@ -1,4 +1,4 @@
-"""Report of `bench obstacles`: counts of every controller, tables, JSON."""
+"""Report of `bench obstacles`: counts of every controller, table, JSON."""
 
 from __future__ import annotations
 
@@ -14,8 +14,7 @@ from lab.bench.obstacles.trials import Setup, WorldTrial
 from lab.bench.obstacles.worlds import FAMILIES
 from lab.shared import bootstrap
 
-_WORST = 8
-"""Number of contacts that are listed for each controller."""
+_LISTED = 8  # failed worlds of each controller
 _MM = 1e3
 
 
@@ -24,28 +23,14 @@ class Tally:
     """Counts of one controller in some worlds."""
 
     worlds: int
-    failures: int
-    """Not reached, or reached with contact or over a limit."""
+    failures: int  # not reached, or reached with avoidable contact or over a limit
     failures_by_reason: dict[str, int]
     not_reached: int
-    worlds_with_contact: int
-    """Worlds with an avoidable contact."""
-    contact_samples: int
-    """The same in samples."""
-    worlds_with_unavoidable_contact: int
-    """Worlds with unavoidable contacts only."""
-    self_contact_samples: int
-    """Samples in which the arm touched itself, the base or the floor."""
-    worst_depth_mm: float
-    """0 without contact."""
-    least_clearance_mm: float
-    """Over all samples of all worlds; negative with contact."""
-    time_median_s: float | None
-    """Of the goals that were reached."""
-    time_ratio: float | None
-    """Median over the worlds of the time with obstacles by the time without."""
-    time_ratio_interval: tuple[float, float] | None
-    """95 %."""
+    worlds_with_contact: int  # with an avoidable one
+    least_clearance_mm: float  # over all samples of all worlds; negative with contact
+    time_median_s: float | None  # of the goals that were reached
+    time_ratio: float | None  # median over the worlds of the time with obstacles by that without
+    time_ratio_interval: tuple[float, float] | None  # 95 %
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,14 +39,12 @@ class ObstacleRow:
 
     robot: str
     controller: str
-    base_speed: float
-    """Limit of the base [m/s]."""
+    base_speed: float  # limit of the base [m/s]
     time_limit_s: float
     seed: int
     all: Tally
     families: dict[str, Tally]
-    worlds: list[dict[str, Any]]
-    """One for every world."""
+    worlds: list[dict[str, Any]]  # one for every world
 
 
 def tally(trials: Sequence[WorldTrial]) -> Tally:
@@ -71,19 +54,12 @@ def tally(trials: Sequence[WorldTrial]) -> Tally:
     times = [t.trial.time for t in reached]
     ratios = [t.trial.time / t.free_time for t in reached if t.free_time]
     low, high = bootstrap(ratios, np.median, 1000) if ratios else (0.0, 0.0)
-    depths = [touch.depth for t in trials for touch in t.verdict.touches if touch.avoidable]
     return Tally(
         worlds=len(trials),
         failures=reasons.total(),
         failures_by_reason=dict(sorted(reasons.items())),
         not_reached=len(trials) - len(reached),
         worlds_with_contact=sum(t.verdict.avoidable_samples > 0 for t in trials),
-        contact_samples=sum(t.verdict.avoidable_samples for t in trials),
-        worlds_with_unavoidable_contact=sum(
-            t.verdict.samples > 0 and not t.verdict.avoidable_samples for t in trials
-        ),
-        self_contact_samples=sum(t.trial.contacts.samples for t in trials),
-        worst_depth_mm=round(_MM * max(depths, default=0.0), 2),
         least_clearance_mm=round(_MM * min(t.verdict.clearance for t in trials), 2),
         time_median_s=round(float(np.median(times)), 3) if times else None,
         time_ratio=round(float(np.median(ratios)), 3) if ratios else None,
@@ -139,7 +115,7 @@ def obstacle_table(rows: Sequence[ObstacleRow]) -> Table:
     table = Table(title="Obstacles: reaching goals among furniture", title_justify="left")
     for name in ("robot, controller", "family"):
         table.add_column(name, no_wrap=True)
-    for name in ("worlds", "failed", "not reached", "contact", "worst mm", "clear mm", "median s"):
+    for name in ("worlds", "failed", "not reached", "contact", "clear mm", "median s"):
         table.add_column(name, justify="right")
     table.add_column("times free time", justify="right", no_wrap=True)
     for row in rows:
@@ -152,7 +128,6 @@ def obstacle_table(rows: Sequence[ObstacleRow]) -> Table:
                 str(counts.failures),
                 str(counts.not_reached),
                 str(counts.worlds_with_contact),
-                f"{counts.worst_depth_mm:.1f}",
                 f"{counts.least_clearance_mm:.1f}",
                 "-" if counts.time_median_s is None else f"{counts.time_median_s:.2f}",
                 "-" if ratio[0] is None else "{:.2f} ({:.2f}-{:.2f})".format(*ratio),
@@ -162,26 +137,10 @@ def obstacle_table(rows: Sequence[ObstacleRow]) -> Table:
 
 
 def obstacle_notes(rows: Sequence[ObstacleRow]) -> Iterator[str]:
-    """Lines on the reasons of failures, and on the worst contacts with the names of worlds."""
+    """For each robot and controller with failures: in which worlds, and why."""
     for row in rows:
-        title = f"{row.robot}, {row.controller}"
-        if row.all.failures_by_reason:
-            reasons = ", ".join(f"{n} {reason}" for reason, n in row.all.failures_by_reason.items())
-            yield f"{title}: {reasons}"
-        if row.all.worlds_with_unavoidable_contact:
-            yield f"{title}: {row.all.worlds_with_unavoidable_contact} only unavoidably touched"
-        lost = [w for w in row.worlds if w["reason"] not in (None, "contact", "over limit")]
-        if lost:
-            shown = (f"{w['world']} ({w['unreachable'] or w['reason']})" for w in lost[:_WORST])
-            yield f"{title}: not reached: {', '.join(shown)}" + (", ..." * (len(lost) > _WORST))
-        deepest = [
-            (w["world"], max(w["touches"], key=lambda touch: touch["depth_mm"]))
-            for w in row.worlds
-            if w["touches"]
-        ]
-        for world, touch in sorted(deepest, key=lambda pair: -pair[1]["depth_mm"])[:_WORST]:
-            blame = "" if touch["avoidable"] else ", not avoidable"
-            yield (
-                f"{title}: {world}: {touch['what']}, {touch['depth_mm']:.1f} mm deep,"
-                f" {touch['samples']} samples from {touch['time_s']:.2f} s{blame}"
-            )
+        failed = [one for one in row.worlds if one["reason"] is not None]
+        if failed:
+            shown = (f"{w['world']} ({w['unreachable'] or w['reason']})" for w in failed[:_LISTED])
+            more = ", ..." * (len(failed) > _LISTED)
+            yield f"{row.robot}, {row.controller}: failed in {', '.join(shown)}{more}"

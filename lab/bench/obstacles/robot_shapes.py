@@ -20,11 +20,9 @@ from robots import Box, Capsule, RobotDescription, Shape
 
 class _Part(NamedTuple):
     name: str
-    link: int
-    """0 is the foot of the arm, 1 to 7 its links, -1 the base."""
+    link: int  # 0 is the foot of the arm, 1 to 7 its links, -1 the base
     shape: Shape
-    placement: SE3
-    """On its link."""
+    placement: SE3  # on its link
 
 
 _ON_BASE = -1

@@ -21,8 +21,7 @@ from controller import Array
 from robots import Box, Capsule, Cylinder, Geom, Plane, Shape, bounding_radius
 
 _GOLDEN = (sqrt(5.0) - 1.0) / 2.0
-_SECTIONS = 22
-"""Of the golden-section search: 1.5 m shrink to less than 0.1 mm."""
+_SECTIONS = 22  # of the golden-section search: 1.5 m shrink to less than 0.1 mm
 
 _CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 _EDGES = np.array(
@@ -40,10 +39,8 @@ class Placed(NamedTuple):
     """A shape in k poses."""
 
     shape: Shape
-    rotations: Array
-    """(k, 3, 3)."""
-    positions: Array
-    """(k, 3) [m]."""
+    rotations: Array  # (k, 3, 3)
+    positions: Array  # (k, 3) [m]
 
     @classmethod
     def fixed(cls, geom: Geom, count: int) -> Placed:

@@ -16,18 +16,16 @@ from lab.bench.obstacles.worlds import FAMILIES, World, WorldMaker
 from lab.bench.reach import PATIENCE, Conditions, evaluator_of
 from lab.shared import Workers, run_in_order
 
-BLIND = "blind"
-"""Our controller without any obstacle."""
+BLIND = "blind"  # our controller without any obstacle
 
 _PRESETS: dict[str, dict[str, Any]] = {
     "frankie": {},
-    "without guidance": {"changes": (("guidance", None),)},
     "paper": {"preset": "paper"},
     BLIND: {},
 }
 _CONDITIONS = Conditions()
 CONTROLLERS = tuple(_PRESETS)
-"""Ours, its distance constraints alone, the published one, and ours without obstacles."""
+"""Ours, the published one, and ours without obstacles."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,10 +34,8 @@ class Setup:
 
     robot: str
     controllers: tuple[str, ...] = CONTROLLERS
-    seed: int = 0
-    """Of the worlds."""
-    limit: float = 40.0
-    """Longest time for each goal [s]."""
+    seed: int = 0  # of the worlds
+    limit: float = 40.0  # longest time for each goal [s]
 
     def configuration(self, controller: str) -> Configuration:
         """The robot with one of the controllers; all have the same largest base speed."""
@@ -58,8 +54,7 @@ class WorldTrial:
     verdict: Verdict
     free_time: float | None
     """Time to the same goal without obstacles [s]; None if it was not reached then either."""
-    unreachable: str
-    """Why the controller reported the goal as unreachable, which it never is."""
+    unreachable: str  # why the controller reported the goal as unreachable, which it never is
 
     @property
     def name(self) -> str:
@@ -71,9 +66,9 @@ class WorldTrial:
         """Why this is a failure; None if the goal was reached without an avoidable contact."""
         if self.trial.failure is not None:
             return str(self.trial.failure)
-        if self.verdict.avoidable_samples or self.trial.contacts.samples:
+        if self.verdict.avoidable_samples or self.trial.contact_samples:
             return "contact"
-        return "over limit" if self.trial.violations.samples else None
+        return "over limit" if self.trial.limit_violations else None
 
 
 @lru_cache(maxsize=2)
@@ -81,9 +76,9 @@ def _worlds(robot: str) -> WorldMaker:
     return WorldMaker(Configuration(robot=robot).model())
 
 
-def world_names(count: int, families: Sequence[str] = FAMILIES) -> list[tuple[str, int]]:
+def world_names(count: int) -> list[tuple[str, int]]:
     """Families and numbers of `count` worlds, the families in turn."""
-    return [(families[i % len(families)], i // len(families)) for i in range(count)]
+    return [(FAMILIES[i % len(FAMILIES)], i // len(FAMILIES)) for i in range(count)]
 
 
 def run_world(setup: Setup, controller: str, world: World) -> Motion:

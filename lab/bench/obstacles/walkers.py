@@ -11,12 +11,9 @@ from pinocchio import SE3
 from controller import Array, Obstacle
 from robots import Cylinder, Geom, RobotDescription
 
-SIGHT = 2.0
-"""The robot is expected to react to a course that a walker has had for this time [s]."""
-STILL = 0.05
-"""A robot that approaches a walker more slowly than this does not run into it [m/s]."""
-MARGIN = 0.05
-"""Distance that counts as out of the walker's way [m]."""
+SIGHT = 2.0  # the robot is expected to react to a course that a walker has had for this time [s]
+STILL = 0.05  # a robot that approaches a walker more slowly than this does not run into it [m/s]
+MARGIN = 0.05  # distance that counts as out of the walker's way [m]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -25,16 +22,11 @@ class Walker:
 
     name: str
     shape: Cylinder
-    start: Array
-    """(2,) one end of its line [m]."""
-    direction: Array
-    """(2,) unit vector."""
-    speed: float
-    """[m/s]."""
-    length: float = inf
-    """Of its line, where it turns round [m]; infinite if it never does."""
-    phase: float = 0.0
-    """Path length at time 0 [m]."""
+    start: Array  # (2,) one end of its line [m]
+    direction: Array  # (2,) unit vector
+    speed: float  # [m/s]
+    length: float = inf  # of its line, where it turns round [m]; infinite if it never does
+    phase: float = 0.0  # path length at time 0 [m]
 
     def positions(self, times: Array) -> Array:
         """(k, 3) centre at times (k,) [s]."""

@@ -40,17 +40,12 @@ from robots import Cylinder, Geom
 
 FAMILIES = ("room", "shelf", "table", "walkers")
 
-_START_MARGIN = 0.05
-"""Least distance of obstacles to the robot at its start [m]."""
-_LEAST_MANIPULABILITY = 0.03
-"""Of the arm at the goal."""
-_CANDIDATES = 64
-"""Number of stances that are drawn before the world is drawn anew."""
+_START_MARGIN = 0.05  # least distance of obstacles to the robot at its start [m]
+_LEAST_MANIPULABILITY = 0.03  # of the arm at the goal
+_CANDIDATES = 64  # number of stances that are drawn before the world is drawn anew
 _WALKER_TRIES = 60
-_FAR = 2.6
-"""Least distance of goals behind walkers from the start [m]."""
-_ASIDE = 0.24
-"""Least distance of walkers from the robot at its start and at its stance [m]."""
+_FAR = 2.6  # least distance of goals behind walkers from the start [m]
+_ASIDE = 0.24  # least distance of walkers from the robot at its start and at its stance [m]
 
 _Draft: TypeAlias = tuple[list[Geom], Callable[[], Stance | None]]
 """Furniture, and a function that draws stances with goals on it."""
@@ -64,10 +59,8 @@ class World:
     number: int
     fixtures: tuple[Geom, ...]
     walkers: tuple[Walker, ...]
-    goal: SE3
-    """The tool in the world."""
-    stance: Stance
-    """A stance with the tool at the goal."""
+    goal: SE3  # the tool in the world
+    stance: Stance  # a stance with the tool at the goal
 
     def surroundings(self, time: float) -> Surroundings:
         """As given to the controller at a time since the start [s]."""

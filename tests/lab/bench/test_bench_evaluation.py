@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from controller import robot_model
-from lab.bench.contacts import CAPSULES, HAND, ContactChecker
+from lab.bench.contacts import ContactChecker
 from lab.bench.evaluation import (
     Evaluator,
     Failure,
@@ -42,60 +42,41 @@ def still(model, samples=10, **changes):
     return Motion(**(fields | changes))
 
 
-def links_in_contact(checker, q):
-    """Pairs of links of the arm that touch each other, the lower number first."""
-    pairs = [pair for partner, pair in checker.pairs_in_contact(q) if partner == "arm"]
-    return {(CAPSULES[pair.first].link, CAPSULES[pair.second].link) for pair in pairs}
-
-
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_contacts_with_the_arm_the_base_and_the_floor(robot):
-    checker = ContactChecker(robot_model(robot))
+    touches = ContactChecker(robot_model(robot))
     for q in (READY, OVER_THE_BASE, np.array([0.0, 0.3, 0.0, -1.8, 0.0, 2.1, 0.8])):
-        assert not checker(q).any
-    contacts = checker(INTO_THE_BASE)
-    assert (contacts.base, contacts.floor) == (True, False)
-    assert checker(ON_ITSELF).arm
-    assert any(HAND in pair for pair in links_in_contact(checker, ON_ITSELF))
+        assert not touches(q)
+    assert touches(INTO_THE_BASE)
+    assert touches(ON_ITSELF)
     if robot == "omni":
-        assert checker(ON_THE_FLOOR).floor
-
-
-def test_neighbouring_links_never_count_as_contact():
-    model = robot_model("frankie")
-    checker = ContactChecker(model)
-    rng = np.random.default_rng(1)
-    for q in rng.uniform(model.limits.q_min, model.limits.q_max, (300, 7)):
-        assert all(b - a > 1 for a, b in links_in_contact(checker, q))
+        assert touches(ON_THE_FLOOR)
 
 
 def test_every_limit_is_checked():
     model = robot_model("frankie")
-    assert count_violations(model, still(model)).samples == 0
+    assert count_violations(model, still(model)) == 0
     n_base, step = model.n_base, model.acceleration_limits * PERIOD
     ramp = np.minimum(np.arange(1, 501)[:, None] * step, model.velocity_limits[1])
 
-    assert count_violations(model, still(model, 500, velocities=ramp)).samples == 0
+    assert count_violations(model, still(model, 500, velocities=ramp)) == 0
 
     fast = ramp.copy()
     fast[400:, n_base] *= 1.0 + 1e-6
-    found = count_violations(model, still(model, 500, velocities=fast))
-    assert (found.velocity, found.acceleration, found.base) == (100, 0, 0)
+    assert count_violations(model, still(model, 500, velocities=fast)) == 100
 
     jump = np.zeros((10, model.n))
     jump[5:, n_base + 3] = step[n_base + 3] * 1.01
-    found = count_violations(model, still(model, velocities=jump))
-    assert (found.velocity, found.acceleration, found.base) == (0, 1, 0)
+    assert count_violations(model, still(model, velocities=jump)) == 1
 
     drive = np.zeros((10, model.n))
     drive[0, 1] = step[1] * 1.01
     drive[1:, 1] = step[1]
-    assert count_violations(model, still(model, velocities=drive)).base == 1
+    assert count_violations(model, still(model, velocities=drive)) == 1
 
     q = np.tile(READY, (11, 1))
     q[4, 3] = model.limits.q_max[3] + 1e-6
-    found = count_violations(model, still(model, q=q))
-    assert (found.position, found.samples) == (1, 1)
+    assert count_violations(model, still(model, q=q)) == 1
 
 
 def error_over(seconds, function):
@@ -136,5 +117,5 @@ def test_manipulability_and_heading_are_those_of_the_posture():
     trial = Evaluator(model)(still(model, arrived=True))
     assert trial.manipulability == pytest.approx(0.0838, abs=1e-4)
     assert trial.heading_error == pytest.approx(0.0, abs=1e-9)
-    assert trial.contacts.samples == 0
+    assert trial.contact_samples == 0
     assert trial.failure is None

@@ -10,7 +10,6 @@ from pinocchio import SE3
 from controller import Command, PoseGoal, Surroundings
 from lab.bench.configuration import Configuration
 from lab.bench.motion import integrate_base, run_motion
-from lab.bench.obstacles.trials import world_names
 
 FAMILIES = ["room", "shelf", "table", "walkers"]
 
@@ -23,7 +22,7 @@ def test_a_row_for_every_robot_and_controller(tmp_path):
     assert [(row["robot"], row["controller"]) for row in kept["results"]] == [
         (robot, controller)
         for robot in ("frankie", "omni")
-        for controller in ("frankie", "without guidance", "paper", "blind")
+        for controller in ("frankie", "paper", "blind")
     ]
     for row in kept["results"]:
         assert row["all"]["worlds"] == 4
@@ -36,11 +35,8 @@ def test_a_row_for_every_robot_and_controller(tmp_path):
 
 @pytest.mark.slow
 def test_the_number_of_processes_does_not_change_the_figures(tmp_path):
-    options = ("--robot", "omni", "--controller", "frankie", "--family", "walkers", "--limit", 2)
-    one, two = (
-        report(tmp_path, "obstacles", *options, "--count", 7, "--workers", n)["results"]
-        for n in (1, 2)
-    )
+    options = ("--robot", "omni", "--controller", "frankie", "--limit", 2, "--count", 7)
+    one, two = (report(tmp_path, "obstacles", *options, "--workers", n)["results"] for n in (1, 2))
     assert one == two
 
 
@@ -56,7 +52,6 @@ def test_one_world_is_run_without_failure(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("--family", "shelv"), "shelf"),
         (("--controller", "papre"), "paper"),
         (("--only", "shelf"), "shelf:3"),
         (("--robot", "frank"), "frankie"),
@@ -64,10 +59,6 @@ def test_one_world_is_run_without_failure(tmp_path):
 )
 def test_unknown_names_are_refused_in_one_line(arguments, message):
     refused(message, "obstacles", *arguments)
-
-
-def test_the_families_take_turns():
-    assert world_names(3, ("room", "table")) == [("room", 0), ("table", 0), ("room", 1)]
 
 
 GOAL = PoseGoal(wTe=SE3(np.diag([1.0, -1.0, -1.0]), np.array([1.5, 0.5, 0.6])))

@@ -90,7 +90,7 @@ def test_moving_follows_every_path(tmp_path):
 
 def test_help_names_every_bench():
     out = call("--help")[1]
-    names = "reach poses moving obstacles pick-place on-the-move faults soak timing"
+    names = "reach poses moving obstacles pick-place on-the-move faults timing"
     assert all(name in out for name in (*names.split(), "experiments"))
 
 

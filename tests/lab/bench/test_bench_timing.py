@@ -19,7 +19,7 @@ def test_steps_ticks_and_the_steps_of_a_task_are_timed(tmp_path):
     assert kept["machine"]
     frankie, paper, run, ticks, reading = kept["results"]
     assert (frankie["name"], paper["name"]) == ("omni: frankie", "omni: paper")
-    assert run["name"] == "omni: quick, single, seed 0"
+    assert run["name"] == "omni: quick, single, seed 0, step"
     assert run["steps"] > 50
     assert ticks["steps"] == run["steps"]
     assert run["median"] < ticks["median"]
@@ -27,10 +27,8 @@ def test_steps_ticks_and_the_steps_of_a_task_are_timed(tmp_path):
     for timing in kept["results"]:
         assert timing["steps"] >= 30
         assert 0.0 < timing["median"] <= timing["p95"] <= timing["p99"] <= timing["worst"]
-    assert kept["stdout"].count(" µs: ") == 5  # the slowest steps
     assert 0.0 < run["cpu_median"] <= run["cpu_p95"]
     assert "CPU time: frankie / paper = " in kept["stdout"]
-    assert "parts of a step of frankie" in kept["stdout"]
 
 
 @pytest.mark.slow

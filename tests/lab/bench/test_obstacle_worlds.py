@@ -77,7 +77,7 @@ def test_start_and_stance_are_free_and_the_tool_is_at_the_goal(robot, family):
         wTb = SE3(pin.utils.rotate("z", heading), np.array([x, y, 0.0]))
         reached = model.wTe(wTb, world.stance.q)
         assert np.abs(reached.homogeneous - world.goal.homogeneous).max() < 1e-9
-        assert not checker(world.stance.q).any
+        assert not checker(world.stance.q)
         for place, q in ((wTb, world.stance.q), (SE3.Identity(), model.description.arm.ready)):
             for part, radius in shapes(model, place, q):
                 assert all(gap(part, fixture) - radius > 0.028 for fixture in world.fixtures)
