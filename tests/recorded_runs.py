@@ -62,13 +62,6 @@ def fault(name: str, **when) -> ScheduledFault:
 
 RECORDED = (
     Recorded(tree="pick_one", scene="single", faults=(fault("reflex", at_s=3.0),), seconds=9.0),
-    Recorded(
-        tree="pick_one",
-        scene="single",
-        obstacles=ObstacleSource.BOTH,
-        faults=(fault("localisation jump", at_s=1.0),),
-        seconds=6.0,
-    ),
     Recorded(tree="pick_one", scene="single"),
     Recorded(tree="pick_one", scene="single", robot="omni", seed=2),
     Recorded(tree="patrol"),

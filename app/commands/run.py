@@ -173,9 +173,6 @@ def run(
     groot2_port: Annotated[
         int, typer.Option(help="Of --groot2; the next one is taken too.", min=1, max=65534)
     ] = 1667,
-    faults: Annotated[
-        Path | None, typer.Option(help="A file of faults that come by themselves.")
-    ] = None,
     fault: Annotated[
         list[str] | None,
         typer.Option(help="A fault, as reflex@12.5 or `frames lost@approach for 2`."),
@@ -200,7 +197,6 @@ def run(
             End,
             RunOptions,
             parse_fault,
-            read_faults,
             run_on_save,
             run_task,
         )
@@ -246,10 +242,7 @@ def run(
                 approve=approve,
                 acknowledge_after=acknowledge_after,
             ),
-            faults=(
-                *(read_faults(faults) if faults is not None else ()),
-                *(parse_fault(text) for text in fault or ()),
-            ),
+            faults=tuple(parse_fault(text) for text in fault or ()),
         )
         try:
             if watch:

@@ -7,16 +7,14 @@ from app.core.fault_schedule import (
     current_phases,
     parse_fault,
     phases_of,
-    read_faults,
 )
 from app.core.files.events import EVENTS, Event, read_events
 from app.core.files.folder import COMMANDS, FRAMES, OPTIONS, RECORDING, STATES, SUMMARY
-from app.core.launch import run_task
+from app.core.launch import Saved, again_on_save, run_on_save, run_task
 from app.core.measurements import Footprint, Measurements, footprint
-from app.core.observers import Instruments
-from app.core.on_save import Saved, again_on_save, run_on_save
 from app.core.outcome import End, Outcome
 from app.core.replay import replay_run
+from app.core.run import Instruments
 from app.core.run_options import RunOptions
 from app.core.session import Session, Tick
 from app.core.setup import Setup, set_up
@@ -59,7 +57,6 @@ __all__ = [
     "parse_fault",
     "phases_of",
     "read_events",
-    "read_faults",
     "replay_run",
     "run_on_save",
     "run_task",

@@ -2,34 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import TypeAlias
 
 from app.live import Control
 from hw import RecordedRobot, ReplayRobot, Turn
-
-
-class Decisions(Protocol):
-    """What the loop asks people; `app.live.Control` is one."""
-
-    @property
-    def stopped(self) -> bool:
-        """Whether the run is to end."""
-
-    @property
-    def attended(self) -> bool:
-        """Whether a person, or a stand-in for tests, can acknowledge and resume."""
-
-    def take_turn(self) -> bool:
-        """Whether the tree is ticked in this cycle of the loop."""
-
-    def emergency_stop(self, text: str, *, pressed: bool) -> bool:
-        """Report an emergency stop at every tick; whether a person has acknowledged it since."""
-
-    def pause(self, why: str) -> None:
-        """Stop ticking the tree until a person resumes."""
-
-    def wait(self, seconds: float) -> None:
-        """Wait in real time while paused [s]."""
 
 
 class RecordedDecisions:
@@ -42,20 +18,20 @@ class RecordedDecisions:
 
     @property
     def stopped(self) -> bool:
-        """See `Decisions`."""
+        """See `Control`."""
         stopped = self._control.stopped
         if stopped:
             self._robot.note_stopped()
         return stopped
 
     def take_turn(self) -> bool:
-        """See `Decisions`."""
+        """See `Control`."""
         turn = self._control.take_turn()
         self._robot.note_turn(Turn.TREE if turn else Turn.PAUSED)
         return turn
 
     def emergency_stop(self, text: str, *, pressed: bool) -> bool:
-        """See `Decisions`."""
+        """See `Control`."""
         acknowledged = self._control.emergency_stop(text, pressed=pressed)
         if acknowledged:
             self._robot.note_acknowledged()
@@ -76,16 +52,16 @@ class ReplayedDecisions:
 
     @property
     def stopped(self) -> bool:
-        """See `Decisions`."""
+        """See `Control`."""
         row = self._robot.next_row
         return row is not None and bool(row["stopped"])
 
     def take_turn(self) -> bool:
-        """See `Decisions`."""
+        """See `Control`."""
         return int(self._robot.row["turn"]) == Turn.TREE
 
     def emergency_stop(self, text: str, *, pressed: bool) -> bool:
-        """See `Decisions`."""
+        """See `Control`."""
         return bool(self._robot.row["acknowledged"])
 
     def pause(self, why: str) -> None:
@@ -93,3 +69,7 @@ class ReplayedDecisions:
 
     def wait(self, seconds: float) -> None:
         """Do nothing: a replay does not wait."""
+
+
+Decisions: TypeAlias = Control | RecordedDecisions | ReplayedDecisions
+"""What the loop asks people."""

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from os.path import isfile
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -52,8 +52,7 @@ class Replay:
     @property
     def identical(self) -> bool:
         """Whether commands and end are those of the recording, bit for bit."""
-        same = self.difference is None and self.commands == self.recorded
-        return same and not (self.complete and self.ran_out)
+        return self.commands == self.recorded and self.difference is None and not self.ran_out
 
     def __str__(self) -> str:
         if self.difference is not None:
@@ -61,7 +60,7 @@ class Replay:
         if self.commands < self.recorded:
             ends = f"after {self.commands} of {self.recorded} commands"
             return f"the replay ends {ends}: {self.outcome.reason}"
-        if not self.identical:
+        if self.ran_out:
             return f"the replay goes on after the last of {self.recorded} recorded commands"
         cut = "" if self.complete else "; the recording was cut off there"
         return f"all {self.recorded} commands are identical, bit for bit{cut}"
@@ -108,7 +107,7 @@ def replay_run(folder: Path) -> Replay:
         commands=robot.sent,
         recorded=int(turns["sent"].sum()),
         difference=robot.difference,
-        ran_out=robot.ran_out,
+        ran_out=robot.ran_out and bool(notes.end),
         complete=bool(notes.end),
         outcome=outcome,
     )
@@ -157,38 +156,31 @@ def _turns(path: Path) -> npt.NDArray[np.void]:
     return turns
 
 
-@dataclass(kw_only=True)
-class _Notes:
+class _Notes(NamedTuple):
     """Contents of the notes."""
 
-    faults: dict[int, tuple[Fault, ...]] = field(default_factory=dict)
+    faults: dict[int, tuple[Fault, ...]]
     """By number."""
-    attended: bool = True
-    end: str = ""
+    attended: bool
+    end: str
     """How the readings end; empty if they were cut off."""
 
 
 def _notes(path: Path) -> _Notes:
-    notes = _Notes()
     with _reading(path):
-        for line in _file(path).read_text(encoding="utf-8").split("\n"):
-            if not line:
-                continue
-            note = json.loads(line)
-            if not {"number", "attended", "end"} & note.keys():
-                raise ValueError("no note of a run")
-            notes.end = str(note.get("end", notes.end))
-            notes.attended = bool(note.get("attended", notes.attended))
-            if "number" in note:
-                notes.faults[int(note["number"])] = tuple(map(_fault, note["faults"]))
-    return notes
-
-
-_DAMAGED = (
-    ValueError, LookupError, TypeError, AttributeError, RecursionError, OverflowError, SyntaxError,
-    EOFError, MemoryError,
-)  # fmt: skip
-"""Raised by reading a damaged file."""
+        lines = filter(None, _file(path).read_text(encoding="utf-8").split("\n"))
+        notes: list[dict[str, Any]] = [json.loads(line) for line in lines]
+        if not all({"number", "attended", "end"} & note.keys() for note in notes):
+            raise ValueError("no note of a run")
+        faults = {
+            int(note["number"]): tuple(
+                replace(Fault(**one), kind=FaultKind[one["kind"]]) for one in note["faults"]
+            )
+            for note in notes
+            if "number" in note
+        }
+        last = {key: value for note in notes for key, value in note.items()}
+        return _Notes(faults, bool(last.get("attended", True)), str(last.get("end", "")))
 
 
 @contextmanager
@@ -199,7 +191,7 @@ def _reading(path: Path) -> Iterator[None]:
     except OSError as error:
         reason = error.strerror or error
         raise ReplayError(f"{path}: cannot be read ({reason}); replay another run") from error
-    except _DAMAGED as error:
+    except Exception as error:
         what = " ".join(f"{type(error).__name__}: {error}".split())[:200]
         raise ReplayError(f"{path}: damaged ({what}); replay another run") from error
 
@@ -211,23 +203,19 @@ def _file(path: Path) -> Path:
     return path
 
 
-def _fault(described: Mapping[str, Any]) -> Fault:
-    fault = Fault(**described)
-    return replace(fault, kind=FaultKind[described["kind"]])
-
-
 def _frames(
     folder: Path, turns: npt.NDArray[np.void], description: RobotDescription
 ) -> Callable[[int], DepthFrame]:
-    if not (turns["frame"] > 0).any():
-        return _no_frame
-    if not (folder / FRAMES).is_file():
+    path = folder / FRAMES
+    if (turns["frame"] > 0).any():
+        if path.is_file():
+            return RecordedFrames(path, description.camera.intrinsics)
         raise ReplayError(
             f"{folder}: the task looked at images, and they were not kept; "
             "run it with --replayable to keep them"
         )
-    return RecordedFrames(folder / FRAMES, description.camera.intrinsics)
 
+    def none(number: int) -> DepthFrame:
+        raise ReplayError(f"{path}: frame {number} was not recorded")
 
-def _no_frame(number: int) -> DepthFrame:
-    raise ReplayError(f"frame {number} was not recorded")
+    return none

@@ -13,7 +13,6 @@ from app.core.files.folder import RECORDING, SUMMARY, VIEWER_LOG, make_folder, t
 from app.core.files.outputs import Outputs
 from app.core.interrupts import interrupts, leave, terminal_settings
 from app.core.measurements import Measurements
-from app.core.observers import Instruments, Observers
 from app.core.outcome import End, Outcome
 from app.core.run_options import RunOptions
 from app.core.session import Tick
@@ -33,12 +32,47 @@ from app.live import (
 )
 from app.terminal import Loading, Terminal
 from controller import RobotModel
-from hw import stopwatch
+from hw import Robot, stopwatch
 from trees.language import Task, TreeNode
 from trees.site import scene_of
 
 _SHORT_PATIENCE = 1.0
 """Time for the disk to write the rest of an abandoned run [s]."""
+
+
+class Observers:
+    """Calls observers; one that raises is reported and not called again, and the run goes on."""
+
+    def __init__(self) -> None:
+        self._failed: dict[str, str] = {}
+
+    def tell(self, name: str, call: Callable[[], object]) -> None:
+        """Call an observer by its name for people, unless it has failed before."""
+        if name in self._failed:
+            return
+        try:
+            call()
+        except BaseException as error:  # whatever it is, the robot must go on
+            self._failed[name] = f"{name} ended early ({type(error).__name__}: {error})"
+
+    @property
+    def failures(self) -> tuple[str, ...]:
+        """One text for each observer that failed."""
+        return tuple(self._failed.values())
+
+
+class Instruments:
+    """Hooks of a bench into a run, to measure or disturb it; these do nothing."""
+
+    def beneath(self, robot: Robot) -> Robot:
+        """A robot in place of the one that faults are injected into."""
+        return robot
+
+    def begin(self, setup: Setup, nodes: Sequence[TreeNode]) -> None:
+        """Called before the first tick, when the robot is connected."""
+
+    def after(self, tick: Tick) -> None:
+        """Called after every tick."""
 
 
 class Run:
@@ -62,9 +96,7 @@ class Run:
         self._snapshots = Snapshots(nodes, setup.truth)
         self._measurements = Measurements(limits=setup.model.limits)
         self._observers = Observers()
-        self._faults = FaultSchedule(
-            options.faults, setup.robot, [place.node for place in nodes], options.seed
-        )
+        self._faults = FaultSchedule(options.faults, setup.robot, [one.node for one in nodes])
 
     def execute(self, loading: Loading) -> Result:
         """Run the task; the outcome, the summary and the folder of the run."""
@@ -97,7 +129,7 @@ class Run:
         return Result(outcome, summary.kept(self._folder / SUMMARY), self._folder)
 
     def _watch(self, tick: Tick) -> None:
-        """Tell everybody info a tick."""
+        """Tell everybody about a tick."""
         if self._interrupted():
             self._console.control.stop()
         now, tell = self._setup.clock.session.now, self._observers.tell
@@ -193,17 +225,20 @@ class Run:
             placed=delivered(self._supports, supports(setup.truth)),
             paused_s=round(setup.clock.paused_s, 3),
             perception_s=round(setup.vision.seconds, 2),
-            dropped_snapshots=self._recorder.dropped if self._recorder is not None else 0,
             warnings=warnings,
         )
 
     def _close_recorder(self) -> list[str]:
-        if self._recorder is not None:
-            try:
-                self._recorder.close()
-            except RecorderError as error:
-                return [str(error)]
-        return []
+        """Close the recorder; returns what is missing in the recording, a line each."""
+        if (recorder := self._recorder) is None:
+            return []
+        missing = f"the recording lacks {recorder.dropped} ticks, as writing was too slow"
+        problems = [missing] if recorder.dropped else []
+        try:
+            recorder.close()
+        except RecorderError as error:
+            problems.append(str(error))
+        return problems
 
 
 def tell(text: str) -> None:

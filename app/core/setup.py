@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from py_trees.behaviour import Behaviour
 
@@ -95,11 +96,9 @@ def open_setup(
     options: WorldOptions,
     detector: GraspDetector,
     form: VisionForm,
-    beneath: Callable[[Robot], Robot] = lambda robot: robot,
-    obstacles: ObstacleSource = ObstacleSource.MAP,
+    *,
     site: Path | None = None,
-    motion: MotionForm = MotionForm.HOLISTIC,
-    planning_time: float = PlanningSettings.planning_time,
+    **more: Any,
 ) -> Iterator[Setup]:
     """Connect a robot by name in a world, see `set_up`; `site` replaces the world's own map.
 
@@ -109,17 +108,8 @@ def open_setup(
         HardwareError: the robot cannot be connected.
     """
     backend = open_backend(robot, world, options)
-    with set_up(
-        backend,
-        detector,
-        form,
-        beneath=beneath,
-        seed=options.seed,
-        world_model=load_world_model(backend.truth, site or backend.map),
-        obstacles=obstacles,
-        motion=motion,
-        planning_time=planning_time,
-    ) as setup:
+    around = load_world_model(backend.truth, site or backend.map)
+    with set_up(backend, detector, form, seed=options.seed, world_model=around, **more) as setup:
         yield setup
 
 

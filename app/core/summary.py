@@ -88,8 +88,6 @@ class Summary:
     """Simulated seconds per real second."""
     messages: list[str]
     """Messages of the task to people, in order."""
-    dropped_snapshots: int
-    """Ticks missing in the recording because writing was too slow."""
     warnings: list[str]
     """What could not be recorded or shown."""
     carried: list[dict[str, float | int | None]]
@@ -136,18 +134,12 @@ class Summary:
         """Print the outcome, then the figures."""
         style = "bold green" if self.succeeded else "bold red"
         console.print(self.achieved, style=style, soft_wrap=True)
-        table = Table(show_header=False, box=None, pad_edge=False)
-        table.add_column(style="bright_black")
         claim = f"; the task claims {self.claimed}" if self.claimed != self.placed else ""
-        rows: dict[str, Any] = {}
-        if self._handled:
-            rows = {
-                "placed": f"{self.placed} of {self.objects} objects in {self.attempts} attempts"
-                f"{claim}",
-                "grasp": _seconds(self.grasp_time_mean_s),
-                "pick and place": _seconds(self.pick_place_time_mean_s),
-            }
-        rows |= {
+        hits = ", ".join(f"{n} times {text}" for text, n in self.contacts_by_name.items())
+        rows = {
+            "placed": f"{self.placed} of {self.objects} objects in {self.attempts} attempts{claim}",
+            "grasp": _seconds(self.grasp_time_mean_s),
+            "pick and place": _seconds(self.pick_place_time_mean_s),
             "time": f"{task_time(self.duration_s, self.paused_s)}, "
             f"{self.real_time_factor:.2f} times real time",
             "limits": f"{self.limit_violations} violations in {self.ticks} ticks; "
@@ -155,23 +147,17 @@ class Summary:
             f"joints at least {self.smallest_joint_margin_deg:.1f}° inside their range",
             "control tick": f"median {self.tick_median_ms:.2f} ms, p99 {self.tick_p99_ms:.2f} ms; "
             f"{self.late_ticks} longer than its period, {self.missed_ticks} left out",
+            "contacts": f"{self.contacts}: {hits}" if self.contacts else "",
+            "stalls": f"{self.stalls}: the watchdog stopped the robot" if self.stalls else "",
+            "messages": "\n".join(self.messages),
+            "refused": ", ".join(f"{n} {why}" for why, n in self.refused_commands.items()),
+            "missing": "\n".join(self.warnings),
         }
-        if self.contacts:
-            hits = (f"{count} times {text}" for text, count in self.contacts_by_name.items())
-            rows["contacts"] = f"{self.contacts}: " + ", ".join(hits)
-        if self.stalls:
-            rows["stalls"] = f"{self.stalls}: the watchdog stopped the robot"
-        if self.messages:
-            rows["messages"] = "\n".join(self.messages)
-        if self.refused_commands:
-            refused = (f"{count} {reason}" for reason, count in self.refused_commands.items())
-            rows["refused"] = ", ".join(refused)
-        if self.dropped_snapshots:
-            rows["recording"] = f"{self.dropped_snapshots} of {self.ticks} ticks are missing"
-        if self.warnings:
-            rows["missing"] = "\n".join(self.warnings)
+        table = Table("", "", show_header=False, box=None, pad_edge=False)
+        table.columns[0].style = "bright_black"
         for name, value in rows.items():
-            table.add_row(name, str(value))
+            if value and (self._handled or name not in ("placed", "grasp", "pick and place")):
+                table.add_row(name, value)
         console.print(table)
 
 
@@ -186,17 +172,9 @@ def summarise(
     real_seconds: float,
     **given: Any,
 ) -> Summary:
-    """The summary of a run.
+    """The summary of a run of a duration without pauses [s], in real time `real_seconds` [s].
 
-    Args:
-        outcome: of the run.
-        measured: by the session.
-        log: of the behaviours.
-        touches: contacts of the robot in simulation.
-        refusals: by the gate, by reason.
-        duration: of the task, without pauses [s].
-        real_seconds: real time that the run took [s].
-        given: the other fields of `Summary`.
+    `given` are the other fields of `Summary`.
     """
     done = [one for one in log.carried if one.placed is not None]
     contacts = Counter(one.text for one in touches if one.part not in MAY_TOUCH)

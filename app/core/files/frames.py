@@ -31,12 +31,9 @@ class FrameStream:
     def __init__(self) -> None:
         import pyarrow as pa
 
-        self._bytes = BytesIO()
-        self._writer = pa.ipc.new_stream(
-            self._bytes,
-            _schema(),
-            options=pa.ipc.IpcWriteOptions(compression=pa.Codec("zstd", _LEVEL)),
-        )
+        self._bytes, zstd = BytesIO(), pa.Codec("zstd", _LEVEL)
+        options = pa.ipc.IpcWriteOptions(compression=zstd)
+        self._writer = pa.ipc.new_stream(self._bytes, _schema(), options=options)
 
     def __call__(self, frames: Sequence[tuple[int, DepthFrame]]) -> bytes:
         """Encode some more frames."""

@@ -1,11 +1,10 @@
 """A robot that cannot be connected or closed is told in a line, and is closed whatever happens."""
 
 import pytest
+from command_line import call
 from harness import detector, open_floor
-from typer.testing import CliRunner
 
 from app.choices import VisionForm
-from app.commands import app
 from app.core.setup import set_up
 from hw import Backend, HardwareError, SimClock
 from hw.sim import kinematic_robot
@@ -39,11 +38,11 @@ def opened(robot: Balky):
 
 
 @pytest.mark.parametrize(
-    ("call", "error"),
+    ("method", "error"),
     [("connect", OSError(5, "no route")), ("read", HardwareError("unplugged"))],
 )
-def test_a_robot_that_cannot_be_connected_is_a_hardware_fault_and_is_closed(call, error):
-    robot = Balky(**{call: error})
+def test_a_robot_that_cannot_be_connected_is_a_hardware_fault_and_is_closed(method, error):
+    robot = Balky(**{method: error})
     with pytest.raises(HardwareError, match=r"no route|unplugged"), opened(robot):
         raise AssertionError("it is not there")
     assert robot.closed
@@ -63,8 +62,6 @@ def test_a_run_tells_that_its_robot_could_not_be_closed(tmp_path, monkeypatch):
     monkeypatch.setattr("hw.composition.ComposedRobot.close", gone)
     task = tmp_path / "toy.yaml"
     task.write_text("task: toy\ntree: {wait: {duration_s: 0.1}}\n")
-    result = CliRunner().invoke(
-        app, ["run", str(task), "--record", str(tmp_path / "runs"), "--view", "none", "--json"]
-    )
-    assert result.exit_code == 0
-    assert "closing the robot failed (ConnectionResetError: gone)" in result.stdout
+    code, out, _ = call("run", task, "--record", tmp_path / "runs", "--view", "none", "--json")
+    assert code == 0
+    assert "closing the robot failed (ConnectionResetError: gone)" in out

@@ -50,6 +50,7 @@ def test_the_first_signal_brings_the_robot_to_rest_and_leaves_a_summary(run, kin
     assert np.abs(np.load(folder / "states.npy")[-1, 4:7]).max() < 1e-2
 
 
+@pytest.mark.slow
 def test_the_second_signal_ends_the_process_at_once(run):
     process, folder = run
     os.kill(process.pid, signal.SIGSTOP)  # so that both arrive before the robot is at rest

@@ -5,10 +5,9 @@ import json
 from pathlib import Path
 
 import pytest
+from command_line import call
 from py_trees.common import Status
-from typer.testing import CliRunner
 
-from app.commands import app
 from frankie_task.testing import trial
 from trees.language import build, load
 from trees.site import check
@@ -19,10 +18,10 @@ SEEDS = (1, 2, 3)
 
 def run(record: Path, lesson: str, *arguments: object) -> tuple[int, dict]:
     """Exit code and summary of a run."""
-    command = ["run", str(LESSONS / f"{lesson}.yaml"), *map(str, arguments)]
-    result = CliRunner().invoke(app, [*command, "--record", str(record), "--json"])
-    assert result.exit_code in (0, 1), result.output
-    return result.exit_code, json.loads(result.stdout)
+    path = LESSONS / f"{lesson}.yaml"
+    code, out, err = call("run", path, *arguments, "--record", record, "--json")
+    assert code in (0, 1), err
+    return code, json.loads(out)
 
 
 def do(lesson: str, scene: str, seed: int) -> dict[str, str]:

@@ -3,15 +3,14 @@
 import pytest
 
 from app.core import Instruments, RunOptions, run_task
-from app.core.observers import Observers
 from app.core.outcome import End
+from app.core.run import Observers
 from app.live import View, ViewOptions
 
 WATCHERS = {
     "the terminal": "app.live.run_display.RunDisplay.update",
     "the controls": "app.live.console.OperatorConsole.show",
     "the recording": "app.live.monitor.recorder.Recorder.record",
-    "what watches the run": "app.core.snapshots.Snapshots.of",
 }
 
 
@@ -23,32 +22,23 @@ def options(tmp_path):
     return RunOptions(tree=task, record=tmp_path / "runs", view=view, scene="single", shown=True)
 
 
-@pytest.mark.parametrize("name", WATCHERS)
-def test_a_watcher_that_raises_ends_nothing_and_is_told_once(options, monkeypatch, name):
+def test_watchers_that_raise_end_nothing_and_are_told_once(options, monkeypatch):
     calls = []
 
     def failing(*_: object, **__: object) -> None:
         calls.append(1)
         raise OSError(28, "disk full")
 
-    monkeypatch.setattr(WATCHERS[name], failing)
-    result = run_task(options)
-    assert result.outcome.end is End.SUCCESS
-    assert len(calls) == 1
-    assert [w for w in result.summary.warnings if w.startswith(f"{name} ended early")]
-    assert len(result.summary.warnings) == 1
-
-
-def test_instruments_of_a_bench_are_watchers_too(options):
     class Broken(Instruments):
-        def after(self, tick) -> None:
-            raise RuntimeError("a mistake in the bench")
+        after = failing
 
+    for method in WATCHERS.values():
+        monkeypatch.setattr(method, failing)
     result = run_task(options, instruments=Broken())
     assert result.outcome.end is End.SUCCESS
-    assert result.summary.warnings == [
-        "the instruments ended early (RuntimeError: a mistake in the bench)"
-    ]
+    assert len(calls) == 4
+    told = [warning.partition(" ended early")[0] for warning in result.summary.warnings]
+    assert sorted(told) == sorted([*WATCHERS, "the instruments"])
 
 
 @pytest.mark.parametrize(

@@ -10,10 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.core.launch import Result
-from app.core.on_save import Saved, run_on_save
-from app.core.outcome import End
-from app.core.run_options import RunOptions
+from app.core import End, Result, RunOptions, Saved, run_on_save
 
 FAR = "{xyz: [-40.0, 0.0, 0.7], rpy_deg: [180, 0, 0]}"
 DRIVE = f"task: drive\nposes: {{far: {FAR}}}\ntree: {{navigate: {{to: far}}}}\n"
@@ -90,7 +87,7 @@ def test_saves_restart_the_task_and_a_broken_one_is_waited_out(tmp_path, monkeyp
                 author.task.write_text("task: broken\ntree: {open_griper: }\n")
             return super().__call__()
 
-    monkeypatch.setattr("app.core.on_save.Saved", SavedOnTheWay)
+    monkeypatch.setattr("app.core.launch.Saved", SavedOnTheWay)
     author.task.write_text(DRIVE)
     author.part.write_text(PART)
     options = RunOptions(tree=author.task, scene="single", record=author.runs)

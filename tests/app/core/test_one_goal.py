@@ -2,9 +2,7 @@
 
 import json
 
-from typer.testing import CliRunner
-
-from app.commands import app
+from command_line import call
 
 TASK = """\
 task: t
@@ -21,18 +19,17 @@ tree:
 def test_two_movers_side_by_side_are_refused_before_anything_moves(tmp_path):
     path = tmp_path / "t.yaml"
     path.write_text(TASK)
-    result = CliRunner().invoke(app, ["run", str(path), "--view", "none"])
-    assert result.exit_code == 2
-    assert "t.yaml:8:7: `go there` and `drive` would both move the robot" in result.stderr
+    code, _, err = call("run", path, "--view", "none")
+    assert code == 2
+    assert "t.yaml:8:7: `go there` and `drive` would both move the robot" in err
 
 
 def test_leaves_that_move_and_do_not_say_so_end_the_run(tmp_path, monkeypatch):
     monkeypatch.setattr("trees.language.lint._note_movers", lambda node, diagnostics: False)
     path = tmp_path / "t.yaml"
     path.write_text(TASK)
-    command = ["run", str(path), "--view", "none", "--record", str(tmp_path / "runs"), "--json"]
-    result = CliRunner().invoke(app, command)
-    assert result.exit_code == 4
-    summary = json.loads(result.stdout)
+    code, out, _ = call("run", path, "--view", "none", "--record", tmp_path / "runs", "--json")
+    assert code == 4
+    summary = json.loads(out)
     assert "`go there` and `drive` both move the robot at the same time" in summary["reason"]
     assert summary["node"] == "drive"

@@ -7,10 +7,13 @@ import shutil
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import call
 
 from app.core import RunOptions, footprint, run_task
 from app.core.outcome import End
@@ -38,6 +41,7 @@ def command(task: Path, *options: str) -> list[str]:
     return [sys.executable, "-m", "frankie_task_cli", "run", str(task), *where, *options]
 
 
+@pytest.mark.slow
 def test_a_killed_run_leaves_all_but_the_last_second(tmp_path):
     run = subprocess.Popen(
         command(toy(tmp_path, wait=60.0), "--speed", "real"), stderr=subprocess.DEVNULL
@@ -66,21 +70,26 @@ def test_a_killed_run_leaves_all_but_the_last_second(tmp_path):
     assert events[-1]["time"] >= seen + elapsed - 2.0  # one a second, besides
 
 
-def full_disk() -> None:
-    resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, 40_000))
+@contextmanager
+def largest_file(size: int) -> Iterator[None]:
+    """No file of this process grows beyond this: as on a full disk."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 def test_a_disk_that_is_full_before_the_run_is_told_in_a_line_and_nothing_moves(tmp_path):
-    run = subprocess.run(
-        command(toy(tmp_path), "--json"), preexec_fn=full_disk, capture_output=True, text=True
-    )
-    assert run.returncode == 2
-    assert run.stdout == ""
-    assert "cannot keep the run here (File too large); choose another with --record" in run.stderr
-    assert "Traceback" not in run.stderr
+    with largest_file(40_000):
+        code, out, err = call("run", toy(tmp_path), "--record", tmp_path / "runs", "--json")
+    assert (code, out) == (2, "")
+    assert "cannot keep the run here (File too large); choose another with --record" in err
     assert not list(tmp_path.glob("runs/*/*.npy"))
 
 
+@pytest.mark.slow
 def test_a_terminal_that_is_gone_changes_nothing_but_the_words(tmp_path):
     unread, closed = os.pipe()
     os.close(unread)
@@ -94,6 +103,7 @@ def test_a_terminal_that_is_gone_changes_nothing_but_the_words(tmp_path):
     assert list(tmp_path.glob("runs/*/summary.json"))
 
 
+@pytest.mark.slow
 def test_a_process_without_any_terminal_runs_and_prints_into_no_file(tmp_path):
     run = subprocess.run(["sh", "-c", 'exec "$@" <&- >&- 2>&-', "sh", *command(toy(tmp_path))])
     assert run.returncode == 0
@@ -133,6 +143,7 @@ for _ in range(4):
 """
 
 
+@pytest.mark.slow
 def test_runs_in_one_process_leave_no_threads_and_no_handles(tmp_path):
     told = subprocess.check_output(
         [sys.executable, "-c", SEVERAL, str(toy(tmp_path)), str(tmp_path / "runs")], text=True
@@ -142,25 +153,17 @@ def test_runs_in_one_process_leave_no_threads_and_no_handles(tmp_path):
     assert max(handles for _, handles in later) <= first[1]
 
 
-def nearly_full_disk() -> None:
-    """As much as a run asks for before it begins, and no more."""
-    resource.setrlimit(resource.RLIMIT_FSIZE, (1_000_000, 1_000_000))
-
-
+@pytest.mark.slow
 def test_a_disk_that_fills_under_way_costs_the_ends_of_files_though_the_robot_breaks(tmp_path):
-    drive = "poses:\n  away: {base: [60, 0], heading_deg: 0}\ntree: {drive: {to: away}}\n"
-    (tmp_path / "drive.yaml").write_text(f"task: drive_on\n{drive}")
-    run = subprocess.run(
-        command(tmp_path / "drive.yaml", "--json", "--fault", "reading breaks@40"),
-        preexec_fn=nearly_full_disk,
-        capture_output=True,
-        text=True,
-        timeout=120.0,
-    )
-    assert run.returncode == 3
-    assert "Traceback" not in run.stderr
-    assert "ERROR" not in run.stderr
-    told = "\n".join(json.loads(run.stdout)["warnings"])
+    task = tmp_path / "drive.yaml"
+    task.write_text("task: on\nposes: {away: {base: [60, 0], heading_deg: 0}}\n"
+                    "tree: {drive: {to: away}}\n")  # fmt: skip
+    options = ("--record", tmp_path / "runs", "--view", "none", "--json")
+    with largest_file(1_000_000):  # as much as a run asks for before it begins, and no more
+        code, out, err = call("run", task, *options, "--fault", "reading breaks@40")
+    assert code == 3
+    assert "Traceback" not in err
+    told = "\n".join(json.loads(out)["warnings"])
     assert "recording.rrd: the recording ends early" in told
     assert "readings.npy ends early (File too large)" in told
     kept = np.load(next(tmp_path.glob("runs/*/readings.npy")))

@@ -5,10 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import call
 from rerun.chunk import RrdReader
-from typer.testing import CliRunner
 
-from app.commands import app
 from trees import shipped, shipped_names
 from trees.language import check
 
@@ -17,11 +16,10 @@ SCENES = Path(__file__).parents[3] / "hw" / "sim" / "scenes"
 
 def run(record: Path, *arguments: object) -> tuple[int, dict, Path]:
     """Exit code, summary and folder of a run."""
-    command = ["run", *map(str, arguments), "--record", str(record), "--json"]
-    result = CliRunner().invoke(app, command)
-    assert result.exit_code in (0, 1), result.output
+    code, out, err = call("run", *arguments, "--record", record, "--json")
+    assert code in (0, 1), err
     (folder,) = record.iterdir()
-    return result.exit_code, json.loads(result.stdout), folder
+    return code, json.loads(out), folder
 
 
 @pytest.fixture(scope="module")
@@ -81,30 +79,33 @@ def scene_like(folder: Path, name: str, *changes: tuple[str, str]) -> Path:
 TOO_HEAVY = ("mass_g: [30, 500]", "mass_g: [30000, 40000]\n  kinds: [box]")
 
 
+@pytest.mark.slow
 def test_an_empty_container_is_a_success(tmp_path):
     scene = scene_like(tmp_path, "single", ("count: 1", "count: 0"))
     code, summary, _ = run(tmp_path / "runs", "pick_place", "--scene", scene)
     assert code == 0
-    assert summary["outcome"] == "success"
     assert "0 of 0 objects placed" in summary["reason"]
     assert (summary["placed"], summary["attempts"]) == (0, 0)
 
 
-def test_pick_one_fails_when_there_is_nothing_to_pick(tmp_path):
-    scene = scene_like(tmp_path, "single", ("count: 1", "count: 0"))
-    runs = tmp_path / "runs"
-    code, summary, _ = run(runs, "pick_one", "--scene", scene, "-p", "attempts=1")
-    assert (code, summary["node"]) == (1, "grasp")
-    assert summary["reason"].startswith("no grasp for 1.5 s: ")
-
-
 @pytest.mark.slow
-def test_pick_one_fails_on_what_it_cannot_lift(tmp_path):
-    scene = scene_like(tmp_path, "single", TOO_HEAVY)
-    runs = tmp_path / "runs"
-    code, summary, _ = run(runs, "pick_one", "--scene", scene, "-p", "attempts=1", "--seed", 1)
-    assert (code, summary["node"]) == (1, "retreat_check")
-    assert (summary["placed"], summary["attempts"]) == (0, 1)
+@pytest.mark.parametrize(
+    ("task", "base", "changes", "node", "attempts"),
+    [
+        ("pick_one", "single", [("count: 1", "count: 0")], "grasp", 0),
+        ("pick_one", "single", [TOO_HEAVY], "retreat_check", 1),
+        ("follow_moving_object", "follow_moving_object", [("count: 1,", "count: 0,")],
+         "object_visible", 0),
+        ("tidy_two_tables", "tidy_two_tables",
+         [("count: 2", "count: 1"), ("[30, 300]", "[30000, 40000]")], "retreat_check", 1),
+    ],
+)  # fmt: skip
+def test_a_task_that_cannot_be_done_names_the_node(tmp_path, task, base, changes, node, attempts):
+    scene = scene_like(tmp_path, base, *changes)
+    options = ("--scene", scene, "-p", "attempts=1", "--seed", 1)
+    code, summary, _ = run(tmp_path / "runs", task, *options)
+    assert (code, summary["node"], summary["placed"]) == (1, node, 0)
+    assert summary["attempts"] >= attempts
 
 
 @pytest.mark.slow
@@ -124,19 +125,14 @@ def test_patrol_breaks_off_and_goes_home_when_the_battery_is_low(tmp_path):
     assert 8.0 < summary["duration_s"] < 20.0
 
 
-def test_inspect_counts_what_is_there(tmp_path):
-    code, summary, _ = run(tmp_path, "inspect")
-    assert code == 0
-    assert summary["scene"] == "inspect"
-    assert summary["messages"] == ["I count 6 objects on the bench."]
-
-
 @pytest.mark.slow
-def test_inspect_fails_when_something_is_missing(tmp_path):
-    scene = scene_like(tmp_path, "inspect", ("count: 6", "count: 4"))
+@pytest.mark.parametrize("count", [6, 4])
+def test_inspect_counts_what_is_there(tmp_path, count):
+    scene = scene_like(tmp_path, "inspect", ("count: 6", f"count: {count}"))
     code, summary, _ = run(tmp_path / "runs", "inspect", "--scene", scene)
-    assert code == 1
-    assert summary["messages"] == ["I count 4 objects on the bench.", "There should be 6."]
+    assert code == (count != 6)
+    missing = [] if count == 6 else ["There should be 6."]
+    assert summary["messages"] == [f"I count {count} objects on the bench.", *missing]
 
 
 @pytest.mark.slow
@@ -153,41 +149,21 @@ def test_a_moving_object_is_followed_and_picked_up_when_it_stops(tmp_path):
     assert summary["duration_s"] > 10.0
 
 
-def test_following_fails_when_there_is_nothing_on_the_table(tmp_path):
-    scene = scene_like(tmp_path, "follow_moving_object", ("count: 1,", "count: 0,"))
-    options = ("--scene", scene, "-p", "attempts=2")
-    code, summary, _ = run(tmp_path / "runs", "follow_moving_object", *options)
-    assert (code, summary["node"]) == (1, "object_visible")
-    assert summary["reason"] == "0 objects seen in table"
-
-
-def test_a_table_is_tidied_and_an_empty_one_is_tidy(tmp_path):
-    text = (SCENES / "tidy_two_tables.yaml").read_text()
-    scene = tmp_path / "scene.yaml"
-    scene.write_text(text.replace("count: 2", "count: 1", 1).replace("count: 2", "count: 0"))
-    code, summary, folder = run(tmp_path / "runs", "tidy_two_tables", "--scene", scene)
+@pytest.mark.slow
+def test_two_tables_are_tidied(tmp_path):
+    code, summary, folder = run(tmp_path, "tidy_two_tables", "--seed", 1)
     assert code == 0
-    assert (summary["placed"], summary["objects"]) == (1, 1)
+    assert (summary["placed"], summary["objects"]) == (4, 4)
     assert summary["messages"] == ["Both tables are clear."]
     assert check(folder / "task.yaml") == []  # its parts are kept with it, to run it again
 
 
 @pytest.mark.slow
-def test_tidying_fails_in_the_subtree_that_could_not_do_it(tmp_path):
-    scene = scene_like(
-        tmp_path, "tidy_two_tables", ("count: 2", "count: 1"), ("[30, 300]", "[30000, 40000]")
-    )
-    options = ("--scene", scene, "-p", "attempts=1")
-    code, summary, _ = run(tmp_path / "runs", "tidy_two_tables", *options)
-    assert (code, summary["node"]) == (1, "retreat_check")
-    assert (summary["placed"], summary["messages"]) == (0, [])
-
-
-@pytest.mark.slow
-def test_two_tables_are_tidied(tmp_path):
-    code, summary, _ = run(tmp_path, "tidy_two_tables", "--seed", 1)
+def test_twelve_objects_are_carried_by_a_base_that_does_not_wait_for_the_hand(tmp_path):
+    code, summary, _ = run(tmp_path, "long_table")
     assert code == 0
-    assert (summary["placed"], summary["objects"]) == (4, 4)
+    assert (summary["placed"], summary["objects"]) == (12, 12)
+    assert summary["limit_violations"] == 0
 
 
 @pytest.mark.parametrize("task", shipped_names())

@@ -25,11 +25,6 @@ def sleep() -> None:
     time.sleep(60.0)
 
 
-def spin() -> None:
-    while True:
-        pass
-
-
 def swallow_everything() -> None:
     end = time.monotonic() + 60.0
     while time.monotonic() < end:
@@ -37,12 +32,6 @@ def swallow_everything() -> None:
             time.sleep(1.0)
         except Exception:
             continue
-
-
-def wait_for_a_lock() -> None:
-    lock = threading.Lock()
-    lock.acquire()
-    lock.acquire()
 
 
 def wait_for_a_socket() -> None:
@@ -109,45 +98,45 @@ class PacedRun:
     def run(self):
         session, self.measurements = session_of(self.harness, self.leaf, self.control, self._watch)
         self.outcome = session.run()
-        self.took = time.monotonic() - self.blocked_at
         return self.outcome
 
 
 CASES = [
     ("leaf", swallow_everything, End.CRASH),
     ("leaf", compute_in_c, End.CRASH),
-    ("read", wait_for_a_socket, End.HARDWARE),
-    *(
-        pytest.param(place, block, end, marks=pytest.mark.slow)
-        for place, block, end in (
-            ("leaf", sleep, End.CRASH),
-            ("leaf", spin, End.CRASH),
-            ("leaf", wait_for_a_lock, End.CRASH),
-            ("controller", sleep, End.CRASH),
-            ("send", wait_for_a_socket, End.HARDWARE),
-            ("camera", sleep, End.CRASH),
-        )
-    ),
+    ("controller", sleep, End.CRASH),
+    ("send", wait_for_a_socket, End.HARDWARE),
+    ("camera", sleep, End.CRASH),
 ]
 
 
+def assert_ended(run: PacedRun, end: End) -> None:
+    assert run.run().end is end
+    assert "did not return in time" in run.outcome.reason
+    if end is End.CRASH:
+        assert run.outcome.node == "driver"
+    assert run.measurements.stalls >= 1
+    assert run.harness.speed < 1e-2
+
+
+def test_what_blocks_is_stopped_by_another_thread_and_ends_the_run():
+    run = PacedRun("read", wait_for_a_socket)
+    assert_ended(run, End.HARDWARE)
+    assert run.stopped_at
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(("place", "block", "end"), CASES)
-def test_what_blocks_is_stopped_by_another_thread_and_ends_the_run(place, block, end):
+def test_it_is_stopped_in_time(place, block, end):
     for _ in range(3):  # the machine may be busy: it has to be in time once
         run = PacedRun(place, block)
-        outcome = run.run()
-        assert outcome.end is end
-        assert "did not return in time" in outcome.reason
-        if end is End.CRASH:
-            assert outcome.node == "driver"
-        assert run.measurements.stalls >= 1
-        assert run.harness.speed < 1e-2
-        assert run.took < 30.0
+        assert_ended(run, end)
         if run.stopped_at - run.blocked_at <= DEADLINE:
             return
     raise AssertionError(f"stopped after {run.stopped_at - run.blocked_at:.3f} s")
 
 
+@pytest.mark.slow
 def test_a_stall_that_ends_by_itself_stops_the_robot_and_the_run_goes_on():
     run = PacedRun("leaf", lambda: time.sleep(0.5))
     assert run.run().end is End.INTERRUPTED  # by the test, at tick 300
@@ -157,20 +146,11 @@ def test_a_stall_that_ends_by_itself_stops_the_robot_and_the_run_goes_on():
     assert run.measurements.limit_violations == 0
 
 
-def test_a_watchdog_that_is_fed_does_nothing():
-    stops = []
-    with Watchdog(lambda: stops.append(1), patience=Patience(stop=0.1)) as watchdog:
-        for _ in range(30):
-            time.sleep(0.01)
-            watchdog.feed()
-    assert not stops
-
-
 def test_what_cannot_be_interrupted_is_abandoned():
     abandoned = threading.Event()
     patience = Patience(stop=0.05, interrupt=0.1, abandon=0.2)
     with Watchdog(lambda: None, abandoned.set, patience):
-        for _ in range(50):
+        for _ in range(600):
             try:
                 if abandoned.wait(0.1):
                     break

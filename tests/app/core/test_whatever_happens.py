@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from controlled_run import session_of
 from harness import Harness, looking_down
-from numpy.linalg import LinAlgError
 from py_trees.common import Status
 
 from app.core.outcome import End
@@ -19,15 +18,10 @@ RAISE_AT = 5
 
 PLACES = ["read", "send", "leaf", "tree", "camera", "controller", "gate", "context"]
 ERRORS = [ValueError("bad value"), HardwareError("unplugged"), KeyboardInterrupt()]
-OTHERS = [
-    *(AssertionError("never"), LinAlgError("singular"), OSError(5, "input/output error")),
-    *(TimeoutError("timed out"), ConnectionResetError("reset"), BrokenPipeError("broken pipe")),
-    *(MemoryError("no memory"), RecursionError("too deep"), GoalError("not finite")),
-    *(SystemExit(0), GeneratorExit()),
-]
+OTHERS = [MemoryError("no memory"), GoalError("not finite"), SystemExit(0), GeneratorExit()]
 CASES = [
     *((place, ERRORS[0], True) for place in PLACES),
-    *((place, error, False) for place in PLACES for error in ERRORS),
+    *((place, error, False) for place in ("read", "send", "leaf") for error in ERRORS),
     *(
         pytest.param(place, error, for_ever, marks=pytest.mark.slow)
         for place in PLACES
