@@ -17,14 +17,10 @@ from robots import load_robot
 
 TOY = """\
 task: toy
-poses:
-  near: {xyz: [0.9, 0.2, 0.7], rpy_deg: [180, 0, 0]}
-regions:
-  table: {centre: [0.0, 1.6, 0.60], size: [1.0, 0.4, 0.2]}
 tree:
   sequence:
     - wait: {duration_s: 0.2}
-    - navigate: {to: near}
+    - drive: {forward_m: 0.3}
 """
 
 
@@ -33,7 +29,7 @@ def toy(tmp_path_factory) -> Path:
     """The folder of a short run; not to be changed."""
     here = tmp_path_factory.mktemp("toy")
     (here / "toy.yaml").write_text(TOY)
-    return record(Recorded(tree=str(here / "toy.yaml")), here / "runs")
+    return record(Recorded(tree=str(here / "toy.yaml"), scene="single"), here / "runs")
 
 
 @pytest.fixture
@@ -139,7 +135,7 @@ def test_a_run_that_looked_at_images_needs_them_and_not_beside_the_loop(tmp_path
 
 
 def test_a_run_in_real_time_is_replayed_though_ticks_were_missed(toy, tmp_path):
-    run = Recorded(tree=str(toy / "task.yaml"), paced=True)
+    run = Recorded(tree=str(toy / "task.yaml"), scene="single", paced=True)
     assert replay_run(record(run, tmp_path)).identical
 
 

@@ -4,6 +4,7 @@ import gc
 import time
 
 import numpy as np
+import pytest
 from controlled_run import session_of
 from harness import BUTTON, REFLEX, Harness, looking_down
 from pinocchio import SE3
@@ -200,6 +201,7 @@ def test_what_comes_back_again_and_again_ends_an_unattended_run_at_once():
     assert bench.harness.clock.now() < 11.0
 
 
+@pytest.mark.slow
 def test_what_comes_back_again_and_again_pauses_until_a_person_has_seen_to_it():
     bench = TriesForEver(attended=True)
     paused = []
@@ -248,7 +250,7 @@ def test_late_ticks_are_counted_with_what_they_tell_watchers():
 def test_the_same_run_gives_the_same_commands_bit_for_bit():
     runs = []
     for _ in range(2):
-        bench = Bench(lambda: Status.SUCCESS, ticks=200)
+        bench = Bench(lambda: Status.SUCCESS, ticks=60)
         bench.run()
         runs.append(bench.commands.tobytes())
     assert runs[0] == runs[1]

@@ -78,7 +78,7 @@ class Stage:
 
     def _watch(self, tick) -> None:
         self.ticks.append(tick)
-        if len(self.ticks) == 400:
+        if len(self.ticks) == 150:
             self.control.stop()
 
     def _wrap(self, place: str, leaf: Leaf) -> None:
@@ -154,9 +154,8 @@ def test_an_exception_anywhere_ends_at_rest_with_a_typed_outcome(place, error, f
         assert text in outcome.reason
 
 
-@pytest.mark.parametrize("error", ERRORS, ids=str)
-def test_an_exception_while_the_tree_is_halted_is_told_and_changes_nothing_else(error):
-    stage = Stage("halt", error, for_ever=True)
+def test_an_exception_while_the_tree_is_halted_changes_nothing_else():
+    stage = Stage("halt", ERRORS[0], for_ever=True)
     outcome = stage.run()
     assert outcome.end is End.INTERRUPTED
     assert stage.raised
