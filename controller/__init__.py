@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from config import lazy_face
 
 if TYPE_CHECKING:
-    from controller.collision import SelfCollision
+    from controller.collision.self_collision import SelfCollision
     from controller.command import (
         N_ARM,
         Array,
@@ -22,17 +22,14 @@ if TYPE_CHECKING:
         PostureGoal,
     )
     from controller.controller import HolisticController
-    from controller.floor import Pose2D
+    from controller.floor.base_drive import Pose2D
     from controller.model import RobotModel, manipulability, robot_model
-    from controller.planning import (
-        PlanningController,
-        PlanningError,
-        PlanningSettings,
-        planning_library,
-    )
+    from controller.planning.planning_controller import PlanningController
+    from controller.planning.rrt import PlanningError, planning_library
+    from controller.planning.settings import PlanningSettings
     from controller.report import MotionController, StepReport
     from controller.settings import PAPER, PRESETS, ControllerSettings
-    from controller.stance import out_of_reach
+    from controller.stance.finder import out_of_reach
     from controller.surroundings import OPEN_FLOOR, Obstacle, PointCloud, Surroundings
     from controller.validation import GoalError
 else:

@@ -8,14 +8,11 @@ from math import sqrt
 import numpy as np
 
 from controller.base_lag import BaseLag
-from controller.collision import (
-    SLACK_COSTS,
-    CollisionAvoidance,
-    CollisionModels,
-    NearestPair,
-    SelfCollision,
-    waits_for,
-)
+from controller.collision.avoidance import CollisionAvoidance, NearestPair
+from controller.collision.collision_model import CollisionModels
+from controller.collision.distance_constraints import SLACK_COSTS
+from controller.collision.moving_obstacles import waits_for
+from controller.collision.self_collision import SelfCollision
 from controller.command import (
     Array,
     BaseGoal,
@@ -25,7 +22,7 @@ from controller.command import (
     PoseGoal,
     PostureGoal,
 )
-from controller.floor import Pose2D
+from controller.floor.base_drive import Pose2D
 from controller.guidance import Guidance
 from controller.holistic_qp import linearise
 from controller.model import RobotModel

@@ -7,23 +7,22 @@ from math import cos, inf
 import numpy as np
 from pinocchio import SE3
 
-from controller.collision import CollisionModels, SelfCollision
+from controller.collision.collision_model import CollisionModels
+from controller.collision.self_collision import SelfCollision
 from controller.command import Array, BaseGoal, PoseGoal
-from controller.floor import FloorMap, Lead, Pose2D, Route
+from controller.floor.base_drive import Lead, Pose2D
+from controller.floor.floor_map import FloorMap
+from controller.floor.route import Route
 from controller.model import RobotModel
 from controller.servo import PoseError
 from controller.settings import ControllerSettings
-from controller.stance import (
-    Approach,
-    MovingGoalFollower,
-    NextGoalApproach,
-    Remaining,
-    Stance,
-    StanceBias,
-    StanceFinder,
-    StanceSearch,
-    bias_towards,
-)
+from controller.stance.approach import Approach
+from controller.stance.bias import Remaining, StanceBias, bias_towards
+from controller.stance.finder import StanceFinder
+from controller.stance.moving_goal import MovingGoalFollower
+from controller.stance.next_goal import NextGoalApproach
+from controller.stance.search import StanceSearch
+from controller.stance.stance import Stance
 from controller.surroundings import OPEN_FLOOR, Surroundings
 
 _MAX_REST = 50  # periods after which a robot whose goal changes all the time moves without a stance

@@ -22,11 +22,11 @@ import numpy as np
 from pinocchio import SE3
 
 from controller.command import Array
-from controller.floor import wrap
+from controller.floor.base_drive import wrap
 from controller.model import RobotModel, manipulability
 from controller.qp_solver import QP
 from controller.settings import ControllerSettings
-from controller.stance import StanceBias
+from controller.stance.bias import StanceBias
 
 
 class Linearisation(NamedTuple):

@@ -9,7 +9,7 @@ from typing import Protocol
 from pinocchio import SE3
 
 from controller.command import Array, Command, KinematicState, MotionGoal
-from controller.floor import Pose2D
+from controller.floor.base_drive import Pose2D
 from controller.model import RobotModel
 from controller.settings import ControllerSettings
 from controller.surroundings import OPEN_FLOOR, Surroundings

@@ -10,7 +10,8 @@ from pinocchio import SE3
 
 from controller.base_lag import BaseLag
 from controller.command import Array, BaseGoal, KinematicState, MotionGoal, PoseGoal, PostureGoal
-from controller.floor import Pose2D, drive_along, plain_lead
+from controller.floor.base_drive import Pose2D, drive_along
+from controller.floor.route import plain_lead
 from controller.guidance import Guidance
 from controller.holistic_qp import Linearisation, build_qp
 from controller.model import RobotModel

@@ -12,7 +12,8 @@ from controller.collision.distance_constraints import DistanceConstraints
 from controller.collision.moving_obstacles import MovingObstacleAvoidance
 from controller.collision.proximity import Proximity
 from controller.command import Array, KinematicState, MotionGoal, PoseGoal
-from controller.floor import FloorMap, Pose2D
+from controller.floor.base_drive import Pose2D
+from controller.floor.floor_map import FloorMap
 from controller.model import RobotModel
 from controller.qp_solver import Rows
 from controller.settings import CollisionSettings, ControllerSettings

@@ -28,7 +28,8 @@ from controller.collision.rollouts import (
     radius,
 )
 from controller.command import Array
-from controller.floor import FloorMap, Pose2D
+from controller.floor.base_drive import Pose2D
+from controller.floor.floor_map import FloorMap
 from controller.model import RobotModel
 from controller.qp_solver import Rows
 from controller.surroundings import Obstacle

@@ -17,7 +17,7 @@ from pinocchio import SE3
 from controller.collision.collision_model import CollisionModels, PairKind
 from controller.collision.point_clearance import NearPoints, PointClearance
 from controller.command import Array
-from controller.floor import Pose2D, wrap
+from controller.floor.base_drive import Pose2D, wrap
 from controller.model import RobotModel
 from controller.surroundings import OPEN_FLOOR, Surroundings
 

@@ -9,7 +9,7 @@ import numpy as np
 from pinocchio import SE3
 
 from controller.command import Array
-from controller.floor import Pose2D
+from controller.floor.base_drive import Pose2D
 from controller.model import RobotModel
 from controller.surroundings import Obstacle
 from robots import Box, Hull, Shape, half_extents

@@ -9,14 +9,14 @@ from typing import TypeAlias
 import numpy as np
 from pinocchio import SE3
 
-from controller.collision import CollisionModel, CollisionModels, PairKind
+from controller.collision.collision_model import CollisionModel, CollisionModels, PairKind
 from controller.command import Array, KinematicState, PoseGoal
 from controller.model import RobotModel
 from controller.planning.inverse_kinematics import postures_at, straight_postures
 from controller.planning.rrt import planning_library, rrt_connect
 from controller.planning.settings import PlanningSettings
 from controller.planning.trajectory import Trajectory, timed
-from controller.stance import bank
+from controller.stance.posture_bank import bank
 from controller.surroundings import Surroundings
 
 _IsFree: TypeAlias = Callable[[Array], bool]  # whether a posture (7,) is free of contact

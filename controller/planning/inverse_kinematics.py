@@ -7,9 +7,10 @@ import pinocchio as pin
 from pinocchio import SE3
 
 from controller.command import Array
-from controller.floor import Pose2D, wrap
+from controller.floor.base_drive import Pose2D, wrap
 from controller.model import RobotModel
-from controller.stance import REACHED, PostureBank, refine_standing
+from controller.stance.posture_bank import PostureBank
+from controller.stance.stance import REACHED, refine_standing
 
 _METRES_PER_TILT = 0.3
 """Distance equivalent to the cosine of a tilt where postures are compared [m]."""

@@ -13,7 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from controller.collision import CollisionModels, SelfCollision
+from controller.collision.collision_model import CollisionModels
+from controller.collision.self_collision import SelfCollision
 from controller.command import (
     Array,
     BaseGoal,
@@ -24,7 +25,7 @@ from controller.command import (
     PostureGoal,
 )
 from controller.controller import HolisticController
-from controller.floor import Pose2D
+from controller.floor.base_drive import Pose2D
 from controller.holistic_qp import linearise
 from controller.model import RobotModel
 from controller.planning.arm_planner import ArmPlanner
@@ -33,7 +34,9 @@ from controller.planning.trajectory import Trajectory
 from controller.report import StepReport
 from controller.servo import pose_error
 from controller.settings import ControllerSettings
-from controller.stance import Stance, StanceFinder, se3_of
+from controller.stance.finder import StanceFinder
+from controller.stance.free_space import se3_of
+from controller.stance.stance import Stance
 from controller.surroundings import OPEN_FLOOR, Surroundings
 from controller.tasks import report
 from controller.validation import check_inputs

@@ -12,7 +12,9 @@ from math import hypot
 import numpy as np
 
 from controller.command import Array
-from controller.floor import FloorMap, Pose2D, Route
+from controller.floor.base_drive import Pose2D
+from controller.floor.floor_map import FloorMap
+from controller.floor.route import Route
 from controller.model import RobotModel
 from controller.settings import GuidanceSettings
 from controller.stance.bias import Remaining

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.command import Array, PoseGoal
-from controller.floor import Lead, Pose2D, drive_along
+from controller.floor.base_drive import Lead, Pose2D, drive_along
 from controller.model import RobotModel
 from controller.settings import ControllerSettings, GuidanceSettings
 from controller.stance.moving_goal import MIN_TRACKING, elbow_upright, follow_weight

@@ -12,7 +12,7 @@ from math import ceil, cos, hypot, sin
 import numpy as np
 
 from controller.command import Array
-from controller.floor import Pose2D
+from controller.floor.base_drive import Pose2D
 from controller.model import RobotModel
 from controller.stance.free_space import ARM, HAND, FreeSpace, se3_of
 from controller.stance.stance import Stance

@@ -7,9 +7,11 @@ from functools import lru_cache
 import numpy as np
 from pinocchio import SE3
 
-from controller.collision import CollisionModels, SelfCollision
+from controller.collision.collision_model import CollisionModels
+from controller.collision.self_collision import SelfCollision
 from controller.command import Array, PoseGoal
-from controller.floor import FloorMap, Pose2D
+from controller.floor.base_drive import Pose2D
+from controller.floor.floor_map import FloorMap
 from controller.model import RobotModel
 from controller.stance.free_space import FreeSpace, group_names
 from controller.stance.posture_bank import PostureBank, bank, forward_kinematics, stored_postures

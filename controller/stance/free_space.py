@@ -8,9 +8,10 @@ import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
 
-from controller.collision import CollisionModel
+from controller.collision.collision_model import CollisionModel
 from controller.command import Array
-from controller.floor import COLUMN, FloorMap, Pose2D
+from controller.floor.base_drive import Pose2D
+from controller.floor.floor_map import COLUMN, FloorMap
 from controller.model import RobotModel
 from controller.surroundings import Surroundings
 from robots import Plane, half_extents

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.command import Array, PoseGoal
-from controller.floor import Pose2D, wrap
+from controller.floor.base_drive import Pose2D, wrap
 from controller.model import RobotModel
 from controller.servo import PoseError
 from controller.settings import ControllerSettings

@@ -12,7 +12,8 @@ from pinocchio import SE3
 
 from controller.base_lag import BaseLag
 from controller.command import Array
-from controller.floor import Pose2D, Route, drive_along
+from controller.floor.base_drive import Pose2D, drive_along
+from controller.floor.route import Route
 from controller.model import RobotModel
 from controller.settings import ControllerSettings
 from controller.stance.bias import StanceBias

@@ -18,9 +18,9 @@ import numpy as np
 import numpy.typing as npt
 from pinocchio import SE3
 
-from controller.collision import SelfCollision
+from controller.collision.self_collision import SelfCollision
 from controller.command import N_ARM, Array
-from controller.floor import wrap
+from controller.floor.base_drive import wrap
 from controller.model import RobotModel
 from robots import RobotDescription, load_robot, robot_names
 

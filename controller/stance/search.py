@@ -14,9 +14,11 @@ import numpy as np
 import numpy.typing as npt
 from pinocchio import SE3
 
-from controller.collision import SelfCollision
+from controller.collision.self_collision import SelfCollision
 from controller.command import Array
-from controller.floor import CostField, FloorMap, Pose2D
+from controller.floor.base_drive import Pose2D
+from controller.floor.cost_field import CostField
+from controller.floor.floor_map import FloorMap
 from controller.model import RobotModel
 from controller.stance.docking import with_docking
 from controller.stance.free_space import ARM, FreeSpace, group_names, se3_of

@@ -10,7 +10,7 @@ import numpy as np
 from pinocchio import SE3
 
 from controller.command import Array
-from controller.floor import Pose2D
+from controller.floor.base_drive import Pose2D
 from controller.model import RobotModel
 from controller.stance.posture_bank import ToolPoses, forward_kinematics
 

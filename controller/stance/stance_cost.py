@@ -8,9 +8,10 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from controller.collision import SelfCollision
+from controller.collision.self_collision import SelfCollision
 from controller.command import Array
-from controller.floor import CostField, Pose2D, wrap
+from controller.floor.base_drive import Pose2D, wrap
+from controller.floor.cost_field import CostField
 from controller.model import RobotModel
 from controller.stance.free_space import ARM, HAND, FreeSpace, se3_of
 from controller.stance.posture_bank import ToolPoses

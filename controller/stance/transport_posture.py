@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from controller.command import Array
-from controller.floor import Pose2D, wrap
+from controller.floor.base_drive import Pose2D, wrap
 from controller.model import RobotModel
 from controller.stance.docking import PARTS, ROOM, YIELD, transport_posture, unfolds
 from controller.stance.free_space import FreeSpace, se3_of

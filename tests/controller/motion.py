@@ -18,7 +18,8 @@ from controller import (
     StepReport,
     robot_model,
 )
-from controller.collision import DistanceConstraints, Proximity
+from controller.collision.distance_constraints import DistanceConstraints
+from controller.collision.proximity import Proximity
 from robots import load_robot
 
 READY = load_robot("frankie").arm.ready

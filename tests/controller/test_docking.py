@@ -16,10 +16,11 @@ from controller import (
     robot_model,
 )
 from controller.collision.collision_model import CollisionModel, CollisionModels
-from controller.floor import Pose2D
-from controller.stance import Stance, StanceFinder
+from controller.floor.base_drive import Pose2D
 from controller.stance.docking import PARTS, ROOM, YIELD, moved
+from controller.stance.finder import StanceFinder
 from controller.stance.free_space import FreeSpace, se3_of
+from controller.stance.stance import Stance
 from robots import Box, Geom
 
 

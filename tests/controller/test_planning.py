@@ -12,7 +12,7 @@ from controller import (
     Surroundings,
     robot_model,
 )
-from controller.collision import CollisionModel
+from controller.collision.collision_model import CollisionModel
 from lab.bench.motion import State, run_motion
 from robots import Box, Geom
 

@@ -9,8 +9,7 @@ from pinocchio import SE3
 from test_stance_search import ORIGIN, ROOM, box
 
 from controller import RobotModel, SelfCollision, robot_model
-from controller.floor import wrap
-from controller.floor.base_drive import Pose2D
+from controller.floor.base_drive import Pose2D, wrap
 from controller.floor.cost_field import CostField
 from controller.floor.floor_map import FloorMap
 from controller.stance.free_space import FreeSpace

@@ -11,7 +11,8 @@ from test_floor_map import box
 
 from controller import Command, HolisticController, PoseGoal, Surroundings, robot_model
 from controller.collision.collision_model import CollisionModel
-from controller.floor import FloorMap, Pose2D
+from controller.floor.base_drive import Pose2D
+from controller.floor.floor_map import FloorMap
 from controller.stance.docking import PARTS, ROOM
 from controller.stance.free_space import FreeSpace, se3_of
 from controller.stance.stance import Stance
