@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from controller.controller import HolisticController
     from controller.floor.base_drive import Pose2D
     from controller.model import RobotModel, manipulability, robot_model
+    from controller.planning.arm_planner import PlanningSettings
     from controller.planning.planning_controller import PlanningController
     from controller.planning.rrt import PlanningError, planning_library
-    from controller.planning.settings import PlanningSettings
     from controller.report import MotionController, StepReport
     from controller.settings import PAPER, PRESETS, ControllerSettings
     from controller.stance.finder import out_of_reach

@@ -7,10 +7,12 @@ from math import sqrt
 
 import numpy as np
 
-from controller.base_lag import BaseLag
-from controller.collision.avoidance import CollisionAvoidance, NearestPair
 from controller.collision.collision_model import CollisionModels
-from controller.collision.distance_constraints import SLACK_COSTS
+from controller.collision.distance_constraints import (
+    SLACK_COSTS,
+    CollisionAvoidance,
+    NearestPair,
+)
 from controller.collision.moving_obstacles import waits_for
 from controller.collision.self_collision import SelfCollision
 from controller.command import (
@@ -25,7 +27,7 @@ from controller.command import (
 from controller.floor.base_drive import Pose2D
 from controller.guidance import Guidance
 from controller.holistic_qp import linearise
-from controller.model import RobotModel
+from controller.model import BaseLag, RobotModel
 from controller.qp_solver import Rows, Solver, joined
 from controller.report import StepReport
 from controller.settings import ControllerSettings

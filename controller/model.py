@@ -1,11 +1,11 @@
-"""Kinematics of a mobile manipulator: one Pinocchio chain over base and arm.
+"""Kinematics of a mobile manipulator: one Pinocchio chain over base and arm; lag of the base.
 
 The base is a chain of virtual joints that stay at zero: poses are in the base frame.
 """
 
 from __future__ import annotations
 
-from math import prod, sqrt
+from math import exp, prod, sqrt
 from pathlib import Path
 from typing import NamedTuple
 
@@ -149,3 +149,31 @@ def manipulability(screws: Array, hessian: Array) -> tuple[float, Array]:
     if m < _SINGULAR:
         return m, np.zeros(n)
     return m, m * (hessian.reshape(n, 6 * n) @ squares.solve(screws).T.reshape(6 * n))
+
+
+class BaseLag:
+    """Predicts the velocity of the base from its commands; `period` is the control period [s]."""
+
+    def __init__(self, model: RobotModel, period: float) -> None:
+        base, arm = model.description.base.lag, model.description.arm.lag
+        self.response = 1.0 - exp(-period / base)
+        """Share of a commanded change of velocity that the base has taken up after one period."""
+        self._lead = 1.0 - exp(-arm / base)
+        self.commanded = np.zeros(model.n_base)  # (n_base,) velocities of the last command
+        self._now: Array | None = None
+
+    def update(self, commanded: Array) -> None:
+        """Note the base velocities (n_base,) that were commanded in the last period."""
+        before = commanded if self._now is None else self._now
+        self.commanded, self._now = commanded, before + self.response * (commanded - before)
+
+    @property
+    def velocity(self) -> Array:
+        """(n_base,) once the joints have followed, if the same is commanded again."""
+        now = self.commanded if self._now is None else self._now
+        return now + self._lead * (self.commanded - now)
+
+    def surplus(self, commanded: Array) -> Array:
+        """(n_base,) by which the base is faster then than it is commanded now, (n_base,)."""
+        now = commanded if self._now is None else self._now
+        return (1.0 - self._lead) * (now - commanded)

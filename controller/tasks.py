@@ -8,13 +8,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from pinocchio import SE3
 
-from controller.base_lag import BaseLag
 from controller.command import Array, BaseGoal, KinematicState, MotionGoal, PoseGoal, PostureGoal
 from controller.floor.base_drive import Pose2D, drive_along
 from controller.floor.route import plain_lead
 from controller.guidance import Guidance
 from controller.holistic_qp import Linearisation, build_qp
-from controller.model import RobotModel
+from controller.model import BaseLag, RobotModel
 from controller.qp_solver import QP
 from controller.report import StepReport
 from controller.servo import Servo, approach_speed, error_norm, pose_error

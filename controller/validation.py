@@ -19,6 +19,8 @@ from controller.command import (
 
 _MAX_SIZE = 1e12  # largest length, angle or speed: sums of squares stay accurate [m, rad and per s]
 _ROTATION_TOLERANCE = 1e-4  # for poses written with few digits
+_POSITIVE = ("speed", "turn_rate")
+_TOLERANCES = ("tolerance", "position_tolerance", "orientation_tolerance", "heading_tolerance")
 
 
 class GoalError(ValueError):
@@ -42,18 +44,18 @@ def check_inputs(state: KinematicState, goal: MotionGoal | None, last: Command) 
             poses["goal pose"] = goal.wTe
             if goal.twist is not None:
                 numbers["goal twist"] = goal.twist
-            tolerances = ("position_tolerance", "orientation_tolerance")
-            _check_numbers(goal, ("speed", "turn_rate"), tolerances)
         case PostureGoal():
             numbers["goal posture"] = goal.q
             if np.shape(goal.q) != (N_ARM,):
                 raise GoalError(f"the goal posture must have {N_ARM} joints, got {goal.q}")
-            _check_numbers(goal, (), ("tolerance",))
         case BaseGoal():
             poses["goal base pose"] = goal.wTb
-            if not goal.speed > 0.0:
-                raise GoalError(f"the goal speed must be above 0, got {goal.speed}")
-            _check_numbers(goal, (), ("position_tolerance", "heading_tolerance"))
+    for names, least in ((_POSITIVE, "above 0"), (_TOLERANCES, "of at least 0")):
+        for name in names:
+            value = getattr(goal, name, 1.0)
+            if not (value > 0.0 if names is _POSITIVE else value >= 0.0):
+                text = name.replace("_", " ")
+                raise GoalError(f"the goal's {text} must be a number {least}, got {value}")
     everything: list[float] = []
     for array in numbers.values():
         everything += array.tolist()
@@ -65,27 +67,12 @@ def check_inputs(state: KinematicState, goal: MotionGoal | None, last: Command) 
         _check_rotation(name, pose.rotation)
 
 
-def _check_numbers(
-    goal: MotionGoal, positive: tuple[str, ...], tolerances: tuple[str, ...]
-) -> None:
-    for name in positive:
-        if not 0.0 < (value := getattr(goal, name)) <= _MAX_SIZE:
-            text = name.replace("_", " ")
-            raise GoalError(f"the goal's {text} must be a number above 0, got {value}")
-    for name in tolerances:
-        if not (value := getattr(goal, name)) >= 0.0:
-            text = name.replace("_", " ")
-            raise GoalError(f"the goal's {text} must be a number of at least 0, got {value}")
-
-
 def _check_rotation(name: str, rotation: Array) -> None:
     (a, b, c), (d, e, f), (g, h, i) = rotation.tolist()
     squares = a * a + b * b + c * c + d * d + e * e + f * f + g * g + h * h + i * i
     determinant = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
     # The product of three singular values is 1 and their squares add up to 3 only if all are 1.
-    if not (
-        abs(squares - 3.0) < _ROTATION_TOLERANCE and abs(determinant - 1.0) < _ROTATION_TOLERANCE
-    ):
+    if not max(abs(squares - 3.0), abs(determinant - 1.0)) < _ROTATION_TOLERANCE:
         raise GoalError(
             f"the {name} must have a rotation matrix, got {np.round(rotation, 4).tolist()}; "
             "its rows must be perpendicular unit vectors"

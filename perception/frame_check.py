@@ -82,13 +82,12 @@ class FrameChecker:
 def _mistake_in_shape(shape: tuple[int, ...], wanted: tuple[int, int]) -> str:
     if shape == wanted:
         return ""
-    is_not = f"the depth image has shape {shape}, not (H, W) = {wanted} of its intrinsics"
+    hint = "was it scaled or cut without them?"
     if len(shape) == 3:
-        channels = shape[2]
-        return f"{is_not}: " + ("take its only channel" if channels == 1 else "is it in colour?")
-    if shape == wanted[::-1]:
-        return f"{is_not}: is it transposed?"
-    return f"{is_not}: was it scaled or cut without them?"
+        hint = "it has channels, as an image in colour"
+    elif shape == wanted[::-1]:
+        hint = "is it transposed?"
+    return f"the depth image has shape {shape}, not (H, W) = {wanted} of its intrinsics: {hint}"
 
 
 def _same(one: FloatArray, other: FloatArray) -> bool:

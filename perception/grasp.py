@@ -53,7 +53,5 @@ class Detection:
     """(300, 300) quality map of the network; 0 where depth was missing or outside the workspace."""
     crop: tuple[float, float, float]
     """(u0, v0, size) of the part of the image that the map covers [px]."""
-    occupied_area: float
-    """Area from above that is above the workspace's floor [m^2]; NaN if the frame cannot be used.
-    Area from above that is above the workspace's floor [m^2]; NaN if the frame cannot be used."""
+    occupied_area: float  # area from above of what stands out [m^2]; NaN for an unusable frame
     stamp: float  # time of capture [s]

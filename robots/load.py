@@ -161,7 +161,7 @@ def _load(path: Path) -> RobotDescription:
             size=file.base.size,
             lag=file.base.lag,
             mass=file.base.mass,
-            visual=file.base.mesh,
+            visual=file.base.visual,
         ),
         bTa=file.arm_mount.pose(),
         arm=_arm(arm),
@@ -184,7 +184,7 @@ def _arm(file: ArmFile) -> ArmDescription:
         may_touch=tuple(pair for ours, theirs in file.may_touch for pair in product(ours, theirs)),
         inertias=tuple(part.inertia() for part in file.inertia),
         torque=np.array([joint.torque for joint in file.joints]),
-        visual=file.mesh,
+        visual=file.visual,
     )
 
 
@@ -201,7 +201,7 @@ def _gripper(file: GripperFile) -> GripperDescription:
         collision=tuple(part.geom("hand") for part in file.collision),
         inertia=file.inertia.inertia(),
         finger_mass=file.finger_mass,
-        visual=file.mesh,
+        visual=file.visual,
     )
 
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import warnings
 from math import isclose
 from os.path import isfile
 from pathlib import Path
-from typing import Annotated, Literal, Self, TypeAlias
+from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
@@ -29,22 +28,6 @@ Seven: TypeAlias = tuple[Finite, Finite, Finite, Finite, Finite, Finite, Finite]
 N_LINKS = 8  # of an arm: the foot and seven links
 LINKS = ("base", "floor", *(f"link{number}" for number in range(N_LINKS)), "hand")
 """Names of the parts that can collide."""
-
-
-class _WithVisual(StrictModel):
-    visual: str | None = None  # mesh that the viewer draws, if it is installed
-    looks: str | None = None  # the former key of `visual`
-
-    @model_validator(mode="after")
-    def _warn_of_looks(self) -> Self:
-        if self.looks is not None:
-            warnings.warn("robot files: `looks` is now `visual`", FutureWarning, stacklevel=2)
-        return self
-
-    @property
-    def mesh(self) -> str | None:
-        """`visual`, by whichever key."""
-        return self.visual or self.looks
 
 
 class LinkCapsuleFile(CapsuleFile):
@@ -71,13 +54,14 @@ def _known_link(name: str) -> str:
 Link: TypeAlias = Annotated[str, AfterValidator(_known_link)]
 
 
-class ArmFile(_WithVisual):
+class ArmFile(StrictModel):
     """A serial arm of seven joints, each turning about its own z."""
 
     joints: tuple[JointFile, JointFile, JointFile, JointFile, JointFile, JointFile, JointFile]
     flange: PoseFile  # of the hand, on the last link
     ready: Seven  # posture named `ready` in tasks [rad]
     lag: Positive  # time constant of the joint velocities [s]
+    visual: str | None = None  # mesh that the viewer draws, if it is installed
     collision: tuple[LinkCapsuleFile, ...]
     may_touch: tuple[tuple[tuple[Link, ...], tuple[Link, ...]], ...]
     """Each of the first with each of the second."""
@@ -95,7 +79,7 @@ class ArmFile(_WithVisual):
         return ready
 
 
-class GripperFile(_WithVisual):
+class GripperFile(StrictModel):
     """A parallel gripper; finger and pad are those at +y, when the pads touch."""
 
     grasp_centre: PoseFile  # end effector on the flange
@@ -108,6 +92,7 @@ class GripperFile(_WithVisual):
     collision: tuple[CapsuleFile, ...]  # on the flange
     inertia: InertiaFile  # without the fingers, on the flange
     finger_mass: Positive  # of one finger [kg]
+    visual: str | None = None  # mesh that the viewer draws, if it is installed
 
     @field_validator("pad")
     @classmethod
@@ -169,7 +154,7 @@ class BaseLimitsFile(StrictModel):
         return self
 
 
-class BaseFile(_WithVisual):
+class BaseFile(StrictModel):
     """A mobile base."""
 
     drive: Literal["differential", "omnidirectional"]
@@ -177,6 +162,7 @@ class BaseFile(_WithVisual):
     lag: Positive  # time constant of its velocity [s]
     limits: BaseLimitsFile
     mass: Positive  # [kg]
+    visual: str | None = None  # mesh that the viewer draws, if it is installed
 
     @model_validator(mode="after")
     def _drives_as_it_can(self) -> BaseFile:

@@ -3,21 +3,57 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from itertools import pairwise
+from math import radians
 from typing import TypeAlias
 
 import numpy as np
+import pinocchio as pin
 from pinocchio import SE3
 
 from controller.collision.collision_model import CollisionModel, CollisionModels, PairKind
 from controller.command import Array, KinematicState, PoseGoal
+from controller.floor.base_drive import Pose2D, wrap
 from controller.model import RobotModel
-from controller.planning.inverse_kinematics import postures_at, straight_postures
 from controller.planning.rrt import planning_library, rrt_connect
-from controller.planning.settings import PlanningSettings
 from controller.planning.trajectory import Trajectory, timed
-from controller.stance.posture_bank import bank
+from controller.settings import Checked
+from controller.stance.posture_bank import PostureBank, bank
+from controller.stance.stance import REACHED, refine_standing
 from controller.surroundings import Surroundings
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlanningSettings(Checked):
+    """How motions are planned, and how trajectories are followed."""
+
+    POSITIVE = ("speed_share", "acceleration_share", "checks", "gain")
+
+    planning_time: float = 0.05
+    """The robot stands for this long whenever a motion of the arm is planned [s], instead of the
+    real computing time, so that the same seed is the same run."""
+    checks: int = 6000  # largest number of contact checks of a search
+    shortcuts: int = 60  # number of shortcuts that are tried on a path
+    candidates: int = 4  # largest number of postures at the goal that are tried
+    clearance: float = 0.01  # clearance of the arm, except where it starts or ends nearer [m]
+    close_clearance: float = 0.001  # the same where the hand may touch obstacles [m]
+    resolution: float = 0.03
+    """Joint-space distance between postures of a path that are checked [rad]."""
+    straight_step: float = 0.01  # distance between postures on a straight line of the hand [m]
+    straight_jump: float = 0.35  # largest joint motion between two of them [rad]
+    speed_share: float = 0.95  # share of the joint speeds that a plan uses ...
+    acceleration_share: float = 0.85  # ... and of the joint accelerations
+    gain: float = 5.0  # gain of the joint errors [1/s]
+    settled: float = 0.002  # largest joint error at the end of a plan [rad] ...
+    patience: float = 0.6  # ... unless this time has passed after it [s]
+    folded: float = 0.3
+    """Largest joint distance to the ready posture at which the base may drive [rad]."""
+    drive_patience: float = 3.0  # time without progress after which the base is stuck [s]
+    attempts: int = 3  # largest number of plans, and of stances, for one goal
+    other_goal: float = 0.05  # a goal that has moved this far is a new goal [m] ...
+    other_turn: float = radians(20.0)  # ... or has turned this far [rad]
+
 
 _IsFree: TypeAlias = Callable[[Array], bool]  # whether a posture (7,) is free of contact
 
@@ -162,3 +198,61 @@ class _ArmSpace:
         return np.array(
             [self._collision.measure(pair).min_distance for pair in self._pairs.tolist()]
         )
+
+
+_METRES_PER_TILT = 0.3
+"""Distance equivalent to the cosine of a tilt where postures are compared [m]."""
+_SEEDS = 60  # number of postures of the bank that the solver starts from
+_SAME = 0.05  # largest joint difference of postures that count as the same [rad]
+
+
+def postures_at(model: RobotModel, bank: PostureBank, wTb: SE3, wTe: SE3, q: Array) -> Array:
+    """Postures (N, 7) with the end effector at `wTe`, the nearest to q (7,) first; N may be 0."""
+    bTe, foot = wTb.actInv(wTe), model.description.bTa.translation
+    away = bTe.translation - foot
+    tools = bank.tools
+    theirs = tools.positions - foot
+    reach = np.hypot(theirs[:, 0], theirs[:, 1]) - np.hypot(away[0], away[1])
+    tilt = 1.0 - tools.rotations[:, 2] @ bTe.rotation[2]
+    apart = np.abs(reach) + np.abs(theirs[:, 2] - away[2]) + _METRES_PER_TILT * tilt
+    seeds = np.argpartition(apart, _SEEDS)[:_SEEDS]
+    postures = bank.q[seeds]
+    turn = np.arctan2(away[1], away[0]) - np.arctan2(theirs[seeds, 1], theirs[seeds, 0])
+    postures[:, 0] = wrap(postures[:, 0] + turn)
+    found = _solved(model, wTb, wTe, np.vstack([q, postures]))
+    found = found[np.argsort(np.abs(found - q).max(axis=1))]
+    kept: list[Array] = []
+    for one in found:
+        if all(np.abs(one - other).max() > _SAME for other in kept):
+            kept.append(one)
+    return np.array(kept).reshape(-1, len(q))
+
+
+def straight_postures(
+    model: RobotModel, wTb: SE3, wTe: SE3, q: Array, step: float, jump: float
+) -> Array | None:
+    """Postures (M, 7) from q (7,) on the straight line of the hand to `wTe`; None if there is none.
+
+    `step` [m] and `jump` [rad] are the largest distance of the hand and the largest joint
+    difference between two of them.
+    """
+    here = model.wTe(wTb, q)
+    turn = pin.log3(here.actInv(wTe).rotation)
+    distance = float(np.linalg.norm(wTe.translation - here.translation))
+    count = max(2, int(np.ceil(max(distance, 0.3 * float(np.linalg.norm(turn))) / step)))
+    path = [q]
+    for share in np.arange(1, count + 1) / count:
+        between = here.translation + share * (wTe.translation - here.translation)
+        pose = SE3(here.rotation @ pin.exp3(share * turn), between)
+        found = _solved(model, wTb, pose, path[-1][None])
+        if not len(found) or np.abs(found[0] - path[-1]).max() > jump:
+            return None
+        path.append(found[0])
+    return np.array(path)
+
+
+def _solved(model: RobotModel, wTb: SE3, wTe: SE3, seeds: Array) -> Array:
+    """The postures that the solver finds from postures (N, 7)."""
+    base = np.tile(np.array(Pose2D.of(wTb)), (len(seeds), 1))
+    found, errors = refine_standing(model, wTe, seeds, base)
+    return found[errors <= REACHED]

@@ -28,8 +28,7 @@ from controller.controller import HolisticController
 from controller.floor.base_drive import Pose2D
 from controller.holistic_qp import linearise
 from controller.model import RobotModel
-from controller.planning.arm_planner import ArmPlanner
-from controller.planning.settings import PlanningSettings
+from controller.planning.arm_planner import ArmPlanner, PlanningSettings
 from controller.planning.trajectory import Trajectory
 from controller.report import StepReport
 from controller.servo import pose_error

@@ -10,11 +10,10 @@ from __future__ import annotations
 import numpy as np
 from pinocchio import SE3
 
-from controller.base_lag import BaseLag
 from controller.command import Array
 from controller.floor.base_drive import Pose2D, drive_along
 from controller.floor.route import Route
-from controller.model import RobotModel
+from controller.model import BaseLag, RobotModel
 from controller.settings import ControllerSettings
 from controller.stance.bias import StanceBias
 from controller.stance.finder import StanceFinder

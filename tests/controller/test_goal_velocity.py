@@ -7,7 +7,7 @@ from motion import State, move, tool_pose
 from pinocchio import SE3
 
 from controller import Command, HolisticController, PoseGoal, robot_model
-from controller.goal_velocity import GoalVelocity
+from controller.servo import GoalVelocity
 
 PERIOD = 0.01
 

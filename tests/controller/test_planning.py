@@ -5,6 +5,7 @@ import pytest
 from pinocchio import SE3
 
 from controller import (
+    Command,
     PlanningController,
     PlanningSettings,
     PoseGoal,
@@ -92,10 +93,10 @@ def test_the_arm_goes_around_what_stands_between():
     between = np.linspace(start, goal, 60)
     assert min(shapes.clearance(q) for q in between) < 0.0, "else there is nothing to go around"
     controller = PlanningController(model)
-    state = State(wTb=SE3.Identity(), q=start)
+    state, command = State(wTb=SE3.Identity(), q=start), Command.stop()
     for _ in range(2000):
-        command, report = controller.step(state, PostureGoal(q=goal), state.command, around)
-        state = State(wTb=state.wTb, q=state.q + 0.01 * command.qd, command=command)
+        command, report = controller.step(state, PostureGoal(q=goal), command, around)
+        state = State(wTb=state.wTb, q=state.q + 0.01 * command.qd)
         assert shapes.clearance(state.q) > 0.0
         if report.arrived:
             break

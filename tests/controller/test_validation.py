@@ -17,55 +17,42 @@ from controller import (
     PostureGoal,
     robot_model,
 )
-from controller.settings import JointLimitSettings, ServoSettings
+from controller.settings import JointLimitSettings
 
 POSE = PoseGoal(wTe=tool_pose(1.0, 0.0, 0.7))
-POSTURE = PostureGoal(q=READY)
 BASE = BaseGoal(wTb=SE3.Identity())
 
-BAD = [
-    (POSE, "speed", "speed", [0.0, -1.0, np.nan, np.inf]),
-    (POSE, "turn_rate", "turn rate", [0.0, -1.0, np.nan, np.inf]),
-    (POSE, "position_tolerance", "position tolerance", [-0.01, np.nan]),
-    (POSE, "orientation_tolerance", "orientation tolerance", [-0.01, np.nan]),
-    (POSTURE, "tolerance", "tolerance", [-0.01, np.nan]),
-    (BASE, "position_tolerance", "position tolerance", [-0.01, np.nan]),
-    (BASE, "heading_tolerance", "heading tolerance", [-0.01, np.nan]),
-]
+
+def step(goal) -> None:
+    HolisticController(robot_model("frankie")).step(State(), goal, Command.stop())
 
 
 @pytest.mark.parametrize(
-    ("goal", "field", "name", "value"),
-    [(goal, field, name, value) for goal, field, name, values in BAD for value in values],
+    ("goal", "field", "value"),
+    [
+        (POSE, "speed", 0.0),
+        (POSE, "turn_rate", np.nan),
+        (POSE, "position_tolerance", -0.01),
+        (PostureGoal(q=READY), "tolerance", np.nan),
+        (BASE, "speed", -1.0),
+        (BASE, "heading_tolerance", -0.01),
+    ],
 )
-def test_a_goal_with_a_number_that_makes_no_sense_is_refused_by_name(goal, field, name, value):
-    controller = HolisticController(robot_model("frankie"))
-    controller.step(State(), goal, Command.stop())
+def test_a_goal_with_a_number_that_makes_no_sense_is_refused_by_name(goal, field, value):
+    name = field.replace("_", " ")
     with pytest.raises(GoalError, match=f"the goal's {name} must be a number"):
-        controller.step(State(), replace(goal, **{field: value}), Command.stop())
+        step(replace(goal, **{field: value}))
 
 
-@pytest.mark.parametrize("joints", [0, 6, 8])
-def test_a_posture_has_as_many_joints_as_the_arm(joints):
-    controller = HolisticController(robot_model("frankie"))
+def test_a_posture_has_as_many_joints_as_the_arm():
     with pytest.raises(GoalError, match="the goal posture must have 7 joints"):
-        controller.step(State(), PostureGoal(q=np.zeros(joints)), Command.stop())
+        step(PostureGoal(q=np.zeros(6)))
 
 
-@pytest.mark.parametrize("period", [0.0, -0.01, np.nan])
-def test_a_period_that_is_none_is_refused(period):
+def test_settings_are_positive_numbers():
     with pytest.raises(ValueError, match="`period` of ControllerSettings must be a number above 0"):
-        ControllerSettings(period=period)
-
-
-@pytest.mark.parametrize("value", [-1.0, np.nan])
-def test_settings_are_never_negative_and_always_numbers(value):
+        ControllerSettings(period=np.nan)
     with pytest.raises(ValueError, match="`smoothness` of ControllerSettings must be at least 0"):
-        ControllerSettings(smoothness=value)
-    with pytest.raises(ValueError, match="`gain` of ServoSettings must be a number above 0"):
-        ServoSettings(gain=value)
-
-
-def test_a_damper_begins_before_it_ends():
+        ControllerSettings(smoothness=-1.0)
     with pytest.raises(ValueError, match="`influence_distance` must be larger"):
         JointLimitSettings(influence_distance=0.03, stop_distance=0.03)

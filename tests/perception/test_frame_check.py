@@ -38,7 +38,6 @@ WRONG = {
     "inverted": (1 / GOOD, "below the floor"),
     "half the size": (cv2.resize(GOOD, (320, 240)), "scaled or cut without them"),
     "transposed": (GOOD.T.copy(), "transposed"),
-    "one channel": (GOOD[..., None], "take its only channel"),
     "three channels": (np.repeat(GOOD[..., None], 3, 2), "in colour"),
 }
 

@@ -13,8 +13,7 @@ from perception.grasps.object_centroids import ObjectCentroids
 from perception.grasps.patches import NEAR_CELL, NEAR_SHAPE, grasp_patches
 from perception.grasps.refinement import refine
 from perception.networks import load_hold, shipped_hold
-from perception.networks.hold import as_tensors
-from perception.networks.hold_measures import MEASURES
+from perception.networks.hold import MEASURES, as_tensors
 from robots import load_robot
 
 GRIPPER = load_robot("frankie").gripper
