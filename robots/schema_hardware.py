@@ -41,8 +41,6 @@ class FullScaleFile(StrictModel):
     turn_at_reverse_deg: Positive | None = None
     dead_translation: NotNegative = 10.0  # [%]
     dead_rotation: NotNegative = 5.0  # [%]
-    throttle: bool = False
-    """Whether the base obeys the throttle; see `frankie-task doctor --first-metre`."""
 
 
 def _scale(value: FullScaleFile | str, info: ValidationInfo) -> FullScaleFile:

@@ -34,8 +34,8 @@ def doctor(
         bool,
         typer.Option(
             "--first-metre",
-            help="Then drive the base a metre, slowly, each step confirmed by you: told against "
-            "measured speed, and whether `throttle` may be on. With --arm-the-robot only.",
+            help="Then drive the base a metre, slowly, confirmed by you: told against measured "
+            "speed. With --arm-the-robot only.",
         ),
     ] = False,
     arm_the_robot: Annotated[
@@ -47,7 +47,7 @@ def doctor(
     Nothing moves without --first-metre.
     """
     from app.core import End
-    from hw.hardware import UNSETTLED, check_armed, emulating, examine
+    from hw.hardware import check_armed, emulating, examine
     from robots import load_real_robot
 
     console = Terminal(stderr=as_json)
@@ -62,16 +62,12 @@ def doctor(
             refuse("--first-metre: a person confirms each step at a terminal, and this is none")
     with emulating(real):
         bad = _tell(examine(real), console, as_json=as_json)
-        throttle = real is not None and real.hardware.base.scale.throttle
         if first_metre and real is not None:
-            obeys, wrong = _drive(real, console, as_json=as_json)
-            throttle, bad = obeys, bad + wrong
+            bad += _drive(real, console, as_json=as_json)
         if write_site is not None and real is not None:
-            bad += not _write(real, write_site, console, throttle=throttle)
+            bad += not _write(real, write_site, console)
     if real is not None and real.hardware.emulated is None:
-        console.say("what only the robot can settle:")
-        for what, how in UNSETTLED:
-            console.say(f"  {what}: {how}")
+        console.say("docs/hardware.md lists what only the robot can settle")
     if bad:
         raise typer.Exit(End.HARDWARE.exit_code)
 
@@ -91,37 +87,28 @@ def _tell(findings: Iterable[Finding], console: Terminal, *, as_json: bool) -> i
     return bad
 
 
-def _drive(real: RealRobot, console: Terminal, *, as_json: bool) -> tuple[bool, int]:
-    """The first metre: whether the base obeys the throttle, and the number of bad findings."""
+def _drive(real: RealRobot, console: Terminal, *, as_json: bool) -> int:
+    """The first metre: the number of bad findings."""
     from hw import HardwareError
-    from hw.hardware import Verdict, first_metre
+    from hw.hardware import first_metre
 
-    found: list[Finding] = []
     try:
-        for one in first_metre(real, armed=True, confirm=_confirm):
-            found.append(one)
-            _tell([one], console, as_json=as_json)
+        return _tell(first_metre(real, armed=True, confirm=_confirm), console, as_json=as_json)
     except HardwareError as error:
         console.say(f"--first-metre: {error}")
-        return False, 1
-    verdicts = {one.about: one.verdict for one in found}
-    obeys = verdicts.get("throttle") is Verdict.GOOD
-    if "throttle" in verdicts:
-        value = str(obeys).lower()
-        console.say(f"write `throttle: {value}` below `hardware.base.full_scale` of {real.path}")
-    return obeys, sum(one.verdict is Verdict.BAD for one in found)
+        return 1
 
 
 def _confirm(question: str) -> bool:
     return typer.confirm(question, default=False, err=True)
 
 
-def _write(real: RealRobot, path: Path, console: Terminal, *, throttle: bool) -> bool:
+def _write(real: RealRobot, path: Path, console: Terminal) -> bool:
     from hw import HardwareError
     from hw.hardware import write_full_scale
 
     try:
-        write_full_scale(real, path, throttle=throttle)
+        write_full_scale(real, path)
     except (HardwareError, OSError) as error:
         console.say(f"--write-site: {error}")
         return False

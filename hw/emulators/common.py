@@ -7,7 +7,6 @@ import os
 import socket
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
-from types import MappingProxyType
 from typing import NamedTuple
 
 from config import UserError, suggest
@@ -33,8 +32,12 @@ class Reported(NamedTuple):
 
     what: str
     source: str
-    values: Mapping[str, object] = MappingProxyType({})
-    """Of the options, where these describe it, see `set_options`."""
+
+
+def reported(table: str) -> Mapping[str, Reported]:
+    """The rows of a table, a line each: NAME | WHAT | SOURCE."""
+    rows = [[cell.strip() for cell in line.split("|")] for line in table.strip().splitlines()]
+    return {name: Reported(what, source) for name, what, source in rows}
 
 
 def chosen(names: Sequence[str], table: Mapping[str, Reported], part: str) -> frozenset[str]:

@@ -2,21 +2,20 @@
 
 `opening` composes it: `drivers` makes the parts, `lock` admits one commander, `arming` says whether
 and how fast it may move, `emulation` starts the emulators of an emulated robot. `doctor` checks
-`computer`, file, `parts` and `teleop` without motion; `first_metre` is a first drive with the user.
+`computer`, file and `parts` without motion; `first_metre` is a first drive with the user.
 """
 
 from hw.hardware.arming import NotArmedError, check_armed
-from hw.hardware.doctor import UNSETTLED, examine
+from hw.hardware.computer import Finding, Verdict
+from hw.hardware.doctor import examine
 from hw.hardware.drivers import arm_of, base_of, camera_of
 from hw.hardware.emulation import emulating
-from hw.hardware.findings import Finding, Verdict
 from hw.hardware.first_metre import first_metre
 from hw.hardware.lock import CommandedError, RobotLock, commander_of
 from hw.hardware.opening import open_hardware
-from hw.hardware.teleop import write_full_scale
+from hw.hardware.parts import write_full_scale
 
 __all__ = [
-    "UNSETTLED",
     "CommandedError",
     "Finding",
     "NotArmedError",

@@ -51,8 +51,6 @@ def speed_percent(real: RealRobot) -> float:
 def least_percent(real: RealRobot) -> float:
     """Lowest speed at which the base leaves its dead zones, of that of the description [%]."""
     site, limits = site_of(real.hardware.base.scale), load_robot(real.path).limits
-    if site.throttle:
-        return 0.0
     forwards, backwards = (site.least(Velocity(way, 1.0)) for way in (1.0, -1.0))
     speed, _, turn = limits.base_twist
     shares = (forwards.v / speed, backwards.v / limits.base_reverse, forwards.w / turn)
@@ -73,7 +71,7 @@ def too_slow(real: RealRobot) -> str:
     return (
         f"{real.path.name}: at {percent:g} % of its speeds its base would stand still, for its "
         f"dead zones: the least `speed_percent` is {least:g}; or set them to 0, in MobilePlanner "
-        "and in the file, or prove its throttle with `frankie-task doctor --first-metre`"
+        "and in the file"
     )
 
 
@@ -90,7 +88,7 @@ def slowness(real: RealRobot) -> str:
     """A note on commands inside the dead zones of the base; empty where there are none."""
     site = site_of(real.hardware.base.scale)
     least = site.least(Velocity(1.0, 1.0))
-    if site.throttle or not any(least):
+    if not any(least):
         return ""
     speeds = (f"{least.v:.2f} m/s", f"{degrees(least.w):.1f} deg/s")
     ends = " or ".join(text for text, one in zip(speeds, least, strict=True) if one)

@@ -1,4 +1,4 @@
-"""Diagnostics of the computer: libraries, and real-time behaviour."""
+"""Findings of the diagnostics; those of the computer: libraries, and real-time behaviour."""
 
 from __future__ import annotations
 
@@ -7,54 +7,65 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import suppress
+from dataclasses import dataclass
+from enum import Enum
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import numpy as np
 
 from hw.clock import stopwatch
-from hw.hardware.findings import Finding, Verdict
 
 _NAPS, _NAP = 1000, 0.001  # number and time of the sleeps that measure the computer [s]
 _LATE = 20.0  # the arm stops when commands are this late [ms]
 
 
-def installed() -> Iterator[Finding]:
-    """Whether the vendors' libraries are installed."""
+class Verdict(Enum):
+    """Meaning of a finding."""
+
+    GOOD = "good"
+    BAD = "bad"
+    OPEN = "open"  # not known, or to be decided by the user
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One finding."""
+
+    about: str
+    verdict: Verdict
+    text: str
+
+
+def is_good(about: str, good: bool, text: str) -> Finding:
+    """A finding that is good or bad."""
+    return Finding(about, Verdict.GOOD if good else Verdict.BAD, text)
+
+
+def computer() -> Iterator[Finding]:
+    """Whether the vendors' libraries are installed, and a 1 kHz loop is on time."""
     for package, what in (("panda-python", "arm and hand"), ("pyrealsense2", "camera")):
         try:
             yield Finding("installed", Verdict.GOOD, f"{package} {version(package)} ({what})")
         except PackageNotFoundError:
             hint = 'pip install "frankie-task[hardware]"'
             yield Finding("installed", Verdict.BAD, f"{package} is missing ({what}): {hint}")
-
-
-def computer() -> Iterator[Finding]:
-    """Whether a 1 kHz loop is on time."""
     allowed, median, worst = _measure()
     hint = "" if allowed else ": `@realtime - rtprio 99` in /etc/security/limits.conf"
     text = f"real-time priority is {'granted' if allowed else 'refused'}{hint}"
-    yield Finding("computer", Verdict.GOOD if allowed else Verdict.BAD, text)
-    is_realtime = is_realtime_kernel()
-    name = "a real-time kernel" if is_realtime else "no real-time kernel (PREEMPT_RT)"
-    yield Finding("computer", Verdict.GOOD if is_realtime else Verdict.OPEN, name)
-    governors = {
-        path.read_text().strip()
-        for path in Path("/sys/devices/system/cpu").glob("cpu[0-9]*/cpufreq/scaling_governor")
-    }
-    if governors:
+    yield is_good("computer", allowed, text)
+    if "PREEMPT_RT" in os.uname().version.replace(" ", "_"):
+        yield Finding("computer", Verdict.GOOD, "a real-time kernel")
+    else:
+        yield Finding("computer", Verdict.OPEN, "no real-time kernel (PREEMPT_RT)")
+    places = Path("/sys/devices/system/cpu").glob("cpu[0-9]*/cpufreq/scaling_governor")
+    if governors := {path.read_text().strip() for path in places}:
         good = governors == {"performance"}
         text = f"clock governor: {', '.join(sorted(governors))}"
         hint = "" if good else "; `cpupower frequency-set -g performance`"
-        yield Finding("computer", Verdict.GOOD if good else Verdict.BAD, text + hint)
+        yield is_good("computer", good, text + hint)
     text = f"a loop of 1 ms is late by {median:.2f} ms in the middle, {worst:.1f} ms at worst"
-    yield Finding("computer", Verdict.GOOD if worst < _LATE else Verdict.BAD, text)
-
-
-def is_realtime_kernel(flag: Path = Path("/sys/kernel/realtime")) -> bool:
-    """Whether the kernel is PREEMPT_RT: by its flag (patched) or version (mainline)."""
-    is_patched = flag.is_file() and flag.read_text().strip() == "1"
-    return is_patched or "PREEMPT_RT" in os.uname().version.replace(" ", "_")
+    yield is_good("computer", worst < _LATE, text)
 
 
 def _measure() -> tuple[bool, float, float]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import radians
 
 from hw.clock import Clock
@@ -12,19 +11,9 @@ from hw.realsense import RealSenseCamera, RealSenseSettings
 from robots import CameraDescription, FullScaleFile, HardwareFile, Limits
 
 
-def base_of(
-    hardware: HardwareFile, limits: Limits, clock: Clock, *, throttle: bool | None = None
-) -> OmronBase:
-    """The driver of the base, not yet connected.
-
-    Args:
-        hardware: of the robot file.
-        limits: of the robot.
-        clock: session time.
-        throttle: whether to use the throttle; None: as the file says.
-    """
+def base_of(hardware: HardwareFile, limits: Limits, clock: Clock) -> OmronBase:
+    """The driver of the base, not yet connected."""
     file = hardware.base
-    site = site_of(file.scale)
     arcl = None
     if file.arcl is not None:
         arcl = ArclSettings(password=file.arcl.password, port=file.arcl.port)
@@ -34,7 +23,7 @@ def base_of(
         user=file.user,
         password=file.password,
         arcl=arcl,
-        site=site if throttle is None else replace(site, throttle=throttle),
+        site=site_of(file.scale),
         acceleration=float(limits.base_acceleration[0]),
         turn_acceleration=float(limits.base_acceleration[2]),
         pose_delay=file.pose_delay,
@@ -94,5 +83,4 @@ def site_of(file: FullScaleFile) -> Site:
         turn_at_reverse=turn(file.turn_at_reverse_deg),
         dead_translation=file.dead_translation,
         dead_rotation=file.dead_rotation,
-        throttle=file.throttle,
     )

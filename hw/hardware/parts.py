@@ -7,15 +7,16 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from itertools import pairwise
+from math import degrees
+from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
 
 from hw.clock import WallClock, stopwatch
+from hw.hardware.computer import Finding, Verdict, is_good
 from hw.hardware.drivers import arm_of, base_of, camera_of, hand_of
-from hw.hardware.findings import Finding, Verdict
-from hw.hardware.teleop import teleop
-from hw.omron import OmronBase
+from hw.omron import TIMEOUT, OmronBase, Values
 from hw.panda import INTERFACE_VERSION, PandaArm, PandaHand
 from hw.realsense import RealSenseCamera
 from hw.robot import HardwareError
@@ -25,46 +26,121 @@ _LOOKS, _PERIOD = 200, 0.01  # number of readings of a part, and their period [s
 _ARM_PORT, _HAND_PORT = 1337, 1338
 _TRIES, _PAUSE = 5, 0.05  # number of connections that measure a line, and the time between them [s]
 _OLD_POSE, _OLD_STATE, _OLD_IMAGE = 150.0, 50.0, 100.0  # largest ages of readings [ms]
+_SAME = 1e-3  # relative tolerance of full-scale values
+_TIMEOUTS = 0.1, 0.35
+"""Good timeouts: the base checks every 0.1 s; over WLAN commands are up to 0.3 s late [s]."""
+_SET = f"set `{TIMEOUT}` to 0.14 s in its Teleop settings (over WLAN 0.3 s)"
+
+Part = TypeVar("Part", OmronBase, PandaArm, PandaHand, RealSenseCamera)
 
 
 def base(real: RealRobot) -> Iterator[Finding]:
     """Line, protocol, faults, localisation, battery, age of poses, settings."""
-    hardware = real.hardware
-    yield _line("base", hardware.base.address, hardware.base.port)
-    drive = base_of(hardware, load_robot(real.path).limits, WallClock())
+    file = real.hardware.base
+    yield _line("base", file.address, file.port)
+    drive = base_of(real.hardware, load_robot(real.path).limits, WallClock())
     with _connected("base", drive) as error:
         if error is not None:
             yield error
             return
         yield Finding("base", Verdict.GOOD, f"ArNetworking {drive.protocol}, everything is offered")
-        if hardware.base.arcl is None:
+        if file.arcl is None:
             text = "no ARCL in the file: nobody tells that the emergency stop is pressed"
             yield Finding("base", Verdict.BAD, text)
-        faults = [fault.text for fault in drive.read().faults]
-        yield from (Finding("base", Verdict.BAD, text) for text in faults)
+        yield from (Finding("base", Verdict.BAD, fault.text) for fault in drive.read().faults)
         score, battery = drive.localisation_score, drive.read().battery
         if score is not None:
             yield Finding("base", Verdict.GOOD, f"localisation score {score:.2f}")
         if battery is not None:
-            low = Verdict.GOOD if battery > 0.2 else Verdict.BAD
-            yield Finding("base", low, f"battery {100.0 * battery:.0f} %")
-        yield from _poses(drive)
-        yield from teleop(drive, real)
+            yield is_good("base", battery > 0.2, f"battery {100.0 * battery:.0f} %")
+        ages = []
+        for _ in range(_LOOKS):
+            ages.append(1000.0 * drive.pose_age)
+            time.sleep(_PERIOD)
+        text = f"poses are {np.median(ages):.0f} ms old in the middle, {max(ages):.0f} ms at worst"
+        yield is_good("base", max(ages) < _OLD_POSE, text)
+        yield from _teleop(drive, real)
 
 
-def _poses(base: OmronBase) -> Iterator[Finding]:
-    ages = []
-    for _ in range(_LOOKS):
-        ages.append(1000.0 * base.pose_age)
-        time.sleep(_PERIOD)
-    text = f"poses are {np.median(ages):.0f} ms old in the middle, {max(ages):.0f} ms at worst"
-    yield Finding("base", Verdict.GOOD if max(ages) < _OLD_POSE else Verdict.BAD, text)
+def _teleop(base: OmronBase, real: RealRobot) -> Iterator[Finding]:
+    """What the base keeps: its full scale against that of the file, and its `Timeout`."""
+    try:
+        values = base.read_teleop()
+    except HardwareError as error:
+        text = f"its Teleop settings cannot be read ({error}): compare `full_scale` by hand"
+        yield Finding("base", Verdict.OPEN, f"{text}, and {_SET}")
+        return
+    yield _full_scale(base, values, real)
+    yield _timeout(values.get(TIMEOUT), float(load_robot(real.path).limits.base_twist[0]))
+
+
+def _full_scale(base: OmronBase, values: Values, real: RealRobot) -> Finding:
+    if values.get("FullThrottleForwards") == 0.0:
+        text = "its FullThrottleForwards is 0, which stands for its top speed: set a speed there"
+        return Finding("base", Verdict.BAD, text)
+    kept, says = _full_scale_of(base), dict(real.hardware.base.scale)
+    for way in ("forward", "reverse"):
+        says[f"turn_at_{way}_deg"] = says[f"turn_at_{way}_deg"] or says["turn_deg"]
+    lines = ", ".join(
+        f"{name}: {value:.4g}"
+        for name, value in kept.items()
+        if abs(says[name] - value) > _SAME * abs(value)
+    )
+    if not lines:
+        return Finding("base", Verdict.GOOD, "full_scale of the file is what the base tells")
+    text = f"the base tells otherwise; write below full_scale: {lines}"
+    return Finding("base", Verdict.BAD, text)
+
+
+def _timeout(value: float | str | None, speed: float) -> Finding:
+    """Check the base's own `Timeout` [s] at the top speed of the robot [m/s]."""
+    if not isinstance(value, float):
+        return Finding("base", Verdict.OPEN, f"it does not tell its own `{TIMEOUT}`: {_SET}")
+    least, most = _TIMEOUTS
+    says = f"its own `{TIMEOUT}` is {value:g} s: "
+    if value == 0.0:
+        return Finding("base", Verdict.BAD, f"{says}with the cable pulled it never stops; {_SET}")
+    if value < least:
+        return Finding("base", Verdict.BAD, f"{says}it stops between two commands; {_SET}")
+    way = f"with the cable pulled it drives on for {speed * value:.2f} m at {speed:g} m/s"
+    return is_good("base", value <= most, f"{says}{way}; {_SET if value > most else 'then brakes'}")
+
+
+def _full_scale_of(base: OmronBase) -> dict[str, float]:
+    """Full-scale values of a connected base, by the keys of `full_scale` in a robot file.
+
+    Raises:
+        HardwareError: they cannot be read.
+    """
+    site = base.read_site()
+    forward, reverse = site.turn_at_forward, site.turn_at_reverse
+    return {
+        "forward": site.forward,
+        "reverse": site.reverse,
+        "turn_deg": degrees(site.turn),
+        "turn_at_forward_deg": degrees(site.turn if forward is None else forward),
+        "turn_at_reverse_deg": degrees(site.turn if reverse is None else reverse),
+        "dead_translation": site.dead_translation,
+        "dead_rotation": site.dead_rotation,
+    }
+
+
+def write_full_scale(real: RealRobot, path: Path) -> None:
+    """Write the full-scale values of a base to a file, for `full_scale: FILE`."""
+    base = base_of(real.hardware, load_robot(real.path).limits, WallClock())
+    base.connect()
+    try:
+        kept = _full_scale_of(base)
+    finally:
+        base.close()
+    lines = [f"# As the base at {real.hardware.base.address} tells; m/s, deg/s and %."]
+    lines += [f"{name}: {round(value, 4)}" for name, value in kept.items()]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def arm(real: RealRobot) -> Iterator[Finding]:
     """Protocol, faults, masses, age of states, line."""
-    hardware = real.hardware
-    driver = arm_of(hardware, WallClock())
+    driver = arm_of(real.hardware, WallClock())
     with _connected("arm", driver) as error:
         if error is not None:
             yield error
@@ -79,23 +155,19 @@ def arm(real: RealRobot) -> Iterator[Finding]:
             f"{reading.load:.2f} kg: the camera and its mount count, too"
         )
         yield Finding("arm", Verdict.OPEN, text)
-        yield from _states(driver)
-    yield _line("arm", hardware.arm.address, _ARM_PORT)
-
-
-def _states(arm: PandaArm) -> Iterator[Finding]:
-    ages, times = [], []
-    for _ in range(_LOOKS):
-        reading = arm.reading()
-        ages.append(1000.0 * (stopwatch() - reading.stamp))
-        times.append(reading.time)
-        time.sleep(_PERIOD)
-    gaps = [b - a for a, b in pairwise(times)]
-    text = (
-        f"states are {np.median(ages):.1f} ms old in the middle, {max(ages):.1f} ms at worst; "
-        f"at most {max(gaps)} ms of its clock between two looks"
-    )
-    yield Finding("arm", Verdict.GOOD if max(ages) < _OLD_STATE else Verdict.BAD, text)
+        ages, times = [], []
+        for _ in range(_LOOKS):
+            reading = driver.reading()
+            ages.append(1000.0 * (stopwatch() - reading.stamp))
+            times.append(reading.time)
+            time.sleep(_PERIOD)
+        gaps = [b - a for a, b in pairwise(times)]
+        text = (
+            f"states are {np.median(ages):.1f} ms old in the middle, {max(ages):.1f} ms at worst; "
+            f"at most {max(gaps)} ms of its clock between two looks"
+        )
+        yield is_good("arm", max(ages) < _OLD_STATE, text)
+    yield _line("arm", real.hardware.arm.address, _ARM_PORT)
 
 
 def hand(real: RealRobot) -> Iterator[Finding]:
@@ -115,8 +187,7 @@ def hand(real: RealRobot) -> Iterator[Finding]:
 
 def camera(real: RealRobot) -> Iterator[Finding]:
     """Model, firmware, frame rate, age of images."""
-    description = load_robot(real.path).camera
-    eye = camera_of(real.hardware, description, WallClock())
+    eye = camera_of(real.hardware, load_robot(real.path).camera, WallClock())
     with _connected("camera", eye) as error:
         if error is not None:
             yield error
@@ -124,8 +195,7 @@ def camera(real: RealRobot) -> Iterator[Finding]:
         before = eye.report()
         time.sleep(_LOOKS * _PERIOD)
         report = eye.report()
-        status, images = report.status, report.images - before.images
-        lost = report.lost - before.lost
+        status = report.status
         usb = f", USB {status.usb}" if status.usb else ""
         firmware = f", firmware {status.firmware}" if status.firmware else ""
         yield Finding("camera", Verdict.GOOD, f"{status.name} {status.serial}{firmware}{usb}")
@@ -135,10 +205,11 @@ def camera(real: RealRobot) -> Iterator[Finding]:
         if _version(status.firmware) < _version(status.recommended):
             text = f"the library is made for firmware {status.recommended} or newer: rs-fw-update"
             yield Finding("camera", Verdict.OPEN, text)
-        rate = images / (_LOOKS * _PERIOD)
-        text = f"{rate:.0f} images/s, {lost} lost, {1000.0 * report.age:.0f} ms old on arrival"
-        good = rate > 0.8 * real.hardware.camera.rate and 1000.0 * report.age < _OLD_IMAGE
-        yield Finding("camera", Verdict.GOOD if good else Verdict.BAD, text)
+        rate = (report.images - before.images) / (_LOOKS * _PERIOD)
+        lost, age = report.lost - before.lost, 1000.0 * report.age
+        good = rate > 0.8 * real.hardware.camera.rate and age < _OLD_IMAGE
+        text = f"{rate:.0f} images/s, {lost} lost, {age:.0f} ms old on arrival"
+        yield is_good("camera", good, text)
 
 
 def _version(text: str) -> tuple[int, ...]:
@@ -161,12 +232,8 @@ def _line(what: str, address: str, port: int) -> Finding:
         return Finding(what, Verdict.BAD, f"{address}:{port} does not answer: {failed}")
     lost = _TRIES - len(took)
     text = f"{address}:{port}: {np.median(took):.2f} ms there and back, {max(took):.1f} ms at worst"
-    good = not lost and max(took) < 100.0
     text += f", {lost} of {_TRIES} lost" if lost else ""
-    return Finding(what, Verdict.GOOD if good else Verdict.BAD, text)
-
-
-Part = TypeVar("Part", OmronBase, PandaArm, PandaHand, RealSenseCamera)
+    return is_good(what, not lost and max(took) < 100.0, text)
 
 
 @contextmanager

@@ -1,15 +1,14 @@
 """Driver of the Omron LD-60: motion over ArNetworking; motors and emergency stop over ARCL.
 
 `packet` is the wire format, `handshake` and `connection` open a connection, `telemetry` and
-`teleop_settings` decode what the base sends, `site` converts velocities to its ratios, `commander`
-decides what is sent, `link` is the thread that sends it, `guardian` the process that stops the base
-when that thread cannot. `arcl` is the text interface, `faults` what keeps the base from moving,
-`base` the part of a robot. docs/hardware.md says which parts were verified on hardware.
+`teleop_settings` decode what the base sends, `site` has settings and converts velocities to ratios,
+`commander` decides what is sent, `link` is the thread that sends it, `guardian` the process that
+stops the base when that thread cannot. `arcl` is the text interface, `faults` what keeps the base
+from moving, `base` the part of a robot. docs/hardware.md says which parts were verified.
 """
 
 from hw.omron.base import OmronBase
-from hw.omron.settings import ArclSettings, OmronSettings
-from hw.omron.site import Site, Velocity
+from hw.omron.site import ArclSettings, OmronSettings, Site, Velocity
 from hw.omron.teleop_settings import TIMEOUT, Values
 
 __all__ = [

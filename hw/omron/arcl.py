@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 from hw.clock import stopwatch
-from hw.omron.settings import ArclSettings
+from hw.omron.site import ArclSettings
 from hw.omron.teleop_settings import Values
 from hw.robot import HardwareError
 

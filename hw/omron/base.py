@@ -13,8 +13,7 @@ from hw.omron.connection import first_readings, named_errors, open_connection
 from hw.omron.faults import connection_lost
 from hw.omron.handshake import Catalogue
 from hw.omron.link import Link
-from hw.omron.settings import OmronSettings
-from hw.omron.site import REST, Site, Velocity, is_at_rest, is_finite
+from hw.omron.site import REST, OmronSettings, Site, Velocity, is_at_rest
 from hw.omron.telemetry import OLDEST_POSE, extrapolate
 from hw.omron.teleop_settings import SECTIONS, TELEOP, Values, site_of
 from hw.robot import RECOVERY_MEMORY, RECOVERY_PAUSES, HardwareError
@@ -106,7 +105,7 @@ class OmronBase:
         wanted = Velocity(float(twist[0]), float(twist[2]))
         with link.lock:
             now, measured, site = stopwatch(), link.telemetry.velocity.v, self._settings.site
-            if not is_finite(wanted):
+            if not np.isfinite(wanted).all():
                 link.commander.stop()
                 return np.zeros(3)
             if link.is_closing or link.faults(now):

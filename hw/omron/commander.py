@@ -5,15 +5,14 @@ from __future__ import annotations
 from math import copysign, inf
 from typing import Literal
 
-from hw.omron.settings import OmronSettings
-from hw.omron.site import REST, Ratios, Site, Velocity, is_at_rest
+from hw.omron.site import REST, OmronSettings, Ratios, Site, Velocity, is_at_rest
 
 ZERO_AFTER = 0.1  # a command older than this counts as a velocity of zero [s]
 STOP_AFTER = 0.2  # a command older than this is a stop, repeated until the base is at rest [s]
 _STOP_EVERY = 0.1  # a stop is repeated after this time until the base is at rest [s]
 _ON_ITS_WAY = 0.03  # a velocity that arrives sooner after a stop may be from before it [s]
 _LONGEST_STEP = 0.05  # velocities grow for this long at most between two cycles [s]
-_HALT = Ratios(0.0, 0.0, 100.0)
+_HALT = Ratios(0.0, 0.0)
 _PULSE = 0.2  # two cycles of a base that takes a velocity every 0.1 s [s]
 
 Order = Ratios | Literal["stop"] | None
@@ -30,7 +29,8 @@ class Commander:
 
     def __init__(self, settings: OmronSettings) -> None:
         self._site = settings.site
-        self._ramp = _Ramp(settings.acceleration, settings.turn_acceleration)
+        self._accelerations = settings.acceleration, settings.turn_acceleration
+        self._now = REST  # on its way to the target
         self._pulses = _Pulses(settings.site)
         self._target = REST
         self._given: float | None = None  # when the newest command came; None after a stop
@@ -52,7 +52,7 @@ class Commander:
     @property
     def commanded(self) -> Velocity | None:
         """Velocity in force; None where nothing is ordered."""
-        return None if self.is_idle else self._ramp.now
+        return None if self.is_idle else self._now
 
     @property
     def is_idle(self) -> bool:
@@ -78,17 +78,26 @@ class Commander:
             age = now - self._given
             if may_move and age <= STOP_AFTER:
                 target = REST if age > ZERO_AFTER else self._target
-                return self._ratios(target, measured.v, dt)
+                self._now = self._grown(target, dt)
+                sent = self._pulses.step(self._now, target, measured.v, dt)
+                return _HALT if sent == REST else self._site.ratios(sent, measured.v)
             self.stop()
         self._halt()
         return self._stop(now, measured, measured_at)
 
-    def _ratios(self, target: Velocity, measured: float, dt: float) -> Ratios:
-        now = self._pulses.step(self._ramp.step(target, dt), target, measured, dt)
-        return _HALT if now == REST else self._site.ratios(now, measured)
+    def _grown(self, target: Velocity, dt: float) -> Velocity:
+        """The velocity after `dt` [s]; both axes take the same share of their way.
+
+        The base decelerates within its own limits. A reversal begins at rest.
+        """
+        start = Velocity(_start(self._now.v, target.v), _start(self._now.w, target.w))
+        way = Velocity(target.v - start.v, target.w - start.w)
+        needed = max(abs(one) / most for one, most in zip(way, self._accelerations, strict=True))
+        share = min(1.0, dt / needed) if needed > 0.0 else 1.0
+        return Velocity(start.v + share * way.v, start.w + share * way.w)
 
     def _halt(self) -> None:
-        self._ramp.now = REST
+        self._now = REST
         self._pulses.halt()
 
     def _stop(self, now: float, measured: Velocity, measured_at: float) -> Order:
@@ -106,26 +115,6 @@ class Commander:
         return "stop"
 
 
-class _Ramp:
-    """Velocities towards a target that grow no faster than at given accelerations.
-
-    The base decelerates within its own limits. A reversal begins at rest.
-    """
-
-    def __init__(self, acceleration: float, turn_acceleration: float) -> None:
-        self._acceleration, self._turn_acceleration = acceleration, turn_acceleration
-        self.now = REST
-
-    def step(self, target: Velocity, dt: float) -> Velocity:
-        """The velocity after `dt` [s]; both axes take the same share of their way."""
-        start = Velocity(_start(self.now.v, target.v), _start(self.now.w, target.w))
-        way = Velocity(target.v - start.v, target.w - start.w)
-        needed = max(abs(way.v) / self._acceleration, abs(way.w) / self._turn_acceleration)
-        share = min(1.0, dt / needed) if needed > 0.0 else 1.0
-        self.now = Velocity(start.v + share * way.v, start.w + share * way.w)
-        return self.now
-
-
 def _start(now: float, target: float) -> float:
     """Where growing begins: as much of `now` as the target still wants."""
     return copysign(min(abs(now), abs(target)), target) if now * target > 0.0 else 0.0
@@ -134,9 +123,9 @@ def _start(now: float, target: float) -> float:
 class _Pulses:
     """Velocities inside the dead zones, as pulses of the slowest one outside.
 
-    `ratioDrive` ignores ratios inside a dead zone. Where the throttle does not help, the base is
-    driven at its slowest velocity for a moment whenever the distance that it lags behind makes up
-    for a pulse: never faster than that, and as far as commanded in the mean.
+    `ratioDrive` ignores ratios inside a dead zone. The base is driven at its slowest velocity for a
+    moment whenever the distance that it lags behind makes up for a pulse: never faster than that,
+    and as far as commanded in the mean.
     """
 
     def __init__(self, site: Site) -> None:
@@ -148,13 +137,9 @@ class _Pulses:
         self._lag, self._remaining = [0.0, 0.0], [0.0, 0.0]
 
     def step(self, now: Velocity, target: Velocity, measured: float, dt: float) -> Velocity:
-        """The velocity to be sent.
+        """The velocity to be sent after `dt` [s]; `now` is wanted, on its way to `target`.
 
-        Args:
-            now: wanted at this moment, on its way to the target.
-            target: as commanded.
-            measured: speed of the base [m/s].
-            dt: since the step before [s].
+        Full scale of turning depends on the measured speed [m/s].
         """
         kept, least = self._site.kept(now, measured), self._site.least(now)
         passes = self._site.kept(target, measured)

@@ -18,8 +18,7 @@ from hw.omron.handshake import (
     read_rejection,
 )
 from hw.omron.packet import LayoutError, Packet, PacketStream
-from hw.omron.settings import OmronSettings
-from hw.omron.site import is_at_rest
+from hw.omron.site import OmronSettings, is_at_rest
 from hw.omron.telemetry import POSE, Telemetry
 from hw.robot import HardwareError
 

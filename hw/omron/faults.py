@@ -8,7 +8,7 @@ from math import degrees
 
 from hw.omron.arcl import ArclState, Motors
 from hw.omron.site import Site, Velocity, is_at_rest
-from hw.omron.telemetry import OLDEST_POSE, Docking, Localisation, Telemetry
+from hw.omron.telemetry import OLDEST_POSE, Localisation, Telemetry
 from hw.state import Fault, FaultKind
 
 _STANDS, _OWED = 0.6, Velocity(0.04, 0.06)
@@ -53,7 +53,7 @@ class MotionMonitor:
         v, w = self._owed if stands else (0.0, 0.0)
         self._owed = (v + abs(commanded.v) * dt, w + abs(commanded.w) * dt)
         if self._fast_since is not None and now - self._fast_since >= _TOO_FAST:
-            self.finding = _too_fast(commanded, measured, throttle=self.site.throttle)
+            self.finding = _too_fast(commanded, measured)
         elif (
             self._stands_since is not None
             and now - self._stands_since > _STANDS
@@ -72,7 +72,7 @@ class MotionMonitor:
 
     def _allow(self, commanded: Velocity, dt: float) -> None:
         """Allow the command, pulses included, and earlier ones with their decay."""
-        pulse = Velocity(0.0, 0.0) if self.site.throttle else self.site.least(commanded)
+        pulse = self.site.least(commanded)
         low, high = [], []
         for axis, one in enumerate(commanded):
             may = max(abs(one), pulse[axis]) if one else 0.0
@@ -100,7 +100,7 @@ _STANDS_STILL = _fault(
 )
 
 
-def _too_fast(commanded: Velocity, measured: Velocity, *, throttle: bool) -> Fault:
+def _too_fast(commanded: Velocity, measured: Velocity) -> Fault:
     if is_at_rest(commanded):
         return _fault(
             FaultKind.NOT_READY,
@@ -109,8 +109,6 @@ def _too_fast(commanded: Velocity, measured: Velocity, *, throttle: bool) -> Fau
         )
     if any(one * other < -(_SURPLUS.v**2) for one, other in zip(commanded, measured, strict=True)):
         cause = "it goes the other way: look how its drive is set up"
-    elif throttle:
-        cause = "it may not heed the throttle: set `throttle: false`, and compare `full_scale`"
     else:
         cause = "`full_scale` is not that of its Teleop settings; frankie-task doctor compares them"
     text = f"the base moves at {_text(measured)}, told {_text(commanded)}, and was stopped: {cause}"
@@ -157,7 +155,7 @@ def telemetry_faults(
             FaultKind.BUMPER,
             f"the base says {telemetry.status!r}: it has met something; free it, then recover",
         )
-    if telemetry.locked or telemetry.docking in (Docking.DOCKING, Docking.UNDOCKING):
+    if telemetry.locked:
         yield _fault(
             FaultKind.NOT_READY,
             f"the base is in mode {telemetry.mode!r} and does not let go of it; wait, or end "

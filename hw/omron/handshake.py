@@ -25,11 +25,8 @@ class FromServer(IntEnum):
     CONNECTED = 5
     REJECTED = 6
     LIST = 129
-    LIST_SINGLE = 130
     ARGUMENTS = 131
-    ARGUMENTS_SINGLE = 132
     GROUPS = 133
-    GROUPS_SINGLE = 134
 
 
 class FromClient(IntEnum):
@@ -67,17 +64,12 @@ def read_greeting(packet: Packet) -> Greeting:
     return Greeting(password_key=fields.text(), protocol=fields.text())
 
 
-def password_hash(password_key: str, password: str) -> bytes:
-    """The hash that is sent instead of the password (16 bytes); the server's key is empty."""
-    return md5((password_key + password).encode("latin-1")).digest()
-
-
 def introduction(greeting: Greeting, user: str, password: str) -> bytes:
     """The frames that answer a greeting: who we are, and that we want no UDP."""
     payload = (
         bytes(2)  # no UDP port
         + text_field(user)
-        + password_hash(greeting.password_key, password)
+        + md5((greeting.password_key + password).encode("latin-1")).digest()
         + text_field(greeting.protocol)
         + bytes(1)  # type of client: unspecified
     )
@@ -104,21 +96,15 @@ class Catalogue:
 
     def take(self, packet: Packet) -> bool:
         """Learn from a packet; whether it was one of a list."""
+        if packet.command not in (FromServer.LIST, FromServer.ARGUMENTS, FromServer.GROUPS):
+            return False
         fields = Fields(packet.payload)
-        match packet.command:
-            case FromServer.LIST | FromServer.ARGUMENTS | FromServer.GROUPS:
-                count = fields.integer("H")
-            case FromServer.LIST_SINGLE | FromServer.ARGUMENTS_SINGLE | FromServer.GROUPS_SINGLE:
-                count = 1
-            case _:
-                return False
-        for _ in range(count):
-            number = fields.integer("H")
-            first, second = fields.text(), fields.text()
+        for _ in range(fields.integer("H")):
+            number, first, second = fields.integer("H"), fields.text(), fields.text()
             match packet.command:
-                case FromServer.LIST | FromServer.LIST_SINGLE:
+                case FromServer.LIST:
                     self.numbers[first] = number
-                case FromServer.ARGUMENTS | FromServer.ARGUMENTS_SINGLE:
+                case FromServer.ARGUMENTS:
                     self.arguments[number] = (first, second)
                 case _:
                     self.is_complete = True

@@ -23,7 +23,7 @@ from hw.omron.faults import MotionMonitor, arcl_faults, telemetry_faults
 from hw.omron.guardian import Guardian
 from hw.omron.handshake import FromClient, FromServer
 from hw.omron.packet import encode
-from hw.omron.settings import OmronSettings
+from hw.omron.site import OmronSettings
 from hw.omron.telemetry import Telemetry, drive_payload
 from hw.robot import HardwareError
 from hw.state import Fault

@@ -1,4 +1,4 @@
-"""Conversion between velocities and the ratios of `ratioDrive`, for the settings of one site.
+"""Settings of one LD-60, and conversion between velocities and the ratios of `ratioDrive`.
 
 The command takes percentages of full-scale speeds that MobilePlanner keeps under "Teleop settings".
 The formula and the dead zones were read in the open ARIA library and verified on its server; that
@@ -8,8 +8,8 @@ is what drivers that ran on real LD bases use [reported].
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import hypot, inf, radians
+from dataclasses import dataclass, field
+from math import hypot, radians
 from typing import NamedTuple
 
 
@@ -22,16 +22,14 @@ class Velocity(NamedTuple):
 
 REST = Velocity(0.0, 0.0)
 _BEYOND = 1.05  # ratios leave a dead zone by this factor
-_MOST_BEYOND = 3.0, 10.0  # largest factors of translation and rotation, where both share a throttle
 _AT_REST = 0.01  # a slower base is at rest [m/s, rad/s]
 
 
 class Ratios(NamedTuple):
-    """The arguments of `ratioDrive` [%]; its fourth, for sideways, is always 0."""
+    """The first arguments of `ratioDrive` [%]; the throttle is always 100, sideways 0."""
 
     translation: float
     rotation: float
-    throttle: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,17 +45,11 @@ class Site:
     dead_translation: float = 10.0
     """TransDeadZone [%]: a ratio up to this one does not move the base."""
     dead_rotation: float = 5.0  # RotDeadZone [%]: a ratio below this one does not turn the base
-    throttle: bool = False
-    """Whether the base obeys the third argument of `ratioDrive`: then velocities inside the dead
-    zones are reached by larger ratios and a smaller throttle. Ratios grow no further than out of
-    the dead zones, so that a base that does not obey it after all goes slowly, too."""
 
     def saturate(self, wanted: Velocity, measured: float) -> Velocity:
-        """The wanted velocity, scaled down along the same arc where it is above full scale.
+        """The wanted finite velocity, scaled down along the same arc where it is above full scale.
 
-        Args:
-            wanted: finite.
-            measured: current speed of the base [m/s]; full scale of turning depends on it.
+        Full scale of turning depends on the measured speed [m/s].
         """
         straight = abs(wanted.v) / self._full_scale(wanted.v)
         turning = abs(wanted.w) / self._full_turn(wanted.v, measured)
@@ -68,25 +60,19 @@ class Site:
         """The ratios for a velocity within full scale."""
         translation = 100.0 * wanted.v / self._full_scale(wanted.v)
         rotation = 100.0 * wanted.w / self._full_turn(wanted.v, measured)
-        throttle = 100.0
-        if self.throttle and self._loses(translation, rotation):
-            larger = self._larger(translation, rotation)
-            translation, rotation = larger * translation, larger * rotation
-            throttle /= larger
         if abs(translation) <= self.dead_translation:  # full scale of turning is that at rest
             rotation *= self._full_turn(wanted.v, measured) / self.turn
-        return Ratios(_percent(translation), _percent(rotation), throttle)
+        return Ratios(_percent(translation), _percent(rotation))
 
     def velocity(self, ratios: Ratios, measured: float) -> Velocity:
         """The velocity that ratios give, by the formula of ARIA."""
-        translation, rotation, throttle = ratios
-        share = throttle / 100.0
+        translation, rotation = ratios
         if abs(rotation) < self.dead_rotation:
             rotation = 0.0
         if abs(translation) <= self.dead_translation:
-            return Velocity(0.0, rotation / 100.0 * self.turn * share)
-        v = translation / 100.0 * self._full_scale(translation) * share
-        return Velocity(v, rotation / 100.0 * self._full_turn(v, measured) * share)
+            return Velocity(0.0, rotation / 100.0 * self.turn)
+        v = translation / 100.0 * self._full_scale(translation)
+        return Velocity(v, rotation / 100.0 * self._full_turn(v, measured))
 
     def kept(self, wanted: Velocity, measured: float) -> tuple[bool, bool]:
         """Whether the velocity on each axis is not lost in a dead zone."""
@@ -109,33 +95,47 @@ class Site:
         share = min(abs(measured) / self.forward, 1.0)
         return self.turn + (at_full - self.turn) * share
 
-    def _larger(self, translation: float, rotation: float) -> float:
-        """The factor, at least 1, that brings ratios out of the dead zones.
-
-        With the throttle ignored the base goes at most `_MOST_BEYOND` times its slowest velocities.
-        """
-        zones = ((translation, self.dead_translation), (rotation, self.dead_rotation))
-        needed = [_BEYOND * dead / abs(ratio) if ratio else inf for ratio, dead in zones]
-        wanted = max(one for one in needed if one < inf)
-        most = min(times * one for times, one in zip(_MOST_BEYOND, needed, strict=True))
-        return max(1.0, min(wanted, most))
-
-    def _loses(self, translation: float, rotation: float) -> bool:
-        return (
-            0.0 < abs(translation) <= self.dead_translation
-            or 0.0 < abs(rotation) < self.dead_rotation
-        )
-
 
 def _percent(ratio: float) -> float:
     return max(-100.0, min(100.0, ratio))
 
 
-def is_finite(velocity: Velocity) -> bool:
-    """Whether both numbers are finite."""
-    return abs(velocity.v) < inf and abs(velocity.w) < inf
-
-
 def is_at_rest(velocity: Velocity) -> bool:
     """Whether a base of this measured velocity is at rest."""
     return hypot(velocity.v, velocity.w) < _AT_REST
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArclSettings:
+    """The text interface, which exists only where MobilePlanner has a password for it."""
+
+    password: str
+    port: int = 7171
+    poll: float = 0.25  # polling interval of motors, faults and localisation score [s]
+    patience: float = 1.5  # without any answer for this long the connection is lost [s]
+
+
+@dataclass(frozen=True, kw_only=True)
+class OmronSettings:
+    """One base; port and users without a password are as reported."""
+
+    host: str
+    user: str
+    password: str = ""
+    port: int = 7272
+    arcl: ArclSettings | None = None
+    """None: no text interface, so motors, emergency stop and faults are not reported."""
+    site: Site = field(default_factory=Site)
+    acceleration: float = 1.5
+    """Commanded velocities grow no faster than this, whoever commands them [m/s^2]. The limits of
+    the robot file hold before, those of the base itself after."""
+    turn_acceleration: float = 3.0  # the same for turning [rad/s^2]
+    pose_delay: float = 0.0  # age of a pose on arrival [s]
+    silence: float = 1.0  # without a byte for this long the connection is lost [s]
+    connect_patience: float = 3.0  # timeout of each step of connecting [s]
+    lists_patience: float = 5.0  # timeout of the list of requests [s]
+    least_score: float | None = None
+    """A localisation score below this is a fault, 0 to 1; None: only a lost localisation is."""
+    score_scale: float | None = None
+    """A full score in `getLocState`: 100 or 1000 (sources disagree); None: unknown, the score is
+    not used until one above 100 settles it."""

@@ -2,7 +2,7 @@
 
 Positions are in mm and angles in degrees on the wire, in the frame of the robot's map. Layouts of
 `updateNumbers`, `updateStrings`, `batteryInfo` and `getModeInfo`: verified with a reference server.
-Of `getLocState` and `dockInfo`: read in the source. Of `DataStore_*`: reported by a driver that ran
+Of `getLocState`: read in the source. Of `DataStore_*`: reported by a driver that ran
 on an LD-60; the meaning of their first byte is unknown.
 """
 
@@ -29,15 +29,6 @@ _INTERVAL = 0.03  # of poses [s]; real bases are said to send at most 37 a secon
 _TOGETHER = 0.02  # the three values of one pose arrive within this time [s]
 _ACCEPT_SKEWED = 0.1
 """Without a pose for this long, values that did not arrive together are accepted [s]."""
-
-
-class Docking(IntEnum):
-    """State of docking."""
-
-    UNDOCKED = 0
-    DOCKING = 1
-    DOCKED = 2
-    UNDOCKING = 3
 
 
 class Localisation(IntEnum):
@@ -71,7 +62,7 @@ def extrapolate(pose: Pose, velocity: Velocity, seconds: float) -> SE3:
 
 def drive_payload(ratios: Ratios) -> bytes:
     """The arguments of `ratioDrive`."""
-    return b"".join(number_field(value) for value in (*ratios, 0.0))
+    return b"".join(number_field(value) for value in (*ratios, 100.0, 0.0))
 
 
 class PoseAssembly:
@@ -116,7 +107,6 @@ class Telemetry:
         self.localisation: Localisation | None = None
         self.score: float | None = None
         """Of the localisation, 0 to 1; None where its scale is unknown."""
-        self.docking: Docking | None = None
         self.sections: dict[str, Values] = {}  # of the configuration, where requested
         self.damaged = 0  # number of replies with an unexpected layout
         self._has_charge = False
@@ -129,8 +119,6 @@ class Telemetry:
             "batteryInfo": self._battery_info,
             "getModeInfo": self._mode_info,
             "getLocState": self._loc_state,
-            "dockInfo": self._dock_info,
-            "dockInfoChanged": self._dock_info,
             SECTIONS: self._section,
         }
         self._takers: dict[int, Callable[[Fields, float], None]] = {}
@@ -146,11 +134,9 @@ class Telemetry:
             "updateStrings": None,
             "getModeInfo": 0.2,
             "getLocState": 0.25,
-            "dockInfoChanged": None,
         }
-        for name in ("batteryInfo", "dockInfoChanged"):
-            if catalogue.has(name):
-                yield catalogue.command(name)
+        if catalogue.has("batteryInfo"):
+            yield catalogue.command("batteryInfo")
         for name, period in intervals.items():
             if catalogue.has(name):
                 yield catalogue.request(name, period)
@@ -211,12 +197,6 @@ class Telemetry:
         if fields.remaining:
             name, values = read_section(fields)
             self.sections[name] = values
-
-    def _dock_info(self, fields: Fields, at: float) -> None:
-        state = fields.integer("B")
-        if state not in list(Docking):
-            raise LayoutError(f"no state of docking: {state}")
-        self.docking = Docking(state)
 
 
 def _data_store_value(fields: Fields) -> float:

@@ -7,6 +7,7 @@ empty packet ends it. Verified on a reference server; 6MTX bases are said not to
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from math import radians
 
 from hw.omron.packet import Fields, LayoutError
@@ -18,6 +19,14 @@ TELEOP = "Teleop settings"  # the section with the full-scale values of `ratioDr
 TIMEOUT = "Timeout"
 """In that section: without a `ratioDrive` for this long the base stops by itself [s]; 0: never."""
 Values = dict[str, float | str]
+
+_SPEEDS = {"FullThrottleForwards": "forward", "FullThrottleBackwards": "reverse"}
+_TURNS = {
+    "RotAtStopped": "turn",
+    "RotAtFullForwards": "turn_at_forward",
+    "RotAtFullBackwards": "turn_at_reverse",
+}
+_ZONES = {"TransDeadZone": "dead_translation", "RotDeadZone": "dead_rotation"}
 
 
 def read_section(fields: Fields) -> tuple[str, Values]:
@@ -36,33 +45,11 @@ def site_of(values: Values, default: Site) -> Site:
 
     Values that are missing or 0 (which depend on others) are those of the default.
     """
-
-    def number(name: str) -> float | None:
-        value = values.get(name)
-        return value if isinstance(value, float) else None
-
-    def speed(name: str, otherwise: float) -> float:
-        value = number(name)
-        return value / 1000.0 if value else otherwise
-
-    def turn(name: str) -> float | None:
-        value = number(name)
-        return radians(value) if value else None
-
-    def share(name: str, otherwise: float) -> float:
-        value = number(name)
-        return otherwise if value is None else value
-
-    return Site(
-        forward=speed("FullThrottleForwards", default.forward),
-        reverse=speed("FullThrottleBackwards", default.reverse),
-        turn=turn("RotAtStopped") or default.turn,
-        turn_at_forward=turn("RotAtFullForwards") or default.turn_at_forward,
-        turn_at_reverse=turn("RotAtFullBackwards") or default.turn_at_reverse,
-        dead_translation=share("TransDeadZone", default.dead_translation),
-        dead_rotation=share("RotDeadZone", default.dead_rotation),
-        throttle=default.throttle,
-    )
+    numbers = {name: one for name, one in values.items() if isinstance(one, float)}
+    given = {field: numbers[name] for name, field in _ZONES.items() if name in numbers}
+    given |= {field: numbers[name] / 1000.0 for name, field in _SPEEDS.items() if numbers.get(name)}
+    given |= {field: radians(numbers[name]) for name, field in _TURNS.items() if numbers.get(name)}
+    return replace(default, **given)
 
 
 def _parameters(fields: Fields, count: int | None) -> Iterator[tuple[str, float | str]]:

@@ -17,6 +17,7 @@ from config import suggest
 from hw.clock import stopwatch
 from hw.emulators.common import PortTakenError, be_prompt
 from hw.emulators.frankie.emulator import FrankieEmulator
+from hw.emulators.omron import Controller
 
 _PRIORITY = 5  # real-time priority, below that of the emulated arm
 
@@ -63,11 +64,6 @@ def _release(emulator: FrankieEmulator) -> Answer:
     return emulator.do_to_arm("release")
 
 
-def _button(emulator: FrankieEmulator) -> None:
-    with emulator.base.held() as base:
-        base.push_button()
-
-
 def _lost(emulator: FrankieEmulator, on: str = "yes") -> None:
     emulator.base.options.lost = on == "yes"
 
@@ -77,12 +73,12 @@ def _noise(emulator: FrankieEmulator, on: str = "yes") -> None:
     options.pieces = options.garbage = on == "yes"
 
 
-def _dock(leave: bool) -> Callable[[FrankieEmulator], None]:
-    def dock(emulator: FrankieEmulator) -> None:
+def _at_base(action: Callable[[Controller], None]) -> Callable[[FrankieEmulator], None]:
+    def act(emulator: FrankieEmulator) -> None:
         with emulator.base.held() as base:
-            base.dock(stopwatch(), leave=leave)
+            action(base)
 
-    return dock
+    return act
 
 
 def _delay(emulator: FrankieEmulator, share: str = "0.01", seconds: str = "0.005") -> Answer:
@@ -106,7 +102,10 @@ WORDS: dict[str, tuple[Callable[..., Answer | None], str]] = {
     "arm": (_arm, "WORDS  to the arm, as `arm reflex` or `arm unplug 2`"),
     "stop": (_press, "the emergency stop of base and arm is pressed"),
     "release": (_release, "and released"),
-    "button": (_button, "a person switches the motors of the base on, at the base"),
+    "button": (
+        _at_base(Controller.push_button),
+        "a person switches the motors of the base on, at the base",
+    ),
     "lost": (_lost, "[yes|no]  the base does not know where it is"),
     "freeze": (
         lambda emulator, on="yes": emulator.base.freeze(on == "yes"),
@@ -114,8 +113,8 @@ WORDS: dict[str, tuple[Callable[..., Answer | None], str]] = {
     ),
     "break": (lambda emulator: emulator.base.break_off(), "the connections of the base are reset"),
     "noise": (_noise, "[yes|no]  what the base sends comes in pieces, with stray bytes between"),
-    "dock": (_dock(False), "the base is sent to its dock, and lets nobody else in"),
-    "undock": (_dock(True), "and away from it"),
+    "dock": (_at_base(Controller.dock), "the base is sent to its dock, and lets nobody else in"),
+    "undock": (_at_base(Controller.undock), "and away from it"),
     "delay": (_delay, "[SHARE SECONDS]  of the arm's packets, and up to so long of the base's"),
     "blind": (
         lambda emulator, seconds="1": emulator.blind(float(seconds)),

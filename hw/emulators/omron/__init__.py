@@ -2,11 +2,11 @@
 
 It is written from the protocol notes and shares no code with the driver, so that each checks the
 other. `wire` is the wire format, `client` and `arcl_client` one connection each, `requests` what is
-offered, `controller` the on-board controller, `drive` the interface to a simulated world, `options`
+offered, `controller` the on-board controller and its interface to a simulated world, `options`
 what can be set, go wrong, and behave as reported of real bases, `emulator` the server.
 """
 
-from hw.emulators.omron.controller import Drive, Motion, Teleop, Unicycle
+from hw.emulators.omron.controller import Controller, Drive, Motion, Teleop, Unicycle
 from hw.emulators.omron.emulator import OmronEmulator
 from hw.emulators.omron.options import AS_REPORTED, EVERYTHING, FAULTS, Options
 
@@ -14,6 +14,7 @@ __all__ = [
     "AS_REPORTED",
     "EVERYTHING",
     "FAULTS",
+    "Controller",
     "Drive",
     "Motion",
     "OmronEmulator",

@@ -30,8 +30,8 @@ class ArclClient:
         self.is_welcome = False
         self._write("Enter password:\r\n")
 
-    def last(self, now: float) -> None:
-        """Raise GoneError when the connection has lasted for its time."""
+    def serve(self, now: float) -> None:
+        """Once a cycle; raise GoneError when the connection has lasted for its time."""
         if now - self._since > self._options.arcl_lasts:
             raise GoneError
 
@@ -76,8 +76,8 @@ class ArclClient:
                 on, pressed = controller.enable_motors(), controller.pressed
                 refused = "Estop pressed, cannot enable motors" if pressed else "Motors disabled"
                 yield "Motors enabled" if on else refused
-            case "status" | "onelinestatus":
-                yield from self._status() if command == "status" else (" ".join(self._status()),)
+            case "status":
+                yield from self._status()
             case "stop":
                 controller.stop()
                 yield "Stopping"
@@ -103,12 +103,10 @@ class ArclClient:
         yield "EndOfGetConfigSectionValues"
 
     def _motors(self) -> str:
-        controller = self._controller
-        if controller.pressed:
+        if self._controller.pressed:
             return "EStop pressed"
-        return (
-            "Motors enabled" if controller.motors_on else "EStop relieved but motors still disabled"
-        )
+        on = self._controller.motors_on
+        return "Motors enabled" if on else "EStop relieved but motors still disabled"
 
     def _status(self) -> Iterator[str]:
         x, y, theta = reported_pose(self._controller, self._options)

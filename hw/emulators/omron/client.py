@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import random
 import socket
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from struct import pack
@@ -62,13 +62,20 @@ class Client:
 
     def hear(self, now: float) -> None:
         """Read and process; raise GoneError when the client has left."""
-        data = self._receive()
+        try:
+            data = self.socket.recv(65536)
+        except BlockingIOError:
+            return
+        except OSError as error:
+            raise GoneError from error
+        if not data:
+            raise GoneError
         for command, body in self._splitter.push(data):
             self._heed(command, Taker(body), now)
         self.write(now)
 
     def serve(self, now: float) -> None:
-        """Send the replies that are due; once a cycle."""
+        """Once a cycle: send the replies that are due, and write."""
         for number, one in sorted(self._subscriptions.items()):
             if one.interval < 0.0:
                 answer = one.entry.answer(Taker(one.arguments))
@@ -78,6 +85,7 @@ class Client:
             elif now - one.due > max(one.interval, self._options.least_interval):
                 one.due = now
                 self._reply(number, one, now)
+        self.write(now)
 
     def write(self, now: float) -> None:
         """Send frames that may leave; raise GoneError when the client has left or is rejected."""
@@ -106,17 +114,6 @@ class Client:
         """Announce that the server shuts down."""
         self._send(seal(1), now)
         self._is_leaving = True
-
-    def _receive(self) -> bytes:
-        try:
-            data = self.socket.recv(65536)
-        except BlockingIOError:
-            return b""
-        except OSError as error:
-            raise GoneError from error
-        if not data:
-            raise GoneError
-        return data
 
     def _heed(self, command: int, taker: Taker, now: float) -> None:
         match command:
@@ -177,7 +174,9 @@ class Client:
             133: lambda name, one: (one.group, ""),
         }
         for command, row in rows.items():
-            for chunk in _chunks(list(offers.items())):
+            items = list(offers.items())
+            for start in range(0, len(items), _CHUNK):
+                chunk = items[start : start + _CHUNK]
                 body = Writer().integer(len(chunk), 2)
                 for name, one in chunk:
                     first, second = row(name, one)
@@ -191,8 +190,3 @@ class Client:
         late = options.delay + self._random.uniform(0.0, options.jitter)
         self._leaves_at = max(self._leaves_at, now + late)  # nothing overtakes in a stream
         self._out.append((self._leaves_at, frame))
-
-
-def _chunks(items: list[tuple[str, Entry]]) -> Iterator[list[tuple[str, Entry]]]:
-    for start in range(0, len(items), _CHUNK):
-        yield items[start : start + _CHUNK]

@@ -40,7 +40,6 @@ class Motion:
     turn_acceleration: float = radians(150.0)
     turn_deceleration: float = radians(200.0)
     latch: float = 0.1
-    docking: float = 1.0  # time to dock and to undock [s]
 
 
 class Drive(Protocol):
@@ -102,9 +101,7 @@ class Controller:
     locked: bool = False
     pressed: bool = False  # the emergency stop
     motors_on: bool = True
-    docking: int = 0  # 0 undocked, 1 docking, 2 docked, 3 undocking
     clearance: Callable[[], float] = lambda: inf  # free way in front, for safe driving [m]
-    heeds_throttle: bool = True
     direction: float = 1.0  # -1: forwards is backwards
     needs_button: bool = False
     """Whether only `push_button` switches the motors on after an emergency stop."""
@@ -116,7 +113,6 @@ class Controller:
     _ratios_at: float = -inf
     _latched_at: float = -inf
     _stepped_at: float | None = None
-    _docks_at: float = inf
 
     def ratio_drive(self, translation: float, rotation: float, throttle: float, now: float) -> None:
         """Command ratios [%]; ignored in a locked mode, or while it comes to a stop."""
@@ -140,12 +136,14 @@ class Controller:
         self.mode, self.status = "Stop", "Stopping"
         self.ratios = (0.0, 0.0, 100.0)
 
-    def dock(self, now: float, *, leave: bool = False) -> None:
-        """Dock or undock, in a locked mode."""
-        self.wanted = (0.0, 0.0)
-        self.docking = 3 if leave else 1
-        self.mode, self.locked, self._docks_at = "Dock", True, now + self.motion.docking
-        self.status = "Undocking" if leave else "Docking"
+    def dock(self) -> None:
+        """Dock, in a locked mode."""
+        self.wanted, self.locked = (0.0, 0.0), True
+        self.mode, self.status = "Dock", "Docking"
+
+    def undock(self) -> None:
+        """Leave the dock and its mode."""
+        self.locked, self.mode, self.status = False, "Stop", "Stopped"
 
     def bump(self) -> None:
         """Hit something: the wheels stand at once, until a `stop`."""
@@ -188,7 +186,6 @@ class Controller:
         """Advance to a time [s]."""
         dt = 0.0 if self._stepped_at is None else min(now - self._stepped_at, 0.2)
         self._stepped_at = now
-        self._dock(now)
         if now - self._latched_at >= self.motion.latch:
             self._latched_at = now
             self.wanted = self._set_point(now)
@@ -204,18 +201,12 @@ class Controller:
             self.say("Stopped")
 
     def _set_point(self, now: float) -> tuple[float, float]:
-        if not self.motors_on or self.mode == "Stop":
-            return (0.0, 0.0)
-        if self.mode != "Drive":
-            return (0.0, 0.0)
-        if self.teleop.timeout and now - self._ratios_at > self.teleop.timeout:
-            self.ratios = (0.0, 0.0, 100.0)
-        return self._of_ratios()
-
-    def _of_ratios(self) -> tuple[float, float]:
-        translation, rotation, throttle = (one / 100.0 for one in self.ratios)
-        throttle = throttle if self.heeds_throttle else 1.0
         teleop = self.teleop
+        if not self.motors_on or self.mode != "Drive":
+            return (0.0, 0.0)
+        if teleop.timeout and now - self._ratios_at > teleop.timeout:
+            self.ratios = (0.0, 0.0, 100.0)
+        translation, rotation, throttle = (one / 100.0 for one in self.ratios)
         forwards = translation > 0.0
         v = 0.0
         turn = teleop.turn_at_rest
@@ -240,14 +231,3 @@ class Controller:
             goal = wanted if now * wanted > 0.0 else 0.0
             return now + copysign(min(slower * dt, abs(goal - now)), goal - now)
         return now + copysign(min(faster * dt, abs(wanted - now)), wanted - now)
-
-    def _dock(self, now: float) -> None:
-        if now < self._docks_at:
-            return
-        self._docks_at = inf
-        docked = self.docking == 1
-        self.docking = 2 if docked else 0
-        self.locked, self.mode = docked, "Dock" if docked else "Stop"
-        self.status = "Docked" if docked else "Stopped"
-        state, charge = ("Docked", "Bulk") if docked else ("Undocked", "Not")
-        self.say(f"DockingState: {state} ForcedState: Unforced ChargeState: {charge}")

@@ -9,7 +9,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from math import radians
-from typing import NamedTuple, Self, TypeVar
+from typing import NamedTuple, Self
 
 from hw.clock import stopwatch
 from hw.emulators.common import listen
@@ -19,7 +19,6 @@ from hw.emulators.omron.controller import Controller, Drive, Unicycle
 from hw.emulators.omron.options import Options, configure
 from hw.emulators.omron.requests import Requests
 
-_Any = TypeVar("_Any", Client, ArclClient)
 _CYCLE = 0.01  # of the controller and of replies [s]
 
 
@@ -72,26 +71,24 @@ class OmronEmulator:
             self.options.motion,
             say=self._announce,
             clearance=lambda: self.options.clearance,
-            heeds_throttle=self.options.heeds_throttle,
             direction=self.options.direction,
             needs_button=self.options.needs_button,
         )
         if "locked" in faults:
-            self.controller.docking, self.controller.locked = 2, True
-            self.controller.mode = self.controller.status = "Dock"
+            self.controller.dock()
         if "emergency stop" in faults:
             self.controller.press()
         self.heard: deque[Heard] = deque(maxlen=100_000)  # motion commands, oldest first
         self.moved: deque[Moved] = deque(maxlen=100_000)  # motion of the base, oldest first
         self.text_faults: list[str] = []  # names of faults on the text interface
+        self.clients: list[Client] = []
+        self.text_clients: list[ArclClient] = []
         self._requests = Requests(self.controller, self.options, self._note)
-        self._clients: list[Client] = []
-        self._arcl_clients: list[ArclClient] = []
         self._count = 0
         self._jumped_at = stopwatch()
         self._lock = threading.Lock()
         self._over = threading.Event()
-        self._thread: threading.Thread | None = None
+        self._thread = threading.Thread(target=self._run, name="omron emulator", daemon=True)
         self._selector = selectors.DefaultSelector()
         self._listeners: list[socket.socket] = []
 
@@ -100,17 +97,16 @@ class OmronEmulator:
         self._listen(self.options.port, self._accept)
         if self.options.arcl_password:
             self._listen(self.options.arcl_port, self._accept_arcl)
-        self._thread = threading.Thread(target=self._run, name="omron emulator", daemon=True)
         self._thread.start()
         return self
 
     def __exit__(self, *_: object) -> None:
         self._over.set()
-        if self._thread is not None:
-            self._thread.join()
-        sockets = [one.socket for one in self._clients] + [one.socket for one in self._arcl_clients]
-        for connection in (*sockets, *self._listeners):
-            connection.close()
+        self._thread.join()
+        for client in self._everyone:
+            client.socket.close()
+        for listener in self._listeners:
+            listener.close()
         self._selector.close()
 
     @property
@@ -122,6 +118,10 @@ class OmronEmulator:
     def arcl_port(self) -> int:
         """Port of the text interface."""
         return int(self._listeners[1].getsockname()[1])
+
+    @property
+    def _everyone(self) -> list[Client | ArclClient]:
+        return [*self.clients, *self.text_clients]
 
     @contextmanager
     def held(self) -> Iterator[Controller]:
@@ -136,14 +136,14 @@ class OmronEmulator:
     def break_off(self) -> None:
         """Reset every connection in the middle of a frame."""
         with self._lock:
-            for client in list(self._clients):
-                self._forget(client, self._clients)
+            for client in self.clients:
+                self._forget(client)
                 client.break_off()
 
     def shut_down(self) -> None:
         """Announce to every client that the server shuts down."""
         with self._lock:
-            for client in self._clients:
+            for client in self.clients:
                 client.say_goodbye(stopwatch())
 
     def _listen(self, port: int, accept: Callable[[socket.socket], None]) -> None:
@@ -175,13 +175,9 @@ class OmronEmulator:
         if self.options.frozen:
             return
         self._jump(now)
-        for client in list(self._clients):
-            with self._leaving(client, self._clients):
+        for client in self._everyone:
+            with self._leaving(client):
                 client.serve(now)
-                client.write(now)
-        for text_client in list(self._arcl_clients):
-            with self._leaving(text_client, self._arcl_clients):
-                text_client.last(now)
 
     def _jump(self, now: float) -> None:
         """Let the pose on the map jump away and back, in turn."""
@@ -194,25 +190,23 @@ class OmronEmulator:
     def _accept(self, listener: socket.socket) -> None:
         connection = self._accepted(listener)
         self._count += 1
-        is_full = len(self._clients) >= self.options.clients
-        self._add(
-            Client(connection, self._requests, self.options, self._count, is_full=is_full),
-            self._clients,
-        )
+        is_full = len(self.clients) >= self.options.clients
+        client = Client(connection, self._requests, self.options, self._count, is_full=is_full)
+        self.clients.append(client)
+        self._register(client)
 
     def _accept_arcl(self, listener: socket.socket) -> None:
         connection = self._accepted(listener)
-        if len(self._arcl_clients) >= self.options.arcl_clients:
+        if len(self.text_clients) >= self.options.arcl_clients:
             connection.close()
             return
         client = ArclClient(connection, self.controller, self.options, self.text_faults)
-        self._add(client, self._arcl_clients)
+        self.text_clients.append(client)
+        self._register(client)
 
-    def _add(self, client: _Any, group: list[_Any]) -> None:
-        group.append(client)
-
+    def _register(self, client: Client | ArclClient) -> None:
         def hear() -> None:
-            with self._leaving(client, group):
+            with self._leaving(client):
                 client.hear(stopwatch())
 
         self._selector.register(client.socket, selectors.EVENT_READ, hear)
@@ -221,28 +215,28 @@ class OmronEmulator:
     def _accepted(listener: socket.socket) -> socket.socket:
         connection, _ = listener.accept()
         connection.setblocking(False)
-        if connection.family != socket.AF_UNIX:
-            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         return connection
 
     @contextmanager
-    def _leaving(self, client: _Any, group: list[_Any]) -> Iterator[None]:
+    def _leaving(self, client: Client | ArclClient) -> Iterator[None]:
         """Forget a client that leaves; the base drives on, as the real one does."""
         try:
             yield
         except GoneError:
-            self._forget(client, group)
+            self._forget(client)
             client.socket.close()
 
-    def _forget(self, client: _Any, group: list[_Any]) -> None:
-        if client in group:
-            group.remove(client)
+    def _forget(self, client: Client | ArclClient) -> None:
+        if client in self._everyone:
+            self.clients = [one for one in self.clients if one is not client]
+            self.text_clients = [one for one in self.text_clients if one is not client]
             self._selector.unregister(client.socket)
 
     def _note(self, name: str, values: tuple[float, ...]) -> None:
         self.heard.append(Heard(stopwatch(), name, values))
 
     def _announce(self, line: str) -> None:
-        for client in list(self._arcl_clients):
-            with self._leaving(client, self._arcl_clients):
+        for client in self.text_clients:
+            with self._leaving(client):
                 client.tell(line)

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import inf
 
-from hw.emulators.common import NoFaultError, Reported, chosen, set_options
+from hw.emulators.common import NoFaultError, chosen, reported, set_options
 from hw.emulators.omron.controller import Motion, Teleop
 
 EVERYTHING = frozenset({"Movement", "Stop", "RobotInfo", "SensorInfo", "UnsafeMovement", "Config"})
@@ -45,7 +45,6 @@ class Options:
     clients: int = 8  # largest number; more are rejected
     least_interval: float = 0.0  # between two replies to one request [s]
     jumps: float = 0.0  # interval of jumps of its pose on the map [s]; 0: none
-    heeds_throttle: bool = True  # whether the throttle of `ratioDrive` is obeyed
     direction: float = 1.0  # -1: forwards is backwards
     clearance: float = inf  # free way in front, for safe driving [m]
     needs_button: bool = False
@@ -71,92 +70,46 @@ _FAULTS: dict[str, tuple[str, dict[str, object]]] = {
 }
 FAULTS: Mapping[str, str] = {name: what for name, (what, _) in _FAULTS.items()}
 """Initial faults by name."""
-_ARIA = "source of the open library ARIA 2.9 (ArNetworking)"
-AS_REPORTED: Mapping[str, Reported] = {
-    "throttle-ignored": Reported(
-        "the third argument of ratioDrive counts as 100",
-        "BenBurgessLimerick/ros_omron_agv and CollaborativeRoboticsLab/omron_amr, which drove LD "
-        "bases, send 100 always; nobody reports that less is heeded",
-        {"heeds_throttle": False},
-    ),
-    "dead-zone-larger": Reported(
-        "20 % and 10 % do not move it; it tells so in its configuration",
-        f"{_ARIA}: TransDeadZone and RotDeadZone are values of a site",
-        {"teleop.dead_translation": 20.0, "teleop.dead_rotation": 10.0},
-    ),
-    "full-scale-lower": Reported(
-        "100 % are 0.67 m/s",
-        "CollaborativeRoboticsLab/omron_amr: 41.7 % are 0.28 m/s on an LD-90",
-        {"teleop.forwards": 0.67},
-    ),
-    "full-scale-is-top": Reported(
-        "FullThrottleForwards is 0, which stands for the top speed, 1.8 m/s",
-        f"{_ARIA}, ArActionRatioInput; the top speed: pioneer-lx.p",
-        {"teleop.forwards": 1.8, "teleop.tells_forwards": 0.0},
-    ),
-    "timeout-as-delivered": Reported(
-        "it drives on for 2 s without commands",
-        f"{_ARIA}: Timeout is 2 s; amor-ros-pkg/rosaria pull request 51: it ran into equipment",
-        {"teleop.timeout": 2.0},
-    ),
-    "timeout-off": Reported(
-        "it drives on for ever without commands",
-        f"{_ARIA}: a Timeout of 0 is none",
-        {"teleop.timeout": 0.0},
-    ),
-    "timeout-short": Reported(
-        "it stops between commands that are 50 ms apart",
-        f"{_ARIA}: Timeout may be less than a cycle",
-        {"teleop.timeout": 0.03},
-    ),
-    "safe-drive-blocks": Reported(
-        "it does not go forwards for what its laser sees; it turns and goes back",
-        f"{_ARIA}, ArActionDeceleratingLimiter",
-        {"clearance": 0.05},
-    ),
-    "direction-reversed": Reported(
-        "it goes back where it should go forwards",
-        "UbiquityRobotics/ubiquity_motor issue 9 (another base)",
-        {"direction": -1.0},
-    ),
-    "pose-jumps": Reported(
-        "it finds itself 0.3 m and 5 degrees away every 2 s",
-        "neobotix/neo_localization2 issue 36 (another base)",
-        {"jumps": 2.0},
-    ),
-    "pose-10-hz": Reported(
-        "replies come 10 times a second at most",
-        "qcr/ros_omron_agv, src/robot_status.cpp",
-        {"least_interval": 0.1},
-    ),
-    "brake-button": Reported(
-        "after an emergency stop a program cannot switch the motors on: its button must be pushed",
-        "Omron ARCL guide I617-E-01: EStop relieved but motors still disabled",
-        {"needs_button": True},
-    ),
-    "one-arcl-client": Reported(
-        "the text interface takes one client, and closes the connection of a second",
-        "OmronAPAC/Omron_AMR_ROS2 issue 4, in one reading",
-        {"arcl_clients": 1},
-    ),
-    "arcl-kicks-out": Reported(
-        "the text interface closes its connections after 2 s",
-        "OmronAPAC/Omron_AMR_ROS2 issue 4",
-        {"arcl_lasts": 2.0},
-    ),
-    "no-config": Reported(
-        "protocol 6MTX; the configuration is told by the text interface only",
-        "KalanaRatnayake/ros_omron_agv, CollaborativeRoboticsLab/omron_amr",
-        {"protocol": "6MTX", "omit": frozenset({"getConfigBySectionsV4"})},
-    ),
-}
+AS_REPORTED = reported("""
+dead-zone-larger | 20 % and 10 % do not move it, as it tells | ARIA 2.9: dead zones are of a site
+full-scale-lower | 100 % are 0.67 m/s | CollaborativeRoboticsLab/omron_amr: 41.7 % are 0.28 m/s
+full-scale-is-top | FullThrottleForwards is 0: the top speed, 1.8 m/s | ARIA 2.9, ArActionRatioInput
+timeout-as-delivered | it drives on for 2 s without commands | ARIA 2.9; amor-ros-pkg/rosaria #51
+timeout-off | it drives on for ever without commands | ARIA 2.9: a Timeout of 0 is none
+timeout-short | it stops between commands 50 ms apart | ARIA 2.9: Timeout may be less than a cycle
+safe-drive-blocks | its laser keeps it from going forwards | ARIA 2.9, ArActionDeceleratingLimiter
+direction-reversed | it goes back instead of forwards | UbiquityRobotics/ubiquity_motor #9
+pose-jumps | it finds itself 0.3 m and 5 degrees away every 2 s | neobotix/neo_localization2 #36
+pose-10-hz | replies come 10 times a second at most | qcr/ros_omron_agv, src/robot_status.cpp
+brake-button | after an emergency stop only its button switches the motors on | ARCL guide I617-E-01
+one-arcl-client | the text interface takes one client | OmronAPAC/Omron_AMR_ROS2 #4, in one reading
+arcl-kicks-out | the text interface closes connections after 2 s | OmronAPAC/Omron_AMR_ROS2 #4
+no-config | 6MTX: only the text interface tells the configuration | KalanaRatnayake/ros_omron_agv
+""")
 """Reported behaviours by name."""
+_VALUES: dict[str, dict[str, object]] = {
+    "dead-zone-larger": {"teleop.dead_translation": 20.0, "teleop.dead_rotation": 10.0},
+    "full-scale-lower": {"teleop.forwards": 0.67},
+    "full-scale-is-top": {"teleop.forwards": 1.8, "teleop.tells_forwards": 0.0},
+    "timeout-as-delivered": {"teleop.timeout": 2.0},
+    "timeout-off": {"teleop.timeout": 0.0},
+    "timeout-short": {"teleop.timeout": 0.03},
+    "safe-drive-blocks": {"clearance": 0.05},
+    "direction-reversed": {"direction": -1.0},
+    "pose-jumps": {"jumps": 2.0},
+    "pose-10-hz": {"least_interval": 0.1},
+    "brake-button": {"needs_button": True},
+    "one-arcl-client": {"arcl_clients": 1},
+    "arcl-kicks-out": {"arcl_lasts": 2.0},
+    "no-config": {"protocol": "6MTX", "omit": frozenset({"getConfigBySectionsV4"})},
+}
+"""What they are as options."""
 
 
 def configure(options: Options, faults: Sequence[str], as_reported: Sequence[str]) -> None:
     """Set the options of initial faults and reported behaviours."""
     for name in sorted(chosen(as_reported, AS_REPORTED, "base")):
-        set_options(options, AS_REPORTED[name].values)
+        set_options(options, _VALUES[name])
     for name in faults:
         if name not in FAULTS:
             raise NoFaultError(name, FAULTS)

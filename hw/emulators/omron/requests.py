@@ -87,8 +87,6 @@ class Requests:
             ("batteryInfo", "RobotInfo", "", self._battery_info),
             ("getModeInfo", "RobotInfo", "", self._mode_info),
             ("getLocState", "RobotInfo", "", self._loc_state),
-            ("dockInfo", "RobotInfo", "", self._dock_info),
-            ("dockInfoChanged", "RobotInfo", "", self._dock_info),
             ("getConfigBySectionsV4", "Config", "byte: priority", self._teleop_section),
             *(
                 (f"DataStore_RobotPoseInterpolated_{name}", "RobotInfo", "", self._stored(axis))
@@ -142,9 +140,6 @@ class Requests:
         score = 0.0 if options.lost else options.score
         state = 2 if options.lost else 0
         return Writer().integer(state, 1).integer(round(score * options.score_scale), 2).body
-
-    def _dock_info(self, _: Taker) -> bytes:
-        return Writer().integer(self._controller.docking, 1).integer(0, 1).integer(0, 2).body
 
     def _teleop_section(self, _: Taker) -> bytes:
         writer = Writer().raw(b"S").string("Teleop settings").string("").string("Robot")

@@ -100,13 +100,13 @@ def test_faults_are_listed_and_wrong_options_refused():
 def test_reported_ways_are_listed_with_their_sources_and_unknown_ones_refused():
     code, out, _ = call("emulate", "omron", "--as-reported", "list")
     assert code == 0
-    assert "throttle-ignored: the third argument of ratioDrive counts as 100 [" in out
+    assert "timeout-off: it drives on for ever without commands [" in out
     assert all(line.endswith("]") for line in out.splitlines())
     assert out in call("emulate", "frankie", "--as-reported", "list")[1]
     for part in ("omron", "frankie"):
         line = refused(part, "--as-reported", "timeout-off,trottle")
         assert "has no reported behaviour called `trottle`" in line
     emulator = FrankieEmulator(
-        "emulated", world="kinematic", scene="single", seed=0, as_reported=["throttle-ignored"]
+        "emulated", world="kinematic", scene="single", seed=0, as_reported=["timeout-off"]
     )
-    assert not emulator.base.controller.heeds_throttle
+    assert emulator.base.options.teleop.timeout == 0.0

@@ -36,7 +36,7 @@ def _towards(last, command, limits):
     )
 
 
-def until(robot, gate, done, patience, command=None):
+def until(robot, gate, done, command=None, patience=60.0):
     """The first reading of which something is true."""
     end = robot.clock.now() + patience
     while robot.clock.now() < end:

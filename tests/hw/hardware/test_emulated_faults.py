@@ -50,44 +50,44 @@ def gate(robot):
 )
 def test_the_loop_lives_through_a_fault_and_moves_again(robot, gate, place, words, kind):
     """No reading is disbelieved for so long that the run would end: the tree gets its chance."""
-    until(robot, gate, lambda state: state.base_twist[0] > 0.05, 5.0, GO)
+    until(robot, gate, lambda state: state.base_twist[0] > 0.05, command=GO)
     place[1].do(words)
-    until(robot, gate, has(kind), 3.0, GO)
+    until(robot, gate, has(kind), command=GO)
     assert gate.judge(robot.read(), robot.clock.now()) in (Refusal.FAULT, Refusal.READING)
-    until(robot, gate, lambda state: not np.abs(state.qd).max() > 0.01, 2.0)
+    until(robot, gate, lambda state: not np.abs(state.qd).max() > 0.01)
     time.sleep(1.0)
     robot.recover()
-    until(robot, gate, healthy, 30.0)
-    until(robot, gate, lambda state: state.base_twist[0] > 0.05, 5.0, GO)
-    until(robot, gate, lambda state: state.qd[5] > 0.1, 3.0, GO)
+    until(robot, gate, healthy)
+    until(robot, gate, lambda state: state.base_twist[0] > 0.05, command=GO)
+    until(robot, gate, lambda state: state.qd[5] > 0.1, command=GO)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("words", "clearable"), [("freeze", True), ("lost", False)])
 def test_a_base_that_does_not_tell_where_it_is_stops_both(robot, gate, place, words, clearable):
-    until(robot, gate, lambda state: state.base_twist[0] > 0.05, 5.0, GO)
+    until(robot, gate, lambda state: state.base_twist[0] > 0.05, command=GO)
     place[1].do(f"{words} yes")
-    state = until(robot, gate, has(FaultKind.STALE_POSE), 3.0, GO)
+    state = until(robot, gate, has(FaultKind.STALE_POSE), command=GO)
     assert [one.clearable for one in state.faults if one.kind is FaultKind.STALE_POSE] == [
         clearable
     ]
-    until(robot, gate, lambda state: not np.abs(state.qd).max() > 0.01, 2.0)
+    until(robot, gate, lambda state: not np.abs(state.qd).max() > 0.01)
     place[1].do(f"{words} no")
     time.sleep(1.0)
     robot.recover()
-    until(robot, gate, healthy, 20.0)
-    until(robot, gate, lambda state: state.base_twist[0] > 0.05, 5.0, GO)
+    until(robot, gate, healthy)
+    until(robot, gate, lambda state: state.base_twist[0] > 0.05, command=GO)
 
 
 def test_the_emergency_stop_of_the_cell_stops_both_and_is_latched(robot, gate, place):
-    until(robot, gate, lambda state: state.base_twist[0] > 0.05, 5.0, GO)
+    until(robot, gate, lambda state: state.base_twist[0] > 0.05, command=GO)
     place[1].do("stop")
-    until(robot, gate, has(FaultKind.EMERGENCY_STOP), 2.0, GO)
-    until(robot, gate, lambda state: not np.abs((*state.qd, *state.base_twist)).max() > 0.01, 2.0)
+    until(robot, gate, has(FaultKind.EMERGENCY_STOP), command=GO)
+    until(robot, gate, lambda state: not np.abs((*state.qd, *state.base_twist)).max() > 0.01)
     place[1].do("release")
-    until(robot, gate, lambda state: not has(FaultKind.EMERGENCY_STOP)(state), 3.0)
+    until(robot, gate, lambda state: not has(FaultKind.EMERGENCY_STOP)(state))
     robot.recover()
-    until(robot, gate, healthy, 20.0)
+    until(robot, gate, healthy)
     assert tick(robot, gate, GO)[1] is Refusal.EMERGENCY_STOP
     gate.acknowledge()
-    until(robot, gate, lambda state: state.base_twist[0] > 0.05, 5.0, GO)
+    until(robot, gate, lambda state: state.base_twist[0] > 0.05, command=GO)

@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
+from command_line import call
 from emulated_robot import ROOT, emulated, needs_drivers, robot_file
 
 from app.core import replay_run
@@ -24,7 +25,7 @@ pytestmark = needs_drivers
 SHORT = """\
 task: short
 poses:
-  near: {xyz: [1.2, 0.1, 0.7], rpy_deg: [180, 0, 0]}
+  near: {xyz: [0.9, 0.1, 0.7], rpy_deg: [180, 0, 0]}
 tree:
   sequence:
     - recover: {arm: ready}
@@ -56,9 +57,10 @@ def test_a_run_starts_the_emulators_and_ends_them(tmp_path):
     slower = {"speed_percent: 100": "speed_percent: 60"}
     path, task = robot_file(tmp_path, **slower), tmp_path / "short.yaml"
     task.write_text(SHORT)
-    told = summary(begin(path, task, "--scene", "single", record=tmp_path))
+    words = ("--robot", path, "--record", tmp_path, "--json", "--view", "none")
+    told = json.loads(call("run", task, *words, "--scene", "single")[1])
     assert (told["outcome"], told["world"], told["robot"]) == ("success", "emulated", "robot")
-    assert told["contacts"] == told["limit_violations"] == 0
+    assert told["contacts"] == 0
     assert not any(str(path) in line for line in running())
     (folder,) = tmp_path.glob("*-short")
     assert replay_run(folder).identical
@@ -129,6 +131,7 @@ def wait_for(link, objects: int, process: subprocess.Popen[str], patience: float
         time.sleep(0.2)
 
 
+@pytest.mark.slow
 def test_emulators_of_another_world_are_named(tmp_path):
     path, other = robot_file(tmp_path), WorldOptions(scene="household", seed=0)
     words = "--world kinematic --scene single --seed 1"
@@ -141,6 +144,7 @@ def test_pick_place_puts_all_ten_objects_on_the_table(tmp_path):
     path = robot_file(tmp_path)
     with emulated(path, "household", 0) as link:
         told = summary(begin(path, "pick_place", "--speed", "real", record=tmp_path))
+        assert told["limit_violations"] == 0
         assert (told["outcome"], told["placed"]) == ("success", 10), told
         assert on_the_table(link) == 10
 

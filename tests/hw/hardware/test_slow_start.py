@@ -6,10 +6,9 @@ import json
 from dataclasses import replace
 
 import pytest
+from command_line import call
 from emulated_robot import ROOT
-from typer.testing import CliRunner
 
-from app.commands import app
 from robots import at_pace, load_robot
 
 TASK = """\
@@ -34,9 +33,7 @@ def test_timeouts_grow_as_a_robot_gets_slower(tmp_path, monkeypatch, knows_its_p
     task = tmp_path / "task.yaml"
     task.write_text(TASK)
     options = ["--scene", "single", "--view", "none", "--json", "--record", str(tmp_path)]
-    result = CliRunner().invoke(app, ["run", str(task), *options])
-    assert result.stdout, result.stderr
-    told = json.loads(result.stdout)
+    told = json.loads(call("run", task, *options)[1])
     assert told["outcome"] == outcome, told["reason"]
     if knows_its_pace:
         assert told["duration_s"] > 8.0, "longer than the timeout at full speed"

@@ -33,8 +33,6 @@ INTRODUCTION = (
     "0f0c2600020000006f6d726f6e00257b5b9c239f23cc4477ab030969e7c3354d54580000ad7f0f0c080005000005"
 )
 """The answer of user "omron", password "pw", and that no UDP is wanted."""
-NO_PASSWORD = "2c1da2db70ab818aa50a6b316ee3e0fc"
-"""Hash of an empty password, key "K3y"."""
 LIST = "0f0c2a00810002001602726174696f447269766500647269766500190273746f700073746f707300f4f9"
 """LIST of 534 `ratioDrive` and 537 `stop`."""
 

@@ -9,7 +9,6 @@ import pytest
 from emulated import base_of, connected, drive, is_at_rest, wait_for, wait_for_fault
 
 from hw import FaultKind, HardwareError
-from hw.emulators.common import NotReportedError
 from hw.emulators.omron import AS_REPORTED, OmronEmulator, Options
 from hw.emulators.omron.controller import Teleop
 from hw.omron import Site
@@ -41,42 +40,32 @@ def gone(emulator: OmronEmulator) -> float:
     return sum(before.v * (after.at - before.at) for before, after in moves)
 
 
-@pytest.mark.parametrize(
-    "way",
-    [
-        pytest.param(way, marks=() if way == "full-scale-is-top" else pytest.mark.slow)
-        for way in AS_REPORTED
-    ],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("way", AS_REPORTED)
 def test_whatever_a_base_does_it_never_runs_away_and_never_stands_in_silence(way):
-    with emulator_of(way) as emulator:
-        base = base_of(emulator, arcl="adept")
-        base.connect()
-        try:
-            assert not emulator.heard or {one.name for one in emulator.heard} == {"stop"}
-            assert peak(emulator) == 0.0
-            faults: set[Fault] = set()
-            for _ in range(25):
-                drive(base, TOLD, seconds=0.1)
-                faults |= set(base.read().faults)
-            said = " | ".join(fault.text for fault in faults)
-            assert len(faults) <= 1, said  # one text for one cause, whatever it measures
-            if way in WHY:
-                assert WHY[way] in said
-            else:
-                assert said == ""
-                assert gone(emulator) > 0.5 * TOLD * 2.5 * 0.67
-            assert peak(emulator) < TOLD + 0.04 + 0.015 + 0.3  # for 0.2 s, and its way to rest
-            base.stop()
-            wait_for(lambda: is_at_rest(emulator))
-        finally:
-            base.close()
+    with emulator_of(way) as emulator, connected(emulator, arcl="adept") as base:
+        assert not emulator.heard or {one.name for one in emulator.heard} == {"stop"}
+        assert peak(emulator) == 0.0
+        faults: set[Fault] = set()
+        for _ in range(25):
+            drive(base, TOLD, seconds=0.1)
+            faults |= set(base.read().faults)
+        said = " | ".join(fault.text for fault in faults)
+        assert len(faults) <= 1, said  # one text for one cause, whatever it measures
+        if way in WHY:
+            assert WHY[way] in said
+        else:
+            assert said == ""
+            assert gone(emulator) > 0.5 * TOLD * 2.5 * 0.67
+        assert peak(emulator) < TOLD + 0.04 + 0.015 + 0.3  # for 0.2 s, and its way to rest
+        base.stop()
+        wait_for(lambda: is_at_rest(emulator))
 
 
 def test_a_base_that_is_too_fast_is_stopped_and_not_driven_on_by_a_program():
     """`full_scale` of the file is not that of the base: told 0.3 m/s it goes at 0.54 m/s."""
     with emulator_of("full-scale-is-top") as emulator, connected(emulator) as base:
-        drive(base, 0.3, seconds=1.2)
+        wait_for(lambda: drive(base, 0.3, seconds=0.1) and base.read().faults)
         state = wait_for_fault(base, FaultKind.NOT_READY, "and was stopped")
         assert "told 0.3" in state.faults[0].text
         assert not state.faults[0].clearable
@@ -87,30 +76,17 @@ def test_a_base_that_is_too_fast_is_stopped_and_not_driven_on_by_a_program():
         assert base.read().faults == state.faults
 
 
-@pytest.mark.parametrize("twist", [(0.05, 0.0), pytest.param((0.0, 0.04), marks=pytest.mark.slow)])
-def test_a_throttle_that_is_ignored_after_all_is_slow_and_noticed(twist):
-    site = Site(throttle=True)
-    with emulator_of("throttle-ignored") as emulator, connected(emulator, site=site) as base:
-        drive(base, *twist, seconds=1.5)
-        assert peak(emulator) < 0.11
-        assert max(abs(one.w) for one in emulator.moved) < 0.05
-        if twist[0]:
-            wait_for_fault(base, FaultKind.NOT_READY, "may not heed the throttle")
-
-
-@pytest.mark.parametrize(
-    "way", ["throttle-ignored", pytest.param("pose-10-hz", marks=pytest.mark.slow)]
-)
-def test_by_default_slow_motion_does_not_depend_on_the_throttle(way):
-    with emulator_of(way) as emulator, connected(emulator) as base:
+@pytest.mark.slow
+def test_slow_motion_goes_in_pulses():
+    with emulator_of("pose-10-hz") as emulator, connected(emulator) as base:
         drive(base, 0.05, seconds=3.0)
         assert base.read().faults == ()
         assert peak(emulator) < 0.11
         assert 0.07 < gone(emulator) < 0.17
-        assert all(one.values[2] == 100.0 for one in emulator.heard if one.name == "ratioDrive")
 
 
-def test_where_the_button_of_the_base_is_needed_that_is_said():
+def test_where_the_button_of_the_base_is_needed_that_is_said(monkeypatch):
+    monkeypatch.setattr("hw.omron.arcl._PATIENCE", 0.3)
     with emulator_of("brake-button") as emulator, connected(emulator, arcl="adept") as base:
         with emulator.held() as controller:
             controller.press()
@@ -121,8 +97,6 @@ def test_where_the_button_of_the_base_is_needed_that_is_said():
         with emulator.held() as controller:
             controller.push_button()
         wait_for(lambda: not base.read().faults)
-        drive(base, TOLD, seconds=0.5)
-        assert gone(emulator) > 0.0
 
 
 def test_a_second_client_of_the_text_interface_is_told_why_it_gets_none():
@@ -148,26 +122,18 @@ def test_the_timeout_of_the_base_is_read_by_either_interface(ways):
         )
 
 
-def test_an_unknown_way_is_refused():
-    with pytest.raises(NotReportedError, match="did you mean `throttle-ignored`"):
-        emulator_of("timeout-off,throttle-ignord")
-
-
 def test_recoveries_that_follow_each_other_wait_longer_and_longer(monkeypatch):
-    monkeypatch.setattr("hw.omron.base._PAUSES", (0.0, 0.3, 0.6))
+    monkeypatch.setattr("hw.omron.base._PAUSES", (0.0, 0.2, 0.4))
     with OmronEmulator() as emulator, connected(emulator, arcl="adept") as base:
         with emulator.held() as controller:
             controller.press()
         wait_for_fault(base, FaultKind.EMERGENCY_STOP, "release it")
-        took = []
-        for _ in range(4):
 
-            def fails() -> bool:
-                with pytest.raises(HardwareError, match="release it first"):
-                    base.recover()
-                return True
+        def fails() -> bool:
+            with pytest.raises(HardwareError, match="release it first"):
+                base.recover()
+            return True
 
-            took.append(wait_for(fails))
-        assert [round(one, 0) for one in took] == [0, 0, 1, 1]
-        assert took[1] > 0.3
-        assert took[2] > 0.6
+        took = [wait_for(fails) for _ in range(4)]
+        assert took[1] > 0.2
+        assert min(took[2:]) > 0.4

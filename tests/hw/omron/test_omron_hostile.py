@@ -88,7 +88,7 @@ def test_connections_leave_no_thread_no_process_and_no_file_behind():
         def once() -> None:
             with connected(emulator, arcl="adept") as base:
                 drive(base, v=0.0, seconds=0.02)
-            wait_for(lambda: not emulator._clients and not emulator._arcl_clients)
+            wait_for(lambda: not emulator.clients and not emulator.text_clients)
 
         once()
         files, threads = len(os.listdir("/proc/self/fd")), threading.active_count()

@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 
 from hw.emulators.omron.controller import Controller, Teleop
 from hw.omron.commander import Commander
-from hw.omron.settings import OmronSettings
-from hw.omron.site import REST, Ratios, Site, Velocity
+from hw.omron.site import REST, OmronSettings, Ratios, Site, Velocity
 
 AT_REST_AS_AT_SPEED = {
     "turn_forwards": radians(50.0),
@@ -42,7 +41,8 @@ class Bench:
 @pytest.mark.parametrize(("ratios", "velocity"), RATIOS)
 def test_driver_and_emulator_know_the_measured_table(ratios, velocity):
     v, w = velocity
-    assert Site().velocity(Ratios(*ratios), 0.0) == pytest.approx((v, radians(w)))
+    if ratios[2] == 100:  # as the driver sends it
+        assert Site().velocity(Ratios(*ratios[:2]), 0.0) == pytest.approx((v, radians(w)))
     controller = Controller(Bench(), Teleop(**AT_REST_AS_AT_SPEED))
     controller.ratio_drive(*ratios, 0.0)
     controller.step(0.1)
@@ -50,7 +50,7 @@ def test_driver_and_emulator_know_the_measured_table(ratios, velocity):
 
 
 @given(velocities, st.floats(-0.25, 1.0), st.sampled_from([Site(), TURN_DEPENDS]))
-@settings(derandomize=True, deadline=None, max_examples=150)
+@settings(derandomize=True, deadline=None, max_examples=80)
 def test_what_the_base_makes_of_the_ratios_is_what_was_wanted(wanted, measured, site):
     reached = site.saturate(wanted, measured)
     assert abs(reached.v * wanted.w - reached.w * wanted.v) < 1e-9  # along the same arc
@@ -65,32 +65,15 @@ def test_what_the_base_makes_of_the_ratios_is_what_was_wanted(wanted, measured, 
 SLOW = [(0.03, 0.0), (-0.01, 0.0), (0.0, 0.01), (0.05, 0.04), (0.08, -0.01), (0.5, 0.01)]
 
 
-@pytest.mark.parametrize("wanted", SLOW[:4])
-def test_with_a_throttle_that_is_heeded_slow_velocities_pass_the_dead_zones(wanted):
-    site = Site(throttle=True)
-    assert site.velocity(site.ratios(Velocity(*wanted), 0.0), 0.0) == pytest.approx(wanted)
-
-
-@pytest.mark.parametrize("wanted", SLOW)
-def test_a_base_that_ignores_the_throttle_goes_slowly_all_the_same(wanted):
-    """It was driven at full scale."""
-    site = Site(throttle=True)
-    v, w = site.velocity(site.ratios(Velocity(*wanted), 0.0)._replace(throttle=100.0), 0.0)
-    least = site.least(Velocity(*wanted))
-    assert abs(v) <= max(abs(wanted[0]), 3.1 * least.v)
-    assert abs(w) <= max(abs(wanted[1]), 10.1 * least.w)
-
-
 @pytest.mark.parametrize("site", [Site(), Site(dead_translation=0.0, dead_rotation=0.0)])
 @pytest.mark.parametrize("wanted", SLOW)
-def test_without_it_they_are_driven_in_pulses_that_go_as_far(wanted, site):
+def test_slow_velocities_are_driven_in_pulses_that_go_as_far(wanted, site):
     it = Commander(replace(SETTINGS, site=site))
     way, peak, seconds = np.zeros(2), np.zeros(2), 40.0
     for step in range(int(seconds / 0.025)):
         now = 0.025 * step
         it.command(Velocity(*wanted), now)
         order = it.order(now, REST, may_move=True)
-        assert order.throttle == 100.0
         made = np.array(site.velocity(order, 0.0))
         way, peak = way + 0.025 * made, np.maximum(peak, abs(made))
     least = site.least(Velocity(*wanted))
@@ -104,8 +87,8 @@ def test_an_old_command_becomes_zero_then_a_stop_then_nothing():
     it.command(moving, 10.0)
     assert it.order(10.0, REST, may_move=True).translation > 0.0
     assert it.order(10.09, moving, may_move=True).translation > 0.0
-    assert it.order(10.11, moving, may_move=True) == (0.0, 0.0, 100.0)
-    assert it.order(10.19, moving, may_move=True) == (0.0, 0.0, 100.0)
+    assert it.order(10.11, moving, may_move=True) == (0.0, 0.0)
+    assert it.order(10.19, moving, may_move=True) == (0.0, 0.0)
     assert it.order(10.21, moving, may_move=True) == "stop"
     assert it.order(10.23, moving, may_move=True) is None
     assert it.order(10.32, moving, may_move=True) == "stop"
@@ -162,7 +145,7 @@ def run_stream(rng: np.random.Generator) -> None:
         if now - given_at > 0.1:
             assert told == REST
         if isinstance(order, Ratios):
-            controller.ratio_drive(*order, now)
+            controller.ratio_drive(*order, 100.0, now)
             before = it.commanded
         elif order == "stop":
             controller.stop()
@@ -176,5 +159,5 @@ def run_stream(rng: np.random.Generator) -> None:
 
 
 def test_random_commands_keep_the_limits_of_the_base():
-    for seed in range(150):
+    for seed in range(60):
         run_stream(np.random.default_rng(seed))
