@@ -3,7 +3,7 @@
 `FaultInjection` is a robot that has the faults named in `INJECTABLE`.
 """
 
-from hw.faults.effect import Injectable, InjectionError
+from hw.faults.effects import Injectable, InjectionError
 from hw.faults.injection import INJECTABLE, FaultInjection, injectable
 
 __all__ = ["INJECTABLE", "FaultInjection", "Injectable", "InjectionError", "injectable"]

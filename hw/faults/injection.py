@@ -12,17 +12,15 @@ import numpy as np
 
 from config import suggest
 from controller import Command
-from hw.faults.effect import Effect, Injectable, InjectionError, Site
-from hw.faults.frame_faults import FRAME_FAULTS
-from hw.faults.object_faults import OBJECT_FAULTS
-from hw.faults.robot_faults import ROBOT_FAULTS
+from hw.faults.effects import ROBOT_FAULTS, Effect, Injectable, InjectionError, Site
+from hw.faults.world_faults import WORLD_FAULTS
 from hw.robot import Camera, FunctionCamera, Robot, RobotWrapper
 from hw.state import DepthFrame, RobotState
 from hw.truth import DisturbableWorld, Truth
 
-_ROWS = (*ROBOT_FAULTS, *FRAME_FAULTS, *OBJECT_FAULTS)
-
-INJECTABLE: Mapping[str, Injectable] = MappingProxyType({row.name: row for row in _ROWS})
+INJECTABLE: Mapping[str, Injectable] = MappingProxyType(
+    {row.name: row for row in (*ROBOT_FAULTS, *WORLD_FAULTS)}
+)
 """The faults that can be injected, by name."""
 
 

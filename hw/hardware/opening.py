@@ -57,8 +57,7 @@ class CommandedRobot(RobotWrapper):
         _hurry(os.SCHED_FIFO | os.SCHED_RESET_ON_FORK)  # but not of later threads
 
     def send(self, command: Command) -> Command:
-        """Send a command, and record it in the lock."""
-        self._lock.beat()
+        """Send a command."""
         applied = super().send(command)
         self._has_moved |= bool(applied.base_twist.any() or applied.qd.any())
         return applied

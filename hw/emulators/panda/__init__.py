@@ -1,14 +1,13 @@
 """Emulated Franka Panda with its hand: interface version 5 of the arm and 3 of the hand.
 
 `server` serves both ports over TCP and UDP, `arm` and `hand` behave as the real ones, `parts` are
-the joints and fingers behind them, for which `linked` substitutes those of a simulated world.
+the joints and fingers behind them, in free air or of a simulated world.
 `console` takes commands while it runs, `reported` are reported behaviours.
 """
 
 from hw.emulators.panda.arm import EmulatedArm
 from hw.emulators.panda.console import ACTIONS, serve
-from hw.emulators.panda.linked import ArmLink, Wanted
-from hw.emulators.panda.parts import Fingers, Joints, LaggedJoints
+from hw.emulators.panda.parts import ArmLink, Fingers, Joints, LaggedJoints, LinkedBody, Wanted
 from hw.emulators.panda.reported import AS_REPORTED
 from hw.emulators.panda.wire import MotionCommand
 
@@ -20,6 +19,7 @@ __all__ = [
     "Fingers",
     "Joints",
     "LaggedJoints",
+    "LinkedBody",
     "MotionCommand",
     "Wanted",
     "serve",

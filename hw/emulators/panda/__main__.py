@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import sys
 
-from hw.emulators.panda import serve
-from hw.emulators.panda.linked import LinkedBody
+from hw.emulators.panda import LinkedBody, serve
 
 if __name__ == "__main__":
     host, version, memory, names = [*sys.argv[1:], *("", "5", "-", "")[len(sys.argv) - 1 :]]

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from math import isfinite
 
 from hw.emulators.panda.parts import PERIOD, Joints
-from hw.emulators.panda.wire import ERRORS, JOINT_VELOCITY, MotionCommand, MoveStatus
+from hw.emulators.panda.wire import ERRORS, MotionCommand, MoveStatus
 from hw.panda import JointLimits, Mode
 
 _MOST_LOST = 20  # lost packets in a row that end a motion, as of the real arm
@@ -23,9 +23,7 @@ _ENDS = 1e-3
 """Commanded slower than this, a joint counts as commanded to rest, and a motion may end [rad/s]."""
 _RESTS = 0.01  # a slower joint is at rest [rad/s]
 _Z7: tuple[float, ...] = (0.0,) * 7
-NEEDS_A_PERSON = frozenset(
-    {"joint_position_limits_violation", "self_collision_avoidance_violation"}
-)
+NEEDS_A_PERSON = {"joint_position_limits_violation", "self_collision_avoidance_violation"}
 """Errors that no program can clear."""
 
 
@@ -68,7 +66,6 @@ class EmulatedArm:
         self._arrived: deque[bool] = deque(maxlen=100)
         self._recovery = 0
         self._late: tuple[int, str] | None = None
-        self._generator = JOINT_VELOCITY
 
     @property
     def success_rate(self) -> float:
@@ -81,11 +78,11 @@ class EmulatedArm:
             errors = frozenset()
         return bytes(name in errors for name in ERRORS) if errors else bytes(len(ERRORS))
 
-    def begin_motion(self, generator: int = JOINT_VELOCITY) -> MoveStatus:
-        """Begin a motion by joint velocities or positions."""
+    def begin_motion(self) -> MoveStatus:
+        """Begin a motion by joint velocities."""
         if self.mode is not Mode.IDLE or self.needs_recovery:
             return MoveStatus.NOT_POSSIBLE
-        self.mode, self.last_errors, self._generator = Mode.MOVE, frozenset(), generator
+        self.mode, self.last_errors = Mode.MOVE, frozenset()
         self.q_d, self.qd_d, self.qdd_d = self.joints.q, _Z7, _Z7
         self._lost = self._waited = 0
         self._arrived.clear()
@@ -178,11 +175,7 @@ class EmulatedArm:
                 self._end(MoveStatus.SUCCESS, Mode.IDLE)
             return
         self._waited = _PATIENCE
-        if self._generator == JOINT_VELOCITY:
-            self._accept(command.qd)
-        else:
-            rows = zip(command.q, self.q_d, strict=True)
-            self._accept(tuple([(w - p) / PERIOD for w, p in rows]))
+        self._accept(command.qd)
 
     def _go_on(self, excused: bool) -> None:
         """Without a command: keep the acceleration, and count; if excused, keep the velocity."""

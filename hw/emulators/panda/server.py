@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import heapq
 import random
 import struct
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -24,8 +23,6 @@ from hw.emulators.panda.reported import AS_REPORTED
 from hw.emulators.panda.wire import Command, HandCommand, HandStatus, MotionCommand, MoveStatus
 from hw.panda import LIMITS, Mode
 
-_GENERATORS = (wire.JOINT_POSITION, wire.JOINT_VELOCITY)
-_CONTROLLERS = (wire.JOINT_IMPEDANCE, wire.CARTESIAN_IMPEDANCE)
 _HAND_EVERY, _SELDOM = 20, 100  # arm states per hand state, and the same as reported
 _BURST_EVERY, _BURST = 2000, 30  # interval and length of bursts of lost packets [ms], as reported
 _SLOW, _OTHER_VERSION = 0.001, 10  # delay of a slow line [s], and version of an FR3, as reported
@@ -44,6 +41,22 @@ class Line:
     delay: float = 0.005  # of late packets [s]
     unplugged_until: float = 0.0  # nothing arrives until then [s of `stopwatch`]
     random: random.Random = field(default_factory=lambda: random.Random(0))
+
+    def carry(
+        self, packets: Iterable[bytes], now: int, late: list[tuple[int, bytes]]
+    ) -> tuple[list[bytes], bool]:
+        """The packets that arrive now [ms], `late` ones first; whether one was lost or delayed."""
+        arrived, took = [packet for due, packet in late if due <= now], False
+        late[:] = [one for one in late if one[0] > now]
+        for packet in packets:
+            if self.random.random() < self.dropped:
+                took = True
+            elif self.random.random() < self.delayed:
+                took = True
+                late.append((now + round(self.delay / PERIOD), packet))
+            else:
+                arrived.append(packet)
+        return arrived, took
 
 
 class PandaServer:
@@ -75,9 +88,8 @@ class PandaServer:
         self._recovery: Request | None = None
         self._grip: Request | None = None
         self._sent, self._line_took = 0.0, False
-        self._motion = (wire.JOINT_VELOCITY, wire.JOINT_IMPEDANCE)
-        self._on_the_way: list[tuple[int, int, bytes]] = []
-        self._late_states: list[tuple[int, int, bytes]] = []
+        self._late_commands: list[tuple[int, bytes]] = []
+        self._late_states: list[tuple[int, bytes]] = []
         self._model, self._nowhere = robot_model("frankie"), SE3.Identity()
         self._from_foot = self._model.description.bTa.inverse()
 
@@ -123,7 +135,9 @@ class PandaServer:
         command = self._command(line_works and not is_lost)
         self.arm.tick(command, excused=excused and not self._line_took)
         if self._arm_port.is_listened_to and line_works:
-            self._send(self._state())
+            states, _ = self.line.carry([self._state()], self.arm.number, self._late_states)
+            for state in states:
+                self._arm_port.send_state(state)
             self._sent = stopwatch()
         if self._move is not None and self.arm.ended is not None:
             # after the state that shows it
@@ -155,11 +169,11 @@ class PandaServer:
                 port.send_states_to(states_to)
         elif request.command == Command.MOVE:
             controller, generator, *_ = wire.MOVE.unpack(request.payload)
-            possible = generator in _GENERATORS and controller in _CONTROLLERS
-            status = arm.begin_motion(generator) if possible else MoveStatus.INVALID_ARGUMENT
+            possible = (controller, generator) == (wire.JOINT_IMPEDANCE, wire.JOINT_VELOCITY)
+            status = arm.begin_motion() if possible else MoveStatus.INVALID_ARGUMENT
             port.answer(request, bytes([status]))
             if status is MoveStatus.STARTED:
-                self._move, self._motion = request, (generator, controller)
+                self._move = request
         elif request.command == Command.STOP_MOVE:
             arm.stop_motion()
             port.answer(request, bytes([wire.SUCCESS]))
@@ -179,20 +193,9 @@ class PandaServer:
 
     def _command(self, line_works: bool) -> MotionCommand | None:
         """The answer to the newest state, if it has arrived."""
-        line, number, self._line_took = self.line, self.arm.number, False
-        arrived = []
-        for packet in self._arm_port.packets():
-            if not line_works or line.random.random() < line.dropped:
-                self._line_took = True
-                continue
-            if line.random.random() < line.delayed:
-                self._line_took = True
-                due = number + round(line.delay / PERIOD)
-                heapq.heappush(self._on_the_way, (due, len(self._on_the_way), packet))
-            else:
-                arrived.append(packet)
-        while self._on_the_way and self._on_the_way[0][0] <= number:
-            arrived.append(heapq.heappop(self._on_the_way)[2])
+        number, packets = self.arm.number, list(self._arm_port.packets())
+        arrived, took = self.line.carry(packets if line_works else (), number, self._late_commands)
+        self._line_took = took or (bool(packets) and not line_works)
         commands = filter(None, map(wire.read_motion, arrived))
         return next((one for one in commands if one.number == number), None)
 
@@ -203,29 +206,12 @@ class PandaServer:
         return wire.pack_state(
             arm.number,
             tuple(foot_to_tool.homogeneous.T.flat),
-            q,
-            arm.joints.qd,
-            arm.q_d,
-            arm.qd_d,
-            arm.qdd_d,
+            (q, arm.joints.qd, arm.q_d, arm.qd_d, arm.qdd_d),
             arm.flags(arm.errors),
             arm.flags(arm.last_errors),
             arm.mode,
             arm.success_rate if arm.mode is Mode.MOVE else 0.0,
-            *self._motion,
         )
-
-    def _send(self, state: bytes) -> None:
-        line, number = self.line, self.arm.number
-        while self._late_states and self._late_states[0][0] <= number:
-            self._arm_port.send_state(heapq.heappop(self._late_states)[2])
-        if line.random.random() < line.dropped:
-            return
-        if line.random.random() < line.delayed:
-            due = number + round(line.delay / PERIOD)
-            heapq.heappush(self._late_states, (due, number, state))
-        else:
-            self._arm_port.send_state(state)
 
     def _tick_hand(self, line_works: bool) -> None:
         hand, port = self.hand, self._hand_port

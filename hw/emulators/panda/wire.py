@@ -14,67 +14,43 @@ from hw.panda import Mode
 VERSION, PORT = 5, 1337
 HAND_VERSION, HAND_PORT = 3, 1338
 
-ERRORS = (
-    "joint_position_limits_violation",
-    "cartesian_position_limits_violation",
-    "self_collision_avoidance_violation",
-    "joint_velocity_violation",
-    "cartesian_velocity_violation",
-    "force_control_safety_violation",
-    "joint_reflex",
-    "cartesian_reflex",
-    "max_goal_pose_deviation_violation",
-    "max_path_pose_deviation_violation",
-    "cartesian_velocity_profile_safety_violation",
-    "joint_position_motion_generator_start_pose_invalid",
-    "joint_motion_generator_position_limits_violation",
-    "joint_motion_generator_velocity_limits_violation",
-    "joint_motion_generator_velocity_discontinuity",
-    "joint_motion_generator_acceleration_discontinuity",
-    "cartesian_position_motion_generator_start_pose_invalid",
-    "cartesian_motion_generator_elbow_limit_violation",
-    "cartesian_motion_generator_velocity_limits_violation",
-    "cartesian_motion_generator_velocity_discontinuity",
-    "cartesian_motion_generator_acceleration_discontinuity",
-    "cartesian_motion_generator_elbow_sign_inconsistent",
-    "cartesian_motion_generator_start_elbow_invalid",
-    "force_controller_desired_force_tolerance_violation",
-    "start_elbow_sign_inconsistent",
-    "communication_constraints_violation",
-    "power_limit_violation",
-    "cartesian_motion_generator_joint_position_limits_violation",
-    "cartesian_motion_generator_joint_velocity_limits_violation",
-    "cartesian_motion_generator_joint_velocity_discontinuity",
-    "cartesian_motion_generator_joint_acceleration_discontinuity",
-    "cartesian_position_motion_generator_invalid_frame",
-    "controller_torque_discontinuity",
-    "joint_p2p_insufficient_torque_for_planning",
-    "tau_j_range_violation",
-    "instability_detected",
-    "joint_move_in_wrong_direction",
-    "cartesian_spline_motion_generator_violation",
-    "joint_via_motion_generator_planning_joint_limit_violation",
-    "base_acceleration_initialization_timeout",
-    "base_acceleration_invalid_reading",
-)
+_ERRORS = """
+joint_position_limits_violation cartesian_position_limits_violation
+self_collision_avoidance_violation joint_velocity_violation cartesian_velocity_violation
+force_control_safety_violation joint_reflex cartesian_reflex max_goal_pose_deviation_violation
+max_path_pose_deviation_violation cartesian_velocity_profile_safety_violation
+joint_position_motion_generator_start_pose_invalid
+joint_motion_generator_position_limits_violation joint_motion_generator_velocity_limits_violation
+joint_motion_generator_velocity_discontinuity joint_motion_generator_acceleration_discontinuity
+cartesian_position_motion_generator_start_pose_invalid
+cartesian_motion_generator_elbow_limit_violation
+cartesian_motion_generator_velocity_limits_violation
+cartesian_motion_generator_velocity_discontinuity
+cartesian_motion_generator_acceleration_discontinuity
+cartesian_motion_generator_elbow_sign_inconsistent cartesian_motion_generator_start_elbow_invalid
+force_controller_desired_force_tolerance_violation start_elbow_sign_inconsistent
+communication_constraints_violation power_limit_violation
+cartesian_motion_generator_joint_position_limits_violation
+cartesian_motion_generator_joint_velocity_limits_violation
+cartesian_motion_generator_joint_velocity_discontinuity
+cartesian_motion_generator_joint_acceleration_discontinuity
+cartesian_position_motion_generator_invalid_frame controller_torque_discontinuity
+joint_p2p_insufficient_torque_for_planning tau_j_range_violation instability_detected
+joint_move_in_wrong_direction cartesian_spline_motion_generator_violation
+joint_via_motion_generator_planning_joint_limit_violation base_acceleration_initialization_timeout
+base_acceleration_invalid_reading
+"""
+ERRORS = tuple(_ERRORS.split())
 """Errors in the order of the flags of a state."""
 
 
 class Command(IntEnum):
-    """Requests to the arm over TCP."""
+    """Requests to the arm over TCP; 4 to 11 set something."""
 
     CONNECT = 0
     MOVE = 1
     STOP_MOVE = 2
     GET_CARTESIAN_LIMIT = 3
-    SET_COLLISION_BEHAVIOR = 4
-    SET_JOINT_IMPEDANCE = 5
-    SET_CARTESIAN_IMPEDANCE = 6
-    SET_GUIDING_MODE = 7
-    SET_EE_TO_K = 8
-    SET_NE_TO_EE = 9
-    SET_LOAD = 10
-    SET_FILTERS = 11
     AUTOMATIC_ERROR_RECOVERY = 12
     LOAD_MODEL_LIBRARY = 13
 
@@ -94,8 +70,8 @@ class MoveStatus(IntEnum):
 
 
 SUCCESS, NOT_POSSIBLE, MANUAL_RECOVERY = 0, 1, 2  # answers to other requests
-JOINT_POSITION, JOINT_VELOCITY = 0, 1  # emulated motion generators
-JOINT_IMPEDANCE, CARTESIAN_IMPEDANCE, NO_CONTROLLER = 0, 1, 3  # emulated controllers, and none
+JOINT_VELOCITY = 1  # the emulated motion generator
+JOINT_IMPEDANCE, NO_CONTROLLER = 0, 3  # the emulated controller, and none
 
 HEADER = struct.Struct("<III")
 """Of a request or answer of the arm: command, its number, size of the whole message."""
@@ -137,8 +113,7 @@ class MotionCommand(NamedTuple):
     """Motion command, as far as emulated."""
 
     number: int  # of the state that it answers
-    q: tuple[float, ...]  # (7,) [rad], for motions by positions
-    qd: tuple[float, ...]  # (7,) [rad/s], for motions by velocities
+    qd: tuple[float, ...]  # (7,) [rad/s]
     finished: bool
 
 
@@ -147,7 +122,7 @@ def read_motion(packet: bytes) -> MotionCommand | None:
     if len(packet) != MOTION.size:
         return None
     values = MOTION.unpack(packet)
-    return MotionCommand(values[0], values[1:8], values[8:15], bool(values[40]))
+    return MotionCommand(values[0], values[8:15], bool(values[40]))
 
 
 _S = 0.5**0.5
@@ -156,77 +131,37 @@ _I = (1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1)
 _INERTIA = (0.001, 0, 0, 0, 0.0025, 0, 0, 0, 0.0017)
 _FRAMES = (*_F_T_EE, *_I, *_F_T_EE, *_I)
 _LOADS = (0.73, *_INERTIA, -0.01, 0, 0.03, 0.0, *(0.0,) * 12)
-_Z3, _Z6, _Z7 = (0.0,) * 3, (0.0,) * 6, (0.0,) * 7
-_CONTACTS = (0.0,) * 26
+
+
+def _zeros(count: int) -> tuple[float, ...]:
+    return (0.0,) * count
 
 
 def pack_state(
     number: int,
     pose: tuple[float, ...],
-    q: tuple[float, ...],
-    qd: tuple[float, ...],
-    q_d: tuple[float, ...],
-    qd_d: tuple[float, ...],
-    qdd_d: tuple[float, ...],
+    joints: tuple[tuple[float, ...], ...],
     errors: bytes,
     last_errors: bytes,
     mode: int,
     success_rate: float,
-    generator: int = JOINT_VELOCITY,
-    controller: int = JOINT_IMPEDANCE,
 ) -> bytes:
-    """A state of the arm.
+    """A state of the arm, `number` milliseconds after power-on.
 
-    Args:
-        number: milliseconds since power-on.
-        pose: (16,) of the end effector in the arm's base frame, column-major [m].
-        q: (7,) measured positions [rad].
-        qd: (7,) measured velocities [rad/s].
-        q_d: (7,) commanded positions [rad].
-        qd_d: (7,) commanded velocities [rad/s].
-        qdd_d: (7,) commanded accelerations [rad/s^2].
-        errors: (41,) flags of the current `ERRORS`.
-        last_errors: (41,) flags of those that ended the last motion.
-        mode: one of `Mode`.
-        success_rate: fraction of the last 100 commands that arrived.
-        generator: of a motion.
-        controller: of a motion.
+    `pose` (16,) is that of the end effector in the arm's base frame, column-major [m]. `joints` are
+    (7,) each: measured positions and velocities, commanded positions, velocities and accelerations
+    [rad, s]. The errors are (41,) flags of the present `ERRORS`, and of those that ended the last
+    motion; `success_rate` is the share of the last 100 commands that arrived.
     """
-    moving = mode == Mode.MOVE
-    elbow = (q[2], -1.0)
+    q, qd, q_d, qd_d, qdd_d = joints
+    elbow, moving = (q[2], -1.0), mode == Mode.MOVE
     return STATE.pack(
         number,
-        *pose,
-        *pose,
-        *_FRAMES,
-        *_LOADS,
-        *elbow,
-        *elbow,
-        *_Z7,
-        *_Z7,
-        *_Z7,
-        *q,
-        *q_d,
-        *qd,
-        *qd_d,
-        *qdd_d,
-        *_CONTACTS,
-        *_Z7,
-        *_Z6,
-        *_Z6,
-        *_Z6,
-        *(0.0, 0.0, -9.81),
-        *elbow,
-        *(0.0,) * 4,
-        *pose,
-        *_Z6,
-        *_Z6,
-        *q,
-        *qd,
-        generator + 1 if moving else 0,
-        controller if moving else NO_CONTROLLER,
-        *errors,
-        *last_errors,
-        mode,
-        success_rate,
+        *(*pose, *pose, *_FRAMES, *_LOADS, *elbow, *elbow, *_zeros(21)),
+        *(*q, *q_d, *qd, *qd_d, *qdd_d),
+        *(*_zeros(26 + 7 + 3 * 6), 0.0, 0.0, -9.81, *elbow, *_zeros(4), *pose, *_zeros(12)),
+        *(*q, *qd),
+        JOINT_VELOCITY + 1 if moving else 0,
+        JOINT_IMPEDANCE if moving else NO_CONTROLLER,
+        *(*errors, *last_errors, mode, success_rate),
     )

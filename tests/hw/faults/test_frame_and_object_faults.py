@@ -9,7 +9,7 @@ from faulty_robot import DT, Faulty
 from harness import TABLE_TOP, Harness, block, looking_down
 
 from hw import INJECTABLE, FaultInjection, InjectionError
-from hw.faults.effect import Effect
+from hw.faults.effects import Effect
 from perception import FrameChecker
 
 

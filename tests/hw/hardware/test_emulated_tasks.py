@@ -100,7 +100,7 @@ def test_base_and_arm_come_to_rest_when_the_program_is_killed_or_suspended(tmp_p
         process.send_signal(signal.SIGCONT)
         process.kill()
         process.communicate()
-        assert commander_of(load_real_robot(path).hardware) is None
+        assert commander_of(load_real_robot(path).hardware) == ""
 
 
 def brisk(qd) -> bool:

@@ -11,7 +11,7 @@ from robots import load_robot
 
 
 def by_velocity(number: int, qd: tuple[float, ...]) -> MotionCommand:
-    return MotionCommand(number, (0.0,) * 7, qd, False)
+    return MotionCommand(number, qd, False)
 
 
 @pytest.mark.parametrize("joint", range(7))

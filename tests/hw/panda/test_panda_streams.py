@@ -92,7 +92,7 @@ class Line:
             gap, self.seen = due[1].number - self.seen, max(self.seen, due[1].number)
             command = streaming(due[1], SimpleNamespace(to_msec=lambda gap=gap: gap))
             if due[1].number == number and rng.random() >= self.lost:
-                newest = MotionCommand(number, (0.0,) * 7, command.qd, command.motion_finished)
+                newest = MotionCommand(number, command.qd, command.motion_finished)
         return newest
 
 

@@ -26,11 +26,7 @@ def state(number: int) -> bytes:
     return wire.pack_state(
         number,
         POSE,
-        joints(1.0),
-        joints(2.0),
-        joints(3.0),
-        joints(4.0),
-        joints(5.0),
+        tuple(joints(first) for first in (1.0, 2.0, 3.0, 4.0, 5.0)),
         bytes(name == "joint_reflex" for name in wire.ERRORS),
         bytes(name == "power_limit_violation" for name in wire.ERRORS),
         Mode.REFLEX,
@@ -75,7 +71,7 @@ MOTION += bytes(128 + 48 + 16 + 1) + b"\x01" + bytes(56)
 def test_a_motion_command_is_read():
     assert len(MOTION) == 370
     command = wire.read_motion(MOTION)
-    assert command == (8, joints(0.2), VELOCITIES, True)
+    assert command == (8, VELOCITIES, True)
     assert wire.read_motion(MOTION[:-1]) is None
 
 

@@ -1,10 +1,10 @@
-"""Faults of readings and of commands: base, arm, gripper and localisation."""
+"""Injected faults: their base class, and those of readings, commands and gripper."""
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from math import cos, inf, pi, radians, sin
 
@@ -12,11 +12,13 @@ import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
 
+from config import UserError
 from controller import Command
 from hw.clock import WallClock
-from hw.faults.effect import Effect, Injectable, Site
 from hw.robot import HardwareError
 from hw.state import Array, DepthFrame, Fault, FaultKind, RobotState
+from hw.truth import DisturbableWorld
+from robots import RobotDescription
 
 _COMES_BACK_AFTER, _COMES_BACK_TIMES = 0.3, 3  # [s]
 _READING_DELAY = 0.05  # [s]
@@ -25,6 +27,82 @@ _JUMP, _JUMP_ANGLE = 0.2, radians(15.0)  # [m, rad]
 _DRIFT = 0.03  # share of the driven distance
 _TOO_FAST = 3.0  # times the commanded speed
 _LONGEST_PERIOD = 0.02  # for which a command counts [s]
+
+
+class InjectionError(UserError):
+    """A fault that cannot be injected."""
+
+
+@dataclass(kw_only=True, eq=False)
+class Site:
+    """Access of the faults of one robot to the robot and its world."""
+
+    description: RobotDescription
+    state: RobotState  # newest reading, without any fault
+    world: DisturbableWorld | None  # None on hardware
+    homes: dict[str, SE3]  # initial poses of the objects
+    rng: np.random.Generator
+
+    @property
+    def now(self) -> float:
+        """The stamp of the newest reading [s]."""
+        return self.state.stamp
+
+
+class Effect:
+    """One fault from its injection to its end. The base class has no effect.
+
+    All methods are called on the loop, but `frame`, which is called where images are taken.
+    """
+
+    site: Site
+
+    def begin(self, site: Site) -> None:
+        """Start; `site` is kept up to date."""
+        self.site = site
+
+    def end(self) -> None:
+        """It was cleared."""
+
+    def recovered(self) -> None:
+        """The robot was asked to recover."""
+
+    def reading(self, state: RobotState) -> RobotState:
+        """Change a reading of the robot."""
+        return state
+
+    def frame(self, frame: DepthFrame | None) -> DepthFrame | None:
+        """Change a frame of the camera."""
+        return frame
+
+    def command(self, command: Command) -> Command:
+        """Change a command; the robot reports the original one as applied."""
+        return command
+
+    def grip(self, width: float) -> float | None:
+        """Change the width [m] that the fingers move to; None if they do not move."""
+        return width
+
+
+@dataclass(frozen=True)
+class Injectable:
+    """A fault that can be injected, by name."""
+
+    name: str
+    make: Callable[[], Effect]
+    what: str  # for people
+    clearable: bool = False  # whether `Robot.recover` clears it
+    of_world: bool = False  # whether it changes the world instead of the robot
+
+
+class _Reading(Effect):
+    """Changes readings by a function."""
+
+    def __init__(self, change: Callable[[RobotState], RobotState]) -> None:
+        self._change = change
+
+    def reading(self, state: RobotState) -> RobotState:
+        return self._change(state)
 
 
 class _Reported(Effect):
@@ -49,20 +127,18 @@ class _ComesBack(_Reported):
         return state if state.stamp < self._quiet_until else super().reading(state)
 
 
-class _FrozenState(Effect):
+class _Frozen(Effect):
+    """The values of the first reading with fresh stamps, or fresh values with its stamps."""
+
     _first: RobotState | None = None
 
-    def reading(self, state: RobotState) -> RobotState:
-        self._first = self._first or state
-        return replace(self._first, stamp=state.stamp, stamps=state.stamps)
-
-
-class _FrozenStamps(Effect):
-    _first: RobotState | None = None
+    def __init__(self, *, stamps: bool) -> None:
+        self._stamps = stamps
 
     def reading(self, state: RobotState) -> RobotState:
-        self._first = self._first or state
-        return replace(state, stamp=self._first.stamp, stamps=self._first.stamps)
+        self._first = first = self._first or state
+        values, stamped = (state, first) if self._stamps else (first, state)
+        return replace(values, stamp=stamped.stamp, stamps=stamped.stamps)
 
 
 class _LateReadings(Effect):
@@ -79,15 +155,9 @@ class _LateReadings(Effect):
         return self._queue[0]
 
 
-class _NotANumber(Effect):
-    def reading(self, state: RobotState) -> RobotState:
-        return replace(state, q=np.full_like(state.q, np.nan))
-
-
-class _SlowReading(Effect):
-    def reading(self, state: RobotState) -> RobotState:
-        WallClock().sleep_until(_READING_DURATION)
-        return state
+def _slow(state: RobotState) -> RobotState:
+    WallClock().sleep_until(_READING_DURATION)
+    return state
 
 
 class _Displaced(Effect):
@@ -147,20 +217,21 @@ class _BaseTooFast(Effect):
         return replace(command, base_twist=_TOO_FAST * command.base_twist)
 
 
-class _ReadingFails(Effect):
-    def __init__(self, error: Callable[[], Exception]) -> None:
-        self._error = error
+class _Fails(Effect):
+    """Reading raises an error, or sending does."""
+
+    def __init__(self, error: Callable[[], Exception], *, sending: bool = False) -> None:
+        self._error, self._sending = error, sending
 
     def reading(self, state: RobotState) -> RobotState:
-        raise self._error()
-
-
-class _SendingFails(_ReadingFails):
-    def reading(self, state: RobotState) -> RobotState:
+        if not self._sending:
+            raise self._error()
         return state
 
     def command(self, command: Command) -> Command:
-        raise self._error()
+        if self._sending:
+            raise self._error()
+        return command
 
 
 class _GripperDead(Effect):
@@ -183,32 +254,43 @@ _bumped = Fault(kind=FaultKind.BUMPER, text="bumper of the base again, injected"
 _no_answer = partial(HardwareError, "the robot does not answer, injected")
 _lost = partial(ConnectionResetError, "connection lost, injected")
 
+_ROWS: tuple[tuple[str, Callable[[], Effect], str], ...] = (
+    (
+        "bumper again",
+        partial(_ComesBack, _bumped),
+        "the robot reports: bumper of the base, and again after each of three recoveries",
+    ),
+    ("gripper dead", _GripperDead, "the fingers do not move"),
+    ("gripper halfway", _GripperHalfway, "the fingers stop half way"),
+    ("state frozen", partial(_Frozen, stamps=False), "one reading, again, with fresh stamps"),
+    ("stamps frozen", partial(_Frozen, stamps=True), "the stamps of readings stand still"),
+    (
+        "state nan",
+        partial(_Reading, lambda state: replace(state, q=np.full_like(state.q, np.nan))),
+        "the joint positions read NaN",
+    ),
+    ("localisation jump", _LocalisationJump, "the base believes to be 0.2 m and 15° off"),
+    (
+        "localisation drift",
+        _LocalisationDrift,
+        "the base adds 3 % to the distance that it drives",
+    ),
+    ("base ignores commands", _BaseIgnoresCommands, "the base rolls to a stop"),
+    ("base too fast", _BaseTooFast, "the base is three times as fast as told"),
+    ("readings late", _LateReadings, "readings arrive 50 ms late"),
+    (
+        "readings slow",
+        partial(_Reading, _slow),
+        "every reading blocks the loop for 30 ms of real time",
+    ),
+    ("reading fails", partial(_Fails, _no_answer), "`read` raises HardwareError"),
+    ("reading breaks", partial(_Fails, _lost), "`read` raises an OSError"),
+    ("sending fails", partial(_Fails, _no_answer, sending=True), "`send` raises HardwareError"),
+)
 ROBOT_FAULTS = (
     _reported(FaultKind.REFLEX, "reflex of the arm", clearable=True),
     _reported(FaultKind.BUMPER, "bumper of the base", clearable=True),
     _reported(FaultKind.EMERGENCY_STOP, "emergency stop"),
     _reported(FaultKind.STALE_POSE, "stale pose of the base"),
-    Injectable(
-        "bumper again",
-        partial(_ComesBack, _bumped),
-        "the robot reports: bumper of the base, and again after each of three recoveries",
-    ),
-    Injectable("gripper dead", _GripperDead, "the fingers do not move"),
-    Injectable("gripper halfway", _GripperHalfway, "the fingers stop half way"),
-    Injectable("state frozen", _FrozenState, "one reading, again, with fresh stamps"),
-    Injectable("stamps frozen", _FrozenStamps, "the stamps of readings stand still"),
-    Injectable("state nan", _NotANumber, "the joint positions read NaN"),
-    Injectable("localisation jump", _LocalisationJump, "the base believes to be 0.2 m and 15° off"),
-    Injectable(
-        "localisation drift", _LocalisationDrift, "the base adds 3 % to the distance that it drives"
-    ),
-    Injectable("base ignores commands", _BaseIgnoresCommands, "the base rolls to a stop"),
-    Injectable("base too fast", _BaseTooFast, "the base is three times as fast as told"),
-    Injectable("readings late", _LateReadings, "readings arrive 50 ms late"),
-    Injectable(
-        "readings slow", _SlowReading, "every reading blocks the loop for 30 ms of real time"
-    ),
-    Injectable("reading fails", partial(_ReadingFails, _no_answer), "`read` raises HardwareError"),
-    Injectable("reading breaks", partial(_ReadingFails, _lost), "`read` raises an OSError"),
-    Injectable("sending fails", partial(_SendingFails, _no_answer), "`send` raises HardwareError"),
+    *(Injectable(*row) for row in _ROWS),
 )

@@ -1,0 +1,175 @@
+"""Faults of the camera, and disturbances of objects by people in a world that allows them."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from math import cos, nan, pi, sin
+
+import numpy as np
+from pinocchio import SE3
+
+from hw.faults.effects import Effect, Injectable, Site
+from hw.state import DepthArray, DepthFrame, Paint
+from hw.truth import DisturbableWorld
+
+_FRAME_DELAY = 0.3  # [s]
+_OUTSIDE = np.array([-8.0, -8.0, 0.5])  # where objects are taken [m]
+_DISTANCE = 0.1  # by which objects are pushed [m]
+_TRIES = 24  # directions that are tried so that a pushed object stays on its support
+
+
+class _FramesLost(Effect):
+    def frame(self, frame: DepthFrame | None) -> DepthFrame | None:
+        return None
+
+
+class _FramesLate(Effect):
+    """Frames arrive late, with the stamps of their capture."""
+
+    def __init__(self) -> None:
+        self._queue: deque[DepthFrame] = deque()
+
+    def frame(self, frame: DepthFrame | None) -> DepthFrame | None:
+        if frame is not None and (not self._queue or frame is not self._queue[-1]):
+            self._queue.append(frame)
+        arrived = self.site.now - _FRAME_DELAY + 1e-9
+        while len(self._queue) > 1 and self._queue[1].stamp <= arrived:
+            self._queue.popleft()
+        return self._queue[0] if self._queue else None
+
+
+class _FramesFrozen(Effect):
+    _first: DepthFrame | None = None
+
+    def frame(self, frame: DepthFrame | None) -> DepthFrame | None:
+        self._first = self._first or frame
+        return self._first
+
+
+class _Repainted(Effect):
+    """Changes every new frame once: one object for each frame of the camera."""
+
+    _seen: DepthFrame | None = None
+    _shown: DepthFrame | None = None
+
+    def __init__(self, repaint: Callable[[DepthArray], DepthArray] = lambda depth: depth) -> None:
+        self._repaint = repaint
+
+    def frame(self, frame: DepthFrame | None) -> DepthFrame | None:
+        if frame is not self._seen:
+            self._seen = frame
+            self._shown = frame and self.changed(frame)
+        return self._shown
+
+    def changed(self, frame: DepthFrame) -> DepthFrame:
+        return replace(frame, depth=self._repaint(frame.depth))
+
+
+class _PictureFrozen(_Repainted):
+    """The image is frozen; stamps and camera poses are fresh."""
+
+    _first: DepthArray | None = None
+    _paint: Paint | None = None
+
+    def changed(self, frame: DepthFrame) -> DepthFrame:
+        self._first = frame.depth if self._first is None else self._first
+        self._paint = self._paint or frame.paint
+        return replace(frame, depth=self._first, paint=self._paint)
+
+
+class _FramesFilled(_Repainted):
+    """A random share of the pixels has one value."""
+
+    def __init__(self, value: float, share: float = 1.0) -> None:
+        super().__init__()
+        self._value, self._share = value, share
+
+    def changed(self, frame: DepthFrame) -> DepthFrame:
+        hit = self.site.rng.random(frame.depth.shape) < self._share
+        return replace(frame, depth=np.where(hit, np.float32(self._value), frame.depth))
+
+
+class _ObjectFault(Effect):
+    """Affects one random object that is not lost already."""
+
+    def begin(self, site: Site) -> None:
+        super().begin(site)
+        if site.world is None:
+            return
+        supports = site.world.supports()
+        candidates = [one for one in site.world.objects if supports[one.name] not in ("", "floor")]
+        if candidates:
+            chosen = candidates[int(site.rng.integers(len(candidates)))]
+            self.disturb(site.world, chosen.name, chosen.pose, supports[chosen.name])
+
+    def disturb(self, world: DisturbableWorld, name: str, wTo: SE3, support: str) -> None:
+        raise NotImplementedError
+
+
+class _ObjectMoved(_ObjectFault):
+    """An object is pushed aside on its support; a held one slips out of the hand."""
+
+    def disturb(self, world: DisturbableWorld, name: str, wTo: SE3, support: str) -> None:
+        if support == "hand":
+            world.put(name, wTo)
+            return
+        for _ in range(_TRIES):
+            towards = self.site.rng.uniform(-pi, pi)
+            aside = _DISTANCE * np.array([cos(towards), sin(towards), 0.0])
+            world.put(name, SE3(wTo.rotation, wTo.translation + aside))
+            if world.supports()[name] == support:
+                return
+        world.put(name, wTo)
+
+
+class _ObjectTaken(_ObjectFault):
+    """An object is taken away, and brought back to its place when the fault is cleared."""
+
+    _taken: tuple[str, SE3] | None = None
+
+    def disturb(self, world: DisturbableWorld, name: str, wTo: SE3, support: str) -> None:
+        self._taken = name, self.site.homes[name] if support == "hand" else wTo
+        world.put(name, SE3(wTo.rotation, _OUTSIDE))
+
+    def end(self) -> None:
+        if self._taken is not None and self.site.world is not None:
+            self.site.world.put(*self._taken)
+
+
+_MILLIMETRES = np.float32(1000.0)
+WORLD_FAULTS = (
+    Injectable("frames lost", _FramesLost, "no frame arrives"),
+    Injectable("frames late", _FramesLate, "frames arrive 0.3 s late"),
+    Injectable("frames frozen", _FramesFrozen, "one frame, again and again"),
+    Injectable("picture frozen", _PictureFrozen, "one picture, with fresh stamps and camera poses"),
+    Injectable("frames black", partial(_FramesFilled, 0.0), "every depth is 0"),
+    Injectable("frames empty", partial(_FramesFilled, nan), "every depth is NaN"),
+    Injectable(
+        "frames sparse", partial(_FramesFilled, nan, 0.5), "every second depth, at random, is NaN"
+    ),
+    Injectable(
+        "frames in millimetres",
+        partial(_Repainted, lambda depth: depth * _MILLIMETRES),
+        "depth is in millimetres, and said to be in metres",
+    ),
+    Injectable(
+        "frames transposed",
+        partial(_Repainted, lambda depth: np.ascontiguousarray(depth.T)),
+        "rows and columns are exchanged",
+    ),
+    Injectable(
+        "object moved",
+        _ObjectMoved,
+        "an object is pushed aside by 0.1 m; a held one is dropped",
+        of_world=True,
+    ),
+    Injectable(
+        "object taken",
+        _ObjectTaken,
+        "an object is taken away, out of the hand too, until the fault is cleared",
+        of_world=True,
+    ),
+)
