@@ -11,13 +11,11 @@ import gc
 import json
 import sys
 import time
-from collections import deque
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 from hw.clock import stopwatch
-from hw.panda.explanations import OVERLOADED, explain, explain_connecting
+from hw.panda.explanations import explain, explain_connecting
 from hw.panda.library import LIMITS, load_library
 from hw.panda.records import ARM_COMMAND, ARM_READING, ArmReading, Mode
 from hw.panda.streaming import FRESH, SpeedError, SpeedMonitor, Streaming
@@ -30,8 +28,6 @@ _UNDER_WAY = 18.0  # timeout of a recovery that is under way already [s]
 _NO_FILTER = 1000.0  # cutoff frequency at which the library's own filter is off [Hz]
 _STIFFNESS = [3000.0, 3000.0, 3000.0, 2500.0, 2500.0, 2000.0, 2000.0]
 """(7,) of the arm's own joint controller, as the vendor's examples have it [Nm/rad]."""
-_STARVED, _SAMPLE = 0.01, 100
-"""A process that waits for a processor longer than this [s] in this many periods is starved."""
 _LOCK_PRESENT = 1  # MCL_CURRENT of `mlockall`
 MEMORY = 2  # mailboxes: commands come in, readings go out
 
@@ -99,8 +95,7 @@ class ArmProcess:
 
     def _move(self, goal: Sequence[float] | None = None, speed: float = 0.5) -> bool:
         """Run a motion until it ends; whether its goal is reached."""
-        self._monitor, self._ticks = SpeedMonitor(), 0
-        self._waits = deque([_waited()], maxlen=2)
+        self._monitor = SpeedMonitor()
         streaming = Streaming(
             LIMITS,
             self._commands,
@@ -118,9 +113,7 @@ class ArmProcess:
                 cutoff_frequency=_NO_FILTER,
             )
         except (RuntimeError, SpeedError) as error:
-            is_late = "communication_constraints" in str(error)
-            is_starved = is_late and _waited() - self._waits[0] > _STARVED
-            self._trouble = OVERLOADED if is_starved else explain(error)
+            self._trouble = explain(error)
         self._lost += streaming.lost
         return streaming.arrived
 
@@ -171,9 +164,6 @@ class ArmProcess:
     def _command(self, state: Any, commanded: Sequence[float]) -> None:
         """One period of a motion."""
         self._monitor.check(stopwatch(), state.dq, commanded)
-        self._ticks += 1
-        if self._ticks % _SAMPLE == 0:
-            self._waits.append(_waited())
         self._publish(state)
 
     def _publish(self, state: Any) -> None:
@@ -189,14 +179,6 @@ class ArmProcess:
             trouble=self._trouble,
         )
         reading.put(self._readings)
-
-
-def _waited() -> float:
-    """Total time that this thread was ready and waited for a processor [s]."""
-    try:
-        return 1e-9 * int(Path("/proc/thread-self/schedstat").read_text().split()[1])
-    except (OSError, IndexError, ValueError):
-        return 0.0
 
 
 def main() -> None:

@@ -53,10 +53,6 @@ UDP_BLOCKED = (
     "it takes the connection, and none of its states (UDP) arrive here: a firewall, NAT or a "
     "second network card of this computer keeps them away"
 )
-OVERLOADED = (
-    "communication_constraints_violation; this computer was too busy to command it in time: "
-    "end what else runs; a real-time kernel helps"
-)
 _BY_HAND = ("joint_position_limits_violation", "self_collision", "manual error recovery")
 _VERSIONS = re.compile(r"version (\d+).*?(?:library|but this).*?version (\d+)", re.S)
 

@@ -86,10 +86,6 @@ def _delay(emulator: FrankieEmulator, share: str = "0.01", seconds: str = "0.005
     return emulator.do_to_arm(f"delay {float(share)} {float(seconds)}")
 
 
-def _board(emulator: FrankieEmulator, path: str = "board.png", width: str = "0.28") -> None:
-    emulator.world.show(path, float(width))
-
-
 def _put(emulator: FrankieEmulator, *words: str) -> None:
     name, place = " ".join(words[:-3]), np.array([float(one) for one in words[-3:]])
     with emulator.world.lock:
@@ -124,7 +120,6 @@ WORDS: dict[str, tuple[Callable[..., Answer | None], str]] = {
         lambda emulator, on="yes": emulator.camera.freeze(on == "yes"),
         "[yes|no]  the camera is plugged in and sends no images",
     ),
-    "board": (_board, "[FILE WIDTH]  a printed picture lies before the camera, so wide [m]"),
     "put": (_put, "NAME X Y Z  an object is put elsewhere"),
 }
 """By name: function and description."""

@@ -84,7 +84,6 @@ class FrankieEmulator:
             port=real.hardware.emulated + 1,
             rate=real.hardware.camera.rate,
             intrinsics=camera.intrinsics,
-            infrared=True,
             baseline=camera.baseline,
             seed=seed,
         )
@@ -147,8 +146,7 @@ class FrankieEmulator:
 
     def _shoot(self) -> Shot:
         self._shots += 1
-        image = self.world.capture(self._shots)
-        return Shot(depth=image.depth, stamp=image.stamp, infrared=image.infrared)
+        return self.world.capture(self._shots)
 
     def _end_arm(self) -> None:
         if self._arm is not None:

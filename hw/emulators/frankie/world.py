@@ -5,15 +5,13 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 
 from hw.clock import WallClock, stopwatch
-from hw.emulators.frankie.paper import Paper
 from hw.emulators.panda import ArmLink, Wanted
-from hw.sim import D435Noise, DepthRenderer, Dynamics, Grey, KinematicBody, SimBody, load_scene
-from hw.state import DepthArray
+from hw.emulators.realsense import Shot
+from hw.sim import D435Noise, DepthRenderer, Dynamics, KinematicBody, SimBody, load_scene
 from robots import Array, load_robot
 
 STEP = 0.005  # period of the world [s]
@@ -21,14 +19,6 @@ _LATE = 0.05  # commands are valid for this long [s]
 _CATCH_UP, _MOST_LACKING = 8.0, 0.02
 """Joints make up for a position error at this rate [1/s], up to this error [rad]."""
 _RELEASED = 0.1  # a bumper is released when the base was commanded to rest for this long [s]
-
-
-class Image(NamedTuple):
-    """An image of the camera."""
-
-    depth: DepthArray  # (H, W) [m]
-    stamp: float  # [s of `stopwatch`]
-    infrared: Grey | None  # (H, W) brightness; None without a picture
 
 
 class EmulatedWorld:
@@ -57,7 +47,6 @@ class EmulatedWorld:
         self._releases = self._grips = self._ended = 0
         self._renderer = DepthRenderer(description.camera.intrinsics)
         self._noise = D435Noise()
-        self._paper: Paper | None = None
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._run, name="emulated world", daemon=True)
         self._publish()
@@ -86,22 +75,14 @@ class EmulatedWorld:
         vx, _, w = self.body.base_twist
         return (float(vx), float(w))
 
-    def capture(self, number: int) -> Image:
+    def capture(self, number: int) -> Shot:
         """An image of this moment, with noise seeded by its number."""
         camera = self.body.description.camera
         with self.lock:
             shapes, wTc, stamp = self.body.shapes(), self.body.wTe * camera.eTc, stopwatch()
         rng = np.random.default_rng((self.seed, number))
         depth = self._noise.apply(self._renderer.render(shapes, wTc), camera, rng)
-        paper = self._paper
-        grey = None if paper is None else paper.seen(wTc, camera.intrinsics, rng)
-        return Image(depth, stamp, grey)
-
-    def show(self, path: str, width: float) -> None:
-        """Put a printed picture in front of the camera; only infrared images show it."""
-        with self.lock:
-            wTc = self.body.wTe * self.body.description.camera.eTc
-        self._paper = Paper(path, width, wTc)
+        return Shot(depth=depth, stamp=stamp)
 
     def _run(self) -> None:
         due = stopwatch()

@@ -74,7 +74,7 @@ class Emulator:
         """What it has seen."""
         return self.do("tell")
 
-    def wait(self, done, patience: float = 10.0) -> dict[str, Any]:
+    def wait(self, done, patience: float = 60.0) -> dict[str, Any]:
         """Until it tells something."""
         until = time.monotonic() + patience
         while time.monotonic() < until:
@@ -90,7 +90,7 @@ class Emulator:
         self.process.wait(5.0)
 
 
-def until(done, patience: float = 10.0) -> float:
+def until(done, patience: float = 60.0) -> float:
     """Wait for something; how long that took [s]."""
     begun = time.monotonic()
     while not done():

@@ -12,9 +12,7 @@ import pytest
 from emulated_panda import connected, drive, emulated, moves, needs_library, until
 
 from hw import FaultKind, HardwareError, WallClock
-from hw.emulators.common import NotReportedError
-from hw.emulators.frankie import FrankieEmulator
-from hw.emulators.panda import AS_REPORTED, serve
+from hw.emulators.panda import AS_REPORTED
 from hw.panda import ArmSettings, PandaArm, PandaHand
 
 BLOCK, OPENING, FORCE = 0.031, 0.08, 20.0
@@ -42,11 +40,6 @@ ARMS = [
 ]
 
 
-def some(reported, quick):
-    """One quick representative; the others run with the slow tests."""
-    return [pytest.param(one, marks=() if one == quick else pytest.mark.slow) for one in reported]
-
-
 def width_of(hand) -> float:
     now = hand._clock.now()
     until(lambda: hand.read().stamp > now)
@@ -58,19 +51,9 @@ def test_every_report_names_its_source_and_is_tried_here():
     assert all(re.search(r"[a-z0-9]+ #[0-9]+", one.source) for one in AS_REPORTED.values())
 
 
-def test_what_nobody_has_reported_is_an_error_with_all_names():
-    for begin in (
-        lambda: serve("127.0.0.1", as_reported=["unhomed", "sulks"]),
-        lambda: FrankieEmulator(
-            "emulated", world="kinematic", scene="single", seed=0, as_reported=["sulks"]
-        ),
-    ):
-        with pytest.raises(NotReportedError, match="no reported behaviour called `sulks`"):
-            begin()
-
-
 @needs_library
-@pytest.mark.parametrize("reported", some(HANDS, "move-fails"))
+@pytest.mark.slow
+@pytest.mark.parametrize("reported", HANDS)
 def test_a_hand_grips_holds_and_opens(reported):
     with (
         emulated(reported) as emulator,
@@ -128,7 +111,7 @@ def test_fingers_that_cannot_close_are_a_result_and_open_again():
 
 
 @needs_library
-@pytest.mark.parametrize("is_known", [True, False])
+@pytest.mark.parametrize("is_known", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_a_hand_that_comes_back_drops_nothing(is_known):
     with emulated("") as emulator:
         with connected(PandaHand(emulator.address, WallClock())) as hand:
@@ -158,6 +141,7 @@ def loses_its_power(hand, emulator):
 
 
 @needs_library
+@pytest.mark.slow
 def test_a_hand_that_a_dead_program_leaves_in_a_motion_is_stopped():
     with emulated("move-blocks") as emulator:
         emulator.do(f"block {BLOCK}")
@@ -176,7 +160,8 @@ os._exit(1)
 
 
 @needs_library
-@pytest.mark.parametrize("reported", some(ARMS, "stop-needs-recovery"))
+@pytest.mark.slow
+@pytest.mark.parametrize("reported", ARMS)
 def test_an_arm_moves_again_after_one_recovery(reported):
     with emulated(reported) as emulator, connected(PandaArm(emulator.address, WallClock())) as arm:
         if reported == "needs-recovery":
@@ -231,7 +216,10 @@ def test_what_comes_back_is_named_and_not_recovered_in_a_loop(reported):
 
 
 @needs_library
-@pytest.mark.parametrize("reported", some(REFUSED, "locked"))
+@pytest.mark.parametrize(
+    "reported",
+    [pytest.param(one, marks=() if one == "locked" else pytest.mark.slow) for one in REFUSED],
+)
 def test_why_it_cannot_be_commanded_is_said(reported):
     with emulated(reported) as emulator:
         arm = PandaArm(emulator.address, WallClock(), ArmSettings(connecting=4.0))

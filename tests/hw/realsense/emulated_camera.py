@@ -66,7 +66,7 @@ def plugged_in(
             camera.close()
 
 
-def until(done: Callable[[], Any], patience: float = 10.0) -> float:
+def until(done: Callable[[], Any], patience: float = 60.0) -> float:
     """Wait for something; how long that took [s]."""
     begun = time.monotonic()
     while not done():
@@ -75,11 +75,10 @@ def until(done: Callable[[], Any], patience: float = 10.0) -> float:
     return time.monotonic() - begun
 
 
-def new_images(camera: RealSenseCamera, seconds: float) -> list[Any]:
-    """The images that come in some time."""
-    images, end = [camera.latest()], time.monotonic() + seconds
-    while time.monotonic() < end:
-        if (image := camera.latest()) is not images[-1]:
-            images.append(image)
-        time.sleep(0.002)
+def new_images(camera: RealSenseCamera, count: int) -> list[Any]:
+    """The next images."""
+    images = [camera.latest()]
+    while len(images) < count:
+        until(lambda: camera.latest() is not images[-1])
+        images.append(camera.latest())
     return images

@@ -2,7 +2,7 @@
 
 import mmap
 import os
-import time
+import signal
 
 import numpy as np
 import pytest
@@ -40,13 +40,6 @@ def test_a_clock_of_its_own_is_tied_to_the_image_that_came_quickest(own):
     assert late.min() > 0.0
     assert late.max() < 0.006
     assert np.std(late) < 1e-3
-
-
-def test_a_recording_that_begins_again_is_tied_anew():
-    clock = CameraClock()
-    for k in range(30):
-        assert clock.stamp(k * PERIOD, 100.0 + k * PERIOD, None) == pytest.approx(100 + k * PERIOD)
-    assert clock.stamp(0.0, 102.0, None) == pytest.approx(102.0)
 
 
 JUMPS = {
@@ -120,19 +113,17 @@ def test_a_reader_never_sees_two_images_mixed():
     """Nor that no image has come yet, which would stop the robot."""
     shared = image_buffer(100_000)  # 4 MB: long to write
     shared.put(0, 0.0, 0.0, np.ones((10, 100_000), np.float32), None)
-    end = time.monotonic() + 1.0
     writer = os.fork()
     if writer == 0:
-        k = 1
-        while time.monotonic() < end:
-            k += 1
+        for k in range(2, 1_000_000):
             shared.put(k, k, k, np.full((10, 100_000), k, np.float32), None)
-        os._exit(0)
-    seen = 0
-    while time.monotonic() < end:
-        assert min(shared.newest_number() for _ in range(100)) > 0
-        if (picture := shared.get(infrared=False)) is not None:
-            seen += 1
-            assert picture.depth.min() == picture.depth.max() == picture.number
-    os.waitpid(writer, 0)
-    assert seen > 20
+    try:
+        seen = 0
+        while seen < 50:
+            assert min(shared.newest_number() for _ in range(100)) > 0
+            if (picture := shared.get(infrared=False)) is not None:
+                seen += 1
+                assert picture.depth.min() == picture.depth.max() == picture.number
+    finally:
+        os.kill(writer, signal.SIGKILL)
+        os.waitpid(writer, 0)
