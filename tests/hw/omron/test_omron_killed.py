@@ -1,4 +1,4 @@
-"""The driver's process or its guardian is killed or suspended; how soon the base is told to rest."""
+"""The driver or its guardian is killed or suspended; how soon the base is told to rest."""
 
 import os
 import signal
