@@ -37,17 +37,11 @@ def view(
     run: Run = "last",
     runs: Runs = Path("runs"),
     web: Annotated[bool, typer.Option("--web", help="In the browser.")] = False,
-    at: Annotated[float | None, typer.Option(help="The moment to show first [s].", min=0.0)] = None,
 ) -> None:
     """Open the recording of a run in the Rerun viewer."""
     from app.live import open_in_viewer
-    from app.review import recorded_time
 
-    recording = _recording(run, runs)
-    at = None if at is None else recorded_time(recording.parent, at)
-    raise typer.Exit(
-        open_in_viewer(recording, web=web, say=lambda text: typer.echo(text, err=True), at=at)
-    )
+    open_in_viewer(_recording(run, runs), web=web, say=lambda text: typer.echo(text, err=True))
 
 
 def _recording(run: str, runs: Path) -> Path:

@@ -177,10 +177,6 @@ def run(
         list[str] | None,
         typer.Option(help="A fault, as reflex@12.5 or `frames lost@approach for 2`."),
     ] = None,
-    groot2_control: Annotated[
-        bool,
-        typer.Option("--groot2-control", help="Serve Groot2, and let it replace outcomes."),
-    ] = False,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the summary as one JSON object.")
     ] = False,
@@ -235,9 +231,8 @@ def run(
                 page_port=control_port,
                 paused=paused,
                 breaks=tuple(stop_before or ()),
-                groot=groot2 or groot2_control,
+                groot=groot2,
                 groot_port=groot2_port,
-                groot_control=groot2_control,
                 force=force,
                 approve=approve,
                 acknowledge_after=acknowledge_after,

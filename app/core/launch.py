@@ -14,7 +14,7 @@ from app.core.run import Instruments, Run, scene_name, tell
 from app.core.run_options import RunOptions
 from app.core.setup import Setup, open_setup
 from app.core.summary import Result
-from app.live import OperatorConsole, PageServer, Viewer, WebViewer
+from app.live import OperatorConsole, PageServer, Viewer
 from app.terminal import Loading
 from config import Severity
 from hw import WallClock, WorldOptions
@@ -93,7 +93,7 @@ def run_task(
             summary = replace(result.summary, warnings=warnings).kept(result.folder / SUMMARY)
             result = result._replace(summary=summary)
         if finished is not None:
-            console.stay(result.ending(finished(result)))
+            console.stay(result.summary.achieved, finished(result))
     return result
 
 
@@ -124,7 +124,7 @@ def _console(
         nodes=nodes,
         inject=setup.robot.inject,
         clear=setup.robot.clear,
-        viewer=WebViewer(data=embedded.url) if embedded else None,
+        viewer=embedded.url if embedded else None,
         say=tell,
         server=page_server,
     )

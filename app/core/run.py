@@ -121,8 +121,6 @@ class Run:
                 self._abandon,
             ).run()
             self._console.finish()
-            if self._display is not None:
-                self._display.finish()
             real_seconds = stopwatch() - begun - self._measurements.paused_s
             self._outputs.end(outcome, setup.clock.session.now())
             summary = self._summary(outcome, real_seconds)

@@ -14,10 +14,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from app.core.files.folder import RECORDING
 from app.core.measurements import Measurements
 from app.core.outcome import End, Outcome
-from app.live import Ending
 from app.task_time import task_time
 from behaviours import Carried, TaskLog
 from hw import MAY_TOUCH, Refusal, TaskTime, Touch
@@ -237,12 +235,3 @@ class Result(NamedTuple):
     outcome: Outcome
     summary: Summary
     folder: Path
-
-    def ending(self, explanation: str) -> Ending:
-        """What the control page shows at the end."""
-        recording = self.folder / RECORDING
-        return Ending(
-            outcome=self.summary.achieved,
-            explanation=explanation,
-            recording=recording if recording.is_file() else None,
-        )

@@ -10,7 +10,7 @@ from app.live.console import ControlOptions, OperatorConsole
 from app.live.feed import Feed, Throttle
 from app.live.monitor import Recorder, RecorderError
 from app.live.nodes import NodeStatus, tip, tree_view
-from app.live.operator import Control, Ending, Hook, PageServer, WebViewer
+from app.live.operator import Control, Hook, PageServer
 from app.live.run_display import RunDisplay
 from app.live.snapshot import ObjectView, RegionView, SceneView, Snapshot, key_figures
 from app.live.tree_text import Moment, RunInfo
@@ -23,7 +23,6 @@ __all__ = [
     "Address",
     "Control",
     "ControlOptions",
-    "Ending",
     "Feed",
     "Hook",
     "Moment",
@@ -43,7 +42,6 @@ __all__ = [
     "ViewError",
     "ViewOptions",
     "Viewer",
-    "WebViewer",
     "headless_viewer",
     "key_figures",
     "open_in_viewer",

@@ -5,24 +5,18 @@ from __future__ import annotations
 import signal
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from py_trees.behaviour import Behaviour
 
-from app.live.groot import USUAL_PORT, GrootError, GrootServer
+from app.live.groot import USUAL_PORT, GrootServer
 from app.live.nodes import tree_view
 from app.live.operator import (
     HELP,
     Control,
     ControlPage,
-    ControlState,
-    Ending,
     Hook,
-    HookAction,
-    PageError,
     PageServer,
-    Side,
-    WebViewer,
     in_terminal,
     insert_hooks,
     keys,
@@ -32,10 +26,6 @@ from app.live.snapshot import Snapshot, key_figures
 from app.terminal import until_interrupted
 from config import UserError
 from trees.language import TreeNode
-
-
-class NoControlError(UserError):
-    """The run would pause and nobody could resume it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,7 +39,6 @@ class ControlOptions:
     breaks: tuple[str, ...] = ()
     groot: bool = False
     groot_port: int = USUAL_PORT
-    groot_control: bool = False
     force: bool = False
     approve: bool = False
     acknowledge_after: float | None = None
@@ -65,7 +54,7 @@ class OperatorConsole:
         nodes: of the tree, in preorder.
         inject: injects a fault by name.
         clear: clears the injected faults.
-        viewer: web viewer to embed in the page, if any.
+        viewer: address of live data for a viewer on the page, if any.
         say: prints a line.
         server: of the page across several runs; None makes one for this run.
 
@@ -81,54 +70,37 @@ class OperatorConsole:
         nodes: Sequence[TreeNode],
         inject: Callable[[str], None],
         clear: Callable[[], None],
-        viewer: WebViewer | None,
+        viewer: str | None,
         say: Callable[[str], None],
         server: PageServer | None = None,
     ) -> None:
-        has_person = options.page or options.groot or in_terminal(0)
+        _check(options)
         self.control = Control(
             paused=options.paused,
             attended=options.page or in_terminal(0) or options.acknowledge_after is not None,
         )
+        self.left = False
         self._acknowledge_after = options.acknowledge_after
         self._over_since: float | None = None
         self._say = say
+        self._emergency = ""
         self._groot: GrootServer | None = None
         self._page: ControlPage | None = None
         self._server, self._stays = server, server is None
-        self.left = False
-        self._emergency = ""
-        self._stack = ExitStack()
-        if (options.paused or options.breaks or options.approve) and not has_person:
-            raise NoControlError(
-                "--paused, --break and --approve wait for a person, but there is no terminal for "
-                "keys; add --control or --groot2"
-            )
-        if options.force and not options.page:
-            raise NoControlError("--force-outcomes is for the page; add --control")
         tree = tree_view(nodes)
         self.root, hooks = self._insert(options, nodes)
-        try:
+        with ExitStack() as stack:
             if options.groot:
-                self._groot = self._stack.enter_context(
-                    GrootServer(
-                        task,
-                        tree,
-                        hooks,
-                        self.control,
-                        port=options.groot_port,
-                        may_replace=options.groot_control,
-                    )
-                )
+                groot = GrootServer(task, tree, hooks, self.control, port=options.groot_port)
+                self._groot = stack.enter_context(groot)
             if options.page:
                 if self._server is None:
-                    self._server = self._stack.enter_context(PageServer(options.page_port))
+                    self._server = stack.enter_context(PageServer(options.page_port))
                 self._page = ControlPage(
                     self.control,
                     tree,
                     inject=inject,
                     clear=clear,
-                    address=self._server.address,
                     viewer=viewer,
                     hooks=hooks,
                     may_force=options.force,
@@ -136,9 +108,7 @@ class OperatorConsole:
                 self._server.serve(self._page)
                 if self._server.stopped:  # since the run before
                     self.control.stop()
-        except (GrootError, PageError):
-            self._stack.close()
-            raise
+            self._stack = stack.pop_all()
 
     def __enter__(self) -> OperatorConsole:
         return self
@@ -158,7 +128,15 @@ class OperatorConsole:
 
     def show(self, snapshot: Snapshot) -> None:
         """Pass a tick to the page and to Groot2."""
-        self._report_emergency(snapshot)
+        emergency = self.control.state.emergency
+        if emergency and not self._emergency:
+            self._say(
+                f"{emergency}: the run is paused; release the button, acknowledge the stop "
+                "(key a, or the page), then resume"
+            )
+        self._emergency = emergency
+        if self._acknowledge_after is not None:
+            self._stand_in(snapshot, self._acknowledge_after)
         if self._page is not None:
             self._page.show(snapshot)
         if self._groot is not None:
@@ -174,18 +152,18 @@ class OperatorConsole:
         if self._page is not None:
             self._page.finish()
 
-    def stay(self, ending: Ending) -> None:
+    def stay(self, outcome: str, explanation: str) -> None:
         """Show on the page how the run ended, and keep it until Ctrl-C.
 
         Returns at once if another run may follow on the page, or after Ctrl-C in the run.
         """
         if self._page is None or self._server is None:
             return
-        stays = self._stays and not self.left
-        self._page.end(ending if stays else replace(ending, recording=None))
-        if self._stays and self.left:
+        self._page.end(outcome, explanation)
+        if not self._stays:
+            return
+        if self.left:
             self._server.farewell()
-        if not stays:
             return
         before = signal.signal(signal.SIGTERM, signal.default_int_handler)
         try:
@@ -194,20 +172,9 @@ class OperatorConsole:
         finally:
             signal.signal(signal.SIGTERM, before)
 
-    def _report_emergency(self, snapshot: Snapshot) -> None:
-        """Tell the user about an emergency stop, and stand in for a person in unattended tests."""
-        state = self.control.state
-        if state.emergency and not self._emergency:
-            self._say(
-                f"{state.emergency}: the run is paused; release the button, acknowledge the stop "
-                "(key a, or the page), then resume"
-            )
-        self._emergency = state.emergency
-        if self._acknowledge_after is not None:
-            self._stand_in(snapshot, state, self._acknowledge_after)
-
-    def _stand_in(self, snapshot: Snapshot, state: ControlState, patience: float) -> None:
+    def _stand_in(self, snapshot: Snapshot, patience: float) -> None:
         """Acknowledge and resume as a person would, once the cause of the pause is over."""
+        state = self.control.state
         over = not state.pressed and all(
             fault.clearable and fault.text not in state.why for fault in snapshot.state.faults
         )
@@ -226,23 +193,31 @@ class OperatorConsole:
     ) -> tuple[Behaviour, list[Hook]]:
         stops = {node for wanted in options.breaks for node in matching(nodes, wanted)}
         every = [node.node for node in nodes]
-        moving = {node for node in every if options.approve and _moves(node)}
-        all_of_them = options.groot or options.page
-        hooked = every if all_of_them else [one for one in every if one in stops | moving]
+        asks = {node for node in every if options.approve and _moves(node)}
+        everywhere = options.groot or options.page
+        hooked = every if everywhere else [one for one in every if one in stops | asks]
         root, hooks = insert_hooks(nodes[0].node, hooked, self._reached)
         for hook in hooks:
-            hook.asks = hook.node in moving
-            if hook.node in stops:
-                hook.actions = {Side.BEFORE: HookAction()}
+            hook.asks, hook.stops = hook.node in asks, hook.node in stops
         return root, hooks
 
-    def _reached(self, hook: Hook, side: Side, action: HookAction) -> None:
-        if action.replace_with is None:
-            asks = hook.asks and side is Side.BEFORE
-            why = f"{hook.name} waits for approval" if asks else f"{side.name.lower()} {hook.name}"
-            self.control.pause(why)
+    def _reached(self, hook: Hook) -> None:
+        name = hook.name
+        self.control.pause(f"{name} waits for approval" if hook.asks else f"before {name}")
         if self._groot is not None:
-            self._groot.reached(hook, side)
+            self._groot.reached(hook)
+
+
+def _check(options: ControlOptions) -> None:
+    """Raise UserError for a run that would pause and that nobody could resume."""
+    has_person = options.page or options.groot or in_terminal(0)
+    if (options.paused or options.breaks or options.approve) and not has_person:
+        raise UserError(
+            "--paused, --break and --approve wait for a person, but there is no terminal for "
+            "keys; add --control or --groot2"
+        )
+    if options.force and not options.page:
+        raise UserError("--force-outcomes is for the page; add --control")
 
 
 def _moves(node: Behaviour) -> bool:

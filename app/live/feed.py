@@ -14,6 +14,9 @@ from typing import Generic, TypeVar
 
 Item = TypeVar("Item")
 
+_ROUNDING = 1e-6
+"""Tolerance, since stamps are sums of periods [s]."""
+
 
 class Feed(Generic[Item]):
     """Passes items to a slow writer, in order and in batches, on a thread of its own.
@@ -39,11 +42,8 @@ class Feed(Generic[Item]):
     ) -> None:
         self.dropped = 0
         self.error: Exception | None = None
-        self._write = write
-        self._lossless = lossless
-        self._period = period
-        self._capacity = capacity
-        self._batch = min(batch, capacity)
+        self._write, self._lossless, self._period = write, lossless, period
+        self._capacity, self._batch = capacity, min(batch, capacity)
         self._items: deque[Item] = deque()
         self._closing = False
         self._wake, self._room = threading.Event(), threading.Event()
@@ -58,7 +58,7 @@ class Feed(Generic[Item]):
                 self._wake.set()
                 self._room.wait(self._period)
             else:
-                self.dropped += self._pop() is not None
+                self.dropped += len(self._taken(1))
         if self._is_over():
             return
         self._items.append(item)
@@ -75,11 +75,15 @@ class Feed(Generic[Item]):
     def _is_over(self) -> bool:
         return self._closing or self.error is not None
 
-    def _pop(self) -> Item | None:
+    def _taken(self, count: int) -> list[Item]:
+        """The oldest items, at most so many; both threads take them."""
+        items: list[Item] = []
         try:
-            return self._items.popleft()
+            while len(items) < count:
+                items.append(self._items.popleft())
         except IndexError:
-            return None
+            pass
+        return items
 
     def _run(self) -> None:
         last = False
@@ -87,8 +91,7 @@ class Feed(Generic[Item]):
             self._wake.wait(self._period)
             self._wake.clear()
             last = self._closing
-            taken = (self._pop() for _ in range(len(self._items)))
-            batch = [item for item in taken if item is not None]
+            batch = self._taken(len(self._items))
             self._room.set()
             try:
                 if batch:
@@ -100,21 +103,11 @@ class Feed(Generic[Item]):
                 return
 
 
-_ROUNDING = 1e-6
-"""Tolerance, since stamps are sums of periods [s]."""
-
-
 class Throttle:
-    """Passes one of many stamps per period.
+    """Passes at most one stamp per period [s]."""
 
-    Args:
-        period: shortest time between two that pass [s].
-        start: earliest stamp that passes [s].
-    """
-
-    def __init__(self, period: float, start: float = float("-inf")) -> None:
-        self._period = period
-        self._next = start
+    def __init__(self, period: float) -> None:
+        self._period, self._next = period, float("-inf")
 
     def due(self, stamp: float) -> bool:
         """Whether `stamp` [s] passes, which starts the next period."""

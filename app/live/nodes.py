@@ -35,6 +35,14 @@ class NodeInfo:
         return f"{self.name} → {self.given}" if self.given else self.name
 
 
+class NodeStatus(NamedTuple):
+    """Status of a node after a tick; a tuple, which is quicker to make than a dataclass."""
+
+    status: Status
+    message: str
+    """Feedback message; may be empty."""
+
+
 class Look(StrEnum):
     """State of a node as it is drawn."""
 
@@ -52,14 +60,19 @@ _LOOKS = {
     Status.SUCCESS: Look.SUCCESS,
     Status.FAILURE: Look.NOT_YET,
 }
-
-
-class NodeStatus(NamedTuple):
-    """Status of a node after a tick; a tuple, which is quicker to make than a dataclass."""
-
-    status: Status
-    message: str
-    """Feedback message; may be empty."""
+LOOK_GLYPH = {
+    Look.IDLE: "·",
+    Look.RUNNING: "▶",
+    Look.SUCCESS: "✔",
+    Look.NOT_YET: "○",
+    Look.FAILURE: "✗",
+}
+STATUS_GLYPH = {
+    Status.INVALID: "·",
+    Status.RUNNING: "▶",
+    Status.SUCCESS: "✔",
+    Status.FAILURE: "✗",
+}
 
 
 def tree_view(nodes: Sequence[TreeNode]) -> list[NodeInfo]:
@@ -80,8 +93,13 @@ def _in_words(given: Mapping[str, object]) -> str:
     values = [value for word, value in given.items() if word != _NEXT]
     names = [str(name) for value in values if (name := getattr(value, "name", None))]
     others = [f"{value:g}" if isinstance(value, float) else str(value) for value in values]
-    text = " ".join((", ".join(names) or next(iter(others), "")).split())
-    return text if len(text) <= _LONGEST_GIVEN else text[: _LONGEST_GIVEN - 1] + "…"
+    return shortened(", ".join(names) or next(iter(others), ""), _LONGEST_GIVEN)
+
+
+def shortened(text: str, longest: int) -> str:
+    """The text on one line, with at most so many characters."""
+    text = " ".join(text.split())
+    return text if len(text) <= longest else text[: longest - 1] + "…"
 
 
 def looks(tree: Sequence[NodeInfo], nodes: Sequence[NodeStatus]) -> tuple[Look, ...]:
@@ -103,6 +121,12 @@ def parents(tree: Sequence[NodeInfo]) -> tuple[int | None, ...]:
         found.append(path[-1] if path else None)
         path.append(index)
     return tuple(found)
+
+
+def leaves(tree: Sequence[NodeInfo]) -> tuple[int, ...]:
+    """Indices of the nodes without children."""
+    inner = set(parents(tree))
+    return tuple(index for index in range(len(tree)) if index not in inner)
 
 
 def tip(nodes: Sequence[NodeStatus]) -> int:

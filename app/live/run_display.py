@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.live import Live
 
-from app.live.tree_text import Changes, Moment, RunInfo, frozen, picture
+from app.live.tree_text import Changes, Moment, RunInfo, picture
 from app.terminal import Terminal
 from hw import stopwatch
 
@@ -24,40 +24,24 @@ if TYPE_CHECKING:
 
 _PERIOD = 0.2
 """Interval of writing [s of real time]."""
-_OLD = 1.0
-"""Age from which a tick is reported as too old [s]."""
 _PATIENCE = 1.0
 """Time for the terminal to write the rest [s]."""
 
 
 class RunDisplay:
-    """Shows the snapshots of a run; use it in a `with` statement.
-
-    Args:
-        info: the run.
-        tree: nodes of the tree, in preorder.
-        seconds: real time from an arbitrary start [s].
-        console: where to write; standard error by default.
-    """
+    """Shows the snapshots of a run, on standard error by default; use it in a `with` statement."""
 
     def __init__(
-        self,
-        info: RunInfo,
-        tree: Sequence[NodeInfo],
-        *,
-        seconds: Callable[[], float] = stopwatch,
-        console: Console | None = None,
+        self, info: RunInfo, tree: Sequence[NodeInfo], *, console: Console | None = None
     ) -> None:
         self._info, self._tree = info, tuple(tree)
-        self._seconds, self._began = seconds, seconds()
+        self._began = stopwatch()
         self._console = console or Terminal(stderr=True)
         self._changes = Changes(info, self._tree)
         self._live: Live | None = None
         if self._console.is_terminal:
             self._live = Live(console=self._console, auto_refresh=False, transient=True)
         self._newest: Moment | None = None
-        self._told_at: float | None = None
-        self._frozen = False
         self._changed: deque[Moment] = deque()
         self._paused, self._faults = "", 0
         self._error: Exception | None = None
@@ -85,18 +69,11 @@ class RunDisplay:
         """
         if self._error is not None:
             raise self._error
-        self._told_at = self._seconds()
-        if self._live is not None:
-            self._newest = moment
-            return
+        self._newest = moment
         faults = len(moment.seen.state.faults)
         if changed or moment.paused != self._paused or faults != self._faults:
             self._paused, self._faults = moment.paused, faults
             self._changed.append(moment)
-
-    def finish(self) -> None:
-        """Report that no tick follows."""
-        self._told_at = None
 
     def _run(self) -> None:
         try:
@@ -109,23 +86,18 @@ class RunDisplay:
 
     def write(self) -> None:
         """Write the newest state now."""
-        told_at = self._told_at
-        age = 0.0 if told_at is None else self._seconds() - told_at
         if self._live is None:
-            if (age > _OLD) is not self._frozen:
-                self._frozen = age > _OLD
-                line = frozen(age) if self._frozen else "the loop ticks again"
-                self._console.print(f"! {line}", soft_wrap=True, markup=False, highlight=False)
             while self._changed:
                 for line in self._changes.lines(self._changed.popleft()):
                     self._console.print(line, soft_wrap=True, markup=False, highlight=False)
-        elif (moment := self._newest) is not None:
+            return
+        self._changed.clear()
+        if self._newest is not None:
             text = picture(
                 self._info,
                 self._tree,
-                moment,
-                elapsed=self._seconds() - self._began,
-                age=age if age > _OLD else 0.0,
+                self._newest,
+                elapsed=stopwatch() - self._began,
                 width=self._console.width,
                 rows=self._console.height - 2,
             )

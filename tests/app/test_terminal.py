@@ -6,12 +6,11 @@ import sys
 from pathlib import Path
 
 import pytest
+from command_line import call
 from rich.live import Live
 from rich.table import Table
 from rich.text import Text
-from typer.testing import CliRunner
 
-from app.commands import app
 from app.terminal import Terminal, visible
 
 ROOT = Path(__file__).parents[2]
@@ -82,9 +81,9 @@ def test_a_task_says_things_to_people_and_not_to_their_terminal(tmp_path):
         (2, ("run", str(task), "--robot", "no\x1b[2Jsuch")),
         (2, ("run", str(task), "--weights", "no\x1b[2Jsuch")),
     ):
-        result = CliRunner().invoke(app, list(arguments))
-        assert result.exit_code == code, (arguments, result.output)
-        for text in (result.stdout, result.stderr):
+        ended, *texts = call(*arguments)
+        assert ended == code, (arguments, texts)
+        for text in texts:
             assert all(letter.isprintable() or letter in "\n\t" for letter in text), arguments
 
 

@@ -1,29 +1,26 @@
-"""Groot2 server: its sockets, and the answer to each request."""
+"""Groot2 server: the monitor protocol of BehaviorTree.CPP 4, version 2, little-endian.
+
+A request is a header of 6 bytes (protocol, kind, number) and for some kinds a second part. A reply
+repeats the header, adds 16 bytes that identify the tree, and may have a second part. An invalid
+request is answered by `error` and the reason.
+"""
 
 from __future__ import annotations
 
 import queue
 import secrets
+import struct
 import threading
-from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from datetime import UTC, datetime
 from types import ModuleType
 from typing import Any
 
+from py_trees.common import Status
+
 from app.live.groot.client_hooks import ClientHooks
-from app.live.groot.protocol import (
-    Header,
-    Kind,
-    Transition,
-    code,
-    pack_statuses,
-    pack_transitions,
-    read_header,
-)
 from app.live.groot.tree_xml import tree_xml
 from app.live.nodes import NodeInfo
-from app.live.operator import Control, Hook, Side
+from app.live.operator import Control, Hook
 from app.live.snapshot import Snapshot
 from config import UserError
 from hw import stopwatch
@@ -32,17 +29,17 @@ HOST = "127.0.0.1"
 USUAL_PORT = 1667
 """Groot2's default; breakpoints are announced on the next port."""
 
+_HEADER_SIZE = 6
+_STATUS = struct.Struct("<HB")
+_CODES = {Status.INVALID: 0, Status.RUNNING: 1, Status.SUCCESS: 2, Status.FAILURE: 3}
+_IDLE_AFTER = 10
 _HEARTBEAT = 5.0
-"""Silence after which the hooks of a client are disabled [s of real time]."""
-_OLD = 1.0
-"""Age from which values are reported as too old [s]."""
+"""Silence after which the breakpoints of a client are disabled [s of real time]."""
 _POLL_MS = 20
-_MOST_TRANSITIONS = 1000
 _MOST_BYTES = 1_000_000
 """Of a request; a client that sends more is disconnected."""
 _MOST_WAITING = 100
 """Requests that wait for an answer."""
-Reply = bytes | None
 
 
 class GrootError(UserError):
@@ -52,8 +49,8 @@ class GrootError(UserError):
 class GrootServer:
     """Serves one run on its own thread until the end of the `with` statement.
 
-    A breakpoint pauses the whole run. When the client falls silent its hooks are disabled, but a
-    paused robot stays paused until a person resumes.
+    A breakpoint pauses the whole run. When the client falls silent its breakpoints are disabled,
+    but a paused robot stays paused until a person resumes.
 
     Args:
         task: name of the task.
@@ -61,7 +58,6 @@ class GrootServer:
         hooks: one per node.
         control: pauses and resumes the run.
         port: for requests; breakpoints are announced on the next one.
-        may_replace: whether clients may replace the outcomes of nodes.
         seconds: real time from an arbitrary start, for the heartbeat [s].
 
     Raises:
@@ -76,38 +72,31 @@ class GrootServer:
         control: Control,
         *,
         port: int = USUAL_PORT,
-        may_replace: bool = False,
         seconds: Callable[[], float] = stopwatch,
     ) -> None:
         self._zmq, self._pack = _libraries()
         self._task = task
-        self._xml = tree_xml(task, tree)
         self._uids = {hook: uid for uid, hook in enumerate(hooks, start=1)}
-        self._client_hooks = ClientHooks(hooks, control, may_replace=may_replace)
+        self._client_hooks = client = ClientHooks(hooks, control)
         self._seconds = seconds
         self._tree_id = secrets.token_bytes(16)
         self._lock = threading.Lock()
         self._codes = [0] * len(tree)
         self._values: Mapping[str, object] = {}
-        self._stamp = 0.0
-        self._shown_at: float | None = None
-        self._recording_since: float | None = None
-        self._transitions: deque[Transition] = deque(maxlen=_MOST_TRANSITIONS)
-        self._notices: queue.SimpleQueue[tuple[int, Side]] = queue.SimpleQueue()
+        self._notices: queue.SimpleQueue[int] = queue.SimpleQueue()
         self._heard = seconds()
         self._over = threading.Event()
-        self._answers: dict[Kind, Callable[[bytes], Reply]] = {
-            Kind.TREE: lambda _: self._xml.encode(),
-            Kind.STATUS: self._status,
-            Kind.BLACKBOARD: self._blackboard,
-            Kind.HOOK_INSERT: self._client_hooks.insert,
-            Kind.HOOK_REMOVE: self._client_hooks.remove,
-            Kind.HOOK_UNLOCK: self._client_hooks.unlock,
-            Kind.HOOKS_DUMP: lambda _: self._client_hooks.dump(),
-            Kind.HOOKS_REMOVE_ALL: lambda _: self._client_hooks.remove_all(),
-            Kind.HOOKS_DISABLE: lambda _: self._client_hooks.disable(),
-            Kind.RECORD: self._record,
-            Kind.TRANSITIONS: self._take_transitions,
+        xml = tree_xml(task, tree).encode()
+        self._answers: dict[bytes, Callable[[bytes], bytes | None]] = {
+            b"T": lambda _: xml,
+            b"S": self._status,
+            b"B": self._blackboard,
+            b"I": client.insert,
+            b"R": client.remove,
+            b"U": client.unlock,
+            b"D": lambda _: client.dump(),
+            b"A": lambda _: client.remove_all(),
+            b"X": lambda _: client.disable(),
         }
         self._context = self._zmq.Context()
         # Not REP: a peer that breaks off in a malformed request costs the next one its answer.
@@ -124,27 +113,18 @@ class GrootServer:
         self._thread.join()
         self._context.destroy(linger=0)
 
-    # from the loop
-
     def show(self, snapshot: Snapshot, values: Mapping[str, object]) -> None:
-        """Set the tick that clients see, and the values of their blackboard."""
+        """Set the tick that clients see, and the values of their blackboard; from the loop."""
         with self._lock:
-            self._stamp, self._values = snapshot.stamp, values
-            self._shown_at = self._seconds()
-            for index, node in enumerate(snapshot.nodes):
-                before, now = self._codes[index], code(node.status, self._codes[index])
-                if now == before:
-                    continue
-                self._codes[index] = now
-                if self._recording_since is not None:
-                    since = round(1e6 * (snapshot.stamp - self._recording_since))
-                    self._transitions.append(Transition(since, index + 1, code(node.status)))
+            self._values = values
+            self._codes = [
+                _code(node.status, before)
+                for node, before in zip(snapshot.nodes, self._codes, strict=True)
+            ]
 
-    def reached(self, hook: Hook, side: Side) -> None:
-        """Announce that a hook acts."""
-        self._notices.put((self._uids[hook], side))
-
-    # from the thread
+    def reached(self, hook: Hook) -> None:
+        """Announce that the run pauses before a node; from the loop."""
+        self._notices.put(self._uids[hook])
 
     def _listen(self, kind: int, port: int) -> Any:
         socket = self._context.socket(kind)
@@ -163,7 +143,8 @@ class GrootServer:
     def _serve(self) -> None:
         while not self._over.is_set():
             while not self._notices.empty():
-                self._notify(*self._notices.get())
+                uid = str(self._notices.get()).encode()
+                self._publisher.send_multipart([b"\x02N" + secrets.token_bytes(4), uid])
             if self._requests.poll(_POLL_MS):
                 self._heard = self._seconds()
                 self._client_hooks.set_silent(False)
@@ -173,51 +154,40 @@ class GrootServer:
             elif self._seconds() - self._heard > _HEARTBEAT:
                 self._client_hooks.set_silent(True)
 
-    def _notify(self, uid: int, side: Side) -> None:
-        header = Header(Kind.HOOK_REACHED, secrets.randbits(32))
-        self._publisher.send_multipart([header.pack(), str(uid).encode()])
-        self._client_hooks.replaced(uid, side)
-
     def _answer(self, request: list[bytes]) -> list[bytes]:
+        """The parts of a reply; errors have the words of BehaviorTree.CPP."""
         try:
-            header = read_header(request[0])
-            if header.kind not in self._answers:
+            header = request[0]
+            if len(header) != _HEADER_SIZE:
+                raise ValueError("wrong request header")
+            answer = self._answers.get(header[1:2])
+            if answer is None:
                 raise ValueError("Request not recognized")
-            body = self._answers[header.kind](request[1] if len(request) > 1 else b"")
+            body = answer(request[1] if len(request) > 1 else b"")
         except Exception as error:  # whatever a client sends, the next one gets its answer
             return [b"error", str(error).encode("ascii", errors="backslashreplace")]
-        first = header.pack() + self._tree_id
+        first = header + self._tree_id
         return [first] if body is None else [first, body]
 
-    def _status(self, _: bytes) -> Reply:
+    def _status(self, _: bytes) -> bytes:
+        """3 bytes per node: number from 1 in preorder, status."""
         with self._lock:
-            return pack_statuses(self._codes)
+            return b"".join(_STATUS.pack(uid, code) for uid, code in enumerate(self._codes, 1))
 
-    def _blackboard(self, names: bytes) -> Reply:
+    def _blackboard(self, names: bytes) -> bytes:
         with self._lock:
-            boards = {self._task: {**self._values, **self._frozen()}}
+            boards = {self._task: self._values}
         if wanted := names.decode():  # without a name, every board
             boards = {name: boards[name] for name in wanted.split(";") if name in boards}
         packed: bytes = self._pack(boards, default=str)
         return packed
 
-    def _frozen(self) -> Mapping[str, float]:
-        """Age of the values, if it is too high; the protocol has no other field for it."""
-        age = 0.0 if self._shown_at is None else self._seconds() - self._shown_at
-        return {"frozen for [s]": round(age, 1)} if age > _OLD else {}
 
-    def _record(self, command: bytes) -> Reply:
-        with self._lock:
-            self._recording_since = self._stamp if command == b"start" else None
-            self._transitions.clear()
-        now = round(1e6 * datetime.now(UTC).timestamp())
-        return str(now).encode() if command == b"start" else None
-
-    def _take_transitions(self, _: bytes) -> Reply:
-        with self._lock:
-            taken = pack_transitions(self._transitions)
-            self._transitions.clear()
-        return taken
+def _code(status: Status, before: int) -> int:
+    """A status as a byte; that of an idle node includes its previous status."""
+    if status is not Status.INVALID:
+        return _CODES[status]
+    return before if before >= _IDLE_AFTER or before == 0 else _IDLE_AFTER + before
 
 
 def _opened(parts: list[bytes]) -> tuple[list[bytes], list[bytes]]:

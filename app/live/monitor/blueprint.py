@@ -10,28 +10,22 @@ import rerun.blueprint as rrb
 from rerun.blueprint import archetypes, encodings
 
 from app.live.monitor.framing import Eye
-from app.live.monitor.signals_panel import PLOTS
-from app.live.monitor.tree_drawing import MOST_SHOWN, ROW, list_layout
+from app.live.monitor.signals_panel import PLOTS, SHARES
+from app.live.monitor.tree_panel import PILL_RADIUS, ROW, pills
 from app.live.nodes import NodeInfo
 
-_PLOT_WINDOW = 20.0
-_HISTORY_WINDOW = 30.0
-_TRAIL_WINDOW = 8.0
-_FEWEST_ROWS = 22
-
-SCENE = "scene"
-
+_PLOT_WINDOW, _HISTORY_WINDOW, _TRAIL_WINDOW = 20.0, 30.0, 8.0
+"""Shown before the cursor [s]."""
+_FEWEST_ROWS, _MOST_ROWS = 22, 40
+"""Of the tree."""
 _TABS = {
-    "velocities": ("joint_velocity", "base_velocity", "base_rotation"),
+    "velocities": (SHARES, "base_velocity", "base_rotation"),
     "goal": ("distance", "angle"),
     "controller": ("clearance", "manipulability", "slack"),
-    "loop": ("tick", "dropped"),
+    "loop": ("tick",),
 }
-_SHARES = (-1.05, 1.05)
-
 _CLOUD_RANGE = (150.0, 1500.0)
 """Depths at both ends of the colour map [mm]."""
-
 _BACKGROUND = (24, 26, 31)
 
 
@@ -50,14 +44,12 @@ class Arrangement(rrb.Blueprint):
 
 def blueprint(tree: Sequence[NodeInfo], eye: Eye, *, live: bool) -> Arrangement:
     """The layout for a tree, seen by `eye`; in a `live` run the cursor follows the newest data."""
+    now = rrb.TextDocumentView(origin="/now", name="now")
     history = rrb.StateTimelineView(
         origin="/status", name="history", time_view=_last(_HISTORY_WINDOW)
     )
     signals = rrb.Tabs(
-        *(
-            rrb.Vertical(*(_plot(entity) for entity in entities), name=name)
-            for name, entities in _TABS.items()
-        ),
+        *(rrb.Vertical(*map(_plot, entities), name=name) for name, entities in _TABS.items()),
         active_tab=0,
     )
     camera = rrb.Spatial2DView(
@@ -65,7 +57,7 @@ def blueprint(tree: Sequence[NodeInfo], eye: Eye, *, live: bool) -> Arrangement:
     )
     return Arrangement(
         rrb.Horizontal(
-            rrb.Vertical(_tree(tree), _texts(), row_shares=[5, 1]),
+            rrb.Vertical(_tree(tree), now, row_shares=[5, 1]),
             rrb.Vertical(history, _log(), row_shares=[2, 1]),
             rrb.Vertical(
                 _scene(eye),
@@ -95,7 +87,7 @@ def _plot(entity: str) -> rrb.TimeSeriesView:
         origin=f"/signals/{entity}",
         name=PLOTS[entity].name,
         axis_x=_last(_PLOT_WINDOW),
-        axis_y=rrb.ScalarAxis(range=_SHARES) if entity == "joint_velocity" else None,
+        axis_y=rrb.ScalarAxis(range=(-1.05, 1.05)) if entity == SHARES else None,
         plot_legend=rrb.PlotLegend(
             corner=rrb.Corner2D.LeftTop, visible=len(PLOTS[entity].series) > 1
         ),
@@ -103,22 +95,11 @@ def _plot(entity: str) -> rrb.TimeSeriesView:
 
 
 def _tree(tree: Sequence[NodeInfo]) -> rrb.Spatial2DView:
-    listing = list_layout(tree)
-    rows = np.clip(len(tree), _FEWEST_ROWS, MOST_SHOWN)
-    bounds = rrb.VisualBounds2D(
-        x_range=(-ROW, float((listing.left + listing.width).max()) + ROW / 2),
-        y_range=(-ROW, ROW * float(rows)),
-    )
+    right = float(pills(tree)[:, 1, 0].max()) + PILL_RADIUS + ROW / 2
+    rows = float(np.clip(len(tree), _FEWEST_ROWS, _MOST_ROWS))
+    bounds = rrb.VisualBounds2D(x_range=(-ROW, right), y_range=(-ROW, ROW * rows))
     return rrb.Spatial2DView(
         origin="/tree/list", name="tree", visual_bounds=bounds, background=_BACKGROUND
-    )
-
-
-def _texts() -> rrb.Tabs:
-    return rrb.Tabs(
-        rrb.TextDocumentView(origin="/now", name="now"),
-        rrb.TextDocumentView(origin="/blackboard", name="blackboard"),
-        active_tab=0,
     )
 
 
@@ -138,11 +119,8 @@ def _scene(eye: Eye) -> rrb.Spatial3DView:
     )
     return rrb.Spatial3DView(
         origin="/world",
-        name=SCENE,
-        contents=[
-            "+ $origin/**",
-            *(f"- /world/camera/{part}" for part in ("quality", "grasps", "old")),
-        ],
+        name="scene",
+        contents=["+ $origin/**", "- /world/camera/quality", "- /world/camera/grasps"],
         overrides={
             "world/trail": trail,
             "world/base_trail": trail,

@@ -1,6 +1,6 @@
 """Wrist camera in the recording: depth image, grasp quality over it, and detected grasps.
 
-A picture that is out of date is drawn dark, without points and grasps.
+They are removed once the picture is out of date.
 """
 
 from __future__ import annotations
@@ -12,34 +12,120 @@ import numpy as np
 import numpy.typing as npt
 import rerun as rr
 
-from app.live.monitor.columns import WORLD, Array, Instant, send_poses, set_time
+from app.live.monitor.columns import Array, Instant, log_static, send_poses, set_time
 from app.live.monitor.glyphs import Colour
-from app.live.monitor.scene_panel import gripper_outline
 from app.live.snapshot import Snapshot
 from hw import DepthFrame
 from perception import Detection, GraspEstimate
 from robots import Intrinsics
 
+STALE = 1.5
+"""Age from which a picture is out of date [s]."""
+
 _CAMERA = "world/camera"
 _IMAGE = "world/camera/image"
+_PARTS = tuple(f"{_CAMERA}/{part}" for part in ("depth", "quality", "grasps"))
+_DEPTH, _QUALITY, _GRASPS = _PARTS
 _WIDEST = 320
 """Most columns of a recorded image [px]."""
 _LEVELS = 20
 """Steps of the heat map; step 0 is transparent."""
-
 _BEST: Colour = (255, 255, 255)
 _OTHERS: Colour = (150, 155, 165)
 _MOST_GRASPS = 6
 _FINGER_BREADTH = 0.02
-
-STALE = 1.5
-"""Age from which a picture is out of date [s]."""
-_FADED = 0.35
 _PNG = (cv2.IMWRITE_PNG_COMPRESSION, 1, cv2.IMWRITE_PNG_STRATEGY, cv2.IMWRITE_PNG_STRATEGY_RLE)
-_RUNNERS_UP = "world/runners_up"
-_TRUE_ONLY = (f"{_CAMERA}/depth", f"{_CAMERA}/quality", f"{_CAMERA}/grasps", _RUNNERS_UP)
-"""What is drawn of a picture only as long as it is true."""
-_OLD = f"{_CAMERA}/old"
+
+
+class CameraPanel:
+    """Draws depth image, heat map and grasps at the time of capture."""
+
+    def __init__(self, stream: rr.RecordingStream, lens: Intrinsics) -> None:
+        self._stream = stream
+        self._intrinsics: Intrinsics | None = None
+        self._draw_camera(lens)
+        self._shown: float | None = None
+        thin = rr.LineStrips2D.from_fields(radii=rr.Radius.ui_points(1.5))
+        log_static(stream, {_DEPTH: (), _QUALITY: (_quality_colours(),), _GRASPS: (thin,)}, _IMAGE)
+
+    def write(self, batch: Sequence[Snapshot]) -> None:
+        """Add the frames of a batch."""
+        for snapshot in batch:
+            frame = snapshot.frame
+            if frame is not None:
+                captured = Instant(tick=snapshot.tick, stamp=frame.stamp)
+                self._draw_camera(frame.intrinsics)
+                send_poses(self._stream, [(captured, {_CAMERA: frame.wTc})])
+                set_time(self._stream, captured)
+                self._draw(frame, snapshot.detection)
+                self._shown = frame.stamp
+            elif self._shown is not None and snapshot.stamp >= self._shown + STALE:
+                self._shown = None
+                set_time(self._stream, snapshot)
+                for path in _PARTS:
+                    self._stream.log(path, rr.Clear(recursive=False))
+
+    def _draw_camera(self, camera: Intrinsics) -> None:
+        """Log the pinhole model of the recorded image."""
+        if camera == self._intrinsics:
+            return
+        self._intrinsics = camera
+        step = _step(camera)
+        pinhole = rr.Pinhole(
+            focal_length=(camera.fx / step, camera.fy / step),
+            principal_point=(camera.cx / step, camera.cy / step),
+            width=-(-camera.width // step),
+            height=-(-camera.height // step),
+            camera_xyz=rr.ViewCoordinates.RDF,
+            image_plane_distance=0.12,
+            parent_frame=_CAMERA,
+            child_frame=_IMAGE,
+        )
+        self._stream.log(_CAMERA, pinhole, rr.CoordinateFrame(_IMAGE), static=True)
+
+    def _draw(self, frame: DepthFrame, detection: Detection | None) -> None:
+        step = _step(frame.intrinsics)
+        depth = millimetres(frame.depth[::step, ::step])
+        _, png = cv2.imencode(".png", depth, _PNG)
+        image = rr.EncodedDepthImage(
+            png.tobytes(),
+            media_type="image/png",
+            meter=1000.0,
+            colormap="grayscale",
+            depth_range=_grey_range(depth),
+        )
+        height, width = frame.depth.shape
+        steps = np.zeros((height, width), np.uint8)
+        grasps: tuple[GraspEstimate, ...] = ()
+        if detection is not None:
+            steps = heat_map(detection, width, height)
+            grasps = detection.grasps[:_MOST_GRASPS]
+        heat = rr.SegmentationImage(np.ascontiguousarray(steps[::step, ::step]), opacity=0.55)
+        outlines = rr.LineStrips2D.from_fields(
+            strips=[grasp_outline(grasp, frame) / step for grasp in grasps],
+            colors=[_BEST, *[_OTHERS] * len(grasps)][: len(grasps)],
+        )
+        for path, drawn in zip(_PARTS, (image, heat, outlines), strict=True):
+            self._stream.log(path, drawn)
+
+
+def _step(camera: Intrinsics) -> int:
+    """Distance of the recorded pixels [px]."""
+    return -(-camera.width // _WIDEST)
+
+
+def _quality_colours() -> rr.AnnotationContext:
+    steps = np.arange(_LEVELS + 1)
+    grey = (255 * steps / _LEVELS).astype(np.uint8)
+    colours = cv2.applyColorMap(grey, cv2.COLORMAP_TURBO).reshape(-1, 3)[:, ::-1]
+    return rr.AnnotationContext(
+        [
+            rr.AnnotationInfo(
+                id=step, label=f"quality {step / _LEVELS:.2f}", color=(*colour, 255 if step else 0)
+            )
+            for step, colour in zip(steps.tolist(), colours.tolist(), strict=True)
+        ]
+    )
 
 
 def millimetres(depth: npt.NDArray[np.float32]) -> npt.NDArray[np.uint16]:
@@ -80,112 +166,3 @@ def grasp_outline(grasp: GraspEstimate, frame: DepthFrame) -> Array:
     corners = [across + along, across - along, -across - along, -across + along, across + along]
     outline: Array = np.array(grasp.pixel) + np.array(corners)
     return outline
-
-
-class CameraPanel:
-    """Draws depth image, heat map and grasps at the time of capture."""
-
-    def __init__(self, stream: rr.RecordingStream, lens: Intrinsics) -> None:
-        self._stream = stream
-        self._intrinsics: Intrinsics | None = None
-        self._draw_camera(lens, -(-lens.width // _WIDEST))
-        self._shown: tuple[float, npt.NDArray[np.uint16]] | None = None
-        steps = np.arange(_LEVELS + 1)
-        grey = (255 * steps / _LEVELS).astype(np.uint8)
-        colours = cv2.applyColorMap(grey, cv2.COLORMAP_TURBO).reshape(-1, 3)[:, ::-1]
-        classes = [
-            rr.AnnotationInfo(
-                id=step, label=f"quality {step / _LEVELS:.2f}", color=(*colour, 255 if step else 0)
-            )
-            for step, colour in zip(steps.tolist(), colours.tolist(), strict=True)
-        ]
-        for part in ("depth", "quality", "grasps", "old"):
-            stream.log(f"{_CAMERA}/{part}", rr.CoordinateFrame(_IMAGE), static=True)
-        stream.log(f"{_CAMERA}/quality", rr.AnnotationContext(classes), static=True)
-        stream.log(
-            f"{_CAMERA}/grasps",
-            rr.LineStrips2D.from_fields(radii=rr.Radius.ui_points(1.5)),
-            static=True,
-        )
-        stream.log(_RUNNERS_UP, rr.CoordinateFrame(WORLD), static=True)
-        thin = rr.LineStrips3D.from_fields(colors=[_OTHERS], radii=rr.Radius.ui_points(1.0))
-        stream.log(_RUNNERS_UP, thin, static=True)
-
-    def write(self, batch: Sequence[Snapshot]) -> None:
-        """Add the frames of a batch."""
-        for snapshot in batch:
-            frame = snapshot.frame
-            if frame is None:
-                self._fade(snapshot)
-            else:
-                step = -(-frame.intrinsics.width // _WIDEST)
-                captured = Instant(tick=snapshot.tick, stamp=frame.stamp)
-                self._draw_camera(frame.intrinsics, step)
-                send_poses(self._stream, [(captured, {_CAMERA: frame.wTc})])
-                set_time(self._stream, captured)
-                depth = millimetres(frame.depth[::step, ::step])
-                if self._shown is None:
-                    self._stream.log(_OLD, rr.Clear(recursive=False))
-                self._shown = frame.stamp, depth
-                self._draw_depth(depth)
-                self._draw_detection(frame, snapshot.detection, step)
-
-    def _fade(self, snapshot: Snapshot) -> None:
-        """Darken an outdated picture, and remove its points and grasps."""
-        if self._shown is None or snapshot.stamp - self._shown[0] < STALE:
-            return
-        _, depth = self._shown
-        self._shown = None
-        set_time(self._stream, snapshot)
-        for path in _TRUE_ONLY:
-            self._stream.log(path, rr.Clear(recursive=False))
-        near, far = _grey_range(depth)
-        grey = np.clip((depth - near) / (far - near), 0.0, 1.0) * (depth > 0)
-        dark = np.ascontiguousarray((255.0 * _FADED * grey).astype(np.uint8))
-        _, jpeg = cv2.imencode(".jpg", dark, [cv2.IMWRITE_JPEG_QUALITY, 60])
-        self._stream.log(_OLD, rr.EncodedImage(contents=jpeg.tobytes(), media_type="image/jpeg"))
-
-    def _draw_camera(self, camera: Intrinsics, step: int) -> None:
-        """Log the pinhole model of the image that keeps every `step`th pixel."""
-        if camera == self._intrinsics:
-            return
-        self._intrinsics = camera
-        pinhole = rr.Pinhole(
-            focal_length=(camera.fx / step, camera.fy / step),
-            principal_point=(camera.cx / step, camera.cy / step),
-            width=-(-camera.width // step),
-            height=-(-camera.height // step),
-            camera_xyz=rr.ViewCoordinates.RDF,
-            image_plane_distance=0.12,
-            parent_frame=_CAMERA,
-            child_frame=_IMAGE,
-        )
-        self._stream.log(_CAMERA, pinhole, rr.CoordinateFrame(_IMAGE), static=True)
-
-    def _draw_depth(self, depth: npt.NDArray[np.uint16]) -> None:
-        _, png = cv2.imencode(".png", depth, _PNG)
-        image = rr.EncodedDepthImage(
-            png.tobytes(),
-            media_type="image/png",
-            meter=1000.0,
-            colormap="grayscale",
-            depth_range=_grey_range(depth),
-        )
-        self._stream.log(f"{_CAMERA}/depth", image)
-
-    def _draw_detection(self, frame: DepthFrame, detection: Detection | None, step: int) -> None:
-        height, width = frame.depth.shape
-        steps = np.zeros((height, width), np.uint8)
-        grasps: tuple[GraspEstimate, ...] = ()
-        if detection is not None:
-            steps = heat_map(detection, width, height)
-            grasps = detection.grasps[:_MOST_GRASPS]
-        heat = rr.SegmentationImage(np.ascontiguousarray(steps[::step, ::step]), opacity=0.55)
-        self._stream.log(f"{_CAMERA}/quality", heat)
-        outlines = rr.LineStrips2D.from_fields(
-            strips=[grasp_outline(grasp, frame) / step for grasp in grasps],
-            colors=[_BEST, *[_OTHERS] * len(grasps)][: len(grasps)],
-        )
-        self._stream.log(f"{_CAMERA}/grasps", outlines)
-        others = [gripper_outline(grasp.wTg, grasp.width) for grasp in grasps[1:]]
-        self._stream.log(_RUNNERS_UP, rr.LineStrips3D.from_fields(strips=others))

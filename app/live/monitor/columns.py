@@ -1,12 +1,13 @@
-"""Rows of many ticks in one call: both timelines, and poses.
+"""Rows of many ticks in one call: both timelines, poses, and what changes rarely.
 
 All poses are on one entity: a recording pays for every entity and every batch.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from operator import is_
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +17,9 @@ from pinocchio import SE3, Quaternion
 from app.live.snapshot import Snapshot
 
 Array = npt.NDArray[np.float64]
+
+WORLD = "world"
+_POSES = "world/poses"
 
 
 class Instant(NamedTuple):
@@ -37,26 +41,24 @@ def timelines(times: Sequence[Time]) -> list[rr.TimeColumn]:
     ]
 
 
-def quaternion(pose: SE3) -> rr.Quaternion:
-    """A pose's rotation."""
-    return rr.Quaternion(xyzw=Quaternion(pose.rotation).coeffs())
-
-
 def set_time(stream: rr.RecordingStream, time: Time) -> None:
     """Set the time of what this thread logs next."""
     stream.set_time("t", duration=time.stamp)
     stream.set_time("tick", sequence=time.tick)
 
 
-WORLD = "world"
-
-_POSES = "world/poses"
+def log_static(
+    stream: rr.RecordingStream, looks: Mapping[str, Iterable[Any]], frame: str | None = None
+) -> None:
+    """Log archetypes by entity, in a named frame; without a name, each in a frame of its own."""
+    for path, bodies in looks.items():
+        for body in (rr.CoordinateFrame(frame or path), *bodies):
+            stream.log(path, body, static=True)
 
 
 def send_poses(stream: rr.RecordingStream, rows: Sequence[tuple[Time, Mapping[str, SE3]]]) -> None:
     """Send poses of named frames in the world, rows of a time and its frames, in order."""
     poses = [pose for _, frames in rows for pose in frames.values()]
-    names = [name for _, frames in rows for name in frames]
     if not poses:
         return
     rotations = [Quaternion(pose.rotation).coeffs() for pose in poses]
@@ -66,7 +68,36 @@ def send_poses(stream: rr.RecordingStream, rows: Sequence[tuple[Time, Mapping[st
         columns=rr.Transform3D.columns(
             translation=np.array([pose.translation for pose in poses]),
             quaternion=np.array(rotations),
-            parent_frame=[WORLD] * len(names),
-            child_frame=names,
+            parent_frame=[WORLD] * len(poses),
+            child_frame=[name for _, frames in rows for name in frames],
         ),
     )
+
+
+class Changes:
+    """Sends a row to an entity for each snapshot in which it has changed."""
+
+    def __init__(self, stream: rr.RecordingStream) -> None:
+        self._stream = stream
+        self._last: dict[str, tuple[object, ...]] = {}
+
+    def send(
+        self,
+        path: str,
+        shown: Iterable[Snapshot],
+        source: Callable[[Snapshot], tuple[object, ...]],
+        drawn: Callable[[Snapshot], tuple[int, Any]],
+    ) -> None:
+        """Send the snapshots in which an object of `source` is another than before.
+
+        `drawn` returns a number of instances and their columns.
+        """
+        for snapshot in shown:
+            now = source(snapshot)
+            if path in self._last and all(map(is_, now, self._last[path])):
+                continue
+            self._last[path] = now
+            count, columns = drawn(snapshot)
+            self._stream.send_columns(
+                path, indexes=timelines([snapshot]), columns=columns.partition([count])
+            )

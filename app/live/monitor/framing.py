@@ -7,7 +7,6 @@ from itertools import product
 from math import radians, tan
 
 import numpy as np
-from pinocchio import SE3
 
 from app.live.snapshot import Array, SceneView
 from robots import Plane, half_extents
@@ -45,8 +44,7 @@ class Eye:
     def sees(self, points: Array) -> bool:
         """Whether all points (N, 3) are in the narrowest picture."""
         pixels = self.project(points, _ASPECT, 1.0)
-        inside = (pixels > 0.0) & (pixels < [_ASPECT, 1.0])
-        return bool(inside.all())
+        return bool(((pixels > 0.0) & (pixels < [_ASPECT, 1.0])).all())
 
 
 def eye_for(points: Array) -> Eye:
@@ -54,26 +52,26 @@ def eye_for(points: Array) -> Eye:
     right, up, ahead = axes = _axes(_FROM)
     limits = np.array([_ASPECT, 1.0]) * tan(FIELD / 2.0) * _MARGIN
     target: Array = (points.min(axis=0) + points.max(axis=0)) / 2.0
-    distance = 1.0
     for _ in range(_STEPS):
         local = (points - target) @ axes.T
         distance = max(1.0, float((np.abs(local[:, :2]) / limits - local[:, 2:]).max()))
+        eye = Eye(position=target - distance * ahead, target=target)
         seen = local[:, :2] / (local[:, 2:] + distance)
         off = (seen.min(axis=0) + seen.max(axis=0)) / 2.0 * distance
         target = target + off[0] * right + off[1] * up
-    local = (points - target) @ axes.T
-    distance = max(1.0, float((np.abs(local[:, :2]) / limits - local[:, 2:]).max()))
-    return Eye(position=target - distance * ahead, target=target)
+    return eye
 
 
 def task_points(scene: SceneView) -> Array:
     """(N, 3) corners of furniture and regions, and of the robot at its start and goals."""
-    found = [robot_points(0.0, 0.0)]
+    boxes = [(region.pose, region.size / 2.0) for region in scene.regions]
     for part in scene.fixtures:
         if not isinstance(part.shape, Plane):
-            found.append(_moved(_corners(half_extents(part.shape)), part.pose))
-    for region in scene.regions:
-        found.append(_moved(_corners(region.size / 2.0), region.pose))
+            boxes.append((part.pose, np.array(half_extents(part.shape))))
+    corners = np.array(list(product((-1.0, 1.0), repeat=3)))
+    found = [robot_points(0.0, 0.0)]
+    for pose, half in boxes:
+        found.append((corners * half) @ pose.rotation.T + pose.translation)
     for _, pose in scene.goals:
         x, y, z = pose.translation
         found.append(robot_points(x, y, _AROUND, max(_HEIGHT, z + 0.3)))
@@ -87,16 +85,6 @@ def robot_points(x: float, y: float, around: float = 0.45, height: float = _HEIG
     low, high = around * circle, _SLIM * around * circle + [0.0, 0.0, height]
     points: Array = np.concatenate([low, high]) + np.array([x, y, 0.0])
     return points
-
-
-def _corners(half: Array | tuple[float, float, float]) -> Array:
-    corners: Array = np.array(list(product((-1.0, 1.0), repeat=3))) * np.asarray(half)
-    return corners
-
-
-def _moved(points: Array, pose: SE3) -> Array:
-    moved: Array = points @ pose.rotation.T + pose.translation
-    return moved
 
 
 def _axes(back: Array) -> Array:

@@ -6,51 +6,30 @@ so all foreign text (names, messages) passes `printable` first.
 
 from __future__ import annotations
 
-from types import MappingProxyType
-
-from py_trees.common import Status
-
 from app.live.nodes import Look
 
 Colour = tuple[int, int, int]
 
-LOOK_COLOUR = MappingProxyType(
-    {
-        Look.RUNNING: (52, 120, 230),
-        Look.SUCCESS: (38, 140, 64),
-        Look.NOT_YET: (184, 120, 16),
-        Look.FAILURE: (214, 58, 48),
-        Look.IDLE: (72, 77, 86),
-    }
-)
-LOOK_GLYPH = MappingProxyType(
-    {
-        Look.RUNNING: "▶",
-        Look.SUCCESS: "✔",
-        Look.NOT_YET: "○",
-        Look.FAILURE: "✗",
-        Look.IDLE: "·",
-    }
-)
-STATUS_GLYPH = MappingProxyType(
-    {Status.RUNNING: "▶", Status.SUCCESS: "✔", Status.FAILURE: "✗", Status.INVALID: "·"}
-)
-OUTLINE: Colour = (255, 255, 255)
-KIND_GLYPH = MappingProxyType(
-    {
-        "sequence": "→",
-        "reactive_sequence": "⇒",
-        "fallback": "?",
-        "reactive_fallback": "?",
-        "parallel": "‖",
-        "forever": "↻",
-        "until": "↻",
-        "retry": "↻",
-        "repeat": "↻",
-        "invert": "¬",
-        "timeout": "◇",
-    }
-)
+LOOK_COLOUR: dict[Look, Colour] = {
+    Look.RUNNING: (52, 120, 230),
+    Look.SUCCESS: (38, 140, 64),
+    Look.NOT_YET: (184, 120, 16),
+    Look.FAILURE: (214, 58, 48),
+    Look.IDLE: (72, 77, 86),
+}
+KIND_GLYPH = {
+    "sequence": "→",
+    "reactive_sequence": "⇒",
+    "fallback": "?",
+    "reactive_fallback": "?",
+    "parallel": "‖",
+    "forever": "↻",
+    "until": "↻",
+    "retry": "↻",
+    "repeat": "↻",
+    "invert": "¬",
+    "timeout": "◇",
+}
 """Marks of composites and modifiers; leaves have none."""
 
 MISSING = "□"

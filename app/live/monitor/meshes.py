@@ -9,7 +9,7 @@ from __future__ import annotations
 import importlib.util
 import os
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -43,47 +43,25 @@ class Mesh:
     """(M, 3) indices of vertices."""
 
 
+_PARTS = [field.name for field in fields(Mesh)]
+
+
 def meshes() -> dict[str, Mesh] | None:
     """The meshes by name; None without the `assets` extra."""
     if any(importlib.util.find_spec(package) is None for package in _EXTRA):
         return None
-    kept = _cache_folder() / f"frankie-meshes-{version('rtb-data')}.npz"
-    try:
-        return _read(kept)
-    except (OSError, KeyError, ValueError, BadZipFile):  # not there yet, or damaged
-        made = {name: _thinned(name) for name in NAMES}
-        _keep(kept, made)
-        return made
-
-
-def _cache_folder() -> Path:
     root = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(root) / "frankie-task"
-
-
-def _read(path: Path) -> dict[str, Mesh]:
-    with np.load(path) as arrays:
-        return {
-            name: Mesh(**{part: arrays[f"{name}.{part}"] for part in Mesh.__dataclass_fields__})
-            for name in NAMES
-        }
-
-
-def _keep(path: Path, made: dict[str, Mesh]) -> None:
-    """Write the cache; if that fails, the meshes are made again next time."""
-    arrays: dict[str, Any] = {
-        f"{name}.{part}": getattr(mesh, part)
-        for name, mesh in made.items()
-        for part in Mesh.__dataclass_fields__
-    }
-    draft = path.with_suffix(f".{os.getpid()}.npz")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+    kept = Path(root) / "frankie-task" / f"frankie-meshes-{version('rtb-data')}.npz"
+    with suppress(OSError, KeyError, ValueError, BadZipFile), np.load(kept) as arrays:
+        return {name: Mesh(**{part: arrays[f"{name}.{part}"] for part in _PARTS}) for name in NAMES}
+    made = {name: _thinned(name) for name in NAMES}
+    arrays = {f"{name}.{part}": getattr(made[name], part) for name in NAMES for part in _PARTS}
+    draft = kept.with_suffix(f".{os.getpid()}.npz")
+    with suppress(OSError):  # without a cache they are made again next time
+        kept.parent.mkdir(parents=True, exist_ok=True)
         np.savez_compressed(draft, **arrays)
-        draft.replace(path)
-    except OSError:
-        with suppress(OSError):
-            draft.unlink()
+        draft.replace(kept)
+    return made
 
 
 def _thinned(name: str) -> Mesh:

@@ -18,29 +18,12 @@ if TYPE_CHECKING:
     from app.live.web.ports import Address
     from controller import RobotModel
 
-_PERIOD = 0.5
-_LIVE_PERIOD = 0.2
+_PERIOD, _LIVE_PERIOD = 0.5, 0.2
 """Interval of writing without and with a viewer [s of real time]."""
-
 _DEPTH_PERIOD = 0.4
 """Shortest time between two recorded depth images [s]."""
-
 _PATIENCE = 30.0
 """Time for the disk to write the rest at the end [s]."""
-
-
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Keep Rerun, imported inside, from printing errors; the summary reports them."""
-    name = "RUST_LOG"
-    if name in os.environ:
-        yield
-        return
-    os.environ[name] = "warn,re_log_encoding=off,re_sdk=off"
-    try:
-        yield
-    finally:
-        del os.environ[name]
 
 
 class RecorderError(UserError):
@@ -85,11 +68,8 @@ class Recorder:
                 f"{path}: cannot write the recording ({error}); "
                 "choose a folder that exists, is writable and has space"
             ) from error
-        self._feed: Feed[Snapshot] = Feed(
-            self._writer.write,
-            lossless=lossless,
-            period=_PERIOD if server is None else _LIVE_PERIOD,
-        )
+        period = _PERIOD if server is None else _LIVE_PERIOD
+        self._feed: Feed[Snapshot] = Feed(self._writer.write, lossless=lossless, period=period)
         self._depth = Throttle(_DEPTH_PERIOD)
         self._closed = False
 
@@ -130,3 +110,13 @@ class Recorder:
                 f"{self._path}: the recording ends early ({type(error).__name__}: {error}); "
                 f"{why} The run itself was not affected"
             ) from error
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep Rerun, imported inside, from printing errors; the summary reports them."""
+    before = os.environ.get("RUST_LOG")
+    os.environ["RUST_LOG"] = before or "warn,re_log_encoding=off,re_sdk=off"
+    yield
+    if before is None:
+        del os.environ["RUST_LOG"]

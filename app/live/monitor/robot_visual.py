@@ -1,4 +1,4 @@
-"""Visual of a robot in the viewer: its meshes if they are installed, else primitives."""
+"""Visual of a robot in the viewer: its meshes if they are installed, else its shapes."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import rerun as rr
-from pinocchio import SE3, Quaternion
+from pinocchio import SE3
 
 from app.live.monitor.meshes import Mesh, meshes
 from app.live.monitor.solids import solids
@@ -15,9 +15,7 @@ from robots import (
     ArmDescription,
     BaseDescription,
     Box,
-    Capsule,
     Colour,
-    Cylinder,
     Geom,
     GripperDescription,
     RobotDescription,
@@ -27,74 +25,24 @@ _WHITE: Colour = (225, 226, 230)
 _SHELL: Colour = (190, 194, 200)
 _DARK: Colour = (62, 66, 74)
 _ORANGE: Colour = (245, 170, 40)
-
-_Point = tuple[float, float, float]
-
-
-def _bar(start: _Point, end: _Point, radius: float, colour: Colour = _WHITE) -> Geom:
-    """A capsule between two points."""
-    a, b = np.array(start), np.array(end)
-    length = float(np.linalg.norm(b - a))
-    turn = Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), (b - a) / length)
-    return Geom(Capsule(radius, length / 2), SE3(turn, (a + b) / 2), colour=colour)
+_HALF_TURN = SE3(np.diag([-1.0, -1.0, 1.0]), np.zeros(3))
+_FINGER_ROOT = 0.0584
+"""Origin of the finger's mesh on the flange, along z [m]."""
 
 
 def _at(x: float, y: float, z: float) -> SE3:
     return SE3(np.eye(3), np.array([x, y, z]))
 
 
-LINKS: dict[str, tuple[tuple[Geom, ...], ...]] = {
-    "panda": (
-        (
-            Geom(Cylinder(0.075, 0.03), _at(-0.02, 0.0, 0.03), colour=_DARK),
-            _bar((0.0, 0.0, 0.06), (0.0, 0.0, 0.12), 0.062),
-        ),
-        (_bar((0.0, 0.0, -0.18), (0.0, 0.0, 0.0), 0.058),),
-        (
-            _bar((0.0, 0.0, -0.05), (0.0, 0.0, 0.05), 0.060, _SHELL),
-            _bar((0.0, 0.0, 0.0), (0.0, -0.17, 0.0), 0.056),
-        ),
-        (
-            _bar((0.0, 0.0, -0.12), (0.0, 0.0, -0.03), 0.055),
-            _bar((0.0, 0.0, -0.03), (0.0825, 0.0, 0.0), 0.052),
-        ),
-        (
-            _bar((0.0, 0.0, -0.05), (0.0, 0.0, 0.05), 0.058, _SHELL),
-            _bar((0.0, 0.0, 0.0), (-0.0825, 0.10, 0.0), 0.052),
-        ),
-        (
-            _bar((0.0, 0.0, -0.26), (0.0, 0.02, -0.16), 0.055),
-            _bar((0.0, 0.05, -0.16), (0.0, 0.03, 0.0), 0.036),
-        ),
-        (
-            _bar((0.0, 0.0, -0.04), (0.0, 0.0, 0.05), 0.050, _SHELL),
-            _bar((0.0, 0.0, 0.0), (0.088, 0.0, 0.0), 0.048),
-        ),
-        (_bar((0.0, 0.0, -0.02), (0.0, 0.0, 0.06), 0.044),),
-    ),
-}
-"""By the visual of an arm: its foot and seven links, each in its own frame."""
-
-_HALF_TURN = SE3(np.diag([-1.0, -1.0, 1.0]), np.zeros(3))
-
-
 def arm_parts(arm: ArmDescription) -> tuple[tuple[Geom, ...], ...]:
-    """Foot and seven links of an arm, each in its own frame; unknown arms as their capsules."""
-    known = LINKS.get(arm.visual or "")
-    return known or tuple(
-        tuple(replace(part, colour=_WHITE) for part in parts) for parts in arm.collision
-    )
+    """Foot and seven links of an arm as its capsules, each in its own frame."""
+    return tuple(tuple(replace(part, colour=_WHITE) for part in parts) for parts in arm.collision)
 
 
 def hand_parts(robot: RobotDescription) -> tuple[Geom, Geom]:
     """Palm and camera, in the frame of the hand's flange."""
     hTe = robot.gripper.hTe
     return robot.gripper.palm.moved(hTe), robot.camera.body.moved(hTe * robot.camera.eTc)
-
-
-def finger_parts(gripper: GripperDescription) -> tuple[Geom, Geom]:
-    """A finger and its pad, in the frame of the finger."""
-    return gripper.finger, gripper.pad
 
 
 def finger_poses(gripper: GripperDescription, width: float) -> tuple[SE3, SE3]:
@@ -108,7 +56,7 @@ def finger_poses(gripper: GripperDescription, width: float) -> tuple[SE3, SE3]:
 
 
 def base_parts(base: BaseDescription) -> tuple[Geom, ...]:
-    """A mobile base in its frame, which lies on the floor."""
+    """A mobile base in its frame, which lies on the floor: body, lid and nose."""
     length, width, height = base.size
     half = (length / 2, width / 2, height / 2 - 0.03)
     lid = (length / 2 - 0.02, width / 2 - 0.02, 0.01)
@@ -118,10 +66,6 @@ def base_parts(base: BaseDescription) -> tuple[Geom, ...]:
         Geom(Box(lid), _at(0.0, 0.0, height - 0.01), colour=_SHELL),
         Geom(Box(nose), _at(length / 2, 0.0, height * 0.6), colour=_ORANGE),
     )
-
-
-_FINGER_ROOT = 0.0584
-"""Origin of the finger's mesh on the flange, along z [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -139,7 +83,7 @@ def robot_visual(robot: RobotDescription) -> RobotVisual:
     installed = meshes()
     base, links = solids(base_parts(robot.base)), [solids(parts) for parts in arm_parts(robot.arm)]
     palm, camera = (solids((part,)) for part in hand_parts(robot))
-    finger = solids(finger_parts(robot.gripper))
+    finger = solids((robot.gripper.finger, robot.gripper.pad))
     if installed and robot.base.visual == "omron":
         base = [_mesh(installed["omron"])]
     if installed and robot.arm.visual == "panda":

@@ -15,7 +15,7 @@ from app.live.snapshot import Snapshot
 from controller import N_ARM
 from robots import Limits
 
-SEVEN: tuple[Colour, ...] = (
+_SEVEN: tuple[Colour, ...] = (
     (230, 80, 70),
     (240, 160, 40),
     (225, 220, 70),
@@ -24,8 +24,8 @@ SEVEN: tuple[Colour, ...] = (
     (90, 130, 255),
     (210, 110, 230),
 )
-"""Distinct colours on a dark ground: all for the joints, `FEW` for other curves."""
-FEW = (SEVEN[4], SEVEN[1], SEVEN[6])
+"""Distinct colours on a dark ground: all for the joints, `_FEW` for other curves."""
+_FEW = (_SEVEN[4], _SEVEN[1])
 
 
 class Curves(NamedTuple):
@@ -33,36 +33,41 @@ class Curves(NamedTuple):
 
     name: str
     series: Sequence[str]
-    unit: str
+    row: Callable[[Snapshot], object]
+    """Values of the curves."""
 
 
+SHARES = "joint_velocity"
 PLOTS = {
-    "joint_velocity": Curves(
-        "joint velocities / limits", [f"joint {i + 1}" for i in range(N_ARM)], "1"
+    SHARES: Curves(
+        "joint velocities / limits",
+        [f"joint {i + 1}" for i in range(N_ARM)],
+        lambda s: s.command.qd,
     ),
-    "base_velocity": Curves("base velocity [m/s]", ["vx", "vy"], "m/s"),
-    "base_rotation": Curves("base rotation [rad/s]", ["ω"], "rad/s"),
-    "distance": Curves("distance to the goal [m]", ["distance"], "m"),
-    "angle": Curves("angles to the goal [rad]", ["hand", "heading θε"], "rad"),
-    "clearance": Curves("nearest obstacle [m]", ["clearance"], "m"),
-    "manipulability": Curves("manipulability", ["manipulability"], "m^3"),
-    "slack": Curves("slack of the programme [m/s, rad/s]", ["slack"], "mixed norm"),
-    "tick": Curves("tick [ms]", ["tick"], "ms"),
-    "dropped": Curves("dropped snapshots", ["dropped"], "1"),
+    "base_velocity": Curves(
+        "base velocity [m/s]", ["vx", "vy"], lambda s: s.command.base_twist[:2]
+    ),
+    "base_rotation": Curves("base rotation [rad/s]", ["ω"], lambda s: s.command.base_twist[2:]),
+    "distance": Curves(
+        "distance to the goal [m]", ["distance"], lambda s: (s.report.position_error,)
+    ),
+    "angle": Curves(
+        "angles to the goal [rad]",
+        ["hand", "heading θε"],
+        lambda s: (s.report.orientation_error, s.report.heading_error),
+    ),
+    "clearance": Curves(
+        "nearest obstacle [m]",
+        ["clearance"],
+        lambda s: (s.report.clearance if isfinite(s.report.clearance) else nan,),
+    ),
+    "manipulability": Curves(
+        "manipulability [m^3]", ["manipulability"], lambda s: (s.report.manipulability,)
+    ),
+    "slack": Curves("slack of the programme [m/s, rad/s]", ["slack"], lambda s: (s.report.slack,)),
+    "tick": Curves("tick [ms]", ["tick"], lambda s: (1000.0 * s.seconds,)),
 }
 """By entity, below /signals; one unit per axis."""
-
-_Row = Callable[[Snapshot], object]
-_ROWS: dict[str, _Row] = {
-    "base_velocity": lambda s: s.command.base_twist[:2],
-    "base_rotation": lambda s: s.command.base_twist[2:],
-    "distance": lambda s: (s.report.position_error,),
-    "angle": lambda s: (s.report.orientation_error, s.report.heading_error),
-    "clearance": lambda s: (s.report.clearance if isfinite(s.report.clearance) else nan,),
-    "manipulability": lambda s: (s.report.manipulability,),
-    "slack": lambda s: (s.report.slack,),
-    "tick": lambda s: (1000.0 * s.seconds,),
-}
 
 
 class SignalsPanel:
@@ -71,28 +76,20 @@ class SignalsPanel:
     def __init__(self, stream: rr.RecordingStream, limits: Limits) -> None:
         self._stream = stream
         self._limits = limits
-        self._written = 0
         for entity, curves in PLOTS.items():
-            colours = (SEVEN if len(curves.series) > len(FEW) else FEW)[: len(curves.series)]
-            look = rr.SeriesLines(names=curves.series, colors=colours)
+            colours = _SEVEN if len(curves.series) > len(_FEW) else _FEW
+            look = rr.SeriesLines(names=curves.series, colors=colours[: len(curves.series)])
             stream.log(f"signals/{entity}", look, static=True)
 
     def write(self, batch: Sequence[Snapshot]) -> None:
         """Add the rows of a batch."""
-        # A tick that is missing here was dropped by the feed.
-        self._written += len(batch)
-        dropped = batch[-1].tick + 1 - self._written
-        self._send("joint_velocity", batch, [s.command.qd / self._limits.qd for s in batch])
-        self._send("dropped", batch[-1:], [(dropped,)])
-        for entity, row in _ROWS.items():
-            self._send(entity, batch, [row(snapshot) for snapshot in batch])
-
-    def _send(self, entity: str, batch: Sequence[Snapshot], rows: Sequence[object]) -> None:
-        table: Array = np.array(rows, dtype=float)
-        self._stream.send_columns(
-            f"signals/{entity}",
-            indexes=timelines(batch),
-            columns=rr.Scalars.columns(scalars=table.ravel()).partition(
-                [table.shape[1]] * len(batch)
-            ),
-        )
+        for entity, curves in PLOTS.items():
+            table: Array = np.array([curves.row(snapshot) for snapshot in batch], dtype=float)
+            if entity == SHARES:
+                table /= self._limits.qd
+            rows = rr.Scalars.columns(scalars=table.ravel())
+            self._stream.send_columns(
+                f"signals/{entity}",
+                indexes=timelines(batch),
+                columns=rows.partition([table.shape[1]] * len(batch)),
+            )

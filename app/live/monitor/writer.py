@@ -28,11 +28,8 @@ from app.live.viewer.viewer import ViewError
 from app.live.web.ports import Address
 from controller import RobotModel
 
-APPLICATION = "frankie-task"
-
 _SERVER_MEMORY = "200MB"
 """Data for viewers that connect late: more than ten minutes."""
-
 _ROOM = 3.0
 """Extent around a robot that has left the picture that is added to it [m]."""
 _PATIENCE = 5.0
@@ -57,11 +54,10 @@ class Writer:
         scene: SceneView,
         server: Address | None,
     ) -> None:
-        self._tree, self._scene = tuple(tree), scene
-        self._points = task_points(scene)
+        self._tree, self._points = tuple(tree), task_points(scene)
         rr.set_strict_mode(True)  # mistakes are raised, not turned into a warning on the terminal
         self._live = server is not None
-        self._stream = rr.RecordingStream(APPLICATION)
+        self._stream = rr.RecordingStream("frankie-task")
         layout = self._layout()
         self._stream.set_sinks(
             # A footer would keep something of every chunk in memory until the end.
@@ -84,17 +80,8 @@ class Writer:
         """Add snapshots, in order of time; at least one."""
         for panel in self._panels:
             panel.write(batch)
-        self._widen(batch[-1])
-
-    def _layout(self) -> Arrangement:
-        """The layout, with an eye that has all in its picture that is to be seen."""
-        return blueprint(self._tree, eye_for(self._points), live=self._live)
-
-    def _widen(self, snapshot: Snapshot) -> None:
-        """Move the eye back once the robot leaves its picture."""
-        x, y, _ = snapshot.state.wTb.translation
-        robot = robot_points(x, y)
-        if not eye_for(self._points).sees(robot):
+        x, y, _ = batch[-1].state.wTb.translation
+        if not eye_for(self._points).sees(robot_points(x, y)):
             self._points = np.concatenate([self._points, robot_points(x, y, _ROOM)])
             layout = self._layout()
             rr.send_blueprint(layout, recording=self._stream)
@@ -112,6 +99,16 @@ class Writer:
             del self._stream, self._panels
             rerun_bindings.flush_and_cleanup_orphaned_recordings()
 
+    def _layout(self) -> Arrangement:
+        """The layout, with an eye that has all in its picture that is to be seen."""
+        return blueprint(self._tree, eye_for(self._points), live=self._live)
+
+
+def _served(server: Address) -> rr.GrpcServerSink:
+    return rr.GrpcServerSink(
+        bind_ip=server.host, port=server.port, server_memory_limit=_SERVER_MEMORY
+    )
+
 
 def _check(server: Address) -> None:
     """Raise ViewError if the server did not get its port, which the sink does not report."""
@@ -122,9 +119,3 @@ def _check(server: Address) -> None:
             f"cannot serve viewers on {server.host}:{server.port} ({error.strerror}); "
             "choose another --view-port, or --view none"
         ) from error
-
-
-def _served(server: Address) -> rr.GrpcServerSink:
-    return rr.GrpcServerSink(
-        bind_ip=server.host, port=server.port, server_memory_limit=_SERVER_MEMORY
-    )

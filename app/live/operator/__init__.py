@@ -3,17 +3,10 @@
 The session's loop asks `Control` every tick; keys, the control page and hooks in the tree set it.
 """
 
-from app.live.operator.control import ACKNOWLEDGED, Control, ControlState
-from app.live.operator.hooks import (
-    Hook,
-    HookAction,
-    Side,
-    UnknownNodeError,
-    insert_hooks,
-    matching,
-)
+from app.live.operator.control import ACKNOWLEDGED, Control
+from app.live.operator.hooks import Hook, UnknownNodeError, insert_hooks, matching
 from app.live.operator.keyboard import HELP, in_terminal, keys
-from app.live.operator.page import ControlPage, Ending, WebViewer
+from app.live.operator.page import ControlPage
 from app.live.operator.page_server import PageError, PageServer
 
 __all__ = [
@@ -21,15 +14,10 @@ __all__ = [
     "HELP",
     "Control",
     "ControlPage",
-    "ControlState",
-    "Ending",
     "Hook",
-    "HookAction",
     "PageError",
     "PageServer",
-    "Side",
     "UnknownNodeError",
-    "WebViewer",
     "in_terminal",
     "insert_hooks",
     "keys",

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import threading
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 ACKNOWLEDGED = "emergency stop acknowledged"
 
@@ -15,11 +16,10 @@ class ControlState:
     paused: bool
     why: str
     """Reason of the pause; empty if it is not paused."""
-    stopped: bool
-    ticks: int
-    emergency: str
+    ticks: int = 0
+    emergency: str = ""
     """The unacknowledged emergency stop; else empty."""
-    pressed: bool
+    pressed: bool = False
 
 
 class Control:
@@ -37,45 +37,21 @@ class Control:
 
     def __init__(self, *, paused: bool = False, attended: bool = True) -> None:
         self.attended = attended
+        self.stopped = False
+        """Whether the run is to end; not in the state, as a signal handler sets it at any time."""
+        self.state = ControlState(paused=paused, why="before the first tick" if paused else "")
         self._changed = threading.Condition()  # re-entrant: a signal handler may come in between
-        self._paused = paused
-        self._why = "before the first tick" if paused else ""
         self._steps = 0
         self._to_next_change = False
-        self._stopped = False
-        self._ticks = 0
-        self._emergency = ""
-        self._pressed = False
         self._acknowledged = False
-
-    @property
-    def state(self) -> ControlState:
-        """The current state."""
-        with self._changed:
-            return ControlState(
-                paused=self._paused,
-                why=self._why,
-                stopped=self._stopped,
-                ticks=self._ticks,
-                emergency=self._emergency,
-                pressed=self._pressed,
-            )
-
-    @property
-    def stopped(self) -> bool:
-        """Whether the run is to end."""
-        return self._stopped
 
     # for people, from any thread
 
     def pause(self, why: str = "by a person") -> None:
         """Stop ticking the tree until `resume` or `step`."""
         with self._changed:
-            if not self._paused:
-                self._why = why
-            self._paused = True
-            self._steps = 0
-            self._to_next_change = False
+            self._set(paused=True, why=self.state.why if self.state.paused else why)
+            self._steps, self._to_next_change = 0, False
 
     def resume(self) -> None:
         """Continue after a pause."""
@@ -85,9 +61,9 @@ class Control:
     def step(self) -> None:
         """Tick the tree once, then pause; quick requests add up."""
         with self._changed:
-            if not self._paused:
+            if not self.state.paused:
                 self.pause()
-            if not self._emergency:
+            if not self.state.emergency:
                 self._steps += 1
                 self._changed.notify_all()
 
@@ -99,12 +75,12 @@ class Control:
     def acknowledge(self) -> None:
         """Confirm that the emergency is over; ignored while the button is pressed."""
         with self._changed:
-            self._acknowledged = bool(self._emergency) and not self._pressed
+            self._acknowledged = bool(self.state.emergency) and not self.state.pressed
 
     def stop(self) -> None:
         """End the run; the robot is brought to rest first."""
         with self._changed:
-            self._stopped = True
+            self.stopped = True
             self._changed.notify_all()
 
     # for the loop
@@ -112,27 +88,24 @@ class Control:
     def take_turn(self) -> bool:
         """Whether the tree is ticked in this cycle of the loop; consumes a step."""
         with self._changed:
-            if self._paused and self._steps == 0:
+            if self.state.paused and self._steps == 0:
                 return False
             self._steps = max(0, self._steps - 1)
-            self._ticks += 1
+            self._set(ticks=self.state.ticks + 1)
             return True
 
     def emergency_stop(self, text: str, *, pressed: bool) -> bool:
         """Report an unacknowledged emergency stop; whether a person has acknowledged it since."""
         with self._changed:
-            if not self._emergency:
-                self._acknowledged = False
-            self._emergency, self._pressed = text, pressed
-            self._acknowledged &= not pressed
-            self._steps = 0
-            self._paused, self._to_next_change = True, False
-            self._why = text if pressed else f"{text}: released, not yet acknowledged"
-            if self._acknowledged:
-                self._emergency, self._acknowledged = "", False
-                self._why = ACKNOWLEDGED
-                return True
-            return False
+            self._steps, self._to_next_change = 0, False
+            acknowledged = self._acknowledged and bool(self.state.emergency) and not pressed
+            self._acknowledged = False
+            if acknowledged:
+                self._set(paused=True, why=ACKNOWLEDGED, emergency="", pressed=False)
+            else:
+                why = text if pressed else f"{text}: released, not yet acknowledged"
+                self._set(paused=True, why=why, emergency=text, pressed=pressed)
+            return acknowledged
 
     def node_changed(self, changed: bool = True) -> None:
         """Report whether the last tick changed the status of a node."""
@@ -144,13 +117,17 @@ class Control:
         """Wait in real time while paused [s]; return early on resume, step or stop."""
         with self._changed:
             self._changed.wait_for(
-                lambda: not self._paused or self._steps > 0 or self._stopped, max(0.0, seconds)
+                lambda: not self.state.paused or self._steps > 0 or self.stopped,
+                max(0.0, seconds),
             )
 
+    def _set(self, **changes: Any) -> None:
+        self.state = replace(self.state, **changes)
+
     def _resume(self) -> bool:
-        if self._emergency:
+        if self.state.emergency:
             return False
-        self._paused, self._why, self._steps = False, "", 0
-        self._to_next_change = False
+        self._set(paused=False, why="")
+        self._steps, self._to_next_change = 0, False
         self._changed.notify_all()
         return True

@@ -1,15 +1,13 @@
-"""Hooks, as in BehaviorTree.CPP: pause the run before or after a node, or replace its outcome.
+"""Hooks: pause the run before a node, ask a person for approval, or force an outcome.
 
-A `Hook` takes the place of a node in its parent and has the node as its only child. Without an
-action it is transparent: same status, message and name. Viewers are built from the nodes before
-hooks are inserted and do not show them.
+A `Hook` takes the place of a node in its parent and has the node as its only child. As long as
+nobody wants anything it is transparent: same status, message and name. Viewers are built from the
+nodes before hooks are inserted and do not show them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
-from enum import Enum
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -22,48 +20,29 @@ class UnknownNodeError(UserError):
     """No node of the tree has this name."""
 
 
-class Side(Enum):
-    """When a hook acts: when the node is entered, or when it has ended."""
-
-    BEFORE = 0
-    AFTER = 1
-
-
-@dataclass(frozen=True, kw_only=True)
-class HookAction:
-    """Action of a hook on one side of its node."""
-
-    replace_with: Status | None = None
-    """Status returned instead of the node's; None pauses the run."""
-    once: bool = False
-    """Act the first time only."""
-
-
-Reached = Callable[["Hook", Side, HookAction], None]
-
-
 class Hook(Branch):
     """Wraps a node and takes its place in its parent.
 
-    `actions` may be changed from any thread. A pause ends with the next tick of the tree, that is,
-    on resume or step; `answer`, if it was set meanwhile, then replaces the node's status. `reached`
-    is called when an action takes place, on the thread of the loop; `asks` makes the node wait for
-    approval each time that it is entered.
+    The public attributes may be set from any thread. A pause ends with the next tick of the tree,
+    that is, on resume or step; `answer`, if it was set meanwhile, then replaces the node's status.
+    `reached` is called when the run is to pause here, on the thread of the loop.
     """
 
-    def __init__(self, node: Behaviour, reached: Reached) -> None:
+    def __init__(self, node: Behaviour, reached: Callable[[Hook], None]) -> None:
         parent, node.parent = node.parent, None
         super().__init__(node.name, [node])
         # Messages omit the name of a branch that is named as its key, but never that of a leaf.
         self.key = str(getattr(node, "key", "")) if isinstance(node, Branch) else "hook"  # type: ignore[misc]
         self.node = node
-        self.actions: dict[Side, HookAction] = {}
-        self.answer: Status | None = None
+        self.stops = self.groot_stops = False
+        """Breakpoints before the node: of the command line and the page, and of Groot2."""
         self.asks = False
-        self._forced: Status | None = None
+        """Whether the node waits for approval each time that it is entered."""
+        self.answer: Status | None = None
+        self.forced: Status | None = None
+        """Ends the node now, or as soon as it is entered."""
         self._reached = reached
-        self._waiting: Side | None = None
-        self._ended = Status.INVALID
+        self._waiting = False
         if parent is not None:
             parent.children[parent.children.index(node)] = self
             self.parent = parent
@@ -71,73 +50,41 @@ class Hook(Branch):
     @property
     def waiting(self) -> bool:
         """Whether the run is paused here."""
-        return self._waiting is not None and self.status is Status.RUNNING
-
-    @property
-    def chosen(self) -> Status | None:
-        """The outcome that was chosen for the node, if any."""
-        replaced = (action.replace_with for action in self.actions.copy().values())
-        return self._forced or next(filter(None, replaced), None)
-
-    def force(self, outcome: Status | None) -> None:
-        """End the node with an outcome, now or as soon as it is entered; None revokes it."""
-        self._forced = outcome
+        return self._waiting and self.status is Status.RUNNING
 
     def restart(self) -> None:
         """Forget a pause and its answer."""
-        self._waiting, self.answer = None, None
+        self._waiting, self.answer = False, None
 
     def advance(self) -> Ticking:
-        """Tick the node, with the actions before and after it."""
-        forced, self._forced = self._forced, None
+        """Tick the node, unless the run pauses before it or a person has chosen its outcome."""
+        forced, self.forced = self.forced, None
         if forced is not None:
-            return self._end_with(forced)
-        if self._waiting is None and self.node.status is not Status.RUNNING:
-            outcome = self._act(Side.BEFORE)
-            if outcome is not None:
-                return outcome
-        elif self._waiting is not None:
-            waited, self._waiting = self._waiting, None
-            answer, self.answer = self.answer, None
+            return self._end_with(forced, "forced")
+        if self._waiting:
+            answer = self.answer
+            self.restart()
             if answer is not None:
-                self.feedback_message = f"{answer.value.lower()} chosen by a person"
-                self.node.status = answer
-                self.node.feedback_message = self.feedback_message
-                return answer
-            if waited is Side.AFTER:
-                return self._ended
-        self._ended = yield from self.run(self.node)
+                return self._end_with(answer, "chosen")
+        elif self.node.status is not Status.RUNNING and (
+            self.stops or self.groot_stops or self.asks
+        ):
+            self._waiting = True
+            self.feedback_message = "paused before this node"
+            self._reached(self)
+            return Status.RUNNING
+        status = yield from self.run(self.node)
         self.feedback_message = self.node.feedback_message
-        if self._ended is Status.RUNNING:
-            return self._ended
-        outcome = self._act(Side.AFTER)
-        return self._ended if outcome is None else outcome
+        return status
 
-    def _end_with(self, outcome: Status) -> Status:
+    def _end_with(self, outcome: Status, how: str) -> Status:
         self.restart()
         if self.node.status is Status.RUNNING:
             self.node.stop(Status.INVALID)
         self.node.status = outcome
-        self.feedback_message = f"{outcome.value.lower()} forced by a person"
+        self.feedback_message = f"{outcome.value.lower()} {how} by a person"
         self.node.feedback_message = self.feedback_message
         return outcome
-
-    def _act(self, side: Side) -> Status | None:
-        """Status to return at this side of the node; None to continue."""
-        action = self.actions.get(side)
-        if action is None and side is Side.BEFORE and self.asks:
-            action = HookAction()
-        if action is None:
-            return None
-        if action.once:
-            self.actions.pop(side, None)
-        if action.replace_with is not None:
-            self.feedback_message = f"replaced with {action.replace_with.value.lower()}"
-        else:
-            self._waiting = side
-            self.feedback_message = f"paused {side.name.lower()} this node"
-        self._reached(self, side, action)
-        return action.replace_with or Status.RUNNING
 
 
 def matching(nodes: Sequence[TreeNode], wanted: str) -> list[Behaviour]:
@@ -146,22 +93,21 @@ def matching(nodes: Sequence[TreeNode], wanted: str) -> list[Behaviour]:
     Raises:
         UnknownNodeError: there are none.
     """
-    found = [node.node for node in nodes if wanted in _names(node)]
+    found = [node.node for node in nodes if wanted in (*_names(node), node.path)]
     if found:
         return found
-    known = sorted({name for node in nodes for name in _names(node)[:2] if name})
+    known = sorted({name for node in nodes for name in _names(node) if name})
     hint = f"{suggest(wanted, known)} The tree has {quoted(known)}"
     raise UnknownNodeError(f"--break {wanted}: no node has this name; {hint}")
 
 
+def _names(node: TreeNode) -> tuple[str, str]:
+    return node.node.name, str(getattr(node.node, "key", ""))
+
+
 def insert_hooks(
-    root: Behaviour, nodes: Iterable[Behaviour], reached: Reached
+    root: Behaviour, nodes: Iterable[Behaviour], reached: Callable[[Hook], None]
 ) -> tuple[Behaviour, list[Hook]]:
     """Wrap some nodes of a tree in hooks; returns the new root and the hooks in order."""
     hooks = [Hook(node, reached) for node in nodes]
-    top = next((hook for hook in hooks if hook.node is root), root)
-    return top, hooks
-
-
-def _names(node: TreeNode) -> Sequence[str]:
-    return node.node.name, str(getattr(node.node, "key", "")), node.path
+    return next((hook for hook in hooks if hook.node is root), root), hooks

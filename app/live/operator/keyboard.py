@@ -1,8 +1,4 @@
-"""Control by keys: space pauses, r resumes, s steps, n runs on, q stops, a acknowledges.
-
-Only where standard input is a terminal and this process is in its foreground; the terminal's
-settings are restored at the end.
-"""
+"""Control by keys, where standard input is a terminal and this process is in its foreground."""
 
 from __future__ import annotations
 
@@ -32,7 +28,10 @@ def in_terminal(file: int) -> bool:
 
 @contextmanager
 def keys(control: Control, file: int = 0) -> Iterator[bool]:
-    """Listen to keys of a terminal within the context; yields whether there is one."""
+    """Listen to keys of a terminal within the context; yields whether there is one.
+
+    The terminal's settings are restored at the end.
+    """
     if not in_terminal(file):
         yield False
         return
@@ -62,15 +61,10 @@ def keys(control: Control, file: int = 0) -> Iterator[bool]:
 
 
 def _listen(file: int, end: int, actions: dict[bytes, Callable[[], None]]) -> None:
-    while True:
-        ready, _, _ = select.select([file, end], [], [])
-        if end in ready:
-            return
-        try:
+    with suppress(OSError):  # the terminal is gone
+        while end not in select.select([file, end], [], [])[0]:
             pressed = os.read(file, 1)
-        except OSError:  # the terminal is gone
-            return
-        if not pressed:
-            return
-        if action := actions.get(pressed.lower()):
-            action()
+            if not pressed:
+                return
+            if action := actions.get(pressed.lower()):
+                action()

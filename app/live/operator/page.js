@@ -111,20 +111,7 @@ function embed(source) {
 function choose(index) {
   chosen = index;
   element("chosen-name").textContent = nodes[index].title;
-  showHistory().catch(() => {});
   draw();
-}
-
-async function showHistory() {
-  if (chosen === null) return;
-  const changes = await ask(`/history?node=${chosen}`);
-  const lines = changes.slice(-60).reverse().map(({ time, status, message }) => {
-    const line = document.createElement("li");
-    line.textContent = `${time.toFixed(2)} s  ${status === "invalid" ? "halted or reset" : status}  ${message}`;
-    line.className = status;
-    return line;
-  });
-  element("history").replaceChildren(...lines);
 }
 
 let planted = 0;  // number of the run whose tree is drawn
@@ -142,7 +129,6 @@ async function poll() {
     const told = wanted ? await ask(wanted.path, "POST") : await ask("/state");
     if (told.run !== planted) await plant();
     if (told.run === planted) hear(told);
-    await showHistory();
   } catch {
     // stored by `ask`
   }

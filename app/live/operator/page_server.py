@@ -14,10 +14,10 @@ import threading
 from collections.abc import Callable
 from http import HTTPStatus
 from importlib.resources import files
-from urllib.parse import parse_qs, unquote, urlsplit
+from urllib.parse import unquote
 
 from app.live.operator.page import ControlPage
-from app.live.web import PATIENCE, BoundedServer, Replies
+from app.live.web import BoundedServer, Replies
 from config import UserError
 from hw import stopwatch
 
@@ -39,10 +39,8 @@ _VIEWER_FILE = re.compile(r"/viewer/([\w.-]*)")
 _SAFE = ("/stop", "/pause")
 _TOO_OLD = 5.0
 """Requests based on an older state are refused, except Stop and Pause [s]."""
-_SHUTDOWN_POLL = 0.1
-"""How often the server checks whether it is to end [s]."""
-_LISTENING, _FAREWELL = 2.0, 1.0
-"""A browser that has asked so recently has so long to hear how the run ended [s]."""
+_FAREWELL = 1.0
+"""Time for browsers to hear how the last run ended [s]."""
 
 
 class PageError(UserError):
@@ -75,45 +73,21 @@ class PageServer(BoundedServer):
         self.stopped = False
         self.page: ControlPage | None = None
         self.seconds = seconds
-        self._run, self._asked = 0, -_LISTENING
-        self._bind(port)
-        self._thread = threading.Thread(
-            target=self.serve_forever, args=(_SHUTDOWN_POLL,), name="page", daemon=True
-        )
-        self._thread.start()
-
-    def _bind(self, port: int | None) -> None:
-        for candidate in (USUAL_PORT, 0) if port is None else (port,):
-            try:
-                super().__init__((HOST, candidate), PageRequest)
-                return
-            except OSError as error:
-                if port is None and candidate:
-                    continue
-                raise PageError(
-                    f"--control-port {candidate} on {HOST}: {error.strerror}; "
-                    "choose another port, or omit the option"
-                ) from error
-
-    @property
-    def port(self) -> int:
-        """The port that it listens on."""
-        return int(self.server_port)
-
-    @property
-    def address(self) -> str:
-        """Of the page, without the token."""
-        return f"http://{HOST}:{self.port}"
+        self._run = 0
+        try:
+            super().__init__(HOST, port, USUAL_PORT, PageRequest)
+        except OSError as error:
+            raise PageError(
+                f"--control-port {port} on {HOST}: {error.strerror}; "
+                "choose another port, or omit the option"
+            ) from error
+        self.hosts = (f"{HOST}:{self.port}", f"localhost:{self.port}")
+        """Host names by which a browser may address this server."""
 
     @property
     def url(self) -> str:
         """The page with its token in the fragment, which browsers do not send."""
-        return f"{self.address}/#{self.token}"
-
-    @property
-    def hosts(self) -> tuple[str, ...]:
-        """Host names by which a browser may address this server."""
-        return (f"{HOST}:{self.port}", f"localhost:{self.port}")
+        return f"http://{HOST}:{self.port}/#{self.token}"
 
     def serve(self, page: ControlPage) -> None:
         """Serve another run from now on."""
@@ -134,10 +108,9 @@ class PageServer(BoundedServer):
     def state(self) -> dict[str, object]:
         """The state of the run for JSON, and the time of this answer [s]."""
         state = {"phase": "starting", "stopped": False} if self.page is None else self.page.state()
-        self._asked = self.seconds()
         return state | {
             "run": self._run,
-            "told_at": self._asked,
+            "told_at": self.seconds(),
             "again": self.again,
             "stopped": state["stopped"] or self.stopped,
         }
@@ -146,30 +119,22 @@ class PageServer(BoundedServer):
         """The nodes of the run, for JSON."""
         return {"run": self._run, "nodes": [] if self.page is None else self.page.tree()}
 
-    def history(self, node: int) -> list[dict[str, object]]:
-        """The changes of a node, for JSON; empty for an invalid number."""
-        return [] if self.page is None else self.page.history(node)
-
     def farewell(self) -> None:
         """Give browsers time to receive how the last run ended."""
         self.again = False
-        if self.seconds() - self._asked < _LISTENING:
-            threading.Event().wait(_FAREWELL)
+        threading.Event().wait(_FAREWELL)
 
     def __enter__(self) -> PageServer:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.shutdown()
-        self.server_close()
-        self._thread.join()
+        self.close()
 
 
 class PageRequest(Replies):
     """One request to the control page."""
 
     server: PageServer
-    timeout = PATIENCE
     policy = _POLICY
 
     def do_GET(self) -> None:
@@ -180,29 +145,17 @@ class PageRequest(Replies):
         elif path in _FILES:
             name, kind = _FILES[path]
             self.answer((files("app.live.operator") / name).read_bytes(), kind)
-        elif path in ("/state", "/tree", "/history"):
+        elif path in ("/state", "/tree"):
             if self._has_token():
-                self._send_json(self._state_of(path))
+                told = self.server.state() if path == "/state" else self.server.tree()
+                self._send_json(told)
             else:
                 self.refuse(HTTPStatus.FORBIDDEN)
         elif wanted := _VIEWER_FILE.fullmatch(path):
             hosts = "'self'" if page is None else page.viewer_hosts
-            self.send_viewer(wanted[1] or "index.html", hosts, "; frame-ancestors 'self'")
-        elif page is not None and page.recording and path == page.recording_path:
-            self.send_recording(page.recording)
+            self.send_viewer(wanted[1] or "index.html", hosts)
         else:
             self.refuse(HTTPStatus.NOT_FOUND)
-
-    def _send_json(self, what: object) -> None:
-        self.answer(json.dumps(what).encode(), "application/json")
-
-    def _state_of(self, path: str) -> object:
-        if path == "/state":
-            return self.server.state()
-        if path == "/tree":
-            return self.server.tree()
-        (node,) = parse_qs(urlsplit(self.path).query).get("node", ["0"])[:1]
-        return self.server.history(int(node) if node.isdecimal() else -1)
 
     def do_POST(self) -> None:
         """The buttons."""
@@ -222,6 +175,9 @@ class PageRequest(Replies):
                 return
             self._send_json(self.server.state())
 
+    def _send_json(self, what: object) -> None:
+        self.answer(json.dumps(what).encode(), "application/json")
+
     def _is_same_origin(self) -> bool:
         """Whether the request is addressed to this server and comes from no other page."""
         hosts, origin = self.server.hosts, self.headers.get("Origin")
@@ -231,10 +187,7 @@ class PageRequest(Replies):
 
     def _has_token(self) -> bool:
         shown = self.headers.get("X-Token", "")
-        has = secrets.compare_digest(shown.encode(), self.server.token.encode())
-        if has:
-            self.server.keep(self.connection)
-        return has
+        return secrets.compare_digest(shown.encode(), self.server.token.encode())
 
     def _is_late(self) -> bool:
         """Whether the state that the person saw is too old."""

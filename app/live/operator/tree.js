@@ -6,7 +6,6 @@ const ROW = 28, INDENT = 22, HEIGHT = 22, LETTER = 7.3;
 const MARKS = { idle: "·", running: "▶", success: "✔", "not yet": "○", failure: "✗" };
 const KINDS = { sequence: "→", reactive_sequence: "⇒", fallback: "?", reactive_fallback: "?", parallel: "‖",
   forever: "↻", until: "↻", retry: "↻", repeat: "↻", invert: "¬", timeout: "◇" };
-const ON_TOP = ["idle", "success", "not yet", "failure", "running"];
 
 function shape(kind, attributes, parent) {
   const made = document.createElementNS(SVG, kind);
@@ -68,10 +67,5 @@ class Tree {
       const line = `edge ${look.replace(" ", "-")}`;
       if (edge && edge.getAttribute("class") !== line) edge.setAttribute("class", line);
     });
-    const order = this.parts.map((_, index) => index).filter((index) => this.parts[index].edge);
-    order.sort((a, b) => ON_TOP.indexOf(looks[a]) - ON_TOP.indexOf(looks[b]));
-    const key = order.join();
-    if (key !== this.order) this.edges.replaceChildren(...order.map((index) => this.parts[index].edge));
-    this.order = key;
   }
 }

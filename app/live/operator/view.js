@@ -86,8 +86,8 @@ function view(state) {
     faults: faults.join("; "),
     wanted: `the robot wants to: ${run.approve}`,
     forced: `It will end with ${forced}, whatever it does.`,
-    outcome: run.over ? run.over.outcome : "",
-    explanation: run.over ? run.over.explanation : "",
+    outcome: run.outcome || "",
+    explanation: run.explanation || "",
   };
   const looks = {
     run: look,
@@ -95,5 +95,5 @@ function view(state) {
     line: live || over ? "" : "old",
     tree: live || over ? "" : "old",
   };
-  return { enabled, shown, texts, looks, viewer: run.over ? run.over.viewer : run.viewer };
+  return { enabled, shown, texts, looks, viewer: run.viewer };
 }

@@ -54,30 +54,31 @@ def headless_viewer(
     Raises:
         ViewError: it does not start.
     """
-    from rerun.experimental import ViewerClient
-
     port = choose_port()
     command = [str(viewer_program()), "--headless", "--bind", LOOPBACK, "--port", str(port)]
-    command += ["--window-size", size]
-    if watch is not None:
-        command += ["--connect", watch]
+    command += ["--window-size", size, *(() if watch is None else ("--connect", watch))]
     with TemporaryDirectory() as folder:
         log = Path(folder) / "viewer.log"
         with log.open("wb") as out:
             environment = viewer_environment() | {"XDG_RUNTIME_DIR": folder}
             process = subprocess.Popen(command, stdout=out, stderr=out, env=environment)
         try:
-            begun = stopwatch()
-            while True:
-                try:
-                    client = ViewerClient.connect(f"rerun+http://{LOOPBACK}:{port}/proxy")
-                    break
-                except Exception as error:  # Rerun raises many kinds while nobody listens
-                    if process.poll() is not None or stopwatch() - begun > _PATIENCE:
-                        messages = log.read_text(errors="replace")[-2000:]
-                        raise ViewError(f"the viewer does not start: {messages}") from error
-                    threading.Event().wait(0.1)
+            client = _connected(process, f"rerun+http://{LOOPBACK}:{port}/proxy", log)
             yield HeadlessViewer(client=client, process=process)
         finally:
             process.terminate()
             process.wait()
+
+
+def _connected(process: subprocess.Popen[bytes], url: str, log: Path) -> Any:
+    from rerun.experimental import ViewerClient
+
+    begun = stopwatch()
+    while True:
+        try:
+            return ViewerClient.connect(url)
+        except Exception as error:  # Rerun raises many kinds while nobody listens
+            if process.poll() is not None or stopwatch() - begun > _PATIENCE:
+                messages = log.read_text(errors="replace")[-2000:]
+                raise ViewError(f"the viewer does not start: {messages}") from error
+            threading.Event().wait(0.1)

@@ -7,13 +7,10 @@ address unless the user chooses another.
 
 from __future__ import annotations
 
-import errno
 import ipaddress
 import os
-import socket
 import subprocess
-import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,14 +26,13 @@ from app.live.web import (
 )
 from app.live.web.ports import LOOPBACK, Address, choose_port, reachable
 from config import UserError
-from hw import stopwatch
 
 USUAL_PORT = 9876
 """Of the live data; the viewer's own default."""
 USUAL_WEB_PORT = 9090
 
-_PATIENCE = 15.0
-"""Time for a viewer to start [s]."""
+_PATIENCE = 1.0
+"""A viewer that ends this early has not started [s]."""
 
 
 class ViewError(UserError):
@@ -62,26 +58,19 @@ class Viewer:
         ViewError: there is no screen, a port is taken, or the address is not this machine's.
     """
 
-    def __init__(
-        self,
-        options: ViewOptions,
-        *,
-        say: Callable[[str], None],
-        environment: Mapping[str, str] = os.environ,
-    ) -> None:
+    def __init__(self, options: ViewOptions, *, say: Callable[[str], None]) -> None:
         self._say = say
-        self._view = _resolved(options.view, environment)
+        self._view = _resolved(options.view)
         self.server: Address | None = None
         """Where the recorder serves; None without a viewer."""
         self.page: str | None = None
-        self._web_port = 0
         if self._view is View.NONE:
             return
         host = _checked(options.host)
         port = _port(host, options.port, USUAL_PORT, "--view-port")
         self.server = Address(host=host, port=port)
         if self._view is View.WEB:
-            self._web_port = _port(host, options.web_port, USUAL_WEB_PORT, "--web-port", taken=port)
+            self._web_port = _port(host, options.web_port, USUAL_WEB_PORT, "--web-port")
             query = viewer_address(self.server.url)
             self.page = f"http://{reachable(host)}:{self._web_port}/{query}"
 
@@ -101,32 +90,30 @@ class Viewer:
                 f"warning: anybody who can reach {self.server.host} can watch this run, "
                 "without a password"
             )
+        files = None
         if self._view is View.WEB:
-            with self._page(self.server):
-                yield
+            files = self._serve_page(self.server)
         else:
             self._open_window(self.server, log)
-            yield
-
-    @contextmanager
-    def _page(self, data: Address) -> Iterator[None]:
-        hosts = f"'self' http://{reachable(data.host)}:{data.port} http://localhost:{data.port}"
-        try:
-            viewer_web_files()
-            files = FileServer(data.host, self._web_port, hosts=hosts)
-        except (WebFilesError, OSError) as error:
-            self._say(f"the viewer did not start ({error}); the run is still recorded")
-            yield
-            return
-        self._say(f"watch at {self.page}")
         try:
             yield
         finally:
-            files.close()
+            if files is not None:
+                files.close()
+
+    def _serve_page(self, data: Address) -> FileServer | None:
+        hosts = f"'self' http://{reachable(data.host)}:{data.port} http://localhost:{data.port}"
+        try:
+            viewer_web_files()
+            files = FileServer(data.host, self._web_port, 0, hosts=hosts)
+        except (WebFilesError, OSError) as error:
+            self._say(f"the viewer did not start ({error}); the run is still recorded")
+            return None
+        self._say(f"watch at {self.page}")
+        return files
 
     def _open_window(self, data: Address, log: Path) -> None:
-        port = choose_port()
-        command = [str(viewer_program()), "--bind", LOOPBACK, "--port", str(port)]
+        command = [str(viewer_program()), "--bind", LOOPBACK, "--port", str(choose_port())]
         with log.open("w", encoding="utf-8") as messages:
             process = subprocess.Popen(
                 [*command, "--connect", data.url, "--expect-data-soon"],
@@ -136,25 +123,27 @@ class Viewer:
                 env=viewer_environment(),
                 start_new_session=True,  # Ctrl-C is for the robot
             )
-        if not _comes_up(process, port):
-            self._say(f"the viewer did not start (see {log}); the run is still recorded")
+        try:
+            process.wait(_PATIENCE)
+        except subprocess.TimeoutExpired:
+            return
+        self._say(f"the viewer did not start (see {log}); the run is still recorded")
 
 
-def has_screen(environment: Mapping[str, str] = os.environ) -> bool:
+def has_screen() -> bool:
     """Whether a window can be opened."""
-    return bool(environment.get("DISPLAY") or environment.get("WAYLAND_DISPLAY"))
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
-def _resolved(view: View, environment: Mapping[str, str]) -> View:
+def _resolved(view: View) -> View:
     """The view that the user's choice means on this machine."""
-    screen = has_screen(environment)
     if view is View.AUTO:
         try:
             viewer_program()
         except WebFilesError:
             return View.NONE
-        return View.SPAWN if screen else View.NONE
-    if view is View.SPAWN and not screen:
+        return View.SPAWN if has_screen() else View.NONE
+    if view is View.SPAWN and not has_screen():
         raise ViewError("--view spawn: there is no screen here; --view web shows it in a browser")
     if view is not View.NONE:
         viewer_program()
@@ -170,28 +159,11 @@ def _checked(host: str) -> str:
         ) from error
 
 
-def _port(host: str, chosen: int | None, usual: int, option: str, taken: int | None = None) -> int:
+def _port(host: str, chosen: int | None, usual: int, option: str) -> int:
     try:
-        return choose_port(host, chosen, usual=usual, taken=taken)
+        return choose_port(host, chosen, usual)
     except OSError as error:
-        if error.errno == errno.EADDRNOTAVAIL:
-            raise ViewError(
-                f"--view-host {host}: this machine does not have that address"
-            ) from error
         raise ViewError(
-            f"{option} {chosen or 0} on {host}: {error.strerror}; "
-            "choose another port, or omit the option"
+            f"{option} {chosen or usual} on {host}: {error.strerror}; "
+            "choose another port or address, or omit the option"
         ) from error
-
-
-def _comes_up(process: subprocess.Popen[bytes], port: int) -> bool:
-    """Wait until a process listens; False if it ends or takes too long."""
-    begun = stopwatch()
-    while process.poll() is None and stopwatch() - begun < _PATIENCE:
-        try:
-            socket.create_connection((LOOPBACK, port), timeout=1.0).close()
-        except OSError:
-            threading.Event().wait(0.05)
-        else:
-            return True
-    return False

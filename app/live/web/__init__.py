@@ -1,10 +1,6 @@
-"""The Rerun web viewer, served from this process.
+"""Web access: free ports, the files of the web viewer, and HTTP servers on loopback."""
 
-The viewer's own server would resolve the name of a telemetry host, keep a third of a core busy, and
-let the page ask other hosts for fonts and releases.
-"""
-
-from app.live.web.http_server import PATIENCE, BoundedServer, FileServer, Replies
+from app.live.web.http_server import BoundedServer, FileServer, Replies
 from app.live.web.viewer_files import (
     WebFilesError,
     viewer_address,
@@ -14,7 +10,6 @@ from app.live.web.viewer_files import (
 )
 
 __all__ = [
-    "PATIENCE",
     "BoundedServer",
     "FileServer",
     "Replies",

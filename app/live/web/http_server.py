@@ -1,96 +1,86 @@
-"""HTTP server with a bounded number of threads, for the web viewer and recordings.
-
-Clients that present the token are never disconnected for others: when there are too many
-connections, the oldest unknown client is disconnected.
-"""
+"""HTTP servers on a thread of their own: for the control page, the web viewer and recordings."""
 
 from __future__ import annotations
 
 import shutil
-import socket
 import threading
-from contextlib import suppress
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
-from app.live.web.viewer_files import at_home, read_file, viewer_policy
-from hw import stopwatch
+from app.live.web.viewer_files import read_file, viewer_policy
 
-PATIENCE = 10.0
-"""Longest duration of a connection [s]."""
 MOST_CONNECTIONS = 64
-"""At a time; each has a thread."""
-_PACE = 0.002
-"""Delay between new connections when there are too many [s]."""
+"""At a time; each has a thread, and further ones are disconnected."""
+RECORDING = "recording.rrd"
+_PATIENCE = 10.0
+"""A client that is silent for so long is disconnected [s]."""
+_POLL = 0.1
+"""Interval of checking whether to end [s]."""
 
 
 class BoundedServer(ThreadingHTTPServer):
-    """A thread for each connection, bounded in number and in duration."""
+    """Serves from construction to `close`, with a bounded number of threads.
 
-    patience: float | None = None
-    """Replaces `PATIENCE` [s]."""
+    Args:
+        host: to listen on.
+        port: None takes the usual one, or a free one if that is taken.
+        usual: port.
+        handler: of requests.
+
+    Raises:
+        OSError: the port is not available.
+    """
+
     daemon_threads = True
     request_queue_size = 4 * MOST_CONNECTIONS
 
-    def __init__(self, *arguments: Any) -> None:
-        self._begun: dict[socket.socket, float] = {}
-        self._known: set[socket.socket] = set()
-        self._lock = threading.Lock()
-        super().__init__(*arguments)
+    def __init__(
+        self, host: str, port: int | None, usual: int, handler: type[BaseHTTPRequestHandler]
+    ) -> None:
+        self._free = threading.Semaphore(MOST_CONNECTIONS)
+        try:
+            super().__init__((host, usual if port is None else port), handler)
+        except OSError:
+            if port is not None:
+                raise
+            super().__init__((host, 0), handler)
+        self.port = int(self.server_port)
+        self._thread = threading.Thread(
+            target=self.serve_forever, args=(_POLL,), name="web server", daemon=True
+        )
+        self._thread.start()
 
-    def keep(self, request: socket.socket) -> None:
-        """Never disconnect this client for another: it has presented the token."""
-        with self._lock:
-            self._known.add(request)
+    def close(self) -> None:
+        """Stop serving."""
+        self.shutdown()
+        self.server_close()
+        self._thread.join()
 
     def process_request(self, request: Any, client_address: Any) -> None:
-        """Serve a connection on its own thread, if necessary instead of an unknown client's."""
-        with self._lock:
-            is_free = len(self._begun) < MOST_CONNECTIONS
-            strangers = (one for one in self._begun if one not in self._known)
-            oldest = None if is_free else next(strangers, None)
-            if oldest is not None:
-                del self._begun[oldest]
-            if is_free or oldest is not None:
-                self._begun[request] = stopwatch()
-        if oldest is not None:
-            _end(oldest)
-            threading.Event().wait(_PACE)
-        if is_free or oldest is not None:
+        """Serve a connection on its own thread, if there are not too many."""
+        if self._free.acquire(blocking=False):
             super().process_request(request, client_address)
         else:
             self.shutdown_request(request)
 
-    def shutdown_request(self, request: Any) -> None:
-        """End a connection."""
-        with self._lock:
-            self._begun.pop(request, None)
-            self._known.discard(request)
-        super().shutdown_request(request)
-
-    def service_actions(self) -> None:
-        """End the connections that have exceeded their time; called at every poll."""
-        now, patience = stopwatch(), PATIENCE if self.patience is None else self.patience
-        with self._lock:
-            late = [one for one, begun in self._begun.items() if now - begun > patience]
-        for request in late:
-            _end(request)
+    def process_request_thread(self, request: Any, client_address: Any) -> None:
+        """Serve a connection, on its thread."""
+        try:
+            super().process_request_thread(request, client_address)
+        finally:
+            self._free.release()
 
     def handle_error(self, request: object, client_address: object) -> None:
         """Ignore a browser that disconnects in the middle of a reply."""
-
-
-def _end(request: socket.socket) -> None:
-    with suppress(OSError):  # it has ended it meanwhile
-        request.shutdown(socket.SHUT_RDWR)
 
 
 class Replies(BaseHTTPRequestHandler):
     """Answers with a content security policy."""
 
     policy = "default-src 'none'"
+    timeout = _PATIENCE
 
     @property
     def asked(self) -> str:
@@ -111,36 +101,17 @@ class Replies(BaseHTTPRequestHandler):
         """Say no."""
         self.answer(status.phrase.encode(), "text/plain", status=status)
 
-    def send_viewer(self, name: str, hosts: str, more: str = "") -> None:
-        """Send a file of the viewer, with a policy that keeps it on this machine.
-
-        Args:
-            name: of the file.
-            hosts: to which its page may connect, as in a content security policy.
-            more: of that policy.
-        """
+    def send_viewer(self, name: str, hosts: str) -> None:
+        """Send a file of the viewer, whose page may connect to `hosts` only."""
         try:
-            found = read_file(name)
+            found = read_file(name, hosts)
         except Exception:  # whatever it is, the run goes on
             self.refuse(HTTPStatus.BAD_GATEWAY)
             return
         if found is None:
             self.refuse(HTTPStatus.NOT_FOUND)
-            return
-        content, kind = found
-        if name == "index.html":
-            content = at_home(content, hosts)
-        self.answer(content, kind, viewer_policy(hosts) + more)
-
-    def send_recording(self, path: Path) -> None:
-        """Send a recording, if it exists."""
-        try:
-            with path.open("rb") as file:
-                size = path.stat().st_size
-                self._head(HTTPStatus.OK, "application/octet-stream", size, self.policy)
-                shutil.copyfileobj(file, self.wfile)
-        except FileNotFoundError:
-            self.refuse(HTTPStatus.NOT_FOUND)
+        else:
+            self.answer(*found, f"{viewer_policy(hosts)}; frame-ancestors 'self'")
 
     def _head(self, status: HTTPStatus, kind: str, length: int, policy: str) -> None:
         self.send_response(status)
@@ -156,37 +127,24 @@ class Replies(BaseHTTPRequestHandler):
         self.end_headers()
 
 
-RECORDING = "recording.rrd"
-_POLL = 0.2
-_PATIENCE = 600.0
-"""Longest duration of a download [s]."""
-
-
 class FileServer(BoundedServer):
-    """Serves the web viewer and a recording from construction to `close`.
+    """Serves the web viewer, and a recording if there is one.
 
     Raises:
         OSError: the port is not available.
     """
 
-    patience = _PATIENCE
-
     def __init__(
-        self, host: str, port: int, *, recording: Path | None = None, hosts: str = "'self'"
+        self,
+        host: str,
+        port: int | None,
+        usual: int,
+        *,
+        recording: Path | None = None,
+        hosts: str = "'self'",
     ) -> None:
         self.recording, self.hosts = recording, hosts
-        super().__init__((host, port), _FileRequest)
-        self.port = int(self.server_port)
-        self._thread = threading.Thread(
-            target=self.serve_forever, args=(_POLL,), name="web viewer", daemon=True
-        )
-        self._thread.start()
-
-    def close(self) -> None:
-        """Stop serving."""
-        self.shutdown()
-        self.server_close()
-        self._thread.join()
+        super().__init__(host, port, usual, _FileRequest)
 
 
 class _FileRequest(Replies):
@@ -194,7 +152,10 @@ class _FileRequest(Replies):
 
     def do_GET(self) -> None:
         name = self.asked.removeprefix("/") or "index.html"
-        if name == RECORDING and self.server.recording is not None:
-            self.send_recording(self.server.recording)
-        else:
+        if name != RECORDING or self.server.recording is None:
             self.send_viewer(name, self.server.hosts)
+            return
+        with self.server.recording.open("rb") as file:
+            size = self.server.recording.stat().st_size
+            self._head(HTTPStatus.OK, "application/octet-stream", size, self.policy)
+            shutil.copyfileobj(file, self.wfile)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import errno
 import ipaddress
-import os
 import socket
 from dataclasses import dataclass, field
 
@@ -16,31 +14,21 @@ def reachable(host: str) -> str:
     return LOOPBACK if ipaddress.ip_address(host).is_unspecified else host
 
 
-def choose_port(
-    host: str = LOOPBACK, chosen: int | None = None, *, usual: int = 0, taken: int | None = None
-) -> int:
-    """A free port.
-
-    Args:
-        host: to listen on.
-        chosen: the only acceptable port; None tries the usual one, then any.
-        usual: 0 for any.
-        taken: a port that is already reserved.
+def choose_port(host: str = LOOPBACK, chosen: int | None = None, usual: int = 0) -> int:
+    """The chosen port, which must be free; if None, the usual one, or a free one.
 
     Raises:
         OSError: the chosen port is taken or not allowed, or the address is not this machine's.
     """
     if chosen is not None:
-        return _free(host, chosen, taken)
+        return _free(host, chosen)
     try:
-        return _free(host, usual, taken)
+        return _free(host, usual)
     except OSError:
-        return _free(host, 0, None)
+        return _free(host, 0)
 
 
-def _free(host: str, port: int, taken: int | None) -> int:
-    if port and port == taken:
-        raise OSError(errno.EADDRINUSE, os.strerror(errno.EADDRINUSE))
+def _free(host: str, port: int) -> int:
     with socket.socket() as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         probe.bind((host, port))

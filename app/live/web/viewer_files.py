@@ -12,7 +12,6 @@ import re
 import shutil
 import subprocess
 import threading
-from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
 from tempfile import mkdtemp
@@ -39,7 +38,7 @@ _POLICY = (
 )
 _FOREIGN = re.compile(r"<link\s[^>]*https://[^>]*>")
 _PROXIES = ("ALL_PROXY", "HTTPS_PROXY", "HTTP_PROXY", "all_proxy", "https_proxy", "http_proxy")
-_PATIENCE = 20.0
+_PATIENCE = 60.0
 """Time for the viewer's program to serve its files [s]."""
 
 
@@ -62,12 +61,12 @@ def viewer_program() -> Path:
     return program
 
 
-def viewer_environment(environment: Mapping[str, str] = os.environ) -> dict[str, str]:
+def viewer_environment() -> dict[str, str]:
     """The environment in which the viewer's program contacts no other host.
 
     `CI` disables its telemetry; a proxy on which nobody listens disables its check for updates.
     """
-    kept = {name: value for name, value in environment.items() if "ANALYTICS" not in name}
+    kept = {name: value for name, value in os.environ.items() if "ANALYTICS" not in name}
     return kept | {"CI": "1"} | dict.fromkeys(_PROXIES, f"http://{LOOPBACK}:9")
 
 
@@ -95,23 +94,25 @@ def viewer_web_files() -> Path:
     return kept
 
 
-def read_file(name: str) -> tuple[bytes, str] | None:
+def read_file(name: str, hosts: str = "'self'") -> tuple[bytes, str] | None:
     """Content and type of a file by name; None if there is none.
+
+    The page has no foreign links, and a policy that lets it connect to `hosts` only.
 
     Raises:
         OSError, WebFilesError: the files are not available.
     """
-    return ((viewer_web_files() / name).read_bytes(), FILES[name]) if name in FILES else None
+    if name not in FILES:
+        return None
+    content = (viewer_web_files() / name).read_bytes()
+    if name == "index.html":
+        meta = f'<meta http-equiv="Content-Security-Policy" content="{viewer_policy(hosts)}">'
+        text = _FOREIGN.sub("", content.decode())
+        content = text.replace("<head>", f"<head>\n    {meta}", 1).encode()
+    return content, FILES[name]
 
 
-def at_home(page: bytes, hosts: str = "'self'") -> bytes:
-    """The viewer's page without foreign links, and with the policy for `hosts` in the page."""
-    text = _FOREIGN.sub("", page.decode())
-    meta = f'<meta http-equiv="Content-Security-Policy" content="{viewer_policy(hosts)}">'
-    return text.replace("<head>", f"<head>\n    {meta}", 1).encode()
-
-
-def viewer_policy(hosts: str = "'self'") -> str:
+def viewer_policy(hosts: str) -> str:
     """The content security policy of the viewer's page."""
     return _POLICY.format(hosts=hosts)
 
@@ -135,8 +136,7 @@ def _fetch(folder: Path) -> None:
     )
     try:
         for name in FILES:
-            content = _get(process, f"http://{LOOPBACK}:{port}/{name}")
-            (folder / name).write_bytes(content)
+            (folder / name).write_bytes(_get(process, f"http://{LOOPBACK}:{port}/{name}"))
     finally:
         process.terminate()
         process.wait()

@@ -75,7 +75,7 @@ class Run:
     def end(self) -> int:
         """Ctrl-C; returns the exit code."""
         self.process.terminate()  # not killed: it has a viewer to end as well
-        self.process.communicate(timeout=30.0)
+        self.process.communicate(timeout=60.0)
         return self.process.returncode
 
     def __enter__(self) -> "Run":
@@ -89,7 +89,7 @@ class Run:
 def opened_page(browser, url: str, **size):
     """The control page, once it shows the tree."""
     page = browser.new_page(viewport={"width": 1280, "height": 720, **size})
-    page.set_default_timeout(20_000)
+    page.set_default_timeout(60_000)
     page.goto(url)
     page.wait_for_selector(".node", state="attached")
     return page
@@ -114,4 +114,4 @@ def expect_run(page, words: str | re.Pattern[str]) -> None:
     """Wait until the page says these words of the run."""
     from playwright.sync_api import expect
 
-    expect(page.locator("#run")).to_have_text(words, timeout=20_000)
+    expect(page.locator("#run")).to_have_text(words, timeout=60_000)

@@ -68,7 +68,7 @@ class Going(Leaf):
 class ControlledRun:
     """A session with a tree of such leaves, and actions after chosen ticks."""
 
-    def __init__(self, make_root, at=None, hooked=(), real_seconds=20.0) -> None:
+    def __init__(self, make_root, at=None, hooked=(), real_seconds=60.0) -> None:
         self.harness = Harness()
         self.control = Control()
         self.clock = self.harness.task_clock
@@ -82,10 +82,9 @@ class ControlledRun:
         )
         self._deadline = time.monotonic() + real_seconds
 
-    def _reached(self, hook, side, act) -> None:
-        self.reached.append((hook.name, side))
-        if act.replace_with is None:
-            self.control.pause(f"before {hook.name}")
+    def _reached(self, hook) -> None:
+        self.reached.append(hook.name)
+        self.control.pause(f"before {hook.name}")
 
     def _watch(self, tick) -> None:
         self.ticks.append(tick)

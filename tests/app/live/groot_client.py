@@ -10,7 +10,7 @@ from py_trees.common import Status
 from sample_run import TREE
 
 from app.live.groot import GrootServer
-from app.live.operator import Control, Hook, HookAction, Side
+from app.live.operator import Control, Hook
 from trees.words.branch import Branch
 
 zmq = pytest.importorskip("zmq", reason='needs pip install "frankie-task[groot]"')
@@ -50,19 +50,20 @@ class Client:
     """Sends requests as Groot2 does, and checks the head of every reply."""
 
     def __init__(self, context) -> None:
-        self.socket = context.socket(zmq.REQ)
-        self.socket.setsockopt(zmq.RCVTIMEO, 5000)
-        self.socket.connect(f"tcp://127.0.0.1:{PORT}")
-        self.notices = context.socket(zmq.SUB)
-        self.notices.setsockopt(zmq.RCVTIMEO, 5000)
+        self.socket = self._connected(context, zmq.REQ, PORT)
+        self.notices = self._connected(context, zmq.SUB, PORT + 1)
         self.notices.setsockopt(zmq.SUBSCRIBE, b"")
-        self.notices.connect(f"tcp://127.0.0.1:{PORT + 1}")
         self.number = 0x01020304
+
+    def _connected(self, context, kind: int, port: int):
+        made = context.socket(kind)
+        made.setsockopt(zmq.RCVTIMEO, 60_000)
+        made.connect(f"tcp://127.0.0.1:{port}")
+        return made
 
     def ask(self, letter: bytes, body: bytes | None = None) -> list[bytes]:
         self.number += 1
         head = b"\x02" + letter + struct.pack("<I", self.number)
-        assert len(head) == 6
         self.socket.send_multipart([head] if body is None else [head, body])
         reply = self.socket.recv_multipart()
         if reply[0] != b"error":
@@ -71,48 +72,29 @@ class Client:
         return reply
 
     def hook(self, uid: int, **more: object) -> list[bytes]:
-        described = {
-            "enabled": True,
-            "uid": uid,
-            "mode": 0,
-            "once": False,
-            "desired_status": "SKIPPED",
-            "position": 0,
-        } | more
+        described = {"enabled": True, "uid": uid, "mode": 0, "once": False, "position": 0}
+        described |= {"desired_status": "SKIPPED"} | more
         return self.ask(b"I", json.dumps(described).encode())
 
     def unlock(self, uid: int, status: str = "SKIPPED", remove: bool = False) -> list[bytes]:
-        described = {
-            "uid": uid,
-            "desired_status": status,
-            "position": 0,
-            "remove_when_done": remove,
-        }
-        return self.ask(b"U", json.dumps(described).encode())
+        described = {"uid": uid, "desired_status": status, "position": 0}
+        return self.ask(b"U", json.dumps(described | {"remove_when_done": remove}).encode())
 
 
 class ServedTree:
     """A served tree, its hooks, and the clock of the heartbeat."""
 
-    def __init__(self, *, may_replace: bool = True) -> None:
+    def __init__(self) -> None:
         self.control = Control()
         self.now = 0.0
-        self.acted: list[tuple[str, Side]] = []
         self.hooks = [Hook(Nothing(node.name, []), self._reached) for node in TREE]
         self.server = GrootServer(
-            "demo",
-            TREE,
-            self.hooks,
-            self.control,
-            port=PORT,
-            may_replace=may_replace,
-            seconds=lambda: self.now,
+            "demo", TREE, self.hooks, self.control, port=PORT, seconds=lambda: self.now
         )
 
-    def _reached(self, hook: Hook, side: Side, act: HookAction) -> None:
-        if act.replace_with is None:
-            self.control.pause(f"before {hook.name}")
-        self.server.reached(hook, side)
+    def _reached(self, hook: Hook) -> None:
+        self.control.pause(f"before {hook.name}")
+        self.server.reached(hook)
 
     def tick(self, uid: int) -> Status:
         self.hooks[uid - 1].tick_once()

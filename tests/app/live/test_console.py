@@ -8,11 +8,10 @@ import sys
 from dataclasses import replace
 
 import pytest
+from command_line import call
 from harness import Harness
 from sample_run import snapshot
-from typer.testing import CliRunner
 
-from app.commands import app
 from app.live.console import ControlOptions, OperatorConsole
 from trees.language import build, load, nodes_in_order
 
@@ -34,65 +33,42 @@ def task(tmp_path):
     return path
 
 
-def run(tmp_path, task, *options: object) -> tuple[int, str]:
-    arguments = ["run", task, "--record", tmp_path / "runs", "--view", "none", *options]
-    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
-    if result.exception is not None and not isinstance(result.exception, SystemExit):
-        raise result.exception
-    return result.exit_code, result.stderr
-
-
 @pytest.mark.parametrize(
     ("options", "message"),
     [
         (["--break", "secund", "--control"], "did you mean `second`"),
         (["--break", "second"], "--control"),
-        (["--paused"], "--control"),
+        (["--control", "--control-port"], "--control-port"),
+        (["--groot2", "--groot2-port"], "--groot2-port"),
     ],
 )
 def test_bad_options_are_one_line_before_anything_is_made(tmp_path, task, options, message):
-    code, err = run(tmp_path, task, *options)
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        if options[-1].endswith("-port"):
+            options = [*options, taken.getsockname()[1]]
+        code, _, err = call("run", task, "--record", tmp_path / "runs", "--view", "none", *options)
     assert code == 2
     assert message in err
     assert err.count("\n") == 1
     assert not (tmp_path / "runs").exists()
 
 
-@pytest.mark.parametrize("option", ["--control", "--groot2"])
-def test_a_port_that_is_taken_is_reported_before_anything_is_made(tmp_path, task, option):
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        port = taken.getsockname()[1]
-        code, err = run(tmp_path, task, option, f"{option}-port", port)
-    assert code == 2
-    assert str(port) in err
-    assert f"{option}-port" in err
-    assert not (tmp_path / "runs").exists()
-
-
-def test_the_page_stays_after_the_run_until_ctrl_c_and_closes_its_ports(tmp_path, task):
+def test_the_page_stays_after_the_run_until_it_is_ended_and_closes_its_port(tmp_path, task):
     with socket.create_server(("127.0.0.1", 0)) as probe:
         port = probe.getsockname()[1]
-    command = ["run", task, "--record", tmp_path / "runs", "--view", "none"]
+    command = ["-m", "frankie_task_cli", "run", task, "--record", tmp_path / "runs"]
+    command += ["--view", "none", "--control", "--control-port", port]
     with subprocess.Popen(
-        [
-            sys.executable,
-            "-m",
-            "frankie_task_cli",
-            *map(str, command),
-            "--control",
-            "--control-port",
-            str(port),
-        ],
+        [sys.executable, *map(str, command)],
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         text=True,
     ) as process:
-        assert process.stderr is not None
         said = []
         for line in process.stderr:
             said.append(line)
             if "the page stays" in line:
-                process.send_signal(signal.SIGINT)
+                process.send_signal(signal.SIGTERM)
     assert process.returncode == 0
     assert f"control at http://127.0.0.1:{port}/#" in "".join(said)
     with socket.create_server(("127.0.0.1", port)):
@@ -109,8 +85,8 @@ def test_a_stand_in_for_tests_acknowledges_a_released_emergency_stop_and_resumes
         ControlOptions(acknowledge_after=0.5),
         task="toy",
         nodes=nodes,
-        inject=lambda name: None,
-        clear=lambda: None,
+        inject=print,
+        clear=print,
         viewer=None,
         say=said.append,
     )

@@ -1,12 +1,12 @@
-"""Breakpoints and replaced nodes in a running session."""
+"""Breakpoints and chosen outcomes in a running session."""
 
 import pytest
 from controlled_run import ControlledRun, leaf
 from py_trees.common import Status
 
 from app.core.outcome import End
-from app.live.operator import HookAction, Side, UnknownNodeError, matching
-from trees.words.composites import Fallback, Sequence
+from app.live.operator import UnknownNodeError, matching
+from trees.words.composites import Sequence
 from trees.words.modifiers import Retry
 
 
@@ -17,7 +17,7 @@ def two_leaves(context):
 
 def test_a_breakpoint_pauses_before_the_node_does_anything():
     run = ControlledRun(two_leaves, hooked=["second"])
-    run.hooks[0].actions = {Side.BEFORE: HookAction()}
+    run.hooks[0].stops = True
     second = run.nodes[2].node
     begun = []
     run._at = {40: lambda: (begun.append(second.begun), run.control.resume())}
@@ -25,35 +25,23 @@ def test_a_breakpoint_pauses_before_the_node_does_anything():
     assert begun == [0]
     assert second.begun == 1
     assert len(second.updates) == 20
-    assert run.reached == [("second", Side.BEFORE)]
+    assert run.reached == ["second"]
 
 
-def test_a_breakpoint_holds_every_time_the_node_is_entered_or_once():
+def test_a_breakpoint_holds_every_time_the_node_is_entered():
     def root(context):
         return Retry(leaf("flaky", 3, Status.FAILURE)(context), 3, context.clock.now)
 
-    for once, times in ((False, 3), (True, 1)):
-        run = ControlledRun(root, hooked=["flaky"])
-        run.hooks[0].actions = {Side.BEFORE: HookAction(once=once)}
-        run._at = dict.fromkeys(range(10, 60, 10), run.control.resume)
-        assert run.run().end is End.FAILURE
-        assert len(run.reached) == times
+    run = ControlledRun(root, hooked=["flaky"])
+    run.hooks[0].stops = True
+    run._at = dict.fromkeys(range(10, 60, 10), run.control.resume)
+    assert run.run().end is End.FAILURE
+    assert len(run.reached) == 3
 
 
-def test_a_node_can_be_replaced_and_the_tree_believes_it():
-    def root(context):
-        return Fallback("fallback", [leaf("doomed", 3)(context), leaf("rescue", 3)(context)])
-
-    run = ControlledRun(root, hooked=["doomed"])
-    run.hooks[0].actions = {Side.BEFORE: HookAction(replace_with=Status.FAILURE)}
-    assert run.run().end is End.SUCCESS
-    assert run.nodes[1].node.begun == 0
-    assert run.nodes[2].node.begun == 1
-
-
-def test_a_person_may_choose_the_outcome_after_a_node_has_ended():
-    run = ControlledRun(two_leaves, hooked=["first"])
-    run.hooks[0].actions = {Side.AFTER: HookAction()}
+def test_a_person_may_choose_the_outcome_of_a_node_that_waits():
+    run = ControlledRun(two_leaves, hooked=["second"])
+    run.hooks[0].asks = True
 
     def choose() -> None:
         run.hooks[0].answer = Status.FAILURE
@@ -62,9 +50,8 @@ def test_a_person_may_choose_the_outcome_after_a_node_has_ended():
     run._at = {40: choose}
     outcome = run.run()
     assert outcome.end is End.FAILURE
-    assert outcome.node == "first"
+    assert outcome.node == "second"
     assert outcome.reason == "failure chosen by a person"
-    assert len(run.nodes[1].node.updates) == 20
     assert run.nodes[2].node.begun == 0
 
 
@@ -78,7 +65,6 @@ def test_hooks_that_do_nothing_change_nothing():
     assert outcomes[0] == outcomes[1]
     assert plain.root.feedback_message == hooked.root.feedback_message
     assert plain.commands.tobytes() == hooked.commands.tobytes()
-    assert len(plain.ticks) == len(hooked.ticks)
 
 
 def test_nodes_are_found_by_name_key_and_path():

@@ -71,6 +71,7 @@ def address_in(process: subprocess.Popen[str], word: str) -> str:
     raise AssertionError(f"nothing said: {word}")
 
 
+@pytest.mark.slow
 @needs_strace
 def test_the_trace_sees_a_call_that_goes_out(tmp_path: Path) -> None:
     out = "import socket; s = socket.socket(2, 2); s.connect(('203.0.113.7', 9))"
@@ -78,6 +79,7 @@ def test_the_trace_sees_a_call_that_goes_out(tmp_path: Path) -> None:
     assert called(tmp_path / "trace") == {"203.0.113.7"}
 
 
+@pytest.mark.slow
 @needs_strace
 def test_a_run_with_viewer_and_page_calls_nobody(tmp_path: Path) -> None:
     (tmp_path / "toy.yaml").write_text(WAITING)
@@ -93,25 +95,15 @@ def test_a_run_with_viewer_and_page_calls_nobody(tmp_path: Path) -> None:
     assert called(tmp_path / "trace") == set()
 
 
+@pytest.mark.slow
 @needs_strace
-def test_view_in_the_browser_calls_nobody_and_costs_nothing_when_idle(tmp_path: Path) -> None:
+def test_view_in_the_browser_calls_nobody(tmp_path: Path) -> None:
     recording = record(tmp_path / "recording.rrd", list(samples.run(20)))
     command = frankie("view", recording, "--web")
     with running(traced(tmp_path / "trace", *command)) as process:
         page = address_in(process, "watch at").partition("?")[0]
         assert urlopen(f"{page}recording.rrd", timeout=30.0).read() == recording.read_bytes()
     assert called(tmp_path / "trace") == set()
-    with running([str(word) for word in command]) as process:
-        address_in(process, "watch at")
-        before = processor_time(process.pid)
-        time.sleep(3.0)
-        assert processor_time(process.pid) - before < 0.05 * 3.0
-
-
-def processor_time(process: int) -> float:
-    """Of a process so far [s]."""
-    fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 @pytest.mark.slow

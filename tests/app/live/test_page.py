@@ -1,8 +1,9 @@
 """The control page over real HTTP: what it serves, what it does, and whom it refuses."""
 
 import http.client
-import http.server
 import json
+import random
+import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -12,10 +13,8 @@ from py_trees.common import Status
 from sample_run import TREE, snapshot
 
 from app.live.nodes import NodeInfo
-from app.live.operator import Control
-from app.live.operator.hooks import insert_hooks
-from app.live.operator.page import ControlPage, Ending, WebViewer
-from app.live.operator.page_server import PageError, PageServer
+from app.live.operator import Control, ControlPage, PageError, PageServer, insert_hooks
+from app.live.web.http_server import MOST_CONNECTIONS
 from hw import INJECTABLE
 
 
@@ -28,7 +27,7 @@ class Client:
     def ask(
         self, method: str, path: str, **headers: str
     ) -> tuple[int, str, http.client.HTTPMessage]:
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=10.0)
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=60.0)
         connection.request(method, path, headers={"X-Token": self.token, **headers})
         reply = connection.getresponse()
         body = reply.read().decode()
@@ -53,8 +52,8 @@ def faults():
 
 @contextmanager
 def served(control: Control, tree=TREE, **others) -> Iterator[tuple[Client, PageServer]]:
-    with PageServer(_free_port()) as server:
-        others = {"inject": print, "clear": print, "address": server.address} | others
+    with PageServer() as server:
+        others = {"inject": print, "clear": print} | others
         server.serve(ControlPage(control, tree, **others))
         yield Client(server), server
 
@@ -73,11 +72,6 @@ def page(server):
 @pytest.fixture
 def client(server):
     return Client(server)
-
-
-def _free_port() -> int:
-    with http.server.HTTPServer(("127.0.0.1", 0), http.server.BaseHTTPRequestHandler) as probe:
-        return probe.server_port
 
 
 def test_buttons_do_what_they_say(server, client, control):
@@ -112,20 +106,23 @@ def test_faults_are_injected_and_cleared(client, faults):
         {"Origin": "http://127.0.0.1:1"},
     ],
 )
-@pytest.mark.parametrize(("method", "path"), [("POST", "/pause"), ("GET", "/state")])
-def test_whoever_has_no_token_or_comes_from_elsewhere_is_refused(
-    server, control, headers, method, path
-):
+def test_whoever_has_no_token_or_comes_from_elsewhere_is_refused(server, control, headers):
     spoilt = {name: value.format(port=server.port) for name, value in headers.items()}
-    status, body, _ = Client(server).ask(method, path, **spoilt)
-    assert status == 403
-    assert "ticks" not in body
+    for method, path in (("POST", "/pause"), ("GET", "/state")):
+        status, body, _ = Client(server).ask(method, path, **spoilt)
+        assert status == 403
+        assert "ticks" not in body
     assert not control.state.paused
 
 
-def test_an_unknown_action_and_an_unknown_file_are_not_found(client):
-    for method, path in (("POST", "/fault/flood"), ("GET", "/page.py"), ("GET", "/viewer/x.js")):
-        assert client.ask(method, path)[0] == 404
+def test_what_was_asked_for_long_ago_is_refused_unless_it_stops(server, client, control):
+    long_ago = str(server.seconds() - 6.0)
+    for seen in (long_ago, "nan", "yesterday"):
+        assert client.ask("POST", "/step", **{"X-Seen": seen})[0] == 409
+    assert not control.state.paused
+    assert client.ask("POST", "/pause", **{"X-Seen": long_ago})[0] == 200
+    assert client.ask("POST", "/stop", **{"X-Seen": long_ago})[0] == 200
+    assert control.stopped
 
 
 def test_every_answer_forbids_the_browser_to_go_anywhere_else(client):
@@ -140,8 +137,7 @@ def test_every_answer_forbids_the_browser_to_go_anywhere_else(client):
 
 
 def test_the_viewer_is_served_at_home_dark_and_may_only_talk_to_its_data(control):
-    viewer = WebViewer(data="rerun+http://127.0.0.1:9876/proxy")
-    with served(control, viewer=viewer) as (client, _):
+    with served(control, viewer="rerun+http://127.0.0.1:9876/proxy") as (client, _):
         path = client.state()["viewer"]
         source = "rerun%2Bhttp%3A%2F%2F127.0.0.1%3A9876%2Fproxy"
         assert path == f"/viewer/?url={source}&theme=dark&hide_welcome_screen=1"
@@ -163,9 +159,7 @@ class Waiting:
         self.leaves = [py_trees.behaviours.Running(name="first"), py_trees.behaviours.Success("b")]
         root = py_trees.composites.Sequence("root", memory=True, children=list(self.leaves))
         nodes = [root, *self.leaves]
-        self.root, self.hooks = insert_hooks(
-            root, nodes, lambda hook, side, action: control.pause(hook.name)
-        )
+        self.root, self.hooks = insert_hooks(root, nodes, lambda hook: control.pause(hook.name))
         self.tree = [
             NodeInfo(name=node.name, kind="", depth=int(node is not root)) for node in nodes
         ]
@@ -183,16 +177,15 @@ def hooked(control, waiting):
 
 
 def test_a_breakpoint_is_set_and_removed(hooked, waiting, control):
-    client = hooked
-    client.ask("POST", "/break/1")
-    assert client.state()["breaks"] == [1]
+    hooked.ask("POST", "/break/1")
+    assert hooked.state()["breaks"] == [1]
     waiting.root.tick_once()
     assert control.state.paused
-    assert client.state()["waiting"] == 1
-    client.ask("POST", "/unbreak/1")
-    client.ask("POST", "/resume")
+    assert hooked.state()["waiting"] == 1
+    hooked.ask("POST", "/unbreak/1")
+    hooked.ask("POST", "/resume")
     waiting.root.tick_once()
-    state = client.state()
+    state = hooked.state()
     assert (state["breaks"], state["waiting"], state["paused"]) == ([], None, False)
 
 
@@ -200,10 +193,9 @@ def test_an_outcome_is_forced_on_what_runs_and_on_what_comes(hooked, waiting, co
     with served(control, waiting.tree, hooks=waiting.hooks) as (client, _):
         assert client.state()["can_force"] is False
         assert client.ask("POST", "/force/1/success")[0] == 404
-    client = hooked
     waiting.root.tick_once()
-    client.ask("POST", "/force/2/failure")
-    client.ask("POST", "/force/1/success")
+    hooked.ask("POST", "/force/2/failure")
+    hooked.ask("POST", "/force/1/success")
     waiting.root.tick_once()
     assert [leaf.status for leaf in waiting.leaves] == [Status.SUCCESS, Status.FAILURE]
     assert waiting.leaves[0].feedback_message == "success forced by a person"
@@ -211,47 +203,110 @@ def test_an_outcome_is_forced_on_what_runs_and_on_what_comes(hooked, waiting, co
 
 
 def test_a_motion_waits_until_a_person_approves_and_fails_if_refused(hooked, waiting, control):
-    client = hooked
     waiting.hooks[1].asks = True
     waiting.root.tick_once()
     assert waiting.leaves[0].status is Status.INVALID, "it has not begun"
-    assert client.state()["approve"] == "first"
-    client.ask("POST", "/approve/1")
+    assert hooked.state()["approve"] == "first"
+    hooked.ask("POST", "/approve/1")
     waiting.root.tick_once()
     assert waiting.leaves[0].status is Status.RUNNING
     waiting.root.stop(Status.INVALID)
     waiting.root.tick_once()
-    client.ask("POST", "/refuse/1")
+    hooked.ask("POST", "/refuse/1")
     assert not control.state.paused
     waiting.root.tick_once()
     assert waiting.leaves[0].status is Status.FAILURE
 
 
-def test_the_history_of_a_node_is_told(page, client):
-    for tick in (0, 30, 180):
-        page.show(snapshot(tick))
-    status, body, _ = client.ask("GET", "/history?node=4")
-    assert status == 200
-    assert [(one["time"], one["status"]) for one in json.loads(body)] == [(0.6, "failure")]
-    assert json.loads(client.ask("GET", "/history?node=99")[1]) == []
+def test_the_state_tells_the_tree_its_looks_and_how_the_run_ended(page, client, control):
+    page.show(snapshot(180))
     titles = [node["title"] for node in json.loads(client.ask("GET", "/tree")[1])["nodes"]]
     assert titles == [node.title for node in TREE]
-    looks = client.state()["looks"]
-    assert client.state()["time"] == "3.6 s"
+    state = client.state()
+    looks = state["looks"]
+    assert (state["phase"], state["time"]) == ("running", "3.6 s")
     assert (looks[1], looks[4], looks[8]) == ("running", "not yet", "success")
-
-
-def test_a_run_that_is_over_stays_with_outcome_explanation_and_recording(
-    page, client, control, tmp_path
-):
-    recording = tmp_path / "recording.rrd"
-    recording.write_bytes(b"RRF2 and more")
-    page.end(Ending(outcome="toy failed", explanation="because", recording=recording))
-    over = client.state()["over"]
-    assert (over["outcome"], over["explanation"]) == ("toy failed", "because")
-    assert "theme=dark" in over["viewer"]
-    assert client.ask("GET", page.recording_path)[:2] == (200, "RRF2 and more")
+    page.end("toy failed", "because")
+    state = client.state()
+    assert (state["phase"], state["outcome"], state["explanation"]) == (
+        *("over", "toy failed"),
+        "because",
+    )
     assert client.ask("POST", "/pause")[0] == 404
     assert not control.state.paused
-    recording.unlink()
-    assert client.ask("GET", page.recording_path)[0] == 404
+
+
+def sent(server: PageServer, data: bytes) -> bytes:
+    """What comes back for bytes, until the server ends the connection."""
+    answer = b""
+    with socket.create_connection(("127.0.0.1", server.port), timeout=60.0) as connection:
+        try:
+            connection.sendall(data)
+            connection.shutdown(socket.SHUT_WR)
+            while part := connection.recv(65536):
+                answer += part
+        except OSError:  # ended while we were still talking
+            pass
+    return answer
+
+
+def request(server: PageServer, line: bytes, *headers: bytes) -> bytes:
+    own = [b"Host: 127.0.0.1:%d" % server.port, b"X-Token: " + server.token.encode()]
+    return b"\r\n".join([line, *own, *headers, b"", b""])
+
+
+REFUSED = [
+    b"BREW /state HTTP/1.1",
+    b"HEAD /state HTTP/1.1",
+    b"GET http://evil.example/state HTTP/1.1",
+    b"POST /%zz%f HTTP/1.1",
+    b"GET /\xff\xfe HTTP/1.1",
+    b"GET /%2e%2e/%2e%2e/etc/passwd HTTP/1.1",
+    b"GET /viewer/..%2f..%2fsecret HTTP/1.1",
+]
+
+
+def test_odd_and_random_requests_are_refused_and_harm_nothing(server, client, control, capfd):
+    for line in REFUSED:
+        answer = sent(server, request(server, line))
+        assert answer[:5] == b"HTTP/", line
+        assert answer.split()[1][:1] in (b"4", b"5"), line
+    for data in (b"", bytes(1000), b"GET /" + b"a" * 1_000_000 + b" HTTP/1.1\r\n\r\n"):
+        sent(server, data)
+    rng = random.Random(0)
+    good = request(server, b"POST /nothing HTTP/1.1", b"Content-Length: 3") + b"abc"
+    for _ in range(60):
+        data = bytearray(good)
+        for _ in range(rng.randrange(1, 12)):
+            data[rng.randrange(len(data))] = rng.randrange(256)
+        sent(server, bytes(data))
+    assert client.state()["ticks"] == 0
+    assert not control.state.paused
+    assert capfd.readouterr() == ("", "")
+
+
+def test_too_many_connections_are_closed_and_then_the_page_answers_again(server, client):
+    many = [
+        socket.create_connection(("127.0.0.1", server.port), timeout=60.0)
+        for _ in range(MOST_CONNECTIONS + 1)
+    ]
+    assert many[-1].recv(1) == b"", "closed at once"
+    for one in many:
+        one.close()
+    while True:
+        try:
+            assert client.state()["ticks"] == 0
+            break
+        except (ConnectionError, http.client.HTTPException):  # the threads have not ended yet
+            continue
+
+
+def test_an_action_that_fails_and_files_that_are_missing_are_answered(control, monkeypatch):
+    def broken(*_: str) -> None:
+        raise OSError
+
+    monkeypatch.setattr("app.live.web.http_server.read_file", broken)
+    with served(control, inject=broken) as (client, _):
+        assert client.ask("POST", "/fault/reflex")[0] == 500
+        assert client.ask("GET", "/viewer/re_viewer.js")[0] == 502
+        assert client.state()["paused"] is False

@@ -13,7 +13,6 @@ from app.live import Snapshot
 from app.live.monitor.signals_panel import PLOTS
 from app.live.monitor.tree_panel import MARK
 from controller import robot_model
-from hw import Fault, FaultKind
 
 TICKS = 300
 
@@ -33,14 +32,14 @@ def test_every_part_of_the_picture_is_in_the_file(recording: Path) -> None:
     links = [f"/world/robot/link{i}" for i in range(8)]
     assert {chunk.entity_path for chunk in chunks} >= {
         *(f"/tree/list/{part}" for part in ("pills", "edges", "labels")),
-        *("/status", "/now", "/blackboard", "/log"),
-        *("/world/fixtures", "/world/goal", "/world/tool", "/world/trail", "/world/grasp"),
+        *("/status", "/now", "/log"),
+        *("/world/fixtures", "/world/tool", "/world/trail", "/world/grasp"),
         *("/world/objects/0_box_1", "/world/objects/1_mug", "/world/objects/2_ball_and_bar"),
         *("/world/robot/base", "/world/robot/hand", *links),
         *("/world/robot/left_finger", "/world/robot/right_finger", "/world/poses"),
         *("/world/camera", "/world/camera/depth", "/world/camera/quality", "/world/camera/grasps"),
-        *("/world/fault", "/world/ghost/hand", "/world/ghost/base", "/world/frustum"),
-        *("/world/way", "/world/felt", "/world/regions", "/world/runners_up"),
+        *("/world/fault", "/world/ghost/hand", "/world/ghost/base"),
+        *("/world/way", "/world/nearest", "/world/regions"),
         *(f"/signals/{signal}" for signal in PLOTS),
     }
 
@@ -97,10 +96,8 @@ def test_history_is_activity_with_a_mark_where_it_ends(recording: Path) -> None:
 
 
 def test_pills_tell_status_by_colour_and_glyph(recording: Path) -> None:
-    pills, labels = (
-        with_component(recording, "/tree/list/pills", "colors"),
-        with_component(recording, "/tree/list/labels", "labels"),
-    )
+    pills = with_component(recording, "/tree/list/pills", "colors")
+    labels = with_component(recording, "/tree/list/labels", "labels")
     last = dict(zip(labels[-1]["labels"], pills[-1]["colors"], strict=True))
     colours = {label[0]: {c for text, c in last.items() if text[0] == label[0]} for label in last}
     assert set(colours) == set("▶✔○·"), "a failure that the tree goes on after is not red"
@@ -119,16 +116,6 @@ def test_log_tells_transitions_with_their_reasons(recording: Path) -> None:
         "   5.00 s  ✗ pick once: nothing held",
         "   5.00 s  ✗ grasp □: nothing held",
     ]
-
-
-def test_a_fault_is_logged_once_each_time_it_comes(tmp_path: Path) -> None:
-    fault = Fault(kind=FaultKind.REFLEX, text="arm reflex: contact", clearable=True)
-    run = list(samples.run(40))
-    for tick in (*range(10, 20), *range(30, 35)):
-        run[tick] = replace(run[tick], state=replace(run[tick].state, faults=(fault,)))
-    path = record(tmp_path / "x.rrd", run)
-    errors = [row["tick"] for row in rows(path, "/log") if row["level"] == ["ERROR"]]
-    assert errors == [10, 30]
 
 
 def test_the_node_under_way_is_named_with_its_message(recording: Path) -> None:
@@ -162,12 +149,9 @@ def test_the_robot_stands_where_it_was(recording: Path, snapshots: list[Snapshot
         assert gap == pytest.approx(snapshots[a["tick"]].state.gripper_width, abs=1e-6)
 
 
-def test_goal_and_grasp_are_drawn_only_while_there_is_one(
+def test_the_grasp_is_drawn_only_while_there_is_one(
     recording: Path, snapshots: list[Snapshot]
 ) -> None:
-    goal = [(row["tick"], len(row["vectors"])) for row in rows(recording, "/world/goal")]
-    assert goal == [(0, 0), (50, 3)]
-    assert poses(recording, "world/goal")[0]["tick"] == 50
     grasps = rows(recording, "/world/grasp")
     assert any(row["labels"] == ["0.90 locked"] for row in grasps)
     for row in grasps:

@@ -72,6 +72,7 @@ def command(program: str, path: Path) -> list[str | Path]:
     return [sys.executable, "-c", program, path, here, here.parents[2]]
 
 
+@pytest.mark.slow
 def test_a_disk_that_fills_up_is_reported_at_the_end(tmp_path: Path) -> None:
     path = tmp_path / "x.rrd"
     done = subprocess.run(
@@ -83,6 +84,7 @@ def test_a_disk_that_fills_up_is_reported_at_the_end(tmp_path: Path) -> None:
     assert path.stat().st_size <= 200_000
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:RRD file has no footer")
 def test_a_run_that_is_killed_is_kept_up_to_a_second_before(tmp_path: Path) -> None:
     path = tmp_path / "x.rrd"

@@ -26,7 +26,7 @@ def shown(moments: list[Moment], *, terminal: bool, height: int = 30) -> str:
     console = Console(
         file=out, force_terminal=terminal, width=100, height=height, color_system=None
     )
-    display = RunDisplay(ABOUT, samples.TREE, console=console, seconds=lambda: 100.0)
+    display = RunDisplay(ABOUT, samples.TREE, console=console)
     before = None
     for one in moments:
         display.update(one, changed=before is None or one.seen.nodes != before)
@@ -99,29 +99,6 @@ def test_markup_in_a_message_is_only_text(terminal: bool) -> None:
     else:
         text = shown([one], terminal=False)
     assert "[red]a b[/nope]" in text
-
-
-def test_a_loop_that_stands_still_is_told_and_a_run_that_has_ended_is_none() -> None:
-    text = picture(ABOUT, samples.TREE, moment(60), elapsed=9.0, width=120, rows=30, age=2.0)
-    assert text.plain.startswith(" frozen for 2 s: the control loop stands still")
-    out, now = io.StringIO(), [0.0]
-    console = Console(file=out, force_terminal=False, width=100)
-    display = RunDisplay(ABOUT, samples.TREE, console=console, seconds=lambda: now[0])
-
-    def written(seconds: float) -> str:
-        now[0] += seconds
-        out.seek(0)
-        out.truncate()
-        display.write()
-        return out.getvalue()
-
-    display.update(moment(60), changed=True)
-    assert "frozen" not in written(0.5)
-    assert "frozen for 2 s: the control loop stands still" in written(1.5)
-    display.update(moment(61), changed=False)
-    assert "frozen" not in written(0.5)
-    display.finish()
-    assert "frozen" not in written(10.0)
 
 
 def test_the_time_is_the_tasks_and_a_pause_stands_beside_it() -> None:

@@ -10,11 +10,10 @@ from recordings import poses, record, rows, static, with_component
 from sample_run import SUCCESS
 
 from app.live.monitor.camera_panel import STALE
-from app.live.monitor.solids import solids
+from app.live.monitor.tree_panel import ROW
 from app.live.nodes import NodeStatus, tree_view
 from controller import PointCloud, Pose2D
 from hw import Fault, FaultKind
-from robots import load_robot
 from trees import shipped
 from trees.language import build, load, nodes_in_order
 
@@ -50,8 +49,11 @@ def test_the_leaf_that_runs_is_outlined_until_the_run_ends(tmp_path: Path) -> No
     assert [(row["tick"], len(row["strips"])) for row in outlines] == [
         *((0, 1), (30, 1), (50, 1), (55, 0)),
     ]
-    pills = with_component(tmp_path / "x.rrd", "/tree/list/pills", "strips")[0]["strips"]
+    pills = static(tmp_path / "x.rrd", "/tree/list/pills", "LineStrips2D:strips")
     assert outlines[0]["strips"] == [pills[2]], "recover runs first"
+    assert np.diff([pill[0][1] for pill in pills]) == pytest.approx(ROW)
+    edges = static(tmp_path / "x.rrd", "/tree/list/edges", "LineStrips2D:strips")
+    assert [edge[-1] for edge in edges] == [pill[0] for pill in pills[1:]]
 
 
 def test_ghosts_stand_at_the_goals_and_are_gone_without_one(tmp_path: Path) -> None:
@@ -82,7 +84,7 @@ def test_the_way_and_the_nearest_distance_are_drawn_while_they_are_there(tmp_pat
     path = record(tmp_path / "x.rrd", run)
     counts = [(row["tick"], len(row["strips"])) for row in rows(path, "/world/way")]
     assert [count for _, count in counts] == [0, 1, 0]
-    drawn = next(row for row in rows(path, "/world/felt") if row["strips"])
+    drawn = next(row for row in rows(path, "/world/nearest") if row["strips"])
     assert drawn["labels"] == ["12 cm"]
     np.testing.assert_allclose(drawn["strips"][0], points, atol=1e-6)
 
@@ -102,21 +104,19 @@ def test_a_fault_turns_the_robot_red_and_names_itself(tmp_path: Path) -> None:
         if {"colors", "albedo_factor"} & set(row)
     ]
     assert sorted(set(painted)) == [0, 20, 40]
-    assert solids(samples.SCENE.fixtures), "what is drawn elsewhere keeps its colours"
+    errors = [row["tick"] for row in rows(path, "/log") if row["level"] == ["ERROR"]]
+    assert errors == [20], "logged once"
 
 
-def test_a_picture_that_is_old_fades_and_its_points_and_grasps_go(tmp_path: Path) -> None:
+def test_a_picture_that_is_old_goes_with_its_points_and_grasps(tmp_path: Path) -> None:
     run = list(samples.run(320))
     for tick in range(200, 320):
         run[tick] = replace(run[tick], frame=None, detection=None)
     path = record(tmp_path / "x.rrd", run)
     seen_last = max(row["t"] for row in with_component(path, "/world/camera/depth", "blob"))
-    (faded,) = with_component(path, "/world/camera/old", "blob")
-    assert faded["t"] == pytest.approx(seen_last + STALE, abs=0.6)
-    of_picture = [f"/world/camera/{part}" for part in ("depth", "quality", "grasps")]
-    for gone in (*of_picture, "/world/runners_up"):
-        cleared = [row["t"] for row in with_component(path, gone, "is_recursive")]
-        assert cleared == [pytest.approx(faded["t"])], gone
+    for part in ("depth", "quality", "grasps"):
+        (gone,) = with_component(path, f"/world/camera/{part}", "is_recursive")
+        assert gone["t"] == pytest.approx(seen_last + STALE, abs=0.6)
 
 
 def test_obstacles_that_the_camera_has_seen_are_points(tmp_path: Path) -> None:
@@ -127,15 +127,8 @@ def test_obstacles_that_the_camera_has_seen_are_points(tmp_path: Path) -> None:
     np.testing.assert_allclose(drawn[0], points, atol=1e-6)
 
 
-def test_regions_are_boxes_and_the_camera_a_frustum_of_its_lens(tmp_path: Path) -> None:
+def test_regions_are_boxes(tmp_path: Path) -> None:
     path = record(tmp_path / "x.rrd", list(samples.run(10)))
     (half,) = static(path, "/world/regions", "Boxes3D:half_sizes")
     np.testing.assert_allclose(half, samples.SCENE.regions[0].size / 2.0, atol=1e-6)
     assert static(path, "/world/regions", "Boxes3D:labels") == ["container"]
-    strips = static(path, "/world/frustum", "LineStrips3D:strips")
-    lens = load_robot("frankie").camera.intrinsics
-    corners = np.array([strip[1] for strip in strips[:4]])
-    pixels = corners[:, :2] / corners[:, 2:] * [lens.fx, lens.fy] + [lens.cx, lens.cy]
-    assert {tuple(p) for p in np.round(pixels)} == {
-        (x, y) for x in (0.0, lens.width) for y in (0.0, lens.height)
-    }

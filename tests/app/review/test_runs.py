@@ -87,14 +87,10 @@ def test_an_unknown_run_is_one_line_with_exit_code_2(runs, tmp_path, command):
     assert "`last`" in err
 
 
-def test_a_moment_needs_a_window(runs, monkeypatch):
+def test_a_window_needs_a_screen(runs, monkeypatch):
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     folder = run_folders(runs)[0]
-    for options in (("--at", "1.5"), ("--at", "1.5", "--web")):
-        code, _, err = call("view", folder, "--runs", runs, *options)
-        assert code == 2
-        assert "browser cannot be told the moment" in err
     code, _, err = call("view", folder, "--runs", runs)
     assert (code, "--web" in err) == (2, True)
 
