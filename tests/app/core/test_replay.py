@@ -17,10 +17,12 @@ from robots import load_robot
 
 TOY = """\
 task: toy
+poses:
+  near: {xyz: [0.9, 0.2, 0.7], rpy_deg: [180, 0, 0]}
 tree:
   sequence:
     - wait: {duration_s: 0.2}
-    - drive: {forward_m: 0.3}
+    - navigate: {to: near}
 """
 
 
