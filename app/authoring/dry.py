@@ -7,9 +7,8 @@ halted, how the task ends.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, cast
@@ -38,18 +37,15 @@ PERIOD = 0.1
 
 _GLYPHS: Mapping[str, str] = {"success": "✔", "failure": "✗", "running": "▶", "invalid": "■"}
 
-_MOST_SHOWN = 200
+_MOST_SHOWN, _MOST_TICKS = 200, 1000
 
 
 @dataclass(frozen=True, kw_only=True)
 class Step:
     """A node that ended or was halted in a tick, or a leaf that began to run."""
 
-    tick: int
     stamp: float
     """Simulated time [s]."""
-    path: str
-    """Names from the root down, joined by `/`."""
     name: str
     key: str
     """Kind of node: `grasp`, `sequence`, `retry`, ..."""
@@ -74,28 +70,17 @@ class DryRun:
     task: str
     ended: bool
     outcome: Outcome
-    ticks: int
     steps: tuple[Step, ...]
-
-    def to_json(self) -> str:
-        """As a JSON object."""
-        outcome = {
-            "outcome": self.outcome.end.value,
-            "reason": self.outcome.reason,
-            "node": self.outcome.node,
-        }
-        return json.dumps(asdict(self) | outcome, indent=2)
 
     def to_text(self) -> str:
         """A line per step; the last line is the result."""
         news = [step for step in self.steps if step.is_news]
-        hidden = len(news) - _MOST_SHOWN
         lines = [
             f"{step.stamp:8.1f} s  {_GLYPHS[step.status]} {step.label}: {step.reason}"
             for step in news[:_MOST_SHOWN]
         ]
-        if hidden > 0:
-            lines.append(f"{'...':>8}    {hidden} more lines; all of them with --json")
+        if len(news) > _MOST_SHOWN:
+            lines.append(f"{'...':>8}    {len(news) - _MOST_SHOWN} more lines")
         where = f" (in {self.outcome.node})" if self.outcome.node else ""
         end = self.outcome.end.value if self.ended else "no end"
         lines.append(f"{self.task}, dry: {end}: {self.outcome.reason}{where}")
@@ -145,7 +130,6 @@ def dry_run(
     keys: Sequence[str] = (),
     overrides: Mapping[str, str] = MappingProxyType({}),
     places: Path | None = None,
-    most_ticks: int = 1000,
 ) -> DryRun:
     """Tick a task without a robot.
 
@@ -156,7 +140,6 @@ def dry_run(
         keys: values that leaves write, each `KEY=VALUE`.
         overrides: values of task parameters, as texts.
         places: a file of poses and regions, used instead of those of the same name.
-        most_ticks: a tree that has not ended by then is stopped.
 
     Raises:
         TaskFileError: the file has diagnostics.
@@ -174,22 +157,19 @@ def dry_run(
         return real_leaf(node, context, arguments)
 
     root = build(task, context, leaf)
-    paths = {entry.node: entry.path for entry in nodes_in_order(root)}
+    order = [entry.node for entry in nodes_in_order(root)]
     steps: list[Step] = []
     were_running: set[Behaviour] = set()
-    for tick in range(1, most_ticks + 1):
+    for tick in range(1, _MOST_TICKS + 1):
         running: set[Behaviour] = set()
         for node in root.tick():
             if node.status is Status.RUNNING:
                 running.add(node)
                 if node.children or node in were_running:
                     continue
-            steps.append(_step(tick, clock, paths[node], node))
+            steps.append(_step(clock, node))
         halted = [node for node in were_running if node.status is Status.INVALID]
-        steps += [
-            _step(tick, clock, paths[node], node, "halted")
-            for node in sorted(halted, key=list(paths).index)
-        ]
+        steps += [_step(clock, node, "halted") for node in sorted(halted, key=order.index)]
         were_running = running
         if root.status is not Status.RUNNING:
             break
@@ -197,17 +177,14 @@ def dry_run(
     return DryRun(
         task=task.name,
         ended=root.status is not Status.RUNNING,
-        outcome=_outcome_of(root, most_ticks),
-        ticks=tick,
+        outcome=_outcome_of(root),
         steps=tuple(steps),
     )
 
 
-def _step(tick: int, clock: SimClock, path: str, node: Behaviour, reason: str = "") -> Step:
+def _step(clock: SimClock, node: Behaviour, reason: str = "") -> Step:
     return Step(
-        tick=tick,
         stamp=round(clock.now(), 6),
-        path=path,
         name=node.name,
         key=str(getattr(node, "key", "")),
         status=node.status.value.lower(),
@@ -224,11 +201,11 @@ class _DryContext:
     log: TaskLog = field(default_factory=TaskLog)
 
 
-def _outcome_of(root: Behaviour, most_ticks: int) -> Outcome:
+def _outcome_of(root: Behaviour) -> Outcome:
     if root.status is Status.SUCCESS:
         return Outcome(end=End.SUCCESS, reason=root.feedback_message)
     if root.status is Status.RUNNING:
-        reason = f"still running after {most_ticks} ticks: {root.feedback_message}"
+        reason = f"still running after {_MOST_TICKS} ticks: {root.feedback_message}"
         return Outcome(end=End.FAILURE, reason=reason)
     node = failed_node(root)
     return Outcome(end=End.FAILURE, reason=node.feedback_message, node=node.name)

@@ -209,10 +209,6 @@ def dry(
         list[str] | None, typer.Option("--parameter", "-p", help="A task parameter, key=value.")
     ] = None,
     places: Annotated[Path | None, typer.Option(help="Poses and regions of a site.")] = None,
-    ticks: Annotated[int, typer.Option(help="At most; there are ten in a second.", min=1)] = 1000,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print all steps as one JSON object.")
-    ] = False,
     watch: Annotated[
         bool, typer.Option("--watch", help="Do it anew whenever the task is saved.")
     ] = False,
@@ -231,9 +227,8 @@ def dry(
             keys=key or [],
             overrides=parameters,
             places=places,
-            most_ticks=ticks,
         )
-        typer.echo(result.to_json() if as_json else visible(result.to_text()))
+        typer.echo(visible(result.to_text()))
         codes.append(result.outcome.end.exit_code)
         return False
 

@@ -31,18 +31,13 @@ def omron(
     user: Annotated[str, typer.Option(help="Who may connect.")] = "frankie",
     password: Annotated[str, typer.Option(help="Of the user.")] = "",
     arcl_password: Annotated[str, typer.Option(help="Of ARCL; empty: no ARCL.")] = "adept",
-    protocol: Annotated[str, typer.Option(help="The version that it announces.")] = "5MTX",
-    timeout: Annotated[
-        float, typer.Option(help="Without commands it stops after this [s]; 0: never.", min=0.0)
-    ] = 2.0,
     fault: Annotated[
         list[str] | None, typer.Option(help="What is wrong with it; `list` names all.")
     ] = None,
     as_reported: AsReported = None,
-    seed: Annotated[int, typer.Option(help="Of the numbers of its requests.")] = 0,
 ) -> None:
     """An Omron LD-60 on an empty floor: ArNetworking and ARCL, until Ctrl-C."""
-    from hw.emulators.omron import EVERYTHING, FAULTS, OmronEmulator, Options, Teleop
+    from hw.emulators.omron import EVERYTHING, FAULTS, OmronEmulator, Options
 
     console, ways = Terminal(), _ways("omron", as_reported)
     faults = tuple(fault or ())
@@ -55,9 +50,6 @@ def omron(
         arcl_port=arcl_port,
         users={user: (password, EVERYTHING)},
         arcl_password=arcl_password,
-        protocol=protocol,
-        teleop=Teleop(timeout=timeout),
-        seed=seed,
     )
     with OmronEmulator(options, faults=faults, **ways) as emulator, until_interrupted():
         console.say(f"ArNetworking at {host}:{emulator.port}, user {user}")

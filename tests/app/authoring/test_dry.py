@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import subprocess
 import sys
 from pathlib import Path
@@ -93,26 +92,11 @@ def test_a_leaf_that_never_ends_meets_its_timeout_in_simulated_time(dry):
 
 
 def test_a_tree_that_never_ends_is_given_up_and_said_so(dry):
-    code, out, _ = dry(
-        "task: t\ntree: {forever: arm_healthy}\n",
-        "--outcome",
-        "arm_healthy=failure",
-        "--ticks",
-        500,
-    )
+    text = "task: t\ntree: {forever: arm_healthy}\n"
+    code, out, _ = dry(text, "--outcome", "arm_healthy=failure")
     assert code == 1
     assert "more lines" in out
-    assert "no end: still running after 500 ticks" in out.splitlines()[-1]
-
-
-def test_json_has_every_step(dry):
-    code, out, _ = dry(PICK, "--json", "--outcome", "grasp=failure,success")
-    result = json.loads(out)
-    assert code == 0
-    assert (result["outcome"], result["ended"], result["ticks"]) == ("success", True, 2)
-    grasps = [step for step in result["steps"] if step["key"] == "grasp"]
-    assert [(step["tick"], step["status"]) for step in grasps] == [(1, "failure"), (2, "success")]
-    assert grasps[0]["path"] == "sequence/retry/get it/grasp"
+    assert "no end: still running after 1000 ticks" in out.splitlines()[-1]
 
 
 @pytest.mark.parametrize(
@@ -162,9 +146,7 @@ def test_halts_are_shown(dry):
     code, out, _ = dry(text, "--outcome", "arm_healthy=success,success,failure")
     assert code == 0
     assert "0.2 s  ■ wait: halted" in out
-    _, out, _ = dry(text, "--json", "--outcome", "arm_healthy=success,failure")
-    halted = [step for step in json.loads(out)["steps"] if step["status"] == "invalid"]
-    assert [step["key"] for step in halted] == ["wait"]
+    assert out.count("halted") == 1
 
 
 def test_a_key_that_nobody_writes_is_refused(dry):

@@ -29,7 +29,7 @@ def emulating(words: str) -> Iterator[subprocess.Popen]:
     try:
         yield process
         process.send_signal(signal.SIGINT)
-        assert process.wait(10.0) == 0
+        assert process.wait(60.0) == 0
     finally:
         process.kill()
         process.wait()
@@ -44,6 +44,7 @@ def refused(*words: str) -> str:
     return err
 
 
+@pytest.mark.slow
 def test_an_emulated_base_in_a_process_of_its_own():
     words = "omron --port 0 --arcl-port 0 --user me --password it --fault pieces"
     with emulating(words) as process:
@@ -58,6 +59,7 @@ def test_an_emulated_base_in_a_process_of_its_own():
             OmronBase(OmronSettings(**account), WallClock()).connect()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(bool(missing()), reason=missing())
 def test_an_emulated_camera_in_a_process_of_its_own():
     with emulating("realsense --port 0 --scene single --fault drops") as process:
@@ -74,12 +76,11 @@ def test_an_emulated_camera_in_a_process_of_its_own():
 
 
 def test_an_emulated_arm_lists_and_does_what_is_typed():
-    command = [*PROGRAM, "panda", "--host", ADDRESS]
-    words = "reflex joint_reflex\nfreze\n"
-    result = subprocess.run(command, input=words, capture_output=True, text=True, timeout=60.0)
-    assert result.returncode == 0
-    assert "unplug: [SECONDS]" in result.stdout
-    begin, reflex, unknown = map(json.loads, result.stdout.splitlines()[-3:])
+    typed = "reflex joint_reflex\nfreze\n"
+    code, out, _ = call("emulate", "panda", "--host", ADDRESS, typed=typed)
+    assert code == 0
+    assert "unplug: [SECONDS]" in out
+    begin, reflex, unknown = map(json.loads, out.splitlines()[-3:])
     assert begin == {"did": "begin"}
     assert reflex["mode"] == "REFLEX"
     assert reflex["errors"] == ["joint_reflex"]

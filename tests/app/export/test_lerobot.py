@@ -5,11 +5,9 @@ import json
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from typer.testing import CliRunner
+from command_line import call
 
-from app.commands import app
-from app.core.launch import run_task
-from app.core.run_options import RunOptions
+from app.core import RunOptions, run_task
 from app.export import ExportError, export_lerobot
 
 TASK = """\
@@ -33,7 +31,9 @@ def folders(tmp_path_factory):
         ("c", "Go near.", 0.2),
     ):
         (root / "task.yaml").write_text(TASK.format(name=name, text=text, seconds=seconds))
-        options = RunOptions(tree=root / "task.yaml", scene="single", record=root / "runs")
+        options = RunOptions(
+            tree=root / "task.yaml", scene="single", record=root / "runs", recording=False
+        )
         found.append(run_task(options).folder)
     return found
 
@@ -123,9 +123,6 @@ def test_what_cannot_be_exported_is_refused(folders, dataset, tmp_path):
 
 def test_the_command_line_exports(folders, tmp_path):
     out = tmp_path / "out"
-    result = CliRunner().invoke(
-        app, ["export", str(folders[0]), str(folders[1]), "--lerobot", str(out)]
-    )
-    assert result.exit_code == 0
-    assert "2 episodes" in result.stdout
+    code, said, _ = call("export", *folders[:2], "--lerobot", out)
+    assert (code, "2 episodes" in said) == (0, True)
     assert (out / "meta/info.json").is_file()
