@@ -10,8 +10,9 @@ import pytest
 
 from app.core import RunOptions, ScheduledFault, run_task
 from app.export import export_lerobot
-from app.export.depth_video import FAR, NEAR, pictured
+from app.export.depth_video import pictured
 
+pytestmark = pytest.mark.slow
 DEPTH = "observation.images.depth"
 TASK = """\
 task: two_tries
@@ -129,8 +130,3 @@ def _begin(states, one, frames) -> float:
     """When an episode began in its run [s]: the time of the state that it begins with."""
     q = np.array(frames[one["dataset_from_index"]]["observation.state"][3:10])
     return float(states[np.abs(states[:, 7:14] - q).max(axis=1).argmin(), 0])
-
-
-def test_depth_becomes_eight_bits():
-    depth = np.array([[0.0, np.nan, NEAR, FAR, 9.0, (NEAR + FAR) / 2]], np.float32)
-    assert pictured(depth).tolist() == [[0, 0, 1, 255, 255, 128]]

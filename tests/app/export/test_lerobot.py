@@ -2,13 +2,16 @@
 
 import json
 
+import cv2
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
 from command_line import call
 
-from app.core import RunOptions, run_task
+from app.core import ObstacleSource, RunOptions, run_task
 from app.export import ExportError, export_lerobot
+from app.export.depth_video import FAR, NEAR, pictured
+from app.export.episodes import parts_of
 
 TASK = """\
 task: {name}
@@ -126,3 +129,60 @@ def test_the_command_line_exports(folders, tmp_path):
     code, said, _ = call("export", *folders[:2], "--lerobot", out)
     assert (code, "2 episodes" in said) == (0, True)
     assert (out / "meta/info.json").is_file()
+
+
+def test_kept_images_become_a_video_with_a_picture_for_every_frame(tmp_path):
+    (tmp_path / "task.yaml").write_text(TASK.format(name="a", text="Go near.", seconds=0.3))
+    run = run_task(
+        RunOptions(
+            tree=tmp_path / "task.yaml",
+            scene="single",
+            obstacles=ObstacleSource.BOTH,  # which looks at images
+            record=tmp_path / "runs",
+            recording=False,
+            replayable=True,
+        )
+    )
+    done = export_lerobot([run.folder], tmp_path / "out")
+    assert done.has_video
+    info = json.loads((tmp_path / "out/meta/info.json").read_text())
+    key = "observation.images.depth"
+    path = info["video_path"].format(video_key=key, chunk_index=0, file_index=0)
+    video, count = cv2.VideoCapture(str(tmp_path / "out" / path)), 0
+    while (read := video.read())[0]:
+        assert read[1].shape == tuple(info["features"][key]["shape"])
+        count += 1
+    assert count == done.frames
+    statistics = json.loads((tmp_path / "out/meta/stats.json").read_text())[key]
+    assert statistics["max"][0][0][0] > 0.2
+
+
+EVENTS = (
+    {"event": "begin", "time": 0.0, "nodes": [
+        {"path": "s", "name": "s", "kind": "sequence"},
+        {"path": "s/grasp", "name": "grasp", "kind": "grasp"},
+        {"path": "s/place", "name": "place", "kind": "place"},
+    ]},
+    *({"event": "node", "time": time, "node": node, "status": status, "message": message}
+      for time, node, status, message in (
+          (1.0, 1, "RUNNING", ""), (2.0, 1, "FAILURE", "nothing"), (3.0, 1, "RUNNING", ""),
+          (4.0, 1, "SUCCESS", ""), (5.0, 2, "RUNNING", ""), (6.0, 2, "SUCCESS", "placed"),
+          (7.0, 1, "RUNNING", ""),
+      )),
+)  # fmt: skip
+
+
+def test_a_run_is_cut_where_an_object_was_placed_or_an_attempt_failed(tmp_path):
+    lines = "".join(json.dumps(event) + "\n" for event in EVENTS)
+    (tmp_path / "events.jsonl").write_text(lines)
+    parts = [(p.begin, p.end, p.success, p.why) for p in parts_of(tmp_path, 8.0)]
+    assert parts == [
+        (0.0, 2.0, False, "nothing"),
+        (2.0, 6.0, True, "placed"),
+        (6.0, 8.0, False, "the run ended: unfinished"),
+    ]
+
+
+def test_depth_becomes_eight_bits():
+    depth = np.array([[0.0, np.nan, NEAR, FAR, 9.0, (NEAR + FAR) / 2]], np.float32)
+    assert pictured(depth).tolist() == [[0, 0, 1, 255, 255, 128]]
