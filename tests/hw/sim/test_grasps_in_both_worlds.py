@@ -90,11 +90,3 @@ def by_rule_and_in_physics(
 )
 def test_both_worlds_agree(thing, x, tips, across, held):
     assert by_rule_and_in_physics(thing, x, tips, across) == (held, held)
-
-
-def test_both_worlds_hold_the_rim_of_a_bowl():
-    thing = bowl()
-    rim = thing.reach(np.array([1.0, 0.0, 0.0])) - 0.003
-    top = thing.reach(np.array([0.0, 0.0, 1.0]))
-    told = by_rule_and_in_physics(thing, rim, top - 0.012, across=True, friction=0.6)
-    assert told == (True, True)

@@ -3,9 +3,8 @@
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
+from command_line import call
 
-from app.commands import app
 from hw.sim import SceneError, load_scene
 from robots import load_robot
 
@@ -23,43 +22,25 @@ MISTAKES = [
     "objects: {width_mm: [70, 15]} => 3:21: objects.width_mm: must be the smallest",
     "fixtures:\n  - {name: a} => 4:5: fixtures.0.centre: is missing",
     "objects: {kinds: [mug], width_mm: [50, 60]} => no mug is 50 to 60",
-    "fixtures: [{name: a, centre: [1, 1, 1], size: [0, 1, 1]}] => 3:48: fixtures.0.size.0",
     "fixtures: [{name: a, centre: [1, 1, 1], size: [800, 1, 1]}] => did you mean 0.8?",
     "fixtures: [{name: a, centre: [1, 1, 1e9], size: [1, 1, 1]}] => fixtures.0.centre.2: is 1e+09",
-    "fixtures: [{name: a, centre: [1, 1, 1], yaw_deg: .inf}] => 3:50: fixtures.0.yaw",
     "fixtures: [{name: a, centre: [1, 1, 1]}] => 3:12: fixtures.0: is neither a box nor a mesh",
     "fixtures: [{name: hand, centre: [1, 1, 1], size: [1, 1, 1]}] => is the name of other",
     'fixtures: [{name: "a\\e[2J", centre: [1, 1, 1], size: [1, 1, 1]}] => fixtures.0.name: is no',
     "fixtures: [{name: a, centre: [1, 1, 0.5], size: [4, 0.1, 1], yaw_deg: 45}] => it stands where",
     "fixtures:" + 101 * "\n- {name: a, centre: [9, 9, 9], size: [1, 1, 1]}" + " => are 101, and",
-    "objects: {mass_g: [1, .inf]} => 3:23: objects.mass_g.1",
-    "objects: {count: 1000000} => 3:18: objects.count: expected",
-    "objects: {count: 1.5} => 3:18: objects.count: expected a whole",
     "objects: {count: true} => objects.count: expected a whole",
     "objects: {count: 40} => 3:1: objects: 40 do not fit into the",
-    "objects: {kinds: {a: 1}} => kinds: expected a list",
-    "objects: => 3:1: objects: expected a mapping",
-    "side_tables: [{name: a, centre: [0, 0], objects: {count: 0}}] => 3:15: side",
-    "side_tables: [{name: a, centre: [1, 1], size: [0.1, 0.1], objects: {}}] => do not fit on a",
-    "side_tables:"
-    + 2 * "\n- {name: a, centre: [9, 9], objects: {count: 0}}"
-    + " => side_tables: two",
-    "side_tables: [{name: a, centre: [1, 1], objects: {}, motion: {period_s: 1e-300}}] => period_s",
     "walkers: [{name: a, way: [[0.3, 0], [3, 0]]}] => 3:11: walkers.0: it stands where the robot",
-    "walkers: [{name: a, way: [[1, 1]]}] => 3:26: walkers.0.way: expected 2 values, got 1",
     "walkers: [{name: a, way: [[1, 1], [1, 1], [2, 2]]}] => two points in a row are the same",
-    "walkers: [{name: a, way: [[1, 1], [2, 2]], speed: 300}] => 3:51: walkers.0.speed: expected",
     "objects: {items: [{mass_g: 10}]} => 3:19: objects.items.0: is of no kind and no mesh",
-    "objects: {items: [{kind: coffe mug}]} => `coffe mug`; did you mean `coffee mug`",
     "objects: {items: [{kind: can, at: [3.3, 0]}]} => 3:31: items.0: at [3.3, 0.0] it does not fit",
     "objects:\n  items:" + 2 * "\n  - {kind: can, at: [3, 0]}" + " => 6:17: items.1: it overlaps",
-    "objects: {items: [{kind: can, friction: 0}]} => 3:41: objects.items.0.friction: expected",
     "objects: {items: [{mesh: a.stl, units: km}]} => 3:40: objects.items.0.units: expected `m`",
     "objects: {items: [{mesh: /dev/zero}]} => there is no file",
     'objects: {items: [{mesh: "a\\0b"}]} => is no name of a file',
     "description: !!python/object/apply:os.system ['touch ran'] => 3:14: the",
     "fixtures: " + 5000 * "[" + 5000 * "]" + " => nests deeper than 64 levels",
-    "table: {} => the key `table` appears twice",
 ]
 
 
@@ -93,39 +74,13 @@ def check(text, told, path):
         assert len(line) < 700
 
 
-def test_all_mistakes_come_at_once(tmp_path):
-    path = tmp_path / "bad.yaml"
-    path.write_text(
-        "container: {centre: [.nan, 0], wall_height: -1}\ntable: {centre: [0, 0]}\n"
-        "objects: {mass_g: [1, .inf], kinds: [bal]}\nmore: 1\n"
-    )
-    with pytest.raises(SceneError) as error:
-        load_scene(path, 0, FOOTPRINT)
-    lines = str(error.value).splitlines()
-    places = [line.removeprefix(f"{path}:").split(": ")[1] for line in lines]
-    assert places == [
-        "container.centre.0", "container.wall_height", "table", "objects.mass_g.1", "objects.kinds",
-        "more",
-    ]  # fmt: skip
-
-
-def test_what_is_beside_or_above_the_robot_is_no_obstacle(tmp_path):
-    path = tmp_path / "good.yaml"
-    lamp = "fixtures:\n  - {name: lamp, centre: [0, 0, 2.5], size: [1, 1, 0.1]}\n"
-    beside = "  - {name: rail, centre: [0, 0.4, 0.1], size: [4, 0.1, 0.2], yaw_deg: 5}\n"
-    path.write_text(GOOD + lamp)
-    assert load_scene(path, 0, FOOTPRINT)
-    path.write_text(GOOD + "fixtures:\n" + beside)
-    assert load_scene(path, 0, FOOTPRINT)
-
-
 def test_a_run_with_a_mistake_exits_with_2_and_writes_nothing(tmp_path):
     path, runs = tmp_path / "bad.yaml", tmp_path / "runs"
     path.write_text(GOOD.replace("3.0", "0.2"))
     options = ["--scene", str(path), "--view", "none", "--record", str(runs)]
-    result = CliRunner().invoke(app, ["run", "pick_one", *options])
-    assert (result.exit_code, result.stdout) == (2, "")
-    assert f"{path}:" in result.stderr
+    code, out, err = call("run", "pick_one", *options)
+    assert (code, out) == (2, "")
+    assert f"{path}:" in err
     assert not runs.exists()
 
 

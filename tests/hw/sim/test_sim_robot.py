@@ -104,12 +104,6 @@ def test_fingers_close_on_an_object_carry_and_release_it():
     assert sim.world.resting_on(thing) != ""
 
 
-def test_fingers_that_stop_before_the_object_do_not_take_it():
-    sim = gripping(width=0.06)
-    assert sim.robot.read().gripper_width == pytest.approx(0.06)
-    assert sim.world.held is None
-
-
 def test_fingers_that_cannot_hold_an_object_stop_and_slip_off_when_the_hand_rises():
     sim = gripping(mass=20.0)
     assert sim.world.held is None

@@ -9,7 +9,7 @@ from pinocchio import SE3
 
 from hw.sim import Hand, World, load_scene, read_scene, scene_names
 from hw.sim.contact import separation
-from hw.sim.objects import HELDOUT, HOUSEHOLD, MODELLED, OBJECT_CLASSES, RANDOM_BODIES, TRAIN
+from hw.sim.objects import HOUSEHOLD, OBJECT_CLASSES, RANDOM_BODIES
 from hw.sim.objects.making import MAX_HEIGHT, MAX_LENGTH, make_object
 from hw.sim.scene import Scene
 from hw.sim.scene_schema import Container, Fixture, Item, Motion, Objects, SideTable, Table, Walker
@@ -59,9 +59,8 @@ def test_the_shipped_scenes_have_the_objects_that_they_speak_of():
 
 
 @pytest.mark.parametrize("name", ["household", "clutter"])
-@pytest.mark.parametrize("seed", range(4))
-def test_objects_lie_in_the_container_apart_from_each_other(name, seed):
-    world = load_scene(name, seed)
+def test_objects_lie_in_the_container_apart_from_each_other(name):
+    world = load_scene(name, 1)
     walls = [f for f in world.fixtures if f.name == "container/wall"]
     for i, obj in enumerate(world.objects):
         parts = obj.placed()
@@ -75,24 +74,17 @@ def test_objects_lie_in_the_container_apart_from_each_other(name, seed):
     assert len({obj.name for obj in world.objects}) == len(world.objects)
 
 
-@pytest.mark.parametrize("name", HOUSEHOLD)
-def test_every_household_class_can_be_grasped_by_every_part(name):
+def test_every_household_class_can_be_grasped_by_every_part():
     rng = np.random.default_rng(7)
-    for _ in range(10):
+    for name in 5 * list(HOUSEHOLD):
         obj = make_object("it", OBJECT_CLASSES[name], (0.015, 0.07), (0.03, 0.5), rng)
         assert 0.015 - 1e-9 <= narrowest(obj.placed()) <= 0.07 + 1e-9
 
 
-def test_no_kind_is_in_two_collections():
-    sets = (HOUSEHOLD, TRAIN, HELDOUT, MODELLED, RANDOM_BODIES)
-    assert len(OBJECT_CLASSES) == sum(len(classes) for classes in sets)
-
-
-@pytest.mark.parametrize("name", [name for name in OBJECT_CLASSES if name not in RANDOM_BODIES])
-def test_every_class_of_objects_stands_on_the_floor_and_is_neither_long_nor_high(name):
+def test_every_class_of_objects_stands_on_the_floor_and_is_neither_long_nor_high():
     rng = np.random.default_rng(7)
     up, along = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
-    for _ in range(30):
+    for name in 5 * [name for name in OBJECT_CLASSES if name not in RANDOM_BODIES]:
         obj = make_object("it", OBJECT_CLASSES[name], (0.005, 0.07), (0.03, 0.5), rng)
         assert obj.reach(up) + obj.reach(-up) <= MAX_HEIGHT + 1e-9
         assert obj.reach(-up) == pytest.approx(0.0, abs=1e-9)
@@ -132,8 +124,7 @@ def test_container_table_and_fixtures_stand_where_the_scene_says(tmp_path):
     assert world.mapped == world.fixtures[:-1]
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_objects_stand_on_side_tables_and_stay_on_them_as_they_move(seed, tmp_path):
+def test_objects_stand_on_side_tables_and_stay_on_them_as_they_move(tmp_path):
     path = tmp_path / "mine.yaml"
     path.write_text(
         GOOD.replace("count: 2", "count: 1")
@@ -142,7 +133,7 @@ def test_objects_stand_on_side_tables_and_stay_on_them_as_they_move(seed, tmp_pa
         + "  - {name: belt, centre: [1, 1], size: [0.4, 0.8], objects: {count: 1},\n"
         + "     motion: {along: [0.1, -0.5], period_s: 4, stop_s: 9}}\n"
     )
-    world = load_scene(path, seed)
+    world = load_scene(path, 0)
     assert [world.resting_on(obj) for obj in world.objects] == [
         "container",
         "shelf",
@@ -181,14 +172,6 @@ def test_what_the_hand_has_taken_no_longer_moves_by_itself(tmp_path):
     taken = ball.pose.translation.copy()
     world.move_to(3.0)
     np.testing.assert_array_equal(ball.pose.translation, taken)
-
-
-def test_widths_and_kinds_are_kept_to(tmp_path):
-    path = tmp_path / "mine.yaml"
-    path.write_text(GOOD.replace("2", "6") + "  kinds: [ball, can]\n  width_mm: [30, 40]\n")
-    for obj in load_scene(str(path), 0).objects:
-        assert obj.name.split()[0] in ("ball", "can")
-        assert 0.03 <= narrowest(obj.placed()) <= 0.04
 
 
 PAGE = (Path(__file__).parents[3] / "docs" / "scenes.md").read_text(encoding="utf-8")

@@ -7,8 +7,7 @@ import pytest
 from pinocchio import SE3, exp3
 
 from hw.sim import Hand, SimObject, World, load_scene
-from hw.sim.contact import separation
-from robots import Box, Cylinder, Geom, Plane, Sphere, half_extents, load_robot
+from robots import Box, Geom, Plane, half_extents, load_robot
 
 TURNED_DOWN = np.diag([1.0, -1.0, -1.0])
 FLOOR = Geom(Plane(), SE3.Identity(), "floor")
@@ -70,34 +69,6 @@ def test_a_released_object_falls_onto_what_is_below(x, top, support):
     assert world.held is None
     assert thing.pose.translation == pytest.approx([x, 0.0, top + 0.02], abs=2e-4)
     assert world.resting_on(thing) == support
-
-
-@pytest.mark.parametrize("release", [(0.11, 0.01, 0.8), (0.105, 0.0, TABLE_TOP + 0.04)])
-def test_an_object_released_above_or_inside_another_rests_on_it(release):
-    lower, upper = (
-        box(x, 0.0, TABLE_TOP + 0.02, name) for x, name in ((0.1, "lower"), (0.0, "upper"))
-    )
-    world = picked(World([FLOOR, TABLE], [lower, upper]), hand_at(0.0, 0.0, TABLE_TOP + 0.03))
-    world.carry(hand_at(*release))
-    world.open_fingers()
-    assert upper.pose.translation[2] == pytest.approx(TABLE_TOP + 0.06, abs=2e-4)
-    assert separation(upper.placed()[0], lower.placed()[0])[0] > -1e-5
-    assert world.resting_on(upper) == "table"
-
-
-def test_a_round_object_falls_until_it_touches():
-    ball = SimObject(
-        name="ball",
-        parts=(Geom(Sphere(0.02), SE3.Identity()),),
-        mass=0.1,
-        pose=SE3(np.eye(3), np.array([0.0, 0.0, 0.02])),
-    )
-    post = Geom(Cylinder(0.01, 0.1), SE3(np.eye(3), np.array([0.5, 0.0, 0.1])), "post")
-    world = picked(World([FLOOR, post], [ball]), hand_at(0.0, 0.0, 0.025))
-    world.carry(hand_at(0.515, 0.0, 0.6))
-    world.open_fingers()
-    # The ball's centre is 5 mm beyond the post's rim, so it hangs √(20² - 5²) mm above it.
-    assert ball.pose.translation[2] == pytest.approx(0.2 + np.sqrt(0.02**2 - 0.005**2), abs=2e-4)
 
 
 def test_an_object_in_the_air_or_leaning_on_a_wall_has_no_support_there():

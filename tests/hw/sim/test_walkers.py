@@ -5,7 +5,7 @@ import pytest
 from pinocchio import SE3
 from solid_world import Solid
 
-from hw import SimClock, WorldOptions, open_backend
+from hw import WorldOptions, open_backend
 from hw.sim import Walker, load_scene
 from hw.sim.contact import separation
 from robots import Cylinder, Geom
@@ -29,23 +29,6 @@ def test_a_walker_keeps_its_speed_between_the_ends_and_turns_round_smoothly():
     assert x.max() == pytest.approx(3.0, abs=1e-3)
     assert x[700 - 1] == pytest.approx(0.0, abs=1e-3)  # 3.5 s there, 3.5 s back
     assert {tuple(place[1:]) for place in places} == {(0.0, 0.875)}
-
-
-def test_a_walker_visits_its_way_points_in_order_and_comes_back_over_them():
-    corners = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0)]
-    walker = Walker("Ada", 0.25, 1.75, corners, 1.0)
-    passed = []
-    for time in np.arange(0.0, 8.1, 0.01):
-        walker.move_to(time)
-        at = walker.pose.translation[:2]
-        near = [n for n, corner in enumerate(corners) if np.linalg.norm(at - corner) < 1e-3]
-        if near and passed[-1:] != near:
-            passed += near
-    assert passed == [0, 1, 2, 1, 0]
-    short = Walker("Ada", 0.25, 1.75, [(0.0, 0.0), (0.02, 0.0)], 1.0)
-    short.move_to(0.1)
-    assert short.velocity[0] == pytest.approx(0.2)  # as fast as the ramps allow
-    assert short.pose.translation[0] == pytest.approx(0.01)
 
 
 def test_the_world_tells_where_walkers_are_and_how_fast_as_a_tracker_would():
@@ -83,19 +66,7 @@ def test_a_robot_can_drive_from_the_container_to_the_table_and_turn_anywhere(sce
     world = load_scene(scene, 0)
     obstacles = [f for f in world.fixtures if f.name != "floor"]
     for start, end in zip(WAYS[scene], WAYS[scene][1:], strict=False):
-        for x, y in np.linspace(start, end, 60):
+        for x, y in np.linspace(start, end, 30):
             room = SE3(np.eye(3), np.array([x, y, HEADROOM / 2.0]))
             round_it = Geom(Cylinder(TURNING, HEADROOM / 2.0 - 0.01), room)
             assert min(separation(round_it, other)[0] for other in obstacles) > 0.0
-
-
-def test_walkers_depend_on_time_alone():
-    ticks, jump = SimClock(), load_scene("crossing", 0)
-    world = load_scene("crossing", 1)
-    for _ in range(333):
-        ticks.sleep_until(ticks.now() + 0.01)
-        world.move_to(ticks.now())
-    jump.move_to(ticks.now())
-    for a, b in zip(world.moving(), jump.moving(), strict=True):
-        np.testing.assert_array_equal(a.geom.pose.homogeneous, b.geom.pose.homogeneous)
-        np.testing.assert_array_equal(a.velocity, b.velocity)

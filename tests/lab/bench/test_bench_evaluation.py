@@ -97,13 +97,6 @@ def test_why_a_goal_was_not_reached(function, reason):
     assert failure_of(still(model, len(error) - 1, position_error=error)) is reason
 
 
-def test_other_failures_come_before_those_of_the_error():
-    model = robot_model("frankie")
-    assert failure_of(still(model, solved=False)) is Failure.INFEASIBLE
-    assert failure_of(still(model, unreachable="too far")) is Failure.UNREACHABLE
-    assert failure_of(still(model, arrived=True)) is None
-
-
 def test_jerk_is_that_of_a_known_motion_and_an_even_motion_has_none():
     times = np.arange(0.0, 2.0, PERIOD)
     cubic = np.outer(times**3, [0.0, 2.0, 0.0])

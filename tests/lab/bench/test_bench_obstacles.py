@@ -9,7 +9,7 @@ from pinocchio import SE3
 
 from controller import Command, PoseGoal, Surroundings
 from lab.bench.configuration import Configuration
-from lab.bench.motion import integrate_base, run_motion
+from lab.bench.motion import run_motion
 
 FAMILIES = ["room", "shelf", "table", "walkers"]
 
@@ -90,10 +90,3 @@ def test_the_controller_is_given_the_obstacles_and_its_report_ends_the_motion():
     around = Surroundings()
     assert moved(stops, surroundings_at=lambda time: around).unreachable == "too far"
     assert seen == [around] * 5
-
-
-def test_the_base_drives_exact_arcs():
-    quarter = Command(base_twist=np.array([np.pi / 2.0, 0.0, np.pi / 2.0]), qd=np.zeros(7))
-    wTb = integrate_base(SE3.Identity(), np.pi / 2.0, quarter, 1.0)
-    assert wTb.translation == pytest.approx([1.0, 1.0, 0.0])
-    assert wTb.rotation[:, 0] == pytest.approx([0.0, 1.0, 0.0])

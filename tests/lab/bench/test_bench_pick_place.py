@@ -44,15 +44,11 @@ def test_one_row_a_seed_whatever_the_number_of_processes(tmp_path, world):
 
 
 def test_the_base_keeps_the_given_limits(tmp_path):
-    seconds = {}
-    for reverse in (0.25, 1.0):
-        speeds = ("--base-speed", 1.0, "--reverse-speed", reverse)
-        kept = measured(tmp_path, BACK, "--seeds", "0", "--workers", 1, *speeds)
-        (row,), (run,) = kept["results"], kept["runs"]
-        assert (row["base_speed"], row["reverse_speed"]) == (1.0, reverse)
-        assert run["limit_violations"] == 0
-        seconds[reverse] = run["duration_s"]
-    assert seconds[1.0] < seconds[0.25] - 0.3
+    speeds = ("--base-speed", 1.0, "--reverse-speed", 0.5)
+    kept = measured(tmp_path, BACK, "--seeds", "0", "--workers", 1, *speeds)
+    (row,), (run,) = kept["results"], kept["runs"]
+    assert (row["base_speed"], row["reverse_speed"]) == (1.0, 0.5)
+    assert run["limit_violations"] == 0
 
 
 def test_bad_options_are_refused_before_anything_runs(tmp_path, monkeypatch):

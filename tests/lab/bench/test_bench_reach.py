@@ -8,7 +8,7 @@ from bench_call import call, refused, report
 
 
 def test_reach_counts_the_results_of_all_goals(tmp_path):
-    kept = report(tmp_path, "reach", "--count", 4, "--base-speed", 1.0, "--workers", 1)
+    kept = report(tmp_path, "reach", "--count", 2, "--base-speed", 1.0, "--workers", 1)
     assert "Experiment 2" in kept["stdout"]
     assert kept["seed"] == 0
     assert kept["machine"]
@@ -17,7 +17,7 @@ def test_reach_counts_the_results_of_all_goals(tmp_path):
         ("omni", 1.0),
     ]
     for row in kept["results"]:
-        assert row["goals"] == 4
+        assert row["goals"] == 2
         assert row["failures"] == sum(row["failures_by_reason"].values()) == 0
         assert row["limit_violations"] == 0
         assert row["contact_samples"] == 0

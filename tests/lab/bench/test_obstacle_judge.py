@@ -6,7 +6,6 @@ import pinocchio as pin
 import pytest
 from pinocchio import SE3
 
-from controller import robot_model
 from lab.bench.obstacles.judge import Judge
 from lab.bench.obstacles.robot_shapes import RobotShapes
 from lab.bench.obstacles.shapes import Placed, distances
@@ -78,18 +77,6 @@ def test_distances_agree_with_another_implementation():
     assert compared > 80
 
 
-def test_the_shapes_are_where_the_model_of_the_robot_is():
-    rng = np.random.default_rng(0)
-    for name in ("frankie", "omni"):
-        model, shapes = robot_model(name), RobotShapes(load_robot(name))
-        base = rng.uniform(-2.0, 2.0, (5, 3))
-        q = rng.uniform(model.limits.q_min, model.limits.q_max, (5, 7))
-        tool = shapes.tool(base, q)
-        for (x, y, heading), posture, place in zip(base, q, tool.positions, strict=True):
-            expected = model.wTe(upright(x, y, 0.0, heading), posture).translation
-            assert place == pytest.approx(expected, abs=1e-9)
-
-
 def drive(distance, samples=200):
     """Straight ahead, arm ready."""
     base = np.column_stack([np.linspace(0.0, distance, samples), np.zeros((samples, 2))])
@@ -99,17 +86,6 @@ def drive(distance, samples=200):
 def crate(x, height=0.3):
     """A box whose near face is x ahead of the start."""
     return Geom(Box((0.2, 0.2, height / 2.0)), upright(x + 0.2, 0.0, height / 2.0), "crate")
-
-
-def test_a_robot_that_drives_through_a_box_touches_it():
-    base, q = drive(1.5)
-    verdict = Judge(FRANKIE)(base, q, PERIOD, [crate(FRONT + 0.5)])
-    (touch,) = verdict.touches
-    assert (touch.part, touch.obstacle, touch.avoidable) == ("base", "crate", True)
-    first = int(np.argmax(base[:, 0] > 0.5))
-    assert touch.time == pytest.approx(first * PERIOD, abs=PERIOD)
-    assert verdict.samples == touch.samples == (base[:, 0] > 0.5 + 1e-6).sum()
-    assert verdict.nearest == "base and crate"
 
 
 @pytest.mark.parametrize("room", [0.001, -0.001])

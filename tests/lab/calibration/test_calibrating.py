@@ -1,9 +1,6 @@
 """Calibrations recover transforms that are known, and refuse views that do not determine them."""
 
-from dataclasses import replace
-
 import numpy as np
-import pinocchio as pin
 import pytest
 from pinocchio import SE3
 
@@ -130,9 +127,8 @@ class Straight(SimulatedBase):
             lambda: hand_eye(seed=1, board=Board(square=0.042, marker=0.0315)),
             r"residual .* --square",
         ),
-        (lambda: hand_eye(seed=1, rig=Bumped), "did the board"),
         pytest.param(lambda: hand_eye(seed=2, rig=Stiff), "uncertainty", marks=pytest.mark.slow),
-        (lambda: hand_eye(seed=2, rig=OneAxis), "uncertainty"),
+        pytest.param(lambda: hand_eye(seed=2, rig=OneAxis), "uncertainty", marks=pytest.mark.slow),
         (lambda: base_arm(seed=1, rig=Straight), "uncertainty"),
         pytest.param(
             lambda: base_arm(seed=1, place=0.03, heading=np.deg2rad(1.0)),
@@ -175,11 +171,3 @@ def test_the_thickness_of_the_board_is_the_height_of_the_arm():
     _, thick = base_arm(seed=1, thickness=0.01)
     higher = thick.transform.translation - flat.transform.translation
     assert higher[2] == pytest.approx(0.01, abs=1e-4)
-
-
-def test_a_board_on_the_wall_is_refused():
-    on_the_side = SE3(pin.utils.rotate("x", np.pi / 2.0), np.zeros(3)) * FRANKIE.camera.eTc
-    wrong = replace(FRANKIE, camera=replace(FRANKIE.camera, eTc=on_the_side))
-    base = SimulatedBase(FRANKIE, BOARD, Noise(), np.random.default_rng(0), 13)
-    with pytest.raises(CalibrationError, match="does not lie face up on the floor"):
-        calibrate_base_arm(base, wrong, BOARD)

@@ -1,12 +1,11 @@
 """`frankie-task calibrate`: what it tells, writes and refuses."""
 
+import command_line
 import cv2
 import numpy as np
 import pytest
 import yaml
-from typer.testing import CliRunner
 
-from app.commands import app
 from config import ConfigError
 from hw.realsense import missing
 from lab.calibration import Board, find_corners
@@ -30,9 +29,8 @@ def site(tmp_path):
     return path
 
 
-def call(*arguments: str):
-    result = CliRunner().invoke(app, ["calibrate", *arguments])
-    return result.exit_code, result.stdout, result.stderr
+def call(*arguments: object):
+    return command_line.call("calibrate", *arguments)
 
 
 @pytest.mark.parametrize(
@@ -73,12 +71,6 @@ def test_a_wrong_file_of_a_calibration_is_refused(tmp_path, site):
         load_robot(site)
 
 
-def test_a_file_that_cannot_be_written_is_named(tmp_path):
-    out = tmp_path / "nowhere" / "found.yaml"
-    code, _, error = call("base-arm", "--simulate", "--views", "16", "--out", str(out))
-    assert (code, f"{out}: No such file" in error) == (2, True)
-
-
 def test_the_printed_board_is_the_one_that_is_looked_for(tmp_path):
     out = tmp_path / "board.png"
     code, said, _ = call("board", str(out), "--columns", "6", "--rows", "4", "--square", "30")
@@ -105,13 +97,6 @@ def test_what_is_missing_is_said_in_a_line(site, arguments, why):
     assert (code, why in error, len(error.splitlines())) == (2, True, 1)
 
 
-@pytest.mark.skipif(not missing(), reason="without the driver of the camera")
-def test_a_missing_driver_is_a_hardware_fault_in_a_line(site):
-    code, _, error = call("hand-eye", "--robot", str(site), "--arm-the-robot")
-    assert (code, len(error.splitlines())) == (3, 1)
-    assert missing() in error
-
-
 @pytest.mark.skipif(bool(missing()), reason=missing())
 @pytest.mark.parametrize("command", ["hand-eye", "base-arm"])
 def test_a_robot_that_cannot_be_reached_is_a_hardware_fault_in_a_line(site, command):
@@ -119,12 +104,3 @@ def test_a_robot_that_cannot_be_reached_is_a_hardware_fault_in_a_line(site, comm
     code, _, error = call(command, "--robot", str(site), *arming)
     assert (code, len(error.splitlines())) == (3, 1)
     assert "no camera is plugged in" in error
-
-
-def test_a_pose_in_a_robot_file_is_checked_where_it_stands(site):
-    text = site.read_text()
-    site.write_text(text + "camera_mount: {xyz: [0.05, 0.0, -0.09], rpy_deg: [0, 0, 91]}\n")
-    assert load_robot(site).camera.eTc.translation[2] == -0.09
-    site.write_text(text + "camera_mount: {xyz: [0.05, 0.0, much]}\n")
-    with pytest.raises(ConfigError, match=r"site\.yaml:8:33: camera_mount\.xyz"):
-        load_robot(site)
