@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import pytest
 from bench_call import call
 
 from config import read_config
@@ -33,7 +34,7 @@ def rows(tmp_path):
     return [(row["name"], row["was"], row["now"], row["changed"]) for row in kept]
 
 
-def test_a_figure_outside_its_tolerance_is_a_change_but_not_in_small_sizes(tmp_path):
+def test_a_figure_outside_its_tolerance_is_a_change(tmp_path):
     code, out, _ = regenerate(tmp_path, READING.format(reads=5))
     assert code == 1
     assert "CHANGED" in out
@@ -42,12 +43,17 @@ def test_a_figure_outside_its_tolerance_is_a_change_but_not_in_small_sizes(tmp_p
     assert time[2] > 0.0
     assert not time[3]
     assert reads == ("reads", 5.0, 50.0, True)
+
+
+@pytest.mark.slow
+def test_small_sizes_are_not_judged(tmp_path):
     code, out, _ = regenerate(tmp_path, READING.format(reads=5), "--quick")
     assert code == 0
     assert "CHANGED" not in out
     assert rows(tmp_path)[1] == ("reads", 5.0, 50.0, False)
 
 
+@pytest.mark.slow
 def test_errors_of_the_list_are_one_line(tmp_path):
     wrong = READING.format(reads=50).replace("0.steps", "0.setps")
     code, _, err = regenerate(tmp_path, wrong, "--quick")
