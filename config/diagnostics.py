@@ -54,8 +54,7 @@ class Diagnostic:
     """One problem in a file; its text is one line."""
 
     path: Path
-    location: Location | None
-    """None when the whole file is meant, for example because it does not exist."""
+    location: Location | None  # None when the whole file is meant, as for a missing one
     message: str
     hint: str  # how to fix it
     severity: Severity = Severity.ERROR

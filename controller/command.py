@@ -19,8 +19,7 @@ N_ARM = 7  # number of arm joints
 class Command:
     """Velocities of base and arm for one control period."""
 
-    base_twist: Array
-    """(3,) vx, vy, ω in the base frame [m/s, m/s, rad/s]; vy is 0 on a differential drive."""
+    base_twist: Array  # (3,) vx, vy, ω in the base frame [m/s, m/s, rad/s]; vy is 0 if differential
     qd: Array  # (7,) arm joint velocities [rad/s]
 
     @classmethod
@@ -45,8 +44,7 @@ class PoseGoal:
     turn_rate: float = 2.0  # largest end-effector rotation rate [rad/s]
     position_tolerance: float = 0.01  # arrived when nearer than this [m] ...
     orientation_tolerance: float = np.deg2rad(2.0)  # ... and turned less than this away [rad]
-    straight: bool = False
-    """Move the end effector in a straight line, as near obstacles: no detour after a stall."""
+    straight: bool = False  # move the end effector in a straight line: no detour after a stall
     stance_if_near: bool = False
     """Lead base and arm to a stance even for a near goal, where the end effector alone would get
     stuck."""

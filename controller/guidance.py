@@ -108,8 +108,7 @@ class Guidance:
     def _set_stance(self, stance: Stance | None, detour: bool = False) -> None:
         if stance is not None:
             self.bearing = stance.bearing
-        self.stance = stance
-        """Where base and arm are led; None if the end effector moves without a stance."""
+        self.stance = stance  # where base and arm are led; None for the end effector alone
         self.detour = detour  # whether the stance is a detour, the end effector waiting
         self._best = (inf, inf, inf)
         self._stage = False, False

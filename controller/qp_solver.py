@@ -35,8 +35,7 @@ class Rows(NamedTuple):
 
     A: Array  # (m, n)
     least: Array  # (m,)
-    group: npt.NDArray[np.int64]
-    """(m,) index of their slack: rows of a group share one slack variable."""
+    group: npt.NDArray[np.int64]  # (m,) index of their slack, which the rows of a group share
 
 
 def joined(first: Rows | None, second: Rows | None) -> Rows | None:

@@ -59,8 +59,7 @@ class ServoSettings(Checked):
     turn_deceleration: float = 3.0  # the same for rotations [rad/s^2]
     joint_deceleration: float = 0.5
     """Deceleration towards a posture, as a share of the smallest joint acceleration limit."""
-    steadying: float = 0.1
-    """Time constant of the low-pass filter of the twist near the goal [s]; 0 for none."""
+    steadying: float = 0.1  # time constant of the low-pass filter of the twist near the goal [s]
     straight_steadying: float = 0.04  # the same for straight motion with guidance [s]
 
 
@@ -73,8 +72,7 @@ class JointLimitSettings(Checked):
     damper_gain: float = 1.0  # η: joint speed allowed at the influence distance [rad/s]
     stop_distance: float = 0.03  # ρ_s: distance to a limit at which motion towards it stops [rad]
     influence_distance: float = 0.3  # ρ_i: distance to a limit at which the damper begins [rad]
-    return_speed: float = 0.2
-    """Largest speed of a joint that returns from outside its limits [rad/s]."""
+    return_speed: float = 0.2  # largest speed of a joint that returns into its limits [rad/s]
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -99,8 +97,7 @@ class CollisionSettings(Checked):
     braking: float = 0.8  # share of the acceleration limits assumed for braking
     max_deceleration: float = 2.0  # largest deceleration assumed for braking [m/s^2]
     min_deceleration: float = 0.2  # smallest deceleration assumed for braking [m/s^2]
-    delay_periods: float = 3.0
-    """Delay before a pair brakes, besides the lag of base or arm [control periods]."""
+    delay_periods: float = 3.0  # delay before a pair brakes, besides the lags [control periods]
     return_gain: float = 4.0  # speed at which shapes separate, per distance below d_s [1/s] ...
     return_speed: float = 0.2  # ... and at most [m/s]
 
@@ -125,8 +122,7 @@ class GuidanceSettings(Checked):
     base_weight: float = 2.0  # weight of the base velocity towards the stance, at s = 1
     posture_weight: float = 0.5  # weight of the joint velocities towards the posture, at s = 1
     min_tracking: float = 0.1  # weight of the end-effector twist at s = 1
-    min_posture: float = 0.1
-    """Share of `posture_weight` at s = 0: keeps the elbow posture during the arrival."""
+    min_posture: float = 0.1  # share of `posture_weight` at s = 0: keeps the elbow posture
 
     # How s depends on the remaining motion.
     metres_per_radian: float = 0.3  # distance equivalent to one radian of orientation error [m]
@@ -142,8 +138,7 @@ class GuidanceSettings(Checked):
     joint_speed: float = 0.7  # share of the joint speed limits that it may use
 
     # Which goals get a stance.
-    min_distance: float = 0.35
-    """A new goal nearer than this gets no stance until the end effector stalls [m]."""
+    min_distance: float = 0.35  # a new goal nearer than this gets no stance until a stall [m]
     goal_jump: float = 0.1  # a goal that moves this far in one period is a new goal [m] ...
     goal_turn: float = 0.3  # ... or turns this far [rad]
     goal_rise: float = 0.05
@@ -187,8 +182,7 @@ class ControllerSettings(Checked):
     joint_limits: JointLimitSettings = JointLimitSettings()
 
     # Not in the paper.
-    limit_acceleration: bool = True
-    """Whether the bounds keep the acceleration limits and brake for joint limits."""
+    limit_acceleration: bool = True  # keep the acceleration limits and brake for joint limits
     smoothness: float = 3.0  # cost of changing the velocities from one period to the next
     collision: CollisionSettings | None = CollisionSettings()  # None for no collision avoidance
     guidance: GuidanceSettings | None = GuidanceSettings()
@@ -218,5 +212,4 @@ another |e| (Euclidean), no extra gain for rotation, a base effort of 1, and dam
 The example's bounds of ±10 on the slack (X± in eq. 6), reached only more than 6 m from the goal,
 are left out."""
 
-PRESETS = {"frankie": ControllerSettings(), "paper": PAPER}
-"""The presets by name; `frankie` is the default."""
+PRESETS = {"frankie": ControllerSettings(), "paper": PAPER}  # by name; `frankie` is the default

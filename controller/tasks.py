@@ -20,13 +20,11 @@ from controller.servo import Servo, approach_speed, error_norm, pose_error
 from controller.settings import ControllerSettings
 from controller.surroundings import Surroundings
 
-_DECAY = 0.9
-"""Ratio of successive velocities of a robot that stops because it has no way to its goal."""
+_DECAY = 0.9  # ratio of successive velocities of a robot that stops without a way to its goal
 _NEAR = 0.1
 """Nearer to the goal of a straight motion than this the arm fully compensates for the lag of the
 base, and not at all beyond twice this [m]."""
-_MIN_SURPLUS = 0.001
-"""Smaller velocities of the lagging base are not compensated for [m/s and rad/s]."""
+_MIN_SURPLUS = 0.001  # smaller velocities of the lagging base are not compensated [m/s and rad/s]
 _LED = 0.5  # blend from which on the base follows the guidance
 
 
@@ -48,8 +46,7 @@ class Task(NamedTuple):
     qp: QP
     report: StepReport
     twist: Array | None = None  # (6,) desired end-effector twist in base axes, if there is one
-    base_velocity: Array | None = None
-    """(n_base,) desired velocity of the base, if it is led somewhere."""
+    base_velocity: Array | None = None  # (n_base,) desired velocity of the base, if it is led
     lag_compensation: Callable[[Array], QP | None] = lambda base: None
     """From base velocities (n_base,) to the QP in which the arm compensates for the base's lag."""
 

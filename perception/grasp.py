@@ -22,8 +22,7 @@ class GraspEstimate:
     stamp: float  # time of capture [s]
     pixel: tuple[float, float]  # (u, v) of the grasp centre in the full image [px]
     angle: float  # closing direction in the image, from u towards v [rad]
-    opening: float
-    """Distance between the pads for the descent, at which the fingers touch nothing [m]."""
+    opening: float  # distance between the pads at which the fingers touch nothing [m]
     whole: bool = True  # whether the image shows all of the object, and so its middle
     depth: float = 0.0  # of the grasp centre below the surface [m]
     lever: float = 0.0  # horizontal distance from the middle of the object [m]
@@ -51,7 +50,6 @@ class Detection:
     reason: str  # why `grasps` is empty; empty when it is not
     quality: npt.NDArray[np.float32]
     """(300, 300) quality map of the network; 0 where depth was missing or outside the workspace."""
-    crop: tuple[float, float, float]
-    """(u0, v0, size) of the part of the image that the map covers [px]."""
+    crop: tuple[float, float, float]  # (u0, v0, size) of the part of the image that it covers [px]
     occupied_area: float  # area from above of what stands out [m^2]; NaN for an unusable frame
     stamp: float  # time of capture [s]

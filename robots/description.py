@@ -26,8 +26,7 @@ class Limits:
     qdd: Array  # (7,) joint accelerations [rad/s^2]
     base_twist: Array  # (3,) base speeds along x, y and about z [m/s, m/s, rad/s]
     base_reverse: float  # base speed along -x [m/s]
-    base_acceleration: Array
-    """(3,) base accelerations along x, y and about z [m/s^2, m/s^2, rad/s^2]."""
+    base_acceleration: Array  # (3,) accelerations along x, y and about z [m/s^2, m/s^2, rad/s^2]
     base_emergency: Array  # (3,) base decelerations of an emergency stop [m/s^2, m/s^2, rad/s^2]
 
     def base_speed(self, twist: Array) -> Array:
@@ -50,19 +49,16 @@ class ArmDescription:
     may_touch: tuple[tuple[str, str], ...]
     """Pairs of `base`, `floor`, `link0` (the foot) to `link7` and `hand` that can collide; the
     second of a pair is the outer one."""
-    inertias: tuple[Inertia, ...]
-    """Of the foot and the seven links, each in the frame of its link: 8."""
+    inertias: tuple[Inertia, ...]  # 8, of the foot and the links, each in the frame of its link
     torque: Array  # (7,) largest torques of the joints [Nm]
-    visual: str | None
-    """Mesh that the viewer draws instead of the collision shapes, if it is installed."""
+    visual: str | None  # mesh drawn instead of the collision shapes, if it is installed
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BaseDescription:
     """A mobile base that moves in the plane."""
 
-    axes: Array
-    """(3, n_base) the twist that each degree of freedom contributes (Haviland 2022, eq. 4)."""
+    axes: Array  # (3, n_base) twist of each degree of freedom (Haviland 2022, eq. 4)
     size: tuple[float, float, float]  # footprint along x and y, and height [m]
     lag: float  # time constant with which it follows velocity commands [s]
     mass: float  # [kg]

@@ -142,8 +142,7 @@ class BaseLimitsFile(StrictModel):
 
     speed: tuple[NotNegative, NotNegative, NotNegative]  # along x and y, about z [m/s, m/s, rad/s]
     reverse: NotNegative  # along -x [m/s]
-    acceleration: tuple[Positive, Positive, Positive]
-    """Along x and y, about z [m/s^2, m/s^2, rad/s^2]."""
+    acceleration: tuple[Positive, Positive, Positive]  # along x and y, about z [m/s^2, rad/s^2]
     emergency: tuple[Positive, Positive, Positive]
     """Deceleration when it must stop, along x and y, about z [m/s^2, m/s^2, rad/s^2]."""
 

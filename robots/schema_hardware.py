@@ -65,8 +65,7 @@ class OmronFile(StrictModel):
     user: Text
     password: str = ""
     arcl: ArclFile | None = None
-    full_scale: ScaleFile = FullScaleFile()
-    """Or the file written by `frankie-task doctor --write-site`."""
+    full_scale: ScaleFile = FullScaleFile()  # or the file by `doctor --write-site`
     pose_delay: NotNegative = 0.0  # age of a pose on arrival [s]
     least_score: Share | None = None
     score_scale: Literal[100, 1000] | None = None
@@ -86,8 +85,7 @@ class PandaFile(StrictModel):
     torques: SevenPositive = (20.0, 20.0, 18.0, 18.0, 16.0, 14.0, 12.0)
     """Contact thresholds at which the arm stops [Nm]."""
     forces: Six = (20.0, 20.0, 20.0, 25.0, 25.0, 25.0)  # [N, Nm]
-    lead: Annotated[float, Field(ge=0.0, le=0.1)] = 0.0
-    """Delay of the joints that the driver compensates for [s]."""
+    lead: Annotated[float, Field(ge=0.0, le=0.1)] = 0.0  # delay of the joints, compensated [s]
 
 
 class HandFile(StrictModel):

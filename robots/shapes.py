@@ -53,8 +53,7 @@ class Hull:
     """A convex polyhedron, made by `hull_of`, its bounding box centred on its frame."""
 
     vertices: Array  # (V, 3) corners [m]
-    triangles: Triangles
-    """(T, 3) indices of the corners of its faces, counter-clockwise seen from outside."""
+    triangles: Triangles  # (T, 3) corners of its faces, counter-clockwise seen from outside
 
     @cached_property
     def half(self) -> tuple[float, float, float]:

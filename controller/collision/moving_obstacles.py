@@ -35,8 +35,7 @@ from controller.qp_solver import Rows
 from controller.surroundings import Obstacle
 
 _TOLERATED = 0.06  # distance to moving obstacles above which the base does not give way [m]
-_HYSTERESIS = 1
-"""Number of the shortest stopping rollouts that do not count while the base gives way."""
+_HYSTERESIS = 1  # shortest stopping rollouts that do not count while the base gives way
 _CHANGE = 0.3  # cost of a change of the velocity chosen in the last period
 _TURN = 0.3  # distance equivalent to a radian of heading at the end of a rollout [m]
 _SHARES = (1.0, 0.75, 0.5, 0.25, 0.0)  # multiples of the lead velocity among the candidates
@@ -59,8 +58,7 @@ class MovingObstacleAvoidance:
         self._lower, self._upper = model.velocity_limits[:, :n_base]
         self._velocities = _grid(model)
         self._rollouts = Rollouts(model)
-        self._taken: Array | None = None
-        """(n_base,) velocity chosen in the last period, if the base gave way."""
+        self._taken: Array | None = None  # (n_base,) velocity chosen in the last period, if any
 
     def rows(
         self,

@@ -29,8 +29,7 @@ class NearPoints(NamedTuple):
     """K depth points that are near shapes of the robot."""
 
     d: Array  # (K,) between point and shape [m]; negative inside
-    lines: Array
-    """(K, 6) Plücker lines from shape to point: direction, moment about the world's origin."""
+    lines: Array  # (K, 6) Plücker lines from shape to point: direction, moment about the origin
     shape: Numbers  # (K,) indices of the shapes in the collision model
     kind: Numbers  # (K,) `PairKind`
 
@@ -47,8 +46,7 @@ class PointClearance:
         places = [_places(body.geom.shape) for body in bodies]
         counts = [len(some) for some, _ in places]
         self._body = np.repeat(np.arange(len(bodies)), counts)
-        self._places = np.concatenate([some for some, _ in places])
-        """(F, 3) in the frame of the shape."""
+        self._places = np.concatenate([some for some, _ in places])  # (F, 3) in the shape's frame
         self._covers = np.repeat([covers for _, covers in places], counts)
         """(F,) a point may be nearer to the shape than to the probe by this much [m]."""
         self._shape = np.array([body.number for body in bodies])

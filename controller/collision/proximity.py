@@ -21,8 +21,7 @@ from controller.floor.base_drive import Pose2D, wrap
 from controller.model import RobotModel
 from controller.surroundings import OPEN_FLOOR, Surroundings
 
-_POINT_MARGIN = 0.01
-"""A surface may be this much nearer between two depth points, which are up to 3 cm apart [m]."""
+_POINT_MARGIN = 0.01  # by which a surface may be nearer between two depth points [m]
 
 
 class Distances(NamedTuple):
@@ -99,8 +98,7 @@ class Proximity:
         self._depth: PointClearance | None = None
         self._at_least: Array = np.full(len(pairs.first), -inf)
         """(P,) lower bounds of the distances [m]."""
-        self._velocities = np.zeros((len(collision.masks), 3))
-        """(G, 3) of moving obstacles, in the world [m/s]."""
+        self._velocities = np.zeros((len(collision.masks), 3))  # (G, 3) of moving obstacles [m/s]
         self._centres = _centres(self._known)
 
     def update_shapes(self, surroundings: Surroundings) -> None:

@@ -18,8 +18,7 @@ from pinocchio import SE3
 from controller.model import RobotModel
 from robots import Box, Capsule, Geom, Plane
 
-_CORNER, _EDGE = 0.05, 1e-3
-"""Radii of the capsules in the corners of the base, and in the edges of obstacles [m]."""
+_CORNER, _EDGE = 0.05, 1e-3  # radii of the capsules in corners of the base and in edges [m]
 _UPRIGHT = 0.99  # cosine of the largest tilt of an upright edge
 
 

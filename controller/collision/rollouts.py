@@ -22,8 +22,7 @@ _KEPT = np.array([0.15, 0.5, HORIZON, 0.6, 1.3])
 """How long a velocity is kept [s]; then the base stops, or in the last ones follows its lead."""
 _MARGIN_COST = 80.0  # cost of missing all of the margin, with the fourth power of the missing share
 _PER_SPEED = 0.1  # increase of the margin per speed of the obstacle [s]
-_STOPPED_MARGIN = 0.04
-"""Desired distance to the present place of the obstacle, if the base stops at once [m]."""
+_STOPPED_MARGIN = 0.04  # desired distance to where the obstacle is, if the base stops [m]
 _CONTACT_SPEED_COST = 80.0  # cost of a contact per approach speed [s/m] ...
 _CONTACT_DEPTH_COST = 240.0  # ... and per `MARGIN` of its depth
 _BRAKING = 0.8  # share of the acceleration limits assumed for the base

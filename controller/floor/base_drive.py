@@ -24,12 +24,10 @@ _CURVATURE_GAIN = 2.0  # k2: how fast the base turns onto that path
 _CURVATURE_SLOWDOWN = 0.1  # β: how much slower it drives where the path is curved [m^2]
 _PIVOT_ANGLE = 0.6  # misalignment with the path from which it turns more than it drives [rad]
 _PIVOT_BLEND = 0.8  # misalignment beyond that at which it does not drive at all [rad]
-_ARRIVAL_DISTANCE = 0.06
-"""Nearer than this it only turns to its final heading and creeps along its axis [m]."""
+_ARRIVAL_DISTANCE = 0.06  # nearer than this it only turns to its final heading and creeps [m]
 
 # Following a path.
-_ON_THE_SPOT = 0.6
-"""A base that points away from the path by more than this turns on the spot [rad]."""
+_ON_THE_SPOT = 0.6  # a base that points away from the path by more turns on the spot [rad]
 _BLEND = 0.35  # up to this much less it turns and drives [rad]
 
 
@@ -56,8 +54,7 @@ class Pose2D(NamedTuple):
 class Lead(NamedTuple):
     """Where the base is led now on its way to a pose."""
 
-    target: Pose2D
-    """Where to steer, in the base frame: the pose itself, or a point ahead on the path."""
+    target: Pose2D  # where to steer, in the base frame: the pose itself or a point on the path
     reverse: bool  # drive there backwards
     final: bool  # whether the target is the pose itself, and the way there is free
     speed: float  # largest speed on the path [m/s]

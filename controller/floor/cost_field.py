@@ -14,8 +14,7 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
 CELL = 0.10  # distance between the nodes of the graph [m]
-_TIGHT = 30.0
-"""Extra cost per metre where the base just fits; a fifth of it where it can nearly turn."""
+_TIGHT = 30.0  # extra cost per metre where the base just fits; a fifth where it can nearly turn
 _NEAR = 0.5  # extra cost per metre where the base can just turn ...
 _OPEN = 0.30  # ... and none with this much more room [m]
 _MOVES = [(1, 0), (0, 1), (1, 1), (1, -1), (2, 1), (1, 2), (2, -1), (1, -2)]

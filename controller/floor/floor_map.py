@@ -46,10 +46,8 @@ class FloorMap:
         standing = [[footprint(fixture, *band) for band in bands] for fixture in fixtures]
         known = [found for both in standing for found in both if found is not None]
         self.free = not known  # whether there are no obstacles
-        self.inscribed = min(length, width) / 2.0
-        """Radius of the inscribed circle of the footprint [m]."""
-        self.circumscribed = hypot(length, width) / 2.0
-        """Radius of the circumscribed circle of the footprint [m]."""
+        self.inscribed = min(length, width) / 2.0  # radius of the circle inside the footprint [m]
+        self.circumscribed = hypot(length, width) / 2.0  # radius of the circle around it [m]
         self.turning = self.circumscribed + _TURNING_ROOM
         """Distance of obstacles from the base's centre at which it can turn [m]."""
         self._low, self._high = _around(known)

@@ -38,8 +38,7 @@ class PlanningSettings(Checked):
     candidates: int = 4  # largest number of postures at the goal that are tried
     clearance: float = 0.01  # clearance of the arm, except where it starts or ends nearer [m]
     close_clearance: float = 0.001  # the same where the hand may touch obstacles [m]
-    resolution: float = 0.03
-    """Joint-space distance between postures of a path that are checked [rad]."""
+    resolution: float = 0.03  # joint-space distance between checked postures of a path [rad]
     straight_step: float = 0.01  # distance between postures on a straight line of the hand [m]
     straight_jump: float = 0.35  # largest joint motion between two of them [rad]
     speed_share: float = 0.95  # share of the joint speeds that a plan uses ...
@@ -47,8 +46,7 @@ class PlanningSettings(Checked):
     gain: float = 5.0  # gain of the joint errors [1/s]
     settled: float = 0.002  # largest joint error at the end of a plan [rad] ...
     patience: float = 0.6  # ... unless this time has passed after it [s]
-    folded: float = 0.3
-    """Largest joint distance to the ready posture at which the base may drive [rad]."""
+    folded: float = 0.3  # joint distance to the ready posture at which the base may drive [rad]
     drive_patience: float = 3.0  # time without progress after which the base is stuck [s]
     attempts: int = 3  # largest number of plans, and of stances, for one goal
     other_goal: float = 0.05  # a goal that has moved this far is a new goal [m] ...
@@ -200,8 +198,7 @@ class _ArmSpace:
         )
 
 
-_METRES_PER_TILT = 0.3
-"""Distance equivalent to the cosine of a tilt where postures are compared [m]."""
+_METRES_PER_TILT = 0.3  # distance equivalent to the cosine of a tilt between postures [m]
 _SEEDS = 60  # number of postures of the bank that the solver starts from
 _SAME = 0.05  # largest joint difference of postures that count as the same [rad]
 

@@ -21,15 +21,13 @@ from controller.stance.moving_goal import MIN_TRACKING, elbow_upright, follow_we
 class StanceBias(NamedTuple):
     """Terms of one QP towards a stance."""
 
-    blend: float
-    """s in [0, 1]: 0 leaves the motion to the end effector, 1 nearly all to base and arm."""
+    blend: float  # s in [0, 1]: 0 leaves the motion to the end effector, 1 to base and arm
     min_tracking: float  # weight of the end-effector twist at s = 1; 0 on a detour
     base_weight: float
     base_velocity: Array  # (n_base,) towards the base pose
     posture_weight: float
     joint_velocity: Array  # (7,) towards the posture [rad/s]
-    coasting: Array | None = None
-    """(n_base,) present velocity of a lagging base; None for a base without lag."""
+    coasting: Array | None = None  # (n_base,) present velocity of a lagging base; None without lag
     response: float = 1.0  # share of a commanded change that the base takes up, in (0, 1]
 
 
@@ -107,8 +105,7 @@ def bias_towards(
 
 
 _POSTURE_RATE = 1.0
-_LONGEST_FOLD = 100.0
-"""Largest time that the arm adapts to: that of a base without a path is infinite [s]."""
+_LONGEST_FOLD = 100.0  # largest time that the arm adapts to; infinite without a path [s]
 
 
 def _blend(g: GuidanceSettings, remaining: Remaining, detour: bool) -> float:

@@ -23,8 +23,7 @@ PARTS = (*ARM, *HAND, "palm")  # parts of the robot that must have room
 _STEP = 0.1  # distance between the places that are checked [m]
 _LONGEST = 1.0  # longest line [m]
 _LEVEL = 0.3  # least horizontal part of a hand's direction that gives the direction of a line
-_UNFOLDING = 0.25
-"""Largest joint difference between postures that are checked while the arm unfolds [rad]."""
+_UNFOLDING = 0.25  # largest joint difference between checked postures of an unfolding arm [rad]
 _UNFOLDING_ROOM = 0.04  # clearance of the arm while it unfolds at the dock [m]
 
 

@@ -22,8 +22,7 @@ from robots import Geom, RobotDescription
 
 _BESIDE = 0.06  # largest distance to the base of obstacles that are named where it cannot stand [m]
 _SAME_TILT = 0.96  # cosine between the verticals of postures with the same tilt
-_BANK_GAP = 0.25
-"""Least distance beyond the bank's highest and lowest postures that is out of reach [m]."""
+_BANK_GAP = 0.25  # least distance beyond the bank's highest and lowest posture out of reach [m]
 _FEW_GAP = 0.3  # the same for a quarter of the bank [m]
 _UNREACHED = 0.02  # least error of the best posture for a goal that is out of reach [m + rad]
 _INSIDE = 0.01  # penetration of a hand from which it is inside an obstacle [m] ...

@@ -16,8 +16,7 @@ from controller.model import RobotModel
 from controller.surroundings import Surroundings
 from robots import Plane, half_extents
 
-ARM = tuple(f"link{link}" for link in range(7))
-"""Parts whose place depends on the posture for a goal."""
+ARM = tuple(f"link{link}" for link in range(7))  # parts whose place depends on the posture
 HAND = ("link7", "hand", "camera", "held")  # parts whose place is given by the goal
 
 

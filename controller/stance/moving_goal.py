@@ -22,8 +22,7 @@ from controller.servo import PoseError
 from controller.settings import ControllerSettings
 from controller.stance.stance import Stance
 
-_HORIZON, _STEPS = 1.8, 6
-"""Horizon [s] and its number of steps: half with one velocity, half with another."""
+_HORIZON, _STEPS = 1.8, 6  # horizon [s] and its steps: half with one velocity, half with another
 _AGAIN = 0.1  # time between two choices [s]
 _SPEEDS = (-1.0, -0.4, 0.0, 0.5, 1.0, 1.5)
 _LATER_SPEEDS = (-1.0, 0.0, 1.0)
@@ -33,21 +32,18 @@ _LATER_TURNS = (-0.8, 0.0, 0.8)  # candidates of both turn rates, as shares of t
 _NUDGES = np.concatenate([scale * np.kron(np.eye(4), [[1.0], [-1.0]]) for scale in (0.05, 0.2)])
 """Changes of the last choice among the candidates [m/s, rad/s, m/s, rad/s]."""
 _SLOW = 0.02  # a goal slower than this has no course [m/s]
-_TRUST, _TIGHTEST = 0.3, 1.0
-"""Gain of the estimate of the turn rate of its course, and its largest value [rad/s]."""
+_TRUST, _TIGHTEST = 0.3, 1.0  # gain of the estimated turn rate of its course, and its limit [rad/s]
 _FAR = 0.5  # distance beyond the preferred reach from which the goal is far away [m]
 _REACH, _WOUND, _LEAN = 0.09, 1.0, 0.4
 """Deviations of equal cost: of the reach from the stance's [m], of joint 1 or the wrist from
 their middle [rad], and of the turn of a hand that is not vertical from the stance's [rad]."""
-_NEAREST, _FARTHEST = 0.3, 0.72
-"""Range of distances to the foot of the arm at which the arm is dexterous [m]."""
+_NEAREST, _FARTHEST = 0.3, 0.72  # distances to the arm's foot at which it is dexterous [m]
 _LIMIT = 0.9  # distance of joint 1 and the wrist to their limits below which it costs [rad]
 _STEEP = 30.0  # cost per radian of that, and per 10 cm outside the dexterous range
 _CHANGE = (0.2, 0.05)  # cost of the square of a change of speed [s²/m²] and turn rate [s²/rad²]
 _WEIGHT = 40.0  # weight of the base velocity in the QP when the tool has caught up ...
 _CAUGHT_UP = 0.005  # ... to this [m]; it falls as 1/|e|, like the weight of the tool
-MIN_TRACKING = 4.0
-"""Weight of the end-effector twist at s = 1: a tool that cannot keep up stays upright."""
+MIN_TRACKING = 4.0  # weight of the twist at s = 1: a tool that cannot keep up stays upright
 
 
 def follow_weight(distance: float) -> float:

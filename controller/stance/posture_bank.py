@@ -41,8 +41,7 @@ _WINDOWS = ((0.08, 0.96), (0.2, 0.85))
 """Largest differences of height [m] and tilt (a cosine) to the goal's: the first window that holds
 enough postures is taken, and among fixtures the next one after it."""
 _MIN_CANDIDATES = 12  # least number of postures in a window
-_FALLBACK_CANDIDATES = 300
-"""Number of nearest postures that are taken if every window is too narrow."""
+_FALLBACK_CANDIDATES = 300  # nearest postures that are taken if every window is too narrow
 _METRES_PER_TILT = 0.3  # distance equivalent to the cosine of the tilt there [m]
 _MAX_FAR = 800  # largest number of postures of the second window
 _MAX_TURNED = 160  # largest number of postures of the first window for each turn of the base

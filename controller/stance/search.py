@@ -49,8 +49,7 @@ motion, ..."""
 MOTION_CHECKS, MOTION_CHECKS_AMONG_FIXTURES = 3, 6  # ... which counts as this many
 _MAX_BATCHES = 3  # number of batches that are refined in one window
 
-_CLEARANCE = 0.02
-"""Distance to obstacles that the arm keeps on its motion to the posture, and there [m]."""
+_CLEARANCE = 0.02  # distance to obstacles that the arm keeps on its motion, and there [m]
 _STANDING_ROOM = 0.05  # distance to obstacles that the base keeps [m]
 _CONTACT_COST = 1000.0  # cost per missing clearance [s/m]
 _UNREACHED_COST = 100.0  # cost of a posture with errors, and again per metre and radian of them [s]

@@ -14,8 +14,7 @@ from controller.floor.base_drive import Pose2D
 from controller.model import RobotModel
 from controller.stance.posture_bank import ToolPoses, forward_kinematics
 
-REACHED = 1e-3
-"""Largest sum of position and orientation errors of a posture that reaches the goal [m + rad]."""
+REACHED = 1e-3  # largest sum of errors of a posture that reaches the goal [m + rad]
 LIMIT_MARGIN = 0.12  # least distance of a posture to a joint limit [rad]
 _ITERATIONS = 5
 _MAX_ERROR = 0.5  # errors are clipped to this in an iteration [m and rad]

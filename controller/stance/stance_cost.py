@@ -18,8 +18,7 @@ from controller.stance.posture_bank import ToolPoses
 from controller.stance.stance import Stance
 
 _ARM_SPEED = 0.5  # expected share of the joint speed limits
-TURN_WEIGHT = 1.2
-"""Factor of the turning time of the base: its curves take longer than turns on the spot."""
+TURN_WEIGHT = 1.2  # factor of the turning time: curves take longer than turns on the spot
 _REVERSE_COST = 0.4  # cost of driving backwards, times `TURN_WEIGHT` [s]
 _OVERLAP = 0.3  # share of the shorter of the times of base and arm that is added to the longer
 _MIN_MANIPULABILITY = 0.10  # manipulability below which a posture costs ...
@@ -29,10 +28,8 @@ _BEARING_COST, _BEARING_COST_DOWN = 4.0, 0.3
 that points down [s/rad]."""
 _LIMIT_MARGIN = 0.35  # distance to a joint limit below which a posture costs [rad] ...
 _LIMIT_COST = 2.0  # ... this much per missing distance [s/rad]
-_SAMPLES = np.linspace(0.0, 1.0, 17)[1:, None]
-"""Shares of the arm's motion that are checked for self-collision."""
-_HERE = (0.3, 0.6)
-"""Shares that are checked for contact with fixtures at the present place of the base, ..."""
+_SAMPLES = np.linspace(0.0, 1.0, 17)[1:, None]  # shares of the arm's motion that are checked
+_HERE = (0.3, 0.6)  # shares that are checked at the present place of the base, ...
 _THERE = ((0.4, 0.8), (0.4, 1.0), (0.2, 1.0))
 """... and distances before the stance [m] with shares that are checked there."""
 
@@ -43,8 +40,7 @@ class Start(NamedTuple):
     wTb: Pose2D
     q: Array  # (7,) joint positions [rad]
     way: CostField | None = None  # cost to drive from anywhere to here; None on an open floor
-    next_goal: CostField | None = None
-    """Cost to drive from anywhere to the next goal, if it is known."""
+    next_goal: CostField | None = None  # cost to drive from anywhere to the next goal, if known
 
 
 def driving_times(

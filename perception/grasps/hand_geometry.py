@@ -37,14 +37,12 @@ class HandDimensions:
     opening: float  # between the pads when fully open [m]
     tip: float  # height of the grasp centre above the finger tips [m]
     palm: float  # height of the palm above the grasp centre [m]
-    finger: float
-    """Height above the grasp centre from which on the fingers have `finger_thickness` [m]."""
+    finger: float  # height above the grasp centre where `finger_thickness` begins [m]
     pad_thickness: float  # from the inner face of a pad outwards [m]
     finger_thickness: float  # from the inner face of a pad to the outer face [m]
     lines: Image  # (L,) offset across of each line, over the width of the fingers [m]
     pad_lines: slice  # those over the width of the pads
-    overhead: tuple[Overhead, ...]
-    """The palm, and the camera on both sides, as a hand may be turned round."""
+    overhead: tuple[Overhead, ...]  # the palm, and the camera on both sides
 
 
 def hand_sizes(gripper: GripperDescription) -> dict[str, float]:

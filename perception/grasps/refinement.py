@@ -18,8 +18,7 @@ from perception.grasps.object_centroids import ObjectCentroids
 from robots import GripperDescription
 
 ALL_DIRECTIONS = 12  # closing directions that cover the half turn, in steps of 15°
-TURN_COST = 0.3
-"""Share of its score that a grasp loses at right angles to the direction of its candidate."""
+TURN_COST = 0.3  # share of its score that a grasp loses at right angles to its candidate
 MAX_TURN = 0.3  # largest turn towards the normal of the contacts [rad]
 SAME_DISTANCE = 0.010  # two grasps at less than this distance [m] ...
 SAME_ANGLE = np.radians(25.0)  # ... and angle [rad] are duplicates

@@ -59,8 +59,7 @@ class GGCNN(nn.Module):
 class SubpixelKernels:
     """An equal network without transposed convolutions and with one head."""
 
-    down: tuple[tuple[Tensor, Tensor, int, int], ...]
-    """Weight, bias, stride, padding of each convolution."""
+    down: tuple[tuple[Tensor, Tensor, int, int], ...]  # weight, bias, stride, padding
     up: tuple[tuple[Tensor, Tensor, int], ...]  # 3x3 weight, bias and shuffle factor of each
     head: tuple[Tensor, Tensor]
 

@@ -50,8 +50,7 @@ KINDS: Mapping[str, Form] = {
 from edges. A can stands; a roll is round and lies, a cylinder or a capsule.
 """
 
-SPREAD = Form(fill=0.06, top=0.12, squareness=0.08, tallness=0.15)
-"""Typical deviations of measured features."""
+SPREAD = Form(fill=0.06, top=0.12, squareness=0.08, tallness=0.15)  # deviations of measurements
 
 
 class ShapeClasses:

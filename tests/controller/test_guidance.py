@@ -132,16 +132,6 @@ def test_a_goal_that_creeps_keeps_its_stance_and_one_that_jumps_gets_another():
     assert np.abs(elsewhere - velocities[-1]).max() > 0.05
 
 
-def test_guidance_ends_before_the_goal():
-    """Close to it the end effector goes on alone."""
-    _, ask = guide_and_ask()
-    goal, model = PoseGoal(wTe=tool_pose(2.0, 0.0, 0.7)), robot_model("frankie")
-    assert ask(goal, State()).blend == 1.0
-    reached = run_to(goal).state
-    assert np.linalg.norm(model.wTe(reached.wTb, reached.q).translation - [2.0, 0.0, 0.7]) < 0.02
-    assert ask(goal, reached).blend == 0.0
-
-
 @pytest.mark.parametrize(
     ("robot", "x", "y", "yaw"), [("frankie", 2.5, -1.0, 1.5), ("omni", -1.0, 0.5, 2.0)]
 )

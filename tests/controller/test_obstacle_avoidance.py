@@ -180,22 +180,6 @@ def test_the_palm_comes_to_a_wall_and_does_not_touch_it_where_the_hand_may(model
         assert missed < 0.004
 
 
-def test_a_base_that_is_told_to_rest_keeps_its_distance_as_before(model):
-    """It turns while it drives at a wall; braking alone would take it nearer than it may come."""
-    wall = Geom(Box((0.3, 3.0, 0.15)), SE3(np.eye(3), np.array([1.9, 0.0, 0.15])), "wall")
-    around, nearest = Surroundings(fixtures=(wall,)), 9.0
-    for ticks in range(150, 200, 10):
-        controller, robot, last = HolisticController(model), Lagging(model), Command.stop()
-        robot.state.wTb = SE3(pin.utils.rotate("z", -0.6), np.zeros(3))
-        for tick in range(ticks + 100):
-            goal = PoseGoal(wTe=tool_pose(2.2, 0.0, 0.6), straight=True) if tick < ticks else None
-            last, _ = controller.step(robot.state, goal, last, around)
-            robot.follow(last)
-            nearest = min(nearest, 1.6 - corners(model, robot.state.wTb)[:, 0].max())
-    stop = ControllerSettings().collision.near_stop_distance
-    assert 0.95 * stop < nearest < 0.1
-
-
 def test_a_base_that_turns_before_a_walls_end_keeps_its_face_off_it(model):
     """Nearest is a corner of the base, which the turn takes away; then it is the wall's end."""
     wall = Geom(Box((0.05, 1.0, 0.15)), SE3(np.eye(3), np.array([1.0, 1.0, 0.15])), "wall")

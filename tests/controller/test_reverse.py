@@ -9,8 +9,6 @@ from motion import Run, assert_within_limits, run_to, tool_pose
 from pinocchio import SE3
 
 from controller import BaseGoal, HolisticController, PoseGoal, RobotModel
-from controller.floor.base_drive import Pose2D, drive_to
-from controller.settings import ControllerSettings
 from robots import load_robot, with_base_speeds
 
 FRANKIE, OMNI = with_base_speeds(load_robot("frankie"), reverse=1.0), load_robot("omni")
@@ -39,15 +37,6 @@ def test_the_base_backs_to_a_pose_no_faster_than_it_may(model, target):
     assert run.arrived
     assert_within_limits(run, model)
     assert -SLOW <= slowest(run) < -0.1
-
-
-@pytest.mark.parametrize(("x", "y"), [(-3.0, 0.0), (-3.0, 1.0), (-0.1, 3.0), (3.0, 0.0)])
-def test_a_holonomic_base_goes_straight_as_fast_as_its_reverse_speed_allows(x, y):
-    model = RobotModel(replace(OMNI, limits=replace(OMNI.limits, base_reverse=SLOW)))
-    vx, vy, _ = drive_to(model, ControllerSettings(), Pose2D(x, y, 0.0))
-    assert vx * y == pytest.approx(vy * x)
-    assert vx >= -SLOW - 1e-12
-    assert vx == pytest.approx(-SLOW) or np.hypot(vx, vy) == pytest.approx(1.0)
 
 
 def test_a_differential_drive_prefers_to_turn_where_backing_is_slow():

@@ -8,7 +8,7 @@ import pytest
 from test_floor_map import base_at, box, distance
 
 from controller import RobotModel
-from controller.floor.base_drive import Pose2D, drive_along, drive_to, time_to_drive
+from controller.floor.base_drive import Pose2D, drive_along
 from controller.floor.floor_map import FloorMap
 from controller.floor.route import Route
 from controller.settings import ControllerSettings
@@ -128,24 +128,6 @@ def test_where_it_has_only_to_turn_and_is_a_little_near_to_something_it_turns(na
     assert run.arrived
     assert run.clearance > 0.0
     assert run.time < 3.0
-
-
-@pytest.mark.parametrize(
-    ("target", "reverse"),
-    [((1.5, 0.7, 0.4), False), ((-1.0, 0.1, 0.0), True), ((0.1, 0.0, 0.3), False)],
-)
-def test_on_an_open_floor_it_is_led_to_the_pose_itself(target, reverse):
-    model = ROBOTS["frankie"]
-    goal, here = Pose2D(*target), Pose2D(0.0, 0.0, 0.0)
-    for room in (FloorMap((), model.description), FloorMap((box(9, 9, 1, 1),), model.description)):
-        lead = Route(model, SETTINGS).lead(room, here, goal, reverse)
-        assert lead.final
-        assert lead.target == pytest.approx(goal)
-        assert lead.time_left == time_to_drive(model, lead.target, reverse)
-        np.testing.assert_array_equal(
-            drive_along(model, SETTINGS, lead),
-            drive_to(model, SETTINGS, lead.target, reverse=reverse),
-        )
 
 
 def test_where_there_is_no_way_it_says_so_and_stays():

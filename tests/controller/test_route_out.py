@@ -10,12 +10,10 @@ from test_stance_search import ORIGIN, ROOM, box
 
 from controller import RobotModel, SelfCollision, robot_model
 from controller.floor.base_drive import Pose2D, wrap
-from controller.floor.cost_field import CostField
 from controller.floor.floor_map import FloorMap
 from controller.stance.free_space import FreeSpace
 from controller.stance.posture_bank import bank
 from controller.stance.search import StanceSearch
-from controller.stance.stance_cost import TURN_WEIGHT, leaving_times
 
 BESIDE_THE_WAY = tool_pose(3.0, 0.72, 0.85, yaw=np.pi / 2.0)
 AHEAD = tool_pose(6.0, 0.0, 0.85)
@@ -52,13 +50,3 @@ def test_a_holonomic_base_stands_on_the_side_that_it_leaves_to(side):
     model, wTe = robot_model("omni"), tool_pose(2.0, 0.0, 0.6)
     stood = base_for(model, wTe, tool_pose(2.0, side, 0.6))
     assert np.sign(stood.y) == np.sign(side)
-
-
-def test_leaving_takes_the_time_of_the_way_and_of_the_turn_into_it():
-    model = robot_model("frankie")
-    speed, turn_rate = model.limits.base_twist[0], model.limits.base_twist[2]
-    field = CostField(None, (5.0, 0.0))
-    turned = [0.0, 0.5, -0.5]
-    times = leaving_times(model, field, np.array([[1.0, 0.0, a] for a in turned]))
-    expected = 4.0 / speed + TURN_WEIGHT * np.abs(turned) / turn_rate
-    np.testing.assert_allclose(times, expected)

@@ -10,7 +10,6 @@ from controller import (
     Command,
     HolisticController,
     PoseGoal,
-    PostureGoal,
     SelfCollision,
     robot_model,
 )
@@ -61,19 +60,3 @@ def test_the_hand_stops_before_the_floor_when_it_is_sent_through_it(model, strai
     if not straight:
         return
     assert model.wTe(state.wTb, state.q).translation[2] < 0.15
-
-
-def test_parts_that_are_too_near_are_pushed_apart(model):
-    """An arm that shall stay where it is, nearer to itself than parts may come."""
-    rng, body, stop = np.random.default_rng(3), SelfCollision(model), 0.01
-    checked = 0
-    while checked < 5:
-        q = rng.uniform(model.limits.q_min + 0.2, model.limits.q_max - 0.2)
-        if not 0.0 < body.clearance(q) < 0.6 * stop:
-            continue
-        controller, state, last = HolisticController(model), State(q=q.copy()), Command.stop()
-        for _ in range(150):
-            last, _ = controller.step(state, PostureGoal(q=q), last)
-            move(state, last)
-        assert body.clearance(state.q) > 0.9 * stop
-        checked += 1

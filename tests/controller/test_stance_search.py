@@ -150,18 +150,6 @@ def test_a_goal_out_of_reach_is_said_at_once_and_the_robot_stays_where_it_is(rea
     np.testing.assert_allclose(state.q, READY, atol=1e-6)
 
 
-def test_furniture_that_is_taken_away_lets_the_robot_go():
-    controller, state, last = HolisticController(robot_model("frankie")), State(), Command.stop()
-    goal, around = PoseGoal(wTe=UNREACHABLE["inside table/top"]), Surroundings(fixtures=YARD)
-    for _ in range(10):
-        last, report = controller.step(state, goal, last, around)
-    assert report.unreachable
-    for _ in range(10):
-        last, report = controller.step(state, goal, last)
-    assert not report.unreachable
-    assert report.stance is not None
-
-
 def test_the_hand_may_be_told_that_it_may_touch():
     controller, around = HolisticController(robot_model("frankie")), Surroundings(fixtures=YARD)
     wTe = tool_pose(0.0, 1.45, 0.70)

@@ -5,14 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pinocchio import SE3
 
 from perception.grasps.feasibility import DEPTHS, FLOOR_CLEARANCE, assess
 from perception.grasps.hand_geometry import hand_dimensions
 from perception.grasps.height_map import CELL, HeightMap
 from perception.grasps.object_centroids import ObjectCentroids
 from perception.grasps.refinement import refine
-from robots import Box, Geom, GripperDescription, load_robot
+from robots import GripperDescription, load_robot
 
 GRIPPER = load_robot("frankie").gripper
 HAND = hand_dimensions(GRIPPER)
@@ -73,17 +72,6 @@ def test_across_a_box_is_good_and_along_it_is_too_wide() -> None:
     assert feasibility(scene(), 0)["score"] == 0.0
 
 
-def test_another_gripper_is_assessed_with_its_own_dimensions() -> None:
-    where = scene(box(0, 0, 0.12, 0.04, 0.05))
-    assert feasibility(where, 90)["score"] > 0.9
-    narrow = replace(GRIPPER, opening=0.04)
-    assert feasibility(where, 90, gripper=narrow)["score"] == 0.0
-    low_palm = replace(GRIPPER, palm=Geom(Box((0.03, 0.1, 0.05)), SE3(np.eye(3), -0.06 * UP)))
-    raised = feasibility(where, 90, gripper=low_palm)
-    assert raised["z"] + 0.01 > FLOOR + 0.05
-    assert raised["z"] > feasibility(where, 90)["z"]
-
-
 def test_low_things_are_taken_just_above_the_floor() -> None:
     found = feasibility(scene(box(0, 0, 0.1, 0.03, 0.02)), 90)
     assert found["z"] == pytest.approx(FLOOR + FLOOR_CLEARANCE, abs=1e-4)
@@ -140,20 +128,6 @@ def test_refining_turns_a_bad_proposal_into_a_good_one() -> None:
     )
     assert abs(off_axis) < 0.002
     assert (np.diff(found.score) <= 0).all()
-
-
-def test_what_is_refined_is_checked_where_it_has_been_moved_to() -> None:
-    """Centred on the box the palm is over the wall; where the candidate is it is not."""
-    where = scene(box(0, 0, 0.12, 0.04, 0.05), box(0, 0.122, 0.3, 0.04, 0.10))
-    beside = feasibility(where, 90, y=-0.012)
-    assert beside["score"] > 0.0
-    assert beside["offset"] == pytest.approx(0.012, abs=0.002)
-    assert feasibility(where, 90)["score"] == 0.0
-    one = np.ones(1)
-    found = refine(where, 0 * one, -0.012 * one, 0.5 * np.pi * one, one, FLOOR, GRIPPER)
-    again = assess(where, found.x, found.y, found.direction, FLOOR, GRIPPER)
-    assert (again.score > 0.0).all()
-    assert (np.abs(again.offset) < 0.002).all()
 
 
 def test_of_equal_grasps_the_one_in_the_middle_comes_first() -> None:

@@ -1,7 +1,6 @@
 """Hostile weights files: each is refused in one line, and no code in them runs."""
 
 import pickle
-import random
 import struct
 from pathlib import Path
 
@@ -10,7 +9,7 @@ import torch
 from safetensors.torch import load_file, save_file
 
 from perception.grasps.network_input import WeightsError
-from perception.networks.weights import NETWORKS, load_network, read_metadata
+from perception.networks.weights import load_network
 
 SHIPPED = Path("perception/weights")
 
@@ -91,35 +90,3 @@ def test_another_precision_is_taken(change, tmp_path):
     path = tmp_path / "w.safetensors"
     tensors(one(change))(path)
     assert next(load_network(path).parameters()).dtype is torch.float32
-
-
-@pytest.mark.parametrize("name", NETWORKS)
-def test_flipped_bytes_are_refused_or_give_a_network_that_answers(name, tmp_path):
-    good, rng = (SHIPPED / f"{name}.safetensors").read_bytes(), random.Random(0)
-    path = tmp_path / "w.safetensors"
-    loaded = 0
-    for _ in range(12):
-        content = bytearray(good)
-        for _ in range(rng.choice((1, 3, 20))):
-            where = 4000 if rng.random() < 0.7 else len(content)
-            content[rng.randrange(where)] = rng.randrange(256)
-        path.write_bytes(bytes(content))
-        try:
-            network = load_network(path)
-        except WeightsError:
-            continue
-        loaded += 1
-        with torch.inference_mode():
-            assert torch.isfinite(network(torch.zeros(1, 1, 300, 300))).all()
-        read_metadata(path)
-    assert 0 < loaded < 12
-
-
-def test_odd_metadata_is_text(tmp_path):
-    path = tmp_path / "w.safetensors"
-    deep = "[" * 100_000
-    save_file({"a": torch.zeros(1)}, path, metadata={"recipe": deep, "more": "{"})
-    assert read_metadata(path) == {"recipe": deep, "more": "{"}
-    path.write_bytes(b"x")
-    with pytest.raises(WeightsError):
-        read_metadata(path)

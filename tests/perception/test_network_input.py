@@ -95,17 +95,6 @@ def test_a_ridge_is_found_to_a_fraction_of_a_pixel(angle_deg: float) -> None:
     assert found.width[0] == pytest.approx(27.0, abs=0.5)
 
 
-def test_no_grasp_where_none_is_allowed() -> None:
-    allowed = ALL.copy()
-    allowed[180:220, 100:140] = False
-    maps = np.maximum(_maps(120.0, 200.0, 0.3, 20.0), 0.6 * _maps(40.0, 60.0, 0.3, 20.0))
-    found = find_candidates(grasp_maps(maps, allowed))
-    assert found.pixel[0] == pytest.approx([40.0, 60.0], abs=1.0)
-    assert not any(100 <= u < 140 and 180 <= v < 220 for u, v in found.pixel)
-    nothing = find_candidates(grasp_maps(maps, np.zeros_like(ALL)))
-    assert len(nothing.quality) == 0
-
-
 def test_a_tilted_camera_gives_a_level_image() -> None:
     """A table seen from the side is as flat for the network as one seen from above."""
     rotation = exp3(np.array([0.3, -0.2, 0.0])) @ DOWN

@@ -7,13 +7,11 @@ import numpy as np
 import pytest
 
 from perception import NUMBERS, GraspPatches, WeightsError
-from perception.frame import Array
 from perception.grasps.height_map import CELL, HeightMap
 from perception.grasps.object_centroids import ObjectCentroids
 from perception.grasps.patches import NEAR_CELL, NEAR_SHAPE, grasp_patches
 from perception.grasps.refinement import refine
 from perception.networks import load_hold, shipped_hold
-from perception.networks.hold import MEASURES, as_tensors
 from robots import load_robot
 
 GRIPPER = load_robot("frankie").gripper
@@ -59,25 +57,6 @@ def test_the_numbers_say_where_the_middle_is() -> None:
     assert np.hypot(told["middle_along"], told["middle_across"]) == pytest.approx(0.06, abs=0.004)
     assert abs(told["middle_along"]) < 0.004
     assert told["volume"] == pytest.approx(0.2 * 0.03 * 0.022, rel=0.1)
-
-
-def measured(scene: HeightMap) -> Array:
-    return as_tensors(seen_at(scene, 0.0), GRIPPER)[-1].numpy()[0]
-
-
-def test_what_stands_under_a_finger_or_under_the_palm_is_measured() -> None:
-    alone, beside, around = bar(0.09), bar(0.09), bar(0.09)
-    # The hand closes along y on a bar that is 30 mm wide. Under one finger is a plate that it does
-    # not reach, and beside it something that the palm does not reach.
-    beside.heights[(np.abs(X) < 0.02) & (Y > 0.02) & (Y < 0.05)] = FLOOR + 0.006
-    around.heights[(np.abs(X) < 0.008) & (np.abs(Y - 0.085) < 0.004)] = FLOOR + 0.045
-    free, finger, palm = (measured(scene) for scene in (alone, beside, around))
-    assert len(free) == MEASURES
-    assert finger[0] == pytest.approx(free[0] + 0.2, abs=0.02)  # 6 mm, in units of 30 mm
-    assert finger[1] == pytest.approx(free[1], abs=0.01)  # and the other one
-    under_palm = MEASURES - 4
-    assert palm[under_palm] > free[under_palm] + 0.2
-    assert palm[:4] == pytest.approx(free[:4], abs=0.01)
 
 
 def test_there_is_no_hold_estimate_for_another_hand() -> None:

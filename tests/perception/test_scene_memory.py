@@ -10,7 +10,7 @@ from test_stereo import seen_from, unknown_at
 from hw import DepthFrame
 from hw.sim import World
 from perception import GraspDetector, GraspEstimate, HeightMap, SceneMemory
-from perception.grasps.scene_memory import OLDEST, completed
+from perception.grasps.scene_memory import completed
 from robots import Box, Geom
 
 __all__ = ["detector"]  # a fixture
@@ -73,15 +73,6 @@ def test_what_was_seen_there_is_in_the_way(detector: GraspDetector) -> None:
     memory = SceneMemory()
     detector.detect(from_afar(0.0, world), WORKSPACE, memory)
     assert not across(detector, from_near(1.0, world), memory)
-
-
-def test_images_are_remembered_one_by_one_as_they_grow_old(detector: GraspDetector) -> None:
-    memory = SceneMemory()
-    for stamp in np.arange(0.0, 1.5 * OLDEST, 0.2):
-        detector.detect(from_afar(float(stamp)), WORKSPACE, memory)
-    assert across(detector, from_near(2.3 * OLDEST), memory)
-    assert not across(detector, from_near(2.5 * OLDEST), memory)
-    assert not across(detector, from_near(0.0), memory)  # another run
 
 
 def test_what_moves_is_forgotten_where_it_was_and_what_stands_still_is_not() -> None:

@@ -1,19 +1,14 @@
 """Stereo depth: smoothing, holes and their causes, the border, and the hand beside them."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from pinocchio import SE3
 from test_detector import CAMERA, FLOOR, GRIPPER, box_world, frame, looking_down
-from test_feasibility import FLOOR as MAP_FLOOR
-from test_feasibility import HAND, X, box, scene
 
 from hw.sim import World
 from perception.grasps.feasibility import assess
 from perception.grasps.height_map import HeightMap, local_heights
 from perception.grasps.network_input import central_crop
-from perception.grasps.object_centroids import ObjectCentroids
 from perception.grasps.stereo import BASELINE, smoothed, unknown_pixels
 from robots import Box, Geom
 
@@ -75,20 +70,6 @@ def test_what_is_beyond_the_image_is_unknown_and_what_a_thing_hides_is_not() -> 
     assert unknown_at(found, 3.6, 0.0)
 
 
-def test_the_middle_is_not_known_of_what_stands_beside_something_unknown() -> None:
-    """Less than half of the box has a depth, and the image goes on beyond it."""
-    seen = frame(box_world(yaw=0.0, x=3.0, y=0.0), looking_down(0.3))
-    hidden = np.array(seen.depth)
-    hidden[:, hidden.shape[1] // 2 + 12 :] = np.nan
-    here = np.array([2.99]), np.zeros(1)
-    for depth, shown in ((np.array(seen.depth), True), (hidden, False)):
-        around = local_heights(seen, depth, central_crop(depth.shape, CAMERA, 0.3), 0.3)
-        centroids = ObjectCentroids(around.scene, FLOOR + 0.008, None, around.border)
-        assert centroids.at(*here)[0] < 0.05
-        assert centroids.shows_middle(*here).tolist() == [shown]
-        assert centroids.shows_middle(np.array([3.1]), np.zeros(1)).tolist() == [False]  # nothing
-
-
 def test_a_thing_that_gives_no_depth_is_unknown_where_it_stands() -> None:
     assert not unknown_at(seen_from(looking_down(0.4)), 3.0, 0.0)
     found = seen_from(looking_down(0.4), hole=80)
@@ -126,16 +107,6 @@ def test_the_palm_does_not_meet_what_is_within_the_minimum_range() -> None:
     assert score == 0.0
 
 
-@pytest.mark.parametrize(("beside", "fits"), [(0.010, False), (0.062, True)])
-def test_no_finger_goes_down_where_the_image_shows_nothing(beside: float, fits: bool) -> None:
-    where = scene(box(0.0, 0.0, 0.03, 0.12, 0.05))
-    where = replace(where, unknown=0.015 + beside < X)
-    one = np.ones(1)
-    assert HAND.opening > 0.03
-    found = assess(where, 0 * one, 0 * one, 0 * one, MAP_FLOOR, GRIPPER)
-    assert (found.score[0] > 0.0) == fits
-
-
 def step(near: float, far: float, noise: float, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """The true depth of a step and what a stereo camera measures, with a noise in pixels."""
     true = np.full((60, 80), far, dtype=np.float32)
@@ -153,15 +124,3 @@ def test_smoothing_improves_far_surfaces_and_keeps_edges() -> None:
     true, measured = step(1.35, 1.5, noise=0.05)
     edge = 0.5 * (1.35 + 1.5)
     assert np.mean((smoothed(measured, FX) < edge) == (true < edge)) > 0.999
-
-
-def test_a_hole_stays_a_hole_and_spoils_nothing_around_it() -> None:
-    true, measured = step(1.5, 1.5, noise=0.02)
-    measured[30, 40] = np.nan
-    measured[10:14, 10:14] = 0.0
-    result = smoothed(measured, FX)
-    assert np.isnan(result[30, 40])
-    assert np.isnan(result[10:14, 10:14]).all()
-    seen = np.isfinite(result)
-    assert seen.sum() == true.size - 17
-    assert np.abs(result[seen] - 1.5).max() < 0.006

@@ -17,8 +17,7 @@ from hw.sim import (
     build_world,
     painted,
 )
-from perception import candidate_boundaries, segment_objects
-from perception.objects.boundaries import Blob
+from perception import segment_objects
 from robots import Box, Cylinder, Geom, Plane, load_robot
 
 CAMERA = load_robot("frankie").camera
@@ -74,14 +73,3 @@ def test_one_thing_of_many_parts_is_one(name):
     (obj,) = build_world(scene, rng).objects
     here = SE3(obj.pose.rotation, obj.pose.translation * [0.0, 0.0, 1.0] - [0.0, 0.0, 0.05])
     assert count(*obj.placed(here)) == 1
-
-
-def test_a_boundary_divides_a_blob_completely():
-    cells = np.zeros((60, 60), dtype=bool)
-    cells[10:50, 10:20] = cells[10:20, 10:50] = True
-    blob = Blob(above=np.where(cells, 0.03, 0.0).astype(np.float32), cells=cells, cell=0.0015)
-    found = list(candidate_boundaries(blob))
-    assert found
-    for one, other in found:
-        assert not (one & other).any()
-        assert ((one | other) == cells).all()

@@ -149,14 +149,3 @@ def test_a_failed_grasp_is_avoided_until_forgotten() -> None:
     assert "failed before" in tracker.reason
     tracker.forget()
     assert position(tracker.update(seen(bad, other), FAR))[0] == pytest.approx(0.0)
-
-
-@pytest.mark.parametrize(
-    ("x", "yaw_deg", "avoided"),
-    [(0.010, 10.0, True), (0.010, 170.0, True), (0.020, 0.0, False), (0.0, 40.0, False)],
-)
-def test_only_grasps_like_a_failed_one_are_avoided(x: float, yaw_deg: float, avoided: bool) -> None:
-    tracker = GraspTracker()
-    tracker.reject(grasp(0.0, 0.0).wTg)
-    followed = tracker.update(seen(grasp(x, 0.0, yaw_deg=yaw_deg)), FAR)
-    assert (followed is None) == avoided

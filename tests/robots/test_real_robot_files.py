@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from itertools import product
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from config import ConfigError
-from robots import half_extents, load_real_robot, load_robot
+from robots import load_real_robot, load_robot
 from robots.load import SHIPPED
 
 FRANKIE = load_robot("frankie")
@@ -48,10 +47,6 @@ def test_shipped_files_are_found_from_anywhere(
         load_real_robot("robots/emulatd.yaml")
 
 
-def test_a_description_is_no_real_robot() -> None:
-    assert load_real_robot("frankie") is None
-
-
 def test_the_template_is_slow_brakes_as_its_base_does_and_is_not_emulated(file: Path) -> None:
     robot, real = load_robot(file), load_real_robot(file)
     assert real is not None
@@ -74,19 +69,6 @@ def test_what_differs_on_this_robot_takes_the_place_of_the_description(file: Pat
     assert robot.arm.lag == 0.05
     assert robot.base.lag == 0.25
     np.testing.assert_allclose(FRANKIE.bTa.translation, [0.15, 0.0, 0.38])
-
-
-def test_the_camera_is_on_the_hand_where_it_is_mounted(file: Path) -> None:
-    mount = "camera_mount: {xyz: [0.05, 0.01, -0.09], rpy_deg: [4, 0, 91]}\n"
-    file.write_text(file.read_text() + mount)
-    robot = load_robot(file)
-    box, body = robot.gripper.camera, robot.camera.body
-    assert box is not None
-    half = np.array(half_extents(body.shape))
-    corners = np.array(list(product((-1, 1), repeat=3))) * half
-    on_hand = np.array([(robot.camera.eTc * body.pose).act(corner) for corner in corners])
-    np.testing.assert_allclose(on_hand.max(0), box.pose.translation + half_extents(box.shape))
-    np.testing.assert_allclose(on_hand.min(0), box.pose.translation - half_extents(box.shape))
 
 
 QUALITY = """\
@@ -112,14 +94,6 @@ def test_mounts_and_full_scale_may_stand_in_files_of_their_own(file: Path) -> No
     file.with_name("site.yaml").unlink()
     with pytest.raises(ConfigError, match="doctor --write-site"):
         load_robot(file)
-
-
-def test_its_description_may_be_a_file_beside_it(file: Path) -> None:
-    body = file.parent / "wide.yaml"
-    body.write_text((SHIPPED / "frankie.yaml").read_text())
-    edit(body, "[0.70, 0.50, 0.38]", "[0.70, 0.60, 0.38]")
-    edit(file, "robot: frankie", "robot: wide.yaml")
-    assert load_robot(file).base.size[1] == 0.60
 
 
 @pytest.mark.parametrize(
