@@ -8,11 +8,7 @@ from math import sqrt
 import numpy as np
 
 from controller.collision.collision_model import CollisionModels
-from controller.collision.distance_constraints import (
-    SLACK_COSTS,
-    CollisionAvoidance,
-    NearestPair,
-)
+from controller.collision.distance_constraints import SLACK_COSTS, CollisionAvoidance, NearestPair
 from controller.collision.moving_obstacles import waits_for
 from controller.collision.self_collision import SelfCollision
 from controller.command import (

@@ -12,13 +12,7 @@ from perception.frame import Array, FloatArray, Frame, Image
 from robots import Intrinsics
 
 
-def world_points(
-    depth: Image,
-    intrinsics: Intrinsics,
-    wTc: SE3,
-    u: Array,
-    v: Array,
-) -> Array:
+def world_points(depth: Image, intrinsics: Intrinsics, wTc: SE3, u: Array, v: Array) -> Array:
     """(..., 3) world points of pixels [m]; NaN where the depth is.
 
     Args:

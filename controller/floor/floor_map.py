@@ -39,10 +39,7 @@ class FloorMap:
         self.fixtures = fixtures
         length, width, height = description.base.size
         foot = description.bTa.translation
-        bands = (
-            (_FLAT, height + _OVER_BASE),
-            (float(foot[2]), float(foot[2]) + COLUMN),
-        )
+        bands = ((_FLAT, height + _OVER_BASE), (float(foot[2]), float(foot[2]) + COLUMN))
         standing = [[footprint(fixture, *band) for band in bands] for fixture in fixtures]
         known = [found for both in standing for found in both if found is not None]
         self.free = not known  # whether there are no obstacles

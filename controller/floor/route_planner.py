@@ -151,14 +151,7 @@ class Planner:
         return found or [widest[1]]
 
     def _along(
-        self,
-        a: Pose2D,
-        out: float,
-        line: Array,
-        into: float,
-        b: Pose2D,
-        *,
-        backwards: bool = False,
+        self, a: Pose2D, out: float, line: Array, into: float, b: Pose2D, *, backwards: bool = False
     ) -> list[Leg]:
         """Legs out of `a`, along a line (N, 2), and into `b`."""
         before, after = np.array([a[:2], line[0]]), np.array([line[-1], b[:2]])

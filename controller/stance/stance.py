@@ -107,9 +107,7 @@ def _angle_per_sine(sine: Array, cosine: Array) -> Array:
 
 
 def _solve(
-    model: RobotModel,
-    q: Array,
-    equations: Callable[[ToolPoses], tuple[Array, Array]],
+    model: RobotModel, q: Array, equations: Callable[[ToolPoses], tuple[Array, Array]]
 ) -> tuple[Array, Array]:
     """Postures (N, 7) that solve M equations by damped least squares, and their errors (N,).
 

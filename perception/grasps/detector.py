@@ -74,12 +74,7 @@ class GraspDetector:
         self._otherwise: CandidateSource | None = SpreadPoints() if proposer is None else None
         if proposer is None:
             # Not at the top: torch takes a second to import.
-            from perception.networks import (
-                DEFAULT_NETWORK,
-                Proposer,
-                load_network,
-                shipped_network,
-            )
+            from perception.networks import DEFAULT_NETWORK, Proposer, load_network, shipped_network
 
             proposer = Proposer(
                 load_network(weights) if weights else shipped_network(network or DEFAULT_NETWORK)
@@ -92,10 +87,7 @@ class GraspDetector:
         self._hold = hold
 
     def detect(
-        self,
-        frame: Frame,
-        workspace: Workspace | None = None,
-        memory: SceneMemory | None = None,
+        self, frame: Frame, workspace: Workspace | None = None, memory: SceneMemory | None = None
     ) -> Detection:
         """Find grasps from straight above.
 

@@ -172,11 +172,7 @@ def probability_by(network: HoldNetwork, gripper: GripperDescription) -> HoldPro
 
 
 def hold_measures(
-    near: Tensor,
-    far: Tensor,
-    far_unknown: Tensor,
-    numbers: Tensor,
-    gripper: GripperDescription,
+    near: Tensor, far: Tensor, far_unknown: Tensor, numbers: Tensor, gripper: GripperDescription
 ) -> Tensor:
     """(N, MEASURES) of the order of 1, the same for a mirrored grasp.
 

@@ -9,17 +9,7 @@ from colorsys import rgb_to_hsv
 from typing import Literal, TypeAlias, get_args
 
 ColourName: TypeAlias = Literal[
-    "red",
-    "orange",
-    "yellow",
-    "green",
-    "blue",
-    "purple",
-    "pink",
-    "brown",
-    "white",
-    "grey",
-    "black",
+    "red", "orange", "yellow", "green", "blue", "purple", "pink", "brown", "white", "grey", "black"
 ]
 COLOURS: tuple[ColourName, ...] = get_args(ColourName)
 

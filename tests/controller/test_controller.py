@@ -31,11 +31,7 @@ ROBOTS = ["frankie", "omni"]
 
 @pytest.mark.parametrize("robot", ROBOTS)
 @pytest.mark.parametrize(
-    "wTe",
-    [
-        tool_pose(-2.0, 1.0, 0.6, yaw=np.pi, tilt=0.3),
-        tool_pose(0.7, 0.1, 0.6, yaw=0.5),
-    ],
+    "wTe", [tool_pose(-2.0, 1.0, 0.6, yaw=np.pi, tilt=0.3), tool_pose(0.7, 0.1, 0.6, yaw=0.5)]
 )
 def test_reaches_position_and_orientation_within_all_limits(robot, wTe):
     run = run_to(PoseGoal(wTe=wTe), robot=robot)
@@ -130,9 +126,7 @@ def test_every_finite_input_gives_a_finite_command_within_limits(robot, seed, sc
 
 
 @settings(max_examples=150, deadline=None)
-@given(
-    numbers=st.lists(st.floats(allow_nan=True, allow_infinity=True), min_size=20, max_size=20),
-)
+@given(numbers=st.lists(st.floats(allow_nan=True, allow_infinity=True), min_size=20, max_size=20))
 def test_any_numbers_at_all_are_answered_within_limits_or_refused(numbers):
     controller = kept_controller("frankie")
     model, stop = controller.model, Command.stop()

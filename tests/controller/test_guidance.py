@@ -5,14 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
-from motion import (
-    Lagging,
-    State,
-    assert_within_limits,
-    reachable_poses,
-    run_to,
-    tool_pose,
-)
+from motion import Lagging, State, assert_within_limits, reachable_poses, run_to, tool_pose
 from pinocchio import SE3
 
 from controller import (
@@ -34,7 +27,7 @@ READY = load_robot("frankie").arm.ready
 
 BARE = replace(ControllerSettings(), guidance=None)
 HARD = [  # position [m], roll, pitch, yaw [rad]: where the QP alone gets stuck
-    ((1.576, 2.703, 1.024), (1.105, 0.481, -1.552)),
+    ((1.576, 2.703, 1.024), (1.105, 0.481, -1.552))
 ]
 ORIGIN = Pose2D(0.0, 0.0, 0.0)
 

@@ -9,14 +9,7 @@ from motion import State
 from pinocchio import SE3
 from scipy.optimize import lsq_linear
 
-from controller import (
-    PAPER,
-    Command,
-    ControllerSettings,
-    HolisticController,
-    PoseGoal,
-    RobotModel,
-)
+from controller import PAPER, Command, ControllerSettings, HolisticController, PoseGoal, RobotModel
 from controller.report import StepReport
 from robots import load_robot, robot_names, with_base_speeds
 

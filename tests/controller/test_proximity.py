@@ -5,11 +5,7 @@ import pytest
 from motion import proximity
 from pinocchio import SE3
 
-from controller import (
-    Obstacle,
-    Surroundings,
-    robot_model,
-)
+from controller import Obstacle, Surroundings, robot_model
 from controller.collision.proximity import Distances
 from robots import Box, Cylinder, Geom
 

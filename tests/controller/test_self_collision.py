@@ -5,14 +5,7 @@ import pytest
 from motion import State, move, tool_pose
 from pinocchio import SE3
 
-from controller import (
-    OPEN_FLOOR,
-    Command,
-    HolisticController,
-    PoseGoal,
-    SelfCollision,
-    robot_model,
-)
+from controller import OPEN_FLOOR, Command, HolisticController, PoseGoal, SelfCollision, robot_model
 from controller.collision.collision_model import CollisionModel, PairKind
 from controller.collision.proximity import Proximity, Ranges
 from robots import load_robot

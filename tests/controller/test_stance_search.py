@@ -129,10 +129,7 @@ UNREACHABLE = {
     "no stance stands free of": tool_pose(1.7, 4.0, 0.9),
 }
 """What is said, and of which goal. The last one is on the far side of a fence."""
-YARD = (
-    box("fence", (1.7, 4.0, 0.2), (1.5, 1.5, 0.2)),
-    *ROOM,
-)
+YARD = (box("fence", (1.7, 4.0, 0.2), (1.5, 1.5, 0.2)), *ROOM)
 
 
 @pytest.mark.parametrize("reason", UNREACHABLE)

@@ -9,11 +9,7 @@ from pinocchio import SE3, exp3
 from behaviours.parameter_types import Region
 from hw import DepthFrame
 from hw.sim import D435Noise, DepthRenderer, Hand, SimObject, World
-from perception import (
-    Candidates,
-    GraspDetector,
-    Proposals,
-)
+from perception import Candidates, GraspDetector, Proposals
 from perception.frame import Array, Image, Mask, ObjectRegion
 from robots import Box, Geom, load_robot
 
@@ -159,9 +155,7 @@ def test_a_grasp_on_a_thing_closes_on_that_thing_alone(detector: GraspDetector) 
     assert any(one.wTg.translation[0] < 3.03 for one in free)
 
 
-def test_the_occupied_area_is_that_of_the_box_and_not_of_the_walls(
-    detector: GraspDetector,
-) -> None:
+def test_the_occupied_area_is_that_of_the_box_and_not_of_the_walls(detector: GraspDetector) -> None:
     for wTc in (looking_down(0.42), looking_down(0.48, 0.4, (0.08, 0.05))):
         found = detector.detect(frame(box_world(), wTc), WORKSPACE)
         assert found.occupied_area == pytest.approx(0.12 * 0.04, rel=0.2)

@@ -40,23 +40,13 @@ def test_an_unknown_robot_is_refused_with_the_nearest_name() -> None:
 @pytest.mark.parametrize(
     ("file", "old", "new", "told"),
     [
-        (
-            "frankie.yaml",
-            "lag: 0.10",
-            "lagg: 0.10",
-            "8:3: base.lagg: unknown key; did",
-        ),
+        ("frankie.yaml", "lag: 0.10", "lagg: 0.10", "8:3: base.lagg: unknown key; did"),
         ("frankie.yaml", "reverse: 0.25", "", "9:3: base.limits.reverse: is missing"),
         ("frankie.yaml", "[1.0, 0.0, 1.05]", "[1.0, 0.5, 1.05]", "a differential drive has no"),
         ("frankie.yaml", "arm: panda", "arm: pandda", "17:6: arm: no part is called `pandda`; did"),
         ("frankie.yaml", "[0, -1, 0]", "[0, -2, 0]", "rotation: the rows of a rotation matrix"),
         ("frankie.yaml", "  rotation:", "  rpy_deg: [0, 0, 0]\n  rotation:", "give either"),
-        (
-            "parts/panda.yaml",
-            "0.0, -2.2, 0.0",
-            "0.0, 2.2, 0.0",
-            "16:8: ready: joint 4 is",
-        ),
+        ("parts/panda.yaml", "0.0, -2.2, 0.0", "0.0, 2.2, 0.0", "16:8: ready: joint 4 is"),
         ("parts/panda.yaml", "-1.7628, 1.7628", "1.7628, -1.7628", "7:66: joints.1.position: the"),
         ("parts/panda.yaml", "link3, link5", "link3, link9", "no link is called `link9`; did"),
         ("parts/panda.yaml", "0.00015, 8.2299e-6]", "0.1, 0.0]", "inertia.0: no body has these"),
