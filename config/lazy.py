@@ -12,11 +12,7 @@ from typing import Any
 
 
 def lazy_face(package: str) -> Callable[[str], Any]:
-    """The `__getattr__` of a package, for the names under its `if TYPE_CHECKING:` (PEP 562).
-
-    Args:
-        package: its `__name__`.
-    """
+    """The `__getattr__` of a package, for the names under its `if TYPE_CHECKING:` (PEP 562)."""
 
     def of_package(name: str) -> Any:
         where = _homes(package).get(name)

@@ -124,12 +124,7 @@ class Guidance:
     ) -> StanceBias | None:
         """The bias of one period towards the goal's stance; None without one, or if it `rests`.
 
-        Args:
-            goal: of the end effector.
-            error: of the end effector.
-            wTb: base pose.
-            q: (7,) joint positions [rad].
-            surroundings: the obstacles.
+        `error` is that of the end effector, `q` are the joint positions (7,) [rad].
         """
         g = self._guidance
         distance = error.position + g.metres_per_radian * error.orientation

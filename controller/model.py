@@ -134,14 +134,9 @@ def robot_model(robot: str | Path) -> RobotModel:
 def manipulability(screws: Array, hessian: Array) -> tuple[float, Array]:
     """Yoshikawa's manipulability m = sqrt(det(J Jᵀ)) and its gradient (Haviland 2022, eq. 12).
 
-    The gradient is m vec(J H_kᵀ)ᵀ vec((J Jᵀ)⁻¹) for every joint k.
-
-    Args:
-        screws: (6, n) J of a part of the chain.
-        hessian: (n, n, 6) its derivative, H_k = hessian[k]ᵀ.
-
-    Returns:
-        m and its gradient (n,) by the joints; the gradient is zero where that part is singular.
+    J (6, n) are the screws of a part of the chain, `hessian` (n, n, 6) their derivative, H_k =
+    hessian[k]ᵀ. The gradient (n,) is m vec(J H_kᵀ)ᵀ vec((J Jᵀ)⁻¹) for every joint k, and zero where
+    that part is singular.
     """
     squares = eigenpy.LDLT(screws @ screws.T)
     m = sqrt(max(prod(squares.vectorD().tolist()), 0.0))

@@ -44,11 +44,9 @@ class VelocityBounds:
         return _Joint(low, high, speed, acceleration, lag, low + near, high - near)
 
     def __call__(self, q: Array, last: Array) -> tuple[Array, Array]:
-        """Lower and upper bounds (n,), lower <= upper.
+        """Lower and upper bounds (n,), lower <= upper, [m/s, rad/s].
 
-        Args:
-            q: (7,) joint positions [rad].
-            last: (n,) velocities of the previous period, base first.
+        `q` are the joint positions (7,) [rad], `last` the velocities (n,) of the previous period.
         """
         # Plain floats: on nine numbers they are faster than arrays.
         lower, upper = self._lower.copy(), self._upper.copy()

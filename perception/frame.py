@@ -64,7 +64,5 @@ class ObjectRegion(Workspace, Protocol):
     def owns(self, centres: Array, contacts: Array) -> Mask:
         """(N,) which grasps are on one of the objects and touch nothing else.
 
-        Args:
-            centres: (N, 3) in the world [m].
-            contacts: (N, 2, 3) of both fingers, in the world [m].
+        `centres` (N, 3) and `contacts` (N, 2, 3) of both fingers are in the world [m].
         """

@@ -15,12 +15,7 @@ from robots import Intrinsics
 def world_points(depth: Image, intrinsics: Intrinsics, wTc: SE3, u: Array, v: Array) -> Array:
     """(..., 3) world points of pixels [m]; NaN where the depth is.
 
-    Args:
-        depth: along the optical axis, any shape [m].
-        intrinsics: the camera's pinhole model.
-        wTc: camera in the world.
-        u: columns in the full image, broadcast to `depth` [px].
-        v: rows in the full image, likewise [px].
+    `u` and `v` are columns and rows in the full image, broadcast to `depth` [px].
     """
     return np.stack(world_maps(depth.astype(float), intrinsics, wTc, u, v), axis=-1)
 
@@ -81,12 +76,8 @@ def closing_direction(
 ) -> Array:
     """(N,) horizontal closing directions, from x towards y of the world [rad].
 
-    Args:
-        intrinsics: the camera's pinhole model.
-        wTc: camera in the world.
-        pixel: (N, 2) full-image (u, v).
-        angle: (N,) in the image, from u towards v [rad].
-        height: (N,) of the horizontal plane [m].
+    Of angles (N,) in the image, from u towards v [rad], at pixels (N, 2) that show planes at
+    heights (N,) [m].
     """
     camera = Camera(intrinsics=intrinsics, wTc=wTc)
     step = 4.0 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
@@ -97,12 +88,7 @@ def closing_direction(
 def grasp_pose(x: float, y: float, z: float, direction: float, wTc: SE3) -> SE3:
     """WTg of a grasp from straight above, turned by half a turn if that turns the camera less.
 
-    Args:
-        x: centre in the world [m].
-        y: [m].
-        z: [m].
-        direction: closing direction, from x towards y of the world [rad].
-        wTc: camera in the world.
+    `direction` is the closing direction, from x towards y of the world [rad].
     """
     x_closing, y_closing = np.cos(direction), np.sin(direction)
     if x_closing * wTc.rotation[0, 0] + y_closing * wTc.rotation[1, 0] < 0.0:

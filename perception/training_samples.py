@@ -107,13 +107,7 @@ class Shard:
 
 
 class SampleStream:
-    """Random windows from shards, of which only some are in memory.
-
-    Args:
-        paths: of the shards.
-        seed: of everything random.
-        in_memory: number of shards in memory.
-    """
+    """Random windows from shards, `in_memory` at a time; all follows from the seed."""
 
     def __init__(self, paths: Sequence[Path], seed: int, in_memory: int = 12) -> None:
         self._paths = list(paths)

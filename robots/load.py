@@ -61,10 +61,7 @@ def robot_names() -> list[str]:
 
 
 def load_robot(robot: str | Path) -> RobotDescription:
-    """The description of a robot; one object for equal files.
-
-    Args:
-        robot: name of a shipped robot, or path of a robot file.
+    """The description of a robot, by its shipped name or its file; one object for equal files.
 
     Raises:
         ConfigError: there is no such robot, or one of its files says something impossible.
@@ -77,10 +74,7 @@ def load_robot(robot: str | Path) -> RobotDescription:
 
 
 def load_real_robot(robot: str | Path) -> RealRobot | None:
-    """The hardware of a robot; None for a description.
-
-    Args:
-        robot: name of a shipped robot, or path of a robot file.
+    """The hardware of a robot, by its shipped name or its file; None for a description.
 
     Raises:
         ConfigError: there is no such robot, or its file says something impossible.

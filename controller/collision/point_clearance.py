@@ -64,11 +64,8 @@ class PointClearance:
     ) -> Numbers | None:
         """The probes that may be near enough to a point to matter; None if none is.
 
-        Args:
-            cloud: the points.
-            motion: (n, 2) largest motion of every degree of freedom since the last call, and its
-                largest speed.
-            within: from speeds (F,) to the distances (F,) that matter.
+        `motion` (n, 2) are the largest motion of every degree of freedom since the last call and
+        its largest speed; `within` gives the distances (F,) that matter at speeds (F,).
         """
         if cloud is not self._cloud:
             self._cloud, self._at_least = cloud, np.full(len(self._body), -np.inf)

@@ -28,12 +28,7 @@ _SPACING = 0.05  # spacing of the points on the edge of the base [m]
 
 
 class FloorMap:
-    """Free room for the base of one robot and the column of its arm.
-
-    Args:
-        fixtures: static obstacles in the world; planes are the floor.
-        description: the robot.
-    """
+    """Free room for the base of one robot and the column of its arm; planes are the floor."""
 
     def __init__(self, fixtures: tuple[Geom, ...], description: RobotDescription) -> None:
         self.fixtures = fixtures

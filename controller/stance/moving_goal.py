@@ -184,14 +184,9 @@ class MovingGoalFollower:
     def _discomfort(
         self, arm: _Arm, reach: Array, liked: float, swing: Array, twisted: Array
     ) -> Array:
-        """Costs of the arm (N,).
+        """Costs of the arm (N,) with the goal at distances `reach` (N,) from its foot [m].
 
-        Args:
-            arm: its present state.
-            reach: (N,) distances of the goal from its foot [m].
-            liked: the preferred distance [m].
-            swing: (N,) turns of joint 1 from now on [rad].
-            twisted: (N,) turns of the hand against that [rad].
+        Joint 1 turns by `swing` (N,) from now on, the hand by `twisted` (N,) against that [rad].
         """
         first, last = arm.first + swing, arm.last + arm.upright * twisted
         level = (1.0 - arm.upright**2) * (arm.lean + twisted) ** 2

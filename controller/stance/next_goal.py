@@ -60,13 +60,7 @@ class NextGoalApproach:
     ) -> StanceBias | None:
         """The bias of one period; None as long as the next stance is not known.
 
-        Args:
-            wTe: the next goal of the end effector.
-            error: distance of the end effector to its present goal [m].
-            manipulability: of the arm.
-            lag: of the base.
-            wTb: base pose.
-            q: (7,) joint positions [rad].
+        `wTe` is the next goal, `error` the distance of the end effector to its present one [m].
         """
         if self._led is None:
             self._led = lag.commanded

@@ -32,11 +32,8 @@ def free_distances(
 ) -> tuple[Array, Array]:
     """Distances from the centre to the first obstacle beyond the body, to either side [m].
 
-    Args:
-        blocked: (N, along) whether anything is in the way of the fingers.
-        body_first: (N,) start of the body along the closing direction [m].
-        body_last: (N,) its end [m].
-        centre: (N,) origin of the distances [m].
+    `blocked` (N, along) is whether anything is in the way of the fingers; the ends of the body and
+    the centre (N,) are along the closing direction [m].
     """
     beyond = np.where(blocked & (body_last[:, None] < ALONG), ALONG, np.inf).min(axis=1)
     before = np.where(blocked & (body_first[:, None] > ALONG), ALONG, -np.inf).max(axis=1)

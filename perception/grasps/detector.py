@@ -89,15 +89,10 @@ class GraspDetector:
     def detect(
         self, frame: Frame, workspace: Workspace | None = None, memory: SceneMemory | None = None
     ) -> Detection:
-        """Find grasps from straight above.
+        """Find grasps from straight above: best first, or none and the reason.
 
-        Args:
-            frame: depth image with the camera's model and pose.
-            workspace: where to grasp; None is everywhere above the largest level surface.
-            memory: of earlier frames, to which this one is added; None has only this one.
-
-        Returns:
-            Grasps, best first, or none and the reason, which may be an unusable frame.
+        Without a workspace they are sought everywhere above the largest level surface. The frame is
+        added to the memory, and what it does not show is taken from there.
         """
         if reason := _unusable(frame):
             return _no_grasp(frame, reason)

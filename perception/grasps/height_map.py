@@ -153,11 +153,7 @@ class LocalHeights:
 def local_heights(frame: Frame, depth: Image, crop: Crop, support: float) -> LocalHeights:
     """The heights of a crop and, as far as the image shows it, of `REACH` around it.
 
-    Args:
-        frame: with the camera's model and pose.
-        depth: (H, W) of the frame [m].
-        crop: where grasps are searched.
-        support: depth of the support surface along the optical axis [m].
+    `support` is the depth of the support surface along the optical axis [m].
 
     Raises:
         NoDepthError: no pixel has a depth.

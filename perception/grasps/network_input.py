@@ -79,12 +79,9 @@ class Prepared:
 
 
 def central_crop(shape: tuple[int, int], intrinsics: Intrinsics, depth: float) -> Crop:
-    """The crop about the image centre with the network's scale at a depth.
+    """The crop about the image centre, (H, W), with the network's scale at a depth.
 
-    Args:
-        shape: (H, W) of the image.
-        intrinsics: the camera's pinhole model.
-        depth: of the support surface, along the optical axis [m].
+    `depth` is that of the support surface, along the optical axis [m].
     """
     height, width = shape
     wanted = INPUT_SIZE * METRES_PER_PIXEL * intrinsics.fx / max(depth, 1e-3)

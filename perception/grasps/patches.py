@@ -74,15 +74,7 @@ HoldProbability: TypeAlias = Callable[[GraspPatches], Array]
 def grasp_patches(
     scene: HeightMap, found: RefinedGrasps, centroids: ObjectCentroids, camera: Array, floor: float
 ) -> GraspPatches:
-    """Height patches and scalars of grasps.
-
-    Args:
-        scene: measured heights.
-        found: the grasps.
-        centroids: of the scene.
-        camera: (3,) in the world [m].
-        floor: height of the support surface [m].
-    """
+    """Height patches and scalars of grasps; `camera` (3,) is in the world [m]."""
     cosine, sine = np.cos(found.direction), np.sin(found.direction)
     near, near_unknown = _around(scene, found, cosine, sine, NEAR_CELL, NEAR_SHAPE)
     far, far_unknown = _around(scene, found, cosine, sine, FAR_CELL, FAR_SHAPE)

@@ -53,13 +53,10 @@ def smoothed(depth: Image, fx: float) -> Image:
 
 
 def unknown_pixels(depth: Image, missing: Mask, fx: float, farthest: float) -> Mask:
-    """Which of the missing pixels are not in the shadow of a nearer surface.
+    """(H, W) which of the missing pixels are not in the shadow of a nearer surface.
 
-    Args:
-        depth: (H, W) [m].
-        missing: (H, W) which pixels have no depth.
-        fx: focal length along the rows [px].
-        farthest: depth of the background beyond the border of the image [m].
+    `fx` is the focal length along the rows [px], `farthest` the depth of the background beyond the
+    border of the image [m].
     """
     width = depth.shape[1]
     pixel = np.flatnonzero(missing)

@@ -196,9 +196,7 @@ class GraspVelocity:
     def __call__(self, middle: tuple[float, float] | None, stamp: float) -> Array:
         """Velocity (3,) after one more frame [m/s]; zeros if it stands still.
 
-        Args:
-            middle: x, y of the object in the world [m]; None if it is not seen.
-            stamp: time of capture [s].
+        `middle` is x, y of the object in the world [m]; None if it is not seen.
         """
         seen = self._seen
         self._since = min(self._since, stamp)

@@ -46,14 +46,10 @@ class AngleBinNetwork(nn.Module):
         )  # few directions are good: begin with a low quality
 
     def forward(self, image: Tensor) -> Tensor:
-        """Evaluate.
+        """Evaluate on images (B, 1, n, n), depth less its mean in [-1, 1] m, n a multiple of 3.
 
-        Args:
-            image: (B, 1, n, n) depth less its mean [m], clipped to [-1, 1]; n a multiple of 3.
-
-        Returns:
-            (B, 2 ANGLE_BINS, n / 3, n / 3): the logit of the quality of each direction, then the
-            width of each [input px / 150].
+        Returns (B, 2 ANGLE_BINS, n / 3, n / 3): the logit of the quality of each direction, then
+        the width of each [input px / 150].
         """
         fine = self.stem(image)
         middle = self.to_middle(fine)

@@ -43,11 +43,8 @@ class GGCNN(nn.Module):
     def forward(self, image: Tensor) -> Tensor:
         """Evaluate layer by layer, as published.
 
-        Args:
-            image: (B, 1, 300, 300) depth less its mean [m], clipped to [-1, 1].
-
-        Returns:
-            (B, 4, 300, 300): quality, cosine, sine, width / 150 px.
+        From images (B, 1, 300, 300), depth less its mean in [-1, 1] m, to (B, 4, 300, 300):
+        quality, cosine, sine, width / 150 px.
         """
         x = image
         for layer in (self.conv1, self.conv2, self.conv3, self.convt1, self.convt2, self.convt3):

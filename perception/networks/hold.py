@@ -174,10 +174,7 @@ def probability_by(network: HoldNetwork, gripper: GripperDescription) -> HoldPro
 def hold_measures(
     near: Tensor, far: Tensor, far_unknown: Tensor, numbers: Tensor, gripper: GripperDescription
 ) -> Tensor:
-    """(N, MEASURES) of the order of 1, the same for a mirrored grasp.
-
-    Arguments as in `GraspPatches`.
-    """
+    """(N, MEASURES) of the order of 1, the same for a mirrored grasp; see `GraspPatches`."""
     hand = hand_dimensions(gripper)
     of = {name: numbers[:, at, None, None] for at, name in enumerate(NUMBERS)}
     half_open, half_width = of["opening"] / 2.0, of["width"] / 2.0

@@ -44,15 +44,7 @@ def fit_hold(
     settings: FitSettings,
     report: Callable[[FitReport], None],
 ) -> HoldNetwork:
-    """A network fitted to outcomes; the same for the same ones on one thread.
-
-    Args:
-        patches: of N grasps.
-        good: (N,) whether they held.
-        gripper: the hand that grasped.
-        settings: of the fit.
-        report: called after every round.
-    """
+    """A network fitted to whether N grasps held (N,); the same for the same ones on one thread."""
     torch.manual_seed(settings.seed)
     rng = np.random.default_rng(settings.seed)
     network = HoldNetwork()

@@ -34,12 +34,7 @@ class GraspMaps:
 
 
 def grasp_maps(maps: Image, allowed: Mask) -> GraspMaps:
-    """Smooth the raw maps of GG-CNN.
-
-    Args:
-        maps: (4, 300, 300) quality, cosine, sine, width / 150 px.
-        allowed: (300, 300) where a grasp may be.
-    """
+    """Smooth the raw maps of GG-CNN (4, 300, 300): quality, cosine, sine, width / 150 px."""
     quality, cosine, sine = (_blur(layer, SMOOTHING) for layer in maps[:3])
     return GraspMaps(
         quality=np.where(allowed, np.clip(quality, 0.0, 1.0), 0.0).astype(np.float32),
@@ -67,14 +62,10 @@ def find_candidates(maps: GraspMaps) -> Candidates:
 
 
 def bin_candidates(output: Image, allowed: Mask) -> tuple[Candidates, Image]:
-    """Local maxima over position and closing direction.
+    """Local maxima over position and closing direction, where a grasp is allowed (n, n).
 
-    Args:
-        output: (n, n, 2 ANGLE_BINS) quality, 0 to 1, and width of each direction.
-        allowed: (n, n) where a grasp may be.
-
-    Returns:
-        The candidates, and the (INPUT_SIZE, INPUT_SIZE) quality of the best direction.
+    `output` (n, n, 2 ANGLE_BINS) are quality, 0 to 1, and width of each direction. Also returns the
+    (INPUT_SIZE, INPUT_SIZE) quality of the best direction.
     """
     quality_of_all = np.zeros(allowed.shape, dtype=np.float32)
     rows, columns = (np.flatnonzero(allowed.any(axis=axis)) for axis in (1, 0))

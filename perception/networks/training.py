@@ -203,10 +203,8 @@ def _loss(network: Network, batch: Batch, device: str) -> Tensor:
 def bin_loss(maps: Tensor, quality: Tensor, width: Tensor) -> Tensor:
     """Cross entropy of the quality, weighted towards good grasps, and error of the width there.
 
-    Args:
-        maps: (B, 2 ANGLE_BINS, n, n) output of an `AngleBinNetwork`.
-        quality: (B, ANGLE_BINS, n, n).
-        width: (B, ANGLE_BINS, n, n).
+    `maps` (B, 2 ANGLE_BINS, n, n) are the output of an `AngleBinNetwork`; labels are
+    (B, ANGLE_BINS, n, n).
     """
     logits, widths = maps[:, :ANGLE_BINS], maps[:, ANGLE_BINS:]
     entropy = functional.binary_cross_entropy_with_logits(logits, quality, reduction="none")
@@ -220,13 +218,8 @@ def maps_loss(maps: Tensor, quality: Tensor, width: Tensor, on_object: Tensor) -
 
     Unlike in the published loss, angle and width are weighted by the quality of the grasp, and
     quality counts more on objects. Among equally good directions the one nearest to u is the
-    target, because the network would learn their average.
-
-    Args:
-        maps: (B, 4, 3 n, 3 n) output of a `GGCNN`.
-        quality: (B, ANGLE_BINS, n, n).
-        width: (B, ANGLE_BINS, n, n).
-        on_object: (B, n, n).
+    target, because the network would learn their average. `maps` (B, 4, 3 n, 3 n) are the output of
+    a `GGCNN`; labels are (B, ANGLE_BINS, n, n), `on_object` (B, n, n).
     """
     angles = torch.arange(ANGLE_BINS, device=maps.device) * (pi / ANGLE_BINS)
     preference = 1.0 + _U_PREFERENCE * torch.cos(2.0 * angles)

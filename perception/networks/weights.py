@@ -20,6 +20,7 @@ from safetensors import SafetensorError, safe_open
 from safetensors.torch import load_file, save_file
 from torch import Tensor, nn
 
+from config import quoted
 from perception.grasps.candidates import WITHOUT_NETWORK
 from perception.grasps.network_input import WeightsError
 from perception.networks.angle_bins import AngleBinNetwork
@@ -41,11 +42,7 @@ def shipped_network(name: str = DEFAULT_NETWORK) -> Network:
         WeightsError: there is no network of this name.
     """
     if name not in NETWORKS:
-        known = ", ".join(f"`{each}`" for each in NETWORKS)
-        without = " and ".join(f"`{each}`" for each in WITHOUT_NETWORK)
-        raise WeightsError(
-            f"there is no network `{name}`; the networks are {known}; {without} do without one"
-        )
+        raise WeightsError(f"no network `{name}`; known: {quoted((*NETWORKS, *WITHOUT_NETWORK))}")
     with as_file(files("perception") / "weights" / f"{name}.safetensors") as path:
         return load_network(path)
 
@@ -63,20 +60,14 @@ def load_network(path: Path) -> Network:
         if network.state_dict().keys() == state.keys():
             break
     else:
-        names = ", ".join(f"`{name}`" for name in NETWORKS)
-        raise WeightsError(
-            f"{path}: these tensors belong to none of the networks {names}; give weights that were "
-            "trained for one of them"
-        )
+        names = quoted(NETWORKS)
+        raise WeightsError(f"{path}: the tensors are of none of {names}; give weights of one")
     network.load_state_dict(_checked(path, state, network))
     network = network.float().eval()
     with torch.inference_mode():
         answer = network(_plain_image())
     if not bool((answer.abs() < _LARGEST_OUTPUT).all()):
-        raise WeightsError(
-            f"{path}: with these weights the network answers numbers out of all reason; train or "
-            "download them again"
-        )
+        raise WeightsError(f"{path}: the network answers implausible numbers; train it again")
     return network
 
 
@@ -84,7 +75,7 @@ def read_state(path: Path, network: nn.Module) -> dict[str, Tensor]:
     """The tensors of a weights file for a network.
 
     Raises:
-            WeightsError: the file is missing, unreadable, of another network, or holds implausible
+        WeightsError: the file is missing, unreadable, of another network, or holds implausible
             numbers.
     """
     state = _read(path)
@@ -131,33 +122,25 @@ def network_name(network: Network) -> str:
 def _read(path: Path) -> dict[str, Tensor]:
     if not isfile(path):
         raise WeightsError(f"{path}: no such weights file; give the path of a .safetensors file")
-    if path.suffix == ".safetensors":
-        try:
-            return load_file(path)
-        except Exception as error:  # of a parser of files that anybody may have made
-            raise WeightsError(
-                f"{path}: not a readable safetensors file ({_one_line(error)}); train or download "
-                "it again"
-            ) from error
     try:
+        if path.suffix == ".safetensors":
+            return load_file(path)
         with warnings.catch_warnings(action="ignore"):  # such files are refused below
             state = torch.load(path, map_location="cpu", weights_only=True)
     except pickle.UnpicklingError as error:
         raise WeightsError(
-            f"{path}: contains pickled code, which is never run; save only its state_dict() and "
-            "give that file"
+            f"{path}: contains pickled code, which is never run; save only its state_dict()"
         ) from error
-    except Exception as error:  # as above
-        raise WeightsError(
-            f"{path}: not a weights file; give a .safetensors file or a saved state_dict()"
-        ) from error
+    except Exception as error:  # of a parser of files that anybody may have made
+        raise _unreadable(path, error) from error
     if not isinstance(state, dict) or not all(isinstance(v, Tensor) for v in state.values()):
         raise WeightsError(f"{path}: not a state_dict; save the network's state_dict() instead")
     return state
 
 
-def _one_line(error: Exception) -> str:
-    return " ".join(str(error).split())[:100]
+def _unreadable(path: Path, error: Exception) -> WeightsError:
+    why = " ".join(str(error).split())[:100]
+    return WeightsError(f"{path}: not a readable weights file ({why}); train or download it again")
 
 
 def save_network(network: nn.Module, path: Path, metadata: Mapping[str, object]) -> None:
@@ -180,10 +163,7 @@ def read_metadata(path: Path) -> dict[str, object]:
         with safe_open(path, framework="pt") as file:
             texts = file.metadata() or {}
     except (SafetensorError, OSError, ValueError) as error:
-        raise WeightsError(
-            f"{path}: not a readable safetensors file ({_one_line(error)}); train or download it "
-            "again"
-        ) from error
+        raise _unreadable(path, error) from error
     metadata: dict[str, object] = {}
     for key, text in texts.items():
         try:

@@ -78,13 +78,7 @@ def _score(form: Array, body: Form) -> float:
 
 
 def measured(frame: ColourFrame, one: DetectedObject, valid: Mask) -> Form:
-    """The form of an object.
-
-    Args:
-        frame: that shows it.
-        one: the object.
-        valid: (H, W) which pixels have a depth.
-    """
+    """The form of an object in a frame; `valid` (H, W) are the pixels with a depth."""
     left, above, right, below = one.box
     v, u = np.nonzero(valid[above : below + 1, left : right + 1])
     v, u = v + above, u + left

@@ -45,12 +45,7 @@ class Recogniser(Protocol):
         """The classes, as words that a task uses."""
 
     def recognise(self, frame: ColourFrame, objects: DetectedObjects) -> Sequence[Labelled]:
-        """Labels of an image.
-
-        Args:
-            frame: depth, colours if the camera has them, and the camera's pose.
-            objects: segmented in the region; a recogniser may ignore them.
-        """
+        """Labels of an image, by its depth, its colours if any, or the objects segmented in it."""
 
 
 @dataclass(frozen=True, kw_only=True)

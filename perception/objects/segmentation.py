@@ -36,14 +36,9 @@ _SQUARE = np.ones((3, 3), dtype=np.uint8)
 
 
 def segment_objects(frame: ColourFrame, workspace: Workspace) -> DetectedObjects | None:
-    """The objects in a region, from the left to the right of the image.
+    """The objects in a region, from the left to the right of the image; None without any depth.
 
-    Args:
-        frame: of a camera that frames down.
-        workspace: the region; objects stand on its floor.
-
-    Returns:
-        The objects; None if there is no depth in the image.
+    The camera looks down; objects stand on the floor of the workspace.
     """
     what = raised_regions(frame, workspace)
     if what is None or len(what.points) == 0:

@@ -75,13 +75,9 @@ def boundary_model() -> BoundaryModel:
 
 
 def split_touching(of_point: Indices, points: Array, floor: float, cell: float) -> Indices:
-    """Numbers (P,) of points, from 1, after splitting.
+    """Numbers (P,) of points (P, 3) in the world [m] after splitting; 0 belongs to nothing.
 
-    Args:
-        of_point: numbers from 1; 0 belongs to nothing.
-        points: (P, 3) in the world [m].
-        floor: height that objects stand on [m].
-        cell: side of the cells that blobs are made of [m].
+    `floor` is the height that objects stand on, `cell` the side of the cells of blobs [m].
     """
     cut = of_point.copy()
     open_numbers = [int(n) for n in np.unique(of_point) if n > 0]

@@ -35,5 +35,5 @@ def test_a_detector_does_without_a_network() -> None:
         assert (
             GraspDetector(network=name, gripper=load_robot("frankie").gripper).proposer.name == name
         )
-    with pytest.raises(WeightsError, match="`none` and `check` do without one"):
+    with pytest.raises(WeightsError, match="known: `bins`, `ggcnn`, `none`, `check`"):
         GraspDetector(network="nothing", gripper=load_robot("frankie").gripper)
