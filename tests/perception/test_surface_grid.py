@@ -74,9 +74,9 @@ def surfaces() -> SurfaceGrid:
 def test_noise_makes_no_ghosts(surfaces):
     """Flown over things in 3 s; a D435's noise, edges and holes included."""
     shapes = [FLOOR, TABLE, POST]
-    for step in range(90):
-        wTc = looking(0.4 + 0.005 * step, 0.2 * np.sin(0.05 * step), 1.2, 0.1)
-        see(surfaces, shapes, wTc, [step / 30.0])
+    for step in range(45):
+        wTc = looking(0.4 + 0.01 * step, 0.2 * np.sin(0.1 * step), 1.2, 0.1)
+        see(surfaces, shapes, wTc, [step / 15.0])
     points = surfaces.points
     assert len(points) > 500
     assert len(of(points, POST)) > 20
