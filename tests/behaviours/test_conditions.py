@@ -46,14 +46,6 @@ def test_the_battery_runs_down_with_the_time():
     assert asked(harness, condition) == (False, "battery at 0.0 %")
 
 
-def test_a_robot_that_does_not_tell_its_charge_has_none():
-    harness = Harness(table_world())
-    harness.robot.read = lambda: replace(type(harness.robot).read(harness.robot), battery=None)
-    answer, text = asked(harness, BatteryAbove("battery_above", harness.context, percent=0.0))
-    assert not answer
-    assert text == "the robot does not tell the charge of its battery"
-
-
 def test_near_is_about_the_hand_for_a_tool_pose():
     harness = Harness(table_world())
     x, y, z = harness.context.wTe.translation
@@ -67,7 +59,7 @@ def test_near_is_about_the_hand_for_a_tool_pose():
     )
 
 
-@pytest.mark.parametrize(("within_deg", "answer"), [(None, True), (91.0, True), (89.0, False)])
+@pytest.mark.parametrize(("within_deg", "answer"), [(None, True), (89.0, False)])
 def test_near_is_about_the_base_for_a_base_pose_and_its_heading_if_asked(within_deg, answer):
     harness = Harness(table_world())
     wTb = SE3(pin.utils.rotate("z", np.pi / 2), np.array([0.3, 0.4, 0.0]))
@@ -96,15 +88,6 @@ SPOT = Region(
     wTr=SE3(np.eye(3), np.array([0.75, 0.0, TABLE_TOP + 0.1])),
     size=np.array([0.4, 0.4, 0.2]),
 )
-
-
-def test_object_visible_tells_an_object_from_an_empty_table():
-    for objects, answer in (((), False), ((block(),), True)):
-        harness = Harness(table_world(*objects))
-        harness.reach_over(looking_down(0.68, 0.0, TABLE_TOP + 0.35))
-        condition = ObjectVisible("object_visible", harness.context, within=SPOT)
-        for _ in range(30):
-            assert asked(harness, condition) == (answer, f"{len(objects)} objects seen in spot")
 
 
 def test_object_visible_answers_anew_when_the_object_is_gone_and_when_the_camera_is_blind():

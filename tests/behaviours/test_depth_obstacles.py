@@ -4,6 +4,7 @@ from concurrent.futures import Future
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from harness import TABLE_TOP, block, detector, looking_down
 from pinocchio import SE3
 
@@ -155,6 +156,7 @@ def swept_at_the_post(sees: bool) -> tuple[float, list[str]]:
     return min(gaps), [fault.text for fault in robot.robot.read().faults]
 
 
+@pytest.mark.slow
 def test_a_post_on_the_table_is_not_hit_by_the_hand():
     _, faults = swept_at_the_post(sees=False)
     assert faults == ["the camera hit post"]  # which is beside the hand

@@ -40,20 +40,13 @@ def test_drive_goes_to_a_base_pose_and_leaves_the_arm(robot):
     np.testing.assert_allclose(harness.robot.read().q, READY, atol=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("how_far", "there"),
-    [
-        ({"turn_deg": 90.0}, (0.0, 0.0, 90.0)),
-        ({"turn_deg": -90.0, "forward_m": 0.6}, (0.0, -0.6, -90.0)),
-    ],
-)
-def test_drive_turns_and_goes_forward_from_where_it_stands(how_far, there):
+def test_drive_turns_and_goes_forward_from_where_it_stands():
     harness = Harness()
-    leaf = Drive("drive", harness.context, **how_far)
+    leaf = Drive("drive", harness.context, turn_deg=-90.0, forward_m=0.6)
     assert harness.run(leaf) is Status.SUCCESS
     x, y, heading = standing(harness)
-    assert (x, y) == pytest.approx(there[:2], abs=0.06)
-    assert heading == pytest.approx(there[2], abs=6.0)
+    assert (x, y) == pytest.approx((0.0, -0.6), abs=0.06)
+    assert heading == pytest.approx(-90.0, abs=6.0)
 
 
 def test_drive_goes_backwards_without_turning_round():
@@ -79,12 +72,6 @@ def test_driving_the_same_way_twice_goes_twice_as_far():
     assert harness.run(leaf) is Status.SUCCESS
     assert harness.run(leaf) is Status.SUCCESS
     assert standing(harness)[0] == pytest.approx(0.8, abs=0.12)
-
-
-@pytest.mark.parametrize("options", [{}, {"to": CORNER, "turn_deg": 5.0}])
-def test_drive_wants_one_way_to_say_where(options):
-    with pytest.raises(ValueError, match="say either where `to`, or how far"):
-        Drive("drive", Harness().context, **options)
 
 
 def test_drive_fails_on_a_fault_when_stuck_and_when_time_is_over():

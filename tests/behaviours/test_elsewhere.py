@@ -76,6 +76,7 @@ def test_a_table_higher_than_the_shoulder_is_reached_from_a_stance():
     assert not harness.world.touches
 
 
+@pytest.mark.slow
 def test_a_place_out_of_reach_is_left_for_another_and_may_be_in_reach_the_next_time():
     harness = held_among(box("shelf", (0.925, 0.0, TABLE_TOP + 0.2), (0.05, 0.06, 0.1)))
     leaf = Place("place", harness.context, on=FAR, pitch_m=0.13)
@@ -85,6 +86,7 @@ def test_a_place_out_of_reach_is_left_for_another_and_may_be_in_reach_the_next_t
     assert not harness.world.touches
 
 
+@pytest.mark.slow
 def test_what_meets_the_surface_early_and_turns_in_the_fingers_is_let_go():
     harness = held_block()
     leaf = Place("place", harness.context, on=FAR, pitch_m=0.13)
@@ -109,6 +111,7 @@ def test_a_straight_way_that_leads_nowhere_is_given_up_sooner(straight, patience
     assert harness.clock.now() - begun == pytest.approx(patience, abs=0.2)
 
 
+@pytest.mark.slow
 def test_a_grasp_out_of_reach_from_here_is_reached_from_elsewhere():
     """The table stands on the floor, and its far corner is too far from its front."""
     harness = Harness(table_world(block(x=1.05, y=0.28)))

@@ -50,22 +50,17 @@ def ready(harness: Harness) -> Posture:
     return Posture(name="ready", q=harness.robot.description.arm.ready)
 
 
-@pytest.mark.parametrize("says_it_moves", [False, True])
-def test_a_grasp_with_fingers_that_never_move_fails_and_the_grasp_is_not_blamed(says_it_moves):
+def test_a_grasp_with_fingers_that_never_move_fails_and_the_grasp_is_not_blamed():
     harness = over_the_table(block(x=0.75))
-    kill_gripper(harness, says_it_moves)
+    kill_gripper(harness)
     leaf = Grasp("grasp", harness.context, within=FAR)
     assert harness.run(leaf) is Status.FAILURE
     assert leaf.feedback_message == "the fingers did not move"
     assert harness.context.log.attempts == 0
     assert harness.context.wTe.translation[2] > TABLE_TOP + 0.05 + 0.05  # it is off the block
-    harness.reach_over(looking_down(0.68, 0.0, TABLE_TOP + 0.35))
-    assert harness.run(leaf) is Status.FAILURE  # it was found again, and gripped
-    assert leaf.feedback_message == "the fingers did not move"
 
 
-@pytest.mark.parametrize("says_it_moves", [False, True])
-@pytest.mark.parametrize("width", [0.08, 0.04])
+@pytest.mark.parametrize(("width", "says_it_moves"), [(0.08, True), (0.04, False)])
 def test_fingers_that_never_move_hold_nothing_wherever_they_stand(width, says_it_moves):
     harness = Harness(table_world())
     if width < 0.08:
@@ -107,15 +102,6 @@ def test_fingers_that_opened_again_hold_nothing():
     assert leaf.feedback_message == "the fingers have opened"
 
 
-def test_fingers_that_went_where_they_were_told_hold_nothing():
-    harness = Harness(table_world())
-    harness.grip(0.06)  # as before going down on a grasp
-    leaf = HoldingObject("holding_object", harness.context)
-    harness.tick(leaf)
-    assert leaf.status is Status.FAILURE
-    assert leaf.feedback_message.endswith("nothing stopped the fingers")
-
-
 def test_something_nearly_as_wide_as_the_hand_is_held():
     thing = block(half=(0.0385, 0.03, 0.025), x=1.0)
     harness = Harness(table_world(thing))
@@ -127,21 +113,6 @@ def test_something_nearly_as_wide_as_the_hand_is_held():
     assert harness.run(leaf) is Status.SUCCESS, leaf.feedback_message
 
 
-# place
-
-
-def test_nothing_moves_when_nothing_was_grasped():
-    """Fingers around something, and yet nobody has grasped it."""
-    harness = held_block()
-    harness.context.log.carried.clear()
-    leaf = place(harness)
-    harness.tick(leaf)
-    assert leaf.status is Status.FAILURE
-    assert leaf.feedback_message == "nothing to place: nothing was grasped"
-    harness.run_for(None, 0.1)
-    assert harness.speed < 1e-3
-
-
 def test_open_fingers_have_nothing_to_place():
     harness = Harness(table_world())
     leaf = place(harness)
@@ -150,24 +121,14 @@ def test_open_fingers_have_nothing_to_place():
     assert harness.speed == 0.0
 
 
-@pytest.mark.parametrize(("width", "reason"), [(0.0, "closed on nothing"), (0.07, "have opened")])
-def test_an_object_that_is_lost_on_the_way_is_not_placed(width, reason):
+def test_an_object_that_is_lost_on_the_way_is_not_placed():
     harness = held_block()
     leaf = place(harness)
     harness.run_for(leaf, 0.2)
     read = harness.robot.read
-    harness.robot.read = lambda: replace(read(), gripper_width=width)
+    harness.robot.read = lambda: replace(read(), gripper_width=0.07)
     assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message == f"nothing left to place: the fingers {reason}"
-
-
-def test_what_is_not_let_go_is_not_placed():
-    harness = held_block()
-    kill_gripper(harness)
-    leaf = place(harness)
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message == "the fingers did not move"
-    assert harness.context.log.placed == 0
+    assert leaf.feedback_message == "nothing left to place: the fingers have opened"
 
 
 def test_fingers_that_open_half_way_have_not_let_go():
@@ -180,10 +141,9 @@ def test_fingers_that_open_half_way_have_not_let_go():
     assert harness.context.log.placed == 0
 
 
-@pytest.mark.parametrize("half_width", [0.02, 0.034])
-def test_what_is_let_go_is_placed_though_a_reflex_ends_the_placing(half_width):
+def test_what_is_let_go_is_placed_though_a_reflex_ends_the_placing():
     """From a wide object the fingers cannot open far."""
-    harness = held_block(block(half=(0.02, half_width, 0.03)))
+    harness = held_block(block(half=(0.02, 0.034, 0.03)))
     leaf = place(harness)
     harness.run_into(leaf, "release")
     harness.robot.faults = (REFLEX,)
@@ -201,15 +161,6 @@ def test_what_is_let_go_is_placed_though_a_reflex_ends_the_placing(half_width):
     assert len(harness.context.set_down.shapes) == 1
 
 
-def test_fingers_that_close_again_at_once_have_let_nothing_go():
-    harness = held_block()
-    leaf = place(harness)
-    harness.run_into(leaf, "release")
-    harness.grip(0.0)
-    harness.grip(0.08)
-    assert harness.context.log.placed == 0
-
-
 def lowest_pad(harness: Harness) -> float:
     """Height of the lower finger tip over the table in this tick [m]."""
     gripper, wTe = harness.context.robot.description.gripper, harness.context.wTe
@@ -217,51 +168,32 @@ def lowest_pad(harness: Harness) -> float:
     return float(min(corner[2] for corner in corners)) - TABLE_TOP
 
 
-@pytest.mark.parametrize("grip_height", [-0.02, 0.03])
-def test_the_finger_tips_stay_above_the_surface(grip_height):
-    """However low the object was gripped, or seemed to be."""
+def test_the_finger_tips_stay_above_the_surface():
+    """However low the object seemed to be gripped."""
     harness = held_block(block(half=(0.02, 0.02, 0.02)))
-    harness.context.log.grip_height = grip_height
+    harness.context.log.grip_height = -0.02
     leaf, lowest = place(harness), np.inf
     while harness.run(leaf, seconds=0.01) is Status.RUNNING:
         lowest = min(lowest, lowest_pad(harness))
-    assert 0.003 < lowest < 0.03 + max(grip_height, 0.0)
+    assert 0.003 < lowest < 0.03
 
 
 def test_a_place_at_which_lowering_failed_is_not_tried_again():
     harness = held_block()
     leaf = place(harness)
-    harness.run_into(leaf, "lower")
-    harness.robot.faults = (REFLEX,)
-    harness.tick(leaf)
-    assert harness.context.log.places_blocked == {"table": {2}}
+    for fault, blocked in ((BUTTON, {}), (REFLEX, {"table": {2}})):
+        harness.robot.faults = ()
+        harness.run_into(leaf, "lower")
+        harness.robot.faults = (fault,)
+        harness.tick(leaf)
+        assert harness.context.log.places_blocked == blocked
     harness.robot.faults = ()
     assert harness.run(leaf) is Status.SUCCESS
     assert leaf.feedback_message == "placed on table, place 4"
 
 
-def test_a_place_that_the_hand_cannot_be_lowered_on_is_not_tried_again():
-    harness = held_block()
-    leaf = place(harness)
-    harness.run_into(leaf, "lower")
-    harness.robot.stuck = True
-    assert harness.run(leaf, seconds=5.0) is Status.FAILURE
-    assert leaf.feedback_message.startswith("lowering: stuck")
-    assert harness.context.log.places_blocked == {"table": {2}}
-
-
-def test_an_emergency_stop_says_nothing_about_the_place():
-    harness = held_block()
-    leaf = place(harness)
-    harness.run_into(leaf, "lower")
-    harness.robot.faults = (BUTTON,)
-    harness.tick(leaf)
-    assert leaf.status is Status.FAILURE
-    assert harness.context.log.places_blocked == {}
-
-
 def test_places_that_are_taken_or_blocked_are_counted():
-    harness = held_block()
+    harness = Harness(table_world())
     log = harness.context.log
     every = set(range(1, len(Places(harness.context, FAR, 0.13).slots) + 1))  # those between, too
     log.places_used["table"], log.places_blocked["table"] = every - {3, 5, 6}, {3, 5, 6}
@@ -272,7 +204,8 @@ def test_places_that_are_taken_or_blocked_are_counted():
 
 
 def test_open_gripper_says_that_the_fingers_did_not_move():
-    harness = held_block()
+    harness = Harness(table_world())
+    harness.grip(0.02)
     kill_gripper(harness)
     leaf = OpenGripper("open_gripper", harness.context)
     assert harness.run(leaf) is Status.FAILURE

@@ -30,9 +30,6 @@ from robots import load_robot, reach
 READY = load_robot("frankie").arm.ready
 
 
-# fingers
-
-
 def test_open_gripper_opens_and_waits():
     harness = Harness(table_world())
     harness.robot.grip(0.02, 20.0)
@@ -58,23 +55,11 @@ def test_open_gripper_fails_on_a_fault_and_on_fingers_that_stop():
     assert leaf.feedback_message == "the fingers stopped at 30 mm"
 
 
-def test_holding_object_tells_something_from_nothing():
-    harness = held_block()
-    leaf = HoldingObject("holding_object", harness.context)
-    harness.tick(leaf)
-    assert leaf.status is Status.SUCCESS
-    assert re.fullmatch("4[01] mm between the fingers", leaf.feedback_message)
-    empty = Harness(table_world())
-    leaf = HoldingObject("holding_object", empty.context)
-    empty.tick(leaf)
-    assert leaf.status is Status.FAILURE
-
-
-# retreat_check
-
-
 def test_retreat_check_lifts_what_is_held():
     harness = held_block()
+    holding = HoldingObject("holding_object", harness.context)
+    harness.tick(holding)
+    assert holding.status is Status.SUCCESS
     leaf = RetreatCheck("retreat_check", harness.context)
     assert harness.run(leaf) is Status.SUCCESS
     assert re.fullmatch("holding something 4[01] mm wide", leaf.feedback_message)
@@ -89,28 +74,18 @@ def test_retreat_check_fails_when_the_fingers_closed_fully():
     assert leaf.feedback_message == "the fingers closed on nothing"
 
 
-@pytest.mark.parametrize("half_width", [0.010, 0.030])
-def test_retreat_check_fails_when_the_object_slips_on_the_way_up(half_width):
+def test_retreat_check_fails_when_the_object_slips_on_the_way_up():
     """What is too heavy slips, and the fingers may still be closing when the hand is up."""
-    harness = Harness(table_world(block(half=(half_width, 0.03, 0.025), mass=20.0)))
+    harness = Harness(table_world(block(half=(0.03, 0.03, 0.025), mass=20.0)))
     grip = looking_down(0.7, 0.0, TABLE_TOP + 0.03, yaw=np.pi / 2)
     harness.reach(PoseGoal(wTe=looking_down(0.7, 0.0, TABLE_TOP + 0.15, yaw=np.pi / 2)))
     harness.reach(PoseGoal(wTe=grip, position_tolerance=0.002))
     harness.run_for(None, 1.0)  # a hand that still moves would drag the fingers into it
     harness.grip(0.0)
-    assert harness.robot.read().gripper_width == pytest.approx(2.0 * half_width, abs=0.003)
+    assert harness.robot.read().gripper_width == pytest.approx(0.06, abs=0.003)
     leaf = RetreatCheck("retreat_check", harness.context, rise_m=0.1)
     assert harness.run(leaf) is Status.FAILURE
     assert leaf.feedback_message == "the fingers closed on nothing"
-
-
-def test_retreat_check_fails_on_a_fault_of_the_arm():
-    harness = held_block()
-    leaf = RetreatCheck("retreat_check", harness.context)
-    harness.run_for(leaf, 0.1)
-    harness.robot.faults = (REFLEX,)
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message == "the arm hit something"
 
 
 def test_retreat_check_fails_when_the_hand_does_not_rise():
@@ -119,9 +94,6 @@ def test_retreat_check_fails_when_the_hand_does_not_rise():
     leaf = RetreatCheck("retreat_check", harness.context)
     assert harness.run(leaf) is Status.FAILURE
     assert "stuck" in leaf.feedback_message
-
-
-# place
 
 
 FAR = Region(
@@ -159,13 +131,6 @@ def test_the_arm_keeps_off_what_it_has_set_down_until_it_grasps_it_again():
     assert harness.context.surroundings.loose == (known,)
     harness.context.set_down.grasp(known.pose.translation)
     assert harness.context.surroundings.loose == ()
-
-
-def test_places_are_a_grid_inside_the_region():
-    centres = np.array(slots(FAR, 0.13))
-    assert len(centres) == 2 * 3
-    assert FAR.contains(centres + np.array([0.0, 0.0, 1e-6])).all()
-    assert centres[:, 2] == pytest.approx(TABLE_TOP)
 
 
 def test_when_the_rows_are_full_places_between_them_are_used():

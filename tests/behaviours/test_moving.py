@@ -8,7 +8,7 @@ from harness import BUTTON, REFLEX, Harness, looking_down, table_world
 from pinocchio import SE3
 from py_trees.common import Status
 
-from behaviours import BasePose, Leaf, Posture, ToolPose
+from behaviours import Leaf, Posture, ToolPose
 from behaviours.navigate import Navigate
 from behaviours.recover import Recover
 from behaviours.wait import Wait
@@ -22,11 +22,8 @@ POSE = ToolPose(name="over_there", wTe=looking_down(1.6, 0.3, 0.8))
 FOLDED = Posture(name="folded", q=READY + np.array([0.4, -0.3, 0.0, -0.3, 0.0, 0.2, 0.0]))
 
 
-def navigate(harness: Harness, to: ToolPose | BasePose) -> Navigate:
+def navigate(harness: Harness, to: ToolPose) -> Navigate:
     return Navigate("navigate", harness.context, to=to)
-
-
-# navigate
 
 
 @pytest.mark.parametrize("robot", ["frankie", "omni"])
@@ -39,11 +36,9 @@ def test_navigate_brings_the_hand_to_a_pose(robot):
     assert np.linalg.norm(error) < 0.015
 
 
-@pytest.mark.parametrize("place", [(-2.0, 0.0, 0.0), (-1.0, 1.0, -2.0)])
-def test_navigate_reaches_what_is_behind_or_beside(place):
-    x, y, yaw = place
+def test_navigate_reaches_what_is_behind():
     harness = Harness(table_world())
-    leaf = navigate(harness, ToolPose(name="behind", wTe=looking_down(x, y, 0.7, yaw)))
+    leaf = navigate(harness, ToolPose(name="behind", wTe=looking_down(-2.0, 0.0, 0.7)))
     assert harness.run(leaf) is Status.SUCCESS, leaf.feedback_message
 
 
@@ -55,13 +50,6 @@ def test_navigate_ends_on_the_move_where_near_is_near_enough():
     left = np.linalg.norm(near.context.wTe.translation - POSE.wTe.translation)
     assert 0.03 < left < 0.1
     assert near.clock.now() < exact.clock.now() - 0.1
-
-
-def test_navigate_drives_the_base_alone_and_leaves_the_arm():
-    harness = Harness()
-    leaf = navigate(harness, BasePose(name="corner", wTb=SE3(np.eye(3), np.array([1.0, 0.5, 0.0]))))
-    assert harness.run(leaf) is Status.SUCCESS
-    np.testing.assert_allclose(harness.robot.read().q, READY, atol=1e-9)
 
 
 def test_navigate_stops_on_a_fault_and_says_which():
@@ -76,26 +64,14 @@ def test_navigate_stops_on_a_fault_and_says_which():
     assert harness.speed < 1e-3
 
 
-def test_navigate_gives_up_after_its_time():
-    harness = Harness(table_world())
-    leaf = Navigate("navigate", harness.context, to=POSE, timeout_s=0.5)
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message.startswith("not at over_there after 0.5 s")
-    assert harness.clock.now() == pytest.approx(0.5, abs=0.05)
-
-
-@pytest.mark.parametrize("after", [0.3, 2.5])
-def test_a_leaf_may_be_halted_at_any_tick_and_the_robot_comes_to_rest(after):
+def test_a_leaf_may_be_halted_at_any_tick_and_the_robot_comes_to_rest():
     harness = Harness(table_world())
     leaf = navigate(harness, POSE)
-    harness.run_for(leaf, after)
+    harness.run_for(leaf, 1.0)
     leaf.stop(Status.INVALID)
     harness.run_for(None, 1.5)
     assert harness.speed < 1e-3
     assert harness.run(leaf) is Status.SUCCESS  # and it can be started again
-
-
-# recover
 
 
 def test_recover_clears_a_reflex_rises_and_folds_the_arm():
@@ -153,7 +129,7 @@ def test_recover_says_how_far_the_arm_came():
     assert leaf.feedback_message == "arm stopped 23° before folded"
 
 
-@pytest.mark.parametrize("room_behind", [2.0, 0.05])
+@pytest.mark.parametrize("room_behind", [2.0, pytest.param(0.05, marks=pytest.mark.slow)])
 def test_recover_backs_the_base_off_from_what_is_in_the_way_of_the_arm(room_behind):
     """The arm swings against a cupboard on its left, and there is no room to turn."""
     floor = Geom(Plane(), SE3.Identity(), "floor")
@@ -171,9 +147,6 @@ def test_recover_backs_the_base_off_from_what_is_in_the_way_of_the_arm(room_behi
         assert outcome is Status.FAILURE
         assert "before to the left" in leaf.feedback_message
     assert harness.robot.read().faults == ()
-
-
-# small ones
 
 
 def test_wait_takes_its_time():

@@ -13,7 +13,6 @@ from behaviours.follow import Follow
 from behaviours.look_at import LookAt
 from behaviours.say import Say
 from behaviours.scan_for_objects import ScanForObjects
-from behaviours.survey import views
 from hw.sim.sim_object import Motion
 
 LARGE = Region(
@@ -28,9 +27,6 @@ def over_the_table(*objects) -> Harness:
     harness = Harness(table_world(*objects))
     harness.reach_over(looking_down(0.6, 0.0, TABLE_TOP + 0.35))
     return harness
-
-
-# look_at
 
 
 @pytest.mark.parametrize(("at", "distance"), [(BEHIND, None), (LARGE, 0.6)])
@@ -58,9 +54,6 @@ def test_look_at_fails_without_a_camera_and_on_a_fault():
     harness.robot.faults = (REFLEX,)
     assert harness.run(leaf) is Status.FAILURE
     assert leaf.feedback_message == "the arm hit something"
-
-
-# scan_for_objects
 
 
 def test_a_scan_counts_what_stands_in_a_region_larger_than_a_picture():
@@ -101,15 +94,6 @@ def test_a_scan_does_not_count_by_what_it_cannot_see():
         count.read()
 
 
-def test_a_scan_fails_without_a_camera_at_any_view():
-    harness = over_the_table()
-    leaf = ScanForObjects("scan", harness.context, region=LARGE, count=Key("count"))
-    harness.run_for(leaf, 0.3)
-    harness.robot.blind = True
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message == "no camera frame"
-
-
 def test_a_scan_fails_on_a_fault_at_a_view():
     harness = over_the_table()
     leaf = ScanForObjects("scan", harness.context, region=LARGE, count=Key("count"))
@@ -126,17 +110,6 @@ def test_a_scan_that_cannot_reach_a_view_says_which():
     leaf = ScanForObjects("scan", harness.context, region=LARGE, count=Key("count"))
     assert harness.run(leaf) is Status.FAILURE
     assert leaf.feedback_message.startswith("stuck on the way to view 1 of 4 of table: ")
-
-
-def test_views_cover_a_region_without_a_jump():
-    centres = np.array(views(LARGE, 0.36))
-    assert len(centres) == 2 * 2
-    assert LARGE.contains(centres + np.array([0.0, 0.0, 1e-6])).all()
-    steps = np.linalg.norm(np.diff(centres, axis=0), axis=1)
-    assert steps.max() <= 0.36
-
-
-# follow
 
 
 def moving_block(y: float = -0.1, until: float = np.inf):
@@ -166,12 +139,6 @@ def test_follow_stays_over_a_moving_object_and_succeeds_when_it_stands_still():
     assert behind[-1] < 0.015
 
 
-def test_follow_without_a_limit_goes_on():
-    harness = over_the_table(block())
-    leaf = Follow("follow", harness.context, within=LARGE, still_s=None)
-    assert harness.run(leaf, seconds=6.0) is Status.RUNNING
-
-
 def test_follow_takes_the_nearest_object_and_stays_with_it():
     harness = over_the_table(block(x=0.7, y=0.05, name="near"), block(x=0.9, y=-0.2, name="far"))
     leaf = Follow("follow", harness.context, within=LARGE, still_s=1.0)
@@ -189,15 +156,6 @@ def test_follow_fails_when_there_is_nothing_to_follow_or_see():
     assert leaf.feedback_message == "no camera frame for 1.5 s"
 
 
-def test_follow_fails_when_the_object_is_taken_away():
-    harness = over_the_table(moving_block())
-    leaf = Follow("follow", harness.context, within=LARGE)
-    harness.run_for(leaf, 1.0)
-    harness.world.objects.clear()
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message == "nothing to follow for 1.5 s"
-
-
 def test_follow_fails_when_the_hand_cannot_keep_up_and_on_a_fault():
     harness = over_the_table(block(x=0.9, y=0.25))
     harness.robot.stuck = True
@@ -209,28 +167,11 @@ def test_follow_fails_when_the_hand_cannot_keep_up_and_on_a_fault():
     assert leaf.feedback_message == "the arm hit something"
 
 
-# say
-
-
-@pytest.mark.parametrize(
-    ("options", "said"),
-    [
-        ({"text": "I see {value} things.", "value": 3}, "I see 3 things."),
-        ({"text": "{value} m", "value": 0.25}, "0.25 m"),
-    ],
-)
-def test_say_tells_people_once(options, said):
+def test_say_tells_people_once():
     harness = Harness(table_world())
     harness.run_for(None, 0.5)
-    leaf = Say("say", harness.context, **options)
+    leaf = Say("say", harness.context, text="I see {value} things.", value=3)
     assert harness.run(leaf) is Status.SUCCESS
-    assert leaf.feedback_message == said
     [(stamp, text)] = harness.context.log.messages
-    assert text == said
+    assert text == leaf.feedback_message == "I see 3 things."
     assert stamp.seconds == pytest.approx(0.5)
-
-
-@pytest.mark.parametrize("options", [{"text": "{value}"}, {"text": "none", "value": 1}])
-def test_say_wants_the_value_where_it_belongs(options):
-    with pytest.raises(ValueError, match=r"write \{value\} where the value belongs"):
-        Say("say", Harness(table_world()).context, **options)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import groupby
-
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -11,12 +9,13 @@ from harness import REFLEX, Harness, table_world
 from pinocchio import SE3
 from py_trees.common import Status
 
-from behaviours import BasePose, Navigate, Posture, Recover
+from behaviours import BasePose, Navigate, Recover
 from controller import BaseGoal, PoseGoal
 from hw import Fault, FaultKind
 from hw.sim import World
-from robots import Box, Geom, Plane, load_robot
+from robots import Box, Geom, Plane
 
+SLOW = pytest.mark.slow
 FLOOR = Geom(Plane(), SE3.Identity(), "floor")
 PEDESTAL = Geom(Box((0.1, 0.1, 0.2)), SE3(np.eye(3), np.array([1.2, 0.0, 0.2])), "pedestal")
 BEYOND = BasePose(name="beyond", wTb=SE3(np.eye(3), np.array([2.5, 0.0, 0.0])))
@@ -58,7 +57,7 @@ def unknown_pedestal(robot: str = "frankie") -> Harness:
     return harness
 
 
-@pytest.mark.parametrize("robot", ["frankie", "omni"])
+@pytest.mark.parametrize("robot", ["frankie", pytest.param("omni", marks=SLOW)])
 def test_a_base_that_has_hit_what_nobody_knew_goes_back_and_then_around_it(robot):
     harness = unknown_pedestal(robot)
     times = clears_of(harness)
@@ -74,7 +73,7 @@ def test_a_base_that_has_hit_what_nobody_knew_goes_back_and_then_around_it(robot
     assert len(harness.world.touches) == 1
 
 
-@pytest.mark.parametrize(("ahead", "heading"), [(-1.5, 0.0), (1.5, 2.5)])
+@pytest.mark.parametrize(("ahead", "heading"), [(-1.5, 0.0), pytest.param(1.5, 2.5, marks=SLOW)])
 def test_the_base_goes_away_from_the_side_that_was_touched(ahead, heading):
     direction = pin.utils.rotate("z", heading) @ np.array([ahead, 0.0, 0.0])
     wall = Geom(Box((0.1, 1.0, 0.2)), SE3(pin.utils.rotate("z", heading), 0.8 * direction), "wall")
@@ -89,7 +88,7 @@ def test_the_base_goes_away_from_the_side_that_was_touched(ahead, heading):
     assert gone @ direction / np.linalg.norm(direction) < -0.2
 
 
-@pytest.mark.parametrize("ahead", [0.4, -0.4])
+@pytest.mark.parametrize("ahead", [0.4, pytest.param(-0.4, marks=SLOW)])
 def test_where_the_side_is_not_told_the_base_goes_back_along_where_it_came_from(ahead):
     harness = Harness(World([FLOOR], []))
     goal = BaseGoal(wTb=SE3(np.eye(3), np.array([ahead, 0.0, 0.0])), reverse=ahead < 0.0)
@@ -135,6 +134,7 @@ def test_what_comes_back_is_cleared_three_times_with_growing_pauses_and_then_lef
     assert len(times) == 4
 
 
+@pytest.mark.slow
 def test_faults_at_other_places_are_cleared_with_pauses_too():
     harness = Harness(World([FLOOR], []))
     times = clears_of(harness)
@@ -190,13 +190,3 @@ def test_what_was_hit_is_forgotten_after_a_time_and_when_the_base_is_relocalised
     assert harness.context.surroundings.fixtures is same  # or the map would be made at every tick
     harness.context.fault_memory.relocalise()
     assert harness.context.surroundings.fixtures is harness.context.fixtures
-
-
-def test_the_phases_of_recovering():
-    harness = Harness(table_world())
-    harness.robot.faults = (REFLEX,)
-    folded = Posture(name="folded", q=load_robot("frankie").arm.ready + np.full(7, 0.2))
-    leaf, seen = Recover("recover", harness.context, arm=folded), []
-    while harness.run(leaf, seconds=0.01) is Status.RUNNING:
-        seen.append(leaf.phase)
-    assert [phase for phase, _ in groupby(seen)] == ["clear", "rise", "fold"]

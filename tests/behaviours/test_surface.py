@@ -47,18 +47,13 @@ def narrow_table() -> World:
     )
 
 
-# one frame
-
-
 def test_a_table_is_a_surface_at_its_height():
     seen = look(table_world())
     assert seen.shows is Shows.SURFACE
     assert seen.height == pytest.approx(0.0, abs=0.003)
 
 
-@pytest.mark.parametrize(
-    ("error", "shows"), [(0.03, Shows.LOWER), (-0.03, Shows.HIGHER), (0.008, Shows.SURFACE)]
-)
+@pytest.mark.parametrize(("error", "shows"), [(0.03, Shows.LOWER), (-0.03, Shows.HIGHER)])
 def test_a_table_of_another_height_is_told_with_its_height(error, shows):
     seen = look(table_world(), floor=TABLE_TOP + error)
     assert seen.shows is shows
@@ -86,10 +81,6 @@ def test_beyond_the_edge_there_is_no_surface():
     assert look(narrow_table(), x=0.63).shows is Shows.SURFACE
 
 
-def test_an_edge_under_the_disc_is_told_although_most_of_it_is_on_the_table():
-    assert look(narrow_table(), x=0.68).shows is Shows.LOWER
-
-
 def test_a_place_out_of_the_picture_or_without_depth_is_unseen():
     assert look(table_world(), x=1.15).shows is Shows.UNSEEN
     harness = Harness(table_world())
@@ -99,9 +90,6 @@ def test_a_place_out_of_the_picture_or_without_depth_is_unseen():
     dark = replace(frame, depth=np.full_like(frame.depth, np.nan))
     seen = look_at(dark, np.array([0.7, 0.0, TABLE_TOP]), RADIUS, np.inf)
     assert seen.shows is Shows.UNSEEN
-
-
-# place
 
 
 def place(harness: Harness, on: Region = FAR) -> Place:
@@ -120,23 +108,6 @@ def with_things_at(*numbers: int) -> Harness:
     return harness
 
 
-def displace(harness: Harness, metres: tuple[float, float]) -> None:
-    """The base believes from now on that it is somewhere else, and so does its camera."""
-    offset = SE3(np.eye(3), np.array([*metres, 0.0]))
-    read, vision = harness.robot.read, harness.context.vision
-    harness.robot.read = lambda: replace(state := read(), wTb=offset * state.wTb)
-    latest = vision._camera.latest
-    moved: dict = {}
-
-    def displaced(max_age: float):
-        frame = latest(max_age)
-        if frame is not None and frame not in moved:
-            moved[frame] = replace(frame, wTc=offset * frame.wTc)
-        return frame and moved[frame]
-
-    vision._camera.latest = displaced
-
-
 def test_a_place_on_which_something_stands_is_passed_over():
     harness = with_things_at(2, 4)
     leaf = place(harness)
@@ -146,13 +117,13 @@ def test_a_place_on_which_something_stands_is_passed_over():
     assert harness.context.log.places_blocked == {}  # it may be free the next time
 
 
-@pytest.mark.parametrize(("edge", "aside"), [(0.024, (0.0, 0.0)), (0.04, (0.03, 0.0))])
-def test_a_small_thing_below_what_is_held_is_seen_before_the_hand_goes_down(edge, aside):
+@pytest.mark.slow
+def test_a_small_thing_below_what_is_held_is_seen_before_the_hand_goes_down():
     harness = held_block(block(half=(0.03, 0.06, 0.025)))
     harness.context.log.places_used["table"] = {2, 4, 6}
     x, y, z = PLACES[0]
-    small: SimObject = block(half=(edge / 2, edge / 2, 0.02), name="small")
-    small.pose = SE3(np.eye(3), np.array([x + aside[0], y + aside[1], z + 0.02]))
+    small: SimObject = block(half=(0.012, 0.012, 0.02), name="small")
+    small.pose = SE3(np.eye(3), np.array([x, y, z + 0.02]))
     harness.world.objects.append(small)
     harness.reach_over(looking_down(x, y, z + 0.15, yaw=np.pi / 2))
     leaf = place(harness)
@@ -160,6 +131,7 @@ def test_a_small_thing_below_what_is_held_is_seen_before_the_hand_goes_down(edge
     assert leaf.feedback_message == "placed on table, place 3"
 
 
+@pytest.mark.slow
 def test_when_something_stands_at_every_place_nothing_is_let_go():
     harness = with_things_at(1, 2, 3, 4, 5, 6)
     between = range(7, len(Places(harness.context, FAR, 0.13).slots) + 1)
@@ -180,17 +152,6 @@ def test_nothing_is_let_go_where_there_is_no_surface():
     assert harness.context.log.placed == 0
 
 
-def test_nothing_is_let_go_where_the_table_is_only_in_a_wrong_frame():
-    harness = with_things_at()
-    leaf = place(harness)
-    harness.run_into(leaf, "lower")
-    displace(harness, (0.0, 0.5))  # the table ends 0.4 m to the right of the robot
-    assert harness.run(leaf) is Status.FAILURE
-    # A base that sets out for where the table is not may meet the one that is there first.
-    assert leaf.feedback_message.startswith(("no surface at place 2 of table", "the base hit"))
-    assert harness.world.held is not None
-
-
 def test_without_a_frame_nothing_is_let_go():
     harness = with_things_at()
     harness.robot.blind = True
@@ -202,6 +163,7 @@ def test_without_a_frame_nothing_is_let_go():
     assert harness.world.held is not None
 
 
+@pytest.mark.slow
 def test_a_picture_without_depth_is_no_surface():
     harness = with_things_at()
     latest = harness.context.vision._camera.latest
@@ -216,22 +178,7 @@ def test_a_picture_without_depth_is_no_surface():
     assert leaf.feedback_message == "place 4 of table is not seen"  # the second that was tried
 
 
-def test_a_place_that_is_not_seen_is_left_for_another():
-    harness = with_things_at()
-    leaf, told = place(harness), set()
-    latest = harness.context.vision._camera.latest
-
-    def hidden(max_age: float):
-        frame = latest(max_age)
-        until = "place 2 of table is not seen, going to place 4 of table"
-        return frame if until in told else frame and replace(frame, depth=0.0 * frame.depth)
-
-    harness.context.vision._camera.latest = hidden
-    while harness.run(leaf, seconds=0.01) is Status.RUNNING:
-        told.add(leaf.feedback_message)
-    assert leaf.feedback_message == "placed on table, place 4"
-
-
+@pytest.mark.slow
 def test_frames_that_come_again_in_time_are_enough():
     harness = with_things_at()
     harness.robot.blind = True
@@ -242,6 +189,7 @@ def test_frames_that_come_again_in_time_are_enough():
     assert harness.run(leaf) is Status.SUCCESS
 
 
+@pytest.mark.slow
 def test_the_camera_looks_past_an_object_that_hides_the_place():
     harness = held_block(block(half=(0.035, 0.085, 0.025)))
     harness.context.log.places_used["table"] = {2, 4, 6}
