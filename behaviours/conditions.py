@@ -11,7 +11,7 @@ from py_trees.common import Status
 
 from behaviours.context import Context
 from behaviours.leaf import Condition
-from behaviours.object_choice import Choice
+from behaviours.objects import Choice
 from behaviours.parameter_types import (
     Area,
     BasePose,
@@ -85,9 +85,7 @@ class Near(Condition):
         within_deg: Deviation | None = None,
     ) -> None:
         super().__init__(name, context)
-        self._pose = pose
-        self._within = within_m
-        self._within_deg = within_deg
+        self._pose, self._within, self._within_deg = pose, within_m, within_deg
 
     def update(self) -> Status:
         """One tick."""
@@ -117,8 +115,7 @@ class ArmAt(Condition):
         self, name: str, context: Context, *, posture: Posture, within_deg: Deviation = 3.0
     ) -> None:
         super().__init__(name, context)
-        self._posture = posture
-        self._within_deg = within_deg
+        self._posture, self._within_deg = posture, within_deg
 
     def update(self) -> Status:
         """One tick."""
@@ -267,8 +264,7 @@ class Equals(Condition):
         to: bool | int | float | str,
     ) -> None:
         super().__init__(name, context)
-        self._value = value
-        self._to = to
+        self._value, self._to = value, to
 
     def update(self) -> Status:
         """One tick."""
@@ -291,8 +287,7 @@ class AtLeast(Condition):
 
     def __init__(self, name: str, context: Context, *, value: float, least: float) -> None:
         super().__init__(name, context)
-        self._value = value
-        self._least = least
+        self._value, self._least = value, least
 
     def update(self) -> Status:
         """One tick."""

@@ -29,19 +29,13 @@ class DepthObstacles:
     Args:
         description: of the robot.
         executor: processes the frames; inline, a run is reproducible.
-        settings: of the surfaces.
     """
 
-    def __init__(
-        self,
-        description: RobotDescription,
-        executor: Executor | None = None,
-        settings: SurfaceSettings | None = None,
-    ) -> None:
+    def __init__(self, description: RobotDescription, executor: Executor | None = None) -> None:
         self._description = description
         self._model = RobotModel(description)
         self._executor = executor or InlineExecutor()
-        self._settings = settings or SurfaceSettings()
+        self._settings = SurfaceSettings()
         self._surfaces = SurfaceGrid(self._settings)
         self._states: deque[RobotState] = deque(maxlen=_MOST_STATES)
         self._since = -np.inf

@@ -8,8 +8,7 @@ from py_trees.common import Status
 
 from behaviours.context import Context
 from behaviours.leaf import Leaf
-from behaviours.object_choice import Choice, Choose
-from behaviours.object_detection import ObjectDetection
+from behaviours.objects import Choice, Choose, ObjectDetection
 from behaviours.parameter_types import Key, Millimetres, Region, Timeout
 from behaviours.validation import validate_choice
 from perception import ColourName, DetectedObjects

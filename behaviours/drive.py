@@ -49,10 +49,7 @@ class Drive(Leaf):
         super().__init__(name, context)
         if wrong := self.validate({"to": to, "forward_m": forward_m, "turn_deg": turn_deg}):
             raise ValueError(wrong)
-        self._to = to
-        self._forward = forward_m
-        self._turn = turn_deg
-        self._timeout = timeout_s
+        self._to, self._forward, self._turn, self._timeout = to, forward_m, turn_deg, timeout_s
 
     def initialise(self) -> None:
         """Start anew, from where the base stands now."""

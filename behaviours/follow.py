@@ -51,9 +51,7 @@ class Follow(Leaf):
         patience_s: Timeout = 1.5,
     ) -> None:
         super().__init__(name, context)
-        self._within = within
-        self._height = height_m
-        self._still = still_s
+        self._within, self._height, self._still = within, height_m, still_s
         self._patience = patience_s
 
     def initialise(self) -> None:

@@ -13,7 +13,7 @@ from behaviours.context import Context
 from behaviours.grasp_target import GraspTarget
 from behaviours.leaf import Leaf
 from behaviours.motion import Approach, Progress, Rise, over_grasp, sinking_speed
-from behaviours.object_choice import Choice, Choose
+from behaviours.objects import Choice, Choose
 from behaviours.parameter_types import Distance, Force, Millimetres, Region, Timeout, ToolPose
 from behaviours.validation import validate_grasp
 from behaviours.viewpoint import MoveCamera, camera_pose, straight_down
@@ -91,12 +91,10 @@ class Grasp(Leaf):
         self._within = within
         choice = Choice.of(choose, kind, colour, min_width_mm, max_width_mm)
         self._target_object = GraspTarget(context, within, choice, neighbour=neighbour)
-        self._lock_distance = lock_distance_m
-        self._force = force_n
+        self._lock_distance, self._force = lock_distance_m, force_n
         self._next = None if next_goal is None else next_goal.wTe
         self._placed_before = -1
-        self._patience = patience_s
-        self._timeout = timeout_s
+        self._patience, self._timeout = patience_s, timeout_s
 
     @property
     def phase(self) -> str:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from behaviours.context import Context
-from behaviours.object_choice import Choice, Chosen, neighbours
-from behaviours.object_detection import ObjectDetection, detect_once
+from behaviours.objects import Choice, Chosen, ObjectDetection, detect_once, neighbours
 from behaviours.parameter_types import Region
 from controller import Array
 from perception import DetectedObject, GraspEstimate

@@ -41,9 +41,7 @@ class LookAt(Leaf):
         timeout_s: Timeout = 30.0,
     ) -> None:
         super().__init__(name, context)
-        self._at = at
-        self._distance = distance_m
-        self._timeout = timeout_s
+        self._at, self._distance, self._timeout = at, distance_m, timeout_s
         self._point = _centre(at)
 
     def initialise(self) -> None:

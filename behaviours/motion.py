@@ -91,10 +91,7 @@ class Approach:
     """
 
     def __init__(self, leaf: Leaf, goal: MotionGoal, target: str, timeout: float) -> None:
-        self._leaf = leaf
-        self._goal = goal
-        self._target = target
-        self._timeout = timeout
+        self._leaf, self._goal, self._target, self._timeout = leaf, goal, target, timeout
         self._begun = leaf.context.clock.now()
         self._progress = Progress(leaf.context)
         self._set_out = False
@@ -182,8 +179,7 @@ class Rise:
     """
 
     def __init__(self, leaf: Leaf, height: float, back: SE3 | None = None) -> None:
-        self._leaf = leaf
-        self._height = height
+        self._leaf, self._height = leaf, height
         self._is_back = back is None
         self._go(back)
 

@@ -45,8 +45,7 @@ class Recover(Leaf):
         self, name: str, context: Context, *, arm: Posture | None = None, rise_m: Lift = 0.15
     ) -> None:
         super().__init__(name, context)
-        self._arm = arm
-        self._height = rise_m
+        self._arm, self._height = arm, rise_m
 
     @property
     def phase(self) -> str:

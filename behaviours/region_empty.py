@@ -43,8 +43,7 @@ class RegionEmpty(Leaf):
         super().__init__(name, context)
         self._region = region
         self._smallest = 1e-4 * smallest_cm2
-        self._frames = frames
-        self._patience = patience_s
+        self._frames, self._patience = frames, patience_s
 
     def initialise(self) -> None:
         """Start to look."""

@@ -105,10 +105,8 @@ class Release:
         self._used()
         context.set_down.add(self._held, context.wTe)
         self._carried.let_go = context.clock.now()
-        self._watch = PlacedObjectWatch(
-            context, self._carried, spot.centre, spot.radius, spot.heights
-        )
-        context.placed_object = self._watch
+        where = spot.centre, spot.radius, spot.heights
+        self._watch = context.placed_object = PlacedObjectWatch(context, self._carried, *where)
 
     def _rise(self) -> Status:
         """Up, and further up until the verdict is known, or the hand can rise no more."""

@@ -44,10 +44,7 @@ class ScanForObjects(Leaf):
         timeout_s: Timeout = 30.0,
     ) -> None:
         super().__init__(name, context)
-        self._region = region
-        self._count = count
-        self._height = height_m
-        self._frames = frames
+        self._region, self._count, self._height, self._frames = region, count, height_m, frames
         self._smallest = 1e-4 * smallest_cm2
         self._timeout = timeout_s
 

@@ -42,8 +42,7 @@ class Vision(ABC):
     """
 
     def __init__(self, camera: Camera, detector: GraspDetector) -> None:
-        self._camera = camera
-        self._detector = detector
+        self._camera, self._detector = camera, detector
         self._judge, self._mistake = FrameChecker(), ""
         self._delivered: DepthFrame | None = None
         self._newest: DepthFrame | None = None

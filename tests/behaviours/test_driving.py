@@ -98,14 +98,3 @@ def test_move_arm_brings_every_joint_there_and_holds_the_base():
     assert harness.run(leaf) is Status.SUCCESS
     np.testing.assert_allclose(harness.robot.read().q, BENT.q, atol=0.02)
     assert standing(harness) == (0.0, 0.0, 0.0)
-
-
-def test_move_arm_fails_on_a_fault_and_when_stuck():
-    harness = Harness()
-    harness.robot.stuck = True
-    leaf = MoveArm("move_arm", harness.context, to=BENT)
-    assert harness.run(leaf, seconds=8.0) is Status.FAILURE
-    assert leaf.feedback_message == "stuck on the way to bent: 29° to go"
-    harness.robot.faults = (REFLEX,)
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message == "the arm hit something"

@@ -8,7 +8,6 @@ from harness import (
     TABLE_TOP,
     Harness,
     block,
-    held_block,
     looking_down,
     table_world,
 )
@@ -84,17 +83,6 @@ def test_a_place_out_of_reach_is_left_for_another_and_may_be_in_reach_the_next_t
     assert leaf.feedback_message != "placed on table, place 4"  # below the shelf
     assert harness.context.log.places_blocked == {}
     assert not harness.world.touches
-
-
-@pytest.mark.slow
-def test_what_meets_the_surface_early_and_turns_in_the_fingers_is_let_go():
-    harness = held_block()
-    leaf = Place("place", harness.context, on=FAR, pitch_m=0.13)
-    harness.run_into(leaf, "lower")
-    harness.context.log.closing.narrowest -= 0.012  # as if they had been pressed apart since
-    harness.run_into(leaf, "release")
-    assert harness.run(leaf) is Status.SUCCESS
-    assert harness.world.resting_on(harness.world.find("block")) == "table"
 
 
 @pytest.mark.parametrize(("straight", "patience"), [(True, 2.0), (False, 12.0)])

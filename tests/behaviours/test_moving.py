@@ -11,7 +11,6 @@ from py_trees.common import Status
 from behaviours import Leaf, Posture, ToolPose
 from behaviours.navigate import Navigate
 from behaviours.recover import Recover
-from behaviours.wait import Wait
 from hw.sim import World
 from robots import Box, Geom, Plane, load_robot
 
@@ -121,14 +120,6 @@ def test_recover_waits_for_a_recovery_that_takes_time():
     assert harness.clock.now() >= 0.5
 
 
-def test_recover_says_how_far_the_arm_came():
-    harness = Harness(table_world())
-    harness.robot.stuck = True
-    leaf = Recover("recover", harness.context, arm=FOLDED)
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message == "arm stopped 23° before folded"
-
-
 @pytest.mark.parametrize("room_behind", [2.0, pytest.param(0.05, marks=pytest.mark.slow)])
 def test_recover_backs_the_base_off_from_what_is_in_the_way_of_the_arm(room_behind):
     """The arm swings against a cupboard on its left, and there is no room to turn."""
@@ -147,13 +138,6 @@ def test_recover_backs_the_base_off_from_what_is_in_the_way_of_the_arm(room_behi
         assert outcome is Status.FAILURE
         assert "before to the left" in leaf.feedback_message
     assert harness.robot.read().faults == ()
-
-
-def test_wait_takes_its_time():
-    harness = Harness(table_world())
-    leaf = Wait("wait", harness.context, duration_s=0.5)
-    assert harness.run(leaf) is Status.SUCCESS
-    assert harness.clock.now() == pytest.approx(0.51, abs=0.011)
 
 
 def test_an_exception_in_a_leaf_carries_its_name():

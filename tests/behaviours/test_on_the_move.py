@@ -63,15 +63,6 @@ def test_the_base_stops_before_the_arm_is_at_its_end(robot):
     assert np.abs(harness.robot.read().base_twist).max() < 0.05
 
 
-def test_the_base_waits_where_a_wrist_comes_to_its_limit():
-    harness, leaf = keep("frankie", 3.0, looking_down(0.0, -3.0, 0.8), turned=2.4)
-    wrist, limits = harness.robot.read().q[6], harness.controller.model.limits
-    assert limits.q_max[6] - wrist < 0.15
-    positions, angles = zip(*leaf.errors, strict=True)
-    assert max(positions) < 0.005
-    assert max(angles) < np.deg2rad(0.5)
-
-
 def saved_on_the_way_to(*place: float) -> float:
     """How much sooner the hand is there with its object if the base sets out before [s]."""
     there = ToolPose(name="there", wTe=looking_down(*place, 0.8))

@@ -5,15 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
-import pytest
 from harness import TABLE_TOP, Harness, block, held_block, over_the_table, table_world
 from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours import Region
+from behaviours.context import Relocalisation
 from behaviours.grasp import Grasp
 from behaviours.place import Place
-from behaviours.relocalisation import Relocalisation
 
 REGION = Region(
     name="spot",
@@ -96,18 +95,6 @@ def test_an_object_is_not_lowered_where_the_place_is_no_longer():
     harness.tick(leaf)
     assert leaf.phase == "approach"
     assert harness.run(leaf) is Status.SUCCESS
-
-
-@pytest.mark.slow
-def test_a_localisation_that_jumps_again_and_again_ends_the_placing():
-    harness = held_block()
-    leaf = Place("place", harness.context, on=REGION, pitch_m=0.13)
-    for _ in range(4):
-        harness.run_into(leaf, "lower")
-        displace(harness, 0.05)
-        harness.tick(leaf)
-    assert leaf.status is Status.FAILURE
-    assert "relocalised" in leaf.feedback_message
 
 
 def test_a_jump_during_a_pause_is_told_by_the_next_tick():

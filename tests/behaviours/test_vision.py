@@ -72,17 +72,6 @@ def test_a_frame_is_new_in_one_tick_only_and_for_all_who_ask_in_it():
     assert vision.frame is frame
 
 
-def test_in_step_the_result_is_there_at_once():
-    harness = over_a_block()
-    vision = VisionInStep(harness.robot.camera, detector())
-    vision.begin_tick()
-    detection = vision.detect(ON_TABLE)
-    assert detection.grasps
-    assert detection.stamp == vision.frame.stamp
-    vision.begin_tick()
-    assert vision.detect(ON_TABLE) is None
-
-
 def test_beside_the_loop_no_tick_waits_and_the_result_comes_once(beside):
     harness, executor, vision = beside
     for _ in range(5):
@@ -191,24 +180,6 @@ def test_a_frame_that_is_not_what_it_claims_to_be_counts_as_none_for_whoever_loo
     assert vision.blindness(0.3) == ""
     assert "ahead of the clock" in vision.blindness(-1.0)
     vision.close()
-
-
-def test_a_frozen_picture_with_fresh_stamps_blinds_once_the_hand_has_moved():
-    camera = Given()
-    vision = VisionInStep(camera, detector())
-    for k in range(10):
-        camera.look(0.033 * k, above=0.5)  # at rest, without noise: all alike
-        vision.begin_tick()
-        assert vision.new_frame() is camera.frame
-    frozen = camera.frame.depth
-    for k in range(10, 20):
-        camera.look(0.033 * k, above=0.5, aside=0.02 * (k - 9))
-        camera.frame = replace(camera.frame, depth=frozen.copy())
-        vision.begin_tick()
-        assert vision.new_frame() is None
-    assert vision.blindness(camera.frame.stamp) == (
-        "the picture has not changed while the hand moved: the camera hangs"
-    )
 
 
 def test_a_grasp_succeeds_with_vision_beside_the_loop(beside):

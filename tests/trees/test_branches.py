@@ -99,20 +99,6 @@ def test_each_attempt_has_the_whole_timeout(run):
     assert tree.begun("slow") == 2
 
 
-@pytest.mark.parametrize(
-    "modifiers",
-    [
-        "repeat: 2, retry: 2, invert: true",
-        "invert: true, retry: 2, repeat: 2",
-        "retry: 2, repeat: 2, invert: true",
-    ],
-)
-def test_the_order_of_modifiers_in_the_file_means_nothing(run, modifiers):
-    # Inverted first: F F is S S, and S F is F S; so the second round takes two attempts.
-    tree = run(f"{{{modifiers}, play: {{script: FSF}}}}")
-    assert tree.ticks(3) == "RRS"
-
-
 def test_a_halt_reaches_every_running_leaf_once_and_no_other(run):
     tree = run("""
 sequence:
@@ -144,16 +130,3 @@ parallel:
         tree.ticks(1)
     tree.root.stop(Status.INVALID)
     assert tree.events == ["a begins", "b begins", "a ends I"]
-
-
-def test_the_root_says_why_it_failed_with_the_names_that_people_gave(run):
-    tree = run("""
-sequence:
-  - name: pick
-    retry: 2
-    sequence:
-      - {name: grasp the cup, play: {script: F}}
-""")
-    assert tree.ticks(2) == "RF"
-    assert tree.root.feedback_message == "gave up after attempt 2: pick: grasp the cup: said F"
-    assert tree.root.tip().name == "grasp the cup"

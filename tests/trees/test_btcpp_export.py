@@ -12,7 +12,7 @@ from everything import write_everything
 
 import trees
 from trees.btcpp import export_xml
-from trees.language import COMPOSITES, MODIFIERS, load
+from trees.language import load
 
 SHIPPED = sorted(Path(trees.__file__).parent.glob("*.yaml"))
 EXPECTED = Path(__file__).parent / "everything.xml"
@@ -148,19 +148,6 @@ def test_bt_cpp_creates_every_shipped_task_and_every_node_has_a_model_with_all_i
                 assert (key in trees_of) == (models[key].tag == "SubTree")
             else:
                 assert key[0].isupper(), f"{key} is no node of BehaviorTree.CPP"
-
-
-def test_the_documentation_names_every_word_with_its_counterpart():
-    page = Path(trees.__file__).parents[1] / "docs" / "behaviortree_cpp.md"
-    rows = [
-        line for line in page.read_text(encoding="utf-8").splitlines() if line.startswith("| `")
-    ]
-    for key, word in (COMPOSITES | MODIFIERS).items():
-        if word.counterpart is None:
-            assert f"`{key}`" in page.read_text(encoding="utf-8").split("## Replay")[0]
-        else:
-            (row,) = [row for row in rows if f"`{key}`" in row.split("|")[1]]
-            assert f"`{word.counterpart.tag}`" in row.split("|")[2]
 
 
 def test_the_trees_of_a_task_with_every_word_are_those_that_were_looked_at(tmp_path):

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import struct
-import time
-from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree
 
-import behaviortreepy as bt
 import pytest
 from tree_toys import Run
 
@@ -87,54 +84,6 @@ def test_nodes_are_numbered_and_every_change_is_there_with_its_time(logged):
         (30_000, 1, "success"),
         (30_000, 4, "success"),
     ]
-
-
-@pytest.mark.slow
-def test_bt_cpp_writes_the_same_format_with_the_same_numbers(tmp_path, logged):
-    """Its own logger, on the same tree: it notes more, but nothing in another order."""
-    logs = (their_log(tmp_path / f"theirs{number}.btlog") for number in range(5))
-    theirs = next((log for log in logs if log is not None), None)
-    assert theirs is not None, "it never wrote the end"
-    assert theirs.names == logged.names
-    assert theirs.tags == logged.tags
-    for number in theirs.names:
-        ours = [status for _, node, status in logged.changes if node == number]
-        noted = iter(status for _, node, status in theirs.changes if node == number)
-        assert all(status in noted for status in ours), number
-
-
-def their_log(path: Path) -> Log | None:
-    """What BT.CPP writes of the tree; None if it came to harm.
-
-    A thread of its own writes: a flush in the middle of a record spoils the file for good.
-    """
-    scripts = {"try": list("FRS"), "done": list("RS")}
-    letters = {"F": bt.NodeStatus.FAILURE, "R": bt.NodeStatus.RUNNING, "S": bt.NodeStatus.SUCCESS}
-
-    def play(node):
-        return letters[scripts[node.name()].pop(0)]
-
-    factory = bt.BehaviorTreeFactory()
-    factory.register_simple_stateful_action("play", play, play)
-    factory.register_behavior_tree_from_text(
-        '<root BTCPP_format="4"><BehaviorTree ID="Main"><Sequence name="sequence">'
-        '<RetryUntilSuccessful name="retry" num_attempts="3"><play name="try"/>'
-        '</RetryUntilSuccessful><play name="done"/></Sequence></BehaviorTree></root>'
-    )
-    tree = factory.create_tree("Main")
-    logger = bt.FileLogger(tree, str(path))
-    for _ in range(4):
-        tree.tick_exactly_once()
-    for _ in range(10):
-        time.sleep(0.2)
-        logger.flush()
-        try:
-            theirs = read(path.read_bytes())
-        except AssertionError:
-            continue
-        if (1, "success") in {change[1:] for change in theirs.changes}:
-            return theirs
-    return None
 
 
 def test_names_that_xml_cannot_say_do_not_break_the_log(tmp_path):

@@ -81,18 +81,6 @@ def test_the_picture_says_everything_in_letters_that_fit_their_box(everything):
         assert any(a <= x and end <= c and b <= y <= d for a, b, c, d in placed), element.text
 
 
-def test_a_tall_parent_beside_a_short_child_keeps_its_place(tmp_path):
-    path = tmp_path / "t.yaml"
-    tall = "{name: tall, retry: 2, timeout_s: 3, delay_s: 1, once: true, sequence: [open_gripper]}"
-    path.write_text(
-        f"task: t\ntree:\n  sequence:\n    - open_gripper\n    - {tall}\n    - {tall}\n"
-    )
-    placed = rectangles(ElementTree.fromstring(FORMATS["svg"](boxes(load(path).root))))
-    for number, (left, top, right, bottom) in enumerate(placed):
-        for other in placed[number + 1 :]:
-            assert right < other[0] or other[2] < left or bottom < other[1] or other[3] < top
-
-
 def test_texts_from_a_task_cannot_break_a_picture(tmp_path):
     path = tmp_path / "t.yaml"
     path.write_text(

@@ -22,13 +22,13 @@ class Measure(Toy):
     Then it ends.
 
     Args:
-        lock_distance_m: how near.
+        lock_distance_m: how near [m].
         speed_m_s: how fast [m/s].
-        turn_deg: how far.
+        turn_deg: how far [deg].
         area: how large [cm^2].
-        percent: how full.
+        percent: how full [%].
         times: how often.
-        mean_s: how long on average.
+        mean_s: how long on average [s].
     """
 
     def __init__(
@@ -68,7 +68,7 @@ def test_a_leaf_is_described_by_its_constructor_and_docstring():
     ]
     assert [output.required for output in measure.outputs.values()] == [True, False]
     assert measure.outputs["mean_s"].unit == "s"
-    assert measure.outputs["mean_s"].description == "how long on average"
+    assert measure.outputs["mean_s"].description == "how long on average [s]"
 
 
 def test_every_word_and_every_shipped_leaf_says_what_it_is():
@@ -81,10 +81,9 @@ def test_every_word_and_every_shipped_leaf_says_what_it_is():
             assert parameter.description, (leaf.key, parameter.name)
 
 
-@pytest.mark.parametrize("key", ["set", "sequence", "while"])
-def test_words_of_the_language_are_no_keys_of_leaves(key):
-    with pytest.raises(LeafError, match=f"`{key}` is a word of the language"):
-        describe_leaves({key: Toy})
+def test_a_word_of_the_language_is_no_key_of_a_leaf():
+    with pytest.raises(LeafError, match="`sequence` is a word of the language"):
+        describe_leaves({"sequence": Toy})
 
 
 def test_an_output_that_no_file_can_take_is_refused():

@@ -117,11 +117,3 @@ def test_a_file_of_places_is_begun_by_the_first_pose(tmp_path):
     assert site.read_text() == "poses:\n  start: {base: [0, 0], heading_deg: 0}\n"
     code, _, err = call("teach", "no name", "--places", site)
     assert (code, "cannot be the name" in err) == (2, True)
-
-
-@pytest.mark.parametrize("empty", ["poses: {} # none yet", "poses:"])
-def test_a_pose_is_taught_into_a_section_without_poses(tmp_path, empty):
-    site = tmp_path / "site.yaml"
-    site.write_text(f"{empty}\n")
-    assert call("teach", "parked", "--of", "base", "--places", site)[0] == 0
-    assert "  parked: {base: [0, 0], heading_deg: 0}\n" in site.read_text()

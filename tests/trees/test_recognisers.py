@@ -84,13 +84,6 @@ def kinds_seen(harness: Harness, kind: str) -> dict[str, tuple[float, ...]]:
     return {one.kind: tuple(np.round(one.position[:2], 2)) for one in found.read()}
 
 
-def test_the_shipped_recogniser_tells_a_can_from_a_box():
-    harness = table()
-    assert kinds_seen(harness, "can") == {"can": (0.66, 0.08)}
-    assert kinds_seen(harness, "box") == {"box": (0.66, -0.08)}
-    assert kinds_seen(harness, "ball") == {}
-
-
 def test_the_hand_takes_the_kind_that_was_asked_for_and_nothing_else():
     harness = table()
     grasp = Grasp("grasp", harness.context, within=ON_TABLE, kind="ball", patience_s=0.5)

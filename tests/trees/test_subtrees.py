@@ -42,22 +42,6 @@ def test_a_subtree_runs_with_its_own_values_and_hands_out_its_outputs(folder):
     ]
 
 
-def test_a_key_may_be_given_to_a_subtree(folder):
-    part = "task: part\nparams: {word: {type: text}}\ntree: {note: {value: $word}}\n"
-    top = """\
-task: top
-tree:
-  sequence:
-    - set: {said: hello}
-    - subtree: {file: parts/part.yaml, with: {word: $said}}
-"""
-    assert errors(folder, top, part) == []
-    context = ToyContext()
-    root = build(load(folder / "top.yaml", leaves=TOYS), context)
-    root.tick_once()
-    assert context.events == ["note begins with 'hello'"]
-
-
 def test_keys_cross_the_border_by_value_at_the_start_and_at_the_success(folder):
     part = """\
 task: part
@@ -90,25 +74,6 @@ tree:
         "note begins with 7.0",
         "note begins with 7.0",
         "note begins with 2.0",
-    ]
-
-
-def test_a_subtree_sees_nothing_of_the_file_around_it(folder):
-    part = """\
-task: part
-tree:
-  sequence:
-    - navigate: {to: home}
-    - note: {value: $said}
-"""
-    top = """\
-task: top
-poses: {home: {base: [1, 2], heading_deg: 0}}
-tree: {sequence: [set: {said: hi}, subtree: {file: parts/part.yaml}, navigate: {to: home}]}
-"""
-    assert [line.split(";")[0] for line in errors(folder, top, part)] == [
-        "parts/part.yaml:4:22: `to` (where the hand or the base goes): no tool pose or base pose"
-        " is called `home`"
     ]
 
 

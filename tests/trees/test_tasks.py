@@ -69,14 +69,6 @@ def test_postures_are_in_degrees_and_ready_is_always_known(task_of):
     np.testing.assert_array_equal(ready.q, READY)
 
 
-@pytest.mark.parametrize(
-    "item",
-    ["open_gripper", "{open_gripper: }", "{open_gripper: {}}"],
-)
-def test_a_leaf_without_parameters_may_be_written_bare(task_of, item):
-    assert build(task_of(f"tree: {item}\n"), ToyContext()).name == "open_gripper"
-
-
 def test_nodes_have_unique_paths_in_the_order_of_the_file(task_of):
     task = task_of("""\
 description: twice

@@ -81,7 +81,7 @@ def _parameters(
 
 def _parameter(declared: inspect.Parameter, hint: object, text: str) -> Parameter | Output:
     name, required = declared.name, declared.default is inspect.Parameter.empty
-    unit = _unit(name, text)
+    unit = _unit(text)
     output_type = _output_type(hint)
     if output_type is not None:
         return Output(name=name, type=output_type, required=required, description=text, unit=unit)
@@ -106,26 +106,10 @@ def _output_type(hint: object) -> ValueType | None:
     return read_annotation(typing.get_args(hint)[0])
 
 
-_UNITS: Mapping[str, str] = {
-    "_m_s": "m/s",
-    "_deg_s": "°/s",
-    "_cm2": "cm²",
-    "_mm": "mm",
-    "_deg": "°",
-    "_m": "m",
-    "_s": "s",
-    "_n": "N",
-    "percent": "%",
-}
-"""By the end of a parameter's name; the first that fits."""
-
-
-def _unit(name: str, text: str) -> str:
-    """The unit that the end of the description gives in brackets, or that of the name."""
-    unit = re.search(r"\[([^\]]+)\]$", text)
-    if unit:
-        return unit[1].replace("^2", "²").replace("deg", "°")
-    return next((unit for ending, unit in _UNITS.items() if name.endswith(ending)), "")
+def _unit(text: str) -> str:
+    """The unit that stands in brackets in a description; empty if there is none."""
+    unit = re.search(r"\[([^\]]+)\]", text)
+    return unit[1].replace("^2", "²").replace("deg", "°") if unit else ""
 
 
 def _argument_texts(docstring: str) -> dict[str, str]:

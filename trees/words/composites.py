@@ -178,8 +178,7 @@ class Forever(Branch):
         self, name: str, children: Iterable[Behaviour], now: Now, placed: Callable[[], int]
     ) -> None:
         super().__init__(name, children)
-        self._now = now
-        self._placed = placed
+        self._now, self._placed = now, placed
         self._again = Again(now)
 
     @classmethod

@@ -48,8 +48,7 @@ class Switch(Branch):
         cases: tuple[str, ...],
     ) -> None:
         super().__init__(name, children)
-        self._value = value
-        self._cases = cases
+        self._value, self._cases = value, cases
 
     def restart(self) -> None:
         """Choose the child."""
@@ -105,8 +104,7 @@ class ForEachOf(Branch):
         item: Key[object],
     ) -> None:
         super().__init__(name, children)
-        self._read = values
-        self._item = item
+        self._read, self._item = values, item
 
     def restart(self) -> None:
         """Read the list and begin with its first value.
@@ -197,8 +195,7 @@ class Subtree(Branch):
         outputs: Mapping[Key[object], Key[object]],
     ) -> None:
         super().__init__(name, [child])
-        self._inputs = inputs
-        self._outputs = outputs
+        self._inputs, self._outputs = inputs, outputs
 
     def restart(self) -> None:
         """Write its inputs."""
@@ -228,9 +225,7 @@ class LateLeaf(Behaviour):
         self, name: str, key: str, is_condition: bool, make: Callable[[], Behaviour]
     ) -> None:
         super().__init__(name)
-        self.key = key
-        self.is_condition = is_condition
-        self._make = make
+        self.key, self.is_condition, self._make = key, is_condition, make
         self._leaf: Behaviour | None = None
 
     @property

@@ -40,8 +40,7 @@ class _Timed(_Modifier):
 
     def __init__(self, child: Behaviour, seconds: float, now: Now) -> None:
         super().__init__(child)
-        self.seconds = seconds
-        self.now = now
+        self.seconds, self.now = seconds, now
 
     def restart(self) -> None:
         """Start the time."""

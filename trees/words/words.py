@@ -9,7 +9,7 @@ the words.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import KW_ONLY, dataclass, field
 from enum import Enum
 from typing import Any, NamedTuple, TypeAlias
 
@@ -179,18 +179,19 @@ class Counterpart:
     """Constant attributes."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Word:
     """A composite or modifier."""
 
     node: type[Branch]
     """What it is built into; the first line of its docstring describes the word."""
+    counterpart: Counterpart | None
+    """Of BehaviorTree.CPP; None if it has none, and the export declares a node of this key."""
+    _: KW_ONLY
     takes_time: bool = False
     """Whether it may run for more than a tick although no leaf below it does."""
     needs: Need = Need.NOTHING
     """What the node below has to be able to do."""
-    counterpart: Counterpart | None
-    """Of BehaviorTree.CPP; None if it has none, and the export declares a node of this key."""
 
     @property
     def description(self) -> str:
@@ -206,20 +207,23 @@ class Form(Enum):
     EACH = "values, and a node for each of them"
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class CompositeWord(Word):
     """A key whose value is one node or a list of nodes.
 
     With options it may also be a mapping of those and `children`.
     """
 
+    symbol: str
+    """In pictures."""
+    outcomes: Rule
+    """Order of its children, and its possible outcomes."""
+    _: KW_ONLY
     form: Form = Form.LIST
     asks: bool = False
     """Whether its children are conditions; it is a condition then."""
     at_once: bool = False
     """Whether several of its children run at the same time."""
-    outcomes: Rule
-    """Order of its children, and its possible outcomes."""
     is_reactive: bool = False
     """Whether every tick begins at its first child."""
     children: str = "one or more nodes"
@@ -228,18 +232,17 @@ class CompositeWord(Word):
     most: int | None = None
     """Numbers of children; a single one may stand without a list."""
     options: Mapping[str, Option] = field(default_factory=dict)
-    symbol: str
-    """In pictures."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class ModifierWord(Word):
     """A key that stands beside a node and wraps it."""
 
-    type: ValueType | None = None
+    type: ValueType | None
     """Of its value; None is a condition, written as a node."""
     wrap: Callable[[Behaviour, Any, Now], Behaviour]
     """(node, value or built condition, clock) to the wrapped node."""
+    _: KW_ONLY
     succeeds: tuple[Source, ...] = (Source.SUCCESS,)
     """Sources of its success; empty if it never succeeds."""
     fails: tuple[Source, ...] = (Source.FAILURE,)
