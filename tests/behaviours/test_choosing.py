@@ -96,6 +96,7 @@ def test_what_is_detected_is_a_goal(three):
     assert three.world.held is three.world.find("blue")
 
 
+@pytest.mark.slow
 def test_what_stands_in_the_way_can_be_taken_first():
     """One block 10 mm before another that is meant, and one far away."""
     world = table_world(

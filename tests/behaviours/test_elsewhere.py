@@ -113,6 +113,7 @@ def test_a_grasp_out_of_reach_from_here_is_reached_from_elsewhere():
     assert np.linalg.norm(harness.robot.read().wTb.translation[:2]) > 0.5
 
 
+@pytest.mark.slow
 def test_a_base_that_is_stuck_beside_something_backs_off_and_tries_again():
     harness = Harness(table_world())
     harness.reach_over(looking_down(0.7, 0.0, TABLE_TOP + 0.04))

@@ -103,11 +103,18 @@ FAR = Region(
 )
 
 
-def test_place_sets_the_object_down_where_it_is_free():
+@pytest.fixture(scope="module")
+def placed():
+    """The harness after an object was set down, and the leaf that did it."""
     harness = held_block()
     harness.run(RetreatCheck("retreat_check", harness.context))
     leaf = Place("place", harness.context, on=FAR, pitch_m=0.13)
     assert harness.run(leaf) is Status.SUCCESS
+    return harness, leaf
+
+
+def test_place_sets_the_object_down_where_it_is_free(placed):
+    harness, leaf = placed
     assert leaf.feedback_message == "placed on table, place 2"  # 1 is in the row before it
     thing = harness.world.find("block")
     assert harness.world.resting_on(thing) == "table"
@@ -116,11 +123,8 @@ def test_place_sets_the_object_down_where_it_is_free():
     assert harness.world.held is None
 
 
-def test_the_arm_keeps_off_what_it_has_set_down_until_it_grasps_it_again():
-    harness = held_block()
-    harness.run(RetreatCheck("retreat_check", harness.context))
-    leaf = Place("place", harness.context, on=FAR, pitch_m=0.13)
-    assert harness.run(leaf) is Status.SUCCESS
+def test_the_arm_keeps_off_what_it_has_set_down_until_it_grasps_it_again(placed):
+    harness, _ = placed
     (known,) = harness.context.surroundings.loose
     (thing,) = harness.world.find("block").placed()
     away, _ = separation(known, thing)
@@ -150,6 +154,7 @@ def test_when_the_rows_are_full_places_between_them_are_used():
     assert places.none_free() == "all 2 places on bin are taken"
 
 
+@pytest.mark.slow
 def test_place_fails_on_a_fault_and_when_it_cannot_get_there():
     harness = held_block()
     leaf = Place("place", harness.context, on=FAR, pitch_m=0.13)

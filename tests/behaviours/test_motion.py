@@ -26,6 +26,7 @@ def base_pose(x: float, y: float, degrees: float) -> BasePose:
     )
 
 
+@pytest.mark.slow
 def test_a_base_that_swings_round_is_not_stuck():
     harness = Harness()
     start, home = base_pose(1.5, 1.0, 90.0), base_pose(0.0, 0.0, 0.0)
@@ -67,6 +68,7 @@ def test_a_goal_out_of_reach_is_given_up():
     assert harness.robot.read().wTb.isApprox(SE3.Identity())
 
 
+@pytest.mark.slow
 def test_a_pause_counts_in_no_patience():
     harness = Harness(table_world())
     leaf = Navigate("navigate", harness.context, to=FAR_AWAY)

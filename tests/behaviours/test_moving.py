@@ -35,6 +35,7 @@ def test_navigate_brings_the_hand_to_a_pose(robot):
     assert np.linalg.norm(error) < 0.015
 
 
+@pytest.mark.slow
 def test_navigate_reaches_what_is_behind():
     harness = Harness(table_world())
     leaf = navigate(harness, ToolPose(name="behind", wTe=looking_down(-2.0, 0.0, 0.7)))

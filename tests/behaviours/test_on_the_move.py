@@ -115,6 +115,7 @@ def test_after_an_attempt_in_vain_the_base_stands_while_the_hand_grasps():
     assert np.linalg.norm(pin.log3(another.rotation.T @ standing.rotation)) > 0.2  # it turns to it
 
 
+@pytest.mark.slow
 def test_what_moves_is_gripped_where_it_has_come():
     velocity = np.array([0.0, 0.1, 0.0])
     thing = block(x=0.7, y=0.0)

@@ -141,6 +141,7 @@ def test_follow_fails_when_there_is_nothing_to_follow_or_see():
     assert leaf.feedback_message == "no camera frame for 1.5 s"
 
 
+@pytest.mark.slow
 def test_follow_fails_when_the_hand_cannot_keep_up_and_on_a_fault():
     harness = over_the_table(block(x=0.9, y=0.25))
     harness.robot.stuck = True

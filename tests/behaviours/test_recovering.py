@@ -88,6 +88,7 @@ def test_the_base_goes_away_from_the_side_that_was_touched(ahead, heading):
     assert gone @ direction / np.linalg.norm(direction) < -0.2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ahead", [0.4, pytest.param(-0.4, marks=SLOW)])
 def test_where_the_side_is_not_told_the_base_goes_back_along_where_it_came_from(ahead):
     harness = Harness(World([FLOOR], []))

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
+import pytest
 from harness import TABLE_TOP, Harness, block, held_block, over_the_table, table_world
 from pinocchio import SE3
 from py_trees.common import Status
@@ -46,6 +47,7 @@ def with_late_frames(late: float) -> Harness:
     return harness
 
 
+@pytest.mark.slow
 def test_frames_that_come_late_are_a_reason_of_their_own():
     harness = with_late_frames(0.3)
     begun = harness.clock.now()
@@ -63,6 +65,7 @@ def displace(harness: Harness, metres: float, degrees: float = 0.0) -> None:
     harness.robot.read = lambda: replace(state := read(), wTb=along * state.wTb * turned)
 
 
+@pytest.mark.slow
 def test_a_grasp_that_was_locked_is_looked_for_again_after_a_jump():
     harness = over_the_table(block(x=0.75))
     leaf = Grasp("grasp", harness.context, within=REGION)

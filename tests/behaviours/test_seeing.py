@@ -58,6 +58,7 @@ def test_the_goal_follows_an_object_that_is_moved_until_it_is_locked():
     assert harness.world.held is harness.world.find("block")
 
 
+@pytest.mark.slow
 def test_once_locked_the_goal_stays():
     harness = looking_stage(block())
     leaf = grasp(harness)
@@ -94,6 +95,7 @@ def test_a_grasp_out_of_the_region_is_not_taken():
     assert harness.context.log.attempts == 0
 
 
+@pytest.mark.slow
 def test_a_camera_that_goes_blind_on_the_way_ends_the_grasp():
     harness = looking_stage(block())
     leaf = grasp(harness)

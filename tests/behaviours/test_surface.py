@@ -147,6 +147,7 @@ def test_nothing_is_let_go_where_there_is_no_surface():
     assert harness.context.log.placed == 0
 
 
+@pytest.mark.slow
 def test_without_a_frame_nothing_is_let_go():
     harness = with_things_at()
     harness.robot.blind = True

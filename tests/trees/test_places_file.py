@@ -102,6 +102,7 @@ def test_what_is_taught_is_where_the_robot_is(files):
     assert "Our laboratory" in site.read_text()
 
 
+@pytest.mark.slow
 def test_a_pose_that_is_there_is_replaced_only_on_request(files):
     _, site = files
     code, _, err = call("teach", "dock", "--of", "base", "--places", site)
