@@ -53,12 +53,6 @@ class SimBody(ABC):
     """The state of a simulated robot, advanced to the clock's time; its parts share it.
 
     A lock lets parts work in threads of their own.
-
-    Args:
-        description: of the robot.
-        world: around it.
-        clock: simulated time.
-        dynamics: further parameters.
     """
 
     reflex: Reflex  # of the arm, its hand and the held object

@@ -97,13 +97,7 @@ class Vicinity:
 
 
 class Resting:
-    """The objects of a world at rest on its fixtures and on each other.
-
-    Args:
-        fixtures: in the world.
-        objects: of the world.
-        vicinity: of the fixtures.
-    """
+    """The objects of a world at rest on its fixtures and on each other."""
 
     def __init__(
         self, fixtures: Sequence[Geom], objects: Sequence[SimObject], vicinity: Vicinity

@@ -30,12 +30,7 @@ Keys: TypeAlias = tuple[str | int, ...]  # path of an entry in the scene file
 
 
 class LayoutError(SceneError):
-    """Objects cannot be made, or do not fit.
-
-    Args:
-        text: what is wrong, and a hint.
-        keys: of the entry in the scene file.
-    """
+    """Objects cannot be made, or do not fit."""
 
     def __init__(self, text: str, keys: Keys) -> None:
         super().__init__(text)

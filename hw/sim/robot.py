@@ -62,33 +62,29 @@ class _SimPart:
         return (Fault(kind=kind, text=reflex.reason, clearable=True, bearing=bearing),)
 
 
-class SimArm(_SimPart):
+class _SimArm(_SimPart):
     """The arm; it stands still with a tripped reflex."""
 
     def read(self) -> ArmState:
-        """See `hw.robot.Arm`."""
         body = self._body
         body.advance()
         faults = self._faults(FaultKind.REFLEX, body.reflex)
         return ArmState(stamp=body.now, q=body.q, qd=body.qd, faults=faults)
 
     def send(self, qd: Array) -> Array:
-        """See `hw.robot.Arm`."""
         self._body.advance()
         applied = qd if self._body.reflex.reason is None else np.zeros(7)
         self._body.follow(qd=applied)
         return applied
 
     def recover(self) -> None:
-        """See `hw.robot.Arm`."""
         self._body.reflex.clear()
 
 
-class SimBase(_SimPart):
+class _SimBase(_SimPart):
     """The base; it stands still with a pressed bumper."""
 
     def read(self) -> BaseState:
-        """See `hw.robot.Base`."""
         body = self._body
         body.advance()
         battery = max(0.0, 1.0 - body.now / body.dynamics.battery_life)
@@ -101,22 +97,19 @@ class SimBase(_SimPart):
         )
 
     def send(self, twist: Array) -> Array:
-        """See `hw.robot.Base`."""
         self._body.advance()
         applied = twist if self._body.bumper.reason is None else np.zeros(3)
         self._body.follow(base_twist=applied)
         return applied
 
     def recover(self) -> None:
-        """See `hw.robot.Base`."""
         self._body.bumper.clear()
 
 
-class SimGripper(_SimPart):
+class _SimGripper(_SimPart):
     """The gripper."""
 
     def read(self) -> GripperState:
-        """See `hw.robot.Gripper`."""
         body = self._body
         body.advance()
         return GripperState(stamp=body.now, width=body.width, moving=body.fingers_move)
@@ -126,17 +119,11 @@ class SimGripper(_SimPart):
         self._body.grip(width, force)
 
 
-class SimCamera(_SimPart):
+class _SimCamera(_SimPart):
     """The depth camera: captures on demand, at most one image a frame period.
 
     Rendered inline, an image is ready at once. Rendered beside the loop it comes later, with the
     stamp of its capture, and the one before is returned meanwhile, as by a real camera.
-
-    Args:
-        body: of the robot.
-        noise: of the camera.
-        seed: of the noise.
-        executor: renders the images.
     """
 
     def __init__(self, body: SimBody, noise: D435Noise, seed: int, executor: Executor) -> None:
@@ -213,10 +200,10 @@ def simulated_robot(
     made = body(description, world, clock, dynamics or Dynamics())
     return ComposedRobot(
         description,
-        arm=SimArm(made),
-        base=SimBase(made),
-        gripper=SimGripper(made),
-        camera=SimCamera(made, noise or D435Noise(), seed, background()),
+        arm=_SimArm(made),
+        base=_SimBase(made),
+        gripper=_SimGripper(made),
+        camera=_SimCamera(made, noise or D435Noise(), seed, background()),
         clock=clock,
         background=background,
     )

@@ -132,10 +132,6 @@ def load_scene(scene: str | Path, seed: int, footprint: Footprint | None = None)
 def load_fixtures(scene: str | Path, unmapped: bool = False) -> tuple[Geom, ...]:
     """The static shapes of a scene, as on a map.
 
-    Args:
-        scene: name of a shipped scene, or path of a scene file.
-        unmapped: include those that are not on the map.
-
     Raises:
         SceneError: there is no such scene, or its file is not valid.
     """

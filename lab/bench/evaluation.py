@@ -45,11 +45,7 @@ class Trial:
 
 
 class Evaluator:
-    """Evaluates the motions of one robot.
-
-    Args:
-        model: the robot, with the limits that are checked.
-    """
+    """Evaluates the motions of one robot."""
 
     def __init__(self, model: RobotModel) -> None:
         self.model = model

@@ -60,14 +60,7 @@ def run_on_the_move(
     *,
     workers: Workers,
 ) -> list[Passing]:
-    """Run both tasks for every seed: all standing runs, then all others.
-
-    Args:
-        options: of each run, except for task and seed.
-        seeds: of the object and the camera's noise.
-        done: called after each run.
-        workers: number of processes, or the address of a dask.distributed scheduler.
-    """
+    """Run both tasks for every seed: all standing runs, then all others."""
     wanted = [replace(options, tree=tree, seed=seed) for tree in WAYS.values() for seed in seeds]
     runs = run_in_order(_run, wanted, lambda run: done(run[0]), workers=workers, batch=1)
     return [passing for _, passing in runs]

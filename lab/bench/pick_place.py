@@ -49,15 +49,7 @@ def run_pick_place(
     motions: Sequence[MotionForm],
     workers: Workers,
 ) -> list[PickPlaceRun]:
-    """Run the task once for every seed and motion form, one form after the other.
-
-    Args:
-        options: of each run, except for seed and motion.
-        seeds: of objects and camera noise.
-        done: called after each run.
-        motions: the motion forms.
-        workers: number of processes, or the address of a dask.distributed scheduler.
-    """
+    """Run the task once for every seed and motion form, one form after the other."""
     wanted = [replace(options, seed=seed, motion=motion) for motion in motions for seed in seeds]
     return run_in_order(_run, wanted, lambda run: done(run.summary), workers=workers, batch=1)
 

@@ -159,12 +159,7 @@ def run_pose(
 
 
 def poses_tables(results: Sequence[PoseResult], example: Sequence[PoseResult]) -> Iterator[Table]:
-    """One table for every configuration.
-
-    Args:
-        results: the figures.
-        example: the published example on the same poses, for the ratio of the jerks.
-    """
+    """One table for every configuration."""
     jerks = {(row.robot, row.pose): row.jerk for row in example}
     for (robot, preset, speed, back), group in groupby(
         results, key=lambda row: (row.robot, row.preset, row.base_speed, row.reverse_speed)

@@ -59,11 +59,6 @@ def regenerate(
 ) -> tuple[list[Regenerated], float]:
     """Run an experiment; returns its figures and its duration [s].
 
-    Args:
-        experiment: to run.
-        folder: for its JSON, output and runs.
-        quick: in its small size, whose figures are others.
-
     Raises:
         RegenerateError: it failed, or a figure is missing.
     """

@@ -34,13 +34,7 @@ _LIMIT = 20.0  # of one motion [s]
 
 
 def time_steps(robot: str, *, steps: int, seed: int) -> TimingReport:
-    """Time our controller and the paper's on the way to goals.
-
-    Args:
-        robot: frankie or omni.
-        steps: least number of steps.
-        seed: of the goals and of the order of the controllers.
-    """
+    """Time our controller and the paper's on the way to goals."""
     ours = Configuration(robot=robot)
     paper = Configuration(robot=robot, preset="paper")
     model, paper_model = ours.model(), paper.model()

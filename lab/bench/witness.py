@@ -19,12 +19,7 @@ _ROUNDING = 1.001
 
 
 class Witness(RobotWrapper):
-    """A robot that checks the true readings and the commands against the limits.
-
-    Args:
-        robot: the real or simulated robot beneath.
-        seen: called after every reading.
-    """
+    """A robot that checks the true readings and the commands against the limits."""
 
     def __init__(self, robot: Robot, seen: Callable[[], None] = lambda: None) -> None:
         super().__init__(robot)

@@ -72,13 +72,7 @@ class Problem(Generic[View]):
         views: Sequence[View],
         check: Callable[[Poses, Sequence[View]], list[Spread]],
     ) -> tuple[Poses, list[Spread]]:
-        """The best poses, and the errors of views that were held out of a first fit.
-
-        Args:
-            start: initial poses for some views.
-            views: all.
-            check: errors of views, by poses.
-        """
+        """The best poses, and the errors of views that were held out of a first fit."""
         used, held = ([views[k] for k in part] for part in split(len(views)))
         poses = self.solve(start(used), used)
         return self.solve(poses, views), check(poses, held)

@@ -52,14 +52,6 @@ def calibrate_hand_eye(
 ) -> Calibration:
     """Move the camera around the board, and find eTc, the camera on the end effector.
 
-    Args:
-        rig: an arm whose camera sees the board.
-        description: of the robot, with a camera mount that is right to some centimetres.
-        board: at rest.
-        count: of views.
-        rng: chooses the postures.
-        say: receives lines of progress.
-
     Raises:
         CalibrationError: the board is not seen, or too seldom. The caller asks whether the result
             is good.

@@ -33,14 +33,6 @@ def evaluate_grasps(
 ) -> GraspEvaluation:
     """Judge a network and the baselines on the same scenes.
 
-    Args:
-        choice: the network.
-        scenes: number of scenes of one object.
-        bins: number of bins.
-        meshes: a folder of meshes to take the objects from.
-        by_chance: random grasps to try in each scene of one object that no row held.
-        workers: number of processes.
-
     Raises:
         WeightsError: the weights are missing or do not fit.
         ConfigError: a file or a folder cannot be used.

@@ -35,12 +35,6 @@ _DRAWS = 1000  # of a bootstrap
 def fit_hold_network(folder: Path, out: Path, *, rounds: int, say: Callable[[str], None]) -> None:
     """Fit to all outcomes of `TRAINING_SETS` in a folder, and write the weights.
 
-    Args:
-        folder: of the outcomes.
-        out: the weights file to write.
-        rounds: passes over the data.
-        say: receives lines of progress.
-
     Raises:
         ConfigError: there are no outcomes, or a file cannot be read.
     """

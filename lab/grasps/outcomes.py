@@ -87,10 +87,6 @@ def scene_outcomes(seed: int, groups: tuple[str, ...]) -> Outcomes | None:
     """Random feasible grasps, each executed in the same scene at rest; None without any.
 
     Half the scenes are one object in one view, half are bins in two views.
-
-    Args:
-        seed: of the scene.
-        groups: of objects, in turn.
     """
     # Not at the top: MuJoCo is an extra.
     from lab.grasps.dropped_scenes import drop_scene

@@ -16,10 +16,6 @@ _LINES = 10
 def progress(name: str, total: int) -> Iterator[Callable[[bool], None]]:
     """A progress bar in a terminal; elsewhere a line for every tenth of the work.
 
-    Args:
-        name: of the work.
-        total: number of items.
-
     Yields:
         A function to call after each item, with whether it failed.
     """

@@ -43,10 +43,6 @@ def convex_parts(mesh: Mesh, name: str = "a mesh") -> tuple[Geom, ...]:
 
     They are kept in the user's cache folder, by the content of the mesh.
 
-    Args:
-        mesh: in metres.
-        name: for the line on standard error before a decomposition, which takes seconds.
-
     Raises:
         MeshError: it cannot be split, or an extra that it needs is missing.
     """

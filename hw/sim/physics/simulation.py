@@ -44,12 +44,7 @@ class _Identity(NamedTuple):
 
 
 class Simulation:
-    """A gripper in one world, stepped by `TIMESTEP`.
-
-    Args:
-        model: of both.
-        world: as it is now.
-    """
+    """A gripper in one world, stepped by `TIMESTEP`."""
 
     def __init__(self, model: mujoco.MjModel, world: World) -> None:
         self._model, self._data = model, mujoco.MjData(model)
@@ -135,12 +130,7 @@ class Simulation:
 
 
 class RobotSimulation(Simulation):
-    """One robot in one world, stepped by `TIMESTEP`.
-
-    Args:
-        description: of the robot.
-        world: around it, as it is now.
-    """
+    """One robot in one world, stepped by `TIMESTEP`."""
 
     def __init__(self, description: RobotDescription, world: World) -> None:
         super().__init__(robot_model_in(description, world), world)
@@ -182,26 +172,22 @@ class RobotSimulation(Simulation):
     @property
     def base(self) -> Array:
         """(3,) x, y, heading [m, m, rad]."""
-        values: Array = self._data.qpos[self._base_q]
-        return values
+        return np.asarray(self._data.qpos[self._base_q])
 
     @property
     def base_velocity(self) -> Array:
         """(3,) in the world [m/s, m/s, rad/s]."""
-        values: Array = self._data.qvel[self._base_v]
-        return values
+        return np.asarray(self._data.qvel[self._base_v])
 
     @property
     def q(self) -> Array:
         """(7,) of the arm [rad]."""
-        values: Array = self._data.qpos[self._arm_q]
-        return values
+        return np.asarray(self._data.qpos[self._arm_q])
 
     @property
     def qd(self) -> Array:
         """(7,) of the arm [rad/s]."""
-        values: Array = self._data.qvel[self._arm_v]
-        return values
+        return np.asarray(self._data.qvel[self._arm_v])
 
     def put_walker(self, number: int, pose: SE3) -> None:
         """Move a walker."""
@@ -210,8 +196,7 @@ class RobotSimulation(Simulation):
     @property
     def load(self) -> Array:
         """(7,) torques of contacts and of the held object on the arm [Nm]."""
-        values: Array = self._data.qfrc_constraint[self._arm_v]
-        return values
+        return np.asarray(self._data.qfrc_constraint[self._arm_v])
 
     def force_at_tool(self, load: Array) -> float:
         """The force at the end effector that fits torques (7,) of the arm best [N]."""

@@ -9,7 +9,7 @@ from pinocchio import SE3
 from solid_world import Solid, box, box_at_the_hand, cube, physical, turning
 
 from hw import FaultInjection, HardwareError, WorldError, WorldOptions, open_backend
-from hw.sim import Motion, Walker
+from hw.sim import Walker
 from robots import load_robot
 
 pytest.importorskip("mujoco", reason="needs the extra `physics`")
@@ -102,15 +102,6 @@ def test_a_joint_follows_its_velocity_with_its_lag():
     assert sim.robot.read().qd[6] == pytest.approx(2.61, rel=0.01)
 
 
-def test_a_differential_base_does_not_slip_sideways():
-    sim = physical()
-    sim.drive((0.8, 0.0, 0.0), s=0.7)
-    for _ in range(20):
-        sim.drive((0.8, 0.0, 1.0), turning(1, -1.5), s=0.05)
-        pose, (vx, vy, _) = sim.body.wTb, sim.body.engine.base_velocity
-        assert abs(pose.rotation[:2, 1] @ (vx, vy)) < 5e-3
-
-
 def test_the_bumper_stops_the_base_and_lets_it_leave():
     sim = physical(box("step", (1.0, 0.0, 0.15), (0.1, 1.0, 0.15)))
     assert sim.drive((0.5, 0.0, 0.0), s=2.0) == [("bumper", "the base hit step")]
@@ -143,20 +134,6 @@ def test_a_walker_that_runs_into_the_base_trips_the_bumper():
     here = walker.pose.translation.copy()
     walker.move_to(sim.clock.now())
     np.testing.assert_array_equal(here, walker.pose.translation)
-
-
-def test_an_object_moves_by_itself_until_it_is_touched():
-    thing = cube("cube", (1.5, 0.0, 0.02))
-    thing.motion = Motion(
-        start=thing.pose.translation.copy(), along=np.array([-1.5, 0.0, 0.0]), period=4.0
-    )
-    expected = thing.motion.position(0.8)
-    sim = physical(objects=[thing])
-    sim.drive(s=0.8)
-    np.testing.assert_allclose(thing.pose.translation[:2], expected[:2], atol=2e-3)
-    sim.drive(s=1.5)
-    assert thing.motion is None
-    assert thing.pose.translation[0] > FRONT
 
 
 def test_a_diverged_simulation_is_a_hardware_error(tmp_path, monkeypatch):

@@ -52,17 +52,6 @@ def test_a_near_object_hides_the_ground_to_its_left_only():
     assert not missing[:, 150:].any()
 
 
-def test_edges_are_lost_as_often_as_asked():
-    depth = flat(0.6)
-    depth[100:] = 0.5
-    missing = np.isnan(noisy(depth, speckle=0.0, edge_loss=0.7))
-    assert missing[99:101].mean() == pytest.approx(0.7, abs=0.07)
-    assert not missing[:98].any()
-    depth[50:60, 50:60] = np.nan
-    assert np.isnan(noisy(depth))[50:60, 50:60].all()
-    assert not missing[102:].any()
-
-
 def test_the_same_seed_gives_the_same_noise_and_leaves_the_image_alone():
     depth = flat(0.6)
     first, second, other = noisy(depth, 1), noisy(depth, 1), noisy(depth, 2)

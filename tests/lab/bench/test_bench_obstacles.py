@@ -33,13 +33,6 @@ def test_a_row_for_every_robot_and_controller(tmp_path):
             assert bool(world["touches"]) == (world["clearance_mm"] < 0.0)
 
 
-@pytest.mark.slow
-def test_the_number_of_processes_does_not_change_the_figures(tmp_path):
-    options = ("--robot", "omni", "--controller", "frankie", "--limit", 2, "--count", 7)
-    one, two = (report(tmp_path, "obstacles", *options, "--workers", n)["results"] for n in (1, 2))
-    assert one == two
-
-
 def test_one_world_is_run_without_failure(tmp_path):
     options = ("--robot", "omni", "--controller", "frankie", "--only", "table:0", "--workers", 1)
     (row,) = report(tmp_path, "obstacles", *options)["results"]

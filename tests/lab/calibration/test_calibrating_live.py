@@ -12,7 +12,7 @@ import pytest
 from pinocchio import SE3
 
 from controller import RobotModel
-from hw import HardwareError, WallClock, panda, realsense
+from hw import WallClock, panda, realsense
 from hw.clock import stopwatch
 from hw.emulators.realsense import Options, RealSenseEmulator, Shot
 from hw.panda import PandaArm
@@ -96,22 +96,3 @@ def test_hand_eye_through_both_drivers(arm):
     print(f"wrong by {wrong.mm:.3f} mm and {wrong.deg:.4f} deg")
     assert wrong.mm < 1.0
     assert wrong.deg < 0.1
-
-
-def test_a_camera_that_is_lost_meanwhile_is_said(arm):
-    depth, grey = np.full((480, 640), 0.4, np.float32), np.zeros((480, 640), np.uint8)
-
-    def shoot() -> Shot:
-        return Shot(depth=depth, stamp=stopwatch(), infrared=grey)
-
-    with RealSenseEmulator(shoot, Options(infrared=True, rate=6)) as emulator:
-        clock = WallClock()
-        camera = infrared(clock, emulator.address)
-        try:
-            live = LiveArm(arm, camera, clock)
-            assert live.image().shape == (480, 640)
-            emulator.unplug()
-            with pytest.raises(HardwareError, match="unplugged"):
-                live.image()
-        finally:
-            camera.close()

@@ -1,14 +1,12 @@
 """`frankie-task calibrate`: what it tells, writes and refuses."""
 
 import command_line
-import cv2
 import numpy as np
 import pytest
 import yaml
 
 from config import ConfigError
 from hw.realsense import missing
-from lab.calibration import Board, find_corners
 from robots import load_robot
 from robots.schema_geometry import PoseFile
 
@@ -69,18 +67,6 @@ def test_a_wrong_file_of_a_calibration_is_refused(tmp_path, site):
     site.write_text(text + "camera_mount: hand_eye.yaml\n")
     with pytest.raises(ConfigError, match=r"hand_eye\.yaml:"):
         load_robot(site)
-
-
-def test_the_printed_board_is_the_one_that_is_looked_for(tmp_path):
-    out = tmp_path / "board.png"
-    code, said, _ = call("board", str(out), "--columns", "6", "--rows", "4", "--square", "30")
-    assert code == 0
-    assert "180 x 120 mm at 300 dpi" in said
-    picture = cv2.imread(str(out), cv2.IMREAD_GRAYSCALE)
-    small = cv2.resize(picture, None, fx=0.2, fy=0.2, interpolation=cv2.INTER_AREA)
-    seen = find_corners(np.pad(small, 40, constant_values=255), Board(6, 4, 0.03, 0.0225))
-    assert len(seen.image) == 15
-    assert call("board", str(tmp_path / "no" / "board.png"))[0] == 2
 
 
 @pytest.mark.parametrize(
