@@ -11,9 +11,8 @@ from app.live.feed import Feed, Throttle
 from app.live.monitor import Recorder, RecorderError
 from app.live.nodes import NodeStatus, tip, tree_view
 from app.live.operator import Control, Hook, PageServer
-from app.live.run_display import RunDisplay
+from app.live.run_display import Moment, RunDisplay, RunInfo
 from app.live.snapshot import ObjectView, RegionView, SceneView, Snapshot, key_figures
-from app.live.tree_text import Moment, RunInfo
 from app.live.viewer.headless import headless_viewer
 from app.live.viewer.open_recording import open_in_viewer
 from app.live.viewer.viewer import Viewer, ViewError, ViewOptions

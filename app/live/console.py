@@ -48,15 +48,9 @@ class ControlOptions:
 class OperatorConsole:
     """Controls of one run; use it in a `with` statement. Invalid options raise before it moves.
 
-    Args:
-        options: of control.
-        task: name of the task.
-        nodes: of the tree, in preorder.
-        inject: injects a fault by name.
-        clear: clears the injected faults.
-        viewer: address of live data for a viewer on the page, if any.
-        say: prints a line.
-        server: of the page across several runs; None makes one for this run.
+    `inject` and `clear` inject a fault by name and clear the injected ones, `viewer` is the address
+    of live data for a viewer on the page, and `say` prints a line. `server` serves the page across
+    several runs; None makes one for this run.
 
     Raises:
         UserError: an option is wrong, or something cannot be served.

@@ -21,13 +21,9 @@ _ROUNDING = 1e-6
 class Feed(Generic[Item]):
     """Passes items to a slow writer, in order and in batches, on a thread of its own.
 
-    Args:
-        write: called with non-empty batches on that thread; the first exception ends the writing.
-        lossless: wait when the queue is full, instead of dropping the oldest item.
-        period: interval of writing, unless a batch is full before [s of real time].
-        capacity: most items in the queue.
-        batch: number of items that is written without waiting for the period.
-        name: of the thread.
+    `write` gets non-empty batches; its first exception ends the writing. A full queue (`capacity`)
+    waits if it is `lossless`, or else drops its oldest item. Items are written every `period` [s of
+    real time], or as soon as there are `batch` of them.
     """
 
     def __init__(

@@ -8,24 +8,66 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
 
+from py_trees.common import Status
 from rich.console import Console
 from rich.live import Live
+from rich.text import Text
 
-from app.live.tree_text import Changes, Moment, RunInfo, picture
+from app.live.nodes import (
+    LOOK_GLYPH,
+    STATUS_GLYPH,
+    Look,
+    leaves,
+    looks,
+    path_from_root,
+    shortened,
+    tip,
+)
+from app.task_time import task_time
 from app.terminal import Terminal
 from hw import stopwatch
 
 if TYPE_CHECKING:
-    from app.live.nodes import NodeInfo
+    from app.live.nodes import NodeInfo, NodeStatus
+    from app.live.snapshot import Snapshot
 
 _PERIOD = 0.2
 """Interval of writing [s of real time]."""
 _PATIENCE = 1.0
 """Time for the terminal to write the rest [s]."""
+_STYLES = {
+    Look.IDLE: "bright_black",
+    Look.RUNNING: "cyan",
+    Look.SUCCESS: "green",
+    Look.NOT_YET: "yellow",
+    Look.FAILURE: "red",
+}
+_LONGEST_NAME = 40
+
+
+class Moment(NamedTuple):
+    """One tick, with the figures beside the tree."""
+
+    seen: Snapshot
+    placed: int
+    attempts: int
+    paused: str = ""
+    """Why the run is paused; empty if it is not."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunInfo:
+    """Constant data of a run."""
+
+    task: str
+    where: str
+    objects: int = 0
+    """Number of objects to be placed; 0 if unknown or none."""
 
 
 class RunDisplay:
@@ -102,3 +144,108 @@ class RunDisplay:
                 rows=self._console.height - 2,
             )
             self._live.update(text, refresh=True)
+
+
+def picture(
+    info: RunInfo,
+    tree: Sequence[NodeInfo],
+    moment: Moment,
+    *,
+    elapsed: float,
+    width: int,
+    rows: int,
+) -> Text:
+    """The whole display: badges, figures, and the tree with the running leaf in bold.
+
+    `elapsed` is the real time since the run began [s], `width` that of the terminal in characters
+    and `rows` the number of available lines.
+    """
+    lines = [_head(info, moment), _figures(info, moment, elapsed)]
+    lines += _tree_lines(tree, moment.seen.nodes, rows=max(3, rows - len(lines)))
+    for line in lines:
+        line.no_wrap = True
+        line.truncate(width, overflow="ellipsis")
+    return Text("\n").join(lines)
+
+
+def _head(info: RunInfo, moment: Moment) -> Text:
+    text = Text()
+    faults = [fault.text for fault in moment.seen.state.faults]
+    if faults:
+        text.append(f" FAULT: {'; '.join(faults)} ", style="bold white on red").append(" ")
+    if moment.paused:
+        text.append(f" PAUSED {moment.paused} ", style="bold black on yellow").append(" ")
+    text.append(info.task, style="bold")
+    text.append(f"  {info.where}", style="bright_black")
+    return text
+
+
+def _figures(info: RunInfo, moment: Moment, elapsed: float) -> Text:
+    text, seen = Text(), moment.seen
+    if info.objects:
+        text.append(f"{moment.placed} of {info.objects} placed", style="bold")
+        text.append(f"  {moment.attempts} grasp{'' if moment.attempts == 1 else 's'}  ")
+    speed = f", {seen.stamp / elapsed:.1f} times real time" if elapsed > 0.0 else ""
+    text.append(f"{task_time(seen.time, seen.paused_s)}{speed}", style="bright_black")
+    return text
+
+
+def _tree_lines(tree: Sequence[NodeInfo], nodes: Sequence[NodeStatus], *, rows: int) -> list[Text]:
+    """A line per node; if they do not fit, of the ancestors of the running leaf and that leaf."""
+    running, at_end, states = tip(nodes), leaves(tree), looks(tree, nodes)
+    fits = len(tree) <= rows
+    shown = range(len(tree)) if fits else path_from_root(tree, running)[-rows:]
+    lines = []
+    for index in shown:
+        node, status, style = tree[index], nodes[index], _STYLES[states[index]]
+        line = Text("  " * node.depth)
+        line.append(f"{LOOK_GLYPH[states[index]]} ", style=style)
+        name = shortened(node.title, _LONGEST_NAME)
+        line.append(name, style=f"bold {style}" if index == running else style)
+        message = " ".join(status.message.split())
+        if index == running:
+            line.append(f"  {message}")
+        elif status.status is Status.FAILURE and index in at_end:
+            line.append(f"  {message}", style="dim")
+        lines.append(line)
+    if not fits:
+        lines[-1].append(f"   (+ {len(tree) - len(shown)} nodes)", style="bright_black")
+    return lines
+
+
+class Changes:
+    """One line for every change of a leaf, of the robot's faults, and of pauses."""
+
+    def __init__(self, info: RunInfo, tree: Sequence[NodeInfo]) -> None:
+        self._info = info
+        self._leaves = leaves(tree)
+        self._names = [shortened(node.title, _LONGEST_NAME) for node in tree]
+        self._statuses = [Status.INVALID] * len(tree)
+        self._faults: tuple[str, ...] = ()
+        self._paused, self._placed = "", 0
+
+    def lines(self, moment: Moment) -> Iterator[str]:
+        """The lines that are new since the moment before."""
+        at = f"{moment.seen.time:8.2f} s  "
+        faults = tuple(fault.text for fault in moment.seen.state.faults)
+        if faults != self._faults:
+            yield f"{at}! {'FAULT: ' + '; '.join(faults) if faults else 'faults cleared'}"
+        if moment.paused != self._paused:
+            yield f"{at}‖ PAUSED {moment.paused}" if moment.paused else f"{at}▶ resumed"
+        self._faults, self._paused = faults, moment.paused
+        for index in self._leaves:
+            before, now = self._statuses[index], moment.seen.nodes[index]
+            self._statuses[index] = now.status
+            if now.status is not before and (line := self._change(index, before, now)):
+                yield at + line
+        if moment.placed != self._placed and self._info.objects:
+            yield f"{at}  {moment.placed} of {self._info.objects} placed"
+        self._placed = moment.placed
+
+    def _change(self, index: int, before: Status, now: NodeStatus) -> str:
+        if now.status is Status.INVALID:
+            return f"■ {self._names[index]}: halted" if before is Status.RUNNING else ""
+        message = " ".join(now.message.split())
+        answered_no = now.status is Status.FAILURE and before is not Status.RUNNING
+        glyph = LOOK_GLYPH[Look.NOT_YET] if answered_no else STATUS_GLYPH[now.status]
+        return f"{glyph} {self._names[index]}" + (f": {message}" if message else "")

@@ -19,9 +19,7 @@ class ClientHooks:
     Requests and the list are JSON. An invalid request raises an exception with a text for the
     client, and changes nothing.
 
-    Args:
-        hooks: one per node; a node's number is its position, from 1.
-        control: resumes the run.
+    `hooks` has one per node; a node's number is its position, from 1.
     """
 
     def __init__(self, hooks: Sequence[Hook], control: Control) -> None:

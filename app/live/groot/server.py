@@ -11,19 +11,22 @@ import queue
 import secrets
 import struct
 import threading
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from types import ModuleType
 from typing import Any
+from xml.etree import ElementTree
 
 from py_trees.common import Status
 
 from app.live.groot.client_hooks import ClientHooks
-from app.live.groot.tree_xml import tree_xml
-from app.live.nodes import NodeInfo
+from app.live.nodes import NodeInfo, parents
 from app.live.operator import Control, Hook
 from app.live.snapshot import Snapshot
 from config import UserError
 from hw import stopwatch
+from trees.btcpp import TAGS
+from trees.language import COMPOSITES
 
 HOST = "127.0.0.1"
 USUAL_PORT = 1667
@@ -52,13 +55,8 @@ class GrootServer:
     A breakpoint pauses the whole run. When the client falls silent its breakpoints are disabled,
     but a paused robot stays paused until a person resumes.
 
-    Args:
-        task: name of the task.
-        tree: nodes of the tree, in preorder.
-        hooks: one per node.
-        control: pauses and resumes the run.
-        port: for requests; breakpoints are announced on the next one.
-        seconds: real time from an arbitrary start, for the heartbeat [s].
+    `tree` has the nodes in preorder and `hooks` one for each of them. Requests come to `port`, and
+    breakpoints are announced on the next one. `seconds` is real time, for the heartbeat [s].
 
     Raises:
         GrootError: a port is taken, or the extra is not installed.
@@ -205,3 +203,30 @@ def _libraries() -> tuple[ModuleType, Callable[..., bytes]]:
             f'--groot2 needs {error.name}: pip install "frankie-task[groot]"'
         ) from error
     return zmq, msgpack.packb
+
+
+def tree_xml(task: str, tree: Sequence[NodeInfo]) -> str:
+    """The XML of the tree of a task; `tree` has its nodes in preorder."""
+    root = ElementTree.Element("root", BTCPP_format="4", main_tree_to_execute=task)
+    top = ElementTree.SubElement(root, "BehaviorTree", ID=task, _fullpath="")
+    above = parents(tree)
+    children = Counter(above)
+    elements: list[ElementTree.Element] = []
+    models = set()
+    for index, (node, parent) in enumerate(zip(tree, above, strict=True)):
+        tag = TAGS.get(node.kind, node.kind or "node")
+        models.add((_category(node.kind, children[index]), tag))
+        place = top if parent is None else elements[parent]
+        elements.append(ElementTree.SubElement(place, tag, name=node.name, _uid=str(index + 1)))
+    listed = ElementTree.SubElement(root, "TreeNodesModel")
+    for category, tag in sorted(models):
+        ElementTree.SubElement(listed, category, ID=tag)
+    ElementTree.indent(root)
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def _category(kind: str, children: int) -> str:
+    word = COMPOSITES.get(kind)
+    if children > 1 or (word is not None and word.most != 1):
+        return "Control"
+    return "Decorator" if children else "Action"

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+from math import radians, tan
 
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 from rerun.blueprint import archetypes, encodings
 
-from app.live.monitor.framing import Eye
 from app.live.monitor.signals_panel import PLOTS, SHARES
 from app.live.monitor.tree_panel import PILL_RADIUS, ROW, pills
 from app.live.nodes import NodeInfo
+from app.live.snapshot import Array, SceneView
+from robots import Plane, half_extents
 
-_PLOT_WINDOW, _HISTORY_WINDOW, _TRAIL_WINDOW = 20.0, 30.0, 8.0
+_PLOT_WINDOW, _HISTORY_WINDOW = 20.0, 30.0
 """Shown before the cursor [s]."""
 _FEWEST_ROWS, _MOST_ROWS = 22, 40
 """Of the tree."""
@@ -27,6 +31,18 @@ _TABS = {
 _CLOUD_RANGE = (150.0, 1500.0)
 """Depths at both ends of the colour map [mm]."""
 _BACKGROUND = (24, 26, 31)
+
+FIELD = radians(55.0)
+"""Vertical field of view of Rerun's eye [rad]."""
+_FROM = np.array([-0.26, -0.72, 0.62])
+_ASPECT = 1.5
+_MARGIN = 0.94
+_HEIGHT = 1.2
+"""Height of a robot with its arm at work [m]."""
+_AROUND = 0.85
+"""Radius of a robot that works at a goal [m]."""
+_SLIM = 0.6
+_STEPS = 8
 
 
 class Arrangement(rrb.Blueprint):
@@ -113,17 +129,11 @@ def _log() -> rrb.TextLogView:
 
 
 def _scene(eye: Eye) -> rrb.Spatial3DView:
-    relative = rrb.TimeRangeBoundary.cursor_relative
-    trail = rrb.VisibleTimeRanges(
-        timeline="t", start=relative(seconds=-_TRAIL_WINDOW), end=relative()
-    )
     return rrb.Spatial3DView(
         origin="/world",
         name="scene",
         contents=["+ $origin/**", "- /world/camera/quality", "- /world/camera/grasps"],
         overrides={
-            "world/trail": trail,
-            "world/base_trail": trail,
             "world/camera/depth": rr.EncodedDepthImage.from_fields(
                 colormap="viridis", point_fill_ratio=0.6, depth_range=_CLOUD_RANGE
             ),
@@ -132,3 +142,59 @@ def _scene(eye: Eye) -> rrb.Spatial3DView:
         line_grid=rrb.LineGrid3D(visible=True, spacing=0.5, color=(70, 74, 82)),
         eye_controls=rrb.EyeControls3D(position=eye.position, look_target=eye.target),
     )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Eye:
+    """A camera that looks from one point at another, with z up."""
+
+    position: Array
+    target: Array
+
+
+def eye_for(points: Array) -> Eye:
+    """The nearest eye that sees all points (N, 3) in the world [m]; at least one point."""
+    right, up, ahead = axes = _axes(_FROM)
+    limits = np.array([_ASPECT, 1.0]) * tan(FIELD / 2.0) * _MARGIN
+    target: Array = (points.min(axis=0) + points.max(axis=0)) / 2.0
+    for _ in range(_STEPS):
+        local = (points - target) @ axes.T
+        distance = max(1.0, float((np.abs(local[:, :2]) / limits - local[:, 2:]).max()))
+        eye = Eye(position=target - distance * ahead, target=target)
+        seen = local[:, :2] / (local[:, 2:] + distance)
+        off = (seen.min(axis=0) + seen.max(axis=0)) / 2.0 * distance
+        target = target + off[0] * right + off[1] * up
+    return eye
+
+
+def task_points(scene: SceneView) -> Array:
+    """(N, 3) corners of furniture and regions, and of the robot at its start and goals."""
+    boxes = [(region.pose, region.size / 2.0) for region in scene.regions]
+    for part in scene.fixtures:
+        if not isinstance(part.shape, Plane):
+            boxes.append((part.pose, np.array(half_extents(part.shape))))
+    corners = np.array(list(product((-1.0, 1.0), repeat=3)))
+    found = [robot_points(0.0, 0.0)]
+    for pose, half in boxes:
+        found.append((corners * half) @ pose.rotation.T + pose.translation)
+    for _, pose in scene.goals:
+        x, y, z = pose.translation
+        found.append(robot_points(x, y, _AROUND, max(_HEIGHT, z + 0.3)))
+    return np.concatenate(found)
+
+
+def robot_points(x: float, y: float, around: float = 0.45, height: float = _HEIGHT) -> Array:
+    """(16, 3) points around a robot at a place on the floor [m]."""
+    angles = np.arange(8) * np.pi / 4.0
+    circle = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(8)])
+    low, high = around * circle, _SLIM * around * circle + [0.0, 0.0, height]
+    points: Array = np.concatenate([low, high]) + np.array([x, y, 0.0])
+    return points
+
+
+def _axes(back: Array) -> Array:
+    """(3, 3) right, up and ahead of an eye that looks against `back`, as rows."""
+    ahead = -back / np.linalg.norm(back)
+    right = np.cross(ahead, [0.0, 0.0, 1.0])
+    right /= np.linalg.norm(right)
+    return np.stack([right, np.cross(right, ahead), ahead])

@@ -33,14 +33,9 @@ class RecorderError(UserError):
 class Recorder:
     """Writes snapshots to a file and to viewers, on a thread of its own.
 
-    Args:
-        path: the file to write; its folder exists.
-        tree: nodes of the tree, in preorder.
-        model: kinematics of the robot; not shared, since the thread uses it.
-        scene: the shapes to draw.
-        lossless: whether `record` waits for a slow disk (a simulation at full speed) or drops the
-            oldest snapshots instead (in real time).
-        server: where viewers are served during the run; None for nowhere.
+    The folder of `path` exists; `tree` has the nodes in preorder; `model` is not shared, since the
+    thread uses it. When the disk is slow, `lossless` lets `record` wait (a simulation at full
+    speed), or else the oldest snapshots are dropped (in real time). Viewers are served at `server`.
 
     Raises:
         RecorderError: the file cannot be written.

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from math import cos, sin
 from typing import Any
 
 import numpy as np
@@ -11,28 +12,40 @@ from pinocchio import SE3
 from pinocchio.utils import rotate
 
 from app.live.feed import Throttle
-from app.live.monitor.columns import WORLD, Array, Changes, log_static, send_poses, timelines
-from app.live.monitor.glyphs import Colour
-from app.live.monitor.overlays import GHOST, FaultPanel, ghosts, region_boxes
-from app.live.monitor.robot_visual import finger_poses, robot_visual
-from app.live.monitor.solids import solids
-from app.live.snapshot import SceneView, Snapshot
+from app.live.monitor.columns import (
+    WORLD,
+    Array,
+    Changes,
+    log_static,
+    send_poses,
+    set_time,
+)
+from app.live.monitor.glyphs import Colour, printable
+from app.live.monitor.robot_visual import (
+    base_parts,
+    finger_poses,
+    hand_parts,
+    robot_visual,
+    solids,
+)
+from app.live.snapshot import RegionView, SceneView, Snapshot
 from controller import Pose2D, RobotModel
+from robots import RobotDescription
 
 _POSE_PERIOD = 0.04
 """Shortest time between two sets of poses [s]."""
 _SEEN_PERIOD, _SEEN_POINTS = 1.0, 1000
 """Shortest time between two drawings of depth obstacles [s], and their most points."""
 
-_AXES: tuple[Colour, ...] = ((230, 70, 60), (70, 190, 80), (70, 120, 240))
+_GHOST: Colour = (120, 190, 255)
+_REGION: Colour = (110, 150, 120)
+_RED: Colour = (225, 45, 40)
+_PLAIN: Colour = (255, 255, 255)
 _TRACKED: Colour = (255, 190, 40)
 _LOCKED: Colour = (60, 220, 100)
-_TRAIL: Colour = (90, 200, 220)
-_BASE_TRAIL: Colour = (120, 130, 150)
 _NEAREST: Colour = (255, 150, 40)
 _SEEN: Colour = (235, 110, 90)
 _FINGER_LENGTH = 0.05
-_TOOL_LENGTH = 0.06
 _FLOOR = 0.012
 """Height of lines on the floor, above its surface [m]."""
 _FAR = 0.5
@@ -41,8 +54,10 @@ _FAR = 0.5
 _BASE, _HAND = "world/robot/base", "world/robot/hand"
 _LINKS = tuple(f"world/robot/link{i}" for i in range(8))
 _FINGERS = ("world/robot/left_finger", "world/robot/right_finger")
-_TOOL, _CAMERA = "world/tool", "world/camera"
+_CAMERA = "world/camera"
 _GHOST_HAND, _GHOST_BASE = "world/ghost/hand", "world/ghost/base"
+_BANNER, _ABOVE = "world/fault", np.array([0.0, 0.0, 1.45])
+"""The banner of a fault, and its position above the base [m]."""
 _AWAY = SE3(np.eye(3), np.array([0.0, 0.0, -100.0]))
 """Position of a ghost without a goal: below the floor."""
 
@@ -59,7 +74,6 @@ class ScenePanel:
         ]
         self._throttle, self._seen = Throttle(_POSE_PERIOD), Throttle(_SEEN_PERIOD)
         self._last: dict[str, SE3] = {}
-        self._last_points: dict[str, Array] = {}
         self._changes = Changes(stream)
 
         looks = robot_visual(model.description)
@@ -75,7 +89,6 @@ class ScenePanel:
             **robot,
             _GHOST_HAND: hand,
             _GHOST_BASE: base,
-            _TOOL: [rr.Arrows3D(vectors=_TOOL_LENGTH * np.eye(3), colors=_AXES, radii=0.003)],
         }
         for path, view in zip(self._objects, scene.objects, strict=True):
             moving[path] = solids(view.parts)
@@ -85,9 +98,7 @@ class ScenePanel:
             "world/fixtures": solids(scene.fixtures),
             "world/regions": [region_boxes(scene.regions)],
             "world/grasp": [rr.LineStrips3D.from_fields(radii=0.004, show_labels=True)],
-            "world/trail": [_line(_TRAIL, 1.5)],
-            "world/base_trail": [_line(_BASE_TRAIL, 1.5)],
-            "world/way": [_line(GHOST, 2.0)],
+            "world/way": [_line(_GHOST, 2.0)],
             "world/nearest": [_line(_NEAREST, 2.5, show_labels=True)],
             "world/seen": [rr.Points3D.from_fields(colors=[_SEEN], radii=0.008)],
         }
@@ -106,9 +117,6 @@ class ScenePanel:
         send("world/nearest", shown, lambda s: (s.report.nearest_points,), _nearest)
         some = [snapshot for snapshot in shown if self._seen.due(snapshot.stamp)]
         send("world/seen", some, lambda s: (s.seen,), _seen)
-        self._send_trail("world/trail", shown, [s.wTe.translation for s in shown])
-        ground = [np.append(s.state.wTb.translation[:2], _FLOOR) for s in shown]
-        self._send_trail("world/base_trail", shown, ground)
 
     def _moved(self, snapshot: Snapshot) -> dict[str, SE3]:
         """Poses of the frames that moved."""
@@ -118,7 +126,6 @@ class ScenePanel:
         poses = {
             _BASE: state.wTb,
             _HAND: hand,
-            _TOOL: snapshot.wTe,
             _GHOST_HAND: _AWAY if snapshot.hand_goal is None else snapshot.hand_goal,
             _GHOST_BASE: _AWAY if snapshot.base_goal is None else _on_floor(snapshot.base_goal),
             **dict(zip(_LINKS, links, strict=True)),
@@ -134,13 +141,6 @@ class ScenePanel:
         }
         self._last |= moved
         return moved
-
-    def _send_trail(self, path: str, shown: Sequence[Snapshot], points: Sequence[Array]) -> None:
-        """One short line per row; the view shows those of the last seconds together."""
-        before = [self._last_points.get(path, points[0]), *points[:-1]]
-        self._last_points[path] = points[-1]
-        columns = rr.LineStrips3D.columns(strips=np.stack([before, points], axis=1))
-        self._stream.send_columns(path, indexes=timelines(shown), columns=columns)
 
 
 def _line(colour: Colour, width: float, **more: Any) -> rr.LineStrips3D:
@@ -186,3 +186,86 @@ def _seen(snapshot: Snapshot) -> tuple[int, Any]:
     points: Array = np.zeros((0, 3)) if snapshot.seen is None else snapshot.seen.points
     some = points[:: max(1, -(-len(points) // _SEEN_POINTS))]
     return len(some), rr.Points3D.columns(positions=some)
+
+
+def ghosts(robot: RobotDescription) -> tuple[list[Any], list[Any]]:
+    """Transparent shapes of the open hand, in the frame of a tool pose, and of the base."""
+    gripper = robot.gripper
+    palm, _ = hand_parts(robot)
+    fingers = [
+        part.moved(pose)
+        for pose in finger_poses(gripper, gripper.opening)
+        for part in (gripper.finger, gripper.pad)
+    ]
+    hand = [part.moved(gripper.hTe.inverse()) for part in (palm, *fingers)]
+    both = [
+        solids(parts, "TransparentFillMajorWireframe")
+        for parts in (hand, base_parts(robot.base)[:1])
+    ]
+    for body in (*both[0], *both[1]):
+        body.colors = [(*_GHOST, 90)]
+    return both[0], both[1]
+
+
+def region_boxes(regions: Sequence[RegionView]) -> rr.Boxes3D:
+    """The regions of a task, in the world."""
+    return rr.Boxes3D(
+        half_sizes=[region.size / 2.0 for region in regions],
+        centers=[region.pose.translation for region in regions],
+        quaternions=[_upright(region.pose.rotation) for region in regions],
+        labels=[printable(region.name) for region in regions],
+        show_labels=True,
+        colors=[_REGION],
+        radii=rr.Radius.ui_points(1.0),
+        fill_mode="MajorWireframe",
+    )
+
+
+def _upright(rotation: Array) -> rr.Quaternion:
+    yaw = float(np.arctan2(rotation[1, 0], rotation[0, 0]))
+    return rr.Quaternion(xyzw=(0.0, 0.0, sin(yaw / 2.0), cos(yaw / 2.0)))
+
+
+class FaultPanel:
+    """Draws faults: the robot in red, and a banner over it.
+
+    `bodies` are the archetypes of the robot by entity; their colours are moved to this panel.
+    """
+
+    def __init__(self, stream: rr.RecordingStream, bodies: Mapping[str, Sequence[Any]]) -> None:
+        self._stream = stream
+        self._shown: tuple[str, ...] | None = None
+        self._looks: list[tuple[str, type[Any], Any]] = []
+        colours: dict[int, Any] = {}  # both fingers are drawn from the same
+        for path, some in bodies.items():
+            for body in some:
+                if not isinstance(body, rr.Mesh3D) and id(body) not in colours:
+                    colours[id(body)] = body.colors.pa_array.to_numpy(zero_copy_only=False)
+                    body.colors = None  # a colour that never changes could not turn red
+                self._looks.append((path, type(body), colours.get(id(body))))
+        look = rr.Points3D.from_fields(colors=[_RED], radii=0.02, show_labels=True)
+        log_static(stream, {_BANNER: [look]}, WORLD)
+
+    def write(self, batch: Sequence[Snapshot]) -> None:
+        """Add the faults of a batch."""
+        for snapshot in batch:
+            faults = tuple(fault.text for fault in snapshot.state.faults)
+            if faults != self._shown:
+                set_time(self._stream, snapshot)
+                if self._shown is None or bool(faults) is not bool(self._shown):
+                    self._paint(bool(faults))
+                self._shown = faults
+                place = snapshot.state.wTb.translation + _ABOVE
+                label = f"⚠ FAULT: {printable('; '.join(faults))}"
+                banner = rr.Points3D.from_fields(
+                    positions=[place] if faults else [], labels=[label] if faults else []
+                )
+                self._stream.log(_BANNER, banner)
+
+    def _paint(self, is_red: bool) -> None:
+        for path, kind, colours in self._looks:
+            if kind is rr.Mesh3D:
+                look = rr.Mesh3D.from_fields(albedo_factor=_RED if is_red else _PLAIN)
+            else:
+                look = kind.from_fields(colors=[_RED] if is_red else colours)
+            self._stream.log(path, look)

@@ -11,13 +11,11 @@ import threading
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
 import rerun as rr
 import rerun_bindings
 
-from app.live.monitor.blueprint import Arrangement, blueprint
+from app.live.monitor.blueprint import blueprint, eye_for, task_points
 from app.live.monitor.camera_panel import CameraPanel
-from app.live.monitor.framing import eye_for, robot_points, task_points
 from app.live.monitor.scene_panel import ScenePanel
 from app.live.monitor.signals_panel import SignalsPanel
 from app.live.monitor.text_panel import TextPanel
@@ -30,8 +28,6 @@ from controller import RobotModel
 
 _SERVER_MEMORY = "200MB"
 """Data for viewers that connect late: more than ten minutes."""
-_ROOM = 3.0
-"""Extent around a robot that has left the picture that is added to it [m]."""
 _PATIENCE = 5.0
 _LINGER = 1.0
 """Time for viewers to fetch the end of a run [s]."""
@@ -54,11 +50,10 @@ class Writer:
         scene: SceneView,
         server: Address | None,
     ) -> None:
-        self._tree, self._points = tuple(tree), task_points(scene)
         rr.set_strict_mode(True)  # mistakes are raised, not turned into a warning on the terminal
         self._live = server is not None
         self._stream = rr.RecordingStream("frankie-task")
-        layout = self._layout()
+        layout = blueprint(tree, eye_for(task_points(scene)), live=self._live)
         self._stream.set_sinks(
             # A footer would keep something of every chunk in memory until the end.
             rr.FileSink(path, write_footer=False),
@@ -80,12 +75,6 @@ class Writer:
         """Add snapshots, in order of time; at least one."""
         for panel in self._panels:
             panel.write(batch)
-        x, y, _ = batch[-1].state.wTb.translation
-        if not eye_for(self._points).sees(robot_points(x, y)):
-            self._points = np.concatenate([self._points, robot_points(x, y, _ROOM)])
-            layout = self._layout()
-            rr.send_blueprint(layout, recording=self._stream)
-            layout.release()
 
     def close(self) -> None:
         """Flush and close the file, stop serving viewers, and end the stream's threads."""
@@ -98,10 +87,6 @@ class Writer:
             # A stream that nobody holds any more still has its threads, until it is cleaned up.
             del self._stream, self._panels
             rerun_bindings.flush_and_cleanup_orphaned_recordings()
-
-    def _layout(self) -> Arrangement:
-        """The layout, with an eye that has all in its picture that is to be seen."""
-        return blueprint(self._tree, eye_for(self._points), live=self._live)
 
 
 def _served(server: Address) -> rr.GrpcServerSink:

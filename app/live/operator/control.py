@@ -30,9 +30,8 @@ class Control:
     that it requests. After an emergency stop the run is paused, and can be resumed only when the
     button is released and a person has acknowledged the stop.
 
-    Args:
-        paused: whether the run waits for a person before its first tick.
-        attended: whether a person, or a stand-in for tests, can acknowledge and resume.
+    `paused` waits for a person before the first tick; `attended` is whether a person, or a stand-in
+    for tests, can acknowledge and resume.
     """
 
     def __init__(self, *, paused: bool = False, attended: bool = True) -> None:

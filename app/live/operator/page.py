@@ -30,14 +30,9 @@ _FORCED = {"success": Status.SUCCESS, "failure": Status.FAILURE, "nothing": None
 class ControlPage:
     """State of one run for the page, and the actions of its buttons; served by a `PageServer`.
 
-    Args:
-        control: of the run.
-        tree: nodes of the tree, in preorder.
-        inject, clear: inject a fault, by its name in `INJECTABLE`, and clear the injected ones.
-        viewer: live data for a viewer on the page, as `rerun+http://127.0.0.1:9876/proxy`.
-        hooks: of the nodes, in the same order; without them there are no breakpoints.
-        may_force: whether people may force the outcome of a node.
-        seconds: real time from an arbitrary start [s].
+    `tree` has the nodes in preorder and `hooks` their hooks; `inject` takes a name in `INJECTABLE`.
+    `viewer` is live data for a viewer on the page, as `rerun+http://127.0.0.1:9876/proxy`, and
+    `may_force` whether people may force the outcome of a node. `seconds` is real time [s].
     """
 
     def __init__(
@@ -124,7 +119,6 @@ class ControlPage:
             "pressed": state.pressed,
             "injectable": _OFFERED,
             "viewer": f"/viewer/{viewer_address(self._viewer)}" if self._viewer else None,
-            "can_break": bool(self._hooks),
             "can_force": self._may_force,
             "breaks": [i for i, hook in enumerate(self._hooks) if hook.stops],
             "forced": {

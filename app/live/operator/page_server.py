@@ -52,10 +52,8 @@ class PageServer(BoundedServer):
 
     Port and token stay the same from run to run, and so does the page that a person has open.
 
-    Args:
-        port: to listen on; None takes the usual one, or a free one if that is taken.
-        again: whether another run may follow, as with `--watch`.
-        seconds: real time from an arbitrary start [s].
+    It listens on `port`; None takes the usual one, or a free one if that is taken. `again` is
+    whether another run may follow, as with `--watch`, and `seconds` real time [s].
 
     Raises:
         PageError: the port is not available.

@@ -63,7 +63,7 @@ function view(state) {
     fault: open, inject: open, clear: open,
     acknowledge: open && !run.pressed,
     approve: open && asks, refuse: open && asks,
-    break: open && Boolean(run.can_break), unbreak: open && Boolean(run.can_break),
+    break: open, unbreak: open,
     "force-success": open, "force-failure": open, "force-nothing": open,
   };
   const shown = {

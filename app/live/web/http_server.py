@@ -23,11 +23,7 @@ _POLL = 0.1
 class BoundedServer(ThreadingHTTPServer):
     """Serves from construction to `close`, with a bounded number of threads.
 
-    Args:
-        host: to listen on.
-        port: None takes the usual one, or a free one if that is taken.
-        usual: port.
-        handler: of requests.
+    `port` None takes the usual one, or a free one if that is taken.
 
     Raises:
         OSError: the port is not available.

@@ -8,7 +8,7 @@ from pinocchio import SE3, exp3
 from sample_run import FAILURE, IDLE, RUNNING, SUCCESS, TREE
 
 from app.live.monitor.glyphs import printable
-from app.live.monitor.solids import solids
+from app.live.monitor.robot_visual import solids
 from app.live.nodes import NodeInfo, NodeStatus, parents, path_from_root, tip
 from robots import hull_of
 

@@ -33,7 +33,7 @@ def test_every_part_of_the_picture_is_in_the_file(recording: Path) -> None:
     assert {chunk.entity_path for chunk in chunks} >= {
         *(f"/tree/list/{part}" for part in ("pills", "edges", "labels")),
         *("/status", "/now", "/log"),
-        *("/world/fixtures", "/world/tool", "/world/trail", "/world/grasp"),
+        *("/world/fixtures", "/world/grasp"),
         *("/world/objects/0_box_1", "/world/objects/1_mug", "/world/objects/2_ball_and_bar"),
         *("/world/robot/base", "/world/robot/hand", *links),
         *("/world/robot/left_finger", "/world/robot/right_finger", "/world/poses"),

@@ -8,7 +8,7 @@ import sample_run as samples
 from rich.console import Console
 
 from app.live import Moment, RunDisplay, RunInfo
-from app.live.tree_text import picture
+from app.live.run_display import picture
 from hw import Fault, FaultKind
 
 ABOUT = RunInfo(task="pick_place", where="frankie · kinematic", objects=10)
