@@ -111,10 +111,6 @@ class TaskClock:
 
     Robot, gate and loop stay on the session's clock. For a robot that moves at a share of its
     speeds this clock runs at that share, so that timeouts keep their meaning.
-
-    Args:
-        session: the session's clock.
-        pace: seconds of the task per second of the session.
     """
 
     def __init__(self, session: Clock, pace: float = 1.0) -> None:

@@ -40,16 +40,7 @@ class ComposedRobot:
     Readings of arm and base are interpolated to a common stamp, and so is the pose of the camera at
     the capture of an image. Operations that block run in executors, beside the loop.
 
-    Args:
-        description: of the robot.
-        arm: its arm.
-        base: its base.
-        gripper: its gripper.
-        camera: the camera on its wrist.
-        clock: session time.
-        background: makes an executor for one kind of blocking operation.
-        rest_together: whether a fault of one part stops all parts, whatever is commanded; else the
-            other parts go on following commands.
+    Where parts `rest_together`, a fault of one stops all, whatever is commanded.
     """
 
     def __init__(
@@ -211,11 +202,7 @@ def _recover(parts: Sequence[Part]) -> None:
 
 
 class History(Generic[Reading]):
-    """The last readings of one part, oldest first.
-
-    Args:
-        interpolate: (earlier, later, stamp between theirs [s]) to the reading at that stamp.
-    """
+    """The last readings of one part, oldest first."""
 
     def __init__(self, interpolate: Callable[[Reading, Reading, float], Reading]) -> None:
         self._interpolate = interpolate

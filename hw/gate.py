@@ -50,11 +50,7 @@ class Gate:
     `send` the command. The change of velocity in any window of time is at most the acceleration
     limit times (the window + 2 periods), unless the gate brakes.
 
-    Args:
-        robot: receives the commands that pass.
-        description: of the robot, with its limits.
-        period: control period [s].
-        oldest_state: refuse to move on a reading older than this [s].
+    A reading older than `oldest_state` [s] allows no motion.
     """
 
     def __init__(
@@ -80,10 +76,6 @@ class Gate:
 
     def judge(self, state: RobotState, now: float) -> Refusal | None:
         """The most serious reason why a reading forbids motion; None if it allows it.
-
-        Args:
-            state: the newest reading.
-            now: the session's time [s].
 
         Raises:
             UntrustedRobotError: readings were implausible for too long, or do not fit the commands.
@@ -114,11 +106,6 @@ class Gate:
     def send(self, command: Command, state: RobotState, now: float) -> Command:
         """Pass a command on, or brake instead; returns what the robot applied.
 
-        Args:
-            command: for the next period.
-            state: the reading that the command was computed from.
-            now: the session's time [s].
-
         Raises:
             UntrustedRobotError: as for `judge`; or what the robot applied is not finite.
         """
@@ -136,10 +123,6 @@ class Gate:
 
     def brake(self, state: RobotState | None, now: float) -> Command:
         """Reduce the velocity at the emergency deceleration; returns what the robot applied.
-
-        Args:
-            state: the newest reading; None where there is none.
-            now: the session's time [s].
 
         Raises:
             UntrustedRobotError: what the robot applied is not finite.

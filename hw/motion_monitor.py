@@ -68,12 +68,7 @@ class MotionMonitor:
         self._arm.reset()
 
     def mismatch(self, state: RobotState, applied: Command) -> str:
-        """How measured and commanded motion differ, for people; empty if they agree.
-
-        Args:
-            state: a plausible reading.
-            applied: the command that was applied from the reading before to this one.
-        """
+        """How measured and commanded motion differ, for people; empty if they agree."""
         heading = float(np.arctan2(state.wTb.rotation[1, 0], state.wTb.rotation[0, 0]))
         measured = (float(state.wTb.translation[0]), float(state.wTb.translation[1]), heading)
         if not self._moments:

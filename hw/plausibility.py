@@ -28,9 +28,7 @@ class Doubt(Enum):
 class Plausibility:
     """Judges the readings of one robot, one after the other.
 
-    Args:
-        description: of the robot.
-        oldest: a reading older than this is stale [s].
+    A reading older than `oldest` [s] is stale.
     """
 
     def __init__(self, description: RobotDescription, oldest: float) -> None:

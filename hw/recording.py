@@ -113,10 +113,6 @@ class RecordedRobot(RobotWrapper):
     """A robot whose readings, frames and commands are recorded from `record` on.
 
     All who ask for a frame in one turn get the same one.
-
-    Args:
-        robot: the robot inside.
-        clock: session time.
     """
 
     def __init__(self, robot: Robot, clock: Clock) -> None:
@@ -246,12 +242,7 @@ def _put(row: npt.NDArray[np.void], state: RobotState) -> None:
 
 
 def reading(row: npt.NDArray[np.void], faults: tuple[Fault, ...]) -> RobotState:
-    """The reading of a turn, bit for bit.
-
-    Args:
-        row: one `TURN`.
-        faults: those of its number.
-    """
+    """The reading of a turn, bit for bit."""
     battery = float(row["battery"])
     return RobotState(
         stamp=float(row["stamp"]),

@@ -51,9 +51,6 @@ WORLDS = ("kinematic", "physics")
 def simulator(world: str) -> Callable[..., Robot]:
     """The factory of a simulated robot: description, world, clock -> robot.
 
-    Args:
-        world: one of `WORLDS`.
-
     Raises:
         WorldError: there is no such world, or it needs an extra.
     """
@@ -77,10 +74,7 @@ def simulator(world: str) -> Callable[..., Robot]:
 def open_backend(robot: str, world: str, options: WorldOptions) -> Backend:
     """A robot in a world, not yet connected.
 
-    Args:
-        robot: name of a shipped robot, or a robot file.
-        world: one of `WORLDS`, where the robot is not real.
-        options: of the world.
+    The world is one of `WORLDS`, where the robot is not real.
 
     Raises:
         UserError: there is no such robot, world or scene, or its file has a mistake; a real robot

@@ -41,11 +41,7 @@ class Difference:
 
 
 class ReplayClock:
-    """Session time as recorded: first for a reading, then for its command.
-
-    Args:
-        times: of the turns [s].
-    """
+    """Session time as recorded: first for a reading, then for its command."""
 
     def __init__(self, times: npt.NDArray[np.float64]) -> None:
         self._times = times
@@ -75,14 +71,7 @@ class ReplayClock:
 
 
 class ReplayRobot:
-    """A recording as a robot.
-
-    Args:
-        description: of the robot that was recorded.
-        turns: rows of `TURN`.
-        faults: the sets of faults, by their numbers.
-        frame: a recorded frame, by its number.
-    """
+    """A recording as a robot."""
 
     def __init__(
         self,

@@ -43,10 +43,7 @@ SIMULATION = Patience(stop=inf, interrupt=60.0, abandon=90.0)
 class Watchdog:
     """Watches the thread that enters it; use it in a `with` statement.
 
-    Args:
-        stop: stops the robot; called from another thread.
-        abandon: ends the process; called from another thread, last.
-        patience: when.
+    `stop` stops the robot, `abandon` ends the process, last; both are called from another thread.
     """
 
     def __init__(

@@ -46,11 +46,6 @@ class FaultInjection(RobotWrapper):
     """A robot that has injected faults, from the next reading on.
 
     With the same seed and the same calls at the same readings, a fault does the same.
-
-    Args:
-        robot: the robot inside.
-        truth: of the robot's world, for faults that change the world.
-        seed: of what is random about the faults.
     """
 
     def __init__(self, robot: Robot, truth: Truth | None = None, seed: int = 0) -> None:
@@ -84,9 +79,7 @@ class FaultInjection(RobotWrapper):
     def inject(self, name: str, duration: float = inf) -> None:
         """Inject a fault of `INJECTABLE` from the next reading on; from any thread.
 
-        Args:
-            name: of the fault.
-            duration: until it ends, by the stamps of readings, unless it is cleared [s].
+        It ends after a duration by the stamps of readings [s], unless it is cleared.
 
         Raises:
             InjectionError: there is no such fault, or not in this world.
@@ -96,11 +89,7 @@ class FaultInjection(RobotWrapper):
             self._wanted[name] = _Injected(INJECTABLE[name].make(), duration)
 
     def clear(self, name: str | None = None) -> None:
-        """End a fault, or all, from the next reading on; from any thread.
-
-        Args:
-            name: of the fault; None clears all.
-        """
+        """End a fault, or all, from the next reading on; from any thread."""
         with self._lock:
             self._wanted = {n: e for n, e in self._wanted.items() if name not in (None, n)}
 

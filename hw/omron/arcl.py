@@ -63,9 +63,6 @@ class Arcl:
     def connect(self, patience: float) -> None:
         """Log in, and wait until the state of the motors is known.
 
-        Args:
-            patience: for each step [s].
-
         Raises:
             HardwareError: there is no such interface, or it refuses the password.
         """

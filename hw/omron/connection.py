@@ -171,10 +171,7 @@ def _cause(error: Exception) -> str:
 def first_readings(connection: Connection, settings: OmronSettings, *, claim: bool) -> Telemetry:
     """Subscribe to all readings, and check that the base is at rest and free.
 
-    Args:
-        connection: past its handshake.
-        settings: of the base.
-        claim: whether a moving base is stopped; otherwise it is left to its commander.
+    With `claim` a moving base is stopped; otherwise it is left to its commander.
 
     Raises:
         HardwareError: it moves, is in a locked mode, or does not tell where it is.

@@ -135,11 +135,7 @@ def telemetry_faults(
 ) -> Iterator[Fault]:
     """Faults in the readings of ArNetworking.
 
-    Args:
-        telemetry: the newest readings.
-        least_score: a lower localisation score is a fault; None: none is.
-        pose_age: of the newest pose [s].
-        score: of the localisation, 0 to 1; None where it is unknown.
+    A localisation score (0 to 1) below `least_score` is a fault; `pose_age` is in seconds.
     """
     if pose_age > OLDEST_POSE:
         yield _fault(

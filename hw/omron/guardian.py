@@ -21,10 +21,7 @@ _TIMES, _EVERY = 10, 0.05  # number of stops that are sent, and the time between
 class Guardian:
     """The driver's end: starts the process and sends heartbeats.
 
-    Args:
-        connection: the socket that both share.
-        stop: the frame that stops the base.
-        patience: longest time between two heartbeats [s].
+    It sends the frame `stop` when no heartbeat came for `patience` [s].
     """
 
     def __init__(self, connection: socket, stop: bytes, patience: float) -> None:

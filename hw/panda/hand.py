@@ -27,11 +27,6 @@ class PandaHand:
 
     The fingers move only in `grip`, `home`, and a `recover` that homes. Whether the hand holds an
     object follows from its width, not from what it reports of a grasp.
-
-    Args:
-        address: of the arm that carries it.
-        clock: session time.
-        speed: of the fingers [m/s].
     """
 
     def __init__(self, address: str, clock: Clock, speed: float = 0.1) -> None:

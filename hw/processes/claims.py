@@ -28,9 +28,7 @@ class Holder(NamedTuple):
 class Claim:
     """One claim; it ends with its process.
 
-    Args:
-        machine: its name.
-        introduce: the answer to those who ask.
+    `introduce` is the answer to those who ask.
     """
 
     def __init__(self, machine: str, introduce: Callable[[], str]) -> None:

@@ -16,13 +16,7 @@ PAGE = 1024  # of memory for one mailbox [bytes]
 
 
 class Mailbox:
-    """One record with one writer and one reader.
-
-    Args:
-        memory: that both share.
-        place: number of this mailbox in it.
-        layout: of its record.
-    """
+    """One record with one writer and one reader."""
 
     def __init__(self, memory: mmap.mmap, place: int, layout: struct.Struct) -> None:
         assert layout.size + 2 * _NUMBER.size <= PAGE

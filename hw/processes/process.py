@@ -38,14 +38,7 @@ class NoAnswerError(HardwareError):
 class DriverProcess:
     """One process; `start` and `end` may be repeated.
 
-    Args:
-        module: that it runs.
-        what: it drives, for people.
-        address: of the device.
-        settings: for it, as JSON.
-        mailboxes: number shared with this process.
-        connecting: timeout of connecting [s].
-        missing: hint if its library is not installed; empty if it is.
+    `connecting` is the timeout of connecting [s]; `missing` a hint if the library is not installed.
     """
 
     def __init__(
@@ -145,12 +138,7 @@ class DriverProcess:
             process.stdin.flush()
 
     def silence(self, stamp: float, longest: float) -> str:
-        """Why there is no new reading, if the newest one is too old; empty otherwise.
-
-        Args:
-            stamp: of the newest reading [s of `stopwatch`].
-            longest: age that is tolerated [s].
-        """
+        """Why there is no new reading, if the newest one is too old; empty otherwise."""
         if ended := self.end_of_it():
             return ended
         if stopwatch() - stamp <= longest:

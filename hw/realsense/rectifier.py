@@ -37,10 +37,6 @@ class Rectifier:
 
     The depth along the optical axis does not change.
 
-    Args:
-        camera: intrinsics of the camera, from the vendor's library.
-        spec: the images to deliver.
-
     Raises:
         LostError: the camera has a distortion, which depth streams of the D400 series have not.
     """

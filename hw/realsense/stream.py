@@ -66,9 +66,6 @@ class Stream:
     def next(self, before: float) -> Any:
         """The next set of frames; the library sometimes repeats the same one.
 
-        Args:
-            before: stamp of the previous depth frame [ms].
-
         Raises:
             LostError: no new one comes in time.
         """

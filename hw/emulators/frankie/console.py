@@ -166,10 +166,7 @@ def serve(
 ) -> None:
     """Run an emulated Frankie until the input ends.
 
-    Args:
-        emulator: not started yet.
-        lines: commands, see `WORDS`.
-        say: called with lines of JSON.
+    `lines` are commands of `WORDS`; `say` is called with lines of JSON.
 
     Raises:
         UserError: another program listens at one of the ports.

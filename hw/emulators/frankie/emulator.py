@@ -43,13 +43,6 @@ class ArmTakenError(UserError):
 class FrankieEmulator:
     """The emulated parts of a robot file over one world; use it in a `with` statement.
 
-    Args:
-        robot: a robot file.
-        world: `kinematic` or `physics`.
-        scene: of the world.
-        seed: of objects and camera noise.
-        as_reported: names of `AS_REPORTED`.
-
     Raises:
         UserError: the file is not that of an emulated robot, or a name is unknown.
     """

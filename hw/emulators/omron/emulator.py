@@ -46,11 +46,7 @@ class Moved(NamedTuple):
 class OmronEmulator:
     """An emulated LD-60; use it in a `with` statement.
 
-    Args:
-        options: may be changed while it runs.
-        drive: wheels and world; None for an empty one.
-        faults: names of `FAULTS` that it begins with.
-        as_reported: names of `AS_REPORTED`.
+    Its options may be changed while it runs.
 
     Raises:
         UserError: a name is unknown.

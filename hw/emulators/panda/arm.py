@@ -128,9 +128,7 @@ class EmulatedArm:
     def tick(self, command: MotionCommand | None, *, excused: bool = False) -> None:
         """Advance by one millisecond.
 
-        Args:
-            command: that arrived in it.
-            excused: whether none could arrive because the emulator itself was late.
+        It is `excused` where no command could arrive because the emulator itself was late.
         """
         self.number += 1
         if self._late is not None:

@@ -140,14 +140,8 @@ def serve(
 ) -> None:
     """Run a Panda at an address of this computer until the input ends.
 
-    Args:
-        host: its address; every address 127.x.y.z can be a robot of its own.
-        joints: of the arm; None: in free air.
-        fingers: of the hand; None: with nothing between them.
-        version: reported version of the research interface.
-        as_reported: names of `AS_REPORTED`.
-        lines: commands, see `ACTIONS`.
-        say: called with lines of JSON.
+    Every address 127.x.y.z can be a robot of its own. `lines` are commands of `ACTIONS`; `say` is
+    called with lines of JSON.
 
     Raises:
         PortTakenError: another program listens there.

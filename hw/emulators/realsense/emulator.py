@@ -35,11 +35,7 @@ Message: TypeAlias = tuple[int, float, Pixels]
 class RealSenseEmulator:
     """An emulated D435; use it in a `with` statement.
 
-    Args:
-        source: of its images.
-        options: may be changed while it runs.
-        faults: names of `FAULTS` that it begins with.
-        as_reported: names of `AS_REPORTED`.
+    Its options may be changed while it runs.
 
     Raises:
         UserError: a name is unknown.

@@ -38,10 +38,6 @@ def of_camera(camera: DepthCamera, clock: Clock) -> Source:
 def of_scene(scene: str, seed: int = 0) -> Source:
     """The view of a robot in its ready posture in a simulated scene.
 
-    Args:
-        scene: a shipped scene or a scene file.
-        seed: of its objects and of the noise.
-
     Raises:
         UserError: the scene is unknown or its file is wrong.
     """
