@@ -1,7 +1,4 @@
-"""`frankie-task doctor`: checks installation, drivers and robot.
-
-Nothing moves, except the base with `--first-metre`, confirmed by a person.
-"""
+"""`frankie-task doctor`: checks installation, drivers and robot. Nothing moves."""
 
 from __future__ import annotations
 
@@ -30,40 +27,20 @@ def doctor(
         typer.Option(help="Write the full-scale values that the base tells, for `full_scale`."),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="A JSON object a line.")] = False,
-    first_metre: Annotated[
-        bool,
-        typer.Option(
-            "--first-metre",
-            help="Then drive the base a metre, slowly, confirmed by you: told against measured "
-            "speed. With --arm-the-robot only.",
-        ),
-    ] = False,
-    arm_the_robot: Annotated[
-        bool, typer.Option("--arm-the-robot", help="The base may move (--first-metre).")
-    ] = False,
 ) -> None:
-    """Look at computer, drivers and robot. Ends with 3 if something is bad.
-
-    Nothing moves without --first-metre.
-    """
+    """Look at computer, drivers and robot. Nothing moves. Ends with 3 if something is bad."""
     from app.core import End
-    from hw.hardware import check_armed, emulating, examine
+    from hw.hardware import emulating, examine
     from robots import load_real_robot
 
     console = Terminal(stderr=as_json)
     real = None if robot is None else load_real_robot(robot)
     if robot is not None and real is None:
         console.say(f"{robot}: it is described only, there is no `hardware` to look at")
-    if real is None and (write_site is not None or first_metre):
-        refuse(f"{'--first-metre' if first_metre else '--write-site'}: add --robot FILE")
-    if first_metre and real is not None:
-        check_armed(real, arm_the_robot)
-        if real.hardware.emulated is None and not sys.stdin.isatty():
-            refuse("--first-metre: a person confirms each step at a terminal, and this is none")
+    if real is None and write_site is not None:
+        refuse("--write-site: add --robot FILE")
     with emulating(real):
         bad = _tell(examine(real), console, as_json=as_json)
-        if first_metre and real is not None:
-            bad += _drive(real, console, as_json=as_json)
         if write_site is not None and real is not None:
             bad += not _write(real, write_site, console)
     if real is not None and real.hardware.emulated is None:
@@ -85,22 +62,6 @@ def _tell(findings: Iterable[Finding], console: Terminal, *, as_json: bool) -> i
         else:
             console.say(f"{one.verdict.value:5} {one.about}: {one.text}")
     return bad
-
-
-def _drive(real: RealRobot, console: Terminal, *, as_json: bool) -> int:
-    """The first metre: the number of bad findings."""
-    from hw import HardwareError
-    from hw.hardware import first_metre
-
-    try:
-        return _tell(first_metre(real, armed=True, confirm=_confirm), console, as_json=as_json)
-    except HardwareError as error:
-        console.say(f"--first-metre: {error}")
-        return 1
-
-
-def _confirm(question: str) -> bool:
-    return typer.confirm(question, default=False, err=True)
 
 
 def _write(real: RealRobot, path: Path, console: Terminal) -> bool:

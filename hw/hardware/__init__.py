@@ -2,7 +2,7 @@
 
 `opening` composes it: `drivers` makes the parts, `lock` admits one commander, `arming` says whether
 and how fast it may move, `emulation` starts the emulators of an emulated robot. `doctor` checks
-`computer`, file and `parts` without motion; `first_metre` is a first drive with the user.
+`computer`, file and `parts` without motion.
 """
 
 from hw.hardware.arming import NotArmedError, check_armed
@@ -10,7 +10,6 @@ from hw.hardware.computer import Finding, Verdict
 from hw.hardware.doctor import examine
 from hw.hardware.drivers import arm_of, base_of, camera_of
 from hw.hardware.emulation import emulating
-from hw.hardware.first_metre import first_metre
 from hw.hardware.lock import CommandedError, RobotLock, commander_of
 from hw.hardware.opening import open_hardware
 from hw.hardware.parts import write_full_scale
@@ -28,7 +27,6 @@ __all__ = [
     "commander_of",
     "emulating",
     "examine",
-    "first_metre",
     "open_hardware",
     "write_full_scale",
 ]

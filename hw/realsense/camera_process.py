@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 import sys
 import time
-from dataclasses import replace
 from math import inf
 from typing import Any
 
@@ -108,12 +107,9 @@ class CameraProcess:
 
     def _deliver(self, stream: Stream) -> None:
         rs, settings, spec = self._library, self._settings, self._spec
-        camera, scale = stream.depth_intrinsics, stream.depth_scale
-        rectifier, clock = Rectifier(camera, spec), CameraClock(settings.delay)
-        status: Status | None = replace(
-            stream.identity, intrinsics=(camera.fx, camera.fy, camera.ppx, camera.ppy)
-        )
-        first = None
+        rectifier, clock = Rectifier(stream.depth_intrinsics, spec), CameraClock(settings.delay)
+        scale, status = stream.depth_scale, stream.identity
+        first, is_new = None, True
         while self._parent.commands():
             frames = self._next(stream)
             arrived, calendar = stopwatch(), epoch()
@@ -140,9 +136,9 @@ class CameraProcess:
                 metres(rectifier.depth(np.asanyarray(depth.get_data())), scale, spec),
                 rectifier.grey(np.asanyarray(grey.get_data())) if grey else None,
             )
-            if status is not None:
+            if is_new:
                 self._publish(status)
-                status = None
+                is_new = False
 
     def _publish(self, status: Status) -> None:
         status.put(self._status)

@@ -42,8 +42,6 @@ class Status:
     firmware: str = ""
     recommended: str = ""  # firmware that the library recommends; empty if it does not say
     usb: str = ""  # USB version; empty without a cable
-    intrinsics: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
-    """fx, fy, cx, cy of the camera itself [px]."""
 
     def put(self, mailbox: Mailbox) -> None:
         """Publish it."""
@@ -56,8 +54,7 @@ class Status:
         record = mailbox.get()
         if record is None:
             return None
-        values = json.loads(record[0].rstrip(b"\0"))
-        return cls(**values | {"intrinsics": tuple(values["intrinsics"])})
+        return cls(**json.loads(record[0].rstrip(b"\0")))
 
 
 def missing() -> str:

@@ -8,7 +8,7 @@ what can be set, go wrong, and behave as reported of real cameras.
 
 from hw.emulators.realsense.emulator import RealSenseEmulator
 from hw.emulators.realsense.options import AS_REPORTED, FAULTS, Options
-from hw.emulators.realsense.sources import Shot, of_camera, of_scene, still
+from hw.emulators.realsense.sources import Shot, of_scene, still
 
 __all__ = [
     "AS_REPORTED",
@@ -16,7 +16,6 @@ __all__ = [
     "Options",
     "RealSenseEmulator",
     "Shot",
-    "of_camera",
     "of_scene",
     "still",
 ]

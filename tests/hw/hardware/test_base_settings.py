@@ -1,8 +1,7 @@
-"""The first metre of a base, and what `doctor` says of the settings that the base keeps."""
+"""What `doctor` says of the settings that the base keeps, and how slowly it can go."""
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import pytest
@@ -10,7 +9,7 @@ from command_line import call
 
 from hw.emulators.omron import OmronEmulator, Options
 from hw.emulators.omron.controller import Teleop
-from hw.hardware import NotArmedError, Verdict, first_metre, parts
+from hw.hardware import Verdict, parts
 from hw.hardware.arming import speed_note, speed_percent
 from robots import RealRobot, load_real_robot
 from robots.load import SHIPPED
@@ -22,9 +21,6 @@ DELIVERED = {"dead_translation: 0 ": "dead_translation: 10 "}
 @pytest.fixture(autouse=True)
 def brief(monkeypatch):
     monkeypatch.setattr("hw.hardware.parts._LOOKS", 5)
-    module = sys.modules["hw.hardware.first_metre"]  # its function has the same name
-    monkeypatch.setattr(module, "_SECONDS", 1.5)
-    monkeypatch.setattr(module, "_SETTLED", 0.8)
 
 
 def file_of(emulator: OmronEmulator, folder: Path, **changes: str) -> Path:
@@ -55,50 +51,6 @@ def emulator_of(*ways: str, **teleop: float) -> OmronEmulator:
 
 def peak(emulator: OmronEmulator) -> float:
     return max((abs(one.v) for one in emulator.moved), default=0.0)
-
-
-def gone(emulator: OmronEmulator) -> float:
-    x, _, _ = emulator.controller.drive.pose()
-    return x
-
-
-def drive(real: RealRobot, confirm=lambda _: True) -> dict[str, tuple[Verdict, str]]:
-    found = first_metre(real, armed=True, confirm=confirm)
-    return {one.about: (one.verdict, one.text) for one in found}
-
-
-def test_a_first_metre_compares_the_speed_and_is_asked_for(tmp_path):
-    questions: list[str] = []
-    with emulator_of() as emulator:
-        real = robot_of(emulator, tmp_path, **DELIVERED)
-        found = drive(real, lambda text: not questions.append(text))
-        assert 0.05 < gone(emulator) < 1.0
-        assert peak(emulator) < 0.14
-    assert found["speed"][0] is Verdict.GOOD
-    assert len(questions) == 1
-    assert "emergency stop" in questions[0]
-
-
-def test_a_speed_that_is_not_as_told_ends_it(tmp_path):
-    with emulator_of("full-scale-is-top") as emulator:
-        found = drive(robot_of(emulator, tmp_path))
-        assert gone(emulator) < 0.5
-    assert found["speed"][0] is Verdict.BAD
-    assert "full_scale" in found["speed"][1]
-
-
-def test_nothing_moves_that_nobody_confirms_or_arms(tmp_path):
-    with emulator_of() as emulator:
-        real = robot_of(emulator, tmp_path)
-        found = drive(real, lambda _: False)
-        assert found["speed"] == (Verdict.OPEN, "not done: nobody confirmed it")
-        with pytest.raises(NotArmedError):
-            list(first_metre(real, armed=False, confirm=lambda _: True))
-        for options in ((), ("--arm-the-robot",)):
-            code, _, err = call("doctor", "--robot", real.path, "--first-metre", *options)
-            assert code == 2
-            assert len(err.splitlines()) == 1
-        assert peak(emulator) == 0.0
 
 
 @pytest.mark.parametrize(
