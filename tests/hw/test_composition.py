@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from controller import Command, robot_model
+from controller import robot_model
 from hw import (
     ArmState,
     BaseState,
@@ -190,23 +190,6 @@ def test_a_part_that_cannot_be_reached_is_named_and_the_others_are_closed():
         pass
     assert built.arm.log == built.base.log == ["connect", "close"]
     assert built.camera.log == []
-
-
-def test_stopping_reaches_every_part_even_if_one_raises():
-    built = Assembly()
-    built.base.error = "connection lost"
-    with pytest.raises(HardwareError, match="connection lost"):
-        built.robot.stop()
-    assert all("stop" in part.log for part in built.parts)
-
-
-def test_a_command_reaches_base_and_arm_and_returns_what_was_applied(monkeypatch):
-    built = Assembly()
-    monkeypatch.setattr(built.base, "send", lambda twist: 0.5 * twist)
-    command = Command(base_twist=np.array([0.2, 0.0, 0.1]), qd=np.full(7, 0.3))
-    applied = built.robot.send(command)
-    np.testing.assert_allclose(applied.base_twist, [0.1, 0.0, 0.05])
-    np.testing.assert_array_equal(applied.qd, command.qd)
 
 
 def test_the_history_of_a_part_is_interpolated_inside_and_ends_at_its_last_reading():

@@ -139,7 +139,7 @@ def run_stream(seed: int) -> None:
 
 
 def test_random_streams_keep_every_limit():
-    for seed in range(150):
+    for seed in range(60):
         run_stream(seed)
 
 

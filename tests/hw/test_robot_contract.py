@@ -16,8 +16,17 @@ from robots import robot_names
 PERIOD = 0.01
 PATIENCE = 5.0  # longest blocking operation [s]
 
+QUICK = (
+    ("frankie", "kinematic", True),
+    ("frankie", "physics", False),
+    ("omni", "kinematic", False),
+)
 KINDS = [
-    pytest.param((robot, world, beside), id=f"{robot}-{world}{'-beside' if beside else ''}")
+    pytest.param(
+        (robot, world, beside),
+        id=f"{robot}-{world}{'-beside' if beside else ''}",
+        marks=() if (robot, world, beside) in QUICK else pytest.mark.slow,
+    )
     for world in WORLDS
     for robot in robot_names()
     for beside in (False, True)

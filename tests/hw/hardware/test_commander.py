@@ -22,7 +22,7 @@ from hw.hardware.arming import is_proven, prove, speed_note, speed_percent
 from hw.hardware.opening import CommandedRobot
 from hw.processes.child import claim
 from hw.state import Fault, FaultKind
-from robots import RealRobot, at_pace, load_real_robot, load_robot
+from robots import RealRobot, load_real_robot
 from robots.load import SHIPPED
 
 HOLD = """
@@ -112,14 +112,6 @@ def test_a_new_calibration_begins_anew_though_the_robot_file_only_names_it(real,
     assert is_proven(real)
 
 
-def test_a_slow_robot_keeps_its_brakes() -> None:
-    full, slow = load_robot("frankie").limits, at_pace(load_robot("frankie"), 0.1).limits
-    np.testing.assert_allclose(slow.qd, 0.1 * full.qd)
-    np.testing.assert_allclose(slow.base_twist, 0.1 * full.base_twist)
-    np.testing.assert_array_equal(slow.base_emergency, full.base_emergency)
-    np.testing.assert_array_equal(slow.qdd, full.qdd)
-
-
 def test_a_second_commander_is_told_who_the_first_is(real: RealRobot) -> None:
     with holding(real) as process:
         with pytest.raises(CommandedError, match=f"process {process.pid} of .*end that one first"):
@@ -168,12 +160,6 @@ def test_another_user_is_kept_out_and_let_in_without_a_file_left(real) -> None:
         os.umask(old)
     left = set(os.listdir(tempfile.gettempdir())) - before
     assert not [name for name in left if "frankie-task" in name]
-
-
-def test_a_driver_that_another_program_has_is_told_whose_it_is() -> None:
-    assert claim("arm", "127.9.9.6") == ""
-    assert claim("hand", "127.9.9.6") == ""
-    assert f"(process {os.getppid()})" in claim("arm", "127.9.9.6")
 
 
 class Toy:

@@ -145,15 +145,6 @@ def test_a_fault_of_one_part_stops_both_in_time(robot, gate, link, words):
         assert base - event < LONGEST, row
 
 
-def test_a_loop_that_commands_no_more_stops_both_in_time(robot, gate, link):
-    set_off(robot, gate)
-    given = go_on(robot, gate, 0.1, GO)
-    time.sleep(0.8)
-    row = told("no more commands", given, given, *rests(link))
-    print(row)
-    assert max(rests(link)) - given < LONGEST, row
-
-
 @pytest.mark.parametrize("words", GOES_ON)
 def test_what_happens_every_day_stops_nothing(robot, gate, link, words):
     set_off(robot, gate)

@@ -76,15 +76,6 @@ def test_a_base_that_is_too_fast_is_stopped_and_not_driven_on_by_a_program():
         assert base.read().faults == state.faults
 
 
-@pytest.mark.slow
-def test_slow_motion_goes_in_pulses():
-    with emulator_of("pose-10-hz") as emulator, connected(emulator) as base:
-        drive(base, 0.05, seconds=3.0)
-        assert base.read().faults == ()
-        assert peak(emulator) < 0.11
-        assert 0.07 < gone(emulator) < 0.17
-
-
 def test_where_the_button_of_the_base_is_needed_that_is_said(monkeypatch):
     monkeypatch.setattr("hw.omron.arcl._PATIENCE", 0.3)
     with emulator_of("brake-button") as emulator, connected(emulator, arcl="adept") as base:

@@ -10,8 +10,6 @@ from emulated import base_of, connected, drive, is_at_rest, wait_for
 from hw.emulators.omron import OmronEmulator
 from hw.emulators.omron import client as emulated_client
 from hw.emulators.omron.wire import Writer, seal
-from hw.omron.packet import Fields, LayoutError
-from hw.omron.teleop_settings import read_section
 
 
 def mutated(frame: bytes, rng: random.Random) -> bytes:
@@ -59,27 +57,6 @@ def test_ratios_that_are_no_numbers_do_not_move_the_base():
             base._connected.send(seal(number, body))
         wait_for(lambda: len(emulator.heard) == 4)
         assert all(one.is_zero for one in emulator.heard)
-
-
-def test_a_damaged_configuration_is_refused_or_read_but_nothing_else():
-    rng = random.Random(0)
-    with_all = Writer().raw(b"S").string("a").string("").string("").integer(0, 2)
-    for kind, value in (
-        (b"b", b"\1"),
-        (b"i", bytes(12)),
-        (b"d", b"1\x002\x003\x00" + bytes(4)),
-        (b"s", b"text\0"),
-        (b".", b""),
-        (b"l", bytes(4)),
-    ):
-        with_all.raw(b"P").string("name").string("about").raw(b"\1" + kind + value)
-        with_all.raw(b"\0\0\0\0\0")
-    assert len(read_section(Fields(with_all.body))[1]) == 1  # all have one name
-    for _ in range(1000):
-        try:
-            read_section(Fields(mutated(seal(300, with_all.body), rng)[6:-2]))
-        except LayoutError:
-            continue
 
 
 def test_connections_leave_no_thread_no_process_and_no_file_behind():

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
 import threading
 import time
 
@@ -138,25 +136,6 @@ def loses_its_power(hand, emulator):
     assert not fault.clearable
     with pytest.raises(HardwareError, match="take that out, and home it on its Desk page"):
         hand.recover()
-
-
-@needs_library
-@pytest.mark.slow
-def test_a_hand_that_a_dead_program_leaves_in_a_motion_is_stopped():
-    with emulated("move-blocks") as emulator:
-        emulator.do(f"block {BLOCK}")
-        code = f"""
-import os, threading, time
-from hw import WallClock
-from hw.panda import PandaHand
-hand = PandaHand({emulator.address!r}, WallClock())
-hand.connect()
-threading.Thread(target=hand.grip, args=(0.02, 20.0)).start()
-time.sleep(0.7)
-os._exit(1)
-"""
-        subprocess.run([sys.executable, "-c", code], check=False)
-        emulator.wait(lambda told: told["stops"] == 1)
 
 
 @needs_library

@@ -217,13 +217,6 @@ def test_a_joint_that_is_faster_than_commanded_is_stopped(arm, emulator):
     moving(arm, emulator)
 
 
-def test_a_way_that_takes_too_long_is_ended(arm, emulator, monkeypatch):
-    monkeypatch.setattr("hw.panda.arm._WAY", 0.5)
-    with pytest.raises(HardwareError, match="no answer"):
-        arm.move_to(arm.read().q + np.eye(7)[6], speed=0.2)
-    emulator.wait(lambda told: told["resting"] > 0.0)
-
-
 def test_a_driver_that_gets_no_time_is_no_cable_and_it_stays_in_memory(arm):
     process = arm._process.process
     with open(f"/proc/{process.pid}/status") as status:

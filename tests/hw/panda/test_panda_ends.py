@@ -51,31 +51,6 @@ def test_where_nobody_listens_fci_is_not_active():
 
 
 @needs_library
-def test_a_reflex_of_before_is_told_and_not_cleared_by_connecting(emulator):
-    emulator.do("reflex joint_reflex")
-    arm = PandaArm(emulator.address, WallClock())
-    arm.connect()
-    try:
-        (fault,) = arm.read().faults
-        assert fault.kind is FaultKind.REFLEX
-        assert "joint_reflex" in fault.text
-        assert emulator.tell()["mode"] == "REFLEX"
-        arm.recover()
-        assert arm.read().faults == ()
-    finally:
-        arm.close()
-
-
-@needs_library
-def test_a_robot_that_says_nothing_is_perhaps_commanded_by_another(emulator):
-    emulator.do("unplug 30")
-    try:
-        assert "another program" in refusal(emulator.address)
-    finally:
-        emulator.do("unplug 0")
-
-
-@needs_library
 @pytest.mark.parametrize(
     "how", [signal.SIGKILL, pytest.param(signal.SIGSTOP, marks=pytest.mark.slow)]
 )

@@ -30,19 +30,6 @@ def test_joints_that_are_driven_to_their_ends_stop_before_them(way):
     assert np.abs(arm.joints.qd).max() < 1e-3
 
 
-@pytest.mark.parametrize(("speed", "longest"), [(0.3, 0.05), (0.9, 0.14), (2.0, 0.29)])
-def test_a_stop_takes_as_long_as_the_slowest_joint_needs(speed, longest):
-    limiter = VelocityLimiter(LIMITS)
-    q, qd, qdd = [0.0] * 3 + [-1.5, 0.0, 1.5, 0.0], [speed] * 7, [0.0] * 7
-    ticks = 0
-    while max(map(abs, qd)) > 1e-3:
-        following = limiter.step(q, qd, qdd, [0.0] * 7)
-        qdd = [(b - a) / 0.001 for a, b in zip(qd, following, strict=True)]
-        q = [p + 0.001 * v for p, v in zip(q, following, strict=True)]
-        qd, ticks = following, ticks + 1
-    assert ticks * 0.001 < longest
-
-
 def broken(arm: EmulatedArm, *commands: tuple[float, ...]) -> str:
     arm.begin_motion()
     for number, qd in enumerate(commands):

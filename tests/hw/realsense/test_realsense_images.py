@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from emulated_camera import D435, Counting, needs_library, new_images, picture, plugged_in, until
+from emulated_camera import D435, Counting, needs_library, new_images, picture, plugged_in
 
 from hw import WallClock
 from hw.clock import stopwatch
@@ -23,15 +23,6 @@ def test_depth_arrives_exactly_with_what_is_missing():
         assert camera.faults() == ()
         assert 0.0 <= clock.now() - image.stamp < 0.3
         assert camera.latest_grey() is None
-
-
-def test_depths_out_of_the_range_of_the_camera_are_missing():
-    depth = np.full((480, 640), 0.5, np.float32)
-    depth[0, 0], depth[0, 1] = D435.min_range - 0.01, D435.max_range + 0.01
-    with plugged_in(still(depth)) as (_, camera, _):
-        seen = camera.latest().depth
-        assert np.isnan(seen[0, :2]).all()
-        assert np.isfinite(seen[1:]).all()
 
 
 def test_the_infrared_image_belongs_to_the_depth_image():
@@ -89,18 +80,3 @@ def test_another_camera_is_brought_to_the_intrinsics_of_the_description():
             np.testing.assert_allclose(seen[inner], tilted(small)[inner], atol=2.5e-3)
         finally:
             camera.close()
-
-
-@pytest.mark.slow
-def test_asking_never_waits():
-    with plugged_in(Counting()) as (emulator, camera, _):
-        slowest = 0.0
-        for frozen in (False, True):
-            emulator.freeze(frozen)
-            for _ in range(200):
-                begun = stopwatch()
-                camera.latest()
-                camera.faults()
-                slowest = max(slowest, stopwatch() - begun)
-                until(lambda begun=begun: stopwatch() - begun > 2e-3)
-        assert slowest < 0.05

@@ -2,10 +2,8 @@
 
 import os
 import signal
-import socket
 import subprocess
 import sys
-import threading
 import time
 from pathlib import Path
 
@@ -41,24 +39,6 @@ def test_without_a_camera_it_says_so_at_once():
 def test_a_wrong_address_is_named():
     why = "no emulated camera answers at 127.0.0.1:1: Connection refused"
     assert why in refusal(emulator="127.0.0.1:1")
-
-
-@needs_library
-def test_something_else_that_listens_there_is_no_camera():
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        server.settimeout(20.0)
-        port = server.getsockname()[1]
-        camera = RealSenseCamera(D435, WallClock(), RealSenseSettings(emulator=f"127.0.0.1:{port}"))
-
-        def answer() -> None:
-            connection, _ = server.accept()
-            connection.sendall(b"HTTP/1.1 400 Bad Request\r\n\r\n")
-            time.sleep(0.5)
-            connection.close()
-
-        threading.Thread(target=answer, daemon=True).start()
-        with pytest.raises(HardwareError, match="what answers there is no emulated camera"):
-            camera.connect()
 
 
 @needs_library
@@ -98,20 +78,6 @@ def test_a_camera_that_is_lost_is_a_fault_with_its_cause_and_comes_back_by_itsel
         until(lambda: camera.latest() is not last)
         assert camera.latest().stamp > last.stamp
         print(f"{how}: noticed after {noticed:.2f} s, back after {back:.2f} s")
-
-
-@needs_library
-def test_a_recovery_waits_for_the_camera_and_fails_with_the_cause(monkeypatch):
-    monkeypatch.setattr("hw.realsense.camera._RECOVERING", 0.5)
-    with plugged_in() as (emulator, camera, _):
-        camera.recover()  # nothing to do
-        emulator.unplug()
-        until(camera.faults)
-        with pytest.raises(HardwareError, match="unplugged"):
-            camera.recover()
-        emulator.plug_in()
-        camera.recover()
-        assert camera.faults() == ()
 
 
 @needs_library
