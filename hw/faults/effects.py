@@ -270,11 +270,7 @@ _ROWS: tuple[tuple[str, Callable[[], Effect], str], ...] = (
         "the joint positions read NaN",
     ),
     ("localisation jump", _LocalisationJump, "the base believes to be 0.2 m and 15° off"),
-    (
-        "localisation drift",
-        _LocalisationDrift,
-        "the base adds 3 % to the distance that it drives",
-    ),
+    ("localisation drift", _LocalisationDrift, "the base adds 3 % to the distance that it drives"),
     ("base ignores commands", _BaseIgnoresCommands, "the base rolls to a stop"),
     ("base too fast", _BaseTooFast, "the base is three times as fast as told"),
     ("readings late", _LateReadings, "readings arrive 50 ms late"),

@@ -11,12 +11,4 @@ from hw.omron.base import OmronBase
 from hw.omron.site import ArclSettings, OmronSettings, Site, Velocity
 from hw.omron.teleop_settings import TIMEOUT, Values
 
-__all__ = [
-    "TIMEOUT",
-    "ArclSettings",
-    "OmronBase",
-    "OmronSettings",
-    "Site",
-    "Values",
-    "Velocity",
-]
+__all__ = ["TIMEOUT", "ArclSettings", "OmronBase", "OmronSettings", "Site", "Values", "Velocity"]

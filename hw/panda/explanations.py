@@ -37,10 +37,7 @@ _HINTS = (
     ),
     ("power_limit", "it needed too much power: move more slowly, then recover"),
     ("manual error recovery", "a person has to correct its position in Desk"),
-    (
-        "velocity_limits",
-        "a command was too fast; that is a mistake of the driver: report it",
-    ),
+    ("velocity_limits", "a command was too fast; that is a mistake of the driver: report it"),
     ("discontinuity", "commands were not smooth enough: packets were lost, or report it"),
     (
         "current mode",

@@ -35,11 +35,7 @@ class VelocityLimiter:
         )
 
     def step(
-        self,
-        q: Sequence[float],
-        qd: Sequence[float],
-        qdd: Sequence[float],
-        wanted: Sequence[float],
+        self, q: Sequence[float], qd: Sequence[float], qdd: Sequence[float], wanted: Sequence[float]
     ) -> list[float]:
         """The velocities to command next.
 

@@ -1,6 +1,5 @@
 """Clocks: simulated, paced and real time, and task time with pauses."""
 
-
 import pytest
 
 from hw import SimClock, TaskClock, TaskTime

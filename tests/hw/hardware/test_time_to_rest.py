@@ -47,11 +47,7 @@ STOPS = {
     "stare yes": "stare no",
 }
 """What stops the robot, and what ends it."""
-GOES_ON = {
-    "delay 0.01 0.005": "delay 0",
-    "noise yes": "noise no",
-    "arm drop 0.01": "arm drop 0",
-}
+GOES_ON = {"delay 0.01 0.005": "delay 0", "noise yes": "noise no", "arm drop 0.01": "arm drop 0"}
 """What it is to live through."""
 
 

@@ -13,10 +13,7 @@ from hw.emulators.omron.controller import Controller, Teleop
 from hw.omron.commander import Commander
 from hw.omron.site import REST, OmronSettings, Ratios, Site, Velocity
 
-AT_REST_AS_AT_SPEED = {
-    "turn_forwards": radians(50.0),
-    "turn_backwards": radians(50.0),
-}
+AT_REST_AS_AT_SPEED = {"turn_forwards": radians(50.0), "turn_backwards": radians(50.0)}
 TURN_DEPENDS = Site(turn_at_forward=radians(25.0), turn_at_reverse=radians(25.0))
 SETTINGS = OmronSettings(host="nowhere", user="nobody")
 velocities = st.builds(Velocity, st.floats(-3.0, 3.0), st.floats(-4.0, 4.0))

@@ -34,7 +34,7 @@ HANDS = [
     *("never-grasped", "slow-hand"),
 ]
 ARMS = [
-    *("stop-needs-recovery", "needs-recovery", "slow-recovery", "forgets-errors", "late-reflex"),
+    *("stop-needs-recovery", "needs-recovery", "slow-recovery", "forgets-errors", "late-reflex")
 ]
 
 

@@ -148,8 +148,7 @@ def test_the_stop_button_stops_and_only_a_person_clears_it(arm, emulator):
 
 
 @pytest.mark.parametrize(
-    ("done", "hint"),
-    [("lock", "unlock"), pytest.param("guide", "by hand", marks=pytest.mark.slow)],
+    ("done", "hint"), [("lock", "unlock"), pytest.param("guide", "by hand", marks=pytest.mark.slow)]
 )
 def test_another_mode_is_a_fault_that_a_program_cannot_clear(arm, emulator, done, hint):
     emulator.do(done)

@@ -38,8 +38,7 @@ def width_of(hand) -> float:
 
 
 @pytest.mark.parametrize(
-    ("block", "width", "reached"),
-    [("", 0.0, 0.0), ("0.031", 0.0, 0.031), ("0.05", 0.03, 0.05)],
+    ("block", "width", "reached"), [("", 0.0, 0.0), ("0.031", 0.0, 0.031), ("0.05", 0.03, 0.05)]
 )
 def test_the_fingers_go_to_a_width_or_hold_an_object(hand, emulator, block, width, reached):
     emulator.do(f"block {block}")
