@@ -33,35 +33,23 @@ class Stream:
         self, library: Any, pipeline: Any, profile: Any, software: SoftwareCamera | None
     ) -> None:
         self._library, self._pipeline, self._software = library, pipeline, software
-        self._device, self._profile = profile.get_device(), profile
-        self._patience = _FIRST
-
-    @property
-    def identity(self) -> Status:
-        """What the camera says of itself."""
-        info = self._library.camera_info
+        self._device, self._patience = profile.get_device(), _FIRST
+        info = library.camera_info
 
         def text(what: Any) -> str:
             return str(self._device.get_info(what)) if self._device.supports(what) else ""
 
-        return Status(
+        self.identity = Status(
             name=text(info.name),
             serial=text(info.serial_number),
             firmware=text(info.firmware_version),
             recommended=text(info.recommended_firmware_version),
             usb=text(info.usb_type_descriptor),
         )
-
-    @property
-    def depth_scale(self) -> float:
+        self.depth_scale = float(self._device.first_depth_sensor().get_depth_scale())
         """One unit of a depth image [m]."""
-        return float(self._device.first_depth_sensor().get_depth_scale())
-
-    @property
-    def depth_intrinsics(self) -> Any:
-        """Intrinsics of the depth stream, as an object of the vendor's library."""
-        stream = self._profile.get_stream(self._library.stream.depth)
-        return stream.as_video_stream_profile().get_intrinsics()
+        depth = profile.get_stream(library.stream.depth).as_video_stream_profile()
+        self.depth_intrinsics: Any = depth.get_intrinsics()  # of the vendor's library
 
     def next(self, before: float) -> Any:
         """The next set of frames; the library sometimes repeats the same one.

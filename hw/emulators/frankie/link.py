@@ -17,7 +17,6 @@ from hw.clock import stopwatch
 from hw.robot import HardwareError
 from hw.sim import SimObject, load_scene
 from hw.truth import Touch
-from robots import Geom
 
 _PATIENCE = 3.0  # timeout [s]
 _LOOK = 0.1  # polling interval of the world [s]
@@ -46,8 +45,16 @@ class EmulatorLink:
             SilentEmulatorError: it does not answer.
             ValueError: the command is wrong.
         """
-        with self._lock:
-            answer = self._ask(words)
+        try:
+            with self._lock:
+                self._file.write(words.encode() + b"\n")
+                self._file.flush()
+                line = self._file.readline()
+        except (OSError, ValueError) as error:
+            raise SilentEmulatorError(f"the emulator does not answer: {error}") from None
+        if not line:
+            raise SilentEmulatorError("the emulator has ended")
+        answer: dict[str, Any] = json.loads(line)
         if "error" in answer:
             raise ValueError(answer["error"])
         return answer
@@ -58,18 +65,6 @@ class EmulatorLink:
             self._socket.shutdown(socket.SHUT_RDWR)
         self._socket.close()
 
-    def _ask(self, words: str) -> dict[str, Any]:
-        try:
-            self._file.write(words.encode() + b"\n")
-            self._file.flush()
-            line = self._file.readline()
-        except (OSError, ValueError) as error:
-            raise SilentEmulatorError(f"the emulator does not answer: {error}") from None
-        if not line:
-            raise SilentEmulatorError("the emulator has ended")
-        answer: dict[str, Any] = json.loads(line)
-        return answer
-
 
 class RemoteTruth:
     """Ground truth of an emulated Frankie, for scoring and drawing."""
@@ -79,31 +74,14 @@ class RemoteTruth:
         answer = link.do("tell")
         self.scene, self.seed = str(answer["scene"]), int(answer["seed"])
         self.world = str(answer["world"])
-        self._world = load_scene(self.scene, self.seed)
+        self._world = world = load_scene(self.scene, self.seed)
+        self.fixtures, self.mapped = world.fixtures, world.mapped
+        self.objects: Sequence[SimObject] = world.objects  # with their latest known poses
+        self.walkers: Sequence[Any] = world.walkers
         self._over = threading.Event()
         self._update(answer)
         self._thread = threading.Thread(target=self._follow, name="truth", daemon=True)
         self._thread.start()
-
-    @property
-    def fixtures(self) -> Sequence[Geom]:
-        """Static geometry."""
-        return self._world.fixtures
-
-    @property
-    def mapped(self) -> Sequence[Geom]:
-        """Static geometry that is on the map."""
-        return self._world.mapped
-
-    @property
-    def objects(self) -> Sequence[SimObject]:
-        """Objects, with their latest known poses."""
-        return self._world.objects
-
-    @property
-    def walkers(self) -> Sequence[Any]:
-        """Moving obstacles."""
-        return self._world.walkers
 
     @property
     def touches(self) -> Sequence[Touch]:

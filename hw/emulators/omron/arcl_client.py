@@ -6,7 +6,7 @@ import socket
 from collections.abc import Iterator, Sequence
 
 from hw.clock import stopwatch
-from hw.emulators.omron.client import GoneError
+from hw.emulators.omron.client import GoneError, received
 from hw.emulators.omron.controller import Controller
 from hw.emulators.omron.options import Options
 from hw.emulators.omron.requests import reported_pose, settings, signed_degrees
@@ -37,15 +37,7 @@ class ArclClient:
 
     def hear(self, now: float) -> None:
         """Read and answer; raise GoneError when the client has left or its password is wrong."""
-        try:
-            data = self.socket.recv(65536)
-        except BlockingIOError:
-            return
-        except OSError as error:
-            raise GoneError from error
-        if not data:
-            raise GoneError
-        *lines, self._waiting = (self._waiting + data).split(b"\n")
+        *lines, self._waiting = (self._waiting + received(self.socket)).split(b"\n")
         for line in lines:
             self._heed(line.decode("utf-8", "replace").strip())
 

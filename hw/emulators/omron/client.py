@@ -21,6 +21,19 @@ class GoneError(Exception):
     """The client has left, or was rejected."""
 
 
+def received(connection: socket.socket) -> bytes:
+    """What has arrived; raises GoneError when the client has left."""
+    try:
+        data = connection.recv(65536)
+    except BlockingIOError:
+        return b""
+    except OSError as error:
+        raise GoneError from error
+    if not data:
+        raise GoneError
+    return data
+
+
 @dataclass
 class Subscription:
     """A request that is answered repeatedly."""
@@ -62,15 +75,7 @@ class Client:
 
     def hear(self, now: float) -> None:
         """Read and process; raise GoneError when the client has left."""
-        try:
-            data = self.socket.recv(65536)
-        except BlockingIOError:
-            return
-        except OSError as error:
-            raise GoneError from error
-        if not data:
-            raise GoneError
-        for command, body in self._splitter.push(data):
+        for command, body in self._splitter.push(received(self.socket)):
             self._heed(command, Taker(body), now)
         self.write(now)
 
