@@ -96,6 +96,7 @@ def test_a_hand_grips_holds_and_opens(reported):
 
 
 @needs_library
+@pytest.mark.slow
 def test_fingers_that_cannot_close_are_a_result_and_open_again():
     with (
         emulated("wide-grasp-fails") as emulator,

@@ -24,7 +24,9 @@ READY = np.array([0.0, -0.3, 0.0, -2.2, 0.0, 2.0, 0.785])
 def connected(emulator):
     arm = PandaArm(emulator.address, WallClock())
     arm.connect()
-    yield arm
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("hw.panda.arm._APART", 0.2)
+        yield arm
     arm.close()
 
 

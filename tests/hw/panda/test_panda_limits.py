@@ -75,22 +75,3 @@ def test_the_limits_are_those_of_the_description():
     np.testing.assert_array_equal(LIMITS.q_max, described.q_max)
     np.testing.assert_array_equal(LIMITS.qd, described.qd)
     assert (VelocityLimiter(LIMITS).qdd >= described.qdd).all()
-
-
-class Wall(LaggedJoints):
-    """Joints of which the first meets something on its way."""
-
-    def follow(self, qd):
-        super().follow(qd)
-        return "cartesian_reflex" if self.q[0] > 0.05 else ""
-
-
-def test_a_world_behind_the_joints_can_stop_the_arm():
-    arm = EmulatedArm(Wall(), LIMITS)
-    arm.begin_motion()
-    limiter = VelocityLimiter(LIMITS)
-    for tick in range(400):
-        qd = limiter.step(arm.q_d, arm.qd_d, arm.qdd_d, [0.5] + [0.0] * 6)
-        arm.tick(by_velocity(tick, tuple(qd)))
-    assert arm.last_errors == {"cartesian_reflex"}
-    assert 0.05 < arm.joints.q[0] < 0.1
