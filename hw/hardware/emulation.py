@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from hw.emulators.common import start_module
 from hw.emulators.frankie import EmulatorLink, RemoteTruth, SilentEmulatorError
 from hw.robot import HardwareError
 from hw.sim import load_scene
@@ -45,14 +44,8 @@ class Emulation:
     def _start(self) -> None:
         _, scene, seed = self._wanted
         load_scene(scene, int(seed))  # reports errors of the scene
-        self._process = process = subprocess.Popen(
-            [sys.executable, "-m", "hw.emulators.frankie", str(self._real.path), *self._wanted],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
-            start_new_session=True,  # not ended by Ctrl-C
+        self._process = process = start_module(
+            "hw.emulators.frankie", str(self._real.path), *self._wanted
         )
         assert process.stdout is not None
         assert process.stderr is not None

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import socket
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from itertools import pairwise
 from math import degrees
 from pathlib import Path
 from typing import TypeVar
@@ -23,8 +21,6 @@ from hw.robot import HardwareError
 from robots import RealRobot, load_robot
 
 _LOOKS, _PERIOD = 200, 0.01  # number of readings of a part, and their period [s]
-_ARM_PORT, _HAND_PORT = 1337, 1338
-_TRIES, _PAUSE = 5, 0.05  # number of connections that measure a line, and the time between them [s]
 _OLD_POSE, _OLD_STATE, _OLD_IMAGE = 150.0, 50.0, 100.0  # largest ages of readings [ms]
 _SAME = 1e-3  # relative tolerance of full-scale values
 _TIMEOUTS = 0.1, 0.35
@@ -35,9 +31,8 @@ Part = TypeVar("Part", OmronBase, PandaArm, PandaHand, RealSenseCamera)
 
 
 def base(real: RealRobot) -> Iterator[Finding]:
-    """Line, protocol, faults, localisation, battery, age of poses, settings."""
+    """Protocol, faults, localisation, battery, age of poses, settings."""
     file = real.hardware.base
-    yield _line("base", file.address, file.port)
     drive = base_of(real.hardware, load_robot(real.path).limits, WallClock())
     with _connected("base", drive) as error:
         if error is not None:
@@ -53,12 +48,7 @@ def base(real: RealRobot) -> Iterator[Finding]:
             yield Finding("base", Verdict.GOOD, f"localisation score {score:.2f}")
         if battery is not None:
             yield is_good("base", battery > 0.2, f"battery {100.0 * battery:.0f} %")
-        ages = []
-        for _ in range(_LOOKS):
-            ages.append(1000.0 * drive.pose_age)
-            time.sleep(_PERIOD)
-        text = f"poses are {np.median(ages):.0f} ms old in the middle, {max(ages):.0f} ms at worst"
-        yield is_good("base", max(ages) < _OLD_POSE, text)
+        yield _ages("base", "poses", lambda: drive.pose_age, _OLD_POSE)
         yield from _teleop(drive, real)
 
 
@@ -139,7 +129,7 @@ def write_full_scale(real: RealRobot, path: Path) -> None:
 
 
 def arm(real: RealRobot) -> Iterator[Finding]:
-    """Protocol, faults, masses, age of states, line."""
+    """Protocol, faults, masses, age of states."""
     driver = arm_of(real.hardware, WallClock())
     with _connected("arm", driver) as error:
         if error is not None:
@@ -155,23 +145,11 @@ def arm(real: RealRobot) -> Iterator[Finding]:
             f"{reading.load:.2f} kg: the camera and its mount count, too"
         )
         yield Finding("arm", Verdict.OPEN, text)
-        ages, times = [], []
-        for _ in range(_LOOKS):
-            reading = driver.reading()
-            ages.append(1000.0 * (stopwatch() - reading.stamp))
-            times.append(reading.time)
-            time.sleep(_PERIOD)
-        gaps = [b - a for a, b in pairwise(times)]
-        text = (
-            f"states are {np.median(ages):.1f} ms old in the middle, {max(ages):.1f} ms at worst; "
-            f"at most {max(gaps)} ms of its clock between two looks"
-        )
-        yield is_good("arm", max(ages) < _OLD_STATE, text)
-    yield _line("arm", real.hardware.arm.address, _ARM_PORT)
+        yield _ages("arm", "states", lambda: stopwatch() - driver.reading().stamp, _OLD_STATE)
 
 
 def hand(real: RealRobot) -> Iterator[Finding]:
-    """Width, temperature, whether it was homed, line."""
+    """Width, temperature, whether it was homed."""
     fingers = hand_of(real.hardware, WallClock())
     with _connected("hand", fingers) as error:
         if error is not None:
@@ -182,7 +160,6 @@ def hand(real: RealRobot) -> Iterator[Finding]:
         if reading.is_homed:
             text = f"{1000.0 * reading.width:.0f} mm open, {reading.temperature} degrees C"
             yield Finding("hand", Verdict.GOOD, text)
-    yield _line("hand", real.hardware.arm.address, _HAND_PORT)
 
 
 def camera(real: RealRobot) -> Iterator[Finding]:
@@ -212,28 +189,18 @@ def camera(real: RealRobot) -> Iterator[Finding]:
         yield is_good("camera", good, text)
 
 
+def _ages(about: str, what: str, age: Callable[[], float], most: float) -> Finding:
+    """How old readings are [s], and whether they are younger than `most` [ms]."""
+    ages = []
+    for _ in range(_LOOKS):
+        ages.append(1000.0 * age())
+        time.sleep(_PERIOD)
+    text = f"{what} are {np.median(ages):.0f} ms old in the middle, {max(ages):.0f} ms at worst"
+    return is_good(about, max(ages) < most, text)
+
+
 def _version(text: str) -> tuple[int, ...]:
     return tuple(int(part) for part in text.split(".") if part.isdigit())
-
-
-def _line(what: str, address: str, port: int) -> Finding:
-    """Round-trip time of connections."""
-    took, failed = [], ""
-    for _ in range(_TRIES):
-        time.sleep(_PAUSE)
-        begun = stopwatch()
-        try:
-            socket.create_connection((address, port), 1.0).close()
-        except OSError as error:
-            failed = error.strerror or str(error)
-            continue
-        took.append(1000.0 * (stopwatch() - begun))
-    if not took:
-        return Finding(what, Verdict.BAD, f"{address}:{port} does not answer: {failed}")
-    lost = _TRIES - len(took)
-    text = f"{address}:{port}: {np.median(took):.2f} ms there and back, {max(took):.1f} ms at worst"
-    text += f", {lost} of {_TRIES} lost" if lost else ""
-    return is_good(what, not lost and max(took) < 100.0, text)
 
 
 @contextmanager

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import re
 
+_NO_HOST = "there is no such host: look at the address"
+_NO_ANSWER = "nothing answers there: look at the address, the cable and the power"
 _HINTS = (
     (
         "Connection to FCI refused",
         "it refuses the connection: open its Desk page, unlock the joints and activate FCI",
     ),
-    ("not found", "there is no such host: look at the address"),
-    ("DNS error", "there is no such host: look at the address"),
-    ("Connection timeout", "nothing answers there: look at the address, the cable and the power"),
-    ("Connection error", "nothing answers there: look at the address, the cable and the power"),
-    ("unreachable", "nothing answers there: look at the address, the cable and the power"),
+    ("not found", _NO_HOST),
+    ("DNS error", _NO_HOST),
+    ("Connection timeout", _NO_ANSWER),
+    ("Connection error", _NO_ANSWER),
+    ("unreachable", _NO_ANSWER),
     ("server closed connection", "it has closed the connection: it was switched off, or FCI was"),
     ("UDP receive", "it has stopped answering: look at the cable and the power"),
     (

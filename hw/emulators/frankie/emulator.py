@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
-import sys
 import threading
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
@@ -14,7 +12,7 @@ from typing import Any, Self
 
 from config import UserError
 from hw.emulators import omron, panda, realsense
-from hw.emulators.common import Reported, chosen
+from hw.emulators.common import Reported, chosen, start_module
 from hw.emulators.frankie.world import EmulatedWorld
 from hw.emulators.omron import OmronEmulator, Options, Teleop
 from hw.emulators.panda import ArmLink
@@ -88,15 +86,8 @@ class FrankieEmulator:
     def __enter__(self) -> Self:
         """Start all parts."""
         arguments = [self._arm_at, "5", str(self._link.memory), ",".join(self._of_arm)]
-        self._arm = subprocess.Popen(
-            [sys.executable, "-m", "hw.emulators.panda", *filter(None, arguments)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            pass_fds=(self._link.memory,),
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
-            start_new_session=True,  # not ended by Ctrl-C
+        self._arm = start_module(
+            "hw.emulators.panda", *filter(None, arguments), memory=(self._link.memory,)
         )
         assert self._arm.stdout is not None
         if not self._arm.stdout.readline():

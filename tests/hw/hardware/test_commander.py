@@ -6,7 +6,6 @@ import os
 import signal
 import subprocess
 import sys
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -20,7 +19,6 @@ from hw import WorldOptions, open_backend
 from hw.hardware import CommandedError, NotArmedError, RobotLock, commander_of
 from hw.hardware.arming import is_proven, prove, speed_note, speed_percent
 from hw.hardware.opening import CommandedRobot
-from hw.processes.child import claim
 from hw.state import Fault, FaultKind
 from robots import RealRobot, load_real_robot
 from robots.load import SHIPPED
@@ -123,43 +121,6 @@ def test_a_second_commander_is_told_who_the_first_is(real: RealRobot) -> None:
             RobotLock(real.hardware).take()
     assert commander_of(real.hardware) == "", "the lock of a dead process holds nobody up"
     RobotLock(real.hardware).take().release()
-
-
-@pytest.mark.skipif(os.getuid() != 0, reason="only root can become somebody else")
-def test_another_user_is_kept_out_and_let_in_without_a_file_left(real) -> None:
-    """As on the computer of a laboratory: one account after the other, and both at once."""
-
-    def as_nobody() -> str:
-        read, write = os.pipe()
-        child = os.fork()
-        if child == 0:
-            os.setgid(65534)
-            os.setuid(65534)
-            try:
-                RobotLock(real.hardware).take()
-                told = claim("arm", "127.9.9.7") or "taken"
-            except BaseException as error:
-                told = f"{type(error).__name__}: {error}"
-            os.write(write, told.encode())
-            os._exit(0)
-        os.waitpid(child, 0)
-        os.close(write)
-        with os.fdopen(read) as answer:
-            return answer.read()
-
-    before, old = set(os.listdir(tempfile.gettempdir())), os.umask(0o077)
-    try:
-        assert claim("arm", "127.9.9.63") == ""
-        with holding(real) as process:
-            assert as_nobody().startswith(
-                f"CommandedError: the robot is commanded by process {process.pid} of "
-            )
-        assert as_nobody() == "taken"
-        RobotLock(real.hardware).take().release()
-    finally:
-        os.umask(old)
-    left = set(os.listdir(tempfile.gettempdir())) - before
-    assert not [name for name in left if "frankie-task" in name]
 
 
 class Toy:

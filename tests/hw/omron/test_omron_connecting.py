@@ -134,12 +134,6 @@ def test_a_pose_that_is_not_what_the_driver_takes_it_for():
         refused(base_of(emulator), "differ by 10.00 m", "DataStore")
 
 
-def test_no_pose_at_all():
-    with OmronEmulator(Options(data_store_kind=b"")) as emulator:  # no byte before the value
-        emulator.options.offset = (1.0, 2.0, 0.5)
-        refused(base_of(emulator, connect_patience=0.4), "tells no pose")
-
-
 def test_the_text_interface_refuses_a_password():
     with OmronEmulator() as emulator:
         refused(base_of(emulator, arcl="wrong"), "text interface", "password", "MobilePlanner")

@@ -42,24 +42,6 @@ def doubles(packet: bytes, place: int, count: int) -> tuple[float, ...]:
     return struct.unpack_from(f"<{count}d", packet, place)
 
 
-def test_a_state_has_every_value_in_its_place():
-    """Offsets as the packed structure of libfranka-common, version 5, has them."""
-    assert len(STATE) == 2373
-    assert STATE[:8].hex() == "0807060504030201"
-    assert doubles(STATE, 8, 16) == POSE
-    assert doubles(STATE, 1184, 7) == joints(1.0)  # q
-    assert doubles(STATE, 1240, 7) == joints(3.0)  # q_d
-    assert doubles(STATE, 1296, 7) == joints(2.0)  # dq
-    assert doubles(STATE, 1352, 7) == joints(4.0)  # dq_d
-    assert doubles(STATE, 1408, 7) == joints(5.0)  # ddq_d
-    tail = STATE[-93:]
-    assert tail[:2].hex() == "0003"  # no motion generator, no controller
-    assert [i for i, flag in enumerate(tail[2:43]) if flag] == [6]
-    assert [i for i, flag in enumerate(tail[43:84]) if flag] == [26]
-    assert tail[84] == 4
-    assert doubles(tail, 85, 1) == (0.93,)
-
-
 MOTION = (
     bytes.fromhex("0800000000000000")
     + struct.pack("<7d", *joints(0.2))
