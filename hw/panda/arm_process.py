@@ -169,7 +169,6 @@ class ArmProcess:
     def _publish(self, state: Any) -> None:
         reading = ArmReading(
             stamp=stopwatch(),
-            time=state.time.to_msec(),
             mode=Mode(int(state.robot_mode)),
             q=tuple(state.q),
             qd=tuple(state.dq),

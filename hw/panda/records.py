@@ -22,7 +22,7 @@ class Mode(IntEnum):
     RECOVERING = 6
 
 
-ARM_READING = struct.Struct("<dQB7d7dQdd480s")
+ARM_READING = struct.Struct("<dB7d7dQdd480s")
 ARM_COMMAND = struct.Struct("<Qd7d")  # number, stamp (0: a stop) [s], velocities [rad/s]
 HAND_READING = struct.Struct("<ddd?B")
 HOMED = 0.05  # a hand that was not homed since power-on reports a smaller opening than this [m]
@@ -36,7 +36,6 @@ class ArmReading(NamedTuple):
     """State of the arm."""
 
     stamp: float  # time of arrival [s]
-    time: int  # the arm's own clock [ms]
     mode: Mode
     q: Joints  # (7,) [rad]
     qd: Joints  # (7,) [rad/s]
@@ -47,7 +46,7 @@ class ArmReading(NamedTuple):
 
     def put(self, mailbox: Mailbox) -> None:
         """Publish it."""
-        numbers = (*self[:3], *self.q, *self.qd, self.lost, self.hand_mass, self.load)
+        numbers = (*self[:2], *self.q, *self.qd, self.lost, self.hand_mass, self.load)
         mailbox.put(*numbers, self.trouble.encode()[:480])
 
     @classmethod
@@ -55,10 +54,10 @@ class ArmReading(NamedTuple):
         """The newest one; None before the first."""
         if (values := mailbox.get()) is None:
             return None
-        stamp, time, mode, *joints, lost, hand_mass, load, trouble = values
+        stamp, mode, *joints, lost, hand_mass, load, trouble = values
         q, qd, text = tuple(joints[:7]), tuple(joints[7:]), trouble.rstrip(b"\0")
-        mode = Mode(mode)
-        return cls(stamp, time, mode, q, qd, lost, hand_mass, load, text.decode(errors="replace"))
+        told = text.decode(errors="replace")
+        return cls(stamp, Mode(mode), q, qd, lost, hand_mass, load, told)
 
 
 class HandReading(NamedTuple):
