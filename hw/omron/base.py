@@ -45,7 +45,7 @@ class OmronBase:
     @property
     def guardian_pid(self) -> int:
         """Process that stops the base when this one is killed or suspended."""
-        return self._connected.guardian_pid
+        return self._connected.guardian.pid
 
     @property
     def localisation_score(self) -> float | None:

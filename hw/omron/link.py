@@ -54,7 +54,7 @@ class Link:
         self._catalogue = connection.catalogue
         self._socket = connection.socket
         self._stop_frame = self._catalogue.command("stop")
-        self._guardian = Guardian(self._socket, self._stop_frame, STOP_AFTER)
+        self.guardian = Guardian(self._socket, self._stop_frame, STOP_AFTER)
         self._waker, self._wakes = socket.socketpair()
         self._frames: list[bytes] = []
         self._close_by: float | None = None
@@ -86,11 +86,6 @@ class Link:
                     self.commander.stop()
         self.wake()
         self._thread.join(_CLOSING + 2.0)
-
-    @property
-    def guardian_pid(self) -> int:
-        """Process id of the guardian."""
-        return self._guardian.pid
 
     @property
     def is_closing(self) -> bool:
@@ -127,7 +122,7 @@ class Link:
         if why:  # discard what the system has not sent yet
             with suppress(OSError):
                 self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, pack("ii", 1, 0))
-        self._guardian.leave()
+        self.guardian.leave()
         for one in (self._socket, self._waker, self._wakes):
             one.close()
         if why:
@@ -171,8 +166,8 @@ class Link:
             if now < due and not is_woken:
                 continue
             due = max(due + _CYCLE, now)
-            self._guardian.beat()
-            if not self._guardian.is_running:
+            self.guardian.beat()
+            if not self.guardian.is_running:
                 raise HardwareError("the process that guards it has ended")
             with self.lock:
                 frames = [*self._frames, *self._order(now)]

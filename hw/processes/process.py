@@ -56,18 +56,13 @@ class DriverProcess:
         self._memory = share_memory(mailboxes)
         self.memory = open_memory(self._memory)
         self._connecting, self._missing = connecting, missing
-        self._process: subprocess.Popen[bytes] | None = None
+        self.process: subprocess.Popen[bytes] | None = None  # None when it was ended
         self._stderr: IO[bytes] | None = None
         self._buffer = b""
         self._asked = 0
         self._writing, self._asking, self._hearing = (threading.Lock() for _ in range(3))
         self._last_words = ""
         self._silent = (0.0, "")
-
-    @property
-    def process(self) -> subprocess.Popen[bytes] | None:
-        """The running process; None when it was ended."""
-        return self._process
 
     def start(self) -> None:
         """Start it and wait until it is connected.
@@ -80,7 +75,7 @@ class DriverProcess:
         self.end()
         self._last_words, self._buffer = "", b""
         self._stderr = tempfile.TemporaryFile()  # noqa: SIM115
-        self._process = subprocess.Popen(
+        self.process = subprocess.Popen(
             [*self._command, str(self._memory)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -130,7 +125,7 @@ class DriverProcess:
 
     def say(self, **request: Any) -> None:
         """Send a request; ignored if the process has ended."""
-        process = self._process
+        process = self.process
         if process is None or process.stdin is None:
             return
         with self._writing, suppress(OSError, ValueError):
@@ -149,7 +144,7 @@ class DriverProcess:
 
     def end_of_it(self) -> str:
         """Why the process has ended; empty while it runs."""
-        process = self._process
+        process = self.process
         if process is None:
             return self._last_words or "its driver is not running"
         if process.poll() is None:
@@ -165,7 +160,7 @@ class DriverProcess:
 
     def end(self, patience: float = 2.0) -> None:
         """Ask it to end; kill it if it does not."""
-        process = self._process
+        process = self.process
         if process is None:
             return
         self.say(do="end")
@@ -177,7 +172,7 @@ class DriverProcess:
 
     def kill(self) -> None:
         """End it at once."""
-        process, self._process = self._process, None
+        process, self.process = self.process, None
         if process is not None:
             process.kill()
             process.wait()
@@ -188,7 +183,7 @@ class DriverProcess:
 
     def _is_starved(self) -> bool:
         """Whether the process waits for a processor or was suspended."""
-        process = self._process
+        process = self.process
         try:
             text = Path(f"/proc/{process.pid if process else 0}/stat").read_text()
         except OSError:
@@ -214,7 +209,7 @@ class DriverProcess:
             return self._next_line(timeout)
 
     def _next_line(self, timeout: float) -> dict[str, Any] | None:
-        process, until = self._process, stopwatch() + timeout
+        process, until = self.process, stopwatch() + timeout
         if process is None or process.stdout is None:
             return None
         while b"\n" not in self._buffer:
