@@ -158,15 +158,15 @@ def test_the_arm_is_not_recovered_twice_in_two_seconds():
     built = Assembly()
     built.unblock()
     recovered = []
-    for _ in range(450):
+    for _ in range(90):
         built.robot.recover()
         while built.robot.read().recovering:
             pass
         recovered += [built.clock.now()] * (built.arm.log.count("recover") - len(recovered))
-        built.clock.sleep_until(built.clock.now() + 0.01)
+        built.clock.sleep_until(built.clock.now() + 0.05)
     assert len(recovered) == 3
     assert np.diff(recovered).min() > 2.0 - 1e-6
-    assert built.base.log.count("recover") > 400
+    assert built.base.log.count("recover") > 80
 
 
 def test_a_grip_that_failed_is_a_fault_until_the_next_recovery():

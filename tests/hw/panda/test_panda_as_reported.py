@@ -196,10 +196,8 @@ def test_what_comes_back_is_named_and_not_recovered_in_a_loop(reported):
 
 
 @needs_library
-@pytest.mark.parametrize(
-    "reported",
-    [pytest.param(one, marks=() if one == "locked" else pytest.mark.slow) for one in REFUSED],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("reported", REFUSED)
 def test_why_it_cannot_be_commanded_is_said(reported):
     with emulated(reported) as emulator:
         arm = PandaArm(emulator.address, WallClock(), ArmSettings(connecting=4.0))

@@ -92,6 +92,7 @@ def test_a_driver_that_is_killed_is_a_fault_and_a_recovery_starts_another(emulat
 
 
 @needs_library
+@pytest.mark.slow
 def test_a_robot_that_is_switched_off_is_a_fault():
     emulator = Emulator()
     arm = PandaArm(emulator.address, WallClock(), ArmSettings(connecting=1.5))
