@@ -36,11 +36,6 @@ def test_a_goal_that_jumps_or_trembles_does_not_move():
         assert not np.any(estimated(positions))
 
 
-def test_a_goal_that_stops_stands_still_soon():
-    positions = [(min(0.003 * k, 0.6), 0.0, 0.5) for k in range(260)]
-    assert not np.any(estimated(positions)[-1])
-
-
 def line(time: float) -> tuple[SE3, np.ndarray]:
     return tool_pose(2.0, -1.5 + 0.3 * time, 0.7), np.array([0.0, 0.3, 0.0, 0.0, 0.0, 0.0])
 

@@ -99,12 +99,6 @@ def test_a_robot_that_makes_no_progress_tries_a_detour_within_about_a_second():
     assert biases[-1].min_tracking == 0.0  # the end effector waits
 
 
-def test_a_goal_that_must_be_approached_straight_gets_no_detour():
-    _, ask = guide_and_ask()
-    goal = PoseGoal(wTe=tool_pose(0.75, 0.05, 0.7), straight=True)
-    assert all(ask(goal, State()) is None for _ in range(300))
-
-
 def test_a_goal_that_is_near_gets_a_stance_where_that_is_asked_for():
     guide, ask = guide_and_ask()
     goal = PoseGoal(wTe=tool_pose(0.75, 0.05, 0.7), stance_if_near=True)

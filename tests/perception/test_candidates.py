@@ -22,14 +22,6 @@ def test_points_lie_where_a_grasp_may_be_and_are_the_same_again(source) -> None:
     assert (one.quality == 1.0).all()
 
 
-def test_there_are_as_many_as_wanted_and_no_more_than_pixels() -> None:
-    few = np.zeros_like(ALLOWED)
-    few[7, 7:10] = True
-    assert len(RandomPoints().propose(IMAGE, ALLOWED).candidates.quality) == 16
-    assert len(RandomPoints().propose(IMAGE, few).candidates.quality) == 3
-    assert len(SpreadPoints().propose(IMAGE, few).candidates.quality) == 3
-
-
 def test_a_detector_does_without_a_network() -> None:
     for name in WITHOUT_NETWORK:
         assert (

@@ -83,10 +83,3 @@ def test_hostile_weights_are_refused_in_one_line(kind, tmp_path):
     assert "; " in text
     assert len(text) < 500
     assert not (tmp_path / "ran").exists()
-
-
-@pytest.mark.parametrize("change", [torch.Tensor.double, torch.Tensor.half])
-def test_another_precision_is_taken(change, tmp_path):
-    path = tmp_path / "w.safetensors"
-    tensors(one(change))(path)
-    assert next(load_network(path).parameters()).dtype is torch.float32

@@ -105,10 +105,3 @@ def test_how_it_moves_is_not_forgotten_while_it_is_out_of_sight(whole: bool) -> 
     followed = tracker.update(seen(again, at=25 / 30.0), camera(0.3))
     assert followed is not None
     np.testing.assert_allclose(followed.velocity, [0.1, 0.0, 0.0], atol=0.001)
-    elsewhere = replace(again, wTg=grasp(x + 0.2, y).wTg, middle=None)
-    tracker = followed_along(along_x(0.1, 8))
-    for number in range(8, 25):
-        tracker.update(seen(reason="out of sight", at=number / 30.0), camera(0.3))
-    other = tracker.update(seen(elsewhere, at=25 / 30.0), camera(0.3))
-    assert other is not None
-    assert not other.velocity.any()

@@ -15,10 +15,6 @@ def robot(request: pytest.FixtureRequest) -> RobotDescription:
     return load_robot(request.param)
 
 
-def test_a_robot_is_one_object_however_often_it_is_loaded(robot: RobotDescription) -> None:
-    assert load_robot(robot.name) is robot
-
-
 def test_the_flange_is_where_the_maker_of_the_arm_has_it(robot: RobotDescription) -> None:
     """Forearm level, hand down: all lengths of the data sheet add up along the axes."""
     q = np.array([0.0, 0.0, 0.0, -np.pi / 2, 0.0, np.pi / 2, np.pi / 4])
