@@ -153,31 +153,6 @@ def test_the_viewer_on_the_page_shows_the_run_and_phones_nowhere(tmp_path, brows
 
 
 @pytest.mark.slow
-def test_the_keyboard_is_enough_and_space_only_ever_pauses(tmp_path, browser):
-    from playwright.sync_api import expect
-
-    with Run(tmp_path, "--view", "none") as run:
-        page = opened_page(browser, run.url)
-        expect_run(page, "running")
-        for _ in range(3):
-            page.keyboard.press(" ")
-            expect_run(page, "paused by a person")
-        shown = settled(page)
-        page.focus("#step")
-        page.keyboard.press(" ")  # the button's own
-        expect(page.locator("#ticks")).to_have_text(str(shown + 1))
-        assert sentence(page) == "paused by a person"
-        page.keyboard.press("Shift+Tab")
-        assert page.evaluate("document.activeElement.id") == "resume"
-        page.keyboard.press("Enter")
-        expect_run(page, "running")
-        page.focus("[data-node='2']")
-        page.keyboard.press(" ")
-        expect(page.locator("#chosen-name")).to_have_text("the end")
-        assert sentence(page) == "running"
-
-
-@pytest.mark.slow
 def test_approval_works_after_a_gap_and_stop_at_a_frozen_process_when_it_thaws(tmp_path, browser):
     from playwright.sync_api import expect
 

@@ -107,19 +107,6 @@ def live(tmp_path: Path) -> Iterator[LiveRun]:
 
 
 @pytest.mark.slow
-def test_a_live_run_is_shown_as_it_happens(live: LiveRun, tmp_path: Path) -> None:
-    with headless_viewer(watch=live.server.url) as viewer:
-        wait_for(lambda: viewer.cursor > 0.0)
-        for moment in (4.0, 8.0, 12.0):
-            wait_for(lambda moment=moment: live.stamp > moment)
-            wait_for(lambda: live.stamp - viewer.cursor < CLOSE_BEHIND)
-        picture = tmp_path / "live.png"
-        picture.write_bytes(viewer.client.take_screenshot())
-        assert picture.stat().st_size > 50_000
-        assert_nothing_is_wrong(viewer)
-
-
-@pytest.mark.slow
 def test_a_viewer_that_hangs_holds_up_nothing_and_a_late_one_gets_it_all(
     live: LiveRun,
 ) -> None:

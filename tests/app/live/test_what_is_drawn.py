@@ -11,11 +11,9 @@ from sample_run import SUCCESS
 
 from app.live.monitor.camera_panel import STALE
 from app.live.monitor.tree_panel import ROW
-from app.live.nodes import NodeStatus, tree_view
+from app.live.nodes import NodeStatus
 from controller import PointCloud, Pose2D
 from hw import Fault, FaultKind
-from trees import shipped
-from trees.language import build, load, nodes_in_order
 
 STANCE = Pose2D(2.3, 0.1, 0.5)
 FAULT = Fault(kind=FaultKind.REFLEX, text="reflex of the arm", clearable=True)
@@ -24,21 +22,6 @@ FAULT = Fault(kind=FaultKind.REFLEX, text="reflex of the arm", clearable=True)
 def packed(colour: tuple[int, int, int]) -> int:
     r, g, b = colour
     return (r << 24) | (g << 16) | (b << 8) | 255
-
-
-def test_pills_tell_what_a_leaf_was_given(harness_context) -> None:
-    nodes = nodes_in_order(build(load(shipped("pick_place")), harness_context))
-    titles = [node.title for node in tree_view(nodes)]
-    assert "navigate → at_table" in titles
-    assert "navigate → above_container" in titles
-    assert "place → table" in titles
-
-
-@pytest.fixture
-def harness_context():
-    from harness import Harness
-
-    return Harness().context
 
 
 def test_the_leaf_that_runs_is_outlined_until_the_run_ends(tmp_path: Path) -> None:
