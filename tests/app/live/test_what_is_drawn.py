@@ -19,11 +19,6 @@ STANCE = Pose2D(2.3, 0.1, 0.5)
 FAULT = Fault(kind=FaultKind.REFLEX, text="reflex of the arm", clearable=True)
 
 
-def packed(colour: tuple[int, int, int]) -> int:
-    r, g, b = colour
-    return (r << 24) | (g << 16) | (b << 8) | 255
-
-
 def test_the_leaf_that_runs_is_outlined_until_the_run_ends(tmp_path: Path) -> None:
     run = list(samples.run(60))
     over = tuple(NodeStatus(SUCCESS, "") for _ in samples.TREE)
