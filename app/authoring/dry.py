@@ -133,13 +133,8 @@ def dry_run(
 ) -> DryRun:
     """Tick a task without a robot.
 
-    Args:
-        path: the task file.
-        outcomes: of leaves, each `NODE=OUTCOME,OUTCOME,...`; by default a leaf that needs no robot
-            runs, and another succeeds.
-        keys: values that leaves write, each `KEY=VALUE`.
-        overrides: values of task parameters, as texts.
-        places: a file of poses and regions, used instead of those of the same name.
+    `outcomes` of leaves are `NODE=OUTCOME,OUTCOME,...` (others run if they need no robot, or
+    succeed), `keys` that leaves write `KEY=VALUE`, `overrides` values of task parameters.
 
     Raises:
         TaskFileError: the file has diagnostics.

@@ -55,14 +55,12 @@ def show_one(name: str, console: Console) -> None:
     if name in leaves:
         _show_leaf(leaves[name], console)
         return
-    texts = {
-        **_LANGUAGE,
-        **{key: f"{word.description}\nTakes {word.children}." for key, word in COMPOSITES.items()},
-        **{
-            key: f"{word.description}\nTakes {_accepted(word.type)}; stands beside a node."
-            for key, word in MODIFIERS.items()
-        },
-    }
+    texts = dict(_LANGUAGE)
+    for key, word in COMPOSITES.items():
+        texts[key] = f"{word.description}\nTakes {word.children}."
+    for key, modifier in MODIFIERS.items():
+        takes = _accepted(modifier.type)
+        texts[key] = f"{modifier.description}\nTakes {takes}; stands beside a node."
     if name not in texts:
         hint = suggest(name, {*leaves, *texts})
         raise UnknownWordError(f"no node is called `{name}`; {hint} `frankie-task nodes` lists all")

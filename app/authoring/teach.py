@@ -30,19 +30,10 @@ def teach(
     replace: bool,
     armed: bool,
 ) -> str:
-    """Read the pose of a robot and write it to a file; the robot does not move.
+    """Read the pose of a robot and write it to a file; returns the line that was written.
 
-    Args:
-        name: of the pose.
-        places: the file, made if missing.
-        robot: a shipped robot or a robot file.
-        world: what simulates it, unless it is real.
-        form: what of it is taught.
-        replace: whether to replace a pose of this name.
-        armed: whether a real robot may be connected.
-
-    Returns:
-        The line that was written.
+    The robot, which must be `armed` if it is real, does not move. `form` is what of it is taught;
+    a pose of the same name is refused unless `replace` is set.
 
     Raises:
         UserError: the name is invalid, or the file cannot be read or written.

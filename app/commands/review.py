@@ -66,19 +66,12 @@ def film(
     Terminal().say(f"{out}: {make_film(recording, out, begin, end)} pictures")
 
 
-def explain(
-    run: Run = "last",
-    runs: Runs = Path("runs"),
-    time: Annotated[
-        bool, typer.Option("--time", help="Where the time went instead, and what limited it.")
-    ] = False,
-) -> None:
+def explain(run: Run = "last", runs: Runs = Path("runs")) -> None:
     """Explain how a run ended: what went wrong first, the attempts, and what took the time."""
     from app.review import explain as explained
-    from app.review import find_run, time_use
+    from app.review import find_run
 
-    folder = find_run(run, runs)
-    Terminal().say(str(time_use(folder) if time else explained(folder)))
+    Terminal().say(str(explained(find_run(run, runs))))
 
 
 def replay(run: Run = "last", runs: Runs = Path("runs")) -> None:

@@ -11,14 +11,13 @@ from app.core.fault_schedule import (
 from app.core.files.events import EVENTS, Event, read_events
 from app.core.files.folder import COMMANDS, FRAMES, OPTIONS, RECORDING, STATES, SUMMARY
 from app.core.launch import Saved, again_on_save, run_on_save, run_task
-from app.core.measurements import Footprint, Measurements, footprint
+from app.core.measurements import Measurements
 from app.core.outcome import End, Outcome
 from app.core.replay import replay_run
 from app.core.run import Instruments
 from app.core.run_options import RunOptions
 from app.core.session import Session, Tick
 from app.core.setup import Setup, set_up
-from app.core.snapshots import Snapshots
 from app.core.summary import Result, Summary
 from app.core.trial import BrokenTrialError, Trial, trial
 
@@ -34,7 +33,6 @@ __all__ = [
     "BrokenTrialError",
     "End",
     "Event",
-    "Footprint",
     "Instruments",
     "Measurements",
     "MotionForm",
@@ -46,14 +44,12 @@ __all__ = [
     "ScheduledFault",
     "Session",
     "Setup",
-    "Snapshots",
     "Summary",
     "Tick",
     "Trial",
     "VisionForm",
     "again_on_save",
     "current_phases",
-    "footprint",
     "parse_fault",
     "phases_of",
     "read_events",

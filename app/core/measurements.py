@@ -1,12 +1,10 @@
-"""Measurements of a run: limits, tick durations, and memory of the process."""
+"""Measurements of a run: limits and tick durations."""
 
 from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field
 from math import exp, log
-from os import listdir, sysconf
-from pathlib import Path
 
 import numpy as np
 
@@ -78,26 +76,3 @@ class Measurements:
         self.highest_speed = max(self.highest_speed, joint_share, base_share)
         within = margin >= -_ROUNDING and max(joint_share, base_share) <= 1.0 + _TRACKING
         self.limit_violations += not within
-
-
-@dataclass(frozen=True)
-class Footprint:
-    """Resources that the process holds."""
-
-    rss: int
-    """Resident memory [bytes]."""
-    threads: int
-    """Threads, those of native libraries included."""
-    handles: int
-    """Open file descriptors."""
-
-
-def footprint() -> Footprint:
-    """Resources that this process holds now; raises OSError if the machine has no /proc."""
-    resident_pages = int(Path("/proc/self/statm").read_text().split()[1])
-    return Footprint(
-        rss=resident_pages * sysconf("SC_PAGE_SIZE"),
-        threads=len(listdir("/proc/self/task")),
-        # The listing itself holds one handle while it is read.
-        handles=len(listdir("/proc/self/fd")) - 1,
-    )

@@ -128,16 +128,8 @@ def set_up(
 ) -> Iterator[Setup]:
     """Connect a robot and set up a session; close everything at the end of the context.
 
-    Args:
-        backend: the robot, its clock and its world.
-        detector: finds grasps in images.
-        form: whether the detector runs within the tick or beside it.
-        beneath: wraps the robot below the fault injection.
-        seed: of the faults.
-        world_model: of the surroundings; None for that of the simulated world.
-        obstacles: source of the obstacles.
-        motion: how the robot moves to its goals.
-        planning_time: standstill for each plan, if motions are planned [s].
+    `beneath` wraps the robot below the fault injection, of which `seed` is the seed; without a
+    `world_model` it is that of the simulated world.
 
     Raises:
         PlanningError: motions are to be planned, and the planner is not installed.

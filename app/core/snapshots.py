@@ -24,13 +24,7 @@ _STATUS, _POSE = attrgetter("status", "feedback_message"), attrgetter("pose")
 def scene_view(
     truth: Truth | None, fixtures: Sequence[Geom] = (), nodes: Sequence[TreeNode] = ()
 ) -> SceneView:
-    """The shapes of a world, and the places that a tree names.
-
-    Args:
-        truth: of a simulated world; None on hardware.
-        fixtures: shown if there is no truth.
-        nodes: of the tree.
-    """
+    """The shapes of a world (of `fixtures` without one), and the places that a tree names."""
     given = [value for n in nodes for value in getattr(n.node, "given", {}).values()]
     named = {
         value.name: value for value in given if isinstance(value, Region | ToolPose | BasePose)

@@ -50,14 +50,9 @@ class Trial:
         self._setup.robot.inject(fault)
 
     def run(self, leaf: Behaviour, seconds: float = 60.0) -> Status:
-        """Tick a leaf, or a tree, until it ends, and bring the robot to rest.
+        """Tick a leaf made with `context`, or a tree, until it ends; bring the robot to rest.
 
-        Args:
-            leaf: made with `context`; its `feedback_message` says how it ended.
-            seconds: it is halted after this simulated time [s].
-
-        Returns:
-            SUCCESS or FAILURE; RUNNING if it was halted.
+        Returns SUCCESS or FAILURE; RUNNING if it was halted after `seconds` of simulated time.
 
         Raises:
             BrokenTrialError: it has crashed, or the robot has failed.

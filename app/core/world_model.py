@@ -25,9 +25,7 @@ class WorldModel(NamedTuple):
 def load_world_model(truth: Truth | None, site: Path | str | None = None) -> WorldModel:
     """The map of a site, or that of a simulated world, and its moving obstacles.
 
-    Args:
-        truth: state of a simulated world; None on hardware.
-        site: scene file with the map; None for the map of the simulated world.
+    `site` is a scene file with the map; None takes the map of the simulated world.
 
     Raises:
         SceneError: the file is missing or has a mistake.

@@ -1,20 +1,17 @@
 """Finished runs: find, list and explain them, and read their recordings."""
 
+from app.review.delays import delays
 from app.review.event_log import DamagedRunError, read_log, recorded_time
 from app.review.explanation import explain
 from app.review.film import make_film
 from app.review.finished import CarriedObject, find_run, read_run, run_folders, runs_table
-from app.review.motion import Reason, delays
 from app.review.recorded_images import NoDepthError, depth_images, recorded_depth
-from app.review.time_use import TimeUse, time_use
 from app.review.timeline import Timeline, timeline
 
 __all__ = [
     "CarriedObject",
     "DamagedRunError",
     "NoDepthError",
-    "Reason",
-    "TimeUse",
     "Timeline",
     "delays",
     "depth_images",
@@ -27,6 +24,5 @@ __all__ = [
     "recorded_time",
     "run_folders",
     "runs_table",
-    "time_use",
     "timeline",
 ]

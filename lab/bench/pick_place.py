@@ -12,10 +12,11 @@ from pathlib import Path
 import numpy as np
 from rich.table import Table
 
-from app.core import EVENTS, MotionForm, RunOptions, Summary, read_events, run_task
-from app.review import CarriedObject, read_run, time_use
+from app.core import EVENTS, STATES, MotionForm, RunOptions, Summary, read_events, run_task
+from app.review import CarriedObject, read_run
 from behaviours import LEAVES
 from lab.shared import Workers, bootstrap, machine, run_in_order
+from robots import load_robot, with_base_speeds
 
 _QUESTIONS = ("region_empty",)
 """Leaves that answer a question, besides the conditions: their FAILURE means no."""
@@ -56,15 +57,18 @@ def run_pick_place(
 
 def _run(options: RunOptions) -> PickPlaceRun:
     result = run_task(options)
-    motion = time_use(result.folder).motion
+    limits = with_base_speeds(
+        load_robot(options.robot), options.base_speed, options.reverse_speed
+    ).limits
+    states = np.load(result.folder / STATES)
     return PickPlaceRun(
         motion=options.motion.value,
         summary=result.summary,
-        base_speed=float(motion.robot.limits.base_twist[0]),
-        reverse_speed=float(motion.robot.limits.base_reverse),
+        base_speed=float(limits.base_twist[0]),
+        reverse_speed=float(limits.base_reverse),
         objects=read_run(result.folder).summary.carried,
         causes=failure_causes(result.folder),
-        distance=motion.distance,
+        distance=float(np.hypot(states[:-1, 4], states[:-1, 5]) @ np.diff(states[:, 0])),
     )
 
 

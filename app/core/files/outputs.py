@@ -27,14 +27,8 @@ _FRAME_CAPACITY = 60
 class Outputs:
     """Writes the files of a run; also receives what passes between loop and robot.
 
-    Args:
-        folder: of the run.
-        task: name of the task.
-        nodes: of the tree, in preorder.
-        robot: whose readings and commands are recorded.
-        attended: whether a person can acknowledge an emergency stop.
-        lossless: whether the loop waits for a slow disk.
-        frames: whether to keep the camera's images, which are large.
+    `attended` tells whether a person can acknowledge an emergency stop, `lossless` whether the loop
+    waits for a slow disk, `frames` whether to keep the camera's images, which are large.
 
     Raises:
         FolderError: a file cannot be written.

@@ -105,6 +105,7 @@ def test_a_tree_that_never_ends_is_given_up_and_said_so(dry):
         (["--outcome", "grap=failure"], "no leaf `grap`; did you mean `grasp`?"),
         (["--outcome", "grasp=fails"], "`fails` is not an outcome; write `success`, `failure`"),
         (["-p", "trys=3"], "no parameter `trys`"),
+        (["--key", "fuond=3"], "no leaf writes `fuond`"),
     ],
 )
 def test_a_wrong_option_is_one_line_that_helps(dry, options, said):
@@ -147,15 +148,6 @@ def test_halts_are_shown(dry):
     assert code == 0
     assert "0.2 s  ■ wait: halted" in out
     assert out.count("halted") == 1
-
-
-def test_a_key_that_nobody_writes_is_refused(dry):
-    text = (
-        "task: t\nregions: {table: {centre: [0, 0, 0], size: [1, 1, 1]}}\n"
-        "tree: {scan_for_objects: {region: table, count: found}}\n"
-    )
-    code, _, err = dry(text, "--key", "fuond=3")
-    assert (code, "no leaf writes `fuond`; did you mean `found`?" in err) == (2, True)
 
 
 def test_a_dry_run_starts_anew_when_the_task_is_saved(tmp_path, monkeypatch):

@@ -8,15 +8,12 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-import numpy as np
 import pytest
 from command_line import call
 
 from hw import HardwareError, WallClock
 from hw.emulators.frankie import FrankieEmulator
 from hw.omron import ArclSettings, OmronBase, OmronSettings
-from hw.realsense import RealSenseCamera, RealSenseSettings, missing
-from robots import load_robot
 
 PROGRAM = [sys.executable, "-m", "frankie_task_cli", "emulate"]
 ADDRESS = f"127.{os.getpid() % 200 + 20}.77.1"
@@ -57,22 +54,6 @@ def test_an_emulated_base_in_a_process_of_its_own():
         base.close()
         with pytest.raises(HardwareError, match="password"):
             OmronBase(OmronSettings(**account), WallClock()).connect()
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(bool(missing()), reason=missing())
-def test_an_emulated_camera_in_a_process_of_its_own():
-    with emulating("realsense --port 0 --scene single --fault drops") as process:
-        address = process.stdout.readline().split()[2].rstrip(",")
-        description = load_robot("frankie").camera
-        camera = RealSenseCamera(description, WallClock(), RealSenseSettings(emulator=address))
-        camera.connect()
-        try:
-            depth = camera.latest().depth
-            assert np.isfinite(depth).mean() > 0.5
-            assert 0.3 < np.nanmedian(depth) < 1.5  # the floor or the table below the hand
-        finally:
-            camera.close()
 
 
 def test_an_emulated_arm_lists_and_does_what_is_typed():

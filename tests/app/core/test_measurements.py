@@ -1,8 +1,8 @@
-"""Measurements of a run: durations, and the resources of the process."""
+"""Measurements of a run."""
 
 import numpy as np
 
-from app.core.measurements import Durations, footprint
+from app.core.measurements import Durations
 
 
 def test_quantiles_are_within_one_percent_in_bounded_memory():
@@ -17,11 +17,3 @@ def test_quantiles_are_within_one_percent_in_bounded_memory():
             durations.quantile(share), np.quantile(values, share), rtol=0.011
         )
     assert Durations().quantile(0.5) == 0.0
-
-
-def test_memory_threads_and_handles_are_counted(tmp_path) -> None:
-    with (tmp_path / "open").open("w"):
-        found = footprint()
-    assert found.rss > 10e6
-    assert found.threads >= 1
-    assert found.handles > 3

@@ -14,7 +14,6 @@ from app.core.outcome import End
 from app.live import Control
 from behaviours import Context, Leaf, Recover
 from controller import PoseGoal
-from hw import HardwareError
 from trees.words.composites import Forever, Sequence
 from trees.words.modifiers import Retry
 
@@ -101,19 +100,6 @@ def test_failure_names_the_leaf_and_its_reason():
     bench.assert_came_smoothly_to_rest()
 
 
-def test_an_exception_in_a_leaf_brings_the_robot_to_rest_and_names_the_node():
-    def crash() -> Status:
-        raise ValueError("a mistake in the leaf")
-
-    bench = Bench(crash)
-    outcome = bench.run()
-    assert outcome.end is End.CRASH
-    assert outcome.end.exit_code == 4
-    assert (outcome.node, outcome.reason) == ("runner", "ValueError: a mistake in the leaf")
-    assert bench.leaf.halted == 1
-    bench.assert_came_smoothly_to_rest()
-
-
 def test_a_goal_that_is_not_finite_never_moves_the_robot_and_names_the_node():
     def nonsense() -> Status:
         nowhere = SE3(np.eye(3), np.array([np.nan, 0.0, 0.0]))
@@ -135,22 +121,6 @@ def test_an_interrupt_halts_the_tree_and_brings_the_robot_to_rest():
     assert bench.outcome.end.exit_code == 130
     assert bench.leaf.halted == 1
     bench.assert_came_smoothly_to_rest()
-
-
-def test_hardware_that_stops_answering_ends_the_run_with_its_own_code():
-    bench = Bench(lambda: Status.RUNNING)
-    read, count = bench.harness.robot.read, iter(range(10**6))
-
-    def unplugged():
-        if next(count) > 120:
-            raise HardwareError("the arm does not answer: check its cable")
-        return read()
-
-    bench.harness.robot.read = unplugged
-    outcome = bench.run()
-    assert outcome.end is End.HARDWARE
-    assert outcome.end.exit_code == 3
-    assert outcome.reason == "the arm does not answer: check its cable"
 
 
 def test_an_emergency_stop_brakes_whatever_the_tree_says():

@@ -1,0 +1,102 @@
+"""Delays of the axes of a robot in a finished run."""
+
+from __future__ import annotations
+
+from itertools import product
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from scipy.signal import lfilter
+
+from app.core import COMMANDS, STATES
+from app.review.event_log import DamagedRunError
+
+Array = npt.NDArray[np.float64]
+
+_STEP = 0.005
+"""Step of the time grid [s]."""
+_LONGEST = 120.0
+"""Longest evaluated part of a run [s]."""
+_GAP = 0.1
+"""Longest interval between readings that is interpolated [s]."""
+_LEAST = 0.02
+"""Smallest rms command that is evaluated [m/s or rad/s]."""
+_DEAD = np.arange(0.0, 0.31, 0.01)
+_LAGS = np.array([0.01, 0.02, 0.03, 0.04, 0.06, 0.08, 0.1, 0.12, 0.15, 0.18, 0.22, 0.27, 0.33, 0.4])
+_AXES = {"base, driving": (1, 4), "base, turning": (3, 6)} | {
+    f"joint {number}": (3 + number, 13 + number) for number in range(1, 8)
+}
+
+
+class Delay(NamedTuple):
+    """Delay of one axis: a dead time, then a first-order lag."""
+
+    axis: str
+    dead: float
+    """Dead time [s]."""
+    lag: float
+    """Time constant [s]."""
+    error: float
+    """Rms error of the model, as a share of the rms command."""
+
+    @property
+    def total(self) -> float:
+        """The lag in the sense of a robot description [s]."""
+        return self.dead + self.lag
+
+    def __str__(self) -> str:
+        dead, lag = 1000.0 * self.dead, 1000.0 * self.lag
+        return f"{self.axis}: {dead:.0f} ms and a lag of {lag:.0f} ms ({100.0 * self.error:.0f} %)"
+
+
+def delays(folder: Path) -> list[Delay]:
+    """The delays of the axes that moved in a run.
+
+    Raises:
+        DamagedRunError: there are none, or the run is not complete.
+    """
+    states, commands = _arrays(folder)
+    begin, end = commands[0, 0], min(commands[-1, 0], commands[0, 0] + _LONGEST)
+    grid = np.arange(begin, end, _STEP)
+    after = np.clip(np.searchsorted(states[:, 0], grid), 1, len(states) - 1)
+    known = states[after, 0] - states[after - 1, 0] < _GAP
+    found = []
+    for axis, (column, measured) in _AXES.items():
+        command = np.interp(grid, commands[:, 0], commands[:, column])
+        if float(np.sqrt(np.mean(command**2))) >= _LEAST:
+            velocity = np.interp(grid, states[:, 0], states[:, measured])
+            found.append(_fit(axis, command, velocity, known))
+    if not found:
+        raise _damaged(folder, "nothing moved in it")
+    return found
+
+
+def _fit(axis: str, command: Array, velocity: Array, known: npt.NDArray[np.bool_]) -> Delay:
+    tried = []
+    for dead, lag in product(_DEAD, _LAGS):
+        late = np.concatenate([np.zeros(round(dead / _STEP)), command])[: len(command)]
+        share = 1.0 - np.exp(-_STEP / lag)
+        followed = lfilter([share], [1.0, share - 1.0], late)
+        error = float(np.sqrt(np.mean((followed - velocity)[known] ** 2)))
+        tried.append(Delay(axis, float(dead), float(lag), error))
+    best = min(tried, key=lambda one: one.error)
+    return best._replace(error=best.error / float(np.sqrt(np.mean(command**2))))
+
+
+def _arrays(folder: Path) -> tuple[Array, Array]:
+    """States and commands of a run; raises DamagedRunError if they cannot be read."""
+    try:
+        states, commands = np.load(folder / STATES), np.load(folder / COMMANDS)
+        if states.ndim != 2 or states.shape[1] != 22 or commands.shape[1] != 11:
+            raise ValueError("no run writes such arrays")
+    except (OSError, EOFError, ValueError, IndexError, AttributeError) as error:
+        raise _damaged(folder, error) from error
+    if min(len(states), len(commands)) < 2:
+        raise _damaged(folder, "nothing moved in it")
+    return states, commands
+
+
+def _damaged(folder: Path, why: object) -> DamagedRunError:
+    return DamagedRunError(f"{folder}: the motion of this run cannot be read: {why}")
