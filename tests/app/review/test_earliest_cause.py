@@ -81,16 +81,18 @@ def test_an_interrupted_run_tells_what_had_failed_before(record):
 
 
 def test_a_killed_run_tells_what_had_failed_before(record, tmp_path):
-    record("retry: 3\nsequence: [{wait: {duration_s: 0.3}}, holding_object]")
+    drive = "{drive: {forward_m: 9, timeout_s: 0.2}}"
+    record(f"retry: 3\nsequence: [{{wait: {{duration_s: 0.3}}}}, {drive}]")
     (folder,) = (tmp_path / "runs").iterdir()
     (folder / "summary.json").unlink()
     events = folder / "events.jsonl"
-    *lines, _ = events.read_text().splitlines(keepends=True)
-    second = [n for n, line in enumerate(lines) if '"FAILURE", "message": "the fing' in line][1]
+    lines = events.read_text().splitlines(keepends=True)
+    second = [n for n, line in enumerate(lines) if '"FAILURE", "message": "not ' in line][1]
     events.write_text("".join(lines[: second + 1]) + '{"event": "node", "ti')
     told = explain(folder)
     text = str(told)
     assert told.outcome == "unfinished"
     assert "was killed" in text
-    assert re.search(r"what went wrong first: .*holding_object failed at 0.3", text)
+    assert told.where.name == "drive"
+    assert re.search(r"what went wrong first: .*drive failed at 0.5", text)
     assert len(told.attempts) == 2
