@@ -28,6 +28,8 @@ if TYPE_CHECKING:
         DepthCamera,
         Gripper,
         HardwareError,
+        Laser,
+        LaserScanner,
         Robot,
         RobotWrapper,
     )
@@ -39,6 +41,9 @@ if TYPE_CHECKING:
         Fault,
         FaultKind,
         GripperState,
+        LaserReading,
+        LaserScan,
+        LocalisedPose,
         RobotState,
     )
     from hw.truth import MAY_TOUCH, DisturbableWorld, Touch, TrueObject, Truth
@@ -75,6 +80,11 @@ __all__ = [
     "HardwareError",
     "InjectionError",
     "InlineExecutor",
+    "Laser",
+    "LaserReading",
+    "LaserScan",
+    "LaserScanner",
+    "LocalisedPose",
     "LoopBlockedError",
     "Patience",
     "RecordedRobot",

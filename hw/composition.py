@@ -1,4 +1,4 @@
-"""A robot composed of an arm, a base, a gripper and a camera with readings of their own stamps."""
+"""A robot composed of parts, such as arm and base, with readings of their own stamps."""
 
 from __future__ import annotations
 
@@ -14,7 +14,17 @@ from pinocchio import SE3
 from controller import Command, RobotModel
 from hw.background import one_thread
 from hw.clock import Clock
-from hw.robot import Arm, Base, DepthCamera, FunctionCamera, Gripper, HardwareError, Part
+from hw.robot import (
+    Arm,
+    Base,
+    DepthCamera,
+    FunctionCamera,
+    FunctionLaser,
+    Gripper,
+    HardwareError,
+    LaserScanner,
+    Part,
+)
 from hw.state import (
     ArmState,
     BaseState,
@@ -22,6 +32,7 @@ from hw.state import (
     DepthImage,
     Fault,
     FaultKind,
+    LaserScan,
     PartStamps,
     RobotState,
 )
@@ -51,13 +62,15 @@ class ComposedRobot:
         base: Base,
         gripper: Gripper,
         camera: DepthCamera,
+        laser: LaserScanner | None = None,
         clock: Clock,
         background: Callable[[], Executor] = one_thread,
         rest_together: bool = False,
     ) -> None:
         self.description = description
         self._arm, self._base, self._gripper, self._camera = arm, base, gripper, camera
-        self._parts = (arm, base, gripper, camera)
+        self._laser = laser
+        self._parts: tuple[Part, ...] = (arm, base, gripper, camera, *([laser] if laser else []))
         self._arms = History(_interpolate_arm)
         self._bases = History(_interpolate_base)
         self._model = RobotModel(description)
@@ -68,6 +81,8 @@ class ComposedRobot:
         self.camera = FunctionCamera(self._latest_frame)
         self._image: DepthImage | None = None
         self._frame: DepthFrame | None = None
+        self.laser = FunctionLaser(self._latest_scan)
+        self._scan: LaserScan | None = None
 
     def connect(self) -> None:
         """Connect every part; closes those before if one cannot be reached.
@@ -194,6 +209,16 @@ class ComposedRobot:
         if self._frame is None or self._clock.now() - self._frame.stamp > max_age:
             return None
         return self._frame
+
+    def _latest_scan(self, max_age: float) -> LaserScan | None:
+        """The newest scan, with the pose of the base at its capture."""
+        reading = self._laser.latest() if self._laser else None
+        if reading is not None and (self._scan is None or reading.points is not self._scan.points):
+            self._bases.add(self._base.read())
+            self._scan = LaserScan(**vars(reading), oTb=self._bases.at(reading.stamp).wTb)
+        if self._scan is None or self._clock.now() - self._scan.stamp > max_age:
+            return None
+        return self._scan
 
 
 def _recover(parts: Sequence[Part]) -> None:

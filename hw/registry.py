@@ -36,6 +36,7 @@ class WorldOptions:
     seed: int = 0  # of the objects and the camera's noise
     base_speed: float | None = None  # limit [m/s]; None keeps that of the robot
     reverse_speed: float | None = None  # the same backwards; None keeps its share
+    localisation: str = "exact"  # how wrong a simulated robot is: a level, or the file of one
     paced: bool = False  # in real time instead of as fast as possible
     beside: bool = False  # images and blocking operations run beside the loop, as on hardware
     armed: bool = False  # a person has allowed a real robot to move
@@ -88,17 +89,27 @@ def open_backend(robot: str, world: str, options: WorldOptions) -> Backend:
         return _simulated(with_base_speeds(load_robot(robot), *speeds), world, options)
     if speeds != (None, None):
         raise WorldError(f"{robot}: the limits of a real base are said in `base_limits` there")
+    if options.localisation != "exact":
+        raise WorldError(f"{robot}: only a simulated robot can be made wrong about where it is")
     return _real(real, world, options)
 
 
 def _simulated(description: RobotDescription, world: str, options: WorldOptions) -> Backend:
     make = simulator(world)
-    from hw.sim import load_scene
+    from hw.sim import load_localisation, load_scene
 
+    level = load_localisation(options.localisation)
     truth = load_scene(options.scene, options.seed, description.base.size[:2])
     clock = SimClock(pace=1.0 if options.paced else None)
     background = one_thread if options.beside else InlineExecutor
-    robot = make(description, truth, clock, seed=options.seed, background=background)
+    robot = make(
+        description,
+        truth,
+        clock,
+        seed=options.seed,
+        localisation=level,
+        background=background,
+    )
     return Backend(robot=robot, clock=clock, truth=truth, world=world)
 
 

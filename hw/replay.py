@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from controller import Command
 from hw.recording import reading
-from hw.robot import FunctionCamera, HardwareError
+from hw.robot import FunctionCamera, FunctionLaser, HardwareError
 from hw.state import DepthFrame, Fault, RobotState
 from robots import RobotDescription
 
@@ -83,6 +83,7 @@ class ReplayRobot:
         self.description = description
         self.clock = ReplayClock(turns["time"])
         self.camera = FunctionCamera(self._latest)
+        self.laser = FunctionLaser(lambda _: None)  # scans are not recorded
         self._load_frame = frame
         self._frame: DepthFrame | None = None
         self._frame_number = 0

@@ -1,4 +1,4 @@
-"""Interfaces of a robot and of its parts: arm, base, gripper, depth camera."""
+"""Interfaces of a robot and of its parts: arm, base, gripper, depth camera, laser."""
 
 from __future__ import annotations
 
@@ -15,6 +15,8 @@ from hw.state import (
     DepthImage,
     Fault,
     GripperState,
+    LaserReading,
+    LaserScan,
     RobotState,
 )
 from robots import RobotDescription
@@ -35,6 +37,23 @@ class Camera(Protocol):
 
         The same object is returned until there is a newer frame. Returns at once.
         """
+
+
+class Laser(Protocol):
+    """The laser of a robot."""
+
+    def latest(self, max_age: float, /) -> LaserScan | None:
+        """The newest scan; None if there is none, or none younger than `max_age` [s].
+
+        The same object is returned until there is a newer scan. Returns at once.
+        """
+
+
+@dataclass(eq=False)
+class FunctionLaser:
+    """A laser made of the function `latest`."""
+
+    latest: Callable[[float], LaserScan | None]
 
 
 @dataclass(eq=False)
@@ -58,6 +77,10 @@ class Robot(Protocol):
     @property
     def camera(self) -> Camera:
         """The camera on its wrist."""
+
+    @property
+    def laser(self) -> Laser:
+        """The laser on its base; it has no scan on a robot without one."""
 
     def connect(self) -> None:
         """Make ready to read and command; blocks.
@@ -114,6 +137,11 @@ class RobotWrapper:
     def camera(self) -> Camera:
         """See `Robot`."""
         return self._robot.camera
+
+    @property
+    def laser(self) -> Laser:
+        """See `Robot`."""
+        return self._robot.laser
 
     def connect(self) -> None:
         """See `Robot`."""
@@ -217,3 +245,10 @@ class DepthCamera(Part, Protocol):
 
     def faults(self) -> tuple[Fault, ...]:
         """What keeps it from delivering images; empty when healthy."""
+
+
+class LaserScanner(Part, Protocol):
+    """A laser."""
+
+    def latest(self) -> LaserReading | None:
+        """The newest scan, the same object until there is a newer one; None before the first."""

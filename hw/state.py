@@ -56,6 +56,15 @@ class ArmState:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class LocalisedPose:
+    """One pose of the base on the map; the same object is the same measurement."""
+
+    stamp: float  # of the measurement [s]
+    mTb: SE3
+    covariance: Array  # (3, 3) of x, y and yaw on the map [m², m rad, rad²]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class BaseState:
     """A reading of the base."""
 
@@ -64,6 +73,7 @@ class BaseState:
     twist: Array  # (3,) vx, vy, ω in the base frame [m/s, m/s, rad/s]
     battery: float | None = None  # charge, 0 to 1; None if the robot does not report it
     faults: tuple[Fault, ...] = ()
+    localised: LocalisedPose | None = None  # newest; None where `wTb` is localised, and if lost
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -124,3 +134,19 @@ class DepthFrame:
     def colour(self) -> ColourArray | None:
         """(H, W, 3) red, green and blue of the same pixels, 0 to 255; None if there are none."""
         return None if self.paint is None else self.paint()
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LaserReading:
+    """One scan as a laser delivers it; the same object is the same scan."""
+
+    stamp: float  # of the capture [s]
+    ranges: Array  # (n,) from the laser [m]; NaN where nothing is in reach
+    points: Array  # (n, 3) in the base [m]; NaN where nothing is in reach
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LaserScan(LaserReading):
+    """One scan and where it was captured; the same object is the same scan."""
+
+    oTb: SE3  # base in odometry at capture

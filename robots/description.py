@@ -1,14 +1,15 @@
 """Robot descriptions: kinematics, limits, lag, hand, camera and shapes, shared by all modules.
 
-Frames: b is the base on the floor below its turning axis, a the foot of the arm, l its last link, h
-the flange of the hand, e the end effector, c the camera. The end effector is the grasp centre
-between the finger tips, z along the approach and y the closing direction. The camera looks along z,
-x right and y down.
+Frames: b is the base on the floor below its turning axis, s the laser on it, a the foot of the arm,
+l its last link, h the flange of the hand, e the end effector, c the camera. The end effector is the
+grasp centre between the finger tips, z along the approach and y the closing direction. The camera
+looks along z, x right and y down.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from pinocchio import SE3, Inertia
@@ -116,6 +117,30 @@ class CameraDescription:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class LaserDescription:
+    """A laser on the base that scans a level plane."""
+
+    bTs: SE3  # laser on the base: x along the middle beam, z up
+    angles: Array  # (n,) directions of its beams from x towards y, rising [rad]
+    max_range: float  # largest range that it measures [m]
+    rate: float  # scans per second [Hz]
+    noise: float  # standard deviation of a range [m]
+
+    @cached_property
+    def beams(self) -> Array:
+        """(n, 3) unit directions of its beams in the base."""
+        level = np.zeros_like(self.angles)
+        beams = np.stack([np.cos(self.angles), np.sin(self.angles), level], axis=1)
+        turned: Array = beams @ self.bTs.rotation.T
+        return turned
+
+    def points(self, ranges: Array) -> Array:
+        """(n, 3) points in the base, of ranges (n,) [m]."""
+        points: Array = self.bTs.translation + ranges[:, None] * self.beams
+        return points
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class RobotDescription:
     """One mobile manipulator: a base, an arm on it, a gripper with a camera at the end."""
 
@@ -126,6 +151,7 @@ class RobotDescription:
     gripper: GripperDescription
     camera: CameraDescription
     limits: Limits
+    laser: LaserDescription | None = None  # on the base, if there is one
     pace: float = 1.0  # share of the nominal speeds that the limits are scaled to
 
 

@@ -1,8 +1,8 @@
 """Loads robots by name or file.
 
-A robot file describes the base and names the files of arm, gripper and camera: next to it, in a
-folder `parts` next to it, or shipped. The file of a real robot names a description instead, with
-what differs from it and the addresses of the hardware.
+A robot file describes the base and names the files of arm, gripper, camera and laser: next to it,
+in a folder `parts` next to it, or shipped. The file of a real robot names a description instead,
+with what differs from it and the addresses of the hardware.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from os.path import isfile
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 from pinocchio import SE3
 
 from config import ConfigError, Diagnostics, YamlMap, read_config, read_yaml, suggest
@@ -23,10 +24,19 @@ from robots.description import (
     CameraDescription,
     GripperDescription,
     Intrinsics,
+    LaserDescription,
     Limits,
     RobotDescription,
 )
-from robots.schema import N_LINKS, ArmFile, BaseFile, CameraFile, GripperFile, RobotFile
+from robots.schema import (
+    N_LINKS,
+    ArmFile,
+    BaseFile,
+    CameraFile,
+    GripperFile,
+    LaserFile,
+    RobotFile,
+)
 from robots.schema_geometry import PoseFile
 from robots.schema_hardware import HardwareFile, RealRobotFile
 from robots.shapes import Box, Colour, Geom, half_extents
@@ -162,6 +172,7 @@ def _load(path: Path) -> RobotDescription:
         gripper=_with_camera(_gripper(read_config(Path(file.gripper), GripperFile)), camera),
         camera=camera,
         limits=_limits(arm, file.base),
+        laser=_laser(file),
     )
 
 
@@ -218,6 +229,21 @@ def _camera(file: CameraFile, mount: PoseFile) -> CameraDescription:
         baseline=file.baseline,
         body=file.body.geom("camera", _BLACK),
         mass=file.mass,
+    )
+
+
+def _laser(file: RobotFile) -> LaserDescription | None:
+    if file.laser is None or file.laser_mount is None:
+        return None
+    laser, mount = read_config(Path(file.laser), LaserFile), file.laser_mount
+    gaps = round(laser.field_of_view_deg / laser.resolution_deg)
+    half = np.deg2rad(gaps * laser.resolution_deg / 2.0)
+    return LaserDescription(
+        bTs=SE3(pin.utils.rotate("z", np.deg2rad(mount.yaw_deg)), np.array(mount.xyz)),
+        angles=np.linspace(-half, half, gaps + 1),
+        max_range=laser.max_range,
+        rate=laser.rate,
+        noise=laser.noise,
     )
 
 

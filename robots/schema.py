@@ -21,6 +21,7 @@ from robots.schema_geometry import (
     PoseFile,
     Positive,
     Range,
+    Vector,
 )
 
 Seven: TypeAlias = tuple[Finite, Finite, Finite, Finite, Finite, Finite, Finite]
@@ -137,6 +138,23 @@ class CameraFile(StrictModel):
     mass: Positive  # [kg]
 
 
+class LaserFile(StrictModel):
+    """A laser that scans a level plane."""
+
+    field_of_view_deg: Annotated[float, Field(gt=0.0, le=360.0)]  # from the first beam to the last
+    resolution_deg: Annotated[float, Field(ge=0.05, le=10.0)]  # between neighbouring beams
+    max_range: Positive  # [m]
+    rate: Positive  # scans per second [Hz]
+    noise: NotNegative  # standard deviation of a range [m]
+
+
+class LaserMountFile(StrictModel):
+    """Where a level laser is on the base."""
+
+    xyz: Vector  # its height is z [m]
+    yaw_deg: Finite = 0.0  # direction of the middle beam
+
+
 class BaseLimitsFile(StrictModel):
     """Limits of the base."""
 
@@ -193,3 +211,11 @@ class RobotFile(StrictModel):
     gripper: PartFile
     camera: PartFile
     camera_mount: PoseFile  # camera on the end effector
+    laser: PartFile | None = None
+    laser_mount: LaserMountFile | None = None  # laser on the base
+
+    @model_validator(mode="after")
+    def _mounts_its_laser(self) -> RobotFile:
+        if (self.laser is None) != (self.laser_mount is None):
+            raise ValueError("`laser` and `laser_mount` belong together; give both or neither")
+        return self

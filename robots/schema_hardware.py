@@ -67,6 +67,7 @@ class OmronFile(StrictModel):
     arcl: ArclFile | None = None
     full_scale: ScaleFile = FullScaleFile()  # or the file by `doctor --write-site`
     pose_delay: NotNegative = 0.0  # age of a pose on arrival [s]
+    laser_delay: NotNegative = 0.0  # age of a scan of the laser on arrival [s]
     least_score: Share | None = None
     score_scale: Literal[100, 1000] | None = None
 

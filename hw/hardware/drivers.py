@@ -5,10 +5,10 @@ from __future__ import annotations
 from math import radians
 
 from hw.clock import Clock
-from hw.omron import ArclSettings, OmronBase, OmronSettings, Site
+from hw.omron import ArclSettings, OmronBase, OmronLaser, OmronSettings, Site
 from hw.panda import ArmSettings, PandaArm, PandaHand
 from hw.realsense import RealSenseCamera, RealSenseSettings
-from robots import CameraDescription, FullScaleFile, HardwareFile, Limits
+from robots import CameraDescription, FullScaleFile, HardwareFile, LaserDescription, Limits
 
 
 def base_of(hardware: HardwareFile, limits: Limits, clock: Clock) -> OmronBase:
@@ -27,10 +27,18 @@ def base_of(hardware: HardwareFile, limits: Limits, clock: Clock) -> OmronBase:
         acceleration=float(limits.base_acceleration[0]),
         turn_acceleration=float(limits.base_acceleration[2]),
         pose_delay=file.pose_delay,
+        laser_delay=file.laser_delay,
         least_score=file.least_score,
         score_scale=file.score_scale,
     )
     return OmronBase(settings, clock)
+
+
+def laser_of(
+    base: OmronBase, description: LaserDescription | None, clock: Clock
+) -> OmronLaser | None:
+    """The driver of the laser, over the connection of the base; None for a robot without one."""
+    return None if description is None else OmronLaser(lambda: base.echoes, description, clock)
 
 
 def arm_of(hardware: HardwareFile, clock: Clock) -> PandaArm:

@@ -13,7 +13,7 @@ from controller import Command
 from hw.clock import WallClock
 from hw.composition import ComposedRobot
 from hw.hardware.arming import check_armed, check_speed, prove, speed_note, speed_percent
-from hw.hardware.drivers import arm_of, base_of, camera_of, hand_of
+from hw.hardware.drivers import arm_of, base_of, camera_of, hand_of, laser_of
 from hw.hardware.emulation import Emulation
 from hw.hardware.lock import RobotLock
 from hw.panda import PandaHand
@@ -133,12 +133,14 @@ def open_hardware(
     clock = WallClock()
     hand = hand_of(hardware, clock)
     description = at_pace(load_robot(real.path), speed_percent(real) / 100.0)
+    base = base_of(hardware, description.limits, clock)
     robot = ComposedRobot(
         description,
         arm=arm_of(hardware, clock),
-        base=base_of(hardware, description.limits, clock),
+        base=base,
         gripper=hand,
         camera=camera_of(hardware, description.camera, clock),
+        laser=laser_of(base, description.laser, clock),
         clock=clock,
         rest_together=True,
     )

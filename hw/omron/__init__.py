@@ -4,11 +4,21 @@
 `teleop_settings` decode what the base sends, `site` has settings and converts velocities to ratios,
 `commander` decides what is sent, `link` is the thread that sends it, `guardian` the process that
 stops the base when that thread cannot. `arcl` is the text interface, `faults` what keeps the base
-from moving, `base` the part of a robot. docs/hardware.md says which parts were verified.
+from moving, `base` and `laser` the parts of a robot. docs/hardware.md says what was verified.
 """
 
 from hw.omron.base import OmronBase
+from hw.omron.laser import OmronLaser
 from hw.omron.site import ArclSettings, OmronSettings, Site, Velocity
 from hw.omron.teleop_settings import TIMEOUT, Values
 
-__all__ = ["TIMEOUT", "ArclSettings", "OmronBase", "OmronSettings", "Site", "Values", "Velocity"]
+__all__ = [
+    "TIMEOUT",
+    "ArclSettings",
+    "OmronBase",
+    "OmronLaser",
+    "OmronSettings",
+    "Site",
+    "Values",
+    "Velocity",
+]

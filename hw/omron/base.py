@@ -12,6 +12,7 @@ from hw.omron.arcl import Arcl, Motors
 from hw.omron.connection import first_readings, named_errors, open_connection
 from hw.omron.faults import connection_lost
 from hw.omron.handshake import Catalogue
+from hw.omron.laser import Echoes
 from hw.omron.link import Link
 from hw.omron.site import REST, OmronSettings, Site, Velocity, is_at_rest
 from hw.omron.telemetry import OLDEST_POSE, extrapolate
@@ -51,6 +52,12 @@ class OmronBase:
     def localisation_score(self) -> float | None:
         """0 to 1; None where it is not sent, or its scale is unknown."""
         return self._connected.score
+
+    @property
+    def echoes(self) -> Echoes | None:
+        """The newest scan of its laser; None before the first."""
+        with self._connected.lock:
+            return self._connected.telemetry.echoes
 
     @property
     def pose_age(self) -> float:

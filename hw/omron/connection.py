@@ -178,7 +178,8 @@ def first_readings(connection: Connection, settings: OmronSettings, *, claim: bo
         OSError: the connection is lost.
     """
     catalogue, patience = connection.catalogue, settings.connect_patience
-    telemetry = Telemetry(catalogue, settings.score_scale)
+    lead = settings.laser_delay - settings.pose_delay
+    telemetry = Telemetry(catalogue, settings.score_scale, lead)
     if claim:
         connection.socket.sendall(catalogue.command("stop"))
     connection.socket.sendall(b"".join(telemetry.requests(catalogue)))

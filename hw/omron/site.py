@@ -131,6 +131,7 @@ class OmronSettings:
     the robot file hold before, those of the base itself after."""
     turn_acceleration: float = 3.0  # the same for turning [rad/s^2]
     pose_delay: float = 0.0  # age of a pose on arrival [s]
+    laser_delay: float = 0.0  # age of a scan of the laser on arrival [s]
     silence: float = 1.0  # without a byte for this long the connection is lost [s]
     connect_patience: float = 3.0  # timeout of each step of connecting [s]
     lists_patience: float = 5.0  # timeout of the list of requests [s]

@@ -1,4 +1,4 @@
-"""Decoding of the readings of the base: pose, velocity, mode, localisation, battery.
+"""Decoding of the readings of the base: pose, velocity, mode, localisation, battery, laser.
 
 Positions are in mm and angles in degrees on the wire, in the frame of the robot's map. Layouts of
 `updateNumbers`, `updateStrings`, `batteryInfo` and `getModeInfo`: verified with a reference server.
@@ -17,6 +17,7 @@ import numpy as np
 from pinocchio import SE3
 
 from hw.omron.handshake import Catalogue
+from hw.omron.laser import LASER, LASER_INTERVAL, Echoes, read_points
 from hw.omron.packet import Fields, LayoutError, Packet, number_field, parse_number
 from hw.omron.site import REST, Ratios, Velocity
 from hw.omron.teleop_settings import SECTIONS, Values, read_section
@@ -94,9 +95,19 @@ class PoseAssembly:
 
 
 class Telemetry:
-    """The newest readings of one connection."""
+    """The newest readings of one connection.
 
-    def __init__(self, catalogue: Catalogue, score_scale: float | None = None) -> None:
+    Args:
+        catalogue: what the base offers.
+        score_scale: of the localisation; None where it is unknown.
+        lead: how much older a scan of the laser is on arrival than a pose [s].
+    """
+
+    def __init__(
+        self, catalogue: Catalogue, score_scale: float | None = None, lead: float = 0.0
+    ) -> None:
+        self.echoes: Echoes | None = None  # newest scan of the laser
+        self._lead = lead
         self.pose: Pose | None = None  # fine where the robot offers it
         self.coarse: Pose | None = None  # of `updateNumbers`
         self.velocity = REST
@@ -120,6 +131,7 @@ class Telemetry:
             "getModeInfo": self._mode_info,
             "getLocState": self._loc_state,
             SECTIONS: self._section,
+            LASER: self._laser,
         }
         self._takers: dict[int, Callable[[Fields, float], None]] = {}
         for name in (*takers, *POSE):
@@ -134,6 +146,7 @@ class Telemetry:
             "updateStrings": None,
             "getModeInfo": 0.2,
             "getLocState": 0.25,
+            LASER: LASER_INTERVAL,
         }
         if catalogue.has("batteryInfo"):
             yield catalogue.command("batteryInfo")
@@ -192,6 +205,14 @@ class Telemetry:
         if self._score_scale is None and score > 100:
             self._score_scale = 1000.0
         self.score = None if self._score_scale is None else min(1.0, score / self._score_scale)
+
+    def _laser(self, fields: Fields, at: float) -> None:
+        """The base has put its points on the map with its pose at their capture."""
+        points = read_points(fields)
+        if self.pose is not None:
+            then = extrapolate(self.pose, self.velocity, at - self.pose.at - self._lead)
+            moved = (points - then.translation[:2]) @ then.rotation[:2, :2]
+            self.echoes = Echoes(moved, at - self._lead)
 
     def _section(self, fields: Fields, at: float) -> None:
         if fields.remaining:

@@ -9,6 +9,8 @@ from hw.sim.body import Dynamics, SimBody
 from hw.sim.camera import D435Noise, DepthRenderer, Grey, painted, photograph
 from hw.sim.grasp_contact import Reason
 from hw.sim.kinematic import KinematicBody
+from hw.sim.laser import SimLaser
+from hw.sim.localisation import LEVELS, Localisation, LocalisationProcess, load_localisation
 from hw.sim.objects import HELDOUT, HOUSEHOLD, MODELLED, OBJECT_CLASSES, RANDOM_BODIES, TRAIN
 from hw.sim.robot import kinematic_robot
 from hw.sim.robot_shapes import Hand
@@ -30,6 +32,7 @@ from hw.sim.world import GraspOutcome, World
 __all__ = [
     "HELDOUT",
     "HOUSEHOLD",
+    "LEVELS",
     "MODELLED",
     "OBJECT_CLASSES",
     "RANDOM_BODIES",
@@ -43,12 +46,15 @@ __all__ = [
     "Grey",
     "Hand",
     "KinematicBody",
+    "Localisation",
+    "LocalisationProcess",
     "Motion",
     "Objects",
     "Reason",
     "Scene",
     "SceneError",
     "SimBody",
+    "SimLaser",
     "SimObject",
     "Table",
     "Visible",
@@ -58,6 +64,7 @@ __all__ = [
     "find_scene",
     "kinematic_robot",
     "load_fixtures",
+    "load_localisation",
     "load_scene",
     "painted",
     "photograph",

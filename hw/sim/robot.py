@@ -1,4 +1,4 @@
-"""Simulated robot: arm, base, gripper and camera as views of one body."""
+"""Simulated robot: arm, base, gripper, camera and laser as views of one body."""
 
 from __future__ import annotations
 
@@ -17,6 +17,8 @@ from hw.sim.body import Dynamics, Reflex, SimBody
 from hw.sim.camera.noise import D435Noise
 from hw.sim.camera.render import DepthRenderer, painted
 from hw.sim.kinematic import KinematicBody
+from hw.sim.laser import SimLaser
+from hw.sim.localisation import Localisation, LocalisationProcess, draw_fixed_errors
 from hw.sim.sim_object import Visible
 from hw.sim.world import World
 from hw.state import (
@@ -30,6 +32,9 @@ from hw.state import (
     GripperState,
 )
 from robots import RobotDescription
+
+_STREAM = 2
+"""Tells the errors of localisation from the noise of sensors with the same seed."""
 
 
 class _SimPart:
@@ -84,17 +89,22 @@ class _SimArm(_SimPart):
 class _SimBase(_SimPart):
     """The base; it stands still with a pressed bumper."""
 
+    def __init__(self, body: SimBody, localisation: LocalisationProcess | None = None) -> None:
+        super().__init__(body)
+        self._localisation = localisation
+
     def read(self) -> BaseState:
         body = self._body
         body.advance()
         battery = max(0.0, 1.0 - body.now / body.dynamics.battery_life)
-        return BaseState(
+        true = BaseState(
             stamp=body.now,
             wTb=body.wTb,
             twist=body.base_twist,
             battery=battery,
             faults=self._faults(FaultKind.BUMPER, body.bumper),
         )
+        return true if self._localisation is None else self._localisation.measured(true)
 
     def send(self, twist: Array) -> Array:
         self._body.advance()
@@ -126,8 +136,16 @@ class _SimCamera(_SimPart):
     stamp of its capture, and the one before is returned meanwhile, as by a real camera.
     """
 
-    def __init__(self, body: SimBody, noise: D435Noise, seed: int, executor: Executor) -> None:
+    def __init__(
+        self,
+        body: SimBody,
+        noise: D435Noise,
+        seed: int,
+        executor: Executor,
+        scale: float = 1.0,
+    ) -> None:
         super().__init__(body)
+        self._scale = np.float32(scale)
         self._camera = body.description.camera
         self._renderer = DepthRenderer(self._camera.intrinsics)
         self._noise = noise
@@ -170,7 +188,7 @@ class _SimCamera(_SimPart):
         def paint() -> ColourArray:
             return painted(shapes, self._renderer.render_with_ids(shapes, wTc)[1])
 
-        return DepthImage(depth=noisy, stamp=stamp, paint=paint)
+        return DepthImage(depth=noisy * self._scale, stamp=stamp, paint=paint)
 
 
 def simulated_robot(
@@ -182,6 +200,7 @@ def simulated_robot(
     seed: int = 0,
     dynamics: Dynamics | None = None,
     noise: D435Noise | None = None,
+    localisation: Localisation | None = None,
     background: Callable[[], Executor] = InlineExecutor,
 ) -> ComposedRobot:
     """A robot composed of the parts of one simulated body.
@@ -191,19 +210,27 @@ def simulated_robot(
         description: of the robot.
         world: around it; kept up to date.
         clock: simulated time.
-        seed: of the camera's noise.
+        seed: of noise and errors.
         dynamics: further parameters; None for the defaults.
         noise: of the camera; None for that of a D435.
+        localisation: how wrong the robot is about itself and its place; None for exact.
         background: where images are rendered and blocking operations run; inline, a run is
             deterministic.
     """
-    made = body(description, world, clock, dynamics or Dynamics())
+    truly, process, scale = description, None, 1.0
+    if localisation is not None and not localisation.exact:
+        rng = np.random.default_rng((seed, 0, _STREAM))
+        errors = draw_fixed_errors(localisation, rng)
+        truly, scale = errors.applied_to(description), errors.depth_scale
+        process = LocalisationProcess(localisation, rng)
+    made = body(truly, world, clock, dynamics or Dynamics())
     return ComposedRobot(
         description,
         arm=_SimArm(made),
-        base=_SimBase(made),
+        base=_SimBase(made, process),
         gripper=_SimGripper(made),
-        camera=_SimCamera(made, noise or D435Noise(), seed, background()),
+        camera=_SimCamera(made, noise or D435Noise(), seed, background(), scale),
+        laser=SimLaser(made, laser, seed) if (laser := description.laser) else None,
         clock=clock,
         background=background,
     )

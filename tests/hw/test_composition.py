@@ -17,6 +17,7 @@ from hw import (
     FaultKind,
     GripperState,
     HardwareError,
+    LaserReading,
     SimClock,
 )
 from hw.composition import History, _interpolate_arm
@@ -91,9 +92,10 @@ class Assembly:
         self.clock = SimClock()
         self.arm, self.base = Part(self.clock, arm_at, arm_lag), Part(self.clock, base_at, base_lag)
         self.gripper, self.camera = Part(self.clock, gripper_at), Part(self.clock)
+        self.laser = Part(self.clock)
         self.parts = (self.arm, self.base, self.gripper, self.camera)
         parts = zip(("arm", "base", "gripper", "camera"), self.parts, strict=True)
-        self.robot = ComposedRobot(FRANKIE, clock=self.clock, **dict(parts))
+        self.robot = ComposedRobot(FRANKIE, clock=self.clock, laser=self.laser, **dict(parts))
 
     def unblock(self) -> None:
         for part in self.parts:
@@ -135,6 +137,21 @@ def test_a_frame_has_the_camera_pose_at_its_capture():
     assert frame.stamp == captured
     assert built.robot.camera.latest(inf) is frame
     assert built.robot.camera.latest(0.05) is None
+
+
+def test_a_scan_has_the_pose_of_the_base_at_its_capture():
+    built = Assembly(base_lag=0.02)
+    built.run(0.5)
+    assert built.robot.laser.latest(inf) is None
+    captured = 0.437
+    points = np.array([[1.0, 0.2, 0.19]])
+    built.laser.image = LaserReading(stamp=captured, ranges=np.array([0.8]), points=points)
+    scan = built.robot.laser.latest(inf)
+    assert scan.oTb.isApprox(base_at(captured).wTb, 1e-4)
+    assert scan.stamp == captured
+    assert scan.points is points
+    assert built.robot.laser.latest(inf) is scan
+    assert built.robot.laser.latest(0.05) is None
 
 
 def test_operations_do_not_block_readings_and_are_not_started_twice():

@@ -46,6 +46,8 @@ def test_an_unknown_robot_is_refused_with_the_nearest_name() -> None:
         ("frankie.yaml", "arm: panda", "arm: pandda", "17:6: arm: no part is called `pandda`; did"),
         ("frankie.yaml", "[0, -1, 0]", "[0, -2, 0]", "rotation: the rows of a rotation matrix"),
         ("frankie.yaml", "  rotation:", "  rpy_deg: [0, 0, 0]\n  rotation:", "give either"),
+        ("frankie.yaml", "laser: ld60_laser", "", "`laser` and `laser_mount` belong together"),
+        ("parts/ld60_laser.yaml", "range: 15.0", "range: -1", "max_range: expected a number of"),
         ("parts/panda.yaml", "0.0, -2.2, 0.0", "0.0, 2.2, 0.0", "16:8: ready: joint 4 is"),
         ("parts/panda.yaml", "-1.7628, 1.7628", "1.7628, -1.7628", "7:66: joints.1.position: the"),
         ("parts/panda.yaml", "link3, link5", "link3, link9", "no link is called `link9`; did"),

@@ -4,14 +4,22 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from hw.clock import WallClock, stopwatch
 from hw.emulators.panda import ArmLink, Wanted
 from hw.emulators.realsense import Shot
-from hw.sim import D435Noise, DepthRenderer, Dynamics, KinematicBody, SimBody, load_scene
+from hw.sim import (
+    D435Noise,
+    DepthRenderer,
+    Dynamics,
+    KinematicBody,
+    SimBody,
+    SimLaser,
+    load_scene,
+)
 from robots import Array, load_robot
 
 STEP = 0.005  # period of the world [s]
@@ -47,6 +55,10 @@ class EmulatedWorld:
         self._releases = self._grips = self._ended = 0
         self._renderer = DepthRenderer(description.camera.intrinsics)
         self._noise = D435Noise()
+        self._laser = (
+            None if description.laser is None else SimLaser(self.body, description.laser, seed)
+        )
+        self._scans = 0
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._run, name="emulated world", daemon=True)
         self._publish()
@@ -74,6 +86,15 @@ class EmulatedWorld:
         """Velocities [m/s, rad/s]."""
         vx, _, w = self.body.base_twist
         return (float(vx), float(w))
+
+    def echoes(self) -> Sequence[tuple[float, float]]:
+        """What the laser sees now: points in the base [m]."""
+        if self._laser is None:
+            return ()
+        with self.lock:
+            self._scans += 1
+            points = self._laser.scan(self._scans).points
+        return [(x, y) for x, y, _ in points[np.isfinite(points[:, 0])].tolist()]
 
     def capture(self, number: int) -> Shot:
         """An image of this moment, with noise seeded by its number."""

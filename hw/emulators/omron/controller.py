@@ -6,7 +6,7 @@ reversal. Accelerations are those of the LD's drive base. Calls come from one th
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from math import copysign, cos, inf, radians, sin, sqrt
 from typing import Protocol
@@ -54,6 +54,9 @@ class Drive(Protocol):
     def twist(self) -> tuple[float, float]:
         """True velocities [m/s, rad/s]."""
 
+    def echoes(self) -> Sequence[tuple[float, float]]:
+        """What the laser sees now: points in the base [m]."""
+
 
 class Unicycle:
     """An empty world with ideal wheels."""
@@ -85,6 +88,10 @@ class Unicycle:
     def twist(self) -> tuple[float, float]:
         """Commanded velocities [m/s, rad/s]."""
         return self._twist
+
+    def echoes(self) -> Sequence[tuple[float, float]]:
+        """Nothing stands there."""
+        return ()
 
 
 @dataclass

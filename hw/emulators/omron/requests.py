@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import degrees
+from math import cos, degrees, sin
 
 from hw.clock import stopwatch
 from hw.emulators.omron.controller import Controller, Teleop
@@ -27,7 +27,7 @@ class Entry:
 
 _OTHERS = (
     *("gotoPose", "dock", "undock", "localizeToPose", "physicalInfo", "getMapName", "getGoals"),
-    *("safetyStatusEStop", "arclCommand", "DataStore_TransVel", "Laser_1Current", "say"),
+    *("safetyStatusEStop", "arclCommand", "DataStore_TransVel", "say"),
 )
 """Requests that are listed and not answered."""
 _LONG_DESCRIPTION = "goal names, one after the other; " * 320
@@ -92,6 +92,7 @@ class Requests:
                 (f"DataStore_RobotPoseInterpolated_{name}", "RobotInfo", "", self._stored(axis))
                 for axis, name in enumerate(("X", "Y", "Th"))
             ),
+            ("Laser_1Current", "SensorInfo", "", self._laser),
             *((name, "SensorInfo", "", lambda _: None) for name in _OTHERS),
         ]
         table = [row for row in table if row[0] not in options.omit]
@@ -151,6 +152,16 @@ class Requests:
             elif kind == b"d":
                 writer.double(value).double(0.0).double(5000.0).integer(3, 4)
             writer.string("").string("").integer(0, 1).integer(1, 1).string("")
+        return writer.body
+
+    def _laser(self, _: Taker) -> bytes:
+        x, y, theta = reported_pose(self._controller, self._options)
+        c, s = cos(theta), sin(theta)
+        echoes = self._controller.drive.echoes()
+        writer = Writer().integer(len(echoes), 4)
+        for ahead, left in echoes:
+            writer.integer(round(1000.0 * (x + c * ahead - s * left)), 4)
+            writer.integer(round(1000.0 * (y + s * ahead + c * left)), 4)
         return writer.body
 
     def _stored(self, axis: int) -> Answer:
