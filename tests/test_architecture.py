@@ -18,6 +18,7 @@ ROOMS = (
     "controller",
     "perception",
     "perception.networks",
+    "perception.registration",
     "hw",
     "hw.sim",
     "hw.sim.physics",

@@ -1,0 +1,40 @@
+"""Where the base is: laser scan and depth image against the surfaces of the map."""
+
+from perception.registration.localisation import (
+    Localisation,
+    LocalisationSettings,
+    Update,
+    smoothed,
+)
+from perception.registration.matching import MatchSettings
+from perception.registration.planar import compose, in_space, inverse, on_floor
+from perception.registration.registering import Displacement, Registration, register
+from perception.registration.sensors import (
+    DEPTH_CAMERA,
+    LASER,
+    Cloud,
+    SensorErrors,
+    depth_cloud,
+)
+from perception.registration.surfaces import Surfaces
+
+__all__ = [
+    "DEPTH_CAMERA",
+    "LASER",
+    "Cloud",
+    "Displacement",
+    "Localisation",
+    "LocalisationSettings",
+    "MatchSettings",
+    "Registration",
+    "SensorErrors",
+    "Surfaces",
+    "Update",
+    "compose",
+    "depth_cloud",
+    "in_space",
+    "inverse",
+    "on_floor",
+    "register",
+    "smoothed",
+]

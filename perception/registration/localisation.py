@@ -1,0 +1,254 @@
+"""Where odometry is in the map: fuses the base's own localisation with registrations (REP 105)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import exp, hypot, radians
+from typing import NamedTuple
+
+import numpy as np
+
+from perception.frame import Array
+from perception.registration.planar import compose, inverse, wrap
+from perception.registration.registering import CHI2_3, Registration
+
+_ROUNDING = 1e-9
+"""Of information matrices, relative to their largest element."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class LocalisationSettings:
+    """What is assumed of odometry and of the base's own localisation."""
+
+    drift: float = 0.02
+    """Odometry error after one metre, growing with the root of the distance [m/√m]."""
+    heading_drift: float = radians(0.5)
+    """Heading error after one metre [rad/√m]."""
+    turn_drift: float = 0.03
+    """Heading error after one radian [rad/√rad]."""
+    correlation_time: float = 5.0
+    """Time constant of the error of the base's own localisation [s]."""
+    reading_noise: tuple[float, float, float] = (0.003, 0.003, radians(0.1))
+    """Part of that error which is independent from reading to reading: x, y [m], heading [rad]."""
+    doubt: tuple[float, float, float] = (0.01, 0.01, radians(0.3))
+    """Uncertainty that a registration adds which contradicts the estimate: x, y [m], heading."""
+    lost: float = 0.3
+    """A registration that explains a smaller share of its points contradicts the estimate."""
+    persistence: float = 1.0
+    """How long readings must contradict the estimate before they can replace it [s]."""
+    better: float = 1.1
+    """How many times as many points must then lie on the map."""
+
+
+class Update(NamedTuple):
+    """What a measurement did to the estimate."""
+
+    nis: float
+    """Normalised innovation squared: three on average (Bar-Shalom et al. 2001, 5.4)."""
+    accepted: bool
+    """Whether the estimate explains it; otherwise it did not move it."""
+
+
+class _Contradiction(NamedTuple):
+    """A pose that the base's own localisation insists on."""
+
+    since: float
+    mTo: Array
+    covariance: Array
+
+
+class Localisation:
+    """Estimates `mTo`, the pose of odometry in the map, with its covariance.
+
+    A Kalman filter whose states are `mTo` and the error of the base's own localisation, a
+    first-order Gauss-Markov process: many readings in a second are worth one. Registrations count
+    until they have said what the error that they have in common allows (`Registration.limit`).
+    Poses on the floor are arrays (3,): x, y [m], heading [rad]; covariances (3, 3) are of mTb in
+    the axes of the map.
+    """
+
+    def __init__(
+        self,
+        mTb: Array,
+        covariance: Array,
+        stamp: float,
+        oTb: Array,
+        settings: LocalisationSettings | None = None,
+    ) -> None:
+        """Start from the first reading; arguments as of `localised`."""
+        self._settings = settings or LocalisationSettings()
+        self.restart(mTb, covariance, stamp, oTb)
+
+    def restart(self, mTb: Array, covariance: Array, stamp: float, oTb: Array) -> None:
+        """Forget all and believe one reading; arguments as of `localised`."""
+        self._stamp, self._oTb = stamp, oTb
+        self._contradiction: _Contradiction | None = None
+        self.mTo = compose(mTb, inverse(oTb))
+        """(3,) the newest estimate; it steps when a measurement comes (see `smoothed`)."""
+        self._bias = np.zeros(3)
+        """(3,) error of the reading, in axes of the map."""
+        # The error of the estimate is that of the reading, with the other sign.
+        back = np.linalg.inv(self._arm(oTb))
+        both = np.concatenate([-back, np.eye(3)])
+        self._P = both @ covariance @ both.T
+        self._P[:3, :3] += back @ np.diag(self._settings.reading_noise) ** 2 @ back.T
+
+    def pose(self, oTb: Array) -> Array:
+        """(3,) mTb for odometry (3,)."""
+        return compose(self.mTo, oTb)
+
+    def covariance(self, oTb: Array) -> Array:
+        """(3, 3) of `pose`."""
+        arm = self._arm(oTb)
+        covariance: Array = arm @ self._P[:3, :3] @ arm.T
+        return covariance
+
+    def travelled(self, oTb: Array) -> None:
+        """Let the covariance grow with the way since the last call; call it often."""
+        settings = self._settings
+        gone = hypot(oTb[0] - self._oTb[0], oTb[1] - self._oTb[1])
+        turned = abs(wrap(float(oTb[2] - self._oTb[2])))
+        self._oTb = oTb
+        heading = settings.heading_drift**2 * gone + settings.turn_drift**2 * turned
+        self._widen(np.array([settings.drift**2 * gone] * 2 + [heading]), oTb)
+
+    def localised(self, mTb: Array, covariance: Array, stamp: float, oTb: Array) -> Update:
+        """Take a reading of the base's own localisation.
+
+        Args:
+            mTb: (3,) the reading.
+            covariance: (3, 3) of its error.
+            stamp: of the reading [s].
+            oTb: (3,) odometry at that stamp.
+        """
+        settings, P = self._settings, self._P
+        kept = exp(-max(stamp - self._stamp, 0.0) / settings.correlation_time)
+        self._stamp = max(stamp, self._stamp)
+        self._bias = kept * self._bias
+        P[3:, :] *= kept
+        P[:, 3:] *= kept
+        P[3:, 3:] += (1.0 - kept**2) * covariance
+        H = np.concatenate([self._arm(oTb), np.eye(3)], axis=1)
+        innovation = _difference(mTb, self.pose(oTb)) - self._bias
+        S = H @ P @ H.T + np.diag(settings.reading_noise) ** 2
+        gain = np.linalg.solve(S, H @ P).T
+        nis = float(innovation @ np.linalg.solve(S, innovation))
+        if nis > CHI2_3:
+            self._contradict(compose(mTb, inverse(oTb)), covariance, stamp, oTb)
+            return Update(nis, accepted=False)
+        self._contradiction = None
+        self._correct(gain @ innovation, gain @ H @ P, oTb)
+        return Update(nis, accepted=True)
+
+    def registered(self, result: Registration, oTb: Array) -> Update:
+        """Take a registration, whose prior was an estimate of this filter; oTb (3,) at capture."""
+        P, arm = self._P, self._arm(oTb)
+        prior = np.asarray(np.linalg.inv(self.covariance(oTb)), dtype=np.float64)
+        data = result.information
+        rounding = _ROUNDING * np.diag(np.diag(data + prior))
+        # What the points alone say, undone from the prior that they were matched with.
+        shift = np.linalg.solve(result.covariance, _difference(result.pose, result.prior))
+        alone = result.prior + np.linalg.solve(data + rounding, shift)
+        innovation = _difference(alone, self.pose(oTb))
+        nis = float(innovation @ _parallel(data, prior) @ innovation)
+        if nis > CHI2_3 or result.explained < self._settings.lost:
+            if len(result.points):
+                self._widen(np.square(self._settings.doubt), oTb)
+            return Update(nis, accepted=False)
+        values, vectors = np.linalg.eigh(result.limit - prior)
+        unsaid = (vectors * np.maximum(values, 0.0)) @ vectors.T
+        news = _parallel(data, unsaid + rounding)
+        H = np.concatenate([arm, np.zeros((3, 3))], axis=1)
+        gain = P @ H.T @ np.linalg.inv(np.eye(3) + news @ self.covariance(oTb))
+        self._correct(gain @ news @ innovation, gain @ news @ H @ P, oTb)
+        return Update(nis, accepted=True)
+
+    def proposal(self, oTb: Array) -> tuple[Array, Array] | None:
+        """Another pose mTb (3,), with its covariance, on which the base's localisation insists.
+
+        Register the same points from there and from here, and hand both to `relocalised`.
+        """
+        other = self._contradiction
+        if other is None or self._stamp - other.since < self._settings.persistence:
+            return None
+        return compose(other.mTo, oTb), other.covariance
+
+    def relocalised(self, there: Registration, here: Registration, oTb: Array) -> bool:
+        """Take the proposal over if it explains the points better; whether it did.
+
+        Args:
+            there: registration whose prior is the proposal.
+            here: of the same points; its prior is the estimate.
+            oTb: (3,) odometry at capture.
+        """
+        other = self._contradiction
+        better = len(there.points) > self._settings.better * len(here.points)
+        if other is None or not (there.consistent and better):
+            return False
+        self.restart(compose(other.mTo, oTb), other.covariance, self._stamp, oTb)
+        return self.registered(there, oTb).accepted
+
+    def _contradict(self, mTo: Array, covariance: Array, stamp: float, oTb: Array) -> None:
+        """Note a reading that the estimate cannot explain."""
+        other = self._contradiction
+        if other is not None:
+            off = _difference(compose(mTo, oTb), compose(other.mTo, oTb))
+            if off @ np.linalg.solve(2.0 * covariance, off) < CHI2_3:
+                self._contradiction = _Contradiction(other.since, mTo, covariance)
+                return
+        self._contradiction = _Contradiction(stamp, mTo, covariance)
+
+    def _arm(self, oTb: Array) -> Array:
+        """(3, 3) from an error of `mTo` to that of mTb."""
+        x, y, _ = compose(self.mTo, oTb) - self.mTo
+        return np.array([[1.0, 0.0, -y], [0.0, 1.0, x], [0.0, 0.0, 1.0]])
+
+    def _widen(self, variances: Array, oTb: Array) -> None:
+        """Add variances (3,) of mTb."""
+        back = np.linalg.inv(self._arm(oTb))
+        self._P[:3, :3] += (back * variances) @ back.T
+
+    def _correct(self, step: Array, less: Array, oTb: Array) -> None:
+        """Add a step (6,) to the state, and take (6, 6) off its covariance."""
+        mTb = self.pose(oTb) + self._arm(oTb) @ step[:3]
+        self.mTo = compose(mTb, inverse(oTb))
+        self._bias = self._bias + step[3:]
+        P = self._P - less
+        self._P = 0.5 * (P + P.T)
+
+
+def smoothed(
+    applied: Array,
+    newest: Array,
+    oTb: Array,
+    dt: float,
+    *,
+    speed: float = 0.02,
+    turn: float = radians(1.0),
+) -> Array:
+    """`mTo` (3,) a period later, on its way to the newest estimate without a step at the base.
+
+    Args:
+        applied: (3,) mTo of the last period.
+        newest: (3,) mTo of the estimate.
+        oTb: (3,) odometry now.
+        dt: period [s].
+        speed: at which the pose of the base may be corrected [m/s].
+        turn: the same of its heading [rad/s].
+    """
+    mTb = compose(applied, oTb)
+    off = _difference(compose(newest, oTb), mTb)
+    most = max(hypot(off[0], off[1]) / (speed * dt), abs(float(off[2])) / (turn * dt), 1.0)
+    return compose(mTb + off / most, inverse(oTb))
+
+
+def _difference(a: Array, b: Array) -> Array:
+    """(3,) a - b of poses on the floor."""
+    off = a - b
+    off[2] = wrap(float(off[2]))
+    return off
+
+
+def _parallel(A: Array, B: Array) -> Array:
+    """(A⁻¹ + B⁻¹)⁻¹ of two positive semidefinite matrices of which the sum is regular."""
+    return A - A @ np.linalg.solve(A + B, A)

@@ -1,0 +1,150 @@
+"""Registration of a scan and a depth image to the map: the pose, and which furniture was moved."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from perception.frame import Array
+from perception.registration.matching import MatchSettings, Problem, Solution
+from perception.registration.planar import wrap
+from perception.registration.sensors import Cloud
+from perception.registration.surfaces import Surfaces
+
+CHI2_3 = 16.27
+"""What a squared Mahalanobis distance in three dimensions exceeds once in 1000."""
+_REPEATS = 3.0
+"""Points measured again from the same place are worth at most so many independent ones: their
+errors are of the place (edges, materials, the map) as much as of chance."""
+_DEFAULT = MatchSettings()
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Displacement:
+    """A piece of furniture that does not stand where the map has it."""
+
+    piece: str
+    centre: Array
+    """(2,) where it would be in the map [m]."""
+    by: Array
+    """(3,) x, y [m] of its centre and heading [rad] about it, in the map."""
+    covariance: Array
+    """(3, 3)."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Registration:
+    """What matching the measured points to the map says of the base."""
+
+    pose: Array
+    """(3,) mTb at capture, the maximum a posteriori: x, y [m], heading [rad]."""
+    covariance: Array
+    """(3, 3) of `pose`; axes of the map."""
+    prior: Array
+    """(3,) mTb before."""
+    mahalanobis: float
+    """Squared, of the correction in the prior's covariance."""
+    information: Array
+    """(3, 3) on the pose, of the points alone; zero along what they do not show."""
+    limit: Array
+    """(3, 3) the most that this view says, however often it is measured: points of a sensor or on a
+    piece of furniture have errors in common."""
+    points: Array
+    """(N, 3) points that lie on a surface, in the map [m]."""
+    residuals: Array
+    """(N,) their signed distances from it [m]."""
+    explained: float
+    """Share of the points near a surface that lie on it; 0 if there are none."""
+    displaced: tuple[Displacement, ...]
+    """Furniture that was moved; the pose does not rest on it."""
+    uncertain: tuple[str, ...]
+    """Furniture that may have been moved, or other furniture was; the pose does not rest on it."""
+
+    @property
+    def consistent(self) -> bool:
+        """Whether the prior explains the correction."""
+        return self.mahalanobis < CHI2_3
+
+
+def register(
+    surfaces: Surfaces,
+    clouds: Sequence[Cloud],
+    prior: Array,
+    covariance: Array,
+    *,
+    moved: Collection[str] = (),
+    judge_furniture: bool = True,
+    settings: MatchSettings = _DEFAULT,
+) -> Registration:
+    """Match what was measured at one time to the map.
+
+    A piece counts as moved only if another piece in sight outvotes it: of one piece alone, a pose
+    error and a displacement look the same, and it is taken to be the pose.
+
+    Args:
+        surfaces: the map.
+        clouds: what each sensor measured.
+        prior: (3,) mTb expected at capture.
+        covariance: (3, 3) of it, positive definite.
+        moved: pieces that are known to have been moved, as of the last registration.
+        judge_furniture: also find out what else was moved, which may take several times as long;
+            without it, what does not fit is an outlier.
+        settings: what is assumed of noise and furniture.
+    """
+    problem = Problem(surfaces, clouds, prior, covariance, settings)
+    known = [k for k, piece in enumerate(problem.pieces) if surfaces.names[piece] in moved]
+    solution = problem.solve(frozenset(known))
+    if judge_furniture:
+        solution = _with_furniture(problem, surfaces, solution, settings)
+    shift = solution.x[:3]
+    spread = np.asarray(np.linalg.inv(solution.information), dtype=np.float64)
+    displaced, uncertain = [], []
+    for column in sorted(solution.loose):
+        name = surfaces.names[problem.pieces[column]]
+        at = problem.displacement(column)
+        by, its = solution.x[at], spread[at, at]
+        if by @ np.linalg.solve(its, by) > CHI2_3:
+            centre = surfaces.centres[problem.pieces[column]]
+            displaced.append(Displacement(piece=name, centre=centre, by=by, covariance=its))
+        else:
+            uncertain.append(name)
+    used = solution.losses < 0.5 * settings.loss_scale**2
+    pose = prior + shift
+    return Registration(
+        pose=np.array([pose[0], pose[1], wrap(float(pose[2]))]),
+        covariance=spread[:3, :3],
+        prior=prior,
+        mahalanobis=float(shift @ np.linalg.solve(covariance, shift)),
+        information=problem.marginal(solution),
+        limit=problem.marginal(solution, _REPEATS),
+        points=solution.match.points[used],
+        residuals=solution.match.residuals[used],
+        explained=float(used.mean()) if len(used) else 0.0,
+        displaced=tuple(displaced),
+        uncertain=tuple(uncertain),
+    )
+
+
+def _with_furniture(
+    problem: Problem, surfaces: Surfaces, best: Solution, settings: MatchSettings
+) -> Solution:
+    """The solution in which as little furniture as possible was moved."""
+    counts = np.bincount(best.match.column, minlength=len(problem.pieces))
+    if (counts >= settings.support).sum() < 2 or not problem.suspects(best):
+        return best
+    movable = set(
+        np.flatnonzero((counts >= settings.support) & ~surfaces.fixed[problem.pieces]).tolist()
+    )
+    while trials := [problem.solve(best.loose | {column}) for column in movable - best.loose]:
+        first = min(trials, key=lambda trial: trial.cost)
+        if first.cost >= best.cost:
+            break
+        # Of pieces that contradict each other alike, none can be believed.
+        worth = min(first.cost + settings.price, best.cost)
+        rivals = [trial.loose for trial in trials if trial.cost < worth]
+        best = first if len(rivals) < 2 else problem.solve(frozenset().union(*rivals))
+        if not problem.suspects(best):
+            break
+    return best

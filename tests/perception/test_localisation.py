@@ -1,0 +1,191 @@
+"""The transform from odometry to the map, against a base whose errors are known."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from synthetic_room import MAP, SURFACES, Robot, displaced
+
+from perception.registration import (
+    Localisation,
+    Registration,
+    compose,
+    inverse,
+    register,
+    smoothed,
+)
+
+SIGMA = np.array([0.02, 0.02, np.deg2rad(0.5)])
+READING = np.diag(SIGMA) ** 2
+FAR = np.array([40.0, -30.0, 2.0])
+"""Odometry that started far from the map's origin."""
+SLIPPED = np.array([0.08, -0.05, np.deg2rad(2.0)])
+CARRIED = np.array([0.5, -0.4, np.deg2rad(10.0)])
+
+
+class Base:
+    """A base that drives about: where it is, and what its odometry and its localisation say."""
+
+    def __init__(self, seed: int, *, slip: float = 0.03, tau: float = 5.0) -> None:
+        self.rng = np.random.default_rng(seed)
+        self.robot, self.tau, self.t = Robot(self.rng), tau, 0.0
+        self.mTb, self.goal = self.rng.uniform((-1, -0.8, -0.5), (-0.2, 0.8, 0.5), size=(2, 3))
+        self.oTb = FAR
+        self.factor = 1.0 + slip * self.rng.normal(size=3)
+        self.error = self.rng.normal(size=3) * SIGMA
+        self.world = {
+            name: displaced(geoms, self.rng.normal(size=3) * [0.002, 0.002, np.deg2rad(0.1)])
+            for name, geoms in MAP.items()
+        }
+        self.estimate = Localisation(self.reading(), READING, self.t, self.oTb)
+
+    def reading(self) -> np.ndarray:
+        return self.mTb + self.error
+
+    def drive(self, dt: float, speed: float = 0.3) -> None:
+        off = self.goal - self.mTb
+        there = self.mTb + off * min(1.0, speed * dt / max(np.linalg.norm(off), 1e-9))
+        step, self.mTb = compose(inverse(self.mTb), there), there
+        self.oTb = compose(self.oTb, step * self.factor)
+        kept = np.exp(-dt / self.tau)
+        noise = np.sqrt(1.0 - kept**2) * self.rng.normal(size=3) * SIGMA
+        self.error = kept * self.error + noise
+        self.t += dt
+        self.estimate.travelled(self.oTb)
+
+    def localise(self) -> bool:
+        return self.estimate.localised(self.reading(), READING, self.t, self.oTb).accepted
+
+    def match(self, prior: np.ndarray, covariance: np.ndarray) -> Registration:
+        scan = self.robot.scan(self.world, self.mTb, step=3)
+        return register(SURFACES, [scan], prior, covariance, judge_furniture=False)
+
+    def register(self) -> bool:
+        estimate, oTb = self.estimate, self.oTb
+        result = self.match(estimate.pose(oTb), estimate.covariance(oTb))
+        return estimate.registered(result, oTb).accepted
+
+    def off(self) -> np.ndarray:
+        return self.estimate.pose(self.oTb) - self.mTb
+
+    def nees(self) -> float:
+        """Per degree of freedom."""
+        off = self.off()
+        return float(off @ np.linalg.solve(self.estimate.covariance(self.oTb), off)) / 3.0
+
+
+def mean_nees(trials: int, periods: int, registering: bool) -> float:
+    values = []
+    for seed in range(trials):
+        base = Base(seed)
+        for _ in range(periods):
+            base.drive(0.2)
+            base.localise()
+            if registering:
+                base.register()
+            values.append(base.nees())
+    return float(np.mean(values))
+
+
+def test_the_covariance_is_honest_with_the_base_alone():
+    assert 0.5 < mean_nees(100, 20, registering=False) < 2.0
+
+
+def test_the_covariance_is_honest_with_registrations():
+    assert 0.5 < mean_nees(12, 10, registering=True) < 2.0
+
+
+@pytest.mark.slow
+def test_the_covariance_is_honest_in_two_hundred_trials():
+    assert 0.5 < mean_nees(200, 10, registering=True) < 2.0
+
+
+def test_a_hundred_readings_in_a_second_are_worth_one():
+    base = Base(0)
+    before = base.estimate.covariance(base.oTb)
+    for _ in range(100):
+        base.drive(0.01, speed=0.0)
+        assert base.localise()
+    after = base.estimate.covariance(base.oTb)
+    assert np.sqrt(after[0, 0]) > 0.8 * np.sqrt(before[0, 0])
+
+
+def test_registrations_leave_a_few_millimetres():
+    errors = []
+    for seed in range(10):
+        base = Base(seed)
+        for _ in range(5):
+            base.drive(0.2)
+            base.localise()
+            assert base.register()
+        errors.append(np.hypot(*base.off()[:2]))
+        assert np.sqrt(base.estimate.covariance(base.oTb)[0, 0]) < 0.006
+    assert np.median(errors) < 0.006
+
+
+def test_driving_makes_it_less_certain_and_standing_does_not():
+    base = Base(1)
+    base.register()
+    before = base.estimate.covariance(base.oTb)
+    base.drive(1.0, speed=0.0)
+    assert base.estimate.covariance(base.oTb) == pytest.approx(before)
+    base.drive(1.0)
+    assert (np.diag(base.estimate.covariance(base.oTb)) > np.diag(before)).all()
+
+
+def test_a_slip_that_odometry_missed_is_found():
+    base = Base(2)
+    for _ in range(3):
+        base.drive(0.2)
+        base.register()
+    base.mTb = base.mTb + SLIPPED
+    accepted = []
+    for _ in range(15):
+        base.drive(0.2, speed=0.0)
+        base.localise()
+        accepted.append(base.register())
+    assert not accepted[0]
+    assert all(accepted[-3:])
+    assert np.hypot(*base.off()[:2]) < 0.01
+
+
+@pytest.mark.parametrize("carried", [True, False], ids=["base carried", "localisation wrong"])
+def test_a_relocalisation_is_taken_over_if_the_scan_agrees(carried):
+    base = Base(3)
+    for _ in range(3):
+        base.drive(0.2)
+        base.localise()
+        base.register()
+    before = base.mTb
+    if carried:
+        base.mTb = base.mTb + CARRIED
+    else:
+        base.error = base.error + CARRIED
+    base.tau = 1e9
+    taken = []
+    for _ in range(10):
+        base.drive(0.2, speed=0.0)
+        assert not base.localise() or any(taken)
+        here = base.match(base.estimate.pose(base.oTb), base.estimate.covariance(base.oTb))
+        base.estimate.registered(here, base.oTb)
+        if proposal := base.estimate.proposal(base.oTb):
+            there = base.match(*proposal)
+            taken.append(base.estimate.relocalised(there, here, base.oTb))
+    assert any(taken) is carried
+    assert len(taken) == 1 or not carried
+    assert taken
+    assert np.hypot(*base.off()[:2]) < 0.02
+    assert base.mTb[0] == pytest.approx(before[0] + 0.5 * carried)
+
+
+def test_a_correction_never_makes_a_step_at_the_base():
+    mTb = np.array([1.0, 2.0, 0.5])
+    applied, newest = compose(mTb, inverse(FAR)), compose(mTb + SLIPPED, inverse(FAR))
+    poses = [mTb]
+    for _ in range(1000):
+        applied = smoothed(applied, newest, FAR, 0.01)
+        poses.append(compose(applied, FAR))
+    steps = np.array([b - a for a, b in pairwise(poses)])
+    assert np.hypot(steps[:, 0], steps[:, 1]).max() <= 0.02 * 0.01 + 1e-9
+    assert np.abs(steps[:, 2]).max() <= np.deg2rad(1.0) * 0.01 + 1e-9
+    assert poses[-1] == pytest.approx(mTb + SLIPPED, abs=1e-9)
