@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import degrees, radians
 from typing import NamedTuple
 
@@ -15,11 +15,20 @@ from pinocchio import SE3
 from behaviours.depth_obstacles import DepthObstacles
 from behaviours.fault_memory import FaultMemory
 from behaviours.held_object import HeldObject, SetDownObjects
+from behaviours.localisation import Localisation, OnMap
 from behaviours.log import TaskLog
-from behaviours.parameter_types import Key
+from behaviours.parameter_types import Key, MapPlace
 from behaviours.placed_object import PlacedObjectWatch
 from behaviours.vision import Vision
-from controller import MotionGoal, Obstacle, PoseGoal, RobotModel, StepReport, Surroundings
+from controller import (
+    MotionGoal,
+    Obstacle,
+    PointCloud,
+    PoseGoal,
+    RobotModel,
+    StepReport,
+    Surroundings,
+)
 from hw import Robot, RobotState, TaskClock
 from robots import Geom
 
@@ -92,7 +101,9 @@ class Context:
     """Of the task: it stops while the task is paused."""
     vision: Vision
     state: RobotState
-    """Reading of this tick."""
+    """Reading of this tick, in the world of the odometry."""
+    localisation: Localisation = field(default_factory=Localisation)
+    """Where the map is in that world."""
     relocalised: str = ""
     """A message if the localised base pose has jumped since the last tick, so that world positions
     are outdated; else empty."""
@@ -107,9 +118,9 @@ class Context:
     report_of: tuple[object, str] | None = None
     """The leaf that set the last goal, and its phase."""
     fixtures: tuple[Geom, ...] = ()
-    """Static obstacles, in the world."""
+    """Static obstacles, on the map."""
     obstacles: Callable[[float], Sequence[Obstacle]] = lambda stamp: ()
-    """Moving obstacles at a time of the session's clock [s]."""
+    """Moving obstacles on the map, at a time of the session's clock [s]."""
     depth_obstacles: DepthObstacles | None = None
     """Obstacles seen by the camera; None where that is switched off."""
     follows_goals: bool = True
@@ -127,24 +138,46 @@ class Context:
         self._jump = self._relocalisation.note(self.state)
         self.fault_memory = FaultMemory(self.robot.description)
         self._joined = self.fixtures, self.fault_memory.hit, self.fixtures
+        self._hit, self._loose, self._cloud = OnMap(_moved), OnMap(_moved), OnMap(PointCloud.moved)
+        self._places: dict[int, tuple[MapPlace, MapPlace]] = {}
+
+    def on_map(self, place: MapPlace) -> MapPlace:
+        """A pose or region of the task where the map is; the same object for the same one."""
+        if id(place) not in self._places:
+            self._places[id(place)] = place, replace(place, frame=self.localisation)
+        return self._places[id(place)][1]
 
     @property
     def surroundings(self) -> Surroundings:
-        """Obstacles and held object of this tick."""
+        """Obstacles and held object of this tick, on the map."""
         return Surroundings(
             fixtures=self._around(),
             moving=tuple(self.obstacles(self.state.stamp)),
-            loose=self.set_down.shapes,
-            depth_points=None if self.depth_obstacles is None else self.depth_obstacles.cloud,
+            loose=self._loose(self.set_down.shapes, self.localisation),
+            depth_points=self.depth_points,
             held=self.held,
+            wTo=self.localisation.mTw,
         )
 
+    @property
+    def depth_points(self) -> PointCloud | None:
+        """What the camera has seen, on the map; None where that is switched off."""
+        seen = self.depth_obstacles
+        return None if seen is None else self._cloud(seen.cloud, self.localisation)
+
     def _around(self) -> tuple[Geom, ...]:
-        """Fixtures and contacts; the same tuple until one of them changes."""
-        fixtures, hit = self.fixtures, self.fault_memory.hit
+        """Fixtures and contacts on the map; the same tuple until one of them changes."""
+        fixtures, hit = self.fixtures, self._hit(self.fault_memory.hit, self.localisation)
         if self._joined[0] is not fixtures or self._joined[1] is not hit:
             self._joined = fixtures, hit, (fixtures + hit if hit else fixtures)
         return self._joined[2]
+
+    def _moving(self) -> list[Obstacle]:
+        """Moving obstacles, in the world."""
+        moving, wTm = self.obstacles(self.state.stamp), self.localisation.wTm
+        if wTm is None:
+            return list(moving)
+        return [Obstacle(one.geom.moved(wTm), wTm.rotation @ one.velocity) for one in moving]
 
     @property
     def held(self) -> tuple[Geom, ...]:
@@ -159,9 +192,10 @@ class Context:
     def read(self, state: RobotState) -> None:
         """Take a reading without a tick of the tree, as while the run is paused."""
         self.state = state
+        self.localisation.read(state)
         self.log.note_width(state.gripper_width)
         self._jump = self._relocalisation.note(state) or self._jump
-        moving = self.obstacles(state.stamp) if state.faults else ()
+        moving = self._moving() if state.faults else ()
         at_work = isinstance(self.goal, PoseGoal) and self.goal.hand_may_touch
         self.fault_memory.note(state, self.wTe, self.clock.now(), moving, at_work=at_work)
 
@@ -178,7 +212,7 @@ class Context:
         if self.depth_obstacles is not None:
             if self.relocalised:
                 self.depth_obstacles.relocalise(state.stamp)
-            moving = [one.geom for one in self.obstacles(state.stamp)]
+            moving = [one.geom for one in self._moving()]
             self.depth_obstacles.look(self.vision, state, self.held, moving)
         if self.placed_object is not None:
             self.placed_object.look(self)
@@ -186,3 +220,7 @@ class Context:
     def end_tick(self, report: StepReport) -> None:
         """Take the report of the controller about the goal of the tick."""
         self.report, self.report_of = report, self.goal_of
+
+
+def _moved(shapes: tuple[Geom, ...], T: SE3) -> tuple[Geom, ...]:
+    return tuple(shape.moved(T) for shape in shapes)

@@ -53,8 +53,8 @@ class Drive(Leaf):
 
     def initialise(self) -> None:
         """Start anew, from where the base stands now."""
-        if self._to is not None:
-            goal, target = BaseGoal(wTb=self._to.wTb), self._to.name
+        if (to := self._to) is not None:
+            self._approach = Approach(self, lambda: BaseGoal(wTb=to.wTb), to.name, self._timeout)
         else:
             turn = pin.utils.rotate("z", radians(self._turn))
             way = SE3(turn, turn @ np.array([self._forward, 0.0, 0.0]))
@@ -63,7 +63,7 @@ class Drive(Leaf):
             parts = [f"{self._turn:g}°"] * (self._turn != 0.0)
             parts += [f"{self._forward:g} m"] * (self._forward != 0.0)
             target = f"the end of {' and '.join(parts)}"
-        self._approach = Approach(self, goal, target, self._timeout)
+            self._approach = Approach(self, lambda: goal, target, self._timeout)
 
     def update(self) -> Status:
         """One tick."""

@@ -92,7 +92,7 @@ class Grasp(Leaf):
         choice = Choice.of(choose, kind, colour, min_width_mm, max_width_mm)
         self._target_object = GraspTarget(context, within, choice, neighbour=neighbour)
         self._lock_distance, self._force = lock_distance_m, force_n
-        self._next = None if next_goal is None else next_goal.wTe
+        self._next = next_goal
         self._placed_before = -1
         self._patience, self._timeout = patience_s, timeout_s
 
@@ -102,6 +102,11 @@ class Grasp(Leaf):
         below = {self._descend: "descend", self._close: "close", self._rise: "rise"}
         above = "lock" if self.context.vision.tracker.locked else "approach"
         return below.get(self._step, above)
+
+    @property
+    def _next_pose(self) -> SE3 | None:
+        """Where the task goes next, if the base may set out for it."""
+        return None if self._next_now is None else self._next_now.wTe
 
     def initialise(self) -> None:
         """Start to look."""
@@ -167,7 +172,7 @@ class Grasp(Leaf):
                 speed=_FOLLOW_SPEED,
                 straight=True,
                 hand_may_touch=True,
-                next_goal=self._next_now if vision.tracker.locked else None,
+                next_goal=self._next_pose if vision.tracker.locked else None,
             ),
             "follow",
         )
@@ -225,7 +230,7 @@ class Grasp(Leaf):
             position_tolerance=_NEARER_TOLERANCE,
             stance_if_near=True,
         )
-        self._nearer = Approach(self, goal, "a stance nearer to it", self._timeout)
+        self._nearer = Approach(self, lambda: goal, "a stance nearer to it", self._timeout)
         self._came_nearer, self._step = True, self._come_nearer
         return self._come_nearer()
 
@@ -293,6 +298,6 @@ class Grasp(Leaf):
             position_tolerance=_DESCEND_TOLERANCE,
             straight=True,
             hand_may_touch=True,
-            next_goal=self._next_now,
+            next_goal=self._next_pose,
         )
         return self.pursue(goal, "descend")

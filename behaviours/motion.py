@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from math import degrees, hypot, inf
 
@@ -81,16 +82,19 @@ class Progress:
 
 
 class Approach:
-    """A motion to one fixed goal.
+    """A motion to one goal.
 
     Args:
         leaf: sets the goal and gets the feedback message.
-        goal: where to go.
+        goal: where to go; asked every tick, as a place on the map is where the newest estimate of
+            the localisation has it.
         target: name of the goal in messages.
         timeout: fail after this [s].
     """
 
-    def __init__(self, leaf: Leaf, goal: MotionGoal, target: str, timeout: float) -> None:
+    def __init__(
+        self, leaf: Leaf, goal: Callable[[], MotionGoal], target: str, timeout: float
+    ) -> None:
         self._leaf, self._goal, self._target, self._timeout = leaf, goal, target, timeout
         self._begun = leaf.context.clock.now()
         self._progress = Progress(leaf.context)
@@ -105,7 +109,8 @@ class Approach:
             return leaf.failure(fault)
         if leaf.context.lost:
             return leaf.failure(f"{leaf.context.relocalised}: it is not certain where it is")
-        report, now = leaf.pursue(self._goal, self._target), leaf.context.clock.now()
+        goal = self._goal()
+        report, now = leaf.pursue(goal, self._target), leaf.context.clock.now()
         if report is None or not self._set_out:  # then it is about some other goal
             self._set_out = True
             return leaf.running(f"setting out for {self._target}")
@@ -115,7 +120,7 @@ class Approach:
             leaf.out_of_reach = True
             return leaf.failure(f"cannot get to {self._target}: {report.unreachable}")
         remaining = f"{degrees(report.orientation_error):.0f}° to go"
-        if not isinstance(self._goal, PostureGoal):
+        if not isinstance(goal, PostureGoal):
             remaining = f"{report.position_error:.2f} m, {remaining}"
         if now - self._begun > self._timeout:
             return leaf.failure(f"not at {self._target} after {self._timeout:g} s: {remaining}")

@@ -45,7 +45,7 @@ class MoveArm(Leaf):
 
     def initialise(self) -> None:
         """Start anew."""
-        self._approach = Approach(self, self._goal, self._to.name, self._timeout)
+        self._approach = Approach(self, lambda: self._goal, self._to.name, self._timeout)
 
     def update(self) -> Status:
         """One tick."""

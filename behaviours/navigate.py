@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, ClassVar
 
+from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours.context import Context
@@ -49,13 +50,17 @@ class Navigate(Leaf):
     ) -> None:
         super().__init__(name, context)
         self._to = to
-        self._next = None if next_goal is None else next_goal.wTe
+        self._next = next_goal
         self._timeout = timeout_s
         self._speed, self._within = speed_m_s, within_m
 
     def initialise(self) -> None:
         """Start anew."""
-        self._goal = self._goal_now()
+        self._over_object: SE3 | None = None
+        if isinstance(self._to, DetectedObject):
+            like = camera_pose(self.context)
+            wTc = straight_down(self._to.position, _OVER_OBJECT, like=like)
+            self._over_object = hand_for(self.context, wTc)
         self._approach = Approach(self, self._goal, self._to.name, self._timeout)
         self._back_off: BackOff | None = None
         self._has_backed_off = False
@@ -73,19 +78,17 @@ class Navigate(Leaf):
             return self.running("backing off")
         return status
 
-    def _goal_now(self) -> MotionGoal:
+    def _goal(self) -> MotionGoal:
+        """Where to go, by the newest estimate of where the map is."""
         to = self._to
         if isinstance(to, BasePose):
             return BaseGoal(wTb=to.wTb)
-        if isinstance(to, DetectedObject):
-            wTc = straight_down(to.position, _OVER_OBJECT, like=camera_pose(self.context))
-            wTe = hand_for(self.context, wTc)
-        else:
-            wTe = to.wTe
+        wTe = to.wTe if isinstance(to, ToolPose) else self._over_object
+        assert wTe is not None
         return PoseGoal(
             wTe=wTe,
             speed=self._speed,
-            next_goal=self._next,
+            next_goal=None if self._next is None else self._next.wTe,
             position_tolerance=self._within,
             orientation_tolerance=max(
                 PoseGoal.orientation_tolerance, self._within / METRES_PER_RADIAN

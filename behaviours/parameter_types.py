@@ -6,7 +6,7 @@ A task file that gives a number outside of its bounds is refused before the run.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Generic, TypeAlias, TypeVar, cast
+from typing import TYPE_CHECKING, Annotated, Generic, Protocol, TypeAlias, TypeVar, cast
 
 if TYPE_CHECKING:
     import numpy as np
@@ -53,20 +53,49 @@ class Key(Generic[Value]):
         return cast(Value, self._value)
 
 
+class MapFrame(Protocol):
+    """Where the map is in the world in which the robot moves, by the newest estimate."""
+
+    @property
+    def wTm(self) -> SE3 | None:
+        """The map in the world; None where they are the same."""
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ToolPose:
-    """A pose of the end effector in the world (`xyz`, `rpy_deg` in a task file)."""
+class MapPlace:
+    """A named place on the map; a built tree has it where the map is now."""
 
     name: str
-    wTe: SE3
+    frame: MapFrame | None = None
+    """None where the map is the world."""
+
+    def _placed(self, mTx: SE3) -> SE3:
+        wTm = None if self.frame is None else self.frame.wTm
+        return mTx if wTm is None else wTm * mTx
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class BasePose:
+class ToolPose(MapPlace):
+    """A pose of the end effector on the map (`xyz`, `rpy_deg` in a task file)."""
+
+    mTe: SE3
+
+    @property
+    def wTe(self) -> SE3:
+        """In the world, now."""
+        return self._placed(self.mTe)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BasePose(MapPlace):
     """A pose of the base on the floor (`base`, `heading_deg` in a task file)."""
 
-    name: str
-    wTb: SE3
+    mTb: SE3
+
+    @property
+    def wTb(self) -> SE3:
+        """In the world, now."""
+        return self._placed(self.mTb)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -79,14 +108,18 @@ class Posture:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Region:
-    """An upright box in the world (`centre`, `size`, `yaw_deg` in a task file)."""
+class Region(MapPlace):
+    """An upright box on the map (`centre`, `size`, `yaw_deg` in a task file)."""
 
-    name: str
-    wTr: SE3
-    """Centre of the box in the world, turned about z only."""
+    mTr: SE3
+    """Centre of the box on the map, turned about z only."""
     size: npt.NDArray[np.float64]
     """(3,) full edge lengths [m]."""
+
+    @property
+    def wTr(self) -> SE3:
+        """Its centre in the world, now."""
+        return self._placed(self.mTr)
 
     def contains(self, points: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
         """Which of the (N, 3) world points [m] lie inside: (N,) booleans."""

@@ -18,7 +18,7 @@ from behaviours.places import Places
 from behaviours.release import Release, Spot
 from behaviours.surface import Shows, SurfaceWatch
 from behaviours.viewpoint import CAMERA_PATIENCE, looking_down
-from controller import PoseGoal, StepReport
+from controller import Array, PoseGoal, StepReport
 from hw import FaultKind, TaskTime
 from robots import reach
 
@@ -32,6 +32,7 @@ _APPROACH_SPEED, _APPROACH_TOLERANCE = 0.6, 0.015  # [m/s, m]
 _LOWER_SPEED, _LOWER_TOLERANCE = 0.25, 0.007  # [m/s, m]
 _RADIUS = 0.06  # of the disc around the place that has to be free [m] ...
 _PITCH_SHARE = 0.45  # ... and at most, of the distance between neighbouring places
+_SHIFT = 0.004  # of the place that the localisation may correct before it counts [m]
 _ASIDE = 0.18  # how far the hand moves to let the camera see the place [m]
 
 
@@ -95,16 +96,20 @@ class Place(Leaf):
     def _choose(self) -> None:
         """Aim at the next free place."""
         self._number = self._places.next_free()
-        slot = self._slot = self._places.slots[(self._number or 1) - 1]
-        self._down = SE3(self._rotation, slot + np.array([0.0, 0.0, self._release_height()]))
-        self._come_from(_ABOVE)
-        self._watch = SurfaceWatch(self.context, slot, self._radius, self._reach_down)
+        self._up = _ABOVE
+        self._aim(self._places.centre(self._number or 1))
         self._looking_since: TaskTime | None = None
 
-    def _come_from(self, height: float) -> None:
-        """Set the height over the place that the hand comes from and goes back to [m]."""
-        self._up = height
-        self._above = SE3(self._rotation, self._down.translation + np.array([0.0, 0.0, height]))
+    def _aim(self, slot: Array) -> None:
+        """Take a point (3,) of the surface in the world as the place [m]."""
+        self._slot = slot
+        self._down = SE3(self._rotation, slot + np.array([0.0, 0.0, self._release_height()]))
+        self._watch = SurfaceWatch(self.context, slot, self._radius, self._reach_down)
+
+    @property
+    def _above(self) -> SE3:
+        """Where the hand comes from and goes back to."""
+        return SE3(self._rotation, self._down.translation + np.array([0.0, 0.0, self._up]))
 
     def _release_height(self) -> float:
         """Height of the hand over the surface at the release, with its largest tilt [m]."""
@@ -143,6 +148,9 @@ class Place(Leaf):
         return self._places.none_free() if self._number is None else None
 
     def _approach(self) -> Status:
+        now = self._places.centre(self._number or 1)
+        if np.linalg.norm(now - self._slot) > _SHIFT:  # the estimate of where the map is changed
+            self._aim(now)
         speed, tolerance = _APPROACH_SPEED, _APPROACH_TOLERANCE
         return self._move("over the place", self._above, speed, tolerance, self._arrive)
 
@@ -154,7 +162,7 @@ class Place(Leaf):
     def _less_high_or_elsewhere(self, report: StepReport) -> Status:
         """Come from less high if that is out of reach; else go to another place."""
         if report.unreachable and self._up > _LEAST_ABOVE:
-            self._come_from(_LEAST_ABOVE)
+            self._up = _LEAST_ABOVE
         else:
             away = f"over the place: stuck {report.position_error:.2f} m away"
             if not report.unreachable:

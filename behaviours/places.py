@@ -17,18 +17,21 @@ _GRID = 0.02  # of the places between rows [m]
 
 
 def slots(region: Region, pitch: float) -> list[Array]:
-    """Centres (3,) of the places on a region's floor in rows, at least `pitch` apart [m]."""
+    """World centres (3,) of places on a region's floor, in rows at least `pitch` apart [m]."""
+    return [region.wTr.act(slot) for slot in _rows(region, pitch)]
+
+
+def _rows(region: Region, pitch: float) -> list[Array]:
+    """The same in the region."""
     length, width, height = region.size
     columns, rows = (max(1, int((edge + 1e-9) // pitch)) for edge in (length, width))
     return [
-        region.wTr.act(
-            np.array(
-                [
-                    (column - (columns - 1) / 2.0) * length / columns,
-                    (row - (rows - 1) / 2.0) * width / rows,
-                    -height / 2.0,
-                ]
-            )
+        np.array(
+            [
+                (column - (columns - 1) / 2.0) * length / columns,
+                (row - (rows - 1) / 2.0) * width / rows,
+                -height / 2.0,
+            ]
         )
         for row in range(rows)
         for column in range(columns)
@@ -36,10 +39,10 @@ def slots(region: Region, pitch: float) -> list[Array]:
 
 
 def _grid(region: Region, margin: float) -> list[Array]:
-    """Points (3,) on the floor of a region without its margin, in the world [m]."""
+    """Points (3,) on the floor of a region without its margin, in the region [m]."""
     length, width, height = np.maximum(region.size / 2.0 - [margin, margin, 0.0], 0.0)
     return [
-        region.wTr.act(np.array([x, y, -height]))
+        np.array([x, y, -height])
         for y in np.arange(-width, width + 1e-9, _GRID)
         for x in np.arange(-length, length + 1e-9, _GRID)
     ]
@@ -61,11 +64,22 @@ class Places:
     ) -> None:
         self._context, self._region = context, region
         self._sign = -1.0 if far_first else 1.0
-        regular = slots(region, pitch)
+        regular = _rows(region, pitch)
         self._regular, self._spare_pitch = len(regular), _CLOSER * pitch
-        self.slots = [*regular, *_grid(region, self._spare_pitch / 2.0)]
-        """Centres (3,) in the world [m]; places are numbered from 1, those between rows last."""
+        self._slots = [*regular, *_grid(region, self._spare_pitch / 2.0)]
+        """Centres (3,) in the region [m]."""
         self.begin()
+
+    @property
+    def slots(self) -> list[Array]:
+        """World centres (3,) [m]; places are numbered from 1, those between rows last."""
+        wTr = self._region.wTr
+        return [wTr.act(slot) for slot in self._slots]
+
+    def centre(self, number: int) -> Array:
+        """(3,) of one place, in the world, now [m]."""
+        centre: Array = self._region.wTr.act(self._slots[number - 1])
+        return centre
 
     def begin(self) -> None:
         """Forget the places that were passed over."""
@@ -104,6 +118,6 @@ class Places:
         wTr = self._region.wTr
         base = wTr.actInv(self._context.state.wTb.translation)[:2]
         axis = int((np.abs(base) - self._region.size[:2] / 2.0).argmax())
-        regular = self.slots[: self._regular]
+        regular = [wTr.act(slot) for slot in self._slots[: self._regular]]
         away = [-np.sign(base[axis]) * wTr.actInv(slot)[axis] for slot in regular]
         return sorted(range(1, len(away) + 1), key=lambda n: round(self._sign * away[n - 1], 6))

@@ -36,11 +36,13 @@ class RetreatCheck(Leaf):
     ) -> None:
         super().__init__(name, context)
         self._rise = rise_m
-        self._next = None if next_goal is None else next_goal.wTe
+        self._next = next_goal
 
     def initialise(self) -> None:
         """Rise from wherever the hand is now."""
-        self._goal = straight_up(self.context, self._rise, _SPEED, self._next)
+        self._goal = straight_up(
+            self.context, self._rise, _SPEED, None if self._next is None else self._next.wTe
+        )
         self._progress = Progress(self.context, straight=True)
         self._up_since: TaskTime | None = None
 

@@ -102,7 +102,7 @@ class Survey:
             wTc = straight_down(self._views[self._next - 1], self._height, like=self._like)
             target = f"view {self._next} of {len(self._views)} of {self._region.name}"
             goal = PoseGoal(wTe=hand_for(self._leaf.context, wTc))
-            self._approach = Approach(self._leaf, goal, target, self._timeout)
+            self._approach = Approach(self._leaf, lambda: goal, target, self._timeout)
         return self._approach.tick()
 
     def _take_pictures(self) -> Status:

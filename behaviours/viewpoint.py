@@ -83,7 +83,7 @@ class MoveCamera:
     def __init__(self, leaf: Leaf, wTc: SE3, target: str, timeout: float) -> None:
         self._leaf = leaf
         goal = PoseGoal(wTe=hand_for(leaf.context, wTc), speed=LOOK_SPEED)
-        self._approach = Approach(leaf, goal, target, timeout)
+        self._approach = Approach(leaf, lambda: goal, target, timeout)
 
     def tick(self) -> Status:
         """SUCCESS when the camera rests there, FAILURE as for an `Approach`."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 from typing import Protocol, TypeAlias
 
@@ -60,6 +60,14 @@ class PoseGoal:
         """Whether the goal is known to move."""
         return self.twist is not None and bool(self.twist.any())
 
+    def moved(self, T: SE3) -> PoseGoal:
+        """The goal, moved by T."""
+        twist = self.twist
+        if twist is not None:
+            twist = np.concatenate([T.rotation @ twist[:3], T.rotation @ twist[3:]])
+        next_goal = None if self.next_goal is None else T * self.next_goal
+        return replace(self, wTe=T * self.wTe, twist=twist, next_goal=next_goal)
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PostureGoal:
@@ -67,6 +75,10 @@ class PostureGoal:
 
     q: Array  # (7,) desired joint positions [rad]
     tolerance: float = 0.01  # arrived when every joint is nearer than this [rad]
+
+    def moved(self, T: SE3) -> PostureGoal:
+        """The same: a posture does not depend on where the base is."""
+        return self
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -78,6 +90,10 @@ class BaseGoal:
     heading_tolerance: float = np.deg2rad(5.0)  # ... and turned less than this away [rad]
     reverse: bool = False  # drive there backwards (differential drives)
     speed: float = inf  # largest speed of the base, if less than its own [m/s]
+
+    def moved(self, T: SE3) -> BaseGoal:
+        """The goal, moved by T."""
+        return replace(self, wTb=T * self.wTb)
 
 
 MotionGoal: TypeAlias = PoseGoal | PostureGoal | BaseGoal

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from pinocchio import SE3
 
 from controller.command import Array
 from robots import Geom
@@ -16,6 +17,8 @@ class PointCloud:
 
     def __init__(self, points: Array) -> None:
         self.points = points
+        self._wTp: SE3 | None = None
+        """The frame in which the tree has the points; None for the world."""
         self._tree = None
         if len(points):
             from scipy.spatial import cKDTree  # slow to import; see `HolisticController`
@@ -29,8 +32,18 @@ class PointCloud:
         """
         if self._tree is None:
             return np.full(len(places), np.inf), np.zeros(len(places), dtype=np.int64)
+        if self._wTp is not None:
+            places = (places - self._wTp.translation) @ self._wTp.rotation
         distances, numbers = self._tree.query(places, distance_upper_bound=within)
         return distances, numbers
+
+    def moved(self, T: SE3) -> PointCloud:
+        """The same points, moved by T; the tree is shared."""
+        cloud = PointCloud.__new__(PointCloud)
+        cloud.points = self.points @ T.rotation.T + T.translation
+        cloud._wTp = T if self._wTp is None else T * self._wTp
+        cloud._tree = self._tree
+        return cloud
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +71,9 @@ class Surroundings:
     """Surface points seen by a depth camera; a new object for every frame."""
     held: tuple[Geom, ...] = ()
     """Shapes of the held object in e: they move with the robot and avoid obstacles too."""
+    wTo: SE3 | None = None
+    """The odometry frame in the world, in which velocities of goals are measured; None where it is
+    the world."""
 
     def has_shapes_of(self, other: Surroundings) -> bool:
         """Whether all shapes are the same, wherever the moving obstacles are."""

@@ -142,7 +142,7 @@ class PoseTask:
         """The task of one period; `steady` (n,) are the last velocities without compensation."""
         model, settings, guidance = self._model, self._settings, self._guidance
         bTe, J, bounds = tick.kinematics.bTe, tick.kinematics.J, tick.bounds
-        goal = self._servo.with_motion(goal)
+        goal = self._servo.with_motion(goal, tick.surroundings.wTo)
         bTw = tick.state.wTb.inverse()
         error = pose_error(bTe, bTw * goal.wTe)
         twist = self._servo(goal, bTw, bTe, error)

@@ -32,7 +32,7 @@ from robots import Box, Geom, Plane, load_robot
 TABLE_TOP = 0.5
 ON_TABLE = Region(
     name="table",
-    wTr=SE3(np.eye(3), np.array([0.7, 0.0, TABLE_TOP + 0.1])),
+    mTr=SE3(np.eye(3), np.array([0.7, 0.0, TABLE_TOP + 0.1])),
     size=np.array([0.4, 0.4, 0.2]),
 )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
@@ -30,7 +31,7 @@ def scene_view(
         value.name: value for value in given if isinstance(value, Region | ToolPose | BasePose)
     }
     goals = {
-        name: value.wTe if isinstance(value, ToolPose) else value.wTb
+        name: value.mTe if isinstance(value, ToolPose) else value.mTb
         for name, value in named.items()
         if not isinstance(value, Region)
     }
@@ -39,7 +40,7 @@ def scene_view(
         fixtures=tuple(truth.fixtures if truth else fixtures),
         objects=tuple(ObjectView(name=o.name, parts=o.parts) for o in objects),
         regions=tuple(
-            RegionView(name=name, pose=value.wTr, size=value.size)
+            RegionView(name=name, pose=value.mTr, size=value.size)
             for name, value in named.items()
             if isinstance(value, Region)
         ),
@@ -64,28 +65,34 @@ class Snapshots:
         """Time of the first tick."""
 
     def of(self, tick: Tick) -> Snapshot:
-        """The snapshot of a tick; a frame is in that of the tick that first used it."""
+        """The snapshot of a tick, on the map; a frame is in that of the tick that first used it."""
         context, vision = tick.context, tick.context.vision
         clock = context.clock
         self.began = self.began or clock.now()
         is_new = vision.frame is not self._shown
         self._shown = vision.frame
+        state, goal, frame, grasp = tick.state, context.goal, vision.frame, vision.grasp
+        if (mTw := context.localisation.mTw) is not None:
+            state = replace(state, wTb=mTw * state.wTb)
+            goal = None if goal is None else goal.moved(mTw)
+            frame = None if frame is None else replace(frame, wTc=mTw * frame.wTc)
+            grasp = None if grasp is None else grasp.moved(mTw)
         return Snapshot(
             tick=tick.number,
             time=clock.now().since(self.began),
             paused_s=clock.paused_s,
-            state=tick.state,
+            state=state,
             command=tick.applied,
             report=tick.report,
             seconds=tick.seconds,
             nodes=self._of_nodes(),
-            goal=context.goal,
+            goal=goal,
             objects=tuple(map(_POSE, self._movable)),
-            frame=vision.frame if is_new else None,
+            frame=frame if is_new else None,
             detection=vision.detection if is_new else None,
-            grasp=vision.grasp,
+            grasp=grasp,
             locked=vision.tracker.locked,
-            seen=None if context.depth_obstacles is None else context.depth_obstacles.cloud,
+            seen=context.depth_points,
             blackboard={path: key.read() for path, key in context.keys.items() if key.written},
         )
 

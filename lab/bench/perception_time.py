@@ -18,7 +18,7 @@ from perception import GraspDetector
 _ROUNDS = 3
 _CONTAINER = Region(  # of the scene `household`, its inside
     name="container",
-    wTr=SE3(np.eye(3), np.array([3.0, 0.0, 0.556])),
+    mTr=SE3(np.eye(3), np.array([3.0, 0.0, 0.556])),
     size=np.array([0.44, 0.36, 0.20]),
 )
 

@@ -95,7 +95,7 @@ def world_with(objects: Objects, rng: np.random.Generator) -> tuple[World, Regio
             continue
         region = Region(
             name="inside",
-            wTr=SE3(np.eye(3), np.array([0.0, 0.0, FLOOR + 0.1])),
+            mTr=SE3(np.eye(3), np.array([0.0, 0.0, FLOOR + 0.1])),
             size=np.array([*inner, 0.2]),
         )
         return world, region

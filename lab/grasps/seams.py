@@ -56,7 +56,7 @@ TRAY, INNER, FLOOR = (0.80, 0.0), (0.44, 0.36), 0.456
 """Middle of the tray, its inner size and the height of its floor [m]."""
 TRAY_REGION = Region(
     name="tray",
-    wTr=SE3(np.eye(3), np.array([*TRAY, FLOOR + 0.1])),
+    mTr=SE3(np.eye(3), np.array([*TRAY, FLOOR + 0.1])),
     size=np.array([*INNER, 0.2]),
 )
 CLUTTER = ("apart", "pairs", "cluster")

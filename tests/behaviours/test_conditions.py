@@ -51,7 +51,7 @@ def test_near_is_about_the_hand_for_a_tool_pose():
     x, y, z = harness.context.wTe.translation
     harness.tick(None)
     rotation = harness.context.wTe.rotation
-    pose = ToolPose(name="spot", wTe=SE3(rotation, np.array([x, y, z + 0.3])))
+    pose = ToolPose(name="spot", mTe=SE3(rotation, np.array([x, y, z + 0.3])))
     assert asked(harness, Near("near", harness.context, pose=pose, within_m=0.31))[0]
     assert asked(harness, Near("near", harness.context, pose=pose, within_m=0.29)) == (
         False,
@@ -66,7 +66,7 @@ def test_near_is_about_the_base_for_a_base_pose_and_its_heading_if_asked(within_
     condition = Near(
         "near",
         harness.context,
-        pose=BasePose(name="corner", wTb=wTb),
+        pose=BasePose(name="corner", mTb=wTb),
         within_m=0.51,
         within_deg=within_deg,
     )
@@ -85,7 +85,7 @@ def test_arm_at_compares_every_joint():
 
 SPOT = Region(
     name="spot",
-    wTr=SE3(np.eye(3), np.array([0.75, 0.0, TABLE_TOP + 0.1])),
+    mTr=SE3(np.eye(3), np.array([0.75, 0.0, TABLE_TOP + 0.1])),
     size=np.array([0.4, 0.4, 0.2]),
 )
 

@@ -17,7 +17,7 @@ from robots import load_robot
 READY = load_robot("frankie").arm.ready
 
 CORNER = BasePose(
-    name="corner", wTb=SE3(pin.utils.rotate("z", np.pi / 2), np.array([1.0, 0.5, 0.0]))
+    name="corner", mTb=SE3(pin.utils.rotate("z", np.pi / 2), np.array([1.0, 0.5, 0.0]))
 )
 BENT = Posture(name="bent", q=READY + np.array([0.5, -0.3, 0.0, -0.3, 0.0, 0.2, 0.0]))
 

@@ -30,12 +30,12 @@ from robots import Box, Geom
 HIGH = 0.9
 FAR = Region(
     name="table",
-    wTr=SE3(np.eye(3), np.array([0.85, 0.0, TABLE_TOP + 0.1])),
+    mTr=SE3(np.eye(3), np.array([0.85, 0.0, TABLE_TOP + 0.1])),
     size=np.array([0.3, 0.4, 0.2]),
 )
 ON_HIGH = Region(
     name="high table",
-    wTr=SE3(np.eye(3), np.array([0.0, 2.0, HIGH + 0.1])),
+    mTr=SE3(np.eye(3), np.array([0.0, 2.0, HIGH + 0.1])),
     size=np.array([0.6, 0.4, 0.2]),
 )
 
@@ -66,7 +66,7 @@ def test_a_table_higher_than_the_shoulder_is_reached_from_a_stance():
         for y in (1.73, 2.27)
     ]
     harness = held_among(box("high table/top", (0.0, 2.0, HIGH - 0.02), (0.6, 0.3, 0.02)), *legs)
-    there = ToolPose(name="at it", wTe=looking_down(0.0, 1.8, HIGH + 0.25, yaw=np.pi / 2))
+    there = ToolPose(name="at it", mTe=looking_down(0.0, 1.8, HIGH + 0.25, yaw=np.pi / 2))
     harness.run(Navigate("navigate", harness.context, to=there, within_m=0.1))
     leaf = Place("place", harness.context, on=ON_HIGH)
     assert harness.run(leaf, seconds=40.0) is Status.SUCCESS, leaf.feedback_message
@@ -105,7 +105,7 @@ def test_a_grasp_out_of_reach_from_here_is_reached_from_elsewhere():
     harness = Harness(table_world(block(x=1.05, y=0.28)))
     harness.reach_over(looking_down(0.85, 0.2, TABLE_TOP + 0.35))
     corner = SE3(np.eye(3), np.array([1.05, 0.25, TABLE_TOP + 0.1]))
-    within = Region(name="corner", wTr=corner, size=np.array([0.2, 0.2, 0.2]))
+    within = Region(name="corner", mTr=corner, size=np.array([0.2, 0.2, 0.2]))
     leaf = Grasp("grasp", harness.context, within=within)
     assert harness.run(leaf) is Status.SUCCESS, leaf.feedback_message
     assert harness.world.held is not None
@@ -118,7 +118,7 @@ def test_a_base_that_is_stuck_beside_something_backs_off_and_tries_again():
     harness = Harness(table_world())
     harness.reach_over(looking_down(0.7, 0.0, TABLE_TOP + 0.04))
     before = harness.robot.read().wTb.translation
-    there = ToolPose(name="over there", wTe=looking_down(0.7, 0.3, TABLE_TOP + 0.04))
+    there = ToolPose(name="over there", mTe=looking_down(0.7, 0.3, TABLE_TOP + 0.04))
     leaf = Navigate("navigate", harness.context, to=there)
     harness.robot.stuck = True
     while leaf.feedback_message != "backing off":

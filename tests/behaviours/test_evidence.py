@@ -31,7 +31,7 @@ from behaviours.retreat_check import RetreatCheck
 
 FAR = Region(
     name="table",
-    wTr=SE3(np.eye(3), np.array([0.85, 0.0, TABLE_TOP + 0.1])),
+    mTr=SE3(np.eye(3), np.array([0.85, 0.0, TABLE_TOP + 0.1])),
     size=np.array([0.3, 0.4, 0.2]),
 )
 

@@ -98,7 +98,7 @@ def test_retreat_check_fails_when_the_hand_does_not_rise():
 
 FAR = Region(
     name="table",
-    wTr=SE3(np.eye(3), np.array([0.85, 0.0, TABLE_TOP + 0.1])),
+    mTr=SE3(np.eye(3), np.array([0.85, 0.0, TABLE_TOP + 0.1])),
     size=np.array([0.3, 0.4, 0.2]),
 )
 
@@ -140,7 +140,7 @@ def test_the_arm_keeps_off_what_it_has_set_down_until_it_grasps_it_again(placed)
 def test_when_the_rows_are_full_places_between_them_are_used():
     """A bin of the usual size has room for more than its one row."""
     context = Harness().context
-    region = Region(name="bin", wTr=ON_TABLE.wTr, size=np.array([0.5, 0.36, 0.2]))
+    region = Region(name="bin", mTr=ON_TABLE.wTr, size=np.array([0.5, 0.36, 0.2]))
     places = Places(context, region, 0.2)
     used = context.log.places_used.setdefault("bin", set())
     found = []

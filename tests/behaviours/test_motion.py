@@ -16,13 +16,13 @@ from behaviours.motion import over_grasp
 from behaviours.navigate import Navigate
 from controller import BaseGoal
 
-FAR_AWAY = ToolPose(name="far_away", wTe=looking_down(2.5, 0.5, 0.8))
+FAR_AWAY = ToolPose(name="far_away", mTe=looking_down(2.5, 0.5, 0.8))
 
 
 def base_pose(x: float, y: float, degrees: float) -> BasePose:
     return BasePose(
         name="there",
-        wTb=SE3(pin.utils.rotate("z", np.radians(degrees)), np.array([x, y, 0.0])),
+        mTb=SE3(pin.utils.rotate("z", np.radians(degrees)), np.array([x, y, 0.0])),
     )
 
 
@@ -60,7 +60,7 @@ def test_a_robot_that_only_moves_about_is_stuck_in_the_end():
 def test_a_goal_out_of_reach_is_given_up():
     harness = Harness(table_world())
     leaf = Navigate(
-        "navigate", harness.context, to=ToolPose(name="sky", wTe=looking_down(0.5, 0.0, 2.5))
+        "navigate", harness.context, to=ToolPose(name="sky", mTe=looking_down(0.5, 0.0, 2.5))
     )
     assert harness.run(leaf, seconds=60.0) is Status.FAILURE
     assert leaf.feedback_message.startswith("cannot get to sky: 2.50 m up: tilted like this")
@@ -97,7 +97,7 @@ def test_late_ticks_count_in_no_patience():
 
 def test_a_hand_that_is_late_when_it_is_down_rises_before_it_fails():
     harness = over_the_table(block(x=0.75))
-    region = Region(name="spot", wTr=SE3(np.eye(3), np.array([0.75, 0, 0.6])), size=np.full(3, 0.4))
+    region = Region(name="spot", mTr=SE3(np.eye(3), np.array([0.75, 0, 0.6])), size=np.full(3, 0.4))
     leaf = Grasp("grasp", harness.context, within=region)
     harness.run_into(leaf, "descend")
     leaf._timeout = 0.0

@@ -17,7 +17,7 @@ from robots import Box, Geom, Plane, load_robot
 READY = load_robot("frankie").arm.ready
 
 TO_THE_LEFT = Posture(name="to the left", q=READY + np.array([0.9, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]))
-POSE = ToolPose(name="over_there", wTe=looking_down(1.6, 0.3, 0.8))
+POSE = ToolPose(name="over_there", mTe=looking_down(1.6, 0.3, 0.8))
 FOLDED = Posture(name="folded", q=READY + np.array([0.4, -0.3, 0.0, -0.3, 0.0, 0.2, 0.0]))
 
 
@@ -38,7 +38,7 @@ def test_navigate_brings_the_hand_to_a_pose(robot):
 @pytest.mark.slow
 def test_navigate_reaches_what_is_behind():
     harness = Harness(table_world())
-    leaf = navigate(harness, ToolPose(name="behind", wTe=looking_down(-2.0, 0.0, 0.7)))
+    leaf = navigate(harness, ToolPose(name="behind", mTe=looking_down(-2.0, 0.0, 0.7)))
     assert harness.run(leaf) is Status.SUCCESS, leaf.feedback_message
 
 

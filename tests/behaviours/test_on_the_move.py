@@ -65,7 +65,7 @@ def test_the_base_stops_before_the_arm_is_at_its_end(robot):
 
 def saved_on_the_way_to(*place: float) -> float:
     """How much sooner the hand is there with its object if the base sets out before [s]."""
-    there = ToolPose(name="there", wTe=looking_down(*place, 0.8))
+    there = ToolPose(name="there", mTe=looking_down(*place, 0.8))
     times = []
     for onward in (None, there):
         harness = over_the_table(block(half=(0.03, 0.02, 0.025)))  # gripped without a turn
@@ -94,8 +94,8 @@ def test_a_grasp_on_the_move_saves_time_on_average():
 
 @pytest.mark.slow
 def test_after_an_attempt_in_vain_the_base_stands_while_the_hand_grasps():
-    there = ToolPose(name="there", wTe=looking_down(-3.0, 1.5, 0.8))
-    up = ToolPose(name="up", wTe=looking_down(0.6, 0.0, 0.85))
+    there = ToolPose(name="there", mTe=looking_down(-3.0, 1.5, 0.8))
+    up = ToolPose(name="up", mTe=looking_down(0.6, 0.0, 0.85))
     ends = []
     for second in ("the same", "standing", "another"):
         harness = over_the_table(block())

@@ -17,10 +17,10 @@ from hw.sim.sim_object import Motion
 
 LARGE = Region(
     name="table",
-    wTr=SE3(np.eye(3), np.array([0.8, 0.0, TABLE_TOP + 0.1])),
+    mTr=SE3(np.eye(3), np.array([0.8, 0.0, TABLE_TOP + 0.1])),
     size=np.array([0.4, 0.7, 0.2]),
 )
-BEHIND = ToolPose(name="bin", wTe=looking_down(-1.5, 0.5, 0.3))
+BEHIND = ToolPose(name="bin", mTe=looking_down(-1.5, 0.5, 0.3))
 
 
 def over_the_table(*objects) -> Harness:
@@ -73,7 +73,7 @@ def test_a_scan_does_not_count_by_what_it_cannot_see():
     harness = over_the_table()
     beyond = Region(
         name="shelf",
-        wTr=SE3(np.eye(3), np.array([0.8, 0.0, TABLE_TOP - 0.2])),
+        mTr=SE3(np.eye(3), np.array([0.8, 0.0, TABLE_TOP - 0.2])),
         size=np.array([0.3, 0.3, 0.2]),
     )
     count: Key[int] = Key("count")

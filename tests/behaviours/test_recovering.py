@@ -18,7 +18,7 @@ from robots import Box, Geom, Plane
 SLOW = pytest.mark.slow
 FLOOR = Geom(Plane(), SE3.Identity(), "floor")
 PEDESTAL = Geom(Box((0.1, 0.1, 0.2)), SE3(np.eye(3), np.array([1.2, 0.0, 0.2])), "pedestal")
-BEYOND = BasePose(name="beyond", wTb=SE3(np.eye(3), np.array([2.5, 0.0, 0.0])))
+BEYOND = BasePose(name="beyond", mTb=SE3(np.eye(3), np.array([2.5, 0.0, 0.0])))
 
 
 def clears_of(harness: Harness) -> list[float]:
@@ -142,7 +142,7 @@ def test_faults_at_other_places_are_cleared_with_pauses_too():
     for k in range(5):
         harness.robot.faults = (REFLEX,)
         assert harness.run(Recover("recover", harness.context)) is Status.SUCCESS
-        there = BasePose(name="there", wTb=SE3(np.eye(3), np.array([0.0, 0.7 * (k + 1), 0.0])))
+        there = BasePose(name="there", mTb=SE3(np.eye(3), np.array([0.0, 0.7 * (k + 1), 0.0])))
         assert harness.run(Navigate("navigate", harness.context, to=there)) is Status.SUCCESS
     assert not harness.context.fault_memory.given_up
     assert (np.diff(times) > [1.99, 7.99, 7.99, 7.99]).all()

@@ -17,7 +17,7 @@ from behaviours.place import Place
 
 REGION = Region(
     name="spot",
-    wTr=SE3(np.eye(3), np.array([0.75, 0.0, TABLE_TOP + 0.1])),
+    mTr=SE3(np.eye(3), np.array([0.75, 0.0, TABLE_TOP + 0.1])),
     size=np.array([0.4, 0.4, 0.2]),
 )
 

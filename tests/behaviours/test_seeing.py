@@ -17,7 +17,7 @@ from robots import Cylinder, Geom
 
 REGION = Region(
     name="spot",
-    wTr=SE3(np.eye(3), np.array([0.75, 0.0, TABLE_TOP + 0.1])),
+    mTr=SE3(np.eye(3), np.array([0.75, 0.0, TABLE_TOP + 0.1])),
     size=np.array([0.4, 0.4, 0.2]),
 )
 
@@ -25,7 +25,7 @@ REGION = Region(
 def looking_stage(*objects: SimObject) -> Harness:
     """The hand 0.35 m above the table, looking at the region."""
     harness = Harness(table_world(*objects))
-    pose = ToolPose(name="above", wTe=looking_down(0.68, 0.0, TABLE_TOP + 0.35))
+    pose = ToolPose(name="above", mTe=looking_down(0.68, 0.0, TABLE_TOP + 0.35))
     assert harness.run(Navigate("navigate", harness.context, to=pose)) is Status.SUCCESS
     return harness
 
@@ -86,7 +86,7 @@ def test_a_grasp_out_of_the_region_is_not_taken():
     harness = looking_stage(block(x=0.66, y=0.0))
     elsewhere = Region(
         name="elsewhere",
-        wTr=SE3(np.eye(3), np.array([0.85, 0.0, TABLE_TOP + 0.1])),
+        mTr=SE3(np.eye(3), np.array([0.85, 0.0, TABLE_TOP + 0.1])),
         size=np.array([0.15, 0.2, 0.2]),
     )
     leaf = Grasp("grasp", harness.context, within=elsewhere)

@@ -18,7 +18,7 @@ from robots import Box, Geom, Plane
 RADIUS = 0.06
 FAR = Region(
     name="table",
-    wTr=SE3(np.eye(3), np.array([0.85, 0.0, TABLE_TOP + 0.1])),
+    mTr=SE3(np.eye(3), np.array([0.85, 0.0, TABLE_TOP + 0.1])),
     size=np.array([0.3, 0.4, 0.2]),
 )
 """Six places in two rows; the far one has those with even numbers, and is filled first."""
@@ -139,7 +139,7 @@ def test_when_something_stands_at_every_place_nothing_is_let_go():
 
 def test_nothing_is_let_go_where_there_is_no_surface():
     harness = with_things_at()
-    off = Region(name="table", wTr=FAR.wTr * SE3(np.eye(3), np.array([0, 0.6, 0])), size=FAR.size)
+    off = Region(name="table", mTr=FAR.wTr * SE3(np.eye(3), np.array([0, 0.6, 0])), size=FAR.size)
     leaf = place(harness, off)
     assert harness.run(leaf) is Status.FAILURE
     assert leaf.feedback_message == "no surface at place 2 of table: it is 0.50 m lower"

@@ -109,7 +109,7 @@ def test_a_result_for_another_region_or_of_long_ago_is_dropped(beside):
     vision.detect(ON_TABLE)
     executor.work()
     vision.begin_tick()
-    elsewhere = Region(name="other", wTr=ON_TABLE.wTr, size=ON_TABLE.size)
+    elsewhere = Region(name="other", mTr=ON_TABLE.wTr, size=ON_TABLE.size)
     assert vision.detect(elsewhere) is None
     executor.work()
     harness.run_for(None, 1.0)

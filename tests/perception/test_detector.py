@@ -18,7 +18,7 @@ GRIPPER, CAMERA = ROBOT.gripper, ROBOT.camera.intrinsics
 FLOOR = 0.456
 WORKSPACE = Region(
     name="container",
-    wTr=SE3(np.eye(3), np.array([3.0, 0.0, FLOOR + 0.1])),
+    mTr=SE3(np.eye(3), np.array([3.0, 0.0, FLOOR + 0.1])),
     size=np.array([0.44, 0.36, 0.20]),
 )
 
@@ -90,7 +90,7 @@ def test_pixel_and_angle_are_where_the_grasp_is_in_the_image(detector: GraspDete
 def test_only_what_lies_in_the_workspace_is_grasped(detector: GraspDetector) -> None:
     elsewhere = Region(
         name="elsewhere",
-        wTr=SE3(np.eye(3), np.array([2.85, 0.0, FLOOR + 0.1])),
+        mTr=SE3(np.eye(3), np.array([2.85, 0.0, FLOOR + 0.1])),
         size=np.array([0.10, 0.36, 0.20]),
     )
     view = frame(box_world(), looking_down(0.42))

@@ -15,7 +15,7 @@ from robots import Box, Cylinder, Geom, Plane, Sphere, load_robot
 CAMERA = load_robot("frankie").camera.intrinsics
 FLOOR = 0.4
 REGION = Region(
-    name="tray", wTr=SE3(np.eye(3), np.array([0.0, 0.0, 0.5])), size=np.array([0.4, 0.3, 0.2])
+    name="tray", mTr=SE3(np.eye(3), np.array([0.0, 0.0, 0.5])), size=np.array([0.4, 0.3, 0.2])
 )
 RED, BLUE = (214, 84, 70), (84, 104, 184)
 

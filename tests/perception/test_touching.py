@@ -22,7 +22,7 @@ from robots import Box, Cylinder, Geom, Plane, load_robot
 
 CAMERA = load_robot("frankie").camera
 REGION = Region(
-    name="tray", wTr=SE3(np.eye(3), np.array([0.0, 0.0, 0.1])), size=np.array([0.4, 0.3, 0.2])
+    name="tray", mTr=SE3(np.eye(3), np.array([0.0, 0.0, 0.1])), size=np.array([0.4, 0.3, 0.2])
 )
 RED = (214, 84, 70)
 

@@ -156,16 +156,16 @@ def pose_text(pose: NamedValue) -> str:
 
 def _fields(pose: NamedValue) -> dict[str, npt.NDArray[np.float64]]:
     if isinstance(pose, ToolPose):
-        turn = np.rad2deg(pin.rpy.matrixToRpy(pose.wTe.rotation))
-        return {"xyz": pose.wTe.translation, "rpy_deg": turn}
+        turn = np.rad2deg(pin.rpy.matrixToRpy(pose.mTe.rotation))
+        return {"xyz": pose.mTe.translation, "rpy_deg": turn}
     if isinstance(pose, BasePose):
-        return {"base": pose.wTb.translation[:2], "heading_deg": _yaw_deg(pose.wTb)}
+        return {"base": pose.mTb.translation[:2], "heading_deg": _yaw_deg(pose.mTb)}
     if isinstance(pose, Posture):
         return {"joints_deg": np.rad2deg(pose.q)}
     assert isinstance(pose, Region)
-    yaw = _yaw_deg(pose.wTr)
+    yaw = _yaw_deg(pose.mTr)
     turned = {} if not yaw[0] else {"yaw_deg": yaw}
-    return {"centre": pose.wTr.translation, "size": pose.size, **turned}
+    return {"centre": pose.mTr.translation, "size": pose.size, **turned}
 
 
 def _yaw_deg(pose: SE3) -> npt.NDArray[np.float64]:

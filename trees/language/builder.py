@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from py_trees.behaviour import Behaviour
 
-from behaviours import Key, Posture
+from behaviours import Key, MapPlace, Posture
 from config import Diagnostic
 from trees.language.leaf_type import ADD
 from trees.language.named_poses import READY
@@ -25,11 +25,16 @@ LeafMaker: TypeAlias = "Callable[[LeafNode, Context, Mapping[str, object]], Beha
 
 
 def real_leaf(node: LeafNode, context: Context, arguments: Mapping[str, object]) -> Behaviour:
-    """The leaf of a node; `ready` becomes the posture of the robot's description."""
+    """The leaf of a node; `ready` becomes the posture of the robot's description.
+
+    Poses and regions are on the map: the leaf has them where the map is.
+    """
     fitted = dict(arguments)
     for name, value in arguments.items():
         if value is READY:
             fitted[name] = Posture(name=READY.name, q=context.robot.description.arm.ready)
+        elif isinstance(value, MapPlace):
+            fitted[name] = context.on_map(value)
     return node.type.behaviour(node.name, context, **fitted)
 
 

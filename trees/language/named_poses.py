@@ -133,9 +133,9 @@ class PoseSection(StrictModel):
 
         if "xyz" in self.model_fields_set:
             turn = rpy.rpyToMatrix(np.deg2rad(self.rpy_deg))
-            return ToolPose(name=name, wTe=SE3(turn, np.array(self.xyz)))
+            return ToolPose(name=name, mTe=SE3(turn, np.array(self.xyz)))
         if "base" in self.model_fields_set:
-            return BasePose(name=name, wTb=_upright([*self.base, 0.0], self.heading_deg))
+            return BasePose(name=name, mTb=_upright([*self.base, 0.0], self.heading_deg))
         return Posture(name=name, q=np.deg2rad(self.joints_deg))
 
 
@@ -151,7 +151,7 @@ class RegionSection(StrictModel):
         import numpy as np
 
         wTr = _upright(self.centre, self.yaw_deg)
-        return Region(name=name, wTr=wTr, size=np.array(self.size))
+        return Region(name=name, mTr=wTr, size=np.array(self.size))
 
 
 def _upright(xyz: list[float], yaw_deg: float) -> SE3:
