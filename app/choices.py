@@ -39,6 +39,20 @@ class ObstacleSource(StrEnum):
     BOTH = "both"
 
 
+class RegistrationForm(StrEnum):
+    """What is matched to the map, to correct where the robot believes to be."""
+
+    BOTH = "both"
+    LASER = "laser"
+    CAMERA = "camera"
+    NONE = "none"
+
+    @property
+    def sensors(self) -> tuple[str, ...]:
+        """The sensors that are used."""
+        return {"both": ("laser", "camera"), "none": ()}.get(self.value, (self.value,))
+
+
 class View(StrEnum):
     """How a run is shown."""
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from behaviours.grasp import DOUBTFUL, LOOK_HEIGHT, LOOKS, Grasp
     from behaviours.leaf import Condition, Leaf
     from behaviours.leaves import LEAVES
+    from behaviours.localisation import SENSORS, Localiser, map_surfaces
     from behaviours.log import Carried, TaskLog
     from behaviours.motion import Approach, Progress
     from behaviours.navigate import Navigate
@@ -48,6 +49,7 @@ __all__ = [
     "LEAVES",
     "LOOKS",
     "LOOK_HEIGHT",
+    "SENSORS",
     "Approach",
     "BasePose",
     "Bounds",
@@ -63,6 +65,7 @@ __all__ = [
     "Key",
     "Leaf",
     "LeafCrashedError",
+    "Localiser",
     "MapPlace",
     "Navigate",
     "NotNegative",
@@ -80,6 +83,7 @@ __all__ = [
     "Vision",
     "VisionBeside",
     "VisionInStep",
+    "map_surfaces",
     "slots",
     "straight_down",
 ]

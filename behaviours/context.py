@@ -15,7 +15,7 @@ from pinocchio import SE3
 from behaviours.depth_obstacles import DepthObstacles
 from behaviours.fault_memory import FaultMemory
 from behaviours.held_object import HeldObject, SetDownObjects
-from behaviours.localisation import Localisation, OnMap
+from behaviours.localisation import Localiser, OnMap
 from behaviours.log import TaskLog
 from behaviours.parameter_types import Key, MapPlace
 from behaviours.placed_object import PlacedObjectWatch
@@ -102,7 +102,7 @@ class Context:
     vision: Vision
     state: RobotState
     """Reading of this tick, in the world of the odometry."""
-    localisation: Localisation = field(default_factory=Localisation)
+    localisation: Localiser = field(default_factory=Localiser)
     """Where the map is in that world."""
     relocalised: str = ""
     """A message if the localised base pose has jumped since the last tick, so that world positions
@@ -133,6 +133,7 @@ class Context:
     """Every key of the tree, by its path: those of a subtree after the name of its node."""
 
     def __post_init__(self) -> None:
+        self.localisation.read(self.state)
         self._held = HeldObject(self.log)
         self._relocalisation = Relocalisation()
         self._jump = self._relocalisation.note(self.state)
@@ -209,6 +210,7 @@ class Context:
             self.fault_memory.relocalise()
         self.goal, self.goal_of = None, None
         self.vision.begin_tick()
+        self.localisation.look(self.robot, self.vision)
         if self.depth_obstacles is not None:
             if self.relocalised:
                 self.depth_obstacles.relocalise(state.stamp)

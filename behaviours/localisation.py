@@ -2,20 +2,56 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Generic, TypeVar
+from bisect import bisect_left
+from collections import deque
+from collections.abc import Callable, Collection, Iterable
+from concurrent.futures import Executor, Future
+from dataclasses import dataclass, field
+from math import inf, radians
+from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 from pinocchio import SE3
 
-from hw import RobotState
+from behaviours.vision import Vision
+from hw import DepthFrame, InlineExecutor, LaserScan, Robot, RobotState
+from perception.registration import (
+    LASER,
+    Cloud,
+    Registration,
+    Surfaces,
+    Update,
+    depth_cloud,
+    in_space,
+    on_floor,
+    register,
+    smoothed,
+)
+from perception.registration import Localisation as Filter
+from robots import Geom
 
 Thing = TypeVar("Thing")
 
+SENSORS = ("laser", "camera")
+"""What is registered to the map."""
+
+_INTERVAL = 0.2  # between two registrations [s]
+_MAX_AGE = 0.3  # of a scan or frame that is registered [s]
+_HISTORY = 1.0  # how far back odometry is kept [s]
+_SPEED, _TURN = 0.05, radians(3.0)  # at which a correction moves the robot on the map
 _STILL = 0.002  # correction, at the robot, that moves nothing on the map yet [m]
 
 
-class Localisation:
+class _Job(NamedTuple):
+    """A registration in progress; poses on the floor (3,)."""
+
+    oTb: np.ndarray
+    """At the capture."""
+    result: Future[Registration]
+
+
+@dataclass(kw_only=True, eq=False)
+class Localiser:
     """Estimates the transform from map to odometry, and spreads its corrections.
 
     The world w in which everything moves is that of the odometry: smooth, and never jumping. The
@@ -23,17 +59,138 @@ class Localisation:
     localised pose of its own.
     """
 
-    def __init__(self) -> None:
+    surfaces: Surfaces = field(default_factory=lambda: Surfaces({}))
+    """Of the map."""
+    sensors: Collection[str] = SENSORS
+    """Those that are registered to it."""
+    executor: Executor = field(default_factory=InlineExecutor)
+    """Registers beside the loop; inline, a run is reproducible."""
+
+    def __post_init__(self) -> None:
         self.wTm: SE3 | None = None
         """The map in the world; None where they are the same."""
         self.mTw: SE3 | None = None
         """Its inverse."""
         self.mTb = SE3.Identity()
         """The base on the map, as read this tick."""
+        self.registration: Registration | None = None
+        """The newest."""
+        self.updates: list[Update] = []
+        """What the measurements of this tick did to the estimate."""
+        self._filter: Filter | None = None
+        self._applied = np.zeros(3)
+        self._stamp = 0.0
+        self._history: deque[tuple[float, np.ndarray]] = deque()
+        self._localised: object = None
+        self._job: _Job | None = None
+        self._scan: LaserScan | None = None
+        self._frame: DepthFrame | None = None
+        self._due = -inf
+
+    @property
+    def covariance(self) -> np.ndarray | None:
+        """(3, 3) of x, y [m] and heading [rad] of `mTb`; None where that is exact."""
+        if self._filter is None:
+            return None
+        return self._filter.covariance(self._history[-1][1])
 
     def read(self, state: RobotState) -> None:
-        """Take a reading."""
-        self.mTb = state.wTb if self.mTw is None else self.mTw * state.wTb
+        """Take a reading: odometry, and the localised pose if there is a new one."""
+        oTb, localised, self.updates = on_floor(state.wTb), state.localised, []
+        if self._filter is None and localised is None:
+            self.mTb = state.wTb
+            return
+        passed, self._stamp = state.stamp - self._stamp, state.stamp
+        self._note(state.stamp, oTb)
+        if self._filter is not None:
+            self._filter.travelled(oTb)
+        if localised is not None and localised is not self._localised:
+            self._localised = localised
+            given = on_floor(localised.mTb), localised.covariance, localised.stamp
+            then = self._odometry(localised.stamp)
+            if self._filter is None:
+                self._filter = Filter(*given, then)
+                self._applied = self._filter.mTo
+            else:
+                self.updates.append(self._filter.localised(*given, then))
+        assert self._filter is not None
+        if passed > 0.0:
+            newest = self._filter.mTo
+            self._applied = smoothed(self._applied, newest, oTb, passed, speed=_SPEED, turn=_TURN)
+        self.mTw = in_space(self._applied)
+        self.wTm = self.mTw.inverse()
+        self.mTb = self.mTw * state.wTb
+
+    def look(self, robot: Robot, vision: Vision) -> None:
+        """Take the registration that is done, and begin the next one when it is due."""
+        if self._filter is None or not len(self.surfaces):
+            return
+        if self._job is None and self._stamp >= self._due:
+            self._begin(robot, vision)
+        if self._job is not None and self._job.result.done():
+            job, self._job = self._job, None
+            self.registration = job.result.result()
+            self.updates.append(self._filter.registered(self.registration, job.oTb))
+
+    def close(self) -> None:
+        """End the thread."""
+        self.executor.shutdown(wait=False, cancel_futures=True)
+
+    def _begin(self, robot: Robot, vision: Vision) -> None:
+        assert self._filter is not None
+        scan = robot.laser.latest(_MAX_AGE) if "laser" in self.sensors else None
+        frame = vision.newest(self._stamp - _INTERVAL) if "camera" in self.sensors else None
+        scan = None if scan is self._scan else scan
+        if frame is self._frame or (frame and self._stamp - frame.stamp > _MAX_AGE):
+            frame = None
+        if scan is None and frame is None:
+            return
+        self._due = self._stamp + _INTERVAL
+        self._scan, self._frame = scan or self._scan, frame or self._frame
+        oTb = self._odometry(scan.stamp if scan else frame.stamp if frame else self._stamp)
+        prior, covariance = self._filter.pose(oTb), self._filter.covariance(oTb)
+        moved = [one.piece for one in self.registration.displaced] if self.registration else []
+
+        def work() -> Registration:
+            bTw = in_space(oTb).inverse()
+            clouds = []
+            if scan is not None and (laser := robot.description.laser) is not None:
+                points = scan.points[np.isfinite(scan.ranges)]
+                clouds.append(Cloud(points, laser.bTs.translation, LASER))
+            if frame is not None:
+                bTc = bTw * frame.wTc
+                clouds.append(depth_cloud(frame.depth, frame.intrinsics, bTc))
+            return register(self.surfaces, clouds, prior, covariance, moved=moved)
+
+        self._job = _Job(oTb, self.executor.submit(work))
+
+    def _note(self, stamp: float, oTb: np.ndarray) -> None:
+        if self._history and self._history[-1][0] >= stamp:
+            return
+        self._history.append((stamp, oTb))
+        while self._history[0][0] < stamp - _HISTORY:
+            self._history.popleft()
+
+    def _odometry(self, stamp: float) -> np.ndarray:
+        """(3,) the base in odometry at a stamp [s], interpolated."""
+        known = list(self._history)
+        k = bisect_left(known, stamp, key=lambda one: one[0])
+        if k in (0, len(known)):
+            return known[min(k, len(known) - 1)][1]
+        (before, a), (after, b) = known[k - 1], known[k]
+        share = (stamp - before) / (after - before)
+        step = b - a
+        step[2] = (step[2] + np.pi) % (2.0 * np.pi) - np.pi
+        between: np.ndarray = a + share * step
+        return between
+
+
+def map_surfaces(fixtures: Iterable[Geom]) -> Surfaces:
+    """The surfaces of a map; the part of a name before `/` names the piece of furniture."""
+    pieces: dict[str, list[Geom]] = {}
+    for one in fixtures:
+        pieces.setdefault(one.name.split("/")[0], []).append(one)
+    return Surfaces(pieces)
 
 
 class OnMap(Generic[Thing]):
@@ -47,7 +204,7 @@ class OnMap(Generic[Thing]):
         self._moved = moved
         self._placed: tuple[Thing, SE3, Thing] | None = None
 
-    def __call__(self, thing: Thing, here: Localisation) -> Thing:
+    def __call__(self, thing: Thing, here: Localiser) -> Thing:
         """The same object until the thing is another or the map has moved noticeably."""
         if (mTw := here.mTw) is None:
             return thing

@@ -32,7 +32,6 @@ _APPROACH_SPEED, _APPROACH_TOLERANCE = 0.6, 0.015  # [m/s, m]
 _LOWER_SPEED, _LOWER_TOLERANCE = 0.25, 0.007  # [m/s, m]
 _RADIUS = 0.06  # of the disc around the place that has to be free [m] ...
 _PITCH_SHARE = 0.45  # ... and at most, of the distance between neighbouring places
-_SHIFT = 0.004  # of the place that the localisation may correct before it counts [m]
 _ASIDE = 0.18  # how far the hand moves to let the camera see the place [m]
 
 
@@ -97,14 +96,15 @@ class Place(Leaf):
         """Aim at the next free place."""
         self._number = self._places.next_free()
         self._up = _ABOVE
-        self._aim(self._places.centre(self._number or 1))
+        slot = self._places.centre(self._number or 1)
+        self._watch = SurfaceWatch(self.context, slot, self._radius, self._reach_down)
+        self._aim(slot)
         self._looking_since: TaskTime | None = None
 
     def _aim(self, slot: Array) -> None:
         """Take a point (3,) of the surface in the world as the place [m]."""
-        self._slot = slot
+        self._slot = self._watch.centre = slot
         self._down = SE3(self._rotation, slot + np.array([0.0, 0.0, self._release_height()]))
-        self._watch = SurfaceWatch(self.context, slot, self._radius, self._reach_down)
 
     @property
     def _above(self) -> SE3:
@@ -148,9 +148,7 @@ class Place(Leaf):
         return self._places.none_free() if self._number is None else None
 
     def _approach(self) -> Status:
-        now = self._places.centre(self._number or 1)
-        if np.linalg.norm(now - self._slot) > _SHIFT:  # the estimate of where the map is changed
-            self._aim(now)
+        self._aim(self._places.centre(self._number or 1))  # by the newest estimate of the map
         speed, tolerance = _APPROACH_SPEED, _APPROACH_TOLERANCE
         return self._move("over the place", self._above, speed, tolerance, self._arrive)
 

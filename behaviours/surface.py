@@ -64,7 +64,7 @@ class SurfaceWatch:
 
     def __init__(self, context: Context, centre: Array, radius: float, reach_down: float) -> None:
         self._context = context
-        self._centre, self._radius, self._reach_down = centre, radius, reach_down
+        self.centre, self._radius, self._reach_down = centre, radius, reach_down
         self._known_since = context.state.stamp
         self._nothing = Look(
             Shows.UNSEEN,
@@ -101,7 +101,7 @@ class SurfaceWatch:
         hand = frame.wTc.act(context.robot.description.camera.eTc.inverse().translation)[2]
         lowest = float(hand) - self._reach_down - _BELOW_HAND
         with vision.timed():
-            look = look_at(frame, self._centre, self._radius, lowest)
+            look = look_at(frame, self.centre, self._radius, lowest)
         self._seen_at[look.surface] = frame.stamp
         measured = ~np.isnan(look.heights)
         self.heights[measured] = look.heights[measured]
@@ -109,7 +109,7 @@ class SurfaceWatch:
 
     def _can_see(self) -> bool:
         """Whether the camera is within range of the place."""
-        camera = camera_pose(self._context).translation - self._centre
+        camera = camera_pose(self._context).translation - self.centre
         least = self._context.robot.description.camera.min_range
         return bool(camera[2] > least and np.linalg.norm(camera) < _FAR)
 

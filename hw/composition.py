@@ -122,6 +122,7 @@ class ComposedRobot:
             recovering=self._is_running("recovery"),
             faults=faults,
             battery=base.battery,
+            localised=base.localised,
             stamps=PartStamps(arm.stamp, base.stamp, gripper.stamp),
         )
 
@@ -269,5 +270,6 @@ def _interpolate_base(a: BaseState, b: BaseState, stamp: float) -> BaseState:
         wTb=SE3.Interpolate(a.wTb, b.wTb, s),
         twist=a.twist + s * (b.twist - a.twist),
         battery=b.battery,
+        localised=b.localised,
         faults=b.faults,
     )

@@ -69,7 +69,7 @@ class BaseState:
     """A reading of the base."""
 
     stamp: float
-    wTb: SE3  # localised pose in the world
+    wTb: SE3  # in the world: odometry, or localised where that is not told apart
     twist: Array  # (3,) vx, vy, ω in the base frame [m/s, m/s, rad/s]
     battery: float | None = None  # charge, 0 to 1; None if the robot does not report it
     faults: tuple[Fault, ...] = ()
@@ -99,7 +99,7 @@ class RobotState:
     """The whole robot at one moment: arm and base interpolated to a common stamp."""
 
     stamp: float  # of arm and base: the older of their newest readings [s]
-    wTb: SE3  # localised base pose in the world
+    wTb: SE3  # base in the world: odometry, or localised where that is not told apart
     base_twist: Array  # (3,) vx, vy, ω in the base frame [m/s, m/s, rad/s]
     q: Array  # (7,) arm joint positions [rad]
     qd: Array  # (7,) arm joint velocities [rad/s]
@@ -108,6 +108,7 @@ class RobotState:
     recovering: bool = False  # whether a recovery is still in progress
     faults: tuple[Fault, ...] = ()  # empty when healthy
     battery: float | None = None  # charge, 0 to 1; None if the robot does not report it
+    localised: LocalisedPose | None = None  # newest; None where `wTb` is localised, and if lost
     stamps: PartStamps | None = None  # None where the parts are not read separately
 
 

@@ -10,7 +10,14 @@ from typing import IO, TYPE_CHECKING, Annotated
 
 import typer
 
-from app.choices import MotionForm, ObstacleSource, Speed, View, VisionForm
+from app.choices import (
+    MotionForm,
+    ObstacleSource,
+    RegistrationForm,
+    Speed,
+    View,
+    VisionForm,
+)
 from app.commands.refuse import find_tree, refuse, task_parameters
 from app.terminal import Loading, Terminal
 
@@ -81,6 +88,16 @@ def run(
         str | None,
         typer.Option(help="A shipped scene or a scene file; default: what the task names."),
     ] = None,
+    localisation: Annotated[
+        str,
+        typer.Option(
+            help="How wrong a simulated robot is about where it is: exact, good, poor, or a file."
+        ),
+    ] = "exact",
+    registration: Annotated[
+        RegistrationForm,
+        typer.Option(help="What is matched to the map to correct that: both, laser, camera, none."),
+    ] = RegistrationForm.BOTH,
     seed: Annotated[int, typer.Option(help="Of objects and camera noise.", min=0)] = 0,
     parameter: Annotated[
         list[str] | None, typer.Option("--parameter", "-p", help="A task parameter, key=value.")
@@ -216,6 +233,8 @@ def run(
             obstacles=obstacles,
             map=site,
             scene=scene,
+            localisation=localisation,
+            registration=registration,
             seed=seed,
             parameters=parameters,
             places=places,

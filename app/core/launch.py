@@ -60,6 +60,7 @@ def run_task(
         seed=options.seed,
         base_speed=options.base_speed,
         reverse_speed=options.reverse_speed,
+        localisation=options.localisation,
         paced=options.paced,
         beside=options.vision is VisionForm.BESIDE,
         armed=options.armed,
@@ -81,6 +82,7 @@ def run_task(
             obstacles=options.obstacles,
             motion=options.motion,
             planning_time=options.planning_time,
+            registered=options.registration.sensors,
         ) as setup:
             nodes = nodes_in_order(build(task, setup.context))
             _check_places(options, task, setup)

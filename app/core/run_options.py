@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from app.choices import MotionForm, ObstacleSource, VisionForm
+from app.choices import MotionForm, ObstacleSource, RegistrationForm, VisionForm
 from app.core.fault_schedule import ScheduledFault
 from app.live import ControlOptions, ViewOptions
 from controller import PlanningSettings
@@ -36,6 +36,10 @@ class RunOptions:
     """Scene file with the map; None for the map of the simulated world."""
     scene: str | None = None
     """A shipped scene or a scene file; None for the one that the task names, or `household`."""
+    localisation: str = "exact"
+    """How wrong a simulated robot is about where it is: a level, or the file of one."""
+    registration: RegistrationForm = RegistrationForm.BOTH
+    """What is matched to the map where the localisation may be wrong."""
     seed: int = 0
     parameters: Mapping[str, str] = field(default_factory=dict)
     places: Path | None = None

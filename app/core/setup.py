@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +16,16 @@ from app.core.measurements import Measurements
 from app.core.outcome import Outcome
 from app.core.session import Session, Tick
 from app.core.world_model import WorldModel, load_world_model
-from behaviours import Context, DepthObstacles, Vision, VisionBeside, VisionInStep
+from behaviours import (
+    SENSORS,
+    Context,
+    DepthObstacles,
+    Localiser,
+    Vision,
+    VisionBeside,
+    VisionInStep,
+    map_surfaces,
+)
 from controller import (
     HolisticController,
     MotionController,
@@ -125,11 +134,13 @@ def set_up(
     obstacles: ObstacleSource = ObstacleSource.MAP,
     motion: MotionForm = MotionForm.HOLISTIC,
     planning_time: float = PlanningSettings.planning_time,
+    registered: Sequence[str] = SENSORS,
 ) -> Iterator[Setup]:
     """Connect a robot and set up a session; close everything at the end of the context.
 
     `beneath` wraps the robot below the fault injection, of which `seed` is the seed; without a
-    `world_model` it is that of the simulated world.
+    `world_model` it is that of the simulated world;
+    `registered` are the sensors that are matched to the map.
 
     Raises:
         PlanningError: motions are to be planned, and the planner is not installed.
@@ -147,6 +158,7 @@ def set_up(
         _connected(robot, problems) as state,
         closing(make_vision(robot.camera, detector)) as vision,
         _depth_obstacles(robot, form, obstacles) as depth_obstacles,
+        closing(_localiser(world_model, form, registered)) as localiser,
     ):
         clock = TaskClock(robot.clock, robot.description.pace)
         model = RobotModel(robot.description)
@@ -172,6 +184,7 @@ def set_up(
                 clock=clock,
                 vision=vision,
                 state=state,
+                localisation=localiser,
                 depth_obstacles=depth_obstacles,
                 fixtures=world_model.fixtures,
                 obstacles=world_model.obstacles,
@@ -179,6 +192,13 @@ def set_up(
             ),
             problems=problems,
         )
+
+
+def _localiser(world_model: WorldModel, form: VisionForm, registered: Sequence[str]) -> Localiser:
+    """What estimates where the map is, within the tick or beside it."""
+    executor = InlineExecutor() if form is VisionForm.STEP else one_thread()
+    surfaces = map_surfaces(world_model.fixtures)
+    return Localiser(surfaces=surfaces, sensors=registered, executor=executor)
 
 
 @contextmanager
