@@ -14,6 +14,7 @@ import numpy as np
 from pinocchio import SE3
 
 from behaviours.vision import Vision
+from controller import Array
 from hw import DepthFrame, InlineExecutor, LaserScan, Robot, RobotState
 from perception.registration import (
     LASER,
@@ -45,7 +46,7 @@ _STILL = 0.002  # correction, at the robot, that moves nothing on the map yet [m
 class _Job(NamedTuple):
     """A registration in progress; poses on the floor (3,)."""
 
-    oTb: np.ndarray
+    oTb: Array
     """At the capture."""
     result: Future[Registration]
 
@@ -80,7 +81,7 @@ class Localiser:
         self._filter: Filter | None = None
         self._applied = np.zeros(3)
         self._stamp = 0.0
-        self._history: deque[tuple[float, np.ndarray]] = deque()
+        self._history: deque[tuple[float, Array]] = deque()
         self._localised: object = None
         self._job: _Job | None = None
         self._scan: LaserScan | None = None
@@ -88,11 +89,15 @@ class Localiser:
         self._due = -inf
 
     @property
-    def covariance(self) -> np.ndarray | None:
-        """(3, 3) of x, y [m] and heading [rad] of `mTb`; None where that is exact."""
+    def estimate(self) -> tuple[Array, Array] | None:
+        """The newest estimate of mTb, x, y [m] and heading [rad] (3,), with its covariance (3, 3).
+
+        Its corrections reach `mTb` smoothly. None where `mTb` is exact.
+        """
         if self._filter is None:
             return None
-        return self._filter.covariance(self._history[-1][1])
+        oTb = self._history[-1][1]
+        return self._filter.pose(oTb), self._filter.covariance(oTb)
 
     def read(self, state: RobotState) -> None:
         """Take a reading: odometry, and the localised pose if there is a new one."""
@@ -164,14 +169,14 @@ class Localiser:
 
         self._job = _Job(oTb, self.executor.submit(work))
 
-    def _note(self, stamp: float, oTb: np.ndarray) -> None:
+    def _note(self, stamp: float, oTb: Array) -> None:
         if self._history and self._history[-1][0] >= stamp:
             return
         self._history.append((stamp, oTb))
         while self._history[0][0] < stamp - _HISTORY:
             self._history.popleft()
 
-    def _odometry(self, stamp: float) -> np.ndarray:
+    def _odometry(self, stamp: float) -> Array:
         """(3,) the base in odometry at a stamp [s], interpolated."""
         known = list(self._history)
         k = bisect_left(known, stamp, key=lambda one: one[0])
@@ -181,7 +186,7 @@ class Localiser:
         share = (stamp - before) / (after - before)
         step = b - a
         step[2] = (step[2] + np.pi) % (2.0 * np.pi) - np.pi
-        between: np.ndarray = a + share * step
+        between: Array = a + share * step
         return between
 
 

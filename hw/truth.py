@@ -64,6 +64,10 @@ class Truth(Protocol):
     def touches(self) -> Sequence[Touch]:
         """The collisions of the robot until now, in order."""
 
+    @property
+    def base(self) -> SE3 | None:
+        """Where the base of the robot is, in the world; None where that is not told."""
+
     def moving(self) -> Sequence[Obstacle]:
         """Pose and velocity of the moving obstacles, as a tracker would report them."""
 

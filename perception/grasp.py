@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -40,6 +40,15 @@ class GraspEstimate:
     def wTg_at(self, time: float) -> SE3:
         """The grasp pose at a time [s] at constant velocity."""
         return SE3(self.wTg.rotation, self.wTg.translation + (time - self.stamp) * self.velocity)
+
+    def moved(self, T: SE3) -> GraspEstimate:
+        """The same grasp, moved by T."""
+        middle = self.middle
+        if middle is not None:
+            x, y, _ = T.act(np.array([*middle, self.wTg.translation[2]]))
+            middle = float(x), float(y)
+        velocity = T.rotation @ self.velocity
+        return replace(self, wTg=T * self.wTg, middle=middle, velocity=velocity)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -1,6 +1,6 @@
 """Runs a task: `run_task` starts a run, `Session` is its loop, `folder` names its files."""
 
-from app.choices import MotionForm, ObstacleSource, VisionForm
+from app.choices import MotionForm, ObstacleSource, RegistrationForm, VisionForm
 from app.core.fault_schedule import (
     PHASES,
     ScheduledFault,
@@ -38,6 +38,7 @@ __all__ = [
     "MotionForm",
     "ObstacleSource",
     "Outcome",
+    "RegistrationForm",
     "Result",
     "RunOptions",
     "Saved",

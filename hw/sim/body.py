@@ -104,6 +104,7 @@ class SimBody(ABC):
             if self.now != now:  # by rounding: what is told of now must be where it is now
                 self._set_time(now)
                 self.now = now
+            self.world.base = self.wTb
 
     def follow(self, *, base_twist: Array | None = None, qd: Array | None = None) -> None:
         """Follow a twist of the base, or joint velocities, for one period from now on."""

@@ -55,6 +55,7 @@ class World:
         self.objects = list(objects)
         self.walkers = tuple(walkers)
         self.touches: list[Touch] = []  # collisions of the robot until now
+        self.base: SE3 | None = None  # of the robot, as it moved last
         self.held: SimObject | None = None
         self.eTo = SE3.Identity()  # held object in the end effector
         self._held_width = 0.0

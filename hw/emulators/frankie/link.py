@@ -89,6 +89,11 @@ class RemoteTruth:
         self._look()
         return self._touches
 
+    @property
+    def base(self) -> SE3 | None:
+        """Not told: the emulator's base reports where it is."""
+        return None
+
     def moving(self) -> Sequence[Obstacle]:
         """The walkers as tracked obstacles."""
         now = self._now + stopwatch() - self._at

@@ -7,7 +7,7 @@ from lab.bench.commands.faults import faults
 from lab.bench.commands.obstacles import obstacles
 from lab.bench.commands.paper import moving, poses, reach
 from lab.bench.commands.regenerate import experiments
-from lab.bench.commands.tasks import on_the_move, pick_place
+from lab.bench.commands.tasks import on_the_move, pick_place, uncertainty
 from lab.bench.commands.timing import timing
 
 app = typer.Typer(
@@ -16,7 +16,7 @@ app = typer.Typer(
     help="Measure: the paper's experiments, obstacles, whole tasks, faults, times of the parts.",
 )
 _MOTIONS = (reach, poses, moving, obstacles)
-_TASKS = (pick_place, on_the_move, faults)
+_TASKS = (pick_place, on_the_move, uncertainty, faults)
 for command in (*_MOTIONS, *_TASKS, timing, experiments):
     app.command(command.__name__.replace("_", "-"))(command)
 

@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from app.choices import RegistrationForm
 from app.commands import find_tree
 from lab.bench.commands.options import (
     Cluster,
@@ -113,3 +114,44 @@ def on_the_move(
         )
     ways = [asdict(of_way) for of_way in figures]
     write_results(json, runs, ways=ways, saving=None if saved is None else asdict(saved))
+
+
+def uncertainty(
+    tree: Annotated[str, typer.Argument(help="A task file or a shipped task.")] = "pick_place",
+    robot: OneRobot = "frankie",
+    world: World = "kinematic",
+    scenes: Annotated[
+        list[str] | None, typer.Option("--scene", help="A scene; may be repeated.")
+    ] = None,
+    levels: Annotated[
+        list[str] | None,
+        typer.Option("--localisation", help="A level, or the file of one; may be repeated."),
+    ] = None,
+    registrations: Annotated[
+        list[RegistrationForm] | None,
+        typer.Option("--registration", help="What is matched to the map; may be repeated."),
+    ] = None,
+    seeds: Seeds = "0-9",
+    record: Record = Path("runs"),
+    workers: Workers = None,
+    cluster: Cluster = None,
+    json: Json = None,
+) -> None:
+    """Run the main task with a robot that is wrong about where it is."""
+    from app.core import RunOptions
+    from lab.bench import uncertainty as bench
+
+    wanted, where = seed_range(seeds), workers_of(workers, cluster)
+    check_writable(json)
+    levels = levels or ["exact", "good", "poor"]
+    forms = [form.value for form in registrations or [RegistrationForm.BOTH]]
+    scenes = scenes or ["household", "kitchen", "corridor"]
+    options = RunOptions(
+        tree=find_tree(tree), robot=robot, world=world, record=record, recording=False
+    )
+    rows = len(levels) * len(forms) - levels.count("exact") * (len(forms) - 1)
+    done = counted(rows * len(scenes) * len(wanted))
+    runs = bench.run_uncertainty(options, levels, forms, scenes, wanted, done, workers=where)
+    figures = bench.uncertainty_figures(runs)
+    show(bench.uncertainty_table(figures))
+    write_results(json, figures)
