@@ -6,7 +6,7 @@ from bisect import bisect_left
 from collections import deque
 from collections.abc import Callable, Collection, Iterable
 from concurrent.futures import Executor, Future
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import inf, radians
 from typing import Generic, NamedTuple, TypeVar
 
@@ -14,7 +14,7 @@ import numpy as np
 from pinocchio import SE3
 
 from behaviours.vision import Vision
-from controller import Array
+from controller import Array, MotionGoal
 from hw import DepthFrame, InlineExecutor, LaserScan, Robot, RobotState
 from perception.registration import (
     LASER,
@@ -36,10 +36,12 @@ Thing = TypeVar("Thing")
 SENSORS = ("laser", "camera")
 """What is registered to the map."""
 
-_INTERVAL = 0.2  # between two registrations [s]
+_INTERVAL = 0.1  # between two registrations [s]
+_FRAME_INTERVAL = 0.2  # the camera is asked for a frame that nobody asked for this long [s]
 _MAX_AGE = 0.3  # of a scan or frame that is registered [s]
 _HISTORY = 1.0  # how far back odometry is kept [s]
-_SPEED, _TURN = 0.05, radians(3.0)  # at which a correction moves the robot on the map
+_SPEED, _TURN = 0.2, radians(12.0)  # at which a correction moves the robot on the map
+_MOVED = 0.002  # motion of the base that is one [m, rad]
 _STILL = 0.002  # correction, at the robot, that moves nothing on the map yet [m]
 
 
@@ -48,7 +50,8 @@ class _Job(NamedTuple):
 
     oTb: Array
     """At the capture."""
-    result: Future[Registration]
+    result: Future[tuple[Registration, Registration | None]]
+    """From the estimate, and from a pose that the base's own localisation insists on."""
 
 
 @dataclass(kw_only=True, eq=False)
@@ -80,6 +83,8 @@ class Localiser:
         """What the measurements of this tick did to the estimate."""
         self._filter: Filter | None = None
         self._applied = np.zeros(3)
+        self._has_moved = False
+        """Whether the base has moved since the first reading: until then corrections are free."""
         self._stamp = 0.0
         self._history: deque[tuple[float, Array]] = deque()
         self._localised: object = None
@@ -119,8 +124,11 @@ class Localiser:
             else:
                 self.updates.append(self._filter.localised(*given, then))
         assert self._filter is not None
-        if passed > 0.0:
-            newest = self._filter.mTo
+        newest = self._filter.mTo
+        if not self._has_moved:
+            self._applied = newest
+            self._has_moved = bool(np.linalg.norm(oTb - self._history[0][1]) > _MOVED)
+        elif passed > 0.0:
             self._applied = smoothed(self._applied, newest, oTb, passed, speed=_SPEED, turn=_TURN)
         self.mTw = in_space(self._applied)
         self.wTm = self.mTw.inverse()
@@ -133,9 +141,20 @@ class Localiser:
         if self._job is None and self._stamp >= self._due:
             self._begin(robot, vision)
         if self._job is not None and self._job.result.done():
-            job, self._job = self._job, None
-            self.registration = job.result.result()
-            self.updates.append(self._filter.registered(self.registration, job.oTb))
+            (oTb, result), self._job = self._job, None
+            self.registration, there = result.result()
+            if there is not None and self._filter.relocalised(there, self.registration, oTb):
+                self.registration = there
+            else:
+                self.updates.append(self._filter.registered(self.registration, oTb))
+
+    def on_map(
+        self, state: RobotState, goal: MotionGoal | None
+    ) -> tuple[RobotState, MotionGoal | None]:
+        """A reading and a goal of the world, on the map, as the controller needs them."""
+        if (mTw := self.mTw) is None:
+            return state, goal
+        return replace(state, wTb=mTw * state.wTb), None if goal is None else goal.moved(mTw)
 
     def close(self) -> None:
         """End the thread."""
@@ -144,7 +163,7 @@ class Localiser:
     def _begin(self, robot: Robot, vision: Vision) -> None:
         assert self._filter is not None
         scan = robot.laser.latest(_MAX_AGE) if "laser" in self.sensors else None
-        frame = vision.newest(self._stamp - _INTERVAL) if "camera" in self.sensors else None
+        frame = vision.newest(self._stamp - _FRAME_INTERVAL) if "camera" in self.sensors else None
         scan = None if scan is self._scan else scan
         if frame is self._frame or (frame and self._stamp - frame.stamp > _MAX_AGE):
             frame = None
@@ -153,10 +172,11 @@ class Localiser:
         self._due = self._stamp + _INTERVAL
         self._scan, self._frame = scan or self._scan, frame or self._frame
         oTb = self._odometry(scan.stamp if scan else frame.stamp if frame else self._stamp)
-        prior, covariance = self._filter.pose(oTb), self._filter.covariance(oTb)
+        here = self._filter.pose(oTb), self._filter.covariance(oTb)
+        there = self._filter.proposal(oTb)
         moved = [one.piece for one in self.registration.displaced] if self.registration else []
 
-        def work() -> Registration:
+        def work() -> tuple[Registration, Registration | None]:
             bTw = in_space(oTb).inverse()
             clouds = []
             if scan is not None and (laser := robot.description.laser) is not None:
@@ -165,7 +185,10 @@ class Localiser:
             if frame is not None:
                 bTc = bTw * frame.wTc
                 clouds.append(depth_cloud(frame.depth, frame.intrinsics, bTc))
-            return register(self.surfaces, clouds, prior, covariance, moved=moved)
+            return (
+                register(self.surfaces, clouds, *here, moved=moved),
+                None if there is None else register(self.surfaces, clouds, *there, moved=moved),
+            )
 
         self._job = _Job(oTb, self.executor.submit(work))
 

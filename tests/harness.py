@@ -162,7 +162,8 @@ class Harness:
         if leaf is not None:
             leaf.tick_once()
         around = context.surroundings
-        command, report = self.controller.step(state, context.goal, self.gate.applied, around)
+        here, goal = context.localisation.on_map(state, context.goal)
+        command, report = self.controller.step(here, goal, self.gate.applied, around)
         self.gate.send(command, state, self.clock.now())
         context.end_tick(report)
         self._ticks += 1

@@ -10,7 +10,7 @@ from __future__ import annotations
 import gc
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from py_trees.behaviour import Behaviour
@@ -181,11 +181,9 @@ class Session:
     def _step(self, state: RobotState, now: float, goal: MotionGoal | None) -> StepReport:
         self._stage = Stage.CONTROL
         last = self._gate.continue_from(state, now)
-        on_map, surroundings = state, self._context.surroundings
-        if (mTw := surroundings.wTo) is not None:
-            on_map = replace(state, wTb=mTw * state.wTb)
-            goal = None if goal is None else goal.moved(mTw)
-        command, self._report = self._controller.step(on_map, goal, last, surroundings)
+        context = self._context
+        here, there = context.localisation.on_map(state, goal)
+        command, self._report = self._controller.step(here, there, last, context.surroundings)
         self._stage = Stage.SEND
         self._gate.send(command, state, self._clock.session.now())
         self._stage = Stage.WATCH

@@ -71,10 +71,9 @@ class Snapshots:
         self.began = self.began or clock.now()
         is_new = vision.frame is not self._shown
         self._shown = vision.frame
-        state, goal, frame, grasp = tick.state, context.goal, vision.frame, vision.grasp
+        state, goal = context.localisation.on_map(tick.state, context.goal)
+        frame, grasp = vision.frame, vision.grasp
         if (mTw := context.localisation.mTw) is not None:
-            state = replace(state, wTb=mTw * state.wTb)
-            goal = None if goal is None else goal.moved(mTw)
             frame = None if frame is None else replace(frame, wTc=mTw * frame.wTc)
             grasp = None if grasp is None else grasp.moved(mTw)
         return Snapshot(
