@@ -161,8 +161,13 @@ class Harness:
         context.begin_tick(state)
         if leaf is not None:
             leaf.tick_once()
-        around = context.surroundings
+        self.step(state)
+
+    def step(self, state: RobotState) -> None:
+        """The end of a tick: the controller goes for the goal of the context."""
+        context = self.context
         here, goal = context.localisation.on_map(state, context.goal)
+        around = context.surroundings
         command, report = self.controller.step(here, goal, self.gate.applied, around)
         self.gate.send(command, state, self.clock.now())
         context.end_tick(report)
