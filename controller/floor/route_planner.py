@@ -22,6 +22,8 @@ _ATTEMPTS = 5  # number of ways that are tried
 _LEAST = 0.01  # least distance of a path to obstacles [m] ...
 _NO_CHOICE = 0.15  # ... except this near to its ends [m]
 _NO_NEARER = 0.005  # by which an arc may be nearer to obstacles than its ends [m]
+_TURNS = np.deg2rad([10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 75.0, 90.0]).tolist()
+"""Turns on the spot that may come before a straight line out of a place [rad]."""
 _RUN_UP = 0.25  # extra length of a straight line into a place, where there is room [m]
 
 
@@ -65,10 +67,10 @@ class Planner:
         A path that is too narrow somewhere is closed there, and another one is sought. If none is
         wide enough, the widest is taken. There are no legs if there is no path.
         """
-        a, b = self._facing(start), self._facing(goal)
-        outs = self._straights(a, (1, -1))
+        b = self._facing(goal)
+        a, outs = self._way_out(self._facing(start))
         widest: tuple[float, list[Leg]] = (-np.inf, [])
-        for into in self._straights(b, (-1, 1)):
+        for into in self._straights(b, (-1, 1)) or [self._widest(b, (-1, 1))]:
             closed: list[Array] = []
             while len(closed) < _ATTEMPTS:
                 yield None
@@ -123,32 +125,59 @@ class Planner:
     def _facing(self, pose: Pose2D) -> Pose2D:
         return Pose2D(pose.x, pose.y, wrap(pose.heading + self._flip))
 
-    def _straights(self, pose: Pose2D, signs: tuple[int, int]) -> list[float]:
-        """Signed lengths of straight lines to places where the base can turn, best first.
+    def _way_out(self, pose: Pose2D) -> tuple[Pose2D, list[float]]:
+        """The pose to leave from, after a turn on the spot where that is needed, and `_straights`.
 
-        Without any, to the place with most room.
+        A base that stands along furniture has to turn away from it first.
         """
+        if found := self._straights(pose, (1, -1)):
+            return pose, found
+        for sign in (1, -1):
+            turned = [pose._replace(heading=pose.heading + sign * turn) for turn in _TURNS]
+            swept = np.array([pose, *turned])
+            swept[:, 2] += self._flip
+            free = self._room.stands_free(swept)
+            blocked = np.flatnonzero(free < min(CLEARANCE, free[0]) - _NO_NEARER)
+            for other in turned[: int(blocked[0]) - 1 if len(blocked) else None]:
+                if found := self._straights(other, (1, -1)):
+                    return other, found
+        return pose, [self._widest(pose, (1, -1))]
+
+    def _widest(self, pose: Pose2D, signs: tuple[int, int]) -> float:
+        """Signed length of the straight line to the place with most room."""
+        (here,) = self._room.clearance(np.array([pose[:2]]))
+        widest = float(here) + 0.02, 0.0
+        for sign in signs:
+            lengths, around = self._free_line(pose, sign)
+            best = int(around.argmax())
+            widest = max(widest, (float(around[best]), float(lengths[best])))
+        return widest[1]
+
+    def _free_line(self, pose: Pose2D, sign: int) -> tuple[Array, Array]:
+        """Signed lengths (N,) of a line out of a pose as far as it is free, and clearances (N,)."""
+        lengths = sign * np.arange(0.0, _LONGEST_ESCAPE, SPACING)
+        poses = np.array([_moved(pose, length) for length in lengths.tolist()])
+        around = self._room.clearance(poses[:, :2])
+        poses[:, 2] += self._flip
+        free = self._room.stands_free(poses)
+        touches = np.flatnonzero(free < min(CLEARANCE, free[0]) - 0.005)
+        return lengths, around[: int(touches[0]) if len(touches) else None]
+
+    def _straights(self, pose: Pose2D, signs: tuple[int, int]) -> list[float]:
+        """Signed lengths of straight lines to places where the base can turn, best first."""
         room = self._room
         (here,) = room.clearance(np.array([pose[:2]]))
         if here >= room.turning - 0.02:
             return [0.0]
-        found, widest = [], (float(here) + 0.02, 0.0)
+        found = []
         for sign in signs:
-            lengths = sign * np.arange(0.0, _LONGEST_ESCAPE, SPACING)
-            poses = np.array([_moved(pose, length) for length in lengths.tolist()])
-            around = room.clearance(poses[:, :2])
-            poses[:, 2] += self._flip
-            free = room.stands_free(poses)
-            touches = np.flatnonzero(free < min(CLEARANCE, free[0]) - 0.005)
-            around = around[: int(touches[0]) if len(touches) else None]
-            best = int(around.argmax())
-            widest = max(widest, (float(around[best]), float(lengths[best])))
+            lengths, around = self._free_line(pose, sign)
             turns = np.flatnonzero(around >= room.turning)
             if len(turns):
                 first = int(turns[0])
                 run_up = [int(t) for t in turns if t <= first + round(_RUN_UP / SPACING)]
                 found.append(float(lengths[run_up[-1] if signs[0] < 0 and sign < 0 else first]))
-        return found or [widest[1]]
+        return found
 
     def _along(
         self, a: Pose2D, out: float, line: Array, into: float, b: Pose2D, *, backwards: bool = False
