@@ -185,7 +185,9 @@ class PageRequest(Replies):
 
     def _has_token(self) -> bool:
         shown = self.headers.get("X-Token", "")
-        return secrets.compare_digest(shown.encode(), self.server.token.encode())
+        if has := secrets.compare_digest(shown.encode(), self.server.token.encode()):
+            self.server.keep(self.connection)
+        return has
 
     def _is_late(self) -> bool:
         """Whether the state that the person saw is too old."""

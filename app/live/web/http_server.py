@@ -1,9 +1,15 @@
-"""HTTP servers on a thread of their own: for the control page, the web viewer and recordings."""
+"""HTTP servers on a thread of their own: for the control page, the web viewer and recordings.
+
+Connections that say nothing keep nobody out: when there are too many, the oldest of a client that
+has not presented the token is ended. One that has is never ended for another.
+"""
 
 from __future__ import annotations
 
 import shutil
+import socket
 import threading
+from contextlib import suppress
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -12,7 +18,9 @@ from typing import Any
 from app.live.web.viewer_files import read_file, viewer_policy
 
 MOST_CONNECTIONS = 64
-"""At a time; each has a thread, and further ones are disconnected."""
+"""At a time; each has a thread."""
+_PACE = 0.002
+"""Delay between new connections when there are too many [s]."""
 RECORDING = "recording.rrd"
 _PATIENCE = 10.0
 """A client that is silent for so long is disconnected [s]."""
@@ -35,7 +43,8 @@ class BoundedServer(ThreadingHTTPServer):
     def __init__(
         self, host: str, port: int | None, usual: int, handler: type[BaseHTTPRequestHandler]
     ) -> None:
-        self._free = threading.Semaphore(MOST_CONNECTIONS)
+        self._open: dict[socket.socket, bool] = {}  # oldest first: whether it is of a stranger
+        self._lock = threading.Lock()
         try:
             super().__init__((host, usual if port is None else port), handler)
         except OSError:
@@ -54,19 +63,34 @@ class BoundedServer(ThreadingHTTPServer):
         self.server_close()
         self._thread.join()
 
-    def process_request(self, request: Any, client_address: Any) -> None:
-        """Serve a connection on its own thread, if there are not too many."""
-        if self._free.acquire(blocking=False):
-            super().process_request(request, client_address)
-        else:
-            self.shutdown_request(request)
+    def keep(self, request: socket.socket) -> None:
+        """Never end this connection for another: the client has presented the token."""
+        with self._lock:
+            self._open[request] = False
 
-    def process_request_thread(self, request: Any, client_address: Any) -> None:
-        """Serve a connection, on its thread."""
-        try:
-            super().process_request_thread(request, client_address)
-        finally:
-            self._free.release()
+    def process_request(self, request: Any, client_address: Any) -> None:
+        """Serve a connection on its own thread, if necessary instead of a stranger's."""
+        with self._lock:
+            oldest = None
+            if len(self._open) >= MOST_CONNECTIONS:
+                oldest = next((one for one, strange in self._open.items() if strange), request)
+                self._open.pop(oldest, None)
+            if oldest is not request:
+                self._open[request] = True
+        if oldest is not None:
+            with suppress(OSError):  # the client has ended it meanwhile
+                oldest.shutdown(socket.SHUT_RDWR)
+            threading.Event().wait(_PACE)
+        if oldest is request:
+            self.shutdown_request(request)
+        else:
+            super().process_request(request, client_address)
+
+    def shutdown_request(self, request: Any) -> None:
+        """End a connection."""
+        with self._lock:
+            self._open.pop(request, None)
+        super().shutdown_request(request)
 
     def handle_error(self, request: object, client_address: object) -> None:
         """Ignore a browser that disconnects in the middle of a reply."""
