@@ -210,6 +210,15 @@ class LocalisationProcess:
         oTb, localised = self.read(true.stamp, true.wTb)
         return replace(true, wTb=oTb, twist=self._slipped(true.twist), localised=localised)
 
+    def driven(self, twist: Array) -> Array:
+        """(3,) the true twist of a base whose wheels turn as commanded, and slip."""
+        if self._level.exact or self._step < 0:
+            return twist
+        slip, turn_slip, drift = self._errors[3:].tolist()
+        vx, vy, w = twist.tolist()
+        vx, vy = vx / (1.0 + slip), vy / (1.0 + slip)
+        return np.array([vx, vy, (w - drift * hypot(vx, vy)) / (1.0 + turn_slip)])
+
     def _begin(self, stamp: float, wTb: SE3) -> None:
         """At the first reading odometry is exact, and the localised pose is as wrong as ever."""
         self._errors = self._sigma * self._rng.standard_normal(6)

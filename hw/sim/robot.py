@@ -109,7 +109,8 @@ class _SimBase(_SimPart):
     def send(self, twist: Array) -> Array:
         self._body.advance()
         applied = twist if self._body.bumper.reason is None else np.zeros(3)
-        self._body.follow(base_twist=applied)
+        driven = applied if self._localisation is None else self._localisation.driven(applied)
+        self._body.follow(base_twist=driven)
         return applied
 
     def recover(self) -> None:
