@@ -14,7 +14,15 @@ from behaviours.grasp_target import GraspTarget
 from behaviours.leaf import Leaf
 from behaviours.motion import Approach, Progress, Rise, over_grasp, sinking_speed
 from behaviours.objects import Choice, Choose
-from behaviours.parameter_types import Distance, Force, Millimetres, Region, Timeout, ToolPose
+from behaviours.parameter_types import (
+    Distance,
+    Force,
+    Millimetres,
+    Region,
+    Timeout,
+    ToolPose,
+    tool_pose,
+)
 from behaviours.validation import validate_grasp
 from behaviours.viewpoint import MoveCamera, camera_pose, straight_down
 from controller import Array, PoseGoal, StepReport
@@ -103,11 +111,6 @@ class Grasp(Leaf):
         above = "lock" if self.context.vision.tracker.locked else "approach"
         return below.get(self._step, above)
 
-    @property
-    def _next_pose(self) -> SE3 | None:
-        """Where the task goes next, if the base may set out for it."""
-        return None if self._next_now is None else self._next_now.wTe
-
     def initialise(self) -> None:
         """Start to look."""
         self._begun = self._seen = self.context.clock.now()
@@ -172,7 +175,7 @@ class Grasp(Leaf):
                 speed=_FOLLOW_SPEED,
                 straight=True,
                 hand_may_touch=True,
-                next_goal=self._next_pose if vision.tracker.locked else None,
+                next_goal=tool_pose(self._next_now) if vision.tracker.locked else None,
             ),
             "follow",
         )
@@ -298,6 +301,6 @@ class Grasp(Leaf):
             position_tolerance=_DESCEND_TOLERANCE,
             straight=True,
             hand_may_touch=True,
-            next_goal=self._next_pose,
+            next_goal=tool_pose(self._next_now),
         )
         return self.pursue(goal, "descend")

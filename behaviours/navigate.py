@@ -10,7 +10,7 @@ from py_trees.common import Status
 from behaviours.context import Context
 from behaviours.leaf import Leaf
 from behaviours.motion import METRES_PER_RADIAN, Approach, BackOff
-from behaviours.parameter_types import BasePose, Bounds, Speed, Timeout, ToolPose
+from behaviours.parameter_types import BasePose, Bounds, Speed, Timeout, ToolPose, tool_pose
 from behaviours.viewpoint import camera_pose, hand_for, straight_down
 from controller import BaseGoal, MotionGoal, PoseGoal
 from perception import DetectedObject
@@ -88,7 +88,7 @@ class Navigate(Leaf):
         return PoseGoal(
             wTe=wTe,
             speed=self._speed,
-            next_goal=None if self._next is None else self._next.wTe,
+            next_goal=tool_pose(self._next),
             position_tolerance=self._within,
             orientation_tolerance=max(
                 PoseGoal.orientation_tolerance, self._within / METRES_PER_RADIAN

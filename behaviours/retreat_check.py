@@ -9,7 +9,7 @@ from py_trees.common import Status
 from behaviours.context import Context
 from behaviours.leaf import FINGER_PATIENCE, Leaf
 from behaviours.motion import Progress, straight_up
-from behaviours.parameter_types import Lift, ToolPose
+from behaviours.parameter_types import Lift, ToolPose, tool_pose
 from hw import TaskTime
 
 _SPEED = 0.5  # of the rising hand [m/s]
@@ -40,9 +40,7 @@ class RetreatCheck(Leaf):
 
     def initialise(self) -> None:
         """Rise from wherever the hand is now."""
-        self._goal = straight_up(
-            self.context, self._rise, _SPEED, None if self._next is None else self._next.wTe
-        )
+        self._goal = straight_up(self.context, self._rise, _SPEED, tool_pose(self._next))
         self._progress = Progress(self.context, straight=True)
         self._up_since: TaskTime | None = None
 

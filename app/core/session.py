@@ -141,10 +141,10 @@ class Session:
                 return Outcome(end=End.SUCCESS, reason=self._root.feedback_message)
             if self._root.status is not Status.RUNNING:
                 node = failed_node(self._root)
-                reason = node.feedback_message
-                return Outcome(end=End.FAILURE, reason=reason, node=node.name, where=node)
-        where = last_ticked(self._root)
-        return Outcome(end=End.INTERRUPTED, reason="interrupted by a person", where=where)
+                why = node.feedback_message
+                return Outcome(end=End.FAILURE, reason=why, node=node.name, where=node)
+        why, where = "interrupted by a person", last_ticked(self._root)
+        return Outcome(end=End.INTERRUPTED, reason=why, where=where)
 
     def _tick(self) -> bool:
         context = self._context
@@ -175,15 +175,14 @@ class Session:
         """The newest reading, and the moment of this tick [s]."""
         self._watchdog.feed()
         self._stage = Stage.READ
-        state = self._context.robot.read()
-        return state, self._clock.begin_tick()
+        return self._context.robot.read(), self._clock.begin_tick()
 
     def _step(self, state: RobotState, now: float, goal: MotionGoal | None) -> StepReport:
         self._stage = Stage.CONTROL
         last = self._gate.continue_from(state, now)
         context = self._context
-        here, there = context.localisation.on_map(state, goal)
-        command, self._report = self._controller.step(here, there, last, context.surroundings)
+        here, goal = context.localisation.on_map(state, goal)
+        command, self._report = self._controller.step(here, goal, last, context.surroundings)
         self._stage = Stage.SEND
         self._gate.send(command, state, self._clock.session.now())
         self._stage = Stage.WATCH
@@ -286,8 +285,8 @@ def _is_at_rest(state: RobotState) -> bool:
 
 
 def _still_moving() -> Outcome:
-    reason = f"the robot still moves after {_LONGEST_STOP:g} s of braking"
-    return Outcome(end=End.HARDWARE, reason=reason)
+    why = f"the robot still moves after {_LONGEST_STOP:g} s of braking"
+    return Outcome(end=End.HARDWARE, reason=why)
 
 
 @contextmanager
