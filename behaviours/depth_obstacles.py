@@ -45,11 +45,7 @@ class DepthObstacles:
         """The present points."""
 
     def look(
-        self,
-        vision: Vision,
-        state: RobotState,
-        held: Sequence[Geom],
-        moving: Sequence[Geom] = (),
+        self, vision: Vision, state: RobotState, held: Sequence[Geom], moving: Sequence[Geom] = ()
     ) -> None:
         """Process the newest frame, if there is a new one.
 

@@ -14,15 +14,7 @@ from behaviours.grasp_target import GraspTarget
 from behaviours.leaf import Leaf
 from behaviours.motion import Approach, Progress, Rise, over_grasp, sinking_speed
 from behaviours.objects import Choice, Choose
-from behaviours.parameter_types import (
-    Distance,
-    Force,
-    Millimetres,
-    Region,
-    Timeout,
-    ToolPose,
-    tool_pose,
-)
+from behaviours.parameter_types import Distance, Force, Millimetres, Region, Timeout, ToolPose
 from behaviours.validation import validate_grasp
 from behaviours.viewpoint import MoveCamera, camera_pose, straight_down
 from controller import Array, PoseGoal, StepReport
@@ -175,7 +167,7 @@ class Grasp(Leaf):
                 speed=_FOLLOW_SPEED,
                 straight=True,
                 hand_may_touch=True,
-                next_goal=tool_pose(self._next_now) if vision.tracker.locked else None,
+                next_goal=getattr(self._next_now, "wTe", None) if vision.tracker.locked else None,
             ),
             "follow",
         )
@@ -301,6 +293,6 @@ class Grasp(Leaf):
             position_tolerance=_DESCEND_TOLERANCE,
             straight=True,
             hand_may_touch=True,
-            next_goal=tool_pose(self._next_now),
+            next_goal=getattr(self._next_now, "wTe", None),
         )
         return self.pursue(goal, "descend")

@@ -10,7 +10,7 @@ from py_trees.common import Status
 from behaviours.context import Context
 from behaviours.leaf import Leaf
 from behaviours.motion import METRES_PER_RADIAN, Approach, BackOff
-from behaviours.parameter_types import BasePose, Bounds, Speed, Timeout, ToolPose, tool_pose
+from behaviours.parameter_types import BasePose, Bounds, Speed, Timeout, ToolPose
 from behaviours.viewpoint import camera_pose, hand_for, straight_down
 from controller import BaseGoal, MotionGoal, PoseGoal
 from perception import DetectedObject
@@ -88,7 +88,7 @@ class Navigate(Leaf):
         return PoseGoal(
             wTe=wTe,
             speed=self._speed,
-            next_goal=tool_pose(self._next),
+            next_goal=getattr(self._next, "wTe", None),
             position_tolerance=self._within,
             orientation_tolerance=max(
                 PoseGoal.orientation_tolerance, self._within / METRES_PER_RADIAN

@@ -86,11 +86,6 @@ class ToolPose(MapPlace):
         return self._placed(self.mTe)
 
 
-def tool_pose(tool: ToolPose | None) -> SE3 | None:
-    """The pose of the end effector in the world, now; None for none."""
-    return None if tool is None else tool.wTe
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BasePose(MapPlace):
     """A pose of the base on the floor (`base`, `heading_deg` in a task file)."""

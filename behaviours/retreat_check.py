@@ -9,7 +9,7 @@ from py_trees.common import Status
 from behaviours.context import Context
 from behaviours.leaf import FINGER_PATIENCE, Leaf
 from behaviours.motion import Progress, straight_up
-from behaviours.parameter_types import Lift, ToolPose, tool_pose
+from behaviours.parameter_types import Lift, ToolPose
 from hw import TaskTime
 
 _SPEED = 0.5  # of the rising hand [m/s]
@@ -40,7 +40,7 @@ class RetreatCheck(Leaf):
 
     def initialise(self) -> None:
         """Rise from wherever the hand is now."""
-        self._goal = straight_up(self.context, self._rise, _SPEED, tool_pose(self._next))
+        self._goal = straight_up(self.context, self._rise, _SPEED, getattr(self._next, "wTe", None))
         self._progress = Progress(self.context, straight=True)
         self._up_since: TaskTime | None = None
 

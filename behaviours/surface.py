@@ -67,10 +67,7 @@ class SurfaceWatch:
         self.centre, self._radius, self._reach_down = centre, radius, reach_down
         self._known_since = context.state.stamp
         self._nothing = Look(
-            Shows.UNSEEN,
-            nan,
-            np.zeros(_POINTS, dtype=np.bool_),
-            np.full(_POINTS, nan),
+            Shows.UNSEEN, nan, np.zeros(_POINTS, dtype=np.bool_), np.full(_POINTS, nan)
         )
         self._forget()
 
@@ -134,11 +131,7 @@ def look_at(frame: DepthFrame, centre: Array, radius: float, hand: float) -> Loo
     surface = np.abs(height) <= _TOLERANCE
     groups = (
         (Shows.LOWER, height < -_TOLERANCE, _STRAY),
-        (
-            Shows.HIGHER,
-            (height > _TOLERANCE) & over_disc & (seen[:, 2] < hand),
-            _STRAY_HIGHER,
-        ),
+        (Shows.HIGHER, (height > _TOLERANCE) & over_disc & (seen[:, 2] < hand), _STRAY_HIGHER),
         (Shows.SURFACE, surface, _LEAST_SEEN),
     )
     for shows, rays, share in groups:
