@@ -4,7 +4,6 @@ import http.client
 import json
 import random
 import socket
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -15,7 +14,6 @@ from sample_run import TREE, snapshot
 
 from app.live.nodes import NodeInfo
 from app.live.operator import Control, ControlPage, PageError, PageServer, insert_hooks
-from app.live.web.http_server import MOST_CONNECTIONS
 from hw import INJECTABLE
 
 
@@ -281,52 +279,3 @@ def test_odd_and_random_requests_are_refused_and_harm_nothing(server, client, co
     assert client.state()["ticks"] == 0
     assert not control.state.paused
     assert capfd.readouterr() == ("", "")
-
-
-class Strangers:
-    """Connections that say nothing, or a byte at a time, and come back when they are ended."""
-
-    def __init__(self, port: int, number: int, says: bytes) -> None:
-        self._port, self._says, self._over = port, says, threading.Event()
-        self._open = [self._opened() for _ in range(number)]
-        self._thread = threading.Thread(target=self._go_on)
-
-    def _opened(self) -> socket.socket:
-        one = socket.create_connection(("127.0.0.1", self._port), timeout=60.0)
-        one.setblocking(False)
-        return one
-
-    def _go_on(self) -> None:
-        while not self._over.wait(0.02):
-            for index, one in enumerate(self._open):
-                try:
-                    if self._says:
-                        one.send(self._says)
-                    if one.recv(1000) == b"":
-                        raise ConnectionResetError
-                except BlockingIOError:
-                    continue
-                except OSError:
-                    one.close()
-                    self._open[index] = self._opened()
-
-    def __enter__(self) -> None:
-        self._thread.start()
-
-    def __exit__(self, *_: object) -> None:
-        self._over.set()
-        self._thread.join()
-        for one in self._open:
-            one.close()
-
-
-@pytest.mark.parametrize(("number", "says"), [(60, b"P"), (150, b"")])
-def test_connections_that_say_nothing_do_not_keep_a_person_out(server, control, number, says):
-    before = threading.active_count()
-    with Strangers(server.port, number, says):
-        for _ in range(8):
-            assert b" 200 " in sent(server, request(server, b"GET /state HTTP/1.1"))[:30]
-            assert b" 200 " in sent(server, request(server, b"POST /pause HTTP/1.1"))[:30]
-            assert control.state.paused
-            control.resume()
-        assert threading.active_count() - before <= MOST_CONNECTIONS + 8
