@@ -129,7 +129,7 @@ def test_a_word_means_in_bt_cpp_what_it_means_here(tmp_path, tree, failing, outc
     path = write(tmp_path, tree)
     assert Cpp(exported(path), **failing).run() == outcome
     scripted = [f"{key}={'failure,' * count}success" for key, count in failing.items()]
-    here = dry_run(path, outcomes=scripted, overrides={}, most_ticks=100)
+    here = dry_run(path, outcomes=scripted, overrides={})
     assert here.outcome.end.value == outcome
 
 
