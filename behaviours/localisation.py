@@ -14,7 +14,7 @@ import numpy as np
 from pinocchio import SE3
 
 from behaviours.vision import Vision
-from controller import Array, MotionGoal
+from controller import Array, BaseGoal, MotionGoal, PoseGoal
 from hw import DepthFrame, InlineExecutor, LaserScan, Robot, RobotState
 from perception.registration import (
     LASER,
@@ -42,6 +42,7 @@ _MAX_AGE = 0.3  # of a scan or frame that is registered [s]
 _HISTORY = 1.0  # how far back odometry is kept [s]
 _SPEED, _TURN = 0.2, radians(12.0)  # at which a correction moves the robot on the map
 _MOVED = 0.002  # motion of the base that is one [m, rad]
+_ROUNDING = 1e-9  # of a pose that is moved to the world and back [m]
 _STILL = 0.002  # correction, at the robot, that moves nothing on the map yet [m]
 
 
@@ -81,6 +82,7 @@ class Localiser:
         """The newest."""
         self.updates: list[Update] = []
         """What the measurements of this tick did to the estimate."""
+        self._goal: MotionGoal | None = None  # on the map, in the last tick
         self._filter: Filter | None = None
         self._applied = np.zeros(3)
         self._has_moved = False
@@ -154,7 +156,8 @@ class Localiser:
         """A reading and a goal of the world, on the map, as the controller needs them."""
         if (mTw := self.mTw) is None:
             return state, goal
-        return replace(state, wTb=mTw * state.wTb), None if goal is None else goal.moved(mTw)
+        self._goal = None if goal is None else _same(goal.moved(mTw), self._goal)
+        return replace(state, wTb=self.mTb), self._goal
 
     def close(self) -> None:
         """End the thread."""
@@ -211,6 +214,16 @@ class Localiser:
         step[2] = (step[2] + np.pi) % (2.0 * np.pi) - np.pi
         between: Array = a + share * step
         return between
+
+
+def _same(goal: MotionGoal, before: MotionGoal | None) -> MotionGoal:
+    """A goal with exactly the pose that it had before, if that differs by rounding only."""
+    match goal, before:
+        case PoseGoal(), PoseGoal() if goal.wTe.isApprox(before.wTe, _ROUNDING):
+            return replace(goal, wTe=before.wTe)
+        case BaseGoal(), BaseGoal() if goal.wTb.isApprox(before.wTb, _ROUNDING):
+            return replace(goal, wTb=before.wTb)
+    return goal
 
 
 def map_surfaces(fixtures: Iterable[Geom]) -> Surfaces:

@@ -41,15 +41,8 @@ class GoalVelocity:
         self._linear = _Filter(self._period, _JUMP, _STILL)
         self._angular = _Filter(self._period, _TURN, _STILL_TURN)
 
-    def __call__(self, goal: PoseGoal, wTo: SE3 | None = None) -> PoseGoal:
-        """The goal with its estimated twist, unless it has one or is at rest.
-
-        A correction of the localisation is no motion: `wTo` is the frame whose motion in the world
-        does not count; None for the world itself.
-        """
-        if wTo is not None:
-            found = self(goal.moved(wTo.inverse()))
-            return goal if found.twist is None else replace(goal, twist=found.moved(wTo).twist)
+    def __call__(self, goal: PoseGoal) -> PoseGoal:
+        """The goal with its estimated twist, unless it has one or is at rest."""
         last = self._last
         stands = last is not None and goal.wTe == last
         if stands and (self._settled or goal.twist is not None):
@@ -142,11 +135,21 @@ class Servo:
     def reset(self) -> None:
         """Forget the goal."""
         self._goal_motion = GoalVelocity(self._period)
+        self._in_odometry = GoalVelocity(self._period)
         self._last = np.zeros(6)
 
     def with_motion(self, goal: PoseGoal, wTo: SE3 | None) -> PoseGoal:
-        """The goal with its estimated twist in odometry, unless it has one or is at rest."""
-        return self._goal_motion(goal, wTo) if self._estimates_motion else goal
+        """The goal with its estimated twist, unless it has one or is at rest.
+
+        A correction of the localisation is no motion: a goal that rests in the world or in the
+        odometry, which is at `wTo`, is at rest.
+        """
+        if not self._estimates_motion:
+            return goal
+        found = self._goal_motion(goal)
+        if wTo is None or found.twist is None:
+            return found
+        return goal if self._in_odometry(goal.moved(wTo.inverse())).twist is None else found
 
     def __call__(self, goal: PoseGoal, bTw: SE3, bTe: SE3, error: PoseError) -> Array:
         """The twist ν (6,) towards a goal, with the goal's own, in base axes [m/s, rad/s].
