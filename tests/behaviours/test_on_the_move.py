@@ -81,6 +81,7 @@ def saved_on_the_way_to(*place: float) -> float:
     return standing - on_the_move
 
 
+@pytest.mark.slow
 def test_a_grasp_on_the_move_holds_and_the_next_place_is_reached_sooner():
     assert saved_on_the_way_to(-3.0, 1.5) > 0.2
 

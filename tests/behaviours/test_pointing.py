@@ -29,6 +29,7 @@ def over_the_table(*objects) -> Harness:
     return harness
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("at", "distance"), [(BEHIND, None), (LARGE, 0.6)])
 def test_look_at_turns_the_camera_to_a_place(at, distance):
     harness = Harness(table_world())
@@ -56,6 +57,7 @@ def test_look_at_fails_without_a_camera_and_on_a_fault():
     assert leaf.feedback_message == "the arm hit something"
 
 
+@pytest.mark.slow
 def test_a_scan_counts_what_stands_in_a_region_larger_than_a_picture():
     spots = [(0.7, -0.28), (0.9, -0.1), (0.75, 0.1), (0.9, 0.3)]
     harness = over_the_table(*(block(x=x, y=y, name=f"b{x}{y}") for x, y in spots))

@@ -116,6 +116,7 @@ def test_a_run_that_looked_at_images_needs_them_and_not_beside_the_loop(tmp_path
     assert "with --vision step only" in text
 
 
+@pytest.mark.slow
 def test_a_run_in_real_time_is_replayed_though_ticks_were_missed(toy, tmp_path):
     run = Recorded(tree=str(toy / "task.yaml"), scene="single", paced=True)
     assert replay_run(record(run, tmp_path)).identical

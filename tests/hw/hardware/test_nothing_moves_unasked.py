@@ -18,6 +18,7 @@ def opened(path, announce=None):
     return open_backend(str(path), "kinematic", options).robot
 
 
+@pytest.mark.slow
 def test_a_hand_that_was_not_homed_is_homed_by_a_run_alone(tmp_path):
     path, places, said = robot_file(tmp_path), tmp_path / "places.yaml", []
     with emulated(path, "household", 0, "unhomed") as link:

@@ -65,6 +65,7 @@ def test_bad_options_are_refused_before_anything_runs(tmp_path, monkeypatch):
     assert not (tmp_path / "runs").exists()
 
 
+@pytest.mark.slow
 def test_the_figures_of_an_object_that_was_really_carried(tmp_path):
     kept = measured(tmp_path, "pick_one", "--seeds", "0", "--workers", 1)
     assert "15.6" in kept["stdout"]  # the paper's figures

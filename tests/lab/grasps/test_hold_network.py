@@ -24,6 +24,7 @@ def collect(folder: Path, scenes: int) -> None:
     assert code == 0, err
 
 
+@pytest.mark.slow
 def test_a_collection_is_the_same_again_and_goes_on_where_it_was(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -72,6 +73,7 @@ def drawn(count: int) -> Outcomes:
     )
 
 
+@pytest.mark.slow
 def test_the_fit_finds_what_the_check_does_not_see() -> None:
     learnt = drawn(500)
 
