@@ -80,6 +80,8 @@ class Localiser:
         """The base on the map, as read this tick."""
         self.registration: Registration | None = None
         """The newest."""
+        self.scan: LaserScan | None = None
+        """The newest that was registered, or is being."""
         self.updates: list[Update] = []
         """What the measurements of this tick did to the estimate."""
         self._goal: MotionGoal | None = None  # on the map, in the last tick
@@ -91,7 +93,6 @@ class Localiser:
         self._history: deque[tuple[float, Array]] = deque()
         self._localised: object = None
         self._job: _Job | None = None
-        self._scan: LaserScan | None = None
         self._frame: DepthFrame | None = None
         self._due = -inf
 
@@ -167,13 +168,13 @@ class Localiser:
         assert self._filter is not None
         scan = robot.laser.latest(_MAX_AGE) if "laser" in self.sensors else None
         frame = vision.newest(self._stamp - _FRAME_INTERVAL) if "camera" in self.sensors else None
-        scan = None if scan is self._scan else scan
+        scan = None if scan is self.scan else scan
         if frame is self._frame or (frame and self._stamp - frame.stamp > _MAX_AGE):
             frame = None
         if scan is None and frame is None:
             return
         self._due = self._stamp + _INTERVAL
-        self._scan, self._frame = scan or self._scan, frame or self._frame
+        self.scan, self._frame = scan or self.scan, frame or self._frame
         oTb = self._odometry(scan.stamp if scan else frame.stamp if frame else self._stamp)
         here = self._filter.pose(oTb), self._filter.covariance(oTb)
         there = self._filter.proposal(oTb)

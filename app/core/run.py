@@ -180,11 +180,17 @@ class Run:
         if not self._options.recording:
             return None
         setup = self._setup
+        scene = scene_view(
+            setup.truth,
+            setup.context.fixtures,
+            self._nodes,
+            estimated=setup.context.state.localised is not None,
+        )
         return Recorder(
             self._folder / RECORDING,
             tree=tree_view(self._nodes),
             model=RobotModel(setup.robot.description),
-            scene=scene_view(setup.truth, setup.context.fixtures, self._nodes),
+            scene=scene,
             lossless=not self._options.paced,
             server=self._viewer.server,
         )

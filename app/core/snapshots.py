@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from py_trees.common import Status
 
-from app.live import NodeStatus, ObjectView, RegionView, SceneView, Snapshot
-from behaviours import BasePose, Region, ToolPose
+from app.live import NodeStatus, ObjectView, PoseEstimate, RegionView, SceneView, Snapshot
+from behaviours import BasePose, Localiser, Region, ToolPose
 from hw import DepthFrame, TaskTime, TrueObject, Truth
 from robots import Geom
 from trees.language import TreeNode
@@ -23,9 +23,16 @@ _STATUS, _POSE = attrgetter("status", "feedback_message"), attrgetter("pose")
 
 
 def scene_view(
-    truth: Truth | None, fixtures: Sequence[Geom] = (), nodes: Sequence[TreeNode] = ()
+    truth: Truth | None,
+    fixtures: Sequence[Geom] = (),
+    nodes: Sequence[TreeNode] = (),
+    *,
+    estimated: bool = False,
 ) -> SceneView:
-    """The shapes of a world (of `fixtures` without one), and the places that a tree names."""
+    """The shapes of a world (of `fixtures` without one), and the places that a tree names.
+
+    `estimated` is whether the robot has to estimate where it is on the map.
+    """
     given = [value for n in nodes for value in getattr(n.node, "given", {}).values()]
     named = {
         value.name: value for value in given if isinstance(value, Region | ToolPose | BasePose)
@@ -45,6 +52,7 @@ def scene_view(
             if isinstance(value, Region)
         ),
         goals=tuple(goals.items()),
+        estimated=estimated,
     )
 
 
@@ -59,6 +67,7 @@ class Snapshots:
         self._nodes = [place.node for place in nodes]
         never = NodeStatus(Status.INVALID, "")
         self._statuses: tuple[NodeStatus, ...] = (never,) * len(nodes)
+        self._truth = truth
         self._movable = _movable(truth) if truth else ()
         self._shown: DepthFrame | None = None
         self.began: TaskTime | None = None
@@ -86,6 +95,7 @@ class Snapshots:
             seconds=tick.seconds,
             nodes=self._of_nodes(),
             goal=goal,
+            estimate=self._estimate(context.localisation),
             objects=tuple(map(_POSE, self._movable)),
             frame=frame if is_new else None,
             detection=vision.detection if is_new else None,
@@ -94,6 +104,12 @@ class Snapshots:
             seen=context.depth_points,
             blackboard={path: key.read() for path, key in context.keys.items() if key.written},
         )
+
+    def _estimate(self, here: Localiser) -> PoseEstimate | None:
+        if here.estimate is None or here.mTw is None:
+            return None
+        true_base = None if self._truth is None else self._truth.base
+        return PoseEstimate(*here.estimate, here.mTw, here.registration, here.scan, true_base)
 
     def _of_nodes(self) -> tuple[NodeStatus, ...]:
         """Statuses of the nodes; an unchanged one stays the same object."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from math import degrees, isfinite
-from typing import TYPE_CHECKING
+from math import degrees, isfinite, sqrt
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -17,11 +17,35 @@ if TYPE_CHECKING:
     from pinocchio import SE3
 
     from controller import Command, MotionGoal, PointCloud, StepReport
-    from hw import DepthFrame, RobotState
+    from hw import DepthFrame, LaserScan, RobotState
     from perception import Detection, GraspEstimate
+    from perception.registration import Registration
     from robots import Geom
 
 Array = npt.NDArray[np.float64]
+
+
+class PoseEstimate(NamedTuple):
+    """Where the robot believes to be on the map, where that is an estimate."""
+
+    mTb: Array
+    """(3,) the newest: x, y [m], heading [rad]; what is drawn and done follows it smoothly."""
+    covariance: Array
+    """(3, 3) of it."""
+    mTo: SE3
+    """Odometry on the map, as it is drawn."""
+    registration: Registration | None = None
+    """The newest; the same object until there is another."""
+    scan: LaserScan | None = None
+    """The newest of the laser that was registered; as above."""
+    true_base: SE3 | None = None
+    """Where the base is in simulation."""
+
+    @property
+    def two_sigma(self) -> tuple[float, float]:
+        """Two standard deviations of the position in its worst direction [m], and heading [rad]."""
+        position = float(np.linalg.eigvalsh(self.covariance[:2, :2])[1])
+        return 2.0 * sqrt(position), 2.0 * sqrt(self.covariance[2, 2])
 
 
 @dataclass(kw_only=True, eq=False, slots=True)
@@ -44,6 +68,8 @@ class Snapshot:
     """Computing time of the tick [s]."""
     nodes: tuple[NodeStatus, ...]
     goal: MotionGoal | None
+    estimate: PoseEstimate | None = None
+    """None where the localisation is exact."""
     objects: tuple[SE3, ...] = ()
     """Poses in the world of the simulated objects, in the order of `SceneView.objects`."""
     frame: DepthFrame | None = None
@@ -108,6 +134,8 @@ class SceneView:
     objects: tuple[ObjectView, ...] = ()
     regions: tuple[RegionView, ...] = ()
     goals: tuple[tuple[str, SE3], ...] = ()
+    estimated: bool = False
+    """Whether snapshots have a `PoseEstimate`."""
 
 
 def key_figures(snapshot: Snapshot) -> dict[str, float]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from math import radians, tan
@@ -12,7 +12,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 from rerun.blueprint import archetypes, encodings
 
-from app.live.monitor.signals_panel import PLOTS, SHARES
+from app.live.monitor.signals_panel import SHARES, Curves
 from app.live.monitor.tree_panel import PILL_RADIUS, ROW, pills
 from app.live.nodes import NodeInfo
 from app.live.snapshot import Array, SceneView
@@ -27,6 +27,7 @@ _TABS = {
     "goal": ("distance", "angle"),
     "controller": ("clearance", "manipulability", "slack"),
     "loop": ("tick",),
+    "localisation": ("pose_position", "pose_heading"),
 }
 _CLOUD_RANGE = (150.0, 1500.0)
 """Depths at both ends of the colour map [mm]."""
@@ -58,14 +59,20 @@ class Arrangement(rrb.Blueprint):
         del self._stream
 
 
-def blueprint(tree: Sequence[NodeInfo], eye: Eye, *, live: bool) -> Arrangement:
+def blueprint(
+    tree: Sequence[NodeInfo], eye: Eye, plots: Mapping[str, Curves], *, live: bool
+) -> Arrangement:
     """The layout for a tree, seen by `eye`; in a `live` run the cursor follows the newest data."""
     now = rrb.TextDocumentView(origin="/now", name="now")
     history = rrb.StateTimelineView(
         origin="/status", name="history", time_view=_last(_HISTORY_WINDOW)
     )
     signals = rrb.Tabs(
-        *(rrb.Vertical(*map(_plot, entities), name=name) for name, entities in _TABS.items()),
+        *(
+            rrb.Vertical(*(_plot(entity, plots[entity]) for entity in entities), name=name)
+            for name, entities in _TABS.items()
+            if plots.keys() >= set(entities)
+        ),
         active_tab=0,
     )
     camera = rrb.Spatial2DView(
@@ -98,15 +105,13 @@ def _last(seconds: float) -> archetypes.TimeAxis:
     return archetypes.TimeAxis(view_range=window)
 
 
-def _plot(entity: str) -> rrb.TimeSeriesView:
+def _plot(entity: str, curves: Curves) -> rrb.TimeSeriesView:
     return rrb.TimeSeriesView(
         origin=f"/signals/{entity}",
-        name=PLOTS[entity].name,
+        name=curves.name,
         axis_x=_last(_PLOT_WINDOW),
         axis_y=rrb.ScalarAxis(range=(-1.05, 1.05)) if entity == SHARES else None,
-        plot_legend=rrb.PlotLegend(
-            corner=rrb.Corner2D.LeftTop, visible=len(PLOTS[entity].series) > 1
-        ),
+        plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.LeftTop, visible=len(curves.series) > 1),
     )
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from math import isfinite, nan
+from collections.abc import Callable, Mapping, Sequence
+from math import degrees, isfinite, nan
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +13,7 @@ from app.live.monitor.columns import Array, timelines
 from app.live.monitor.glyphs import Colour
 from app.live.snapshot import Snapshot
 from controller import N_ARM
+from perception.registration import compose, inverse, on_floor
 from robots import Limits
 
 _SEVEN: tuple[Colour, ...] = (
@@ -70,20 +71,47 @@ PLOTS = {
 """By entity, below /signals; one unit per axis."""
 
 
-class SignalsPanel:
-    """Draws the curves; joint velocities as shares of `limits`."""
+def _error(s: Snapshot) -> Array:
+    """(3,) true error of the believed pose: x, y [m], heading [rad], in the true base."""
+    if s.estimate is None or s.estimate.true_base is None:
+        return np.full(3, nan)
+    return compose(inverse(on_floor(s.estimate.true_base)), on_floor(s.state.wTb))
 
-    def __init__(self, stream: rr.RecordingStream, limits: Limits) -> None:
-        self._stream = stream
-        self._limits = limits
-        for entity, curves in PLOTS.items():
+
+def _two_sigma(s: Snapshot) -> tuple[float, float]:
+    return (nan, nan) if s.estimate is None else s.estimate.two_sigma
+
+
+POSE_PLOTS = {
+    "pose_position": Curves(
+        "position of the base [mm]",
+        ["2 sigma", "true error"],
+        lambda s: (1000.0 * _two_sigma(s)[0], 1000.0 * np.hypot(*_error(s)[:2])),
+    ),
+    "pose_heading": Curves(
+        "heading of the base [deg]",
+        ["2 sigma", "true error"],
+        lambda s: (degrees(_two_sigma(s)[1]), degrees(abs(_error(s)[2]))),
+    ),
+}
+"""More of them, where the pose of the base is an estimate."""
+
+
+class SignalsPanel:
+    """Draws the curves of `plots`; joint velocities as shares of `limits`."""
+
+    def __init__(
+        self, stream: rr.RecordingStream, limits: Limits, plots: Mapping[str, Curves]
+    ) -> None:
+        self._stream, self._limits, self._plots = stream, limits, plots
+        for entity, curves in plots.items():
             colours = _SEVEN if len(curves.series) > len(_FEW) else _FEW
             look = rr.SeriesLines(names=curves.series, colors=colours[: len(curves.series)])
             stream.log(f"signals/{entity}", look, static=True)
 
     def write(self, batch: Sequence[Snapshot]) -> None:
         """Add the rows of a batch."""
-        for entity, curves in PLOTS.items():
+        for entity, curves in self._plots.items():
             table: Array = np.array([curves.row(snapshot) for snapshot in batch], dtype=float)
             if entity == SHARES:
                 table /= self._limits.qd

@@ -10,14 +10,16 @@ import socket
 import threading
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Protocol
 
 import rerun as rr
 import rerun_bindings
 
 from app.live.monitor.blueprint import blueprint, eye_for, task_points
 from app.live.monitor.camera_panel import CameraPanel
+from app.live.monitor.localisation_panel import LocalisationPanel
 from app.live.monitor.scene_panel import ScenePanel
-from app.live.monitor.signals_panel import SignalsPanel
+from app.live.monitor.signals_panel import PLOTS, POSE_PLOTS, SignalsPanel
 from app.live.monitor.text_panel import TextPanel
 from app.live.monitor.tree_panel import TreePanel
 from app.live.nodes import NodeInfo
@@ -31,6 +33,13 @@ _SERVER_MEMORY = "200MB"
 _PATIENCE = 5.0
 _LINGER = 1.0
 """Time for viewers to fetch the end of a run [s]."""
+
+
+class Panel(Protocol):
+    """A part of the picture."""
+
+    def write(self, batch: Sequence[Snapshot]) -> None:
+        """Add the snapshots of a batch."""
 
 
 class Writer:
@@ -53,7 +62,8 @@ class Writer:
         rr.set_strict_mode(True)  # mistakes are raised, not turned into a warning on the terminal
         self._live = server is not None
         self._stream = rr.RecordingStream("frankie-task")
-        layout = blueprint(tree, eye_for(task_points(scene)), live=self._live)
+        plots = PLOTS | POSE_PLOTS if scene.estimated else PLOTS
+        layout = blueprint(tree, eye_for(task_points(scene)), plots, live=self._live)
         self._stream.set_sinks(
             # A footer would keep something of every chunk in memory until the end.
             rr.FileSink(path, write_footer=False),
@@ -63,13 +73,15 @@ class Writer:
         layout.release()
         if server is not None:
             _check(server)
-        self._panels = (
+        self._panels: list[Panel] = [
             TreePanel(self._stream, tree),
             TextPanel(self._stream, tree),
             ScenePanel(self._stream, model, scene),
             CameraPanel(self._stream, model.description.camera.intrinsics),
-            SignalsPanel(self._stream, model.limits),
-        )
+            SignalsPanel(self._stream, model.limits, plots),
+        ]
+        if scene.estimated:
+            self._panels.append(LocalisationPanel(self._stream, model.description, scene))
 
     def write(self, batch: Sequence[Snapshot]) -> None:
         """Add snapshots, in order of time; at least one."""

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from app.live.snapshot import Snapshot
 
 _OFFERED = tuple(name for name, fault in INJECTABLE.items() if not fault.of_world)
+_LOST = 0.5
+"""Two standard deviations of the position from which the robot is not localised [m]."""
 _FORCED = {"success": Status.SUCCESS, "failure": Status.FAILURE, "nothing": None}
 
 
@@ -138,6 +140,7 @@ class ControlPage:
                 "tip": index,
                 "node": self._tree[index].name,
                 "message": snapshot.nodes[index].message,
+                "localised": _localised(snapshot),
                 "faults": [fault.text for fault in snapshot.state.faults],
                 "looks": looks(self._tree, snapshot.nodes),
             }
@@ -156,3 +159,11 @@ class ControlPage:
         if hook.waiting and hook.asks:
             hook.answer = answer
             self._control.resume()
+
+
+def _localised(snapshot: Snapshot) -> str:
+    """How well the robot knows where it is; empty where that is exact."""
+    if snapshot.estimate is None:
+        return ""
+    two_sigma, _ = snapshot.estimate.two_sigma
+    return f"localised to ±{1000.0 * two_sigma:.0f} mm" if two_sigma < _LOST else "not localised"

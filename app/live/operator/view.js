@@ -81,6 +81,7 @@ function view(state) {
     notice: notice(),
     age: state.run && !over ? `${age.toFixed(1)} s old` : "",
     time: run.time || "",
+    localised: run.localised || "",
     ticks: state.run ? String(run.ticks || 0) : "–",
     node: run.node ? `${run.node}: ${run.message}` : "",
     faults: faults.join("; "),

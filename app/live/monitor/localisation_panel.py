@@ -1,0 +1,137 @@
+"""Where the base is and believes to be: true base, ellipse, laser scan, what is matched and moved.
+
+Only where its pose on the map is an estimate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
+
+import numpy as np
+import rerun as rr
+
+from app.live.feed import Throttle
+from app.live.monitor.columns import WORLD, Array, Changes, log_static, send_poses
+from app.live.monitor.glyphs import Colour, printable
+from app.live.monitor.robot_visual import base_parts, solids
+from app.live.snapshot import PoseEstimate, SceneView, Snapshot
+from robots import Geom, Plane, RobotDescription, reach
+
+Made = TypeVar("Made")
+
+_PERIOD = 0.1
+"""Shortest time between two drawings [s]."""
+_TRUE: Colour = (235, 120, 235)
+_BELIEVED: Colour = (255, 255, 255)
+_SCANNED: Colour = (255, 220, 60)
+_MATCHED: Colour = (60, 220, 100)
+_MOVED: Colour = (255, 120, 30)
+_UP = np.array([0.0, 0.0, 1.0])
+_THICK = 0.004
+"""Of the ellipse, which lies on the floor [m]."""
+
+_ROOM = "world/localisation"
+TRUE_BASE, ELLIPSE = f"{_ROOM}/true_base", f"{_ROOM}/ellipse"
+SCAN, MATCHED, DISPLACED = f"{_ROOM}/scan", f"{_ROOM}/matched", f"{_ROOM}/displaced"
+
+
+class LocalisationPanel:
+    """Draws the estimate of the pose, and what it rests on, on the map."""
+
+    def __init__(
+        self, stream: rr.RecordingStream, robot: RobotDescription, scene: SceneView
+    ) -> None:
+        self._stream = stream
+        self._throttle = Throttle(_PERIOD)
+        self._changes = Changes(stream)
+        self._tops = _tops(scene.fixtures)
+        ghost = solids(base_parts(robot.base)[:1], "TransparentFillMajorWireframe")
+        for body in ghost:
+            body.colors = [(*_TRUE, 90)]
+        log_static(stream, {TRUE_BASE: ghost})
+        ellipse = rr.Ellipsoids3D.from_fields(
+            colors=[(*_BELIEVED, 90)], fill_mode="TransparentFillMajorWireframe", show_labels=True
+        )
+        displaced = rr.Arrows3D.from_fields(colors=[_MOVED], radii=0.015, show_labels=True)
+        looks: dict[str, list[Any]] = {
+            ELLIPSE: [ellipse],
+            SCAN: [_points(_SCANNED)],
+            MATCHED: [_points(_MATCHED)],
+            DISPLACED: [displaced],
+        }
+        log_static(stream, looks, WORLD)
+
+    def write(self, batch: Sequence[Snapshot]) -> None:
+        """Add the snapshots of a batch."""
+        shown = [s for s in batch if s.estimate is not None and self._throttle.due(s.stamp)]
+        true = [(s, s.estimate.true_base) for s in shown if s.estimate is not None]
+        send_poses(self._stream, [(s, {TRUE_BASE: wTb}) for s, wTb in true if wTb is not None])
+        send = self._changes.send
+        send(ELLIPSE, shown, _of(lambda e: (e.covariance,)), _of(_ellipse))
+        send(SCAN, shown, _of(lambda e: (e.scan,)), _of(_scan))
+        send(MATCHED, shown, _of(lambda e: (e.registration,)), _of(_matched))
+        send(DISPLACED, shown, _of(lambda e: (e.registration,)), _of(self._displaced))
+
+    def _displaced(self, estimate: PoseEstimate) -> tuple[int, Any]:
+        """Arrows on top of furniture, from where the map has it to where it was found."""
+        moved = () if estimate.registration is None else estimate.registration.displaced
+        return len(moved), rr.Arrows3D.columns(
+            origins=[(*one.centre, self._tops.get(one.piece, 0.0)) for one in moved],
+            vectors=[(*one.by[:2], 0.0) for one in moved],
+            labels=[
+                f"{printable(one.piece)} moved by {1000.0 * np.hypot(*one.by[:2]):.0f} mm, "
+                f"{np.rad2deg(one.by[2]):.1f}°"
+                for one in moved
+            ],
+        )
+
+
+def _of(of: Callable[[PoseEstimate], Made]) -> Callable[[Snapshot], Made]:
+    """The same of a snapshot that has an estimate."""
+
+    def made(snapshot: Snapshot) -> Made:
+        assert snapshot.estimate is not None
+        return of(snapshot.estimate)
+
+    return made
+
+
+def _points(colour: Colour) -> rr.Points3D:
+    return rr.Points3D.from_fields(colors=[colour], radii=0.012)
+
+
+def _tops(fixtures: Sequence[Geom]) -> dict[str, float]:
+    """Height of each piece of furniture [m]."""
+    tops: dict[str, float] = {}
+    for one in fixtures:
+        if not isinstance(one.shape, Plane):
+            piece = one.name.split("/")[0]
+            tops[piece] = max(tops.get(piece, 0.0), reach(one, _UP))
+    return tops
+
+
+def _ellipse(estimate: PoseEstimate) -> tuple[int, Any]:
+    """In which the middle of the base lies with two standard deviations along each axis."""
+    variances, axes = np.linalg.eigh(estimate.covariance[:2, :2])
+    yaw = float(np.arctan2(axes[1, 0], axes[0, 0]))
+    return 1, rr.Ellipsoids3D.columns(
+        centers=[(*estimate.mTb[:2], 0.0)],
+        half_sizes=[(*(2.0 * np.sqrt(variances)), _THICK)],
+        quaternions=[(0.0, 0.0, np.sin(yaw / 2.0), np.cos(yaw / 2.0))],
+        labels=[f"±{1000.0 * estimate.two_sigma[0]:.0f} mm"],
+    )
+
+
+def _scan(estimate: PoseEstimate) -> tuple[int, Any]:
+    points: Array = np.zeros((0, 3))
+    if (scan := estimate.scan) is not None:
+        mTb = estimate.mTo * scan.oTb
+        points = scan.points[np.isfinite(scan.ranges)] @ mTb.rotation.T + mTb.translation
+    return len(points), rr.Points3D.columns(positions=points)
+
+
+def _matched(estimate: PoseEstimate) -> tuple[int, Any]:
+    found = estimate.registration
+    points: Array = np.zeros((0, 3)) if found is None else found.points
+    return len(points), rr.Points3D.columns(positions=points)
