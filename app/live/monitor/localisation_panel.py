@@ -1,4 +1,4 @@
-"""Where the base is and believes to be: true base, ellipse, laser scan, what is matched and moved.
+"""Where the base is and believes to be: true base, outline, laser scan, what is matched and moved.
 
 Only where its pose on the map is an estimate.
 """
@@ -6,6 +6,7 @@ Only where its pose on the map is an estimate.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
@@ -28,11 +29,11 @@ _SCANNED: Colour = (255, 220, 60)
 _MATCHED: Colour = (60, 220, 100)
 _MOVED: Colour = (255, 120, 30)
 _UP = np.array([0.0, 0.0, 1.0])
-_THICK = 0.004
-"""Of the ellipse, which lies on the floor [m]."""
+_SIDES, _FLOOR = 48, 0.012
+"""Of the outline, and its height above the floor [m]."""
 
 _ROOM = "world/localisation"
-TRUE_BASE, ELLIPSE = f"{_ROOM}/true_base", f"{_ROOM}/ellipse"
+TRUE_BASE, OUTLINE = f"{_ROOM}/true_base", f"{_ROOM}/outline"
 SCAN, MATCHED, DISPLACED = f"{_ROOM}/scan", f"{_ROOM}/matched", f"{_ROOM}/displaced"
 
 
@@ -45,17 +46,18 @@ class LocalisationPanel:
         self._stream = stream
         self._throttle = Throttle(_PERIOD)
         self._changes = Changes(stream)
+        self._size = robot.base.size[:2]
         self._tops = _tops(scene.fixtures)
         ghost = solids(base_parts(robot.base)[:1], "TransparentFillMajorWireframe")
         for body in ghost:
             body.colors = [(*_TRUE, 90)]
         log_static(stream, {TRUE_BASE: ghost})
-        ellipse = rr.Ellipsoids3D.from_fields(
-            colors=[(*_BELIEVED, 90)], fill_mode="TransparentFillMajorWireframe", show_labels=True
+        outline = rr.LineStrips3D.from_fields(
+            colors=[_BELIEVED], radii=rr.Radius.ui_points(1.5), show_labels=True
         )
         displaced = rr.Arrows3D.from_fields(colors=[_MOVED], radii=0.015, show_labels=True)
         looks: dict[str, list[Any]] = {
-            ELLIPSE: [ellipse],
+            OUTLINE: [outline],
             SCAN: [_points(_SCANNED)],
             MATCHED: [_points(_MATCHED)],
             DISPLACED: [displaced],
@@ -68,7 +70,8 @@ class LocalisationPanel:
         true = [(s, s.estimate.true_base) for s in shown if s.estimate is not None]
         send_poses(self._stream, [(s, {TRUE_BASE: wTb}) for s, wTb in true if wTb is not None])
         send = self._changes.send
-        send(ELLIPSE, shown, _of(lambda e: (e.covariance,)), _of(_ellipse))
+        outline = partial(_outline, self._size)
+        send(OUTLINE, shown, _of(lambda e: (e.covariance,)), _of(outline))
         send(SCAN, shown, _of(lambda e: (e.scan,)), _of(_scan))
         send(MATCHED, shown, _of(lambda e: (e.registration,)), _of(_matched))
         send(DISPLACED, shown, _of(lambda e: (e.registration,)), _of(self._displaced))
@@ -111,14 +114,24 @@ def _tops(fixtures: Sequence[Geom]) -> dict[str, float]:
     return tops
 
 
-def _ellipse(estimate: PoseEstimate) -> tuple[int, Any]:
-    """In which the middle of the base lies with two standard deviations along each axis."""
-    variances, axes = np.linalg.eigh(estimate.covariance[:2, :2])
-    yaw = float(np.arctan2(axes[1, 0], axes[0, 0]))
-    return 1, rr.Ellipsoids3D.columns(
-        centers=[(*estimate.mTb[:2], 0.0)],
-        half_sizes=[(*(2.0 * np.sqrt(variances)), _THICK)],
-        quaternions=[(0.0, 0.0, np.sin(yaw / 2.0), np.cos(yaw / 2.0))],
+def _outline(size: tuple[float, float], estimate: PoseEstimate) -> tuple[int, Any]:
+    """The convex hull of the ellipses in which the corners of the base lie, `size` [m] apart."""
+    x, y, heading = estimate.mTb
+    signs = np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)])
+    c, s = np.cos(heading), np.sin(heading)
+    corners = (signs * size / 2.0) @ np.array([[c, s], [-s, c]])
+    J = np.tile(np.eye(2, 3), (4, 1, 1))
+    J[:, 0, 2], J[:, 1, 2] = -corners[:, 1], corners[:, 0]
+    covariances = J @ estimate.covariance @ J.transpose(0, 2, 1)
+    angles = np.linspace(0.0, 2.0 * np.pi, _SIDES + 1)
+    towards = np.column_stack([np.cos(angles), np.sin(angles)])
+    spread = np.sqrt(np.einsum("ni,kij,nj->nk", towards, covariances, towards))
+    best = (towards @ corners.T + 2.0 * spread).argmax(axis=1)
+    rows = np.arange(len(towards))
+    grown = np.einsum("nij,nj->ni", covariances[best], towards) / spread[rows, best][:, None]
+    points = np.array([x, y]) + corners[best] + 2.0 * grown
+    return 1, rr.LineStrips3D.columns(
+        strips=[np.column_stack([points, np.full(len(points), _FLOOR)])],
         labels=[f"±{1000.0 * estimate.two_sigma[0]:.0f} mm"],
     )
 

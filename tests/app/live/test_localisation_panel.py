@@ -14,6 +14,7 @@ from app.live import PoseEstimate, Snapshot
 from app.live.operator import Control, ControlPage
 from hw import LaserScan
 from perception.registration import Displacement, Registration, in_space, on_floor
+from robots import load_robot
 
 MTO = np.array([0.03, -0.02, 0.01])
 OFF = np.array([0.03, -0.04, np.deg2rad(2.0)])
@@ -68,12 +69,16 @@ def test_the_base_is_drawn_where_it_truly_is(recording: Path) -> None:
     assert np.linalg.norm(apart) == pytest.approx(0.05, abs=1e-6)
 
 
-def test_the_estimate_is_an_ellipse_with_its_size(recording: Path) -> None:
-    last = rows(recording, "/world/localisation/ellipse")[-1]
-    np.testing.assert_allclose(last["half_sizes"][0][:2], [0.02, 0.04], atol=1e-6)
+def test_the_outline_of_the_base_is_grown_by_two_sigma(recording: Path) -> None:
+    last = rows(recording, "/world/localisation/outline")[-1]
     assert last["labels"] == ["±40 mm"]
-    x, y, _ = last["centers"][0]
-    assert (x, y) == pytest.approx(samples.snapshot(last["tick"]).state.wTb.translation[:2])
+    points = np.array(last["strips"][0])[:, :2]
+    points -= samples.snapshot(last["tick"]).state.wTb.translation[:2]
+    half = np.array(load_robot("frankie").base.size[:2]) / 2.0
+    turned = np.deg2rad(0.5) * half[::-1]  # of a corner, by the error of the heading
+    grown = 2.0 * np.hypot([0.01, 0.02], turned)
+    np.testing.assert_allclose(points.max(axis=0), half + grown, atol=1e-6)
+    np.testing.assert_allclose(points.min(axis=0), -half - grown, atol=1e-6)
 
 
 def test_the_scan_and_the_matched_points_are_on_the_map_once_each(recording: Path) -> None:
@@ -127,7 +132,7 @@ def test_a_run_that_is_wrong_about_where_it_is_shows_it(tmp_path: Path) -> None:
     code, _, _ = call("run", task, "--view", "none", "--record", tmp_path / "runs", *options)
     assert code == 0
     (path,) = tmp_path.glob("runs/*/recording.rrd")
-    parts = {f"/world/localisation/{part}" for part in ("ellipse", "scan", "matched")}
+    parts = {f"/world/localisation/{part}" for part in ("outline", "scan", "matched")}
     assert shown(path) >= parts | {"/signals/pose_position", "/signals/pose_heading"}
     assert rows(path, "/world/localisation/matched")[-1]["positions"]
     two_sigma, error = rows(path, "/signals/pose_position")[-1]["scalars"]
