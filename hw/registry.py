@@ -36,7 +36,7 @@ class WorldOptions:
     seed: int = 0  # of the objects and the camera's noise
     base_speed: float | None = None  # limit [m/s]; None keeps that of the robot
     reverse_speed: float | None = None  # the same backwards; None keeps its share
-    localisation: str = "exact"  # how wrong a simulated robot is: a level, or the file of one
+    localisation: str = "exact"  # how wrong a robot is, unless real: a level, or the file of one
     paced: bool = False  # in real time instead of as fast as possible
     beside: bool = False  # images and blocking operations run beside the loop, as on hardware
     armed: bool = False  # a person has allowed a real robot to move
@@ -89,8 +89,8 @@ def open_backend(robot: str, world: str, options: WorldOptions) -> Backend:
         return _simulated(with_base_speeds(load_robot(robot), *speeds), world, options)
     if speeds != (None, None):
         raise WorldError(f"{robot}: the limits of a real base are said in `base_limits` there")
-    if options.localisation != "exact":
-        raise WorldError(f"{robot}: only a simulated robot can be made wrong about where it is")
+    if options.localisation != "exact" and real.hardware.emulated is None:
+        raise WorldError(f"{robot}: a real robot cannot be made wrong about where it is")
     return _real(real, world, options)
 
 
@@ -122,6 +122,7 @@ def _real(real: RealRobot, world: str, options: WorldOptions) -> Backend:
         world=world,
         scene=options.scene,
         seed=options.seed,
+        localisation=options.localisation,
         armed=options.armed,
         announce=options.announce,
     )

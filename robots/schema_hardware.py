@@ -56,6 +56,13 @@ def _scale(value: FullScaleFile | str, info: ValidationInfo) -> FullScaleFile:
 ScaleFile: TypeAlias = Annotated[FullScaleFile | str, AfterValidator(_scale)]
 
 
+class SiteAccuracyFile(StrictModel):
+    """Deviations of where a base takes itself to be on its map."""
+
+    sigma: Positive = 0.02  # along x, and along y [m]
+    sigma_deg: Positive = 0.5
+
+
 class OmronFile(StrictModel):
     """An Omron LD-60."""
 
@@ -68,6 +75,7 @@ class OmronFile(StrictModel):
     full_scale: ScaleFile = FullScaleFile()  # or the file by `doctor --write-site`
     pose_delay: NotNegative = 0.0  # age of a pose on arrival [s]
     laser_delay: NotNegative = 0.0  # age of a scan of the laser on arrival [s]
+    localisation: SiteAccuracyFile = SiteAccuracyFile()
     least_score: Share | None = None
     score_scale: Literal[100, 1000] | None = None
 

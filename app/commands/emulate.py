@@ -86,6 +86,10 @@ def frankie(
     ] = "kinematic",
     scene: Annotated[str, typer.Option(help="A shipped scene or a scene file.")] = "household",
     seed: Annotated[int, typer.Option(help="Of objects and camera noise.", min=0)] = 0,
+    localisation: Annotated[
+        str,
+        typer.Option(help="How wrong it is about where it is: exact, good, poor, or a file."),
+    ] = "exact",
     as_reported: AsReported = None,
 ) -> None:
     """A whole Frankie in one simulated world, until Ctrl-C or the end of the input.
@@ -97,7 +101,9 @@ def frankie(
 
     console, ways = Terminal(), _ways("frankie", as_reported)
     _list(console, {name: what for name, (_, what) in WORDS.items()})
-    emulator = FrankieEmulator(robot, world=world, scene=scene, seed=seed, **ways)
+    emulator = FrankieEmulator(
+        robot, world=world, scene=scene, seed=seed, localisation=localisation, **ways
+    )
     with suppress(KeyboardInterrupt):
         serve(emulator, lines=sys.stdin, say=console.say)
 

@@ -28,6 +28,8 @@ def base_of(hardware: HardwareFile, limits: Limits, clock: Clock) -> OmronBase:
         turn_acceleration=float(limits.base_acceleration[2]),
         pose_delay=file.pose_delay,
         laser_delay=file.laser_delay,
+        sigma=file.localisation.sigma,
+        sigma_turn=radians(file.localisation.sigma_deg),
         least_score=file.least_score,
         score_scale=file.score_scale,
     )

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from hw.emulators.common import start_module
 from hw.emulators.frankie import EmulatorLink, RemoteTruth, SilentEmulatorError
 from hw.robot import HardwareError
-from hw.sim import load_scene
+from hw.sim import load_localisation, load_scene
 from robots import RealRobot
 
 _PATIENCE = 30.0  # timeout of starting emulators [s]
@@ -18,8 +18,10 @@ _PATIENCE = 30.0  # timeout of starting emulators [s]
 class Emulation:
     """The emulators of one robot file."""
 
-    def __init__(self, real: RealRobot, world: str, scene: str, seed: int) -> None:
-        self._real, self._wanted = real, (world, scene, str(seed))
+    def __init__(
+        self, real: RealRobot, world: str, scene: str, seed: int, localisation: str = "exact"
+    ) -> None:
+        self._real, self._wanted = real, (world, scene, str(seed), localisation)
         self._process: subprocess.Popen[str] | None = None
         try:
             self.link = link_to(real)
@@ -42,8 +44,9 @@ class Emulation:
             self._process = None
 
     def _start(self) -> None:
-        _, scene, seed = self._wanted
+        _, scene, seed, localisation = self._wanted
         load_scene(scene, int(seed))  # reports errors of the scene
+        load_localisation(localisation)  # and of the level
         self._process = process = start_module(
             "hw.emulators.frankie", str(self._real.path), *self._wanted
         )

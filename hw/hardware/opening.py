@@ -96,6 +96,7 @@ def open_hardware(
     world: str,
     scene: str,
     seed: int,
+    localisation: str = "exact",
     armed: bool,
     announce: Callable[[str], None] | None = None,
 ) -> OpenedHardware:
@@ -106,6 +107,7 @@ def open_hardware(
         world: of an emulated robot.
         scene: likewise.
         seed: likewise.
+        localisation: level of its errors, likewise.
         armed: whether the user has armed it.
         announce: called with notes on speed and homing. With it a hand that was not homed since
             power-on is homed on connecting; without it nothing moves then.
@@ -123,8 +125,8 @@ def open_hardware(
     emulation: Emulation | None = None
     try:
         if hardware.emulated is not None:
-            emulation = Emulation(real, world, scene, seed)
-            _check_world(emulation, (world, scene, seed))
+            emulation = Emulation(real, world, scene, seed, localisation)
+            _check_world(emulation, (world, scene, seed, localisation))
     except BaseException:
         if emulation is not None:
             emulation.close()
@@ -159,13 +161,13 @@ def _home(hand: PandaHand, announce: Callable[[str], None]) -> None:
         hand.home()
 
 
-def _check_world(emulation: Emulation, wanted: tuple[str, str, int]) -> None:
+def _check_world(emulation: Emulation, wanted: tuple[str, str, int, str]) -> None:
     truth = emulation.truth
-    world, scene, seed = there = truth.world, truth.scene, truth.seed
+    world, scene, seed, level = there = truth.world, truth.scene, truth.seed, truth.localisation
     if there != wanted:
         raise OtherWorldError(
-            f"emulators run with --world {world} --scene {scene} --seed {seed}: "
-            "say the same, or end them"
+            f"emulators run with --world {world} --scene {scene} --seed {seed} "
+            f"--localisation {level}: say the same, or end them"
         )
 
 

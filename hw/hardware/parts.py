@@ -10,11 +10,12 @@ from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
+import pinocchio as pin
 
 from hw.clock import WallClock, stopwatch
 from hw.hardware.computer import Finding, Verdict, is_good
 from hw.hardware.drivers import arm_of, base_of, camera_of, hand_of
-from hw.omron import TIMEOUT, OmronBase, Values
+from hw.omron import LASER, POSE, TIMEOUT, OmronBase, Values
 from hw.panda import INTERFACE_VERSION, PandaArm, PandaHand
 from hw.realsense import RealSenseCamera
 from hw.robot import HardwareError
@@ -27,6 +28,7 @@ _TIMEOUTS = 0.1, 0.35
 """Good timeouts: the base checks every 0.1 s; over WLAN commands are up to 0.3 s late [s]."""
 _SET = f"set `{TIMEOUT}` to 0.14 s in its Teleop settings (over WLAN 0.3 s)"
 
+Read = TypeVar("Read")
 Part = TypeVar("Part", OmronBase, PandaArm, PandaHand, RealSenseCamera)
 
 
@@ -43,13 +45,53 @@ def base(real: RealRobot) -> Iterator[Finding]:
             text = "no ARCL in the file: nobody tells that the emergency stop is pressed"
             yield Finding("base", Verdict.BAD, text)
         yield from (Finding("base", Verdict.BAD, fault.text) for fault in drive.read().faults)
-        score, battery = drive.localisation_score, drive.read().battery
-        if score is not None:
-            yield Finding("base", Verdict.GOOD, f"localisation score {score:.2f}")
-        if battery is not None:
+        if (battery := drive.read().battery) is not None:
             yield is_good("base", battery > 0.2, f"battery {100.0 * battery:.0f} %")
+        yield from _localisation(drive)
         yield _ages("base", "poses", lambda: drive.pose_age, _OLD_POSE)
         yield from _teleop(drive, real)
+
+
+def _localisation(base: OmronBase) -> Iterator[Finding]:
+    """What the base tells of its place, and how its localised pose varies while it stands."""
+    seen = _watched(lambda: base.read().localised)
+    has, score, echoes = base.catalogue.has, base.localisation_score, base.echoes
+    points = 0 if echoes is None else len(echoes.points)
+    tells: tuple[tuple[str, str | None, str], ...] = (
+        (
+            "odometry",
+            "of its encoders" if base.has_encoders else None,
+            "the integral of its velocity is used, which comes in whole mm/s and deg/s",
+        ),
+        (
+            "fine poses",
+            "to less than a millimetre" if has(*POSE) else None,
+            "they come in whole millimetres and degrees",
+        ),
+        (
+            "localisation score",
+            None if score is None else f"{score:.2f}",
+            "a poor localisation looks like a good one",
+        ),
+        (
+            "scans of its laser",
+            f"{points} points in the last one" if has(LASER) else None,
+            "only the camera corrects where it believes to be",
+        ),
+    )
+    for what, value, without in tells:
+        text = f"no {what}: {without}" if value is None else f"{what}: {value}"
+        yield Finding("base", Verdict.OPEN if value is None else Verdict.GOOD, text)
+    poses = {id(one): one.mTb for one in seen if one is not None}.values()
+    if poses:
+        x, y = np.transpose([pose.translation[:2] for pose in poses])
+        turns = [pin.log3(next(iter(poses)).rotation.T @ pose.rotation)[2] for pose in poses]
+        spread = 1000.0 * np.hypot(np.std(x), np.std(y))
+        text = (
+            f"localised at x {np.mean(x):.3f} m, y {np.mean(y):.3f} m; at rest that varies by "
+            f"{spread:.1f} mm and {degrees(np.std(turns)):.2f} deg"
+        )
+        yield Finding("base", Verdict.GOOD, text)
 
 
 def _teleop(base: OmronBase, real: RealRobot) -> Iterator[Finding]:
@@ -191,12 +233,18 @@ def camera(real: RealRobot) -> Iterator[Finding]:
 
 def _ages(about: str, what: str, age: Callable[[], float], most: float) -> Finding:
     """How old readings are [s], and whether they are younger than `most` [ms]."""
-    ages = []
-    for _ in range(_LOOKS):
-        ages.append(1000.0 * age())
-        time.sleep(_PERIOD)
+    ages = [1000.0 * one for one in _watched(age)]
     text = f"{what} are {np.median(ages):.0f} ms old in the middle, {max(ages):.0f} ms at worst"
     return is_good(about, max(ages) < most, text)
+
+
+def _watched(read: Callable[[], Read]) -> list[Read]:
+    """What a part tells, again and again."""
+    seen = []
+    for _ in range(_LOOKS):
+        seen.append(read())
+        time.sleep(_PERIOD)
+    return seen
 
 
 def _version(text: str) -> tuple[int, ...]:

@@ -10,15 +10,16 @@ import numpy as np
 from hw.clock import Clock, stopwatch
 from hw.omron.arcl import Arcl, Motors
 from hw.omron.connection import first_readings, named_errors, open_connection
-from hw.omron.faults import connection_lost
+from hw.omron.faults import connection_lost, why_lost
 from hw.omron.handshake import Catalogue
 from hw.omron.laser import Echoes
 from hw.omron.link import Link
+from hw.omron.place import begun, continued, covariance
 from hw.omron.site import REST, OmronSettings, Site, Velocity, is_at_rest
-from hw.omron.telemetry import OLDEST_POSE, extrapolate
+from hw.omron.telemetry import OLDEST_POSE, Pose, extrapolate
 from hw.omron.teleop_settings import SECTIONS, TELEOP, Values, site_of
 from hw.robot import RECOVERY_MEMORY, RECOVERY_PAUSES, HardwareError
-from hw.state import Array, BaseState
+from hw.state import Array, BaseState, LocalisedPose
 
 _POLL = 0.01  # polling interval of recoveries [s]
 _RECOVERY = 3.0  # timeout of each step of a recovery [s]
@@ -29,15 +30,18 @@ _PAUSES = (0.0, *RECOVERY_PAUSES)
 class OmronBase:
     """An Omron LD-60, or another base with the same server.
 
-    The world is the map of the base. The pose between two messages is extrapolated with the
-    measured velocity. Without a message for `OLDEST_POSE` the pose stands still and the reading has
-    a fault; its stamp goes on, so that a recovery gets its chance.
+    The world is that of its odometry; it begins with the map where the base is localised first.
+    Odometry is that of its encoders, or else the integral of its measured velocity; between two
+    messages it is extrapolated with that velocity. Without a message for `OLDEST_POSE` the pose
+    stands still and the reading has a fault; its stamp goes on, so that a recovery gets its chance.
     """
 
     def __init__(self, settings: OmronSettings, clock: Clock) -> None:
         self._settings, self._clock = settings, clock
         self._arcl: Arcl | None = None
         self._link: Link | None = None
+        self._has_begun = False  # whether the world has: at the first localised pose
+        self._localised: tuple[Pose, LocalisedPose] | None = None  # as it came, and as it is read
         self._recoveries, self._recovered_at = 0, -RECOVERY_MEMORY
         self._closing = threading.Event()
         self.catalogue = Catalogue()  # requests that the base offers to this account
@@ -54,6 +58,11 @@ class OmronBase:
         return self._connected.score
 
     @property
+    def has_encoders(self) -> bool:
+        """Whether odometry is that of its encoders, or else the integral of its velocity."""
+        return self._connected.telemetry.has_encoders
+
+    @property
     def echoes(self) -> Echoes | None:
         """The newest scan of its laser; None before the first."""
         with self._connected.lock:
@@ -61,10 +70,10 @@ class OmronBase:
 
     @property
     def pose_age(self) -> float:
-        """Time since the newest pose arrived [s]."""
-        pose = self._connected.telemetry.pose
-        assert pose is not None  # `connect` waited for it
-        return stopwatch() - pose.at
+        """Time since the newest pose and odometry arrived [s]."""
+        at = self._connected.telemetry.placed_at
+        assert at is not None  # `connect` waited for it
+        return stopwatch() - at
 
     def connect(self) -> None:
         """Log in, and wait for the first readings.
@@ -74,6 +83,7 @@ class OmronBase:
                 commands the base.
         """
         self._closing.clear()
+        self._link, self._has_begun = None, False
         if self._settings.arcl is not None:
             self._arcl = Arcl(self._settings.host, self._settings.arcl)
             self._arcl.connect(self._settings.connect_patience)
@@ -90,18 +100,36 @@ class OmronBase:
         with link.lock:
             now, telemetry = stopwatch(), link.telemetry
             faults = (connection_lost(link.lost),) if link.lost else link.faults(now)
-            pose, velocity = telemetry.pose, telemetry.velocity
-            battery = telemetry.battery
-        assert pose is not None  # `connect` waited for it
-        age = min(now - pose.at, OLDEST_POSE) + self._settings.pose_delay
+            odometry, velocity = telemetry.odometry, telemetry.velocity
+            localised = self._newest_localised(link, now)
+            if localised is not None and not self._has_begun:
+                link.wTo, self._has_begun = begun(telemetry), True
+            wTo, battery = link.wTo, telemetry.battery
+        assert odometry is not None  # `connect` waited for it
+        age = min(now - odometry.at, OLDEST_POSE) + self._settings.pose_delay
         measured = REST if link.lost else velocity
         return BaseState(
             stamp=self._clock.now(),
-            wTb=extrapolate(pose, velocity, age),
+            wTb=wTo * extrapolate(odometry, velocity, age),
             twist=np.array([measured.v, 0.0, measured.w]),
             battery=battery,
             faults=faults,
+            localised=localised,
         )
+
+    def _newest_localised(self, link: Link, now: float) -> LocalisedPose | None:
+        """The pose on the map that came last; None while it is lost. The caller holds the lock."""
+        pose, settings = link.telemetry.pose, self._settings
+        if pose is None or why_lost(link.telemetry, settings.least_score, link.score):
+            return None
+        if self._localised is None or self._localised[0] is not pose:
+            localised = LocalisedPose(
+                stamp=self._clock.now() - (now - pose.at) - settings.pose_delay,
+                mTb=extrapolate(pose, REST, 0.0),
+                covariance=covariance(settings, link.score),
+            )
+            self._localised = pose, localised
+        return self._localised[1]
 
     def send(self, twist: Array) -> Array:
         """Drive; returns the mean velocity that the base can follow, zero while there is a fault.
@@ -206,7 +234,13 @@ class OmronBase:
             with named_errors(settings):
                 self.catalogue, self.protocol = connection.catalogue, connection.protocol
                 telemetry = first_readings(connection, settings, claim=claim)
-                self._link = Link(connection, telemetry, settings, self._arcl)
+                link, before = Link(connection, telemetry, settings, self._arcl), self._link
+                link.wTo = (
+                    begun(telemetry)
+                    if before is None
+                    else continued(before.wTo, before.telemetry, telemetry)
+                )
+                self._link = link
         except BaseException:
             connection.socket.close()
             raise

@@ -184,6 +184,7 @@ def first_readings(connection: Connection, settings: OmronSettings, *, claim: bo
         connection.socket.sendall(catalogue.command("stop"))
     connection.socket.sendall(b"".join(telemetry.requests(catalogue)))
     _listen(connection, telemetry, patience, lambda: _is_known(connection, telemetry))
+    telemetry.has_encoders &= telemetry.odometry is not None  # some may list it and not send it
     if claim:
         _listen(connection, telemetry, patience, lambda: is_at_rest(telemetry.velocity))
     _check_free(telemetry)

@@ -142,10 +142,9 @@ def telemetry_faults(
             FaultKind.STALE_POSE,
             f"no pose of the base for {OLDEST_POSE:g} s; is its network overloaded?",
         )
-    if telemetry.localisation in (Localisation.LOST, Localisation.INITIALISING):
-        yield _unlocalised("the base does not know where it is on its map")
-    elif score is not None and least_score is not None and score < least_score:
-        yield _unlocalised(f"its localisation score is below {least_score:g}")
+    if lost := why_lost(telemetry, least_score, score):
+        text = f"{lost}; localise it in MobilePlanner"
+        yield _fault(FaultKind.STALE_POSE, text, clearable=False)
     if telemetry.status in _BUMPED:
         yield _fault(
             FaultKind.BUMPER,
@@ -159,8 +158,13 @@ def telemetry_faults(
         )
 
 
-def _unlocalised(cause: str) -> Fault:
-    return _fault(FaultKind.STALE_POSE, f"{cause}; localise it in MobilePlanner", clearable=False)
+def why_lost(telemetry: Telemetry, least_score: float | None, score: float | None) -> str:
+    """Why its localised pose means nothing; empty if it does. Scores are 0 to 1."""
+    if telemetry.localisation in (Localisation.LOST, Localisation.INITIALISING):
+        return "the base does not know where it is on its map"
+    if score is not None and least_score is not None and score < least_score:
+        return f"its localisation score is below {least_score:g}"
+    return ""
 
 
 def arcl_faults(arcl: ArclState) -> Iterator[Fault]:

@@ -15,6 +15,8 @@ from dataclasses import replace
 from math import ceil, inf
 from struct import pack
 
+from pinocchio import SE3
+
 from hw.clock import stopwatch
 from hw.omron.arcl import Arcl
 from hw.omron.commander import STOP_AFTER, Commander
@@ -47,6 +49,7 @@ class Link:
         self.telemetry = telemetry
         self.commander = Commander(settings)
         self.monitor = MotionMonitor(settings.site)
+        self.wTo = SE3.Identity()  # odometry of this connection in the world
         self.lost = ""  # why the connection is lost; empty while connected
         self._settings = settings
         self._arcl = arcl
@@ -101,8 +104,8 @@ class Link:
 
     def faults(self, now: float) -> tuple[Fault, ...]:
         """What keeps the base from moving now [s]; the caller holds the lock."""
-        pose = self.telemetry.pose
-        age = now - pose.at if pose is not None else self._settings.silence
+        placed_at = self.telemetry.placed_at
+        age = now - placed_at if placed_at is not None else self._settings.silence
         return (
             *telemetry_faults(self.telemetry, self._settings.least_score, age, self.score),
             *(arcl_faults(self._arcl.state) if self._arcl is not None else ()),

@@ -131,6 +131,9 @@ class OmronSettings:
     the robot file hold before, those of the base itself after."""
     turn_acceleration: float = 3.0  # the same for turning [rad/s^2]
     pose_delay: float = 0.0  # age of a pose on arrival [s]
+    sigma: float = 0.02
+    """Deviation of its localisation along x, and along y [m]: usual without special markers."""
+    sigma_turn: float = radians(0.5)  # the same of its heading [rad]
     laser_delay: float = 0.0  # age of a scan of the laser on arrival [s]
     silence: float = 1.0  # without a byte for this long the connection is lost [s]
     connect_patience: float = 3.0  # timeout of each step of connecting [s]

@@ -1,4 +1,4 @@
-"""Decoding of the readings of the base: pose, velocity, mode, localisation, battery, laser.
+"""Decoding of the readings of the base: poses, velocity, mode, localisation, battery, laser.
 
 Positions are in mm and angles in degrees on the wire, in the frame of the robot's map. Layouts of
 `updateNumbers`, `updateStrings`, `batteryInfo` and `getModeInfo`: verified with a reference server.
@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from enum import IntEnum
 from math import cos, radians, sin, tau
+from typing import TypeAlias
 
 import numpy as np
 from pinocchio import SE3
@@ -22,10 +23,14 @@ from hw.omron.packet import Fields, LayoutError, Packet, number_field, parse_num
 from hw.omron.site import REST, Ratios, Velocity
 from hw.omron.teleop_settings import SECTIONS, Values, read_section
 
-POSE = tuple(f"DataStore_RobotPoseInterpolated_{axis}" for axis in ("X", "Y", "Th"))
-"""Fine poses; `updateNumbers` has whole millimetres and degrees."""
+POSE, ENCODERS = (
+    tuple(f"DataStore_{pose}PoseInterpolated_{axis}" for axis in ("X", "Y", "Th"))
+    for pose in ("Robot", "Encoder")
+)
+"""Fine poses on the map (`updateNumbers` has whole millimetres and degrees), and odometry."""
 OLDEST_POSE = 0.25
 """Up to this age a pose is extrapolated with the measured velocity; then it is stale [s]."""
+Taker: TypeAlias = Callable[[Fields, float], None]
 _INTERVAL = 0.03  # of poses [s]; real bases are said to send at most 37 a second
 _TOGETHER = 0.02  # the three values of one pose arrive within this time [s]
 _ACCEPT_SKEWED = 0.1
@@ -43,7 +48,7 @@ class Localisation(IntEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Pose:
-    """In the map of the robot [m, rad]."""
+    """On the map of the robot, or in odometry [m, rad]."""
 
     x: float
     y: float
@@ -51,14 +56,22 @@ class Pose:
     at: float  # time of arrival, of `stopwatch` [s]
 
 
-def extrapolate(pose: Pose, velocity: Velocity, seconds: float) -> SE3:
-    """Pose of the base a time later [s], at a constant velocity."""
+def moved(pose: Pose, velocity: Velocity, at: float) -> Pose:
+    """The pose at another time of `stopwatch` [s], at a constant velocity."""
+    seconds = at - pose.at
     turn = velocity.w * seconds
     heading = pose.theta + turn / 2.0
     way = velocity.v * seconds * float(np.sinc(turn / tau))
-    translation = np.array([pose.x + way * cos(heading), pose.y + way * sin(heading), 0.0])
-    c, s = cos(pose.theta + turn), sin(pose.theta + turn)
-    return SE3(np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]), translation)
+    x, y = pose.x + way * cos(heading), pose.y + way * sin(heading)
+    return Pose(x=x, y=y, theta=pose.theta + turn, at=at)
+
+
+def extrapolate(pose: Pose, velocity: Velocity, seconds: float) -> SE3:
+    """Pose of the base a time later [s], at a constant velocity."""
+    then = moved(pose, velocity, pose.at + seconds)
+    c, s = cos(then.theta), sin(then.theta)
+    rotation = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    return SE3(rotation, np.array([then.x, then.y, 0.0]))
 
 
 def drive_payload(ratios: Ratios) -> bytes:
@@ -67,13 +80,14 @@ def drive_payload(ratios: Ratios) -> bytes:
 
 
 class PoseAssembly:
-    """Assembles a pose from its three values, which come in separate packets.
+    """Assembles a pose from its three values, of these names, which come in separate packets.
 
     A pose is complete when each of the three has come since the previous pose, and all within
     `_TOGETHER`: the server sends them back to back.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, names: tuple[str, ...]) -> None:
+        self._names = names
         self._values: dict[str, tuple[float, float]] = {}
         self._last = -1.0
 
@@ -86,9 +100,9 @@ class PoseAssembly:
             self._values = {
                 key: kept for key, kept in self._values.items() if at - kept[1] <= _TOGETHER
             }
-        if len(self._values) < len(POSE):
+        if len(self._values) < len(self._names):
             return None
-        (x, at_x), (y, at_y), (theta, at_theta) = (self._values[key] for key in POSE)
+        (x, at_x), (y, at_y), (theta, at_theta) = (self._values[key] for key in self._names)
         self._values, self._last = {}, at
         arrived = min(at_x, at_y, at_theta)
         return Pose(x=x / 1000.0, y=y / 1000.0, theta=radians(theta), at=arrived)
@@ -108,9 +122,13 @@ class Telemetry:
     ) -> None:
         self.echoes: Echoes | None = None  # newest scan of the laser
         self._lead = lead
-        self.pose: Pose | None = None  # fine where the robot offers it
+        self.pose: Pose | None = None  # on the map; fine where the robot offers it
         self.coarse: Pose | None = None  # of `updateNumbers`
         self.velocity = REST
+        self.has_encoders = catalogue.has(*ENCODERS)
+        """Whether odometry is that of the encoders; otherwise the integral of the velocity."""
+        self._encoders: Pose | None = None
+        self._integral: Pose | None = None
         self.battery: float | None = None
         """Charge, 0 to 1; None where the robot sends a voltage, or nothing."""
         self.status = self.mode = ""
@@ -122,9 +140,8 @@ class Telemetry:
         self.damaged = 0  # number of replies with an unexpected layout
         self._has_charge = False
         self._score_scale = score_scale
-        self._assembly = PoseAssembly()
         self._is_fine = catalogue.has(*POSE)
-        takers: dict[str, Callable[[Fields, float], None]] = {
+        takers: dict[str, Taker] = {
             "updateNumbers": self._numbers,
             "updateStrings": self._strings,
             "batteryInfo": self._battery_info,
@@ -133,15 +150,17 @@ class Telemetry:
             SECTIONS: self._section,
             LASER: self._laser,
         }
-        self._takers: dict[int, Callable[[Fields, float], None]] = {}
-        for name in (*takers, *POSE):
+        self._takers: dict[int, Taker] = {}
+        takers |= self._axes(POSE, self._place) | self._axes(ENCODERS, self._count)
+        for name, take in takers.items():
             if (number := catalogue.numbers.get(name)) is not None:
-                self._takers[number] = takers.get(name) or self._axis(name)
+                self._takers[number] = take
 
     def requests(self, catalogue: Catalogue) -> Iterator[bytes]:
         """The frames that subscribe to all readings."""
         intervals: dict[str, float | None] = {
             **dict.fromkeys(POSE if self._is_fine else (), _INTERVAL),
+            **dict.fromkeys(ENCODERS if self.has_encoders else (), _INTERVAL),
             "updateNumbers": 0.05 if self._is_fine else _INTERVAL,
             "updateStrings": None,
             "getModeInfo": 0.2,
@@ -165,25 +184,52 @@ class Telemetry:
             self.damaged += 1
 
     @property
+    def odometry(self) -> Pose | None:
+        """In a frame of its own, smooth while connected."""
+        return self._encoders if self.has_encoders else self._integral
+
+    @property
+    def placed_at(self) -> float | None:
+        """When the older one of pose and odometry arrived, of `stopwatch` [s]."""
+        if self.pose is None or self.odometry is None:
+            return None
+        return min(self.pose.at, self.odometry.at)
+
+    @property
     def is_complete(self) -> bool:
-        """Whether there are poses and a velocity."""
-        return self.pose is not None and self.coarse is not None
+        """Whether there are poses, odometry and a velocity."""
+        return self.placed_at is not None and self.coarse is not None
 
     def _numbers(self, fields: Fields, at: float) -> None:
         battery, x, y, theta, v, w, _, _ = fields.integers("hiihhhhb")
         self.coarse = Pose(x=x / 1000.0, y=y / 1000.0, theta=radians(theta), at=at)
-        self.velocity = Velocity(v / 1000.0, radians(w))
+        before, self.velocity = self.velocity, Velocity(v / 1000.0, radians(w))
+        mean = Velocity(*np.mean((before, self.velocity), axis=0).tolist())
+        self._integral = moved(self._integral or Pose(x=0.0, y=0.0, theta=0.0, at=at), mean, at)
         if self._has_charge:
             self.battery = max(0.0, min(1.0, battery / 1000.0))
         if not self._is_fine:
             self.pose = self.coarse
 
-    def _axis(self, name: str) -> Callable[[Fields, float], None]:
-        def take(fields: Fields, at: float) -> None:
-            pose = self._assembly.take(name, _data_store_value(fields), at)
-            self.pose = pose or self.pose
+    def _place(self, pose: Pose) -> None:
+        self.pose = pose
 
-        return take
+    def _count(self, pose: Pose) -> None:
+        self._encoders = pose
+
+    @staticmethod
+    def _axes(names: tuple[str, ...], put: Callable[[Pose], None]) -> dict[str, Taker]:
+        """What takes each of the three values of a pose."""
+        assembly = PoseAssembly(names)
+
+        def taker(name: str) -> Taker:
+            def take(fields: Fields, at: float) -> None:
+                if (pose := assembly.take(name, _data_store_value(fields), at)) is not None:
+                    put(pose)
+
+            return take
+
+        return {name: taker(name) for name in names}
 
     def _strings(self, fields: Fields, at: float) -> None:
         self.status, self.mode = fields.text(), fields.text()
@@ -211,8 +257,8 @@ class Telemetry:
         points = read_points(fields)
         if self.pose is not None:
             then = extrapolate(self.pose, self.velocity, at - self.pose.at - self._lead)
-            moved = (points - then.translation[:2]) @ then.rotation[:2, :2]
-            self.echoes = Echoes(moved, at - self._lead)
+            points = (points - then.translation[:2]) @ then.rotation[:2, :2]
+            self.echoes = Echoes(points, at - self._lead)
 
     def _section(self, fields: Fields, at: float) -> None:
         if fields.remaining:

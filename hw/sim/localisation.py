@@ -120,6 +120,10 @@ def load_localisation(level: str) -> Localisation:
     raise ConfigError(f"no level of localisation is called `{level}`; {hint} (or give a file)")
 
 
+_STREAM = 2
+"""Tells the errors of localisation from the noise of sensors with the same seed."""
+
+
 @dataclass(frozen=True, eq=False)
 class FixedErrors:
     """What stays wrong during a run."""
@@ -141,6 +145,17 @@ def draw_fixed_errors(level: Localisation, rng: np.random.Generator) -> FixedErr
         arm_mount=_misplacement(level.arm_mount, rng),
         depth_scale=1.0 + level.depth_scale * float(rng.choice((-1.0, 1.0))),
     )
+
+
+def made_wrong(
+    description: RobotDescription, level: Localisation, seed: int
+) -> tuple[RobotDescription, LocalisationProcess, float]:
+    """The robot as it truly is, what its base tells, and measured by true depth."""
+    rng = np.random.default_rng((seed, 0, _STREAM))
+    if level.exact:
+        return description, LocalisationProcess(level, rng), 1.0
+    errors = draw_fixed_errors(level, rng)
+    return errors.applied_to(description), LocalisationProcess(level, rng), errors.depth_scale
 
 
 def _misplacement(size: Misplacement, rng: np.random.Generator) -> SE3:

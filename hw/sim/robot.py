@@ -18,7 +18,7 @@ from hw.sim.camera.noise import D435Noise
 from hw.sim.camera.render import DepthRenderer, painted
 from hw.sim.kinematic import KinematicBody
 from hw.sim.laser import SimLaser
-from hw.sim.localisation import Localisation, LocalisationProcess, draw_fixed_errors
+from hw.sim.localisation import Localisation, LocalisationProcess, made_wrong
 from hw.sim.sim_object import Visible
 from hw.sim.world import World
 from hw.state import (
@@ -32,9 +32,6 @@ from hw.state import (
     GripperState,
 )
 from robots import RobotDescription
-
-_STREAM = 2
-"""Tells the errors of localisation from the noise of sensors with the same seed."""
 
 
 class _SimPart:
@@ -89,7 +86,7 @@ class _SimArm(_SimPart):
 class _SimBase(_SimPart):
     """The base; it stands still with a pressed bumper."""
 
-    def __init__(self, body: SimBody, localisation: LocalisationProcess | None = None) -> None:
+    def __init__(self, body: SimBody, localisation: LocalisationProcess) -> None:
         super().__init__(body)
         self._localisation = localisation
 
@@ -104,13 +101,12 @@ class _SimBase(_SimPart):
             battery=battery,
             faults=self._faults(FaultKind.BUMPER, body.bumper),
         )
-        return true if self._localisation is None else self._localisation.measured(true)
+        return self._localisation.measured(true)
 
     def send(self, twist: Array) -> Array:
         self._body.advance()
         applied = twist if self._body.bumper.reason is None else np.zeros(3)
-        driven = applied if self._localisation is None else self._localisation.driven(applied)
-        self._body.follow(base_twist=driven)
+        self._body.follow(base_twist=self._localisation.driven(applied))
         return applied
 
     def recover(self) -> None:
@@ -218,12 +214,7 @@ def simulated_robot(
         background: where images are rendered and blocking operations run; inline, a run is
             deterministic.
     """
-    truly, process, scale = description, None, 1.0
-    if localisation is not None and not localisation.exact:
-        rng = np.random.default_rng((seed, 0, _STREAM))
-        errors = draw_fixed_errors(localisation, rng)
-        truly, scale = errors.applied_to(description), errors.depth_scale
-        process = LocalisationProcess(localisation, rng)
+    truly, process, scale = made_wrong(description, localisation or Localisation(), seed)
     made = body(truly, world, clock, dynamics or Dynamics())
     return ComposedRobot(
         description,

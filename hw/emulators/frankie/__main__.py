@@ -1,6 +1,7 @@
-"""`python -m hw.emulators.frankie ROBOT WORLD SCENE SEED [NAME ...]`: emulators of a robot file.
+"""`python -m hw.emulators.frankie ROBOT WORLD SCENE SEED LEVEL [NAME ...]`: emulators of a file.
 
-NAMEs are those of `AS_REPORTED`. Commands on standard input, JSON on standard output.
+LEVEL is of the localisation, NAMEs are those of `AS_REPORTED`. Commands on standard input, JSON on
+standard output.
 """
 
 from __future__ import annotations
@@ -10,6 +11,8 @@ import sys
 from hw.emulators.frankie import FrankieEmulator, serve
 
 if __name__ == "__main__":
-    robot, world, scene, seed, *ways = sys.argv[1:]
-    emulator = FrankieEmulator(robot, world=world, scene=scene, seed=int(seed), as_reported=ways)
+    robot, world, scene, seed, level, *ways = sys.argv[1:]
+    emulator = FrankieEmulator(
+        robot, world=world, scene=scene, seed=int(seed), localisation=level, as_reported=ways
+    )
     serve(emulator, lines=sys.stdin, say=lambda text: print(text, flush=True))

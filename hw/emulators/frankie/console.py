@@ -33,6 +33,7 @@ def _tell(emulator: FrankieEmulator) -> Answer:
             "world": world.name,
             "scene": world.scene,
             "seed": world.seed,
+            "localisation": world.localisation,
             "now": world.clock.now(),
             "stamp": stopwatch() - (world.clock.now() - world.body.now),
             "base": world.pose(),

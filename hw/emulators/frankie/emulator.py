@@ -46,7 +46,14 @@ class FrankieEmulator:
     """
 
     def __init__(
-        self, robot: str, *, world: str, scene: str, seed: int, as_reported: Sequence[str] = ()
+        self,
+        robot: str,
+        *,
+        world: str,
+        scene: str,
+        seed: int,
+        localisation: str = "exact",
+        as_reported: Sequence[str] = (),
     ) -> None:
         ways = chosen(as_reported, AS_REPORTED, "robot")
         of_base, self._of_arm, of_camera = (
@@ -58,7 +65,7 @@ class FrankieEmulator:
         base, arcl = real.hardware.base, real.hardware.base.arcl
         self.robot, self._arm_at, self._link = real.body, real.hardware.arm.address, ArmLink()
         self.address = base.address, real.hardware.emulated  # of the console
-        self.world = EmulatedWorld(self.robot, world, scene, seed, self._link)
+        self.world = EmulatedWorld(self.robot, world, scene, seed, self._link, localisation)
         self.world.on_bump = self._bump
         options = Options(
             host=base.address,

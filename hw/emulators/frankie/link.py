@@ -10,6 +10,7 @@ from contextlib import suppress
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 from pinocchio import SE3, XYZQUATToSE3
 
 from controller import Obstacle
@@ -73,7 +74,7 @@ class RemoteTruth:
         self._link = link
         answer = link.do("tell")
         self.scene, self.seed = str(answer["scene"]), int(answer["seed"])
-        self.world = str(answer["world"])
+        self.world, self.localisation = str(answer["world"]), str(answer["localisation"])
         self._world = world = load_scene(self.scene, self.seed)
         self.fixtures, self.mapped = world.fixtures, world.mapped
         self.objects: Sequence[SimObject] = world.objects  # with their latest known poses
@@ -90,9 +91,11 @@ class RemoteTruth:
         return self._touches
 
     @property
-    def base(self) -> SE3 | None:
-        """Not told: the emulator's base reports where it is."""
-        return None
+    def base(self) -> SE3:
+        """Where the base truly is."""
+        self._look()
+        x, y, heading = self._base
+        return SE3(pin.utils.rotate("z", heading), np.array([x, y, 0.0]))
 
     def moving(self) -> Sequence[Obstacle]:
         """The walkers as tracked obstacles."""
@@ -128,5 +131,6 @@ class RemoteTruth:
         for obj in self._world.objects:
             obj.pose = XYZQUATToSE3(np.array(answer["poses"][obj.name]))
         self._now, self._at = answer["now"], answer["stamp"]
+        self._base = answer["base"]
         self._supports: dict[str, str] = answer["supports"]
         self._touches = [Touch(**one) for one in answer["touches"]]

@@ -7,8 +7,10 @@ import time
 from collections.abc import Callable, Sequence
 
 import numpy as np
+from pinocchio import SE3
 
 from hw.clock import WallClock, stopwatch
+from hw.emulators.omron import Planar
 from hw.emulators.panda import ArmLink, Wanted
 from hw.emulators.realsense import Shot
 from hw.sim import (
@@ -18,8 +20,11 @@ from hw.sim import (
     KinematicBody,
     SimBody,
     SimLaser,
+    load_localisation,
     load_scene,
+    made_wrong,
 )
+from hw.state import BaseState, LocalisedPose
 from robots import Array, load_robot
 
 STEP = 0.005  # period of the world [s]
@@ -32,9 +37,18 @@ _RELEASED = 0.1  # a bumper is released when the base was commanded to rest for 
 class EmulatedWorld:
     """A simulated robot in a thread of its own; the drive of an emulated base."""
 
-    def __init__(self, robot: str, world: str, scene: str, seed: int, link: ArmLink) -> None:
-        description = load_robot(robot)
-        self.name, self.scene, self.seed = world, scene, seed
+    def __init__(
+        self,
+        robot: str,
+        world: str,
+        scene: str,
+        seed: int,
+        link: ArmLink,
+        localisation: str = "exact",
+    ) -> None:
+        self.name, self.scene, self.seed, self.localisation = world, scene, seed, localisation
+        level = load_localisation(localisation)
+        description, self._process, self._scale = made_wrong(load_robot(robot), level, seed)
         self.truth = load_scene(scene, seed, description.base.size[:2])
         self.clock = WallClock()
         make: type[SimBody] = KinematicBody
@@ -47,6 +61,11 @@ class EmulatedWorld:
         self.bumped = ""  # what the base has hit; empty while it may move
         self.on_bump: Callable[[], None] = lambda: None  # called on a bump
         self._link = link
+        self._measured = self._process.measured(self._true())
+        self._start = self._measured.wTb
+        self._mTo = SE3.Identity()
+        self._localised: LocalisedPose | None = None
+        self._measure()
         self._twist = (0.0, 0.0)
         self._rests_since = 0.0
         self._before: Wanted | None = None
@@ -76,15 +95,26 @@ class EmulatedWorld:
         """Move at these velocities from now on [m/s, rad/s]."""
         self._twist = (v, w)
 
-    def pose(self) -> tuple[float, float, float]:
-        """x, y and heading [m, m, rad]."""
-        wTb = self.body.wTb
-        x, y, _ = wTb.translation
-        return (float(x), float(y), float(np.arctan2(wTb.rotation[1, 0], wTb.rotation[0, 0])))
+    def pose(self) -> Planar:
+        """True pose."""
+        return _planar(self.body.wTb)
+
+    def encoders(self) -> Planar:
+        """Odometry since the start."""
+        return _planar(self._start.actInv(self._measured.wTb))
+
+    def localised(self) -> Planar:
+        """Where the base takes itself to be: where it was localised last, moved by odometry."""
+        return _planar(self._mTo * self._measured.wTb)
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether its localisation has an outage."""
+        return self._localised is not None and self._measured.localised is None
 
     def twist(self) -> tuple[float, float]:
-        """Velocities [m/s, rad/s]."""
-        vx, _, w = self.body.base_twist
+        """Velocities as its wheels tell [m/s, rad/s]."""
+        vx, _, w = self._measured.twist
         return (float(vx), float(w))
 
     def echoes(self) -> Sequence[tuple[float, float]]:
@@ -103,7 +133,7 @@ class EmulatedWorld:
             shapes, wTc, stamp = self.body.shapes(), self.body.wTe * camera.eTc, stopwatch()
         rng = np.random.default_rng((self.seed, number))
         depth = self._noise.apply(self._renderer.render(shapes, wTc), camera, rng)
-        return Shot(depth=depth, stamp=stamp)
+        return Shot(depth=depth * self._scale, stamp=stamp)
 
     def _run(self) -> None:
         due = stopwatch()
@@ -121,9 +151,24 @@ class EmulatedWorld:
         if wanted is not None:
             self._follow(wanted)
         v, w = self._twist
-        body.follow(base_twist=np.array([v, 0.0, w]), qd=self._qd)
+        body.follow(base_twist=self._process.driven(np.array([v, 0.0, w])), qd=self._qd)
+        self._measure()
         self._check_bumper()
         self._publish()
+
+    def _true(self) -> BaseState:
+        body = self.body
+        return BaseState(stamp=body.now, wTb=body.wTb, twist=body.base_twist)
+
+    def _measure(self) -> None:
+        """What the base tells now, with the errors of its level."""
+        before, self._measured = self._measured, self._process.measured(self._true())
+        localised = self._measured.localised
+        if localised is not None and localised is not self._localised:
+            passed = self._measured.stamp - before.stamp
+            share = 1.0 - (self._measured.stamp - localised.stamp) / max(passed, 1e-9)
+            then = SE3.Interpolate(before.wTb, self._measured.wTb, min(max(share, 0.0), 1.0))
+            self._localised, self._mTo = localised, localised.mTb * then.inverse()
 
     def _follow(self, wanted: Wanted) -> None:
         """Move joints and fingers as commanded."""
@@ -169,3 +214,8 @@ class EmulatedWorld:
             releases=self._releases,
             grips=self._ended,
         )
+
+
+def _planar(pose: SE3) -> Planar:
+    x, y, _ = pose.translation.tolist()
+    return (x, y, float(np.arctan2(pose.rotation[1, 0], pose.rotation[0, 0])))

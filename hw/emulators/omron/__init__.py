@@ -6,7 +6,7 @@ offered, `controller` the on-board controller and its interface to a simulated w
 what can be set, go wrong, and behave as reported of real bases, `emulator` the server.
 """
 
-from hw.emulators.omron.controller import Controller, Drive, Motion, Teleop, Unicycle
+from hw.emulators.omron.controller import Controller, Drive, Motion, Planar, Teleop, Unicycle
 from hw.emulators.omron.emulator import OmronEmulator
 from hw.emulators.omron.options import AS_REPORTED, EVERYTHING, FAULTS, Options
 
@@ -19,6 +19,7 @@ __all__ = [
     "Motion",
     "OmronEmulator",
     "Options",
+    "Planar",
     "Teleop",
     "Unicycle",
 ]

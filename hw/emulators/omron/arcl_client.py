@@ -9,7 +9,12 @@ from hw.clock import stopwatch
 from hw.emulators.omron.client import GoneError, received
 from hw.emulators.omron.controller import Controller
 from hw.emulators.omron.options import Options
-from hw.emulators.omron.requests import reported_pose, settings, signed_degrees
+from hw.emulators.omron.requests import (
+    reported_pose,
+    reported_score,
+    settings,
+    signed_degrees,
+)
 
 _HELP = ("status", "stop", "queryMotors", "enableMotors", "faultsGet", "getConfigSectionValues")
 
@@ -102,7 +107,7 @@ class ArclClient:
 
     def _status(self) -> Iterator[str]:
         x, y, theta = reported_pose(self._controller, self._options)
-        score = 0.0 if self._options.lost else self._options.score
+        score = reported_score(self._controller, self._options)
         yield f"Status: {self._controller.status}"
         yield f"StateOfCharge: {100.0 * self._options.charge:.1f}"
         yield f"Location: {x * 1000.0:.0f} {y * 1000.0:.0f} {signed_degrees(theta):.0f}"

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from math import copysign, cos, inf, radians, sin, sqrt
-from typing import Protocol
+from typing import Protocol, TypeAlias
 
 from hw.clock import stopwatch
 
@@ -42,17 +42,31 @@ class Motion:
     latch: float = 0.1
 
 
+Planar: TypeAlias = tuple[float, float, float]
+"""x, y and heading [m, m, rad]."""
+
+
 class Drive(Protocol):
     """Wheels and world; called every 10 ms from the emulator's thread."""
 
     def command(self, v: float, w: float) -> None:
         """Move at these velocities from now on [m/s, rad/s]."""
 
-    def pose(self) -> tuple[float, float, float]:
-        """True x, y and heading in the world [m, m, rad]."""
+    def pose(self) -> Planar:
+        """True pose in the world."""
+
+    def encoders(self) -> Planar:
+        """Odometry, from where it was switched on."""
+
+    def localised(self) -> Planar:
+        """Where it takes itself to be on its map; while it is lost, anything."""
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether it knows that it does not know that."""
 
     def twist(self) -> tuple[float, float]:
-        """True velocities [m/s, rad/s]."""
+        """Velocities as its wheels tell [m/s, rad/s]."""
 
     def echoes(self) -> Sequence[tuple[float, float]]:
         """What the laser sees now: points in the base [m]."""
@@ -63,12 +77,12 @@ class Unicycle:
 
     def __init__(
         self,
-        pose: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        pose: Planar = (0.0, 0.0, 0.0),
         now: Callable[[], float] = stopwatch,
     ) -> None:
         self._now = now
         self._at = now()
-        self._pose = pose
+        self._pose = self._start = pose
         self._twist = (0.0, 0.0)
 
     def command(self, v: float, w: float) -> None:
@@ -76,14 +90,34 @@ class Unicycle:
         self._pose = self.pose()
         self._twist = (v, w)
 
-    def pose(self) -> tuple[float, float, float]:
-        """True x, y and heading [m, m, rad]."""
+    def pose(self) -> Planar:
+        """True pose."""
         x, y, theta = self._pose
         (v, w), now = self._twist, self._now()
         dt, self._at = now - self._at, now
         middle = theta + w * dt / 2.0
         self._pose = (x + v * dt * cos(middle), y + v * dt * sin(middle), theta + w * dt)
         return self._pose
+
+    def encoders(self) -> Planar:
+        """Where it has gone, exactly."""
+        x, y, theta = self.pose()
+        x0, y0, start = self._start
+        c, s = cos(start), sin(start)
+        return (
+            c * (x - x0) + s * (y - y0),
+            c * (y - y0) - s * (x - x0),
+            theta - start,
+        )
+
+    def localised(self) -> Planar:
+        """The true pose."""
+        return self.pose()
+
+    @property
+    def is_lost(self) -> bool:
+        """Never."""
+        return False
 
     def twist(self) -> tuple[float, float]:
         """Commanded velocities [m/s, rad/s]."""

@@ -35,7 +35,7 @@ class Options:
     score: float = 0.87  # localisation score, 0 to 1
     lost: bool = False  # whether localisation is lost
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Of the reported pose from the true one [m, m, rad]."""
+    """Of the reported pose on the map from where it takes itself to be [m, m, rad]."""
     charge: float = 0.87  # of the battery, 0 to 1
     pieces: bool = False  # whether it writes a few bytes at a time
     jitter: float = 0.0  # largest additional delay of replies [s]
@@ -53,7 +53,10 @@ class Options:
     arcl_lasts: float = inf  # connections of the text interface are closed after this time [s]
 
 
-_FINE_POSE = frozenset(f"DataStore_RobotPoseInterpolated_{axis}" for axis in ("X", "Y", "Th"))
+_FINE_POSE, _ENCODERS = (
+    frozenset(f"DataStore_{pose}PoseInterpolated_{axis}" for axis in ("X", "Y", "Th"))
+    for pose in ("Robot", "Encoder")
+)
 _FAULTS: dict[str, tuple[str, dict[str, object]]] = {
     "pieces": ("replies come a few bytes at a time", {"pieces": True}),
     "jitter": ("replies come up to 90 ms late, each by another time", {"jitter": 0.09}),
@@ -63,7 +66,8 @@ _FAULTS: dict[str, tuple[str, dict[str, object]]] = {
     "lost": ("the base does not know where it is", {"lost": True}),
     "locked": ("the base stands in its dock, in a mode that is locked", {}),
     "emergency stop": ("the button is pressed", {}),
-    "no fine pose": ("the values of the data store are not offered", {"omit": _FINE_POSE}),
+    "no fine pose": ("no pose of the data store is offered", {"omit": _FINE_POSE | _ENCODERS}),
+    "no encoder pose": ("the base does not tell its odometry", {"omit": _ENCODERS}),
     "no movement": ("the user may not move the base", {}),
     "new protocol": ("the base speaks a protocol version that nobody knows", {"protocol": "9MTX"}),
     "full": ("the base has too many clients", {"clients": 0}),

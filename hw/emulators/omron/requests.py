@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from math import cos, degrees, sin
 
 from hw.clock import stopwatch
-from hw.emulators.omron.controller import Controller, Teleop
+from hw.emulators.omron.controller import Controller, Planar, Teleop
 from hw.emulators.omron.options import Options
 from hw.emulators.omron.wire import Taker, Writer
 
@@ -34,11 +34,16 @@ _LONG_DESCRIPTION = "goal names, one after the other; " * 320
 """Descriptions of this length are seen on newer bases."""
 
 
-def reported_pose(controller: Controller, options: Options) -> tuple[float, float, float]:
-    """The pose that the base reports: the true one plus an offset [m, m, rad]."""
-    x, y, theta = controller.drive.pose()
+def reported_pose(controller: Controller, options: Options) -> Planar:
+    """The pose on the map that the base reports: where it takes itself to be, plus an offset."""
+    x, y, theta = controller.drive.localised()
     dx, dy, turn = options.offset
     return (x + dx, y + dy, theta + turn)
+
+
+def reported_score(controller: Controller, options: Options) -> float:
+    """Of its localisation, 0 to 1; 0 if it is lost."""
+    return 0.0 if options.lost or controller.drive.is_lost else options.score
 
 
 def signed_degrees(angle: float) -> float:
@@ -78,6 +83,10 @@ class Requests:
     ) -> None:
         self._controller, self._options = controller, options
         self._note = note
+        poses: dict[str, Callable[[], Planar]] = {
+            "Robot": lambda: reported_pose(controller, options),
+            "Encoder": lambda: controller.drive.encoders(),
+        }
         table: list[tuple[str, str, str, Answer]] = [
             ("ratioDrive", "Movement", "double: trans; double: rot", self._ratio_drive),
             ("stop", "Stop", "", self._stop),
@@ -89,8 +98,9 @@ class Requests:
             ("getLocState", "RobotInfo", "", self._loc_state),
             ("getConfigBySectionsV4", "Config", "byte: priority", self._teleop_section),
             *(
-                (f"DataStore_RobotPoseInterpolated_{name}", "RobotInfo", "", self._stored(axis))
-                for axis, name in enumerate(("X", "Y", "Th"))
+                (f"DataStore_{pose}PoseInterpolated_{name}", "RobotInfo", "", stored)
+                for pose, read in poses.items()
+                for name, stored in self._stored(read).items()
             ),
             ("Laser_1Current", "SensorInfo", "", self._laser),
             *((name, "SensorInfo", "", lambda _: None) for name in _OTHERS),
@@ -137,10 +147,9 @@ class Requests:
         return Writer().string(controller.mode).integer(controller.locked, 1).integer(0, 1).body
 
     def _loc_state(self, _: Taker) -> bytes:
-        options = self._options
-        score = 0.0 if options.lost else options.score
-        state = 2 if options.lost else 0
-        return Writer().integer(state, 1).integer(round(score * options.score_scale), 2).body
+        score = reported_score(self._controller, self._options)
+        state = 0 if score > 0.0 else 2
+        return Writer().integer(state, 1).integer(round(score * self._options.score_scale), 2).body
 
     def _teleop_section(self, _: Taker) -> bytes:
         writer = Writer().raw(b"S").string("Teleop settings").string("").string("Robot")
@@ -164,10 +173,16 @@ class Requests:
             writer.integer(round(1000.0 * (y + s * ahead + c * left)), 4)
         return writer.body
 
-    def _stored(self, axis: int) -> Answer:
-        def answer(_: Taker) -> bytes:
-            x, y, theta = reported_pose(self._controller, self._options)
+    def _stored(self, read: Callable[[], Planar]) -> dict[str, Answer]:
+        """The three values of a pose in the data store, by the ends of their names."""
+
+        def answer(axis: int) -> bytes:
+            x, y, theta = read()
             value = (x * 1000.0, y * 1000.0, signed_degrees(theta))[axis]
             return self._options.data_store_kind + Writer().string(f"{value:.3f}").body
 
-        return answer
+        return {
+            "X": lambda _: answer(0),
+            "Y": lambda _: answer(1),
+            "Th": lambda _: answer(2),
+        }

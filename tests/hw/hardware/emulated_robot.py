@@ -32,9 +32,11 @@ def robot_file(folder: Path, name: str = "robot", **changes: str) -> Path:
 
 
 @contextmanager
-def emulated(path: Path, scene: str = "single", seed: int = 1, *reported: str):
-    """Run the emulators of a file, whose arm and hand behave as reported; the link to them."""
-    words = [str(path), "kinematic", scene, str(seed), *reported]
+def emulated(
+    path: Path, scene: str = "single", seed: int = 1, *reported: str, level: str = "exact"
+):
+    """Run the emulators of a file, whose parts behave as reported; the link to them."""
+    words = [str(path), "kinematic", scene, str(seed), level, *reported]
     process = subprocess.Popen(
         [sys.executable, "-m", "hw.emulators.frankie", *words],
         stdin=subprocess.PIPE,

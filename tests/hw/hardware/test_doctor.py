@@ -52,7 +52,12 @@ def test_an_emulated_robot_is_good_and_has_not_moved(place):
         bad = [text for verdict, text in findings[part] if verdict is Verdict.BAD]
         assert all("ms old" in text for text in bad), bad  # as on a computer that has other work
     assert "ArNetworking 5MTX" in said(findings["base"], Verdict.GOOD)
-    assert "full_scale of the file is what the base tells" in said(findings["base"], Verdict.GOOD)
+    good = said(findings["base"], Verdict.GOOD)
+    assert "full_scale of the file is what the base tells" in good
+    assert "odometry: of its encoders" in good
+    assert "localisation score: 0.87" in good
+    assert "points in the last one" in good
+    assert "at rest that varies by 0.0 mm and 0.00 deg" in good
     assert "interface version 5" in said(findings["arm"], Verdict.GOOD)
     assert "images/s" in said(findings["camera"], Verdict.GOOD)
     assert "hand-eye" in said(findings["calibration"], Verdict.OPEN)
@@ -90,8 +95,10 @@ def test_wrong_values_a_pressed_button_and_a_commander_are_named(place):
     assert "release it" in said(findings["arm"], Verdict.BAD)
     link.do("release")
     path.write_text(text)
-    with open_backend(str(path), "kinematic", WorldOptions(scene="single", seed=1)).robot:
+    backend = open_backend(str(path), "kinematic", WorldOptions(scene="single", seed=1))
+    with backend.robot as robot:
         findings = found(path)
+        assert backend.truth.base.isApprox(robot.read().wTb, 1e-3)
     assert "commanded by process" in said(findings["commander"], Verdict.BAD)
     assert not set(PARTS) & set(findings)
 

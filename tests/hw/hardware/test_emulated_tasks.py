@@ -134,7 +134,7 @@ def wait_for(link, objects: int, process: subprocess.Popen[str], patience: float
 @pytest.mark.slow
 def test_emulators_of_another_world_are_named(tmp_path):
     path, other = robot_file(tmp_path), WorldOptions(scene="household", seed=0)
-    words = "--world kinematic --scene single --seed 1"
+    words = "--world kinematic --scene single --seed 1 --localisation exact"
     with emulated(path, "single", 1), pytest.raises(UserError, match=words):
         open_backend(str(path), "kinematic", other)
 

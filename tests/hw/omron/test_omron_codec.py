@@ -153,7 +153,7 @@ def test_any_one_byte_may_stand_before_a_value_of_the_data_store(kind, space):
 
 
 def test_a_pose_is_of_three_values_that_came_together():
-    assembly, (x, y, theta) = PoseAssembly(), POSE
+    assembly, (x, y, theta) = PoseAssembly(POSE), POSE
     assert assembly.take(x, 1000.0, 1.0) is None
     assert assembly.take(y, 2000.0, 1.001) is None
     pose = assembly.take(theta, 0.0, 1.002)
