@@ -91,7 +91,7 @@ def run(
     localisation: Annotated[
         str,
         typer.Option(
-            help="How wrong a simulated robot is about where it is: exact, good, poor, or a file."
+            help="How wrong the robot is about where it is: exact, good, poor, or a file."
         ),
     ] = "exact",
     registration: Annotated[
