@@ -111,9 +111,7 @@ class RegionMap:
 
     @property
     def least_count(self) -> int:
-        """Least number of objects: pieces with hardly a gap between may be one, and a narrow piece
-        along a side may be the wall.
-        """
+        """Least number of objects: near pieces may be one, narrow ones along a side the wall."""
         occupied = self._judged.occupied.astype(np.uint8)
         joined = cv2.morphologyEx(occupied, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)) > 0
         return len(self._pieces(self._without_strips(joined), _OBJECT))
