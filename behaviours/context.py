@@ -158,6 +158,7 @@ class Context:
             depth_points=self.depth_points,
             held=self.held,
             wTo=self.localisation.mTw,
+            uncertainty=self.localisation.uncertainty,
         )
 
     @property
@@ -168,7 +169,9 @@ class Context:
 
     def _around(self) -> tuple[Geom, ...]:
         """Fixtures and contacts on the map; the same tuple until one of them changes."""
-        fixtures, hit = self.fixtures, self._hit(self.fault_memory.hit, self.localisation)
+        here = self.localisation
+        fixtures = here.furniture.standing(self.fixtures)
+        hit = self._hit(self.fault_memory.hit, here)
         if self._joined[0] is not fixtures or self._joined[1] is not hit:
             self._joined = fixtures, hit, (fixtures + hit if hit else fixtures)
         return self._joined[2]

@@ -7,12 +7,13 @@ from collections import deque
 from collections.abc import Callable, Collection, Iterable
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass, field, replace
-from math import inf, radians
+from math import inf, radians, sqrt
 from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 from pinocchio import SE3
 
+from behaviours.furniture import Furniture
 from behaviours.vision import Vision
 from controller import Array, BaseGoal, MotionGoal, PoseGoal
 from hw import DepthFrame, InlineExecutor, LaserScan, Robot, RobotState
@@ -29,7 +30,7 @@ from perception.registration import (
     smoothed,
 )
 from perception.registration import Localisation as Filter
-from robots import Geom
+from robots import Geom, half_extents
 
 Thing = TypeVar("Thing")
 
@@ -37,6 +38,7 @@ SENSORS = ("laser", "camera")
 """What is registered to the map."""
 
 _INTERVAL = 0.1  # between two registrations [s]
+_JUDGE_INTERVAL = 1.0  # between two that also judge the furniture, which takes longer [s]
 _FRAME_INTERVAL = 0.2  # the camera is asked for a frame that nobody asked for this long [s]
 _MAX_AGE = 0.3  # of a scan or frame that is registered [s]
 _HISTORY = 1.0  # how far back odometry is kept [s]
@@ -44,6 +46,7 @@ _SPEED, _TURN = 0.2, radians(12.0)  # at which a correction moves the robot on t
 _MOVED = 0.002  # motion of the base that is one [m, rad]
 _ROUNDING = 1e-9  # of a pose that is moved to the world and back [m]
 _STILL = 0.002  # correction, at the robot, that moves nothing on the map yet [m]
+_LONGEST = 2.5  # furniture: what is longer is a wall [m]
 
 
 class _Job(NamedTuple):
@@ -78,6 +81,8 @@ class Localiser:
         """Its inverse."""
         self.mTb = SE3.Identity()
         """The base on the map, as read this tick."""
+        self.furniture = Furniture()
+        """Where it was moved from its place on the map."""
         self.registration: Registration | None = None
         """The newest."""
         self.scan: LaserScan | None = None
@@ -94,7 +99,7 @@ class Localiser:
         self._localised: object = None
         self._job: _Job | None = None
         self._frame: DepthFrame | None = None
-        self._due = -inf
+        self._due = self._judge_due = -inf
 
     @property
     def estimate(self) -> tuple[Array, Array] | None:
@@ -106,6 +111,13 @@ class Localiser:
             return None
         oTb = self._history[-1][1]
         return self._filter.pose(oTb), self._filter.covariance(oTb)
+
+    @property
+    def uncertainty(self) -> float:
+        """Two standard deviations of where the base is on the map, the way it is larger [m]."""
+        if (estimate := self.estimate) is None:
+            return 0.0
+        return 2.0 * sqrt(float(np.linalg.eigvalsh(estimate[1][:2, :2])[1]))
 
     def read(self, state: RobotState) -> None:
         """Take a reading: odometry, and the localised pose if there is a new one."""
@@ -148,8 +160,18 @@ class Localiser:
             self.registration, there = result.result()
             if there is not None and self._filter.relocalised(there, self.registration, oTb):
                 self.registration = there
+                self.furniture.forget()
             else:
                 self.updates.append(self._filter.registered(self.registration, oTb))
+            self.furniture.note(self.registration)
+
+    def wTm_on(self, piece: str) -> SE3 | None:
+        """The map in the world, for what stands on a piece of furniture; None: they are the same.
+
+        Where the piece was moved from its place on the map, so is what stands on it.
+        """
+        motion = self.furniture.motion(piece)
+        return self.wTm if motion is None or self.wTm is None else self.wTm * motion
 
     def on_map(
         self, state: RobotState, goal: MotionGoal | None
@@ -178,7 +200,9 @@ class Localiser:
         oTb = self._odometry(scan.stamp if scan else frame.stamp if frame else self._stamp)
         here = self._filter.pose(oTb), self._filter.covariance(oTb)
         there = self._filter.proposal(oTb)
-        moved = [one.piece for one in self.registration.displaced] if self.registration else []
+        moved, judge = self.furniture.names, self._stamp >= self._judge_due
+        if judge:
+            self._judge_due = self._stamp + _JUDGE_INTERVAL
 
         def work() -> tuple[Registration, Registration | None]:
             bTw = in_space(oTb).inverse()
@@ -189,10 +213,12 @@ class Localiser:
             if frame is not None:
                 bTc = bTw * frame.wTc
                 clouds.append(depth_cloud(frame.depth, frame.intrinsics, bTc))
-            return (
-                register(self.surfaces, clouds, *here, moved=moved),
-                None if there is None else register(self.surfaces, clouds, *there, moved=moved),
-            )
+            both = [
+                register(self.surfaces, clouds, *prior, moved=moved, judge_furniture=judge)
+                for prior in (here, there)
+                if prior is not None
+            ]
+            return both[0], both[1] if there is not None else None
 
         self._job = _Job(oTb, self.executor.submit(work))
 
@@ -228,11 +254,16 @@ def _same(goal: MotionGoal, before: MotionGoal | None) -> MotionGoal:
 
 
 def map_surfaces(fixtures: Iterable[Geom]) -> Surfaces:
-    """The surfaces of a map; the part of a name before `/` names the piece of furniture."""
+    """The surfaces of a map; what is too long for furniture is a wall, and cannot be moved."""
     pieces: dict[str, list[Geom]] = {}
     for one in fixtures:
-        pieces.setdefault(one.name.split("/")[0], []).append(one)
-    return Surfaces(pieces)
+        pieces.setdefault(one.piece, []).append(one)
+    fixed = {
+        name
+        for name, geoms in pieces.items()
+        if any(max(half_extents(one.shape)[:2]) > _LONGEST / 2.0 for one in geoms)
+    }
+    return Surfaces(pieces, fixed)
 
 
 class OnMap(Generic[Thing]):

@@ -56,9 +56,11 @@ class Key(Generic[Value]):
 class MapFrame(Protocol):
     """Where the map is in the world in which the robot moves, by the newest estimate."""
 
-    @property
-    def wTm(self) -> SE3 | None:
-        """The map in the world; None where they are the same."""
+    def wTm_on(self, piece: str) -> SE3 | None:
+        """The map in the world, for what stands on a piece of furniture; None: they are the same.
+
+        Furniture may have been moved from its place on the map.
+        """
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -66,11 +68,13 @@ class MapPlace:
     """A named place on the map; a built tree has it where the map is now."""
 
     name: str
+    on: str = ""
+    """The piece of furniture with which it moves; empty for none."""
     frame: MapFrame | None = None
     """None where the map is the world."""
 
     def _placed(self, mTx: SE3) -> SE3:
-        wTm = None if self.frame is None else self.frame.wTm
+        wTm = None if self.frame is None else self.frame.wTm_on(self.on)
         return mTx if wTm is None else wTm * mTx
 
 

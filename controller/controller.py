@@ -37,6 +37,15 @@ _MAX_SLACK = 0.1
 the lag of the base [m/s and rad/s]."""
 
 
+_UNCERTAIN, _LOST = 0.06, 0.08
+"""Uncertainty from which on the base is slower, and at which it has half its speed [m]."""
+
+
+def _caution(uncertainty: float) -> float:
+    """The share of its speed limits that a base may use that knows its place only so well [m]."""
+    return 1.0 - 0.5 * min(max((uncertainty - _UNCERTAIN) / (_LOST - _UNCERTAIN), 0.0), 1.0)
+
+
 class HolisticController:
     """Turns a motion goal into velocities of base and arm, one period at a time.
 
@@ -112,7 +121,7 @@ class HolisticController:
         """Stage 1: check the inputs; velocity bounds and kinematics of this period."""
         check_inputs(state, goal, last)
         base, applied = Pose2D.of(state.wTb), self.model.velocities(last)
-        bounds = self._bounds(state.q, applied)
+        bounds = self._bounds(state.q, applied, _caution(surroundings.uncertainty))
         self._base_lag.update(applied[: self.model.n_base])
         kinematics = linearise(self.model, self.settings, state.q)
         return Tick(state, base, goal, applied, bounds, kinematics, surroundings)

@@ -100,6 +100,9 @@ class CollisionSettings(Checked):
     delay_periods: float = 3.0  # delay before a pair brakes, besides the lags [control periods]
     return_gain: float = 4.0  # speed at which shapes separate, per distance below d_s [1/s] ...
     return_speed: float = 0.2  # ... and at most [m/s]
+    most_margin: float = 0.05
+    """The robot stops so much farther from fixtures as their places are uncertain, and at most by
+    this [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)

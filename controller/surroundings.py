@@ -74,6 +74,9 @@ class Surroundings:
     wTo: SE3 | None = None
     """The odometry frame in the world, in which velocities of goals are measured; None where it is
     the world."""
+    uncertainty: float = 0.0
+    """How far off fixtures may be because the robot knows its place only so well: two standard
+    deviations [m]."""
 
     def has_shapes_of(self, other: Surroundings) -> bool:
         """Whether all shapes are the same, wherever the moving obstacles are."""

@@ -43,13 +43,18 @@ class VelocityBounds:
         near = max(dampers.influence_distance, dampers.stop_distance + 1.001 * braking)
         return _Joint(low, high, speed, acceleration, lag, low + near, high - near)
 
-    def __call__(self, q: Array, last: Array) -> tuple[Array, Array]:
+    def __call__(self, q: Array, last: Array, base_share: float = 1.0) -> tuple[Array, Array]:
         """Lower and upper bounds (n,), lower <= upper, [m/s, rad/s].
 
-        `q` are the joint positions (7,) [rad], `last` the velocities (n,) of the previous period.
+        `q` are the joint positions (7,) [rad], `last` the velocities (n,) of the previous period,
+        `base_share` is the part of its limits that the base may use.
         """
         # Plain floats: on nine numbers they are faster than arrays.
         lower, upper = self._lower.copy(), self._upper.copy()
+        if base_share < 1.0:
+            for number in range(self._n_base):
+                lower[number] *= base_share
+                upper[number] *= base_share
         for number, (joint, position) in enumerate(
             zip(self._joints, q.tolist(), strict=True), self._n_base
         ):

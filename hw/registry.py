@@ -99,7 +99,7 @@ def _simulated(description: RobotDescription, world: str, options: WorldOptions)
     from hw.sim import load_localisation, load_scene
 
     level = load_localisation(options.localisation)
-    truth = load_scene(options.scene, options.seed, description.base.size[:2])
+    truth = load_scene(options.scene, options.seed, description.base.size[:2], level.moved)
     clock = SimClock(pace=1.0 if options.paced else None)
     background = one_thread if options.beside else InlineExecutor
     robot = make(

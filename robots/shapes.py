@@ -84,6 +84,11 @@ class Geom:
     name: str = ""
     colour: Colour = GREY
 
+    @property
+    def piece(self) -> str:
+        """The piece of furniture that it belongs to: the part of its name before `/`."""
+        return self.name.partition("/")[0]
+
     def moved(self, aTb: SE3) -> Geom:
         """The same shape seen from frame a, when `pose` is relative to frame b."""
         return Geom(self.shape, aTb * self.pose, self.name, self.colour)

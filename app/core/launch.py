@@ -21,7 +21,7 @@ from hw import WallClock, WorldOptions
 from perception import GraspDetector
 from robots import load_robot
 from trees.language import Task, TaskFileError, TreeNode, build, load, nodes_in_order
-from trees.site import place_diagnostics
+from trees.site import furniture_diagnostics, place_diagnostics
 
 _POLL_PERIOD = 0.2
 """Interval of looking for a saved file while nothing runs [s]."""
@@ -104,7 +104,8 @@ def _check_places(options: RunOptions, task: Task, setup: Setup) -> None:
     fixtures = setup.truth.fixtures if setup.truth else ()
     robot = setup.robot.description
     own = bool(task.scene) and options.scene in (None, task.scene)
-    certain = place_diagnostics(task, robot, fixtures if own else ())
+    certain = furniture_diagnostics(task, setup.context.fixtures)
+    certain += place_diagnostics(task, robot, fixtures if own else ())
     if errors := [one for one in certain if one.severity is Severity.ERROR]:
         raise TaskFileError(errors)
     for found in place_diagnostics(task, robot, fixtures):

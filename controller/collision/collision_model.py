@@ -85,6 +85,8 @@ class CollisionModel:
         self.permanent = ~(np.isin(pairs.first, numbers["held"]) | np.isin(pairs.second, loose))
         """(P,) whether neither is held or loose: these pairs are the same, in the same order, in
         every model with the same fixtures."""
+        self.mapped = np.isin(pairs.second, [*self.fixed, *edges])
+        """(P,) whether the second is a fixture."""
         self._results = pin.GeometryData(self._shapes)
         self.reach = self._reach()
         """(G, n) largest displacement of a point of a shape per degree of freedom [m/rad]."""

@@ -21,9 +21,10 @@ rᵀ τ (v - q̇), v being their present velocities. d - d_s above includes that
 from __future__ import annotations
 
 from math import inf
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
 from controller.collision.collision_model import CollisionModels, PairKind
 from controller.collision.moving_obstacles import MovingObstacleAvoidance
@@ -40,6 +41,7 @@ SLACK_COSTS = np.array([1e4, 1e4, 1e4, 1e4, 1e4, 1e3, 3e3, 1.5e3])
 """By `PairKind`: static obstacles have priority over moving ones, and the prediction of moving
 obstacles over their present distance to the base."""
 _ASSUMED_DECELERATION = 1.0  # of base and arm, to decide which pairs matter [m/s^2]
+Mask: TypeAlias = npt.NDArray[np.bool_]
 _MAX_GAIN = 0.05  # by which the lag may enlarge a distance [m]
 
 
@@ -82,16 +84,21 @@ class DistanceConstraints:
         self.velocities += self._share * (last - self.velocities)
 
     def rows(
-        self, distances: Distances, bounds: tuple[Array, Array], goal: MotionGoal | None
+        self,
+        distances: Distances,
+        bounds: tuple[Array, Array],
+        goal: MotionGoal | None,
+        margins: Array | float = 0.0,
     ) -> Rows | None:
         """The rows that can bind within the bounds (n,); None if there are none.
 
-        The goal decides the stop distance. Without one the robot comes to rest: it does not come
-        nearer to anything, but does not give way either.
+        The goal decides the stop distance, to which margins (K,) are added [m]; what is within its
+        margin need not give way. Without a goal the robot comes to rest: it does not come nearer to
+        anything, but does not give way either.
         """
         if not len(distances.d):
             return None
-        allowed, slope = self._allowed(distances, self._stop_distances(goal))
+        allowed, slope = self._allowed(distances, self._stop_distances(goal), margins)
         drift = distances.drift
         if goal is None:  # standing still satisfies every row
             allowed, drift = np.maximum(allowed, 0.0), np.maximum(drift, 0.0)
@@ -115,13 +122,16 @@ class DistanceConstraints:
             return self._touching
         return self._near if goal.straight else self._far
 
-    def _allowed(self, distances: Distances, stop: Array) -> tuple[Array, Array]:
+    def _allowed(
+        self, distances: Distances, stop: Array, margins: Array | float
+    ) -> tuple[Array, Array]:
         """Speeds (K,) at which distances may shrink [m/s], and their slopes by distance [1/s].
 
         Where a speed is negative the distance must grow.
         """
         s, rows, kind = self._settings, distances.rows, distances.kind
         room = distances.d - stop[kind]
+        room = np.minimum(room, np.maximum(room - margins, 0.0))
         ahead = self._lag * (self.velocities - self._last)  # until they have caught up [m or rad]
         room = np.minimum(room + rows @ ahead, np.maximum(room, 0.0) + _MAX_GAIN)
 
@@ -175,6 +185,7 @@ class CollisionAvoidance:
         self._constraints = DistanceConstraints(model, settings, collision)
         self._proximity = Proximity(model, self._constraints.ranges, models)
         self._moving_obstacles = MovingObstacleAvoidance(model)
+        self._most_margin = collision.most_margin
 
     def prepare(self, surroundings: Surroundings) -> None:
         """Compute in advance what the first period in these surroundings needs."""
@@ -194,7 +205,8 @@ class CollisionAvoidance:
     ) -> tuple[Rows | None, NearestPair]:
         """The distance constraints that can bind within the velocity bounds (n,)."""
         fastest = np.maximum(-bounds[0], bounds[1])
-        near = self._proximity.near(state.wTb, state.q, surroundings, fastest, base)
+        margin = min(surroundings.uncertainty, self._most_margin)
+        near = self._proximity.near(state.wTb, state.q, surroundings, fastest, base, margin)
         if isinstance(goal, PoseGoal) and goal.hand_may_touch:
             near = near.without(PairKind.HAND)
         if not len(near.d):
@@ -202,12 +214,25 @@ class CollisionAvoidance:
         to_obstacles = np.where(near.kind == PairKind.SELF, inf, near.d)
         first = int(to_obstacles.argmin())
         clearance = float(to_obstacles[first])
-        rows = self._constraints.rows(near, bounds, goal)
+        margins: Array | float = 0.0
+        if margin > 0.0:
+            margins = np.where(self._may_be_nearer(near, goal), margin, 0.0)
+        rows = self._constraints.rows(near, bounds, goal, margins)
         if clearance == inf:
             return rows, NearestPair(len(near.d))
         pair = int(near.pair[first])
         name, points = self._proximity.pair_name(pair), self._proximity.pair_points(pair)
         return rows, NearestPair(len(near.d), clearance, name, points)
+
+    def _may_be_nearer(self, near: Distances, goal: MotionGoal | None) -> Mask:
+        """(K,) whether the second of a pair is only known from the map.
+
+        Not for a hand at work, which goes by what it sees.
+        """
+        mapped = self._proximity.is_mapped(near.pair)
+        if isinstance(goal, PoseGoal) and (goal.straight or goal.hand_may_touch):
+            mapped &= ~np.isin(near.kind, [PairKind.HAND, PairKind.PALM])
+        return mapped
 
     def give_way(
         self,

@@ -119,6 +119,7 @@ class Proximity:
         surroundings: Surroundings,
         fastest: Array,
         here: Pose2D | None = None,
+        margin: float = 0.0,
     ) -> Distances:
         """All pairs that are near enough to matter.
 
@@ -128,6 +129,7 @@ class Proximity:
             surroundings: the obstacles.
             fastest: (n,) largest speed of every degree of freedom in this period.
             here: `wTb` on the floor, where it is known already.
+            margin: by which pairs matter from farther away [m].
         """
         self.update_shapes(surroundings)
         collision = self._collision
@@ -139,7 +141,7 @@ class Proximity:
         speeds = changes[:, 1]
         if surroundings.moving:
             speeds = speeds + self._move_obstacles(surroundings)
-        matters = self._matters(speeds)
+        matters = self._matters(speeds) + margin
         (some,) = np.nonzero(self._at_least <= matters)
         points = None
         if cloud is not None:
@@ -180,6 +182,11 @@ class Proximity:
             points.kind,
             len(collision.pairs.first) + points.shape,
         )
+
+    def is_mapped(self, pairs: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
+        """(K,) which pairs (K,) are with a fixture of the map."""
+        mapped = self._collision.mapped
+        return np.asarray(mapped[np.minimum(pairs, len(mapped) - 1)] & (pairs < len(mapped)))
 
     def pair_name(self, pair: int) -> str:
         """The names of the shapes of a pair."""

@@ -154,7 +154,7 @@ class Resting:
         around = self._vicinity.near(obj.pose.translation, obj.radius + _RESTING_GAP)
         for fixture in around:
             if any(_presses_down(part, fixture) for part in parts):
-                return fixture.name.split("/")[0]
+                return fixture.piece
         for other in self._others_below(obj, held, _RESTING_GAP):
             touching = any(_presses_down(a, b) for a in parts for b in other.placed())
             if touching and other.name not in visited:

@@ -1,17 +1,21 @@
-"""Shapes of the furniture of a scene: floor, container, tables, boxes and meshes."""
+"""Furniture of a scene: its shapes, and what was moved from its place on the map."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 from pinocchio import SE3, exp3
 
+from config import suggest
 from hw.sim.meshes import MeshError, convex_parts, fewer
 from hw.sim.placement import LayoutError
-from hw.sim.scene_schema import Container, Fixture, SideTable, Table
+from hw.sim.scene_schema import Container, Fixture, SceneError, SideTable, Table
 from hw.sim.sim_object import Surface
+from hw.sim.world import World
 from robots import Box, Colour, Geom, Plane
 
 _FLOOR: Colour = (196, 190, 180)
@@ -91,6 +95,56 @@ def fixture_shapes(fixture: Fixture, number: int) -> tuple[list[Geom], list[Surf
         raise LayoutError(text, keys) from error
     shapes = [Geom(part.shape, pose * part.pose, fixture.name, _STONE) for part in parts]
     return shapes, [Surface(fewer(mesh), pose, fixture.name, _STONE)]
+
+
+NOTHING_MOVED: Mapping[str, Sequence[float]] = MappingProxyType({})
+
+
+def with_moved(world: World, moved: Mapping[str, Sequence[float]]) -> World:
+    """A new world in which furniture was moved, with what stands on it, since the map was made.
+
+    Args:
+        world: as the map has it.
+        moved: by name of the furniture: x, y [m], and a turn about the middle of its parts [deg].
+
+    Raises:
+        SceneError: no furniture has that name.
+    """
+    pieces: dict[str, list[Geom]] = {}
+    for one in world.fixtures:
+        if not isinstance(one.shape, Plane):
+            pieces.setdefault(one.piece, []).append(one)
+    for name in moved:
+        if name not in pieces:
+            raise SceneError(f"moved: no furniture is called `{name}`; {suggest(name, pieces)}")
+    motions = {name: _motion(pieces[name], *by) for name, by in moved.items()}
+    still = SE3.Identity()
+
+    def there(one: Geom) -> Geom:
+        return one.moved(motions[one.piece]) if one.piece in motions else one
+
+    surfaces = [
+        replace(one, pose=motions.get(one.name, still) * one.pose) for one in world.surfaces
+    ]
+    for obj in world.objects:
+        motion = motions.get(world.resting_on(obj), still)
+        obj.pose = motion * obj.pose
+        if (way := obj.motion) is not None:
+            obj.motion = replace(
+                way, start=motion.act(way.start), along=motion.rotation @ way.along
+            )
+    moved_world = World(
+        [there(one) for one in world.fixtures], world.objects, world.walkers, surfaces=surfaces
+    )
+    moved_world.mapped = world.mapped
+    return moved_world
+
+
+def _motion(parts: Sequence[Geom], x: float, y: float, turn_deg: float) -> SE3:
+    """The motion of a piece by x, y [m] and a turn [deg] about the middle of its parts."""
+    centre = np.mean([part.pose.translation for part in parts], axis=0)
+    rotation = exp3(np.array([0.0, 0.0, np.deg2rad(turn_deg)]))
+    return SE3(rotation, centre + np.array([x, y, 0.0]) - rotation @ centre)
 
 
 def _box(

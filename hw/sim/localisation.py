@@ -27,6 +27,8 @@ from robots import RobotDescription
 Length: TypeAlias = Annotated[float, Field(ge=0.0, le=10.0)]
 Degrees: TypeAlias = Annotated[float, Field(ge=0.0, le=90.0)]
 Share: TypeAlias = Annotated[float, Field(ge=0.0, le=0.5)]
+Shift: TypeAlias = Annotated[float, Field(ge=-1.0, le=1.0)]
+Turn: TypeAlias = Annotated[float, Field(ge=-90.0, le=90.0)]
 Seconds: TypeAlias = Annotated[float, Field(ge=0.1, le=1e5)]
 
 
@@ -77,6 +79,8 @@ class Localisation(StrictModel):
     hand_eye: Misplacement = Misplacement()  # of the camera on the hand
     arm_mount: Misplacement = Misplacement()  # of the arm on the base
     depth_scale: Share = 0.0  # error of all depths, as a share of them
+    moved: Mapping[str, tuple[Shift, Shift, Turn]] = {}
+    """Furniture that does not stand where the map has it: by x, y [m], and a turn [deg]."""
 
     @property
     def exact(self) -> bool:

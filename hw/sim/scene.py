@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from os.path import isfile
 from pathlib import Path
 from typing import TypeVar
@@ -25,7 +25,7 @@ from config import (
     suggest,
     validate,
 )
-from hw.sim.furniture import fixture_shapes, furniture_shapes
+from hw.sim.furniture import NOTHING_MOVED, fixture_shapes, furniture_shapes, with_moved
 from hw.sim.placement import Area, LayoutError, place_objects
 from hw.sim.scene_schema import (
     Container,
@@ -110,20 +110,28 @@ def read_scene(scene: str | Path, footprint: Footprint | None = None) -> Scene:
         raise SceneError(str(error)) from error
 
 
-def load_scene(scene: str | Path, seed: int, footprint: Footprint | None = None) -> World:
+def load_scene(
+    scene: str | Path,
+    seed: int,
+    footprint: Footprint | None = None,
+    moved: Mapping[str, Sequence[float]] = NOTHING_MOVED,
+) -> World:
     """Build the world that a scene describes.
 
     Args:
         scene: name of a shipped scene, or path of a scene file.
         seed: of the objects and their poses.
         footprint: of the robot that starts in it; None does not check the start.
+        moved: furniture that stands elsewhere than on the map, see `with_moved`.
 
     Raises:
-        SceneError: there is no such scene, its file is not valid, or the objects do not fit.
+        SceneError: there is no such scene, its file is not valid, or the objects do not fit; no
+            furniture has that name.
     """
     described = read_scene(scene, footprint)
     try:
-        return build_world(described, np.random.default_rng(seed))
+        world = build_world(described, np.random.default_rng(seed))
+        return with_moved(world, moved) if moved else world
     except LayoutError as error:
         lines = (f"{_place(scene, one.keys)}: {one}" for one in error.all)
         raise SceneError("\n".join(lines)) from error

@@ -23,7 +23,7 @@ _DEFAULT = MatchSettings()
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Displacement:
-    """A piece of furniture that does not stand where the map has it."""
+    """A piece of furniture that may not stand where the map has it."""
 
     piece: str
     centre: Array
@@ -59,7 +59,7 @@ class Registration:
     """Share of the points near a surface that lie on it; 0 if there are none."""
     displaced: tuple[Displacement, ...]
     """Furniture that was moved; the pose does not rest on it."""
-    uncertain: tuple[str, ...]
+    uncertain: tuple[Displacement, ...]
     """Furniture that may have been moved, or other furniture was; the pose does not rest on it."""
 
     @property
@@ -100,16 +100,15 @@ def register(
         solution = _with_furniture(problem, surfaces, solution, settings)
     shift = solution.x[:3]
     spread = np.asarray(np.linalg.inv(solution.information), dtype=np.float64)
-    displaced, uncertain = [], []
+    displaced: list[Displacement] = []
+    uncertain: list[Displacement] = []
     for column in sorted(solution.loose):
         name = surfaces.names[problem.pieces[column]]
         at = problem.displacement(column)
         by, its = solution.x[at], spread[at, at]
-        if by @ np.linalg.solve(its, by) > CHI2_3:
-            centre = surfaces.centres[problem.pieces[column]]
-            displaced.append(Displacement(piece=name, centre=centre, by=by, covariance=its))
-        else:
-            uncertain.append(name)
+        centre = surfaces.centres[problem.pieces[column]]
+        one = Displacement(piece=name, centre=centre, by=by, covariance=its)
+        (displaced if by @ np.linalg.solve(its, by) > CHI2_3 else uncertain).append(one)
     used = solution.losses < 0.5 * settings.loss_scale**2
     pose = prior + shift
     return Registration(

@@ -12,6 +12,7 @@ from controller import (
     Command,
     ControllerSettings,
     HolisticController,
+    PointCloud,
     PoseGoal,
     PostureGoal,
     Surroundings,
@@ -194,3 +195,61 @@ def test_a_base_that_turns_before_a_walls_end_keeps_its_face_off_it(model):
     settings = ControllerSettings(guidance=None)
     drive(model, goal, Surroundings(fixtures=(wall,)), 4.0, note, start, settings)
     assert min(gaps) > 0.005
+
+
+def gap_to_the_wall(model, uncertainty: float, *, is_seen: bool = False) -> float:
+    """Where a base that is sent through the wall, or what a camera sees of it, stops."""
+    y, z = np.meshgrid(np.arange(-0.8, 0.8, 0.02), np.arange(0.05, 1.0, 0.05))
+    cloud = PointCloud(np.stack([np.full(y.size, 1.95), y.ravel(), z.ravel()], axis=1))
+    known = {"depth_points": cloud} if is_seen else {"fixtures": (WALL,)}
+    state, _ = drive(
+        model,
+        PoseGoal(wTe=tool_pose(4.0, 0.0, 0.7), speed=0.5),
+        Surroundings(**known, uncertainty=uncertainty),
+        2.5,
+        lambda state: None,
+        start=SE3(np.eye(3), np.array([1.0, 0.0, 0.0])),
+        settings=ControllerSettings(guidance=None),
+    )
+    return 1.95 - float(corners(model, state.wTb)[:, 0].max())
+
+
+def test_a_robot_that_is_unsure_of_its_place_stops_farther_from_the_map_but_not_from_what_it_sees(
+    model,
+):
+    sure = gap_to_the_wall(model, 0.0)
+    assert gap_to_the_wall(model, 0.03) == pytest.approx(sure + 0.03, abs=0.008)
+    assert gap_to_the_wall(model, 0.2) == pytest.approx(sure + 0.05, abs=0.008)
+    seen = gap_to_the_wall(model, 0.0, is_seen=True)
+    assert gap_to_the_wall(model, 0.03, is_seen=True) == pytest.approx(seen, abs=0.002)
+
+
+def test_a_robot_within_its_margin_does_not_give_way_and_its_hand_works_as_ever(model):
+    goal = PoseGoal(wTe=tool_pose(1.0, 0.0, 0.32), straight=True)
+    ends = [
+        drive(
+            model,
+            goal,
+            Surroundings(fixtures=(TABLE_TOP,), uncertainty=uncertainty),
+            3.0,
+            lambda state: None,
+        )[0]
+        for uncertainty in (0.0, 0.05)
+    ]
+    sure, unsure = (model.wTe(state.wTb, state.q).translation for state in ends)
+    np.testing.assert_allclose(sure, unsure, atol=0.004)
+
+
+def test_a_base_that_may_be_far_off_drives_half_as_fast(model):
+    fastest = []
+    for uncertainty in (0.0, 0.08):
+        speeds = [0.0]
+        around, last_x = Surroundings(uncertainty=uncertainty), [0.0]
+
+        def note(state, speeds=speeds, last_x=last_x):
+            speeds.append(100.0 * (state.wTb.translation[0] - last_x[0]))
+            last_x[0] = state.wTb.translation[0]
+
+        drive(model, BaseGoal(wTb=SE3(np.eye(3), np.array([4.0, 0.0, 0.0]))), around, 4.0, note)
+        fastest.append(max(speeds))
+    assert fastest[1] == pytest.approx(0.5 * fastest[0], rel=0.05)

@@ -108,6 +108,9 @@ class PoseSection(StrictModel):
     joints_deg: _Joints = Field(
         default=ABSENT, description="Posture of the arm, from base to hand [°]."
     )
+    on: str = Field(
+        default=ABSENT, description="Furniture of the map with which a pose of the hand moves."
+    )
 
     @model_validator(mode="before")
     @classmethod
@@ -124,6 +127,8 @@ class PoseSection(StrictModel):
             problem = "mixes forms of pose" if forms else "is empty"
             ways = ", ".join(quoted(form).replace(", ", " and ") for form in _POSE_FORMS)
             raise ValueError(f"{problem}; write one of {ways}")
+        if self.on and "xyz" not in given:
+            raise ValueError("`on` is for poses of the hand; leave it out")
         return self
 
     def make(self, name: str) -> ToolPose | BasePose | Posture:
@@ -133,7 +138,7 @@ class PoseSection(StrictModel):
 
         if "xyz" in self.model_fields_set:
             turn = rpy.rpyToMatrix(np.deg2rad(self.rpy_deg))
-            return ToolPose(name=name, mTe=SE3(turn, np.array(self.xyz)))
+            return ToolPose(name=name, mTe=SE3(turn, np.array(self.xyz)), on=self.on or "")
         if "base" in self.model_fields_set:
             return BasePose(name=name, mTb=_upright([*self.base, 0.0], self.heading_deg))
         return Posture(name=name, q=np.deg2rad(self.joints_deg))
@@ -145,13 +150,14 @@ class RegionSection(StrictModel):
     centre: _Triple = Field(description="Middle of the box in the world [m].")
     size: _Edges = Field(description="Full length of each edge [m].")
     yaw_deg: _Angle = Field(default=0.0, description="Turn about the vertical [°].")
+    on: str = Field(default=ABSENT, description="Furniture of the map with which the box moves.")
 
     def make(self, name: str) -> Region:
         """The region."""
         import numpy as np
 
-        wTr = _upright(self.centre, self.yaw_deg)
-        return Region(name=name, mTr=wTr, size=np.array(self.size))
+        mTr = _upright(self.centre, self.yaw_deg)
+        return Region(name=name, mTr=mTr, size=np.array(self.size), on=self.on or "")
 
 
 def _upright(xyz: list[float], yaw_deg: float) -> SE3:

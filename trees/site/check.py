@@ -8,8 +8,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
-from behaviours import Region
-from config import Diagnostic, Diagnostics, Location, Severity, YamlMap, read_yaml
+from behaviours import MapPlace, Region
+from config import Diagnostic, Diagnostics, Location, Severity, YamlMap, read_yaml, suggest
 from trees.language import (
     SCENE,
     LeafNode,
@@ -50,16 +50,13 @@ def _uses(task: Task) -> Iterator[_Use]:
             yield from _uses(node.task)
 
 
-def _definitions(task: Task) -> dict[int, tuple[Path, Location]]:
-    """Where the places of a task and its subtrees are defined, by the `id` of the value."""
-    found = {
-        id(value): (task.site.get(name, task.path), task.locations[name])
-        for name, value in (*task.poses.items(), *task.regions.items())
-    }
+def _definitions(task: Task) -> Iterator[tuple[NamedValue, Path, Location]]:
+    """The places of a task and its subtrees, and where they are defined."""
+    for name, value in (*task.poses.items(), *task.regions.items()):
+        yield value, task.site.get(name, task.path), task.locations[name]
     for node in nodes_below(task.root):
         if isinstance(node, SubtreeNode):
-            found |= _definitions(node.task)
-    return found
+            yield from _definitions(node.task)
 
 
 def _is_scene(path: Path) -> bool:
@@ -118,8 +115,31 @@ def check(
     if task is None:
         return found
     fixtures, mistakes = _furniture(task, description)
-    found += mistakes + place_diagnostics(task, description, fixtures)
+    found += mistakes + furniture_diagnostics(task, fixtures)
+    found += place_diagnostics(task, description, fixtures)
     return _in_order(task, found)
+
+
+def furniture_diagnostics(task: Task, fixtures: Sequence[Geom]) -> list[Diagnostic]:
+    """Places of a task that are tied to furniture that is not on the map.
+
+    Args:
+        task: checked.
+        fixtures: of the map; empty if that is not known.
+    """
+    from robots import Plane
+
+    pieces = {one.piece for one in fixtures if not isinstance(one.shape, Plane)}
+    return [
+        Diagnostic(
+            path=path,
+            location=location,
+            message=f"`{place.name}`: no furniture is called `{place.on}`",
+            hint=suggest(place.on, pieces),
+        )
+        for place, path, location in _definitions(task)
+        if pieces and isinstance(place, MapPlace) and place.on and place.on not in pieces
+    ]
 
 
 def place_diagnostics(
@@ -132,7 +152,7 @@ def place_diagnostics(
         robot: that has to get there.
         fixtures: what stands in the scene, in the world; empty if that is not known.
     """
-    defined = _definitions(task)
+    defined = {id(value): (path, location) for value, path, location in _definitions(task)}
     found = (
         diagnostic
         for use in _uses(task)

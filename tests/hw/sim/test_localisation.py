@@ -8,7 +8,7 @@ import pinocchio as pin
 import pytest
 from pinocchio import SE3
 
-from config import ConfigError
+from config import ConfigError, UserError
 from controller import Command
 from hw import SimClock, WorldOptions, open_backend
 from hw.registry import WORLDS, simulator
@@ -190,3 +190,21 @@ def test_levels_come_by_name_or_from_a_file_whose_mistakes_have_their_place(tmp_
         load_localisation(str(path))
     with pytest.raises(ConfigError, match="did you mean"):
         open_backend("frankie", "kinematic", WorldOptions(scene="single", localisation="pour"))
+
+
+def test_furniture_is_moved_with_what_stands_on_it_and_the_map_is_not(tmp_path):
+    plain = load_scene("household", 0)
+    world = load_scene("household", 0, moved={"container": (0.05, 0.0, 3.0)})
+    assert [one.pose for one in world.mapped] == [one.pose for one in plain.mapped]
+    before, after = ({one.name: one.pose for one in each.fixtures} for each in (plain, world))
+    motion = after["container/floor"] * before["container/floor"].inverse()
+    assert yaw(motion) == pytest.approx(np.deg2rad(3.0))
+    assert after["table/top"] == before["table/top"]
+    for obj, other in zip(world.objects, plain.objects, strict=True):
+        assert obj.pose.isApprox(motion * other.pose)
+    assert world.supports() == plain.supports()
+    path = tmp_path / "moved.yaml"
+    path.write_text("moved: {tabel: [0.05, 0, 3]}\n")
+    options = WorldOptions(scene="single", localisation=str(path))
+    with pytest.raises(UserError, match="`tabel`; did you mean `table`"):
+        open_backend("frankie", "kinematic", options)
