@@ -177,9 +177,11 @@ def test_a_run_refuses_what_check_refuses_and_warns_in_other_scenes(tmp_path, na
 
 
 def test_a_place_on_furniture_that_the_scene_does_not_have_is_refused_where_it_is_defined(tmp_path):
-    pose = "  {}x: {{xyz: [0, 1.4, 0.85], rpy_deg: [180, 0, 90], on: {}}}\n"
-    region = "regions:\n  y: {{centre: [0, 1.6, 0.6], size: [1, 0.4, 0.2], on: {}}}"
-    at, [one] = mistakes(tmp_path, pose.format(MARK, "tabel") + region.format("table"), "recover")
+    places = (
+        f"  {MARK}x: {{xyz: [0, 1.4, 0.85], rpy_deg: [180, 0, 90], on: tabel}}\n"
+        "regions:\n  y: {centre: [0, 1.6, 0.6], size: [1, 0.4, 0.2], on: table}"
+    )
+    at, [one] = mistakes(tmp_path, places, "recover")
     assert (one.location.line, one.location.column) == at
     assert str(one).endswith("`x`: no furniture is called `tabel`; did you mean `table`?")
 
