@@ -177,17 +177,14 @@ def test_a_run_refuses_what_check_refuses_and_warns_in_other_scenes(tmp_path, na
 
 
 def test_a_place_on_furniture_that_the_scene_does_not_have_is_refused_where_it_is_defined(tmp_path):
-    places = (
-        f"  {MARK}x: {{xyz: [0, 1.4, 0.85], rpy_deg: [180, 0, 90], on: tabel}}\n"
-        "regions:\n  y: {centre: [0, 1.6, 0.6], size: [1, 0.4, 0.2], on: table}"
-    )
-    at, [one] = mistakes(tmp_path, places, "recover")
+    place = f"  {MARK}x: {{xyz: [0, 1.4, 0.85], rpy_deg: [180, 0, 90], on: tabel}}"
+    at, [one] = mistakes(tmp_path, place, "navigate: {to: x}")
     assert (one.location.line, one.location.column) == at
     assert str(one).endswith("`x`: no furniture is called `tabel`; did you mean `table`?")
 
 
 def test_a_pose_of_the_base_is_on_no_furniture(tmp_path):
     place = f"  {MARK}x: {{base: [0, 0], heading_deg: 0, on: table}}"
-    at, [one] = mistakes(tmp_path, place, "recover")
+    at, [one] = mistakes(tmp_path, place, "drive: {to: x}")
     assert (one.location.line, one.location.column) == at
     assert "`on` is for poses of the hand; leave it out" in str(one)
