@@ -13,10 +13,11 @@ if TYPE_CHECKING:
     from behaviours.depth_obstacles import DepthObstacles
     from behaviours.detect import Detect
     from behaviours.errors import LeafCrashedError
+    from behaviours.furniture import map_surfaces
     from behaviours.grasp import DOUBTFUL, LOOK_HEIGHT, LOOKS, Grasp
     from behaviours.leaf import Condition, Leaf
     from behaviours.leaves import LEAVES
-    from behaviours.localisation import SENSORS, Localiser, map_surfaces
+    from behaviours.localisation import SENSORS, Localiser
     from behaviours.log import Carried, TaskLog
     from behaviours.motion import Approach, Progress
     from behaviours.navigate import Navigate

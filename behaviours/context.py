@@ -15,8 +15,9 @@ from pinocchio import SE3
 from behaviours.depth_obstacles import DepthObstacles
 from behaviours.fault_memory import FaultMemory
 from behaviours.held_object import HeldObject, SetDownObjects
-from behaviours.localisation import Localiser, OnMap
+from behaviours.localisation import Localiser
 from behaviours.log import TaskLog
+from behaviours.on_map import OnMap
 from behaviours.parameter_types import Key, MapPlace
 from behaviours.placed_object import PlacedObjectWatch
 from behaviours.vision import Vision
@@ -108,7 +109,7 @@ class Context:
     """A message if the localised base pose has jumped since the last tick, so that world positions
     are outdated; else empty."""
     lost: bool = False
-    """Whether the jump was too large to trust the pose of the base."""
+    """Whether the jump was too large to trust the pose of the base; never of one with odometry."""
     goal: MotionGoal | None = None
     """For the coming period; None comes to rest."""
     goal_of: tuple[object, str] | None = None
@@ -133,7 +134,6 @@ class Context:
     """Every key of the tree, by its path: those of a subtree after the name of its node."""
 
     def __post_init__(self) -> None:
-        self.localisation.read(self.state)
         self._held = HeldObject(self.log)
         self._relocalisation = Relocalisation()
         self._jump = self._relocalisation.note(self.state)
@@ -196,9 +196,11 @@ class Context:
     def read(self, state: RobotState) -> None:
         """Take a reading without a tick of the tree, as while the run is paused."""
         self.state = state
+        if relocalised := self.localisation.relocalised:
+            self.log.say(self.clock.now(), relocalised)
         self.localisation.read(state)
         self.log.note_width(state.gripper_width)
-        self._jump = self._relocalisation.note(state) or self._jump
+        self._jump = relocalised or self._relocalisation.note(state) or self._jump
         moving = self._moving() if state.faults else ()
         at_work = isinstance(self.goal, PoseGoal) and self.goal.hand_may_touch
         self.fault_memory.note(state, self.wTe, self.clock.now(), moving, at_work=at_work)
@@ -207,7 +209,8 @@ class Context:
         """Take a reading; without a new goal the robot will come to rest."""
         self.read(state)
         self.relocalised, self._jump = self._jump, ""
-        self.lost = bool(self.relocalised) and self._relocalisation.was_large
+        is_localised = self.localisation.mTw is None
+        self.lost = bool(self.relocalised) and is_localised and self._relocalisation.was_large
         if self.relocalised:
             self.set_down.forget()
             self.fault_memory.relocalise()

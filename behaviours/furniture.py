@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from math import radians
 
@@ -9,14 +10,15 @@ import numpy as np
 from pinocchio import SE3, utils
 
 from controller import Array
-from perception.registration import Displacement, MatchSettings, Registration
-from robots import Geom
+from perception.registration import Displacement, MatchSettings, Registration, Surfaces
+from robots import Geom, half_extents
 
 _UNKNOWN = np.diag(np.square(MatchSettings.displaced))
 """Covariance of the displacement of a piece of which nothing is known yet."""
 _WALK = np.diag(np.square([0.001, 0.001, radians(0.05)]))
 """What its covariance grows by from one registration to the next: a piece may be moved again."""
 _PERSISTS = 5  # registrations that must show a displacement before it counts
+_LONGEST = 2.5  # what is longer is a wall [m]
 _NOTICEABLE, _TURN = 0.005, radians(0.5)  # of displacements, and of their changes [m, rad]
 
 
@@ -118,3 +120,16 @@ class Furniture:
 
 def _is_noticeable(by: Array) -> bool:
     return bool(np.hypot(by[0], by[1]) > _NOTICEABLE or abs(by[2]) > _TURN)
+
+
+def map_surfaces(fixtures: Iterable[Geom]) -> Surfaces:
+    """The surfaces of a map; what is too long for furniture is a wall, and cannot be moved."""
+    pieces: dict[str, list[Geom]] = {}
+    for one in fixtures:
+        pieces.setdefault(one.piece, []).append(one)
+    fixed = {
+        name
+        for name, geoms in pieces.items()
+        if any(max(half_extents(one.shape)[:2]) > _LONGEST / 2.0 for one in geoms)
+    }
+    return Surfaces(pieces, fixed)

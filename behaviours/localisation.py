@@ -1,14 +1,14 @@
-"""Where the map is in the world of the odometry, and what is placed on it (REP 105)."""
+"""Where the map is in the world of the odometry (REP 105)."""
 
 from __future__ import annotations
 
 from bisect import bisect_left
 from collections import deque
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Collection
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass, field, replace
-from math import inf, radians, sqrt
-from typing import Generic, NamedTuple, TypeVar
+from math import degrees, hypot, inf, radians, sqrt
+from typing import NamedTuple
 
 import numpy as np
 from pinocchio import SE3
@@ -30,9 +30,6 @@ from perception.registration import (
     smoothed,
 )
 from perception.registration import Localisation as Filter
-from robots import Geom, half_extents
-
-Thing = TypeVar("Thing")
 
 SENSORS = ("laser", "camera")
 """What is registered to the map."""
@@ -45,8 +42,6 @@ _HISTORY = 1.0  # how far back odometry is kept [s]
 _SPEED, _TURN = 0.2, radians(12.0)  # at which a correction moves the robot on the map
 _MOVED = 0.002  # motion of the base that is one [m, rad]
 _ROUNDING = 1e-9  # of a pose that is moved to the world and back [m]
-_STILL = 0.002  # correction, at the robot, that moves nothing on the map yet [m]
-_LONGEST = 2.5  # furniture: what is longer is a wall [m]
 
 
 class _Job(NamedTuple):
@@ -90,6 +85,12 @@ class Localiser:
         self.updates: list[Update] = []
         """What the measurements of this tick did to the estimate."""
         self._goal: MotionGoal | None = None  # on the map, in the last tick
+        self.relocalised = ""
+        """What happened if this tick replaced the estimate by what the base says; else empty."""
+        self.registrations = 0
+        """How many the estimate has taken."""
+        self.largest = 0.0, 0.0
+        """Largest correction by one of them: of position [m], and of heading [rad]."""
         self._filter: Filter | None = None
         self._applied = np.zeros(3)
         self._has_moved = False
@@ -119,9 +120,17 @@ class Localiser:
             return 0.0
         return 2.0 * sqrt(float(np.linalg.eigvalsh(estimate[1][:2, :2])[1]))
 
+    @property
+    def doubt(self) -> str:
+        """Why it is not certain where the base is; empty while it is."""
+        if self._filter is None or (off := self._filter.doubt) is None:
+            return ""
+        return f"the base's own localisation has it {off[0]:.2f} m and {degrees(off[1]):.0f}° away"
+
     def read(self, state: RobotState) -> None:
         """Take a reading: odometry, and the localised pose if there is a new one."""
         oTb, localised, self.updates = on_floor(state.wTb), state.localised, []
+        self.relocalised = ""
         if self._filter is None and localised is None:
             self.mTb = state.wTb
             return
@@ -138,6 +147,8 @@ class Localiser:
                 self._applied = self._filter.mTo
             else:
                 self.updates.append(self._filter.localised(*given, then))
+        elif localised is None and self._filter is not None:
+            self._filter.unlocalised()
         assert self._filter is not None
         newest = self._filter.mTo
         if not self._has_moved:
@@ -151,19 +162,42 @@ class Localiser:
 
     def look(self, robot: Robot, vision: Vision) -> None:
         """Take the registration that is done, and begin the next one when it is due."""
-        if self._filter is None or not len(self.surfaces):
+        if self._filter is None:
+            return
+        oTb = self._history[-1][1]
+        before = self._filter.pose(oTb)
+        if self._filter.carried(oTb):
+            self._replaced(before, oTb, ": nothing in sight speaks against it")
+        if not len(self.surfaces):
             return
         if self._job is None and self._stamp >= self._due:
             self._begin(robot, vision)
         if self._job is not None and self._job.result.done():
             (oTb, result), self._job = self._job, None
-            self.registration, there = result.result()
-            if there is not None and self._filter.relocalised(there, self.registration, oTb):
-                self.registration = there
-                self.furniture.forget()
-            else:
-                self.updates.append(self._filter.registered(self.registration, oTb))
-            self.furniture.note(self.registration)
+            self._take(*result.result(), oTb)
+
+    def _take(self, here: Registration, there: Registration | None, oTb: Array) -> None:
+        """Take a registration from the estimate, and one from what the base insists on."""
+        assert self._filter is not None
+        self.registration, before = here, self._filter.pose(oTb)
+        if there is not None and self._filter.relocalised(there, here, oTb):
+            self.registration = there
+            self._replaced(before, oTb)
+        else:
+            self.updates.append(self._filter.registered(here, oTb))
+            if self.updates[-1].accepted:
+                off, turn = _between(before, self._filter.pose(oTb))
+                self.registrations += 1
+                self.largest = max(self.largest[0], off), max(self.largest[1], turn)
+        self.furniture.note(self.registration)
+
+    def _replaced(self, before: Array, oTb: Array, how: str = "") -> None:
+        """What the base says has replaced the estimate: the map jumps there."""
+        assert self._filter is not None
+        self._applied = self._filter.mTo
+        self.furniture.forget()
+        off, turn = _between(before, self._filter.pose(oTb))
+        self.relocalised = f"the base was relocalised by {off:.2f} m and {degrees(turn):.0f}°{how}"
 
     def wTm_on(self, piece: str) -> SE3 | None:
         """The map in the world, for what stands on a piece of furniture; None: they are the same.
@@ -253,37 +287,7 @@ def _same(goal: MotionGoal, before: MotionGoal | None) -> MotionGoal:
     return goal
 
 
-def map_surfaces(fixtures: Iterable[Geom]) -> Surfaces:
-    """The surfaces of a map; what is too long for furniture is a wall, and cannot be moved."""
-    pieces: dict[str, list[Geom]] = {}
-    for one in fixtures:
-        pieces.setdefault(one.piece, []).append(one)
-    fixed = {
-        name
-        for name, geoms in pieces.items()
-        if any(max(half_extents(one.shape)[:2]) > _LONGEST / 2.0 for one in geoms)
-    }
-    return Surfaces(pieces, fixed)
-
-
-class OnMap(Generic[Thing]):
-    """Places on the map what the robot remembers in the world.
-
-    Args:
-        moved: (what, T) to what T moves it to.
-    """
-
-    def __init__(self, moved: Callable[[Thing, SE3], Thing]) -> None:
-        self._moved = moved
-        self._placed: tuple[Thing, SE3, Thing] | None = None
-
-    def __call__(self, thing: Thing, here: Localiser) -> Thing:
-        """The same object until the thing is another or the map has moved noticeably."""
-        if (mTw := here.mTw) is None:
-            return thing
-        if self._placed is not None and self._placed[0] is thing:
-            shift = self._placed[1] * mTw.actInv(here.mTb)
-            if np.linalg.norm(shift.translation - here.mTb.translation) < _STILL:
-                return self._placed[2]
-        self._placed = thing, mTw, self._moved(thing, mTw)
-        return self._placed[2]
+def _between(a: Array, b: Array) -> tuple[float, float]:
+    """Distance [m] and angle [rad] between two poses on the floor (3,)."""
+    x, y, turn = b - a
+    return hypot(x, y), abs((turn + np.pi) % (2.0 * np.pi) - np.pi)

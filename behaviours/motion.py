@@ -103,14 +103,21 @@ class Approach:
         """Whether it has ended because the robot got stuck beside an obstacle."""
 
     def tick(self) -> Status:
-        """SUCCESS at the goal, FAILURE on a fault, when stuck and after the timeout."""
+        """SUCCESS at the goal, FAILURE on a fault, when stuck and after the timeout.
+
+        It stops and waits while it is not certain where the base is on the map.
+        """
         leaf = self._leaf
         if fault := leaf.fault():
             return leaf.failure(fault)
         if leaf.context.lost:
             return leaf.failure(f"{leaf.context.relocalised}: it is not certain where it is")
+        if doubt := leaf.context.localisation.doubt:
+            self._set_out = False
+            unsure = f"{doubt}: it is not certain where it is"
+            return self._late(unsure) if self._is_late else leaf.running(f"waiting: {unsure}")
         goal = self._goal()
-        report, now = leaf.pursue(goal, self._target), leaf.context.clock.now()
+        report = leaf.pursue(goal, self._target)
         if report is None or not self._set_out:  # then it is about some other goal
             self._set_out = True
             return leaf.running(f"setting out for {self._target}")
@@ -122,12 +129,19 @@ class Approach:
         remaining = f"{degrees(report.orientation_error):.0f}° to go"
         if not isinstance(goal, PostureGoal):
             remaining = f"{report.position_error:.2f} m, {remaining}"
-        if now - self._begun > self._timeout:
-            return leaf.failure(f"not at {self._target} after {self._timeout:g} s: {remaining}")
+        if self._is_late:
+            return self._late(remaining)
         if self._progress.is_stuck(report):
             self.is_blocked = report.clearance < IN_THE_WAY
             return leaf.failure(f"stuck on the way to {self._target}: {remaining}")
         return leaf.running(remaining)
+
+    @property
+    def _is_late(self) -> bool:
+        return self._leaf.context.clock.now() - self._begun > self._timeout
+
+    def _late(self, why: str) -> Status:
+        return self._leaf.failure(f"not at {self._target} after {self._timeout:g} s: {why}")
 
 
 class BackOff:

@@ -111,22 +111,21 @@ class RegionMap:
 
     @property
     def least_count(self) -> int:
-        """Least number of objects: near pieces may be one, narrow ones along a side the wall."""
-        occupied = self._judged.occupied.astype(np.uint8)
-        joined = cv2.morphologyEx(occupied, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)) > 0
-        return len(self._pieces(self._without_strips(joined), _OBJECT))
+        """Least number of objects: pieces with hardly a gap between may be one."""
+        joined = cv2.morphologyEx(
+            self._judged.occupied.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)
+        )
+        return len(self._pieces(joined > 0, _OBJECT))
 
     def hidden(self, smallest: float) -> list[Segment]:
         """Unseen parts of at least an area [m^2], in which an object may stand."""
         unseen = ~self._is_seen
-        return self._pieces(_opened(unseen, 2) & self._without_strips(unseen), smallest)
-
-    def _without_strips(self, cells: Mask) -> Mask:
-        """Cells (X, Y) without those of narrow parts along the sides."""
+        parts = _opened(unseen, 2)
         strip = round(_STRIP / self._cell)
-        at_side = np.ones_like(cells)
+        at_side = np.ones_like(unseen)
         at_side[strip:-strip, strip:-strip] = False
-        return cells & ~(at_side & ~_opened(cells, _STRIP_CELLS))
+        parts[at_side & ~_opened(unseen, _STRIP_CELLS)] = False
+        return self._pieces(parts, smallest)
 
     @cached_property
     def _judged(self) -> _Judged:

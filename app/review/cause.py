@@ -44,7 +44,7 @@ _WORDS = (
     (r"^not done (within|after)|^not at .* after", "out of time"),
     (r"stuck|^arm stopped|^not at ", "not reached"),
     (r"does not do what it is commanded|does not answer", "the robot does not obey"),
-    (r"relocalised", "lost its place"),
+    (r"relocalised|certain where it is", "lost its place"),
 )
 """Topics of messages, in a word or two; the first match counts."""
 

@@ -6,10 +6,9 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from math import cos, inf, pi, radians, sin
+from math import inf
 
 import numpy as np
-import pinocchio as pin
 from pinocchio import SE3
 
 from config import UserError
@@ -23,8 +22,6 @@ from robots import RobotDescription
 _COMES_BACK_AFTER, _COMES_BACK_TIMES = 0.3, 3  # [s]
 _READING_DELAY = 0.05  # [s]
 _READING_DURATION = 0.03  # of real time [s]
-_JUMP, _JUMP_ANGLE = 0.2, radians(15.0)  # [m, rad]
-_DRIFT = 0.03  # share of the driven distance
 _TOO_FAST = 3.0  # times the commanded speed
 _LONGEST_PERIOD = 0.02  # for which a command counts [s]
 
@@ -160,40 +157,6 @@ def _slow(state: RobotState) -> RobotState:
     return state
 
 
-class _Displaced(Effect):
-    """The localised pose is wrong, and so are the camera poses, which are made from it."""
-
-    _offset = SE3.Identity()  # wrong pose times the inverse of the true one, in the world
-
-    def reading(self, state: RobotState) -> RobotState:
-        return replace(state, wTb=self._offset * state.wTb)
-
-    def frame(self, frame: DepthFrame | None) -> DepthFrame | None:
-        return frame and replace(frame, wTc=self._offset * frame.wTc)
-
-
-class _LocalisationJump(_Displaced):
-    def begin(self, site: Site) -> None:
-        super().begin(site)
-        towards = site.rng.uniform(-pi, pi)
-        wTb = site.state.wTb
-        jump = _JUMP * np.array([cos(towards), sin(towards), 0.0])
-        turn = pin.rpy.rpyToMatrix(0.0, 0.0, _JUMP_ANGLE * float(site.rng.choice((-1.0, 1.0))))
-        wrong = SE3(turn @ wTb.rotation, wTb.translation + jump)
-        self._offset = wrong * wTb.inverse()
-
-
-class _LocalisationDrift(_Displaced):
-    _before: tuple[SE3, SE3] | None = None
-
-    def reading(self, state: RobotState) -> RobotState:
-        true, drifted = self._before or (state.wTb, state.wTb)
-        step = true.inverse() * state.wTb
-        drifted = drifted * SE3(step.rotation, (1.0 + _DRIFT) * step.translation)
-        self._before, self._offset = (state.wTb, drifted), drifted * state.wTb.inverse()
-        return super().reading(state)
-
-
 class _BaseIgnoresCommands(Effect):
     """The base rolls to a stop within its acceleration limits."""
 
@@ -269,8 +232,6 @@ _ROWS: tuple[tuple[str, Callable[[], Effect], str], ...] = (
         partial(_Reading, lambda state: replace(state, q=np.full_like(state.q, np.nan))),
         "the joint positions read NaN",
     ),
-    ("localisation jump", _LocalisationJump, "the base believes to be 0.2 m and 15° off"),
-    ("localisation drift", _LocalisationDrift, "the base adds 3 % to the distance that it drives"),
     ("base ignores commands", _BaseIgnoresCommands, "the base rolls to a stop"),
     ("base too fast", _BaseTooFast, "the base is three times as fast as told"),
     ("readings late", _LateReadings, "readings arrive 50 ms late"),

@@ -13,13 +13,14 @@ import numpy as np
 from config import suggest
 from controller import Command
 from hw.faults.effects import ROBOT_FAULTS, Effect, Injectable, InjectionError, Site
+from hw.faults.localisation_faults import LOCALISATION_FAULTS
 from hw.faults.world_faults import WORLD_FAULTS
 from hw.robot import Camera, FunctionCamera, Robot, RobotWrapper
 from hw.state import DepthFrame, RobotState
 from hw.truth import DisturbableWorld, Truth
 
 INJECTABLE: Mapping[str, Injectable] = MappingProxyType(
-    {row.name: row for row in (*ROBOT_FAULTS, *WORLD_FAULTS)}
+    {row.name: row for row in (*ROBOT_FAULTS, *LOCALISATION_FAULTS, *WORLD_FAULTS)}
 )
 """The faults that can be injected, by name."""
 

@@ -38,6 +38,11 @@ class LocalisationSettings:
     """How long readings must contradict the estimate before they can replace it [s]."""
     better: float = 1.1
     """How many times as many points must then lie on the map."""
+    doubtful: float = 1.5
+    """How long they must, without points that speak against them, until it is doubtful where the
+    base is [s]."""
+    carried: float = 5.0
+    """How long, until they replace the estimate though no points speak for them [s]."""
 
 
 class Update(NamedTuple):
@@ -53,6 +58,8 @@ class _Contradiction(NamedTuple):
     """A pose that the base's own localisation insists on."""
 
     since: float
+    unrefuted: float
+    """Since when points have not spoken against it [s]."""
     mTo: Array
     covariance: Array
 
@@ -181,12 +188,39 @@ class Localisation:
             here: of the same points; its prior is the estimate.
             oTb: (3,) odometry at capture.
         """
+        other, better = self._contradiction, self._settings.better
+        if other is None:
+            return False
+        if there.consistent and len(there.points) > better * len(here.points):
+            self.restart(compose(other.mTo, oTb), other.covariance, self._stamp, oTb)
+            return self.registered(there, oTb).accepted
+        if not there.consistent or len(here.points) > better * len(there.points):
+            self._contradiction = other._replace(unrefuted=self._stamp)
+        return False
+
+    @property
+    def doubt(self) -> tuple[float, float] | None:
+        """Distance [m] and turn [rad] to the pose on which the base's localisation insists.
+
+        None while nothing contradicts the estimate, or points refute what does.
+        """
+        other, settings = self._contradiction, self._settings
+        if other is None or self._stamp - other.unrefuted < settings.doubtful:
+            return None
+        off = _difference(compose(other.mTo, self._oTb), self.pose(self._oTb))
+        return hypot(off[0], off[1]), abs(float(off[2]))
+
+    def carried(self, oTb: Array) -> bool:
+        """Take the proposal over if nothing has refuted it for long; whether it did."""
         other = self._contradiction
-        better = len(there.points) > self._settings.better * len(here.points)
-        if other is None or not (there.consistent and better):
+        if other is None or self._stamp - other.unrefuted < self._settings.carried:
             return False
         self.restart(compose(other.mTo, oTb), other.covariance, self._stamp, oTb)
-        return self.registered(there, oTb).accepted
+        return True
+
+    def unlocalised(self) -> None:
+        """The base's own localisation is lost: it insists on nothing."""
+        self._contradiction = None
 
     def _contradict(self, mTo: Array, covariance: Array, stamp: float, oTb: Array) -> None:
         """Note a reading that the estimate cannot explain."""
@@ -194,9 +228,9 @@ class Localisation:
         if other is not None:
             off = _difference(compose(mTo, oTb), compose(other.mTo, oTb))
             if off @ np.linalg.solve(2.0 * covariance, off) < CHI2_3:
-                self._contradiction = _Contradiction(other.since, mTo, covariance)
+                self._contradiction = other._replace(mTo=mTo, covariance=covariance)
                 return
-        self._contradiction = _Contradiction(stamp, mTo, covariance)
+        self._contradiction = _Contradiction(stamp, stamp, mTo, covariance)
 
     def _arm(self, oTb: Array) -> Array:
         """(3, 3) from an error of `mTo` to that of mTb."""

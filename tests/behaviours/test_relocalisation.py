@@ -6,14 +6,16 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
-from harness import TABLE_TOP, Harness, block, held_block, over_the_table, table_world
+from harness import TABLE_TOP, Harness, block, held_block, open_floor, over_the_table, table_world
 from pinocchio import SE3
 from py_trees.common import Status
 
-from behaviours import Region
+from behaviours import BasePose, Region
 from behaviours.context import Relocalisation
+from behaviours.drive import Drive
 from behaviours.grasp import Grasp
 from behaviours.place import Place
+from hw.state import LocalisedPose
 
 REGION = Region(
     name="spot",
@@ -109,6 +111,58 @@ def test_a_jump_during_a_pause_is_told_by_the_next_tick():
     assert harness.context.relocalised
     harness.run_for(None, 0.01)
     assert not harness.context.relocalised
+
+
+class Contradicted:
+    """The harness with odometry and a localisation of its own, which a test may displace."""
+
+    def __init__(self) -> None:
+        self.harness = Harness(open_floor())
+        self.off = SE3.Identity()
+        self._read, self.harness.robot.read = self.harness.robot.read, self._reading
+
+    def _reading(self):
+        state = self._read()
+        mTb = self.off * state.wTb
+        covariance = np.diag([0.02, 0.02, 0.01]) ** 2
+        localised = LocalisedPose(stamp=state.stamp, mTb=mTb, covariance=covariance)
+        return replace(state, localised=localised)
+
+
+def test_motions_stop_while_the_localisation_contradicts_itself_and_go_on_afterwards():
+    run = Contradicted()
+    harness, context = run.harness, run.harness.context
+    goal = BasePose(name="there", mTb=SE3(np.eye(3), np.array([3.0, 0.0, 0.0])))
+    leaf = Drive("drive", context, to=context.on_map(goal))
+    harness.run_for(leaf, 0.5)
+    run.off = SE3(np.eye(3), np.array([0.0, 0.5, 0.0]))
+    harness.run_for(leaf, 2.5)
+    assert leaf.status is Status.RUNNING
+    told = "waiting: the base's own localisation has it 0.50 m and 0° away: it is not certain"
+    assert leaf.feedback_message.startswith(told)
+    assert np.abs(context.state.base_twist).max() < 0.01
+    run.off = SE3.Identity()
+    harness.run_for(leaf, 0.5)
+    assert "waiting" not in leaf.feedback_message
+    assert context.state.base_twist[0] > 0.1
+    assert not context.log.messages
+
+
+def test_a_base_that_insists_with_nothing_in_sight_was_carried():
+    run = Contradicted()
+    harness, context = run.harness, run.harness.context
+    jumps = []
+    for tick in range(650):
+        context.begin_tick(harness.robot.read())
+        harness.clock.sleep_until(0.01 * tick)
+        if tick == 50:
+            run.off = SE3(np.eye(3), np.array([0.0, 0.5, 0.0]))
+        jumps += [context.relocalised] * bool(context.relocalised)
+    told = "the base was relocalised by 0.50 m and 0°: nothing in sight speaks against it"
+    assert jumps == [told]
+    assert [text for _, text in context.log.messages] == jumps
+    assert not context.localisation.doubt
+    assert context.localisation.mTb.translation[1] == pytest.approx(0.5, abs=0.02)
 
 
 def readings(harness: Harness, seconds: float, twist: np.ndarray) -> list:

@@ -178,6 +178,56 @@ def test_a_relocalisation_is_taken_over_if_the_scan_agrees(carried):
     assert base.mTb[0] == pytest.approx(before[0] + 0.5 * carried)
 
 
+def insisting(seconds: float, *, sees: bool) -> Base:
+    """A base whose own localisation has been wrong for a time [s]."""
+    base = Base(4)
+    for _ in range(3):
+        base.drive(0.2)
+        base.localise()
+        base.register()
+    base.error, base.tau = base.error + CARRIED, 1e9
+    for number in range(round(seconds / 0.1)):
+        base.drive(0.1, speed=0.0)
+        base.localise()
+        estimate, oTb = base.estimate, base.oTb
+        if sees and number % 5 == 0 and (proposal := estimate.proposal(oTb)):
+            here = base.match(estimate.pose(oTb), estimate.covariance(oTb))
+            assert not estimate.relocalised(base.match(*proposal), here, oTb)
+    return base
+
+
+def test_what_the_base_insists_on_is_a_doubt_until_points_refute_it():
+    assert insisting(1.3, sees=False).estimate.doubt is None
+    off, turn = insisting(2.0, sees=False).estimate.doubt
+    assert off == pytest.approx(np.hypot(*CARRIED[:2]), abs=0.1)
+    assert turn == pytest.approx(CARRIED[2], abs=0.05)
+    base = insisting(3.0, sees=True)
+    assert base.estimate.doubt is None
+    assert np.hypot(*base.off()[:2]) < 0.02
+
+
+def test_a_doubt_is_over_when_the_base_says_so_or_nothing():
+    base = insisting(2.0, sees=False)
+    base.error = base.error - CARRIED
+    base.drive(0.1, speed=0.0)
+    assert base.localise()
+    assert base.estimate.doubt is None
+    base = insisting(2.0, sees=False)
+    base.estimate.unlocalised()
+    assert base.estimate.doubt is None
+
+
+def test_what_nothing_refutes_for_long_is_taken_over():
+    base = insisting(4.5, sees=False)
+    assert not base.estimate.carried(base.oTb)
+    base = insisting(5.5, sees=False)
+    assert base.estimate.carried(base.oTb)
+    assert base.estimate.doubt is None
+    assert base.off() == pytest.approx(base.error, abs=1e-9)
+    base = insisting(6.5, sees=True)
+    assert not base.estimate.carried(base.oTb)
+
+
 def test_a_correction_never_makes_a_step_at_the_base():
     mTb = np.array([1.0, 2.0, 0.5])
     applied, newest = compose(mTb, inverse(FAR)), compose(mTb + SLIPPED, inverse(FAR))

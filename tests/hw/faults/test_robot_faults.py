@@ -1,11 +1,13 @@
 """Injected faults of readings, commands and gripper."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from faulty_robot import DT, Faulty, driving, turning
 from harness import open_floor
 
-from hw import FaultKind, Gate, HardwareError, UntrustedRobotError
+from hw import FaultKind, Gate, HardwareError, LocalisedPose, UntrustedRobotError
 
 
 def test_a_frozen_state_has_fresh_stamps_and_frozen_stamps_have_fresh_values():
@@ -76,6 +78,29 @@ def test_a_localisation_jump_moves_the_base_and_what_the_camera_sees_alike():
     assert (told.wTb.inverse() * seen.wTc).isApprox(bTc_before, 1e-9)
     run.robot.clear()
     assert run.read().wTb.isApprox(true.wTb)
+
+
+def test_with_odometry_a_localisation_jump_moves_only_what_is_localised():
+    run = Faulty()
+    inner, covariance = run.inner.read, np.eye(3)
+    told = {}
+
+    def read():
+        state = inner()
+        tenth = int(10.0 * state.stamp)
+        here = LocalisedPose(stamp=state.stamp, mTb=state.wTb, covariance=covariance)
+        return replace(state, localised=told.setdefault(tenth, here))
+
+    run.inner.read = read
+    true, seen = run.read(), run.robot.camera.latest(1.0)
+    run.robot.inject("localisation jump")
+    wrong = run.read()
+    assert wrong.wTb == true.wTb
+    assert run.robot.camera.latest(1.0).wTc == seen.wTc
+    off = wrong.localised.mTb.translation - true.wTb.translation
+    assert np.linalg.norm(off) == pytest.approx(0.2)
+    assert run.read().localised is wrong.localised
+    assert run.read(0.2).localised is not wrong.localised
 
 
 def test_localisation_drifts_with_the_distance():
