@@ -18,7 +18,7 @@ from app.core.run_options import RunOptions
 from app.core.session import Tick
 from app.core.setup import Setup
 from app.core.snapshots import Snapshots, scene_view
-from app.core.summary import Result, Summary, summarise
+from app.core.summary import Result, Summary, localised_by, summarise
 from app.core.world_model import delivered, supports
 from app.live import (
     Moment,
@@ -229,6 +229,9 @@ class Run:
             placed=delivered(self._supports, supports(setup.truth)),
             paused_s=round(setup.clock.paused_s, 3),
             perception_s=round(setup.vision.seconds, 2),
+            localisation=localised_by(
+                setup.context.localisation, options.localisation, options.registration
+            ),
             warnings=warnings,
         )
 

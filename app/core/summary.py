@@ -17,7 +17,7 @@ from rich.table import Table
 from app.core.measurements import Measurements
 from app.core.outcome import End, Outcome
 from app.task_time import task_time
-from behaviours import Carried, TaskLog
+from behaviours import Carried, Localiser, TaskLog
 from hw import MAY_TOUCH, Refusal, TaskTime, Touch
 
 _MARKS = {
@@ -84,6 +84,8 @@ class Summary:
     """Real time of image processing within ticks."""
     real_time_factor: float
     """Simulated seconds per real second."""
+    localisation: str
+    """How the base was localised, in one line; empty if it was exact."""
     messages: list[str]
     """Messages of the task to people, in order."""
     warnings: list[str]
@@ -145,6 +147,7 @@ class Summary:
             f"joints at least {self.smallest_joint_margin_deg:.1f}° inside their range",
             "control tick": f"median {self.tick_median_ms:.2f} ms, p99 {self.tick_p99_ms:.2f} ms; "
             f"{self.late_ticks} longer than its period, {self.missed_ticks} left out",
+            "localisation": self.localisation,
             "contacts": f"{self.contacts}: {hits}" if self.contacts else "",
             "stalls": f"{self.stalls}: the watchdog stopped the robot" if self.stalls else "",
             "messages": "\n".join(self.messages),
@@ -202,6 +205,21 @@ def summarise(
         real_time_factor=round(duration / real_seconds, 3) if real_seconds > 0.0 else 0.0,
         messages=[text for _, text in log.messages],
         carried=[_times(one) for one in log.carried],
+    )
+
+
+def localised_by(here: Localiser, level: str, registration: str) -> str:
+    """How the base was localised, in one line; empty if that was exact."""
+    if here.estimate is None:
+        return ""
+    level = "as the base says" if level == "exact" else level
+    if registration == "none":
+        return f"{level}, not registered to the map"
+    how = {"both": "laser and camera"}.get(registration, registration)
+    off, turn = here.largest
+    return (
+        f"{level}, registered to the map by {how} {here.registrations} times, "
+        f"corrected by at most {1000.0 * off:.0f} mm and {np.degrees(turn):.1f}°"
     )
 
 

@@ -217,6 +217,8 @@ def _sections(run: Explanation) -> Iterator[Sequence[str]]:
     if summary.objects:
         placed = f"{summary.placed} of {summary.objects} objects placed"
         yield [f"{placed}, {summary.attempts} grasps attempted"]
+    if summary.localisation:
+        yield [f"Localisation: {summary.localisation}"]
     yield run.damage
 
 

@@ -56,6 +56,7 @@ class RecordedSummary(_Recorded):
     scene: str = ""
     seed: int | None = None
     node: str = ""
+    localisation: str = ""
     duration_s: _Seconds | None = None
     paused_s: _Seconds = 0.0
     placed: _Count | None = None
