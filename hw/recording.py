@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import IntEnum
+from functools import partial
 from math import inf, nan
-from typing import Protocol
+from typing import Generic, Protocol, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -12,8 +14,10 @@ from pinocchio import SE3
 
 from controller import Command
 from hw.clock import Clock
-from hw.robot import Camera, FunctionCamera, Robot, RobotWrapper
-from hw.state import DepthFrame, Fault, PartStamps, RobotState
+from hw.robot import Camera, FunctionCamera, FunctionLaser, Laser, Robot, RobotWrapper
+from hw.state import DepthFrame, Fault, LaserScan, LocalisedPose, PartStamps, RobotState
+
+Seen = TypeVar("Seen", DepthFrame, LaserScan)
 
 TURN = np.dtype(
     [
@@ -35,7 +39,9 @@ TURN = np.dtype(
         ("parts_told", "?"),
         ("parts", "f8", 3),
         ("faults", "u4"),
+        ("localised", "u4"),
         ("frame", "i4"),
+        ("scan", "i4"),
         ("sent", "?"),
         ("sent_time", "f8"),
         ("command", "f8", 10),
@@ -45,13 +51,13 @@ TURN = np.dtype(
 """One turn of the loop: its number from 0, the time of its reading [s], whether a person had ended
 the run, whether there was a reading, the action of the loop (`Turn`), whether a person
 acknowledged an emergency stop; the reading (`battery` NaN: not reported; `parts` are the stamps
-of arm, base and gripper; `faults` numbers the sets of faults from 1, 0 is none); the frame of
-the camera (from 1; 0: none, -1: not asked for); whether a command was sent, its time [s],
-command and applied command (base twist, joint velocities). Times are what the loop got from the
-session's clock, since the gate decides by them."""
+of arm, base and gripper); the frame of the camera and the scan of the laser; whether a command
+was sent, its time [s], command and applied command (base twist, joint velocities). Sets of faults,
+localised poses, frames and scans are numbers of what `Notes.thing` got (from 1; 0: none, -1: not
+asked for). Times are what the loop got from the session's clock, since the gate decides by them."""
 
 _EMPTY = np.zeros((), TURN)
-_EMPTY["frame"] = -1
+_EMPTY["frame"] = _EMPTY["scan"] = -1
 _EMPTY["battery"] = nan
 
 
@@ -63,17 +69,18 @@ class Turn(IntEnum):
     PAUSED = 2  # the tree was paused by a person
 
 
+Thing: TypeAlias = tuple[Fault, ...] | LocalisedPose | DepthFrame | LaserScan
+"""What turns refer to by a number."""
+
+
 class Notes(Protocol):
     """Receiver of a recording; its methods must not raise or block."""
 
     def turn(self, row: npt.NDArray[np.void]) -> None:
         """A turn is complete: one `TURN`; the array is reused afterwards."""
 
-    def faults(self, number: int, faults: tuple[Fault, ...]) -> None:
-        """A new set of faults, and its number."""
-
-    def frame(self, number: int, frame: DepthFrame) -> None:
-        """A new frame, and its number."""
+    def thing(self, field: str, number: int, thing: Thing) -> None:
+        """What a number in `faults`, `localised`, `frame` or `scan` of the turns stands for."""
 
 
 class RecordedClock:
@@ -109,10 +116,25 @@ class RecordedClock:
         return self.now() if self._first is None else self._first
 
 
-class RecordedRobot(RobotWrapper):
-    """A robot whose readings, frames and commands are recorded from `record` on.
+class _Sensor(Generic[Seen]):
+    """A sensor that is asked once a turn.
 
-    All who ask for a frame in one turn get the same one.
+    Args:
+        field: of its numbers in the turns.
+        ask: for the newest.
+    """
+
+    def __init__(self, field: str, ask: Callable[[], Seen | None]) -> None:
+        self.field = field
+        self.ask: Callable[[], Seen | None] = ask
+        self.newest: Seen | None = None
+        self.is_asked = False
+
+
+class RecordedRobot(RobotWrapper):
+    """A robot whose readings, frames, scans and commands are recorded from `record` on.
+
+    All who ask for a frame or a scan in one turn get the same one.
     """
 
     def __init__(self, robot: Robot, clock: Clock) -> None:
@@ -125,11 +147,11 @@ class RecordedRobot(RobotWrapper):
         self._stopped = False
         self._turns = 0
         self._known_faults: dict[tuple[Fault, ...], int] = {}
-        self._shown: DepthFrame | None = None
-        self._frames = 0
+        self._noted: dict[str, tuple[int, Thing]] = {}
+        """The newest thing of a field, with its number."""
         self.broken = ""  # why a replay is impossible; empty otherwise
-        self._frame: DepthFrame | None = None
-        self._has_frame = False
+        self._frames = _Sensor("frame", lambda: self._robot.camera.latest(inf))
+        self._scans = _Sensor("scan", lambda: self._robot.laser.latest(inf))
 
     def record(self, notes: Notes) -> None:
         """Record every turn from the next reading on."""
@@ -155,12 +177,17 @@ class RecordedRobot(RobotWrapper):
     @property
     def camera(self) -> Camera:
         """The camera of the robot, asked once a turn."""
-        return FunctionCamera(self._latest)
+        return FunctionCamera(partial(self._latest, self._frames))
+
+    @property
+    def laser(self) -> Laser:
+        """The laser of the robot, asked once a turn."""
+        return FunctionLaser(partial(self._latest, self._scans))
 
     def read(self) -> RobotState:
         """See `Robot`."""
         self._hand_on()
-        self._has_frame = False
+        self._frames.is_asked = self._scans.is_asked = False
         self.clock.begin_turn()
         state = self._robot.read()
         if self._notes is not None:
@@ -170,7 +197,8 @@ class RecordedRobot(RobotWrapper):
                 _put(self._row, state)
             except (ValueError, TypeError) as error:  # a driver's mistake; the gate judges it
                 self.broken = self.broken or f"a reading has a wrong shape ({error})"
-            self._row["faults"] = self._number(state.faults)
+            self._row["faults"] = self._faults(state.faults)
+            self._row["localised"] = self._number("localised", state.localised)
         return state
 
     def send(self, command: Command) -> Command:
@@ -189,23 +217,15 @@ class RecordedRobot(RobotWrapper):
                 self.broken = self.broken or f"a command has a wrong shape ({error})"
         return applied
 
-    def _latest(self, max_age: float) -> DepthFrame | None:
-        if not self._has_frame:
-            self._frame, self._has_frame = self._new_frame(), True
-        frame = self._frame
-        if frame is None or self.clock.turn - frame.stamp > max_age:
+    def _latest(self, sensor: _Sensor[Seen], max_age: float) -> Seen | None:
+        if not sensor.is_asked:
+            sensor.newest, sensor.is_asked = sensor.ask(), True
+            if self._notes is not None:
+                self._row[sensor.field] = self._number(sensor.field, sensor.newest)
+        newest = sensor.newest
+        if newest is None or self.clock.turn - newest.stamp > max_age:
             return None
-        return frame
-
-    def _new_frame(self) -> DepthFrame | None:
-        frame = self._robot.camera.latest(inf)
-        if self._notes is not None:
-            if frame is not None and frame is not self._shown:
-                self._frames += 1
-                self._shown = frame
-                self._notes.frame(self._frames, frame)
-            self._row["frame"] = 0 if frame is None else self._frames
-        return frame
+        return newest
 
     def _begin(self) -> None:
         self._row[...] = _EMPTY
@@ -219,13 +239,24 @@ class RecordedRobot(RobotWrapper):
             self._notes.turn(self._row)
         self._is_open = False
 
-    def _number(self, faults: tuple[Fault, ...]) -> int:
+    def _number(self, field: str, thing: Thing | None) -> int:
+        """The number of a thing; the same object has the same number."""
+        if thing is None:
+            return 0
+        number, last = self._noted.get(field, (0, None))
+        if thing is not last:
+            number += 1
+            self._noted[field] = number, thing
+            if self._notes is not None:
+                self._notes.thing(field, number, thing)
+        return number
+
+    def _faults(self, faults: tuple[Fault, ...]) -> int:
+        """The number of a set of faults; equal ones have the same number."""
         if not faults:
             return 0
         if faults not in self._known_faults:
-            self._known_faults[faults] = len(self._known_faults) + 1
-            if self._notes is not None:
-                self._notes.faults(self._known_faults[faults], faults)
+            self._known_faults[faults] = self._number("faults", faults)
         return self._known_faults[faults]
 
 
@@ -241,7 +272,9 @@ def _put(row: npt.NDArray[np.void], state: RobotState) -> None:
         row["parts_told"], row["parts"] = True, state.stamps
 
 
-def reading(row: npt.NDArray[np.void], faults: tuple[Fault, ...]) -> RobotState:
+def reading(
+    row: npt.NDArray[np.void], faults: tuple[Fault, ...], localised: LocalisedPose | None
+) -> RobotState:
     """The reading of a turn, bit for bit."""
     battery = float(row["battery"])
     return RobotState(
@@ -255,5 +288,6 @@ def reading(row: npt.NDArray[np.void], faults: tuple[Fault, ...]) -> RobotState:
         recovering=bool(row["recovering"]),
         faults=faults,
         battery=None if np.isnan(battery) else battery,
+        localised=localised,
         stamps=PartStamps(*row["parts"].tolist()) if row["parts_told"] else None,
     )

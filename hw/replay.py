@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Self
+from functools import partial
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +13,7 @@ import numpy.typing as npt
 from controller import Command
 from hw.recording import reading
 from hw.robot import FunctionCamera, FunctionLaser, HardwareError
-from hw.state import DepthFrame, Fault, RobotState
+from hw.state import RobotState
 from robots import RobotDescription
 
 _VELOCITIES = (*("base vx", "base vy", "base ω"), *(f"joint {number}" for number in range(1, 8)))
@@ -71,26 +72,30 @@ class ReplayClock:
 
 
 class ReplayRobot:
-    """A recording as a robot."""
+    """A recording as a robot.
+
+    Args:
+        description: of the recorded robot.
+        turns: (n,) of type `TURN`.
+        recall: (field, number) to what was noted there, see `Notes.thing`; numbers only go up.
+    """
 
     def __init__(
         self,
         description: RobotDescription,
         turns: npt.NDArray[np.void],
-        faults: Mapping[int, tuple[Fault, ...]],
-        frame: Callable[[int], DepthFrame],
+        recall: Callable[[str, int], Any],
     ) -> None:
         self.description = description
         self.clock = ReplayClock(turns["time"])
-        self.camera = FunctionCamera(self._latest)
-        self.laser = FunctionLaser(lambda _: None)  # scans are not recorded
-        self._load_frame = frame
-        self._frame: DepthFrame | None = None
-        self._frame_number = 0
+        self.camera = FunctionCamera(partial(self._latest, "frame"))
+        self.laser = FunctionLaser(partial(self._latest, "scan"))
+        self._recall = recall
+        self._recalled: dict[str, tuple[int, Any]] = {}
+        """The newest thing of a field, with its number."""
         self.difference: Difference | None = None
         self.sent = 0  # number of compared commands
         self._turns = turns
-        self._faults = faults
         self._at = -1
         self._is_over = True  # the present turn is used up
         self._has_begun = False
@@ -187,16 +192,21 @@ class ReplayRobot:
         self.clock.set(self._at, float(row["time"]), *sent)
 
     def _reading(self, row: npt.NDArray[np.void]) -> RobotState:
-        number = int(row["faults"])
-        return reading(row, self._faults[number] if number else ())
+        return reading(row, self._thing(row, "faults") or (), self._thing(row, "localised"))
 
-    def _latest(self, max_age: float) -> DepthFrame | None:
-        number = int(self.row["frame"])
+    def _latest(self, field: str, max_age: float) -> Any:
+        newest = self._thing(self.row, field)
+        if newest is None or float(self.row["time"]) - newest.stamp > max_age:
+            return None
+        return newest
+
+    def _thing(self, row: npt.NDArray[np.void], field: str) -> Any:
+        """What a turn refers to: the same object as long as the number is the same."""
+        number = int(row[field])
+        known, thing = self._recalled.get(field, (0, None))
         if number == 0:
             return None
-        if number > 0 and number != self._frame_number:
-            self._frame, self._frame_number = self._load_frame(number), number
-        frame = self._frame
-        if frame is None or float(self.row["time"]) - frame.stamp > max_age:
-            return None
-        return frame
+        if number > 0 and number != known:
+            thing = self._recall(field, number)
+            self._recalled[field] = number, thing
+        return thing

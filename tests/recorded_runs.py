@@ -20,12 +20,14 @@ class Recorded:
     frames: bool = True
     paced: bool = False
     obstacles: ObstacleSource = ObstacleSource.MAP
+    localisation: str = "exact"
     seconds: float | None = None
     """When a person ends it [s]; None lets it end by itself."""
 
     def __str__(self) -> str:
         faults = [f"{one.fault} at {one.at_s or one.phase}" for one in self.faults]
         scene = [self.scene] if self.scene else []
+        scene += [] if self.localisation == "exact" else [f"localisation {self.localisation}"]
         until = [f"stopped at {self.seconds:g} s"] if self.seconds else []
         parts = [Path(self.tree).stem, self.robot, f"seed {self.seed}", *scene, *until, *faults]
         return ", ".join(parts)
@@ -49,6 +51,7 @@ def record(run: Recorded, root: Path) -> Path:
         replayable=run.frames,
         paced=run.paced,
         obstacles=run.obstacles,
+        localisation=run.localisation,
         record=root,
         recording=False,
         control=ControlOptions(acknowledge_after=0.5),
@@ -64,6 +67,7 @@ RECORDED = (
     Recorded(tree="pick_one", scene="single", faults=(fault("reflex", at_s=3.0),), seconds=9.0),
     Recorded(tree="pick_one", scene="single"),
     Recorded(tree="pick_one", scene="single", robot="omni", seed=2),
+    Recorded(tree="pick_one", localisation="good", seed=1),
     Recorded(tree="patrol"),
     Recorded(tree="inspect"),
     Recorded(tree="follow_moving_object", seconds=20.0),

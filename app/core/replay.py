@@ -5,24 +5,25 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from os.path import isfile
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from app.choices import MotionForm, ObstacleSource, VisionForm
+from app.choices import MotionForm, ObstacleSource, RegistrationForm, VisionForm
 from app.core.decisions import ReplayedDecisions
 from app.core.files.folder import FRAMES, NOTES, OPTIONS, PLACES, READINGS, TASK
 from app.core.files.frames import RecordedFrames
+from app.core.files.notes import NOTED, RunNotes, read_notes
 from app.core.outcome import Outcome
 from app.core.setup import set_up
 from app.core.world_model import recorded_world_model
 from config import UserError
 from controller import PlanningSettings
-from hw import TURN, Backend, DepthFrame, Difference, Fault, FaultKind, ReplayRobot
+from hw import TURN, Backend, DepthFrame, Difference, ReplayRobot
 from perception import GraspDetector
 from robots import RobotDescription, at_pace, load_robot, with_base_speeds
 from trees.language import build, load, nodes_in_order
@@ -75,17 +76,23 @@ def replay_run(folder: Path) -> Replay:
     """
     options = _options(folder)
     turns = _turns(folder / READINGS)
-    if options["vision"] != VisionForm.STEP and (turns["frame"] >= 0).any():
+    looks = (turns["frame"] >= 0).any() or (turns["scan"] >= 0).any()
+    if options["vision"] != VisionForm.STEP and looks:
         raise ReplayError(
             f"{folder}: with --vision {options['vision']} the commands depend on when a search "
-            "ended; a run that looks at images can be replayed with --vision step only"
+            "ended; a run that looks at images or scans can be replayed with --vision step only"
         )
-    notes = _notes(folder / NOTES)
+    notes = _notes(folder / NOTES, turns)
     if notes.end not in ("", "complete"):
         raise ReplayError(f"{folder}: cannot be replayed: {notes.end}")
     description = with_base_speeds(load_robot(options["robot"]), *options["speeds"])
     description = at_pace(description, options["pace"])
-    robot = ReplayRobot(description, turns, notes.faults, _frames(folder, turns, description))
+    frames = _frames(folder, turns, description)
+
+    def recall(field: str, number: int) -> object:
+        return frames(number) if field == "frame" else notes.noted[field, number]
+
+    robot = ReplayRobot(description, turns, recall)
     detector = GraspDetector(options["weights"], options["network"], gripper=description.gripper)
     places = folder / PLACES if isfile(folder / PLACES) else None
     task = load(folder / TASK, overrides=options["parameters"], places=places)
@@ -98,6 +105,7 @@ def replay_run(folder: Path) -> Replay:
         obstacles=options["obstacles"],
         motion=options["motion"],
         planning_time=options["planning_time"],
+        registered=options["registration"].sensors,
     ) as setup:
         nodes = nodes_in_order(build(task, setup.context))
         robot.begin()
@@ -132,6 +140,7 @@ def _options(folder: Path) -> dict[str, Any]:
             "vision": str(vision),
             "obstacles": ObstacleSource(options.get("obstacles", "map")),
             "motion": MotionForm(options.get("motion", "holistic")),
+            "registration": RegistrationForm(options.get("registration", "both")),
             "planning_time": float(options.get("planning_time", PlanningSettings.planning_time)),
         }
         held = any(control.get(one) for one in ("breaks", "groot", "approve", "force"))
@@ -156,31 +165,14 @@ def _turns(path: Path) -> npt.NDArray[np.void]:
     return turns
 
 
-class _Notes(NamedTuple):
-    """Contents of the notes."""
-
-    faults: dict[int, tuple[Fault, ...]]
-    """By number."""
-    attended: bool
-    end: str
-    """How the readings end; empty if they were cut off."""
-
-
-def _notes(path: Path) -> _Notes:
+def _notes(path: Path, turns: npt.NDArray[np.void]) -> RunNotes:
     with _reading(path):
-        lines = filter(None, _file(path).read_text(encoding="utf-8").split("\n"))
-        notes: list[dict[str, Any]] = [json.loads(line) for line in lines]
-        if not all({"number", "attended", "end"} & note.keys() for note in notes):
-            raise ValueError("no note of a run")
-        faults = {
-            int(note["number"]): tuple(
-                replace(Fault(**one), kind=FaultKind[one["kind"]]) for one in note["faults"]
-            )
-            for note in notes
-            if "number" in note
-        }
-        last = {key: value for note in notes for key, value in note.items()}
-        return _Notes(faults, bool(last.get("attended", True)), str(last.get("end", "")))
+        notes = read_notes(_file(path).read_text(encoding="utf-8"))
+    for field in NOTED:
+        for number in np.unique(turns[field][turns[field] > 0]).tolist():
+            if (field, number) not in notes.noted:
+                raise ReplayError(f"{path}: {field} {number} is missing; replay another run")
+    return notes
 
 
 @contextmanager
@@ -211,7 +203,7 @@ def _frames(
         if path.is_file():
             return RecordedFrames(path, description.camera.intrinsics)
         raise ReplayError(
-            f"{folder}: the task looked at images, and they were not kept; "
+            f"{folder}: the run looked at images, and they were not kept; "
             "run it with --replayable to keep them"
         )
 

@@ -5,8 +5,9 @@ import pytest
 from pinocchio import SE3
 
 from controller import Command
-from hw import Gate, RecordedRobot, RobotState
+from hw import Gate, LaserScan, RecordedRobot, RobotState
 from hw.replay import ReplayRobot
+from hw.robot import FunctionLaser
 from robots import load_robot
 
 FRANKIE = load_robot("frankie")
@@ -82,9 +83,34 @@ def test_a_refusal_that_depends_on_time_is_repeated(seed):
     refused = sum(gate.refusals.values())
     assert 0 < refused < TURNS
 
-    replay = ReplayRobot(FRANKIE, np.stack(kept.rows), {}, lambda number: None)
+    replay = ReplayRobot(FRANKIE, np.stack(kept.rows), lambda field, number: None)
     replay.begin()
     again = Gate(replay, FRANKIE, DT)
     drive(replay, replay.clock, again)
     assert replay.sent == TURNS
     assert again.refusals == gate.refusals
+
+
+def test_all_who_ask_for_a_scan_in_one_turn_get_the_same_one():
+    busy = BusyClock(np.random.default_rng(0))
+    inner, things = Follower(busy), []
+    scans = iter(range(10))
+    inner.laser = FunctionLaser(
+        lambda age: LaserScan(
+            stamp=float(next(scans)),
+            ranges=np.zeros(1),
+            points=np.zeros((1, 3)),
+            oTb=SE3.Identity(),
+        )
+    )
+    recorded, kept = RecordedRobot(inner, busy), Kept()
+    kept.thing = lambda field, number, thing: things.append((field, number, thing.stamp))
+    recorded.record(kept)
+    for turn in range(2):
+        recorded.read()
+        assert recorded.laser.latest(np.inf) is recorded.laser.latest(np.inf)
+        assert recorded.laser.latest(np.inf).stamp == turn
+    recorded.read()
+    recorded.end()
+    assert things == [("scan", 1, 0.0), ("scan", 2, 1.0)]
+    assert [int(row["scan"]) for row in kept.rows] == [1, 2, -1]

@@ -32,7 +32,7 @@ positions (7) and velocities (7), width between the fingers [m]."""
 READINGS = "readings.npy"
 """(turns,) of type `hw.TURN`: everything that passed between loop and robot, without images."""
 NOTES = "readings.jsonl"
-"""JSON lines that the readings refer to: sets of faults, and how the readings end."""
+"""JSON lines: what the readings refer to (faults, localised poses, scans), and how they end."""
 FRAMES = "frames.arrow"
 """Images that the loop used, as a stream of Arrow record batches."""
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,9 +14,10 @@ from app.core.files.disk import PATIENCE, Disk
 from app.core.files.events import EVENTS, EventLog
 from app.core.files.folder import BT_LOG, COMMANDS, FRAMES, NOTES, READINGS, STATES
 from app.core.files.frames import FrameStream
+from app.core.files.notes import note
 from app.core.outcome import Outcome
 from app.live import Snapshot
-from hw import TURN, DepthFrame, Fault, RecordedRobot
+from hw import TURN, RecordedRobot
 from trees.btcpp import BtLog
 from trees.language import TreeNode
 
@@ -80,15 +81,12 @@ class Outputs:
             stamp = row["stamp"] if row["read"] else row["sent_time"]
             self._commands.add(np.array([stamp, *row["applied"]]).tobytes())
 
-    def faults(self, number: int, faults: tuple[Fault, ...]) -> None:
-        """Write the faults that a number in the readings stands for."""
-        described = [asdict(fault) | {"kind": fault.kind.name} for fault in faults]
-        self._note({"number": number, "faults": described})
-
-    def frame(self, number: int, frame: DepthFrame) -> None:
-        """Write a frame, if frames are kept."""
-        if self._frame_disk is not None:
-            self._frames.add((number, frame))
+    def thing(self, field: str, number: int, thing: Any) -> None:
+        """Write what a number in the readings stands for; frames only if they are kept."""
+        if field != "frame":
+            self._note(note(field, number, thing))
+        elif self._frame_disk is not None:
+            self._frames.add((number, thing))
 
     def end(self, outcome: Outcome, time: float) -> None:
         """Write how the run ended, at a time on the session's clock [s]."""
@@ -101,5 +99,5 @@ class Outputs:
         problems = self._disk.close(patience)
         return problems + (self._frame_disk.close(patience) if self._frame_disk else [])
 
-    def _note(self, note: dict[str, object]) -> None:
-        self._notes.add((json.dumps(note) + "\n").encode())
+    def _note(self, line: dict[str, object]) -> None:
+        self._notes.add((json.dumps(line) + "\n").encode())
