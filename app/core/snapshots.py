@@ -106,10 +106,10 @@ class Snapshots:
         )
 
     def _estimate(self, here: Localiser) -> PoseEstimate | None:
-        if here.estimate is None or here.mTw is None:
+        if (estimate := here.estimate) is None or here.mTw is None:
             return None
         true_base = None if self._truth is None else self._truth.base
-        return PoseEstimate(*here.estimate, here.mTw, here.registration, here.scan, true_base)
+        return PoseEstimate(*estimate, here.mTw, here.registration, here.scan, true_base)
 
     def _of_nodes(self) -> tuple[NodeStatus, ...]:
         """Statuses of the nodes; an unchanged one stays the same object."""
