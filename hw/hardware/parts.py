@@ -85,11 +85,13 @@ def _localisation(base: OmronBase) -> Iterator[Finding]:
     poses = {id(one): one.mTb for one in seen if one is not None}.values()
     if poses:
         x, y = np.transpose([pose.translation[:2] for pose in poses])
-        turns = [pin.log3(next(iter(poses)).rotation.T @ pose.rotation)[2] for pose in poses]
+        first = next(iter(poses)).rotation
+        turns = [pin.log3(first.T @ pose.rotation)[2] for pose in poses]
+        heading = degrees(pin.log3(first)[2] + np.mean(turns))
         spread = 1000.0 * np.hypot(np.std(x), np.std(y))
         text = (
-            f"localised at x {np.mean(x):.3f} m, y {np.mean(y):.3f} m; at rest that varies by "
-            f"{spread:.1f} mm and {degrees(np.std(turns)):.2f} deg"
+            f"localised at x {np.mean(x):.3f} m, y {np.mean(y):.3f} m, {heading:.2f} deg; "
+            f"at rest that varies by {spread:.1f} mm and {degrees(np.std(turns)):.2f} deg"
         )
         yield Finding("base", Verdict.GOOD, text)
 

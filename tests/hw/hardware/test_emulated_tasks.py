@@ -13,6 +13,7 @@ import pytest
 from command_line import call
 from emulated_robot import ROOT, emulated, needs_drivers, robot_file
 
+from app.core import replay_run
 from config import UserError
 from hw import WorldOptions, open_backend
 from hw.clock import stopwatch
@@ -52,7 +53,7 @@ def summary(process: subprocess.Popen[str]) -> dict:
 
 
 def test_a_run_starts_the_emulators_and_ends_them(tmp_path):
-    """A short task, from its file to sockets and back; at a share of its speeds."""
+    """A short task, from its file to sockets and back; at a share of its speeds, and replayed."""
     slower = {"speed_percent: 100": "speed_percent: 60"}
     path, task = robot_file(tmp_path, **slower), tmp_path / "short.yaml"
     task.write_text(SHORT)
@@ -62,6 +63,8 @@ def test_a_run_starts_the_emulators_and_ends_them(tmp_path):
     assert (told["outcome"], told["world"], told["robot"]) == ("success", "emulated", "robot")
     assert told["contacts"] == 0
     assert not any(str(path) in line for line in running())
+    (folder,) = tmp_path.glob("*-short")
+    assert replay_run(folder).identical
 
 
 def running() -> list[str]:
