@@ -5,10 +5,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from pinocchio import SE3
+from synthetic_room import MAP as ROOM
+from synthetic_room import SURFACES, Robot, displaced
 
 from behaviours import Localiser, Region
 from behaviours.furniture import Furniture
-from perception.registration import Displacement
+from perception.registration import Displacement, register
 from robots import Box, Geom
 
 TOP = Geom(Box((0.6, 0.3, 0.015)), SE3(np.eye(3), np.array([1.0, 2.0, 0.5])), "table/top")
@@ -82,3 +84,21 @@ def test_a_place_moves_with_the_piece_that_it_is_on():
     np.testing.assert_allclose(tied.wTr.translation, [1.15, 1.98, 0.6], atol=0.002)
     here.furniture.forget()
     assert tied.wTr.isApprox(free.wTr)
+
+
+def test_laser_and_camera_find_where_a_table_stands_by_now():
+    by = np.array([0.03, 0.05, np.deg2rad(3.0)])
+    world = {**ROOM, "near table": displaced(ROOM["near table"], by)}
+    rng, mTb, furniture = np.random.default_rng(2), np.array([-0.6, 0.2, 0.1]), Furniture()
+    robot, prior = Robot(rng), np.diag(np.square([0.01, 0.01, np.deg2rad(0.5)]))
+    for number in range(8):
+        clouds = [robot.scan(world, mTb), robot.image(world, mTb)]
+        expected = mTb + rng.multivariate_normal(np.zeros(3), prior)
+        moved, judge = furniture.names, number == 0
+        result = register(SURFACES, clouds, expected, prior, moved=moved, judge_furniture=judge)
+        furniture.note(result)
+    top = ROOM["near table"][0].pose
+    found = furniture.motion("near table") * top
+    stands = world["near table"][0].pose
+    assert np.linalg.norm(found.translation - stands.translation) < 0.01
+    assert furniture.names == ["near table"]

@@ -16,7 +16,7 @@ from pinocchio import SE3, XYZQUATToSE3
 from controller import Obstacle
 from hw.clock import stopwatch
 from hw.robot import HardwareError
-from hw.sim import SimObject, load_scene
+from hw.sim import SimObject, load_localisation, load_scene
 from hw.truth import Touch
 
 _PATIENCE = 3.0  # timeout [s]
@@ -75,7 +75,8 @@ class RemoteTruth:
         answer = link.do("tell")
         self.scene, self.seed = str(answer["scene"]), int(answer["seed"])
         self.world, self.localisation = str(answer["world"]), str(answer["localisation"])
-        self._world = world = load_scene(self.scene, self.seed)
+        moved = load_localisation(self.localisation).moved
+        self._world = world = load_scene(self.scene, self.seed, moved=moved)
         self.fixtures, self.mapped = world.fixtures, world.mapped
         self.objects: Sequence[SimObject] = world.objects  # with their latest known poses
         self.walkers: Sequence[Any] = world.walkers

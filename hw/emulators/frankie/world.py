@@ -49,7 +49,7 @@ class EmulatedWorld:
         self.name, self.scene, self.seed, self.localisation = world, scene, seed, localisation
         level = load_localisation(localisation)
         description, self._process, self._scale = made_wrong(load_robot(robot), level, seed)
-        self.truth = load_scene(scene, seed, description.base.size[:2])
+        self.truth = load_scene(scene, seed, description.base.size[:2], level.moved)
         self.clock = WallClock()
         make: type[SimBody] = KinematicBody
         if world == "physics":
