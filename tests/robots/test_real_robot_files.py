@@ -104,7 +104,7 @@ def test_mounts_and_full_scale_may_stand_in_files_of_their_own(file: Path) -> No
         ("driver: omron", "driver: mir", "hardware.base.driver: expected"),
         ("speed_percent: 25", "speed_percent: 250", "hardware.speed_percent: expected a number of"),
         ("dead_rotation: 5", "dead_rotation: no", "hardware.base.full_scale.dead_rotation"),
-        ("torques: [20, 20,", "torques: [20,", "25:5: hardware.arm.torques.6: is missing"),
+        ("torques: [20, 20,", "torques: [20,", "26:5: hardware.arm.torques.6: is missing"),
         ("emergency: [0.6, 0.6, 3.0]", "emergency: [0.4, 0.6, 3.0]", "must be at least"),
         ("robot: frankie ", "robot: frankee ", "4:8: robot: no robot is called `frankee`; did you"),
         ("robot: frankie ", "robot: emulated ", "name the description of one"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from tree_toys import TOYS
+from tree_toys import TOYS, ToyContext
 
 from trees.language import TaskFileError, build, check, load
 
@@ -79,7 +79,7 @@ def test_a_leaf_may_refuse_its_parameters_when_the_tree_is_built(tmp_path):
     path.write_text(HEAD + "  grasp: {within: box, lock_distance_m: 2}\n")
     task = load(path, leaves=TOYS)
     with pytest.raises(TaskFileError) as raised:
-        build(task, None)
+        build(task, ToyContext())
     assert str(raised.value) == (
         f"{path}:{FIRST}:3: `grasp` refuses its parameters: the lock distance is longer than the"
         " arm; change them"
