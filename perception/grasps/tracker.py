@@ -29,6 +29,7 @@ _SWITCH_ODDS = 2.5  # ... of the odds to hold, e.g. 0.93 to 0.84
 _REMEMBERED = 32  # failed grasps
 _TURN_WEIGHT = 0.2 / np.pi  # a right angle counts as much as a distance of 0.1 m [m/rad]
 _HALF_TURN = SE3(np.diag([-1.0, -1.0, 1.0]), np.zeros(3))
+_UNSEARCHED = "no picture was searched in time"
 
 
 class GraspTracker:
@@ -41,7 +42,7 @@ class GraspTracker:
 
     def __init__(self, lock_distance: float = 0.25) -> None:
         self.lock_distance = lock_distance
-        self.reason = ""  # why the last `update` returned None
+        self.reason = _UNSEARCHED  # why the last `update` returned None
         self._rejected: deque[SE3] = deque(maxlen=_REMEMBERED)
         self.reset()
 
@@ -76,7 +77,7 @@ class GraspTracker:
             self._follow([g for g in detection.grasps if not self._is_rejected(g)], detection)
         if self._tracked is None:
             return None
-        self.reason = ""
+        self.reason = _UNSEARCHED
         seen = self._tracked.wTg_at(detection.stamp)
         distance = np.linalg.norm(seen.translation - wTc.translation)
         is_known = self._motion.is_known or isinf(self.lock_distance)
