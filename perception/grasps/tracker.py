@@ -42,7 +42,7 @@ class GraspTracker:
 
     def __init__(self, lock_distance: float = 0.25) -> None:
         self.lock_distance = lock_distance
-        self.reason = _UNSEARCHED  # why the last `update` returned None
+        self.reason = ""  # why the last `update` returned None
         self._rejected: deque[SE3] = deque(maxlen=_REMEMBERED)
         self.reset()
 
@@ -53,6 +53,7 @@ class GraspTracker:
 
     def reset(self) -> None:
         """Drop the tracked grasp; failed grasps stay remembered."""
+        self.reason = _UNSEARCHED
         self._tracked: GraspEstimate | None = None
         self._locked = False
         self._motion = GraspVelocity()
@@ -77,7 +78,7 @@ class GraspTracker:
             self._follow([g for g in detection.grasps if not self._is_rejected(g)], detection)
         if self._tracked is None:
             return None
-        self.reason = _UNSEARCHED
+        self.reason = ""
         seen = self._tracked.wTg_at(detection.stamp)
         distance = np.linalg.norm(seen.translation - wTc.translation)
         is_known = self._motion.is_known or isinf(self.lock_distance)
