@@ -105,6 +105,6 @@ def test_object_visible_answers_anew_when_the_object_is_gone_and_when_the_camera
 
 def test_a_region_behind_the_camera_is_not_an_empty_one():
     harness = Harness(table_world(block()))
-    elsewhere = replace(SPOT, wTr=SE3(np.eye(3), np.array([-3.0, 0.0, TABLE_TOP + 0.1])))
+    elsewhere = replace(SPOT, mTr=SE3(np.eye(3), np.array([-3.0, 0.0, TABLE_TOP + 0.1])))
     condition = ObjectVisible("object_visible", harness.context, within=elsewhere)
     assert asked(harness, condition) == (False, "spot is out of view")
