@@ -3,22 +3,17 @@
 One session is quick; what the page says when its data stop coming, or its run does, is slow.
 """
 
-import os
 import re
-import signal
 import time
 
 import pytest
 from browsers import (
     LIVE,
-    MOVING,
-    WAITING,
     Run,
     chromium,
     enabled,
     expect_run,
     opened_page,
-    sentence,
 )
 from sample_run import TREE, snapshot
 
@@ -150,63 +145,6 @@ def test_the_viewer_on_the_page_shows_the_run_and_phones_nowhere(tmp_path, brows
         page.wait_for_timeout(5_000)  # time enough to phone home
         here = ("http://127.0.0.1:", "data:", "blob:")
         assert [url for url in reached if not url.startswith(here)] == []
-
-
-@pytest.mark.slow
-def test_approval_works_after_a_gap_and_stop_at_a_frozen_process_when_it_thaws(tmp_path, browser):
-    from playwright.sync_api import expect
-
-    with Run(tmp_path, "--view", "none", "--approve", task=MOVING) as run:
-        page = opened_page(browser, run.url)
-        expect(page.locator("#wanted")).to_contain_text("the robot wants to: ahead")
-        asked = {"approve", "refuse", "stop", "inject", "clear", "fault"}
-        assert enabled(page) == asked
-        for key in (" ", "s", "n"):
-            page.keyboard.press(key)
-        page.context.set_offline(True)
-        expect_run(page, re.compile(LOST.format(r"\d+")))
-        assert enabled(page) == {"stop", "pause"}
-        page.context.set_offline(False)
-        expect_run(page, "paused ahead waits for approval")
-        page.click("#approve")
-        expect(page.locator("#wanted")).to_contain_text("the robot wants to: back")
-        os.kill(run.process.pid, signal.SIGSTOP)
-        try:
-            expect_run(page, re.compile(FROZEN.format(r"\d+")))
-            assert enabled(page) == {"stop", "pause"}
-            page.click("#stop")
-            expect(page.locator("#notice")).to_have_text(
-                re.compile(r"Stop sent, not confirmed yet \(\d+ s\)")
-            )
-        finally:
-            os.kill(run.process.pid, signal.SIGCONT)
-        expect(page.locator("#outcome")).to_contain_text("toy was interrupted", timeout=60_000)
-        expect_run(page, "the run has ended")
-        assert enabled(page) == set()
-        run.process.kill()
-        run.process.wait()
-        page.wait_for_timeout(1500)
-        assert sentence(page) == "the run has ended"  # it has said so itself
-
-
-@pytest.mark.slow
-def test_the_open_page_lives_on_through_saves_and_a_kill_is_a_lost_connection(tmp_path, browser):
-    from playwright.sync_api import expect
-
-    with Run(tmp_path, "--view", "none", "--watch") as run:
-        page = opened_page(browser, run.url)
-        expect_run(page, "running")
-        (tmp_path / "toy.yaml").write_text(WAITING.replace("the end", "other"))
-        expect(page.locator("#tree")).to_contain_text("other", timeout=60_000)
-        expect_run(page, "running")
-        assert enabled(page) == LIVE
-        (tmp_path / "toy.yaml").write_text("task: toy\ntree:\n  wait: {duration_s: 0.1}\n")
-        expect(page.locator("#outcome")).to_contain_text("toy succeeded", timeout=60_000)
-        expect_run(page, "the run has ended; the next begins when the task is saved")
-        assert enabled(page) == {"stop"}
-        run.process.kill()
-        run.process.wait()
-        expect_run(page, re.compile(LOST.format(r"[1-9]\d*")))
 
 
 @pytest.mark.slow
