@@ -24,6 +24,7 @@ from perception.registration import (
     Surfaces,
     Update,
     depth_cloud,
+    difference,
     in_space,
     on_floor,
     register,
@@ -129,11 +130,11 @@ class Localiser:
 
     def read(self, state: RobotState) -> None:
         """Take a reading: odometry, and the localised pose if there is a new one."""
-        oTb, localised, self.updates = on_floor(state.wTb), state.localised, []
-        self.relocalised = ""
+        localised, self.updates, self.relocalised = state.localised, [], ""
         if self._filter is None and localised is None:
             self.mTb = state.wTb
             return
+        oTb = on_floor(state.wTb)
         passed, self._stamp = state.stamp - self._stamp, state.stamp
         self._note(state.stamp, oTb)
         if self._filter is not None:
@@ -271,9 +272,7 @@ class Localiser:
             return known[min(k, len(known) - 1)][1]
         (before, a), (after, b) = known[k - 1], known[k]
         share = (stamp - before) / (after - before)
-        step = b - a
-        step[2] = (step[2] + np.pi) % (2.0 * np.pi) - np.pi
-        between: Array = a + share * step
+        between: Array = a + share * difference(b, a)
         return between
 
 
@@ -289,5 +288,5 @@ def _same(goal: MotionGoal, before: MotionGoal | None) -> MotionGoal:
 
 def _between(a: Array, b: Array) -> tuple[float, float]:
     """Distance [m] and angle [rad] between two poses on the floor (3,)."""
-    x, y, turn = b - a
-    return hypot(x, y), abs((turn + np.pi) % (2.0 * np.pi) - np.pi)
+    x, y, turn = difference(b, a).tolist()
+    return hypot(x, y), abs(turn)

@@ -27,7 +27,7 @@ class OnMap(Generic[Thing]):
         self._placed: tuple[Thing, SE3, Thing] | None = None
 
     def __call__(self, thing: Thing, here: Localiser) -> Thing:
-        """The same object until the thing is another or the map has moved noticeably."""
+        """The same object until what is remembered changes or the map has moved noticeably."""
         if (mTw := here.mTw) is None:
             return thing
         if self._placed is not None and self._placed[0] is thing:

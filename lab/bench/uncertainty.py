@@ -13,9 +13,8 @@ import numpy as np
 from rich.table import Table
 
 from app.core import Instruments, RegistrationForm, RunOptions, Setup, Summary, Tick, run_task
-from controller import Array
 from lab.shared import Workers, machine, percent, run_in_order
-from perception.registration import on_floor
+from perception.registration import difference, on_floor
 from trees.language import TreeNode
 
 _EVERY = 10  # ticks between two looks at the pose
@@ -50,18 +49,12 @@ class _Judge(Instruments):
         if true is None or tick.number % _EVERY:
             return
         here = tick.context.localisation
-        x, y, turn = _difference(on_floor(here.mTb), on_floor(true)).tolist()
+        x, y, turn = difference(on_floor(here.mTb), on_floor(true)).tolist()
         nees = np.nan
         if here.estimate is not None:
-            off = _difference(here.estimate[0], on_floor(true))
+            off = difference(here.estimate[0], on_floor(true))
             nees = float(off @ np.linalg.solve(here.estimate[1], off)) / 3.0
         self.errors.append((float(np.hypot(x, y)), abs(turn), nees))
-
-
-def _difference(a: Array, b: Array) -> Array:
-    off: Array = a - b
-    off[2] = (off[2] + np.pi) % (2.0 * np.pi) - np.pi
-    return off
 
 
 def run_uncertainty(

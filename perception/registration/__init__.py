@@ -7,7 +7,7 @@ from perception.registration.localisation import (
     smoothed,
 )
 from perception.registration.matching import MatchSettings
-from perception.registration.planar import compose, in_space, inverse, on_floor
+from perception.registration.planar import compose, difference, in_space, inverse, on_floor
 from perception.registration.registering import Displacement, Registration, register
 from perception.registration.sensors import (
     DEPTH_CAMERA,
@@ -32,6 +32,7 @@ __all__ = [
     "Update",
     "compose",
     "depth_cloud",
+    "difference",
     "in_space",
     "inverse",
     "on_floor",

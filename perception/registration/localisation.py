@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from perception.frame import Array
-from perception.registration.planar import compose, inverse, wrap
+from perception.registration.planar import compose, difference, inverse, wrap
 from perception.registration.registering import CHI2_3, Registration
 
 _ROUNDING = 1e-9
@@ -136,7 +136,7 @@ class Localisation:
         P[:, 3:] *= kept
         P[3:, 3:] += (1.0 - kept**2) * covariance
         H = np.concatenate([self._arm(oTb), np.eye(3)], axis=1)
-        innovation = _difference(mTb, self.pose(oTb)) - self._bias
+        innovation = difference(mTb, self.pose(oTb)) - self._bias
         S = H @ P @ H.T + np.diag(settings.reading_noise) ** 2
         gain = np.linalg.solve(S, H @ P).T
         nis = float(innovation @ np.linalg.solve(S, innovation))
@@ -154,9 +154,9 @@ class Localisation:
         data = result.information
         rounding = _ROUNDING * np.diag(np.diag(data + prior))
         # What the points alone say, undone from the prior that they were matched with.
-        shift = np.linalg.solve(result.covariance, _difference(result.pose, result.prior))
+        shift = np.linalg.solve(result.covariance, difference(result.pose, result.prior))
         alone = result.prior + np.linalg.solve(data + rounding, shift)
-        innovation = _difference(alone, self.pose(oTb))
+        innovation = difference(alone, self.pose(oTb))
         nis = float(innovation @ _parallel(data, prior) @ innovation)
         if nis > CHI2_3 or result.explained < self._settings.lost:
             if len(result.points):
@@ -207,7 +207,7 @@ class Localisation:
         other, settings = self._contradiction, self._settings
         if other is None or self._stamp - other.unrefuted < settings.doubtful:
             return None
-        off = _difference(compose(other.mTo, self._oTb), self.pose(self._oTb))
+        off = difference(compose(other.mTo, self._oTb), self.pose(self._oTb))
         return hypot(off[0], off[1]), abs(float(off[2]))
 
     def carried(self, oTb: Array) -> bool:
@@ -226,7 +226,7 @@ class Localisation:
         """Note a reading that the estimate cannot explain."""
         other = self._contradiction
         if other is not None:
-            off = _difference(compose(mTo, oTb), compose(other.mTo, oTb))
+            off = difference(compose(mTo, oTb), compose(other.mTo, oTb))
             if off @ np.linalg.solve(2.0 * covariance, off) < CHI2_3:
                 self._contradiction = other._replace(mTo=mTo, covariance=covariance)
                 return
@@ -271,16 +271,9 @@ def smoothed(
         turn: the same of its heading [rad/s].
     """
     mTb = compose(applied, oTb)
-    off = _difference(compose(newest, oTb), mTb)
+    off = difference(compose(newest, oTb), mTb)
     most = max(hypot(off[0], off[1]) / (speed * dt), abs(float(off[2])) / (turn * dt), 1.0)
     return compose(mTb + off / most, inverse(oTb))
-
-
-def _difference(a: Array, b: Array) -> Array:
-    """(3,) a - b of poses on the floor."""
-    off = a - b
-    off[2] = wrap(float(off[2]))
-    return off
 
 
 def _parallel(A: Array, B: Array) -> Array:

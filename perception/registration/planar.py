@@ -33,6 +33,13 @@ def inverse(aTb: Array) -> Array:
     return np.array([-c * x - s * y, s * x - c * y, -heading])
 
 
+def difference(a: Array, b: Array) -> Array:
+    """(3,) a - b of two poses, component by component; the heading in [-pi, pi)."""
+    off = a - b
+    off[2] = wrap(float(off[2]))
+    return off
+
+
 def on_floor(aTb: SE3) -> Array:
     """The pose on the floor (3,) of a pose in space."""
     R = aTb.rotation
