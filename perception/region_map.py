@@ -6,6 +6,7 @@ mount does not count as an object. The smallest height that counts follows from 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -29,7 +30,7 @@ _LOWEST_WIDE = 0.0015  # ... and in all the cells of a window [m]
 _WINDOW = 5  # side of such a window [cells]
 _OBJECT = 3.0e-4  # a smaller area may be a part of another object [m^2]
 _BETWEEN = 0.4  # share of measured neighbours that makes a cell seen
-_STRIP = 0.025  # width beside the sides in which walls hide the floor from one imager [m]
+_STRIP = 0.025  # beside the sides walls hide the floor from one imager, or stand off the map [m]
 _STRIP_CELLS = 4  # a narrower strip hides no object
 
 
@@ -106,16 +107,19 @@ class RegionMap:
         return self._judged.lowest
 
     def segments(self, smallest: float) -> list[Segment]:
-        """Every separate object that covers at least an area [m^2]."""
-        return self._pieces(_opened(self._judged.occupied, 2), smallest)
+        """Every separate object that covers at least an area [m^2]; see `least_count` for walls."""
+        return self._pieces(_opened(self._judged.occupied, 2), smallest, self._may_be_wall)
 
     @property
     def least_count(self) -> int:
-        """Least number of objects: pieces with hardly a gap between may be one."""
+        """Least number of objects: pieces with hardly a gap between may be one.
+
+        A piece along a side, as long and narrow as a wall, is one that is a little off the map.
+        """
         joined = cv2.morphologyEx(
             self._judged.occupied.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)
         )
-        return len(self._pieces(joined > 0, _OBJECT))
+        return len(self._pieces(joined > 0, _OBJECT, self._may_be_wall))
 
     def hidden(self, smallest: float) -> list[Segment]:
         """Unseen parts of at least an area [m^2], in which an object may stand."""
@@ -145,7 +149,9 @@ class RegionMap:
         occupied |= full & (mean > wide)
         return _Judged(occupied, lowest)
 
-    def _pieces(self, mask: Mask, smallest: float) -> list[Segment]:
+    def _pieces(
+        self, mask: Mask, smallest: float, ignored: Callable[[Array], bool] = lambda box: False
+    ) -> list[Segment]:
         count, _, stats, centres = cv2.connectedComponentsWithStats(
             mask.astype(np.uint8), connectivity=4
         )
@@ -153,7 +159,15 @@ class RegionMap:
             Segment(centre=self._world(centres[i]), area=area)
             for i in range(1, count)
             if (area := float(stats[i, cv2.CC_STAT_AREA]) * self._cell**2) >= smallest
+            and not ignored(stats[i, : cv2.CC_STAT_AREA].astype(np.float64))
         ]
+
+    def _may_be_wall(self, box: Array) -> bool:
+        """Of a piece with these first column and row, and numbers of columns and rows."""
+        strip, cells = _STRIP / self._cell, np.array(self._count.shape)
+        corner, extent = box[1::-1], box[:1:-1]
+        at_side = (corner + extent <= strip) | (corner >= cells - strip)
+        return bool((at_side & (2 * extent[::-1] > cells[::-1])).any())
 
     def _world(self, centre: Array) -> Array:
         column, row = centre  # OpenCV's x runs along the second axis

@@ -76,6 +76,16 @@ def test_a_hole_over_an_object_is_not_seen_and_not_empty():
     np.testing.assert_allclose(part.centre[:2], [3.0, -0.07], atol=0.02)
 
 
+@pytest.mark.parametrize("off", [(0.0, 0.022), (-0.022, 0.0)])
+def test_a_wall_that_is_off_the_map_is_no_object_and_what_leans_on_it_is_one(off):
+    region = SE3(WORKSPACE.wTr.rotation, WORKSPACE.wTr.translation + np.array([*off, 0.0]))
+    for halves, number in (((), 0), (((0.02, 0.02, 0.02),), 1), (((0.01, 0.07, 0.01),), 1)):
+        seen = RegionMap(region, WORKSPACE.size)
+        for frame in frames(world(*halves), looking_down(0.49)):
+            seen.add(frame)
+        assert (len(seen.segments(SMALLEST)), seen.least_count) == (number, number)
+
+
 def test_at_least_so_many_objects_stand_there():
     block = (0.02, 0.02, 0.02)
     assert seen_in(frames(world(block, block, block), looking_down(0.49))).least_count == 3
