@@ -37,6 +37,7 @@ class _Piece:
 
     def take(self, one: Displacement) -> None:
         """A Kalman step; what the points do not show stays as it was."""
+        self.centre = one.centre
         known = np.linalg.inv(self.covariance + _WALK)
         measured = np.linalg.inv(one.covariance)
         # Without the prior with which they were matched.
@@ -87,11 +88,15 @@ class Furniture:
         """Everything stands in its place: what was seen rests on a pose that was wrong."""
         self._pieces, self._shown = {}, {}
 
+    def suspect(self, pieces: Iterable[str]) -> None:
+        """Let no pose rest on these pieces until a registration shows where they are."""
+        for name in pieces:
+            self._pieces.setdefault(name, _Piece(np.zeros(2), np.zeros(3), _UNKNOWN))
+
     def note(self, result: Registration) -> None:
         """Take what a registration says of the furniture."""
         for one in result.displaced:
-            if one.piece not in self._pieces:
-                self._pieces[one.piece] = _Piece(one.centre, np.zeros(3), _UNKNOWN)
+            self.suspect([one.piece])
             self._pieces[one.piece].take(one)
             self._pieces[one.piece].times += 1
         for one in result.uncertain:

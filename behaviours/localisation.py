@@ -181,6 +181,7 @@ class Localiser:
         """Take a registration from the estimate, and one from what the base insists on."""
         assert self._filter is not None
         self.registration, before = here, self._filter.pose(oTb)
+        moved: Collection[str] = ()
         if there is not None and self._filter.relocalised(there, here, oTb):
             self.registration = there
             self._replaced(before, oTb)
@@ -190,7 +191,9 @@ class Localiser:
                 off, turn = _between(before, self._filter.pose(oTb))
                 self.registrations += 1
                 self.largest = max(self.largest[0], off), max(self.largest[1], turn)
+            moved = self.updates[-1].moved
         self.furniture.note(self.registration)
+        self.furniture.suspect(moved)
 
     def _replaced(self, before: Array, oTb: Array, how: str = "") -> None:
         """What the base says has replaced the estimate: the map jumps there."""

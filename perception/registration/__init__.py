@@ -1,13 +1,15 @@
 """Where the base is: laser scan and depth image against the surfaces of the map."""
 
-from perception.registration.localisation import (
-    Localisation,
-    LocalisationSettings,
-    Update,
+from perception.registration.localisation import Localisation, LocalisationSettings, Update
+from perception.registration.matching import MatchSettings
+from perception.registration.planar import (
+    compose,
+    difference,
+    in_space,
+    inverse,
+    on_floor,
     smoothed,
 )
-from perception.registration.matching import MatchSettings
-from perception.registration.planar import compose, difference, in_space, inverse, on_floor
 from perception.registration.registering import Displacement, Registration, register
 from perception.registration.sensors import (
     DEPTH_CAMERA,

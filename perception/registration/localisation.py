@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
-from math import exp, hypot, radians
+from math import exp, hypot, inf, radians
 from typing import NamedTuple
 
 import numpy as np
 
 from perception.frame import Array
 from perception.registration.planar import compose, difference, inverse, wrap
-from perception.registration.registering import CHI2_3, Registration
-
-_ROUNDING = 1e-9
-"""Of information matrices, relative to their largest element."""
+from perception.registration.registering import CHI2_3, ROUNDING, Registration, parallel
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,6 +30,11 @@ class LocalisationSettings:
     """Part of that error which is independent from reading to reading: x, y [m], heading [rad]."""
     doubt: tuple[float, float, float] = (0.01, 0.01, radians(0.3))
     """Uncertainty that a registration adds which contradicts the estimate: x, y [m], heading."""
+    moved: float = 11.3
+    """Squared Mahalanobis distance to what was known without a piece of furniture, beyond which
+    that piece, and not the base, is elsewhere (chi-squared, 1 %)."""
+    agreeing: int = 4
+    """How many more registrations must say so than not."""
     lost: float = 0.3
     """A registration that explains a smaller share of its points contradicts the estimate."""
     persistence: float = 1.0
@@ -52,6 +55,8 @@ class Update(NamedTuple):
     """Normalised innovation squared: three on average (Bar-Shalom et al. 2001, 5.4)."""
     accepted: bool
     """Whether the estimate explains it; otherwise it did not move it."""
+    moved: frozenset[str] = frozenset()
+    """Furniture that must have been moved, else the estimate would be wrong."""
 
 
 class _Contradiction(NamedTuple):
@@ -62,6 +67,15 @@ class _Contradiction(NamedTuple):
     """Since when points have not spoken against it [s]."""
     mTo: Array
     covariance: Array
+
+
+class _Without(NamedTuple):
+    """What is known without the furniture that alone is in sight."""
+
+    pieces: frozenset[str]
+    estimate: Localisation
+    against: int = 0
+    """How many more registrations have contradicted it than not."""
 
 
 class Localisation:
@@ -90,6 +104,7 @@ class Localisation:
         """Forget all and believe one reading; arguments as of `localised`."""
         self._stamp, self._oTb = stamp, oTb
         self._contradiction: _Contradiction | None = None
+        self._without: _Without | None = None
         self.mTo = compose(mTb, inverse(oTb))
         """(3,) the newest estimate; it steps when a measurement comes (see `smoothed`)."""
         self._bias = np.zeros(3)
@@ -112,6 +127,8 @@ class Localisation:
 
     def travelled(self, oTb: Array) -> None:
         """Let the covariance grow with the way since the last call; call it often."""
+        if self._without is not None:
+            self._without.estimate.travelled(oTb)
         settings = self._settings
         gone = hypot(oTb[0] - self._oTb[0], oTb[1] - self._oTb[1])
         turned = abs(wrap(float(oTb[2] - self._oTb[2])))
@@ -128,6 +145,8 @@ class Localisation:
             stamp: of the reading [s].
             oTb: (3,) odometry at that stamp.
         """
+        if self._without is not None:
+            self._without.estimate.localised(mTb, covariance, stamp, oTb)
         settings, P = self._settings, self._P
         kept = exp(-max(stamp - self._stamp, 0.0) / settings.correlation_time)
         self._stamp = max(stamp, self._stamp)
@@ -149,26 +168,47 @@ class Localisation:
 
     def registered(self, result: Registration, oTb: Array) -> Update:
         """Take a registration, whose prior was an estimate of this filter; oTb (3,) at capture."""
+        if moved := self._contradicted(result, oTb):
+            return Update(inf, accepted=False, moved=moved)
         P, arm = self._P, self._arm(oTb)
         prior = np.asarray(np.linalg.inv(self.covariance(oTb)), dtype=np.float64)
+        innovation, nis = result.innovation(self.pose(oTb), prior)
         data = result.information
-        rounding = _ROUNDING * np.diag(np.diag(data + prior))
-        # What the points alone say, undone from the prior that they were matched with.
-        shift = np.linalg.solve(result.covariance, difference(result.pose, result.prior))
-        alone = result.prior + np.linalg.solve(data + rounding, shift)
-        innovation = difference(alone, self.pose(oTb))
-        nis = float(innovation @ _parallel(data, prior) @ innovation)
+        rounding = ROUNDING * np.diag(np.diag(data + prior))
         if nis > CHI2_3 or result.explained < self._settings.lost:
             if len(result.points):
                 self._widen(np.square(self._settings.doubt), oTb)
             return Update(nis, accepted=False)
         values, vectors = np.linalg.eigh(result.limit - prior)
         unsaid = (vectors * np.maximum(values, 0.0)) @ vectors.T
-        news = _parallel(data, unsaid + rounding)
+        news = parallel(data, unsaid + rounding)
         H = np.concatenate([arm, np.zeros((3, 3))], axis=1)
         gain = P @ H.T @ np.linalg.inv(np.eye(3) + news @ self.covariance(oTb))
         self._correct(gain @ news @ innovation, gain @ news @ H @ P, oTb)
         return Update(nis, accepted=True)
+
+    def _contradicted(self, result: Registration, oTb: Array) -> frozenset[str]:
+        """Furniture that speaks alone, against all that is known without it.
+
+        The estimate goes back to that: it may have followed the furniture step by step.
+        """
+        if result.confirmed:
+            self._without = None
+        if not result.alone:
+            return frozenset()
+        if self._without is None or self._without.pieces.isdisjoint(result.alone):
+            known = copy(self)
+            known._P, known._without = self._P.copy(), None
+            self._without = _Without(result.alone, known)
+        known = self._without.estimate
+        prior = np.asarray(np.linalg.inv(known.covariance(oTb)), dtype=np.float64)
+        against = result.innovation(known.pose(oTb), prior)[1] > self._settings.moved
+        count = max(self._without.against + (1 if against else -1), 0)
+        self._without = self._without._replace(against=count)
+        if count < self._settings.agreeing:
+            return frozenset()
+        vars(self).update(vars(known))
+        return result.alone
 
     def proposal(self, oTb: Array) -> tuple[Array, Array] | None:
         """Another pose mTb (3,), with its covariance, on which the base's localisation insists.
@@ -249,33 +289,3 @@ class Localisation:
         self._bias = self._bias + step[3:]
         P = self._P - less
         self._P = 0.5 * (P + P.T)
-
-
-def smoothed(
-    applied: Array,
-    newest: Array,
-    oTb: Array,
-    dt: float,
-    *,
-    speed: float = 0.02,
-    turn: float = radians(1.0),
-) -> Array:
-    """`mTo` (3,) a period later, on its way to the newest estimate without a step at the base.
-
-    Args:
-        applied: (3,) mTo of the last period.
-        newest: (3,) mTo of the estimate.
-        oTb: (3,) odometry now.
-        dt: period [s].
-        speed: at which the pose of the base may be corrected [m/s].
-        turn: the same of its heading [rad/s].
-    """
-    mTb = compose(applied, oTb)
-    off = difference(compose(newest, oTb), mTb)
-    most = max(hypot(off[0], off[1]) / (speed * dt), abs(float(off[2])) / (turn * dt), 1.0)
-    return compose(mTb + off / most, inverse(oTb))
-
-
-def _parallel(A: Array, B: Array) -> Array:
-    """(A⁻¹ + B⁻¹)⁻¹ of two positive semidefinite matrices of which the sum is regular."""
-    return A - A @ np.linalg.solve(A + B, A)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import atan2, cos, pi, sin
+from math import atan2, cos, hypot, pi, radians, sin
 from typing import TypeVar
 
 import numpy as np
@@ -51,3 +51,28 @@ def in_space(aTb: Array) -> SE3:
     c, s = cos(aTb[2]), sin(aTb[2])
     R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     return SE3(R, np.array([aTb[0], aTb[1], 0.0]))
+
+
+def smoothed(
+    applied: Array,
+    newest: Array,
+    oTb: Array,
+    dt: float,
+    *,
+    speed: float = 0.02,
+    turn: float = radians(1.0),
+) -> Array:
+    """`mTo` (3,) a period later, on its way to the newest estimate without a step at the base.
+
+    Args:
+        applied: (3,) mTo of the last period.
+        newest: (3,) mTo of the estimate.
+        oTb: (3,) odometry now.
+        dt: period [s].
+        speed: at which the pose of the base may be corrected [m/s].
+        turn: the same of its heading [rad/s].
+    """
+    mTb = compose(applied, oTb)
+    off = difference(compose(newest, oTb), mTb)
+    most = max(hypot(off[0], off[1]) / (speed * dt), abs(float(off[2])) / (turn * dt), 1.0)
+    return compose(mTb + off / most, inverse(oTb))

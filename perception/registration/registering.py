@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from perception.frame import Array
+from perception.frame import Array, Mask
 from perception.registration.matching import MatchSettings, Problem, Solution
-from perception.registration.planar import wrap
+from perception.registration.planar import difference, wrap
 from perception.registration.sensors import Cloud
 from perception.registration.surfaces import Surfaces
 
@@ -19,6 +19,8 @@ _REPEATS = 3.0
 """Points measured again from the same place are worth at most so many independent ones: their
 errors are of the place (edges, materials, the map) as much as of chance."""
 _DEFAULT = MatchSettings()
+ROUNDING = 1e-9
+"""Of information matrices, relative to their largest element."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -55,6 +57,11 @@ class Registration:
     """(N, 3) points that lie on a surface, in the map [m]."""
     residuals: Array
     """(N,) their signed distances from it [m]."""
+    alone: frozenset[str]
+    """The pieces of furniture on which the pose rests, if they touch each other: that they stand in
+    their places is not confirmed. Empty if more is in sight, or nothing."""
+    confirmed: bool
+    """Whether the pose rests on things apart from each other, or on a wall."""
     explained: float
     """Share of the points near a surface that lie on it; 0 if there are none."""
     displaced: tuple[Displacement, ...]
@@ -66,6 +73,21 @@ class Registration:
     def consistent(self) -> bool:
         """Whether the prior explains the correction."""
         return self.mahalanobis < CHI2_3
+
+    def innovation(self, mTb: Array, information: Array) -> tuple[Array, float]:
+        """(3,) what the points alone say, less a pose, and its normalised square.
+
+        Args:
+            mTb: (3,) the pose.
+            information: (3, 3) on it.
+        """
+        # Undone from the prior that they were matched with.
+        shift = np.linalg.solve(self.covariance, difference(self.pose, self.prior))
+        data = self.information
+        rounding = ROUNDING * np.diag(np.diag(data + information))
+        alone = self.prior + np.linalg.solve(data + rounding, shift)
+        off = difference(alone, mTb)
+        return off, float(off @ parallel(data, information) @ off)
 
 
 def register(
@@ -81,7 +103,8 @@ def register(
     """Match what was measured at one time to the map.
 
     A piece counts as moved only if another piece in sight outvotes it: of one piece alone, a pose
-    error and a displacement look the same, and it is taken to be the pose.
+    error and a displacement look the same, and it is taken to be the pose. What was known before
+    tells them apart (`Localisation.registered`).
 
     Args:
         surfaces: the map.
@@ -111,6 +134,7 @@ def register(
         (displaced if by @ np.linalg.solve(its, by) > CHI2_3 else uncertain).append(one)
     used = solution.losses < 0.5 * settings.loss_scale**2
     pose = prior + shift
+    alone, confirmed = _witnesses(problem, surfaces, solution, used, settings)
     return Registration(
         pose=np.array([pose[0], pose[1], wrap(float(pose[2]))]),
         covariance=spread[:3, :3],
@@ -120,10 +144,27 @@ def register(
         limit=problem.marginal(solution, _REPEATS),
         points=solution.match.points[used],
         residuals=solution.match.residuals[used],
+        alone=alone,
+        confirmed=confirmed,
         explained=float(used.mean()) if len(used) else 0.0,
         displaced=tuple(displaced),
         uncertain=tuple(uncertain),
     )
+
+
+def _witnesses(
+    problem: Problem, surfaces: Surfaces, solution: Solution, used: Mask, settings: MatchSettings
+) -> tuple[frozenset[str], bool]:
+    """`Registration.alone` and `Registration.confirmed`."""
+    counts = np.bincount(solution.match.column[used], minlength=len(problem.pieces))
+    counts[list(solution.loose)] = 0
+    pieces = problem.pieces[counts > 0]
+    many = problem.pieces[counts >= settings.support]
+    if surfaces.fixed[many].any() or len(set(surfaces.stacks[many].tolist())) > 1:
+        return frozenset(), True
+    if surfaces.fixed[pieces].any() or len(set(surfaces.stacks[pieces].tolist())) != 1:
+        return frozenset(), False
+    return frozenset(surfaces.names[piece] for piece in pieces), False
 
 
 def _with_furniture(
@@ -150,3 +191,8 @@ def _with_furniture(
         if not problem.suspects(best):
             break
     return best
+
+
+def parallel(A: Array, B: Array) -> Array:
+    """(A⁻¹ + B⁻¹)⁻¹ of two positive semidefinite matrices of which the sum is regular."""
+    return A - A @ np.linalg.solve(A + B, A)

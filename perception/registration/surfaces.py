@@ -10,6 +10,9 @@ import numpy as np
 from perception.frame import Array, Indices, Mask
 from robots import Box, Cylinder, Geom, Hull, Plane, from_rounded_boxes, rounded_box
 
+_TOUCH = 0.01
+"""Pieces with a smaller gap touch each other [m]."""
+
 
 class Surfaces:
     """The shapes of a map, grouped by the piece of furniture that they belong to; immutable."""
@@ -50,6 +53,21 @@ class Surfaces:
         np.add.at(sums, self.piece, self._origins[:, :2])
         self.centres: Array = sums / counts[:, None]
         """(P, 2) the point about which each piece is said to turn, in the map [m]."""
+
+        self.stacks: Indices = self._stacks()
+        """(P,) pieces of one number touch each other: who moves one moves all."""
+
+    def _stacks(self) -> Indices:
+        """Number of the first piece that each touches, over others or directly."""
+        around = np.abs(self._rotations) @ (self._half + self._radius[:, None])[:, :, None]
+        low, high = self._origins - around[:, :, 0] - _TOUCH, self._origins + around[:, :, 0]
+        near = np.all((low[:, None] <= high) & (low <= high[:, None]), axis=2)
+        joined = np.eye(len(self.names), dtype=bool)
+        joined[self.piece[:, None], self.piece] |= near
+        for _ in self.names:
+            joined = joined @ joined
+        first: Indices = joined.argmax(axis=1)
+        return first
 
     def __len__(self) -> int:
         return len(self.piece)

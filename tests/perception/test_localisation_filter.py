@@ -9,6 +9,7 @@ from synthetic_room import MAP, SURFACES, Robot, displaced
 from perception.registration import (
     Localisation,
     Registration,
+    Surfaces,
     compose,
     inverse,
     register,
@@ -176,6 +177,26 @@ def test_a_relocalisation_is_taken_over_if_the_scan_agrees(carried):
     assert taken
     assert np.hypot(*base.off()[:2]) < 0.02
     assert base.mTb[0] == pytest.approx(before[0] + 0.5 * carried)
+
+
+def test_a_table_that_moved_alone_in_sight_does_not_take_the_base_along():
+    base = Base(2)
+    for _ in range(3):
+        base.drive(0.2)
+        base.localise()
+        base.register()
+    alone = Surfaces({"near table": MAP["near table"]})
+    world = {"near table": displaced(MAP["near table"], [0.05, 0.0, np.deg2rad(3.0)])}
+    moved: set[str] = set()
+    for _ in range(10):
+        base.drive(0.2)
+        base.localise()
+        estimate, oTb = base.estimate, base.oTb
+        prior = estimate.pose(oTb), estimate.covariance(oTb)
+        seen = [base.robot.scan(world, base.mTb), base.robot.image(world, base.mTb)]
+        moved |= estimate.registered(register(alone, seen, *prior, moved=moved), oTb).moved
+    assert moved == {"near table"}
+    assert np.hypot(*base.off()[:2]) < 0.02
 
 
 def insisting(seconds: float, *, sees: bool) -> Base:
