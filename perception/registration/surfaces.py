@@ -58,14 +58,17 @@ class Surfaces:
         """(P,) pieces of one number touch each other: who moves one moves all."""
 
     def _stacks(self) -> Indices:
-        """Number of the first piece that each touches, over others or directly."""
+        """(P,) the first piece that each touches, over others or directly; walls do not count."""
+        if not self.names:
+            return np.zeros(0, dtype=np.int64)
         around = np.abs(self._rotations) @ (self._half + self._radius[:, None])[:, :, None]
         low, high = self._origins - around[:, :, 0] - _TOUCH, self._origins + around[:, :, 0]
         near = np.all((low[:, None] <= high) & (low <= high[:, None]), axis=2)
+        near &= ~self.fixed[self.piece] & ~self.fixed[self.piece][:, None]
         joined = np.eye(len(self.names), dtype=bool)
-        joined[self.piece[:, None], self.piece] |= near
-        for _ in self.names:
-            joined = joined @ joined
+        np.logical_or.at(joined, (self.piece[:, None], self.piece), near)
+        while (further := joined @ joined).sum() > joined.sum():
+            joined = further
         first: Indices = joined.argmax(axis=1)
         return first
 

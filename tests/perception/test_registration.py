@@ -146,6 +146,14 @@ def test_of_two_pieces_that_contradict_each_other_none_is_believed():
     assert result.uncertain or {piece.piece for piece in result.displaced} <= {"near table"}
 
 
+def test_what_stands_on_something_is_one_stack_with_it():
+    bin_on_top = [box((0.3, 0.3, 0.1), (0.9, 1.5, 0.65))]
+    surfaces = Surfaces({**MAP, "bin": bin_on_top}, fixed={"walls"})
+    stacks = dict(zip(surfaces.names, surfaces.stacks.tolist(), strict=True))
+    assert stacks["bin"] == stacks["pedestal"]
+    assert len(set(stacks.values())) == len(MAP)
+
+
 def test_the_same_points_give_the_same_bits():
     robot, mTb = Robot(np.random.default_rng(4)), np.array([-0.6, 0.2, 0.1])
     clouds = [robot.scan(MAP, mTb), robot.image(MAP, mTb)]
