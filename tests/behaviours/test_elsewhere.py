@@ -59,6 +59,7 @@ def held_among(*fixtures: Geom) -> Harness:
     return harness
 
 
+@pytest.mark.slow
 def test_a_table_higher_than_the_shoulder_is_reached_from_a_stance():
     legs = [
         box("high table/leg", (x, y, HIGH / 2.0 - 0.02), (0.02, 0.02, HIGH / 2.0 - 0.02))

@@ -69,6 +69,7 @@ def test_no_correction_of_ten_thousand_makes_a_command_jump():
     corrections(10_000)
 
 
+@pytest.mark.slow
 def test_a_locked_pose_is_reached_as_if_nothing_had_been_corrected():
     ends = []
     for size in (0.0, 0.1):

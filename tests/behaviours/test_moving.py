@@ -25,7 +25,7 @@ def navigate(harness: Harness, to: ToolPose) -> Navigate:
     return Navigate("navigate", harness.context, to=to)
 
 
-@pytest.mark.parametrize("robot", ["frankie", "omni"])
+@pytest.mark.parametrize("robot", ["frankie", pytest.param("omni", marks=pytest.mark.slow)])
 def test_navigate_brings_the_hand_to_a_pose(robot):
     harness = Harness(table_world(), robot=robot)
     leaf = navigate(harness, POSE)

@@ -117,6 +117,7 @@ def moving_block(y: float = -0.1, until: float = np.inf):
     return thing
 
 
+@pytest.mark.slow
 def test_follow_stays_over_a_moving_object_and_succeeds_when_it_stands_still():
     harness = over_the_table(moving_block(until=8.0))
     leaf = Follow("follow", harness.context, within=LARGE)

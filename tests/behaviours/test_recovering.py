@@ -117,6 +117,7 @@ def test_where_the_side_is_not_told_the_base_goes_back_along_where_it_came_from(
     assert harness.context.fault_memory.given_up == "came back 3 times: bumped"
 
 
+@pytest.mark.slow
 def test_what_comes_back_is_cleared_three_times_with_growing_pauses_and_then_left_to_a_person():
     """However many leaves try: the count is not theirs."""
     harness = Harness(table_world())

@@ -103,6 +103,7 @@ def with_things_at(*numbers: int) -> Harness:
     return harness
 
 
+@pytest.mark.slow
 def test_a_place_on_which_something_stands_is_passed_over():
     harness = with_things_at(2, 4)
     leaf = place(harness)

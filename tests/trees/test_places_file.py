@@ -74,6 +74,7 @@ def test_a_place_out_of_reach_is_told_in_its_file(files):
     assert str(found).startswith(f"{site}:2:3: `high`: out of reach")
 
 
+@pytest.mark.slow
 def test_a_run_goes_where_the_site_says(files, tmp_path):
     task, site = files
     code, out, _ = call("run", task, "--places", site, "--record", tmp_path / "runs", "--json")

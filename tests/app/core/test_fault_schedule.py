@@ -98,6 +98,7 @@ def test_a_fault_that_says_nothing_is_refused(text, told):
     assert told in str(error.value)
 
 
+@pytest.mark.slow
 def test_a_run_with_faults_says_what_happened_and_is_the_same_every_time(tmp_path):
     task = tmp_path / "go.yaml"
     task.write_text("task: go\ntree: {retry: 2, sequence: [recover, {drive: {forward_m: 0.3}}]}\n")

@@ -20,12 +20,6 @@ def physically(record: Path, task: str, *arguments: object) -> dict:
     return summary
 
 
-def test_a_single_object_is_brought_to_the_table(tmp_path):
-    summary = physically(tmp_path, "pick_one", "--scene", "single", "--seed", 1)
-    assert (summary["placed"], summary["claimed"], summary["objects"]) == (1, 1, 1)
-    assert summary["contacts"] == 0
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1])
 def test_the_container_is_emptied(tmp_path, seed):

@@ -54,6 +54,7 @@ def test_the_world_model_of_a_recorded_run_is_the_same():
     assert (now.velocity == again.velocity).all()
 
 
+@pytest.mark.slow
 def test_the_base_drives_around_what_only_the_map_has(tmp_path):
     (tmp_path / "site.yaml").write_text(SITE)
     (tmp_path / "ahead.yaml").write_text(TASK)

@@ -53,6 +53,7 @@ def assert_nothing_is_wrong(viewer: HeadlessViewer) -> None:
     assert reports == {name: [] for name in views}
 
 
+@pytest.mark.slow
 def test_a_recording_shows_every_part_and_complains_of_none(tmp_path: Path) -> None:
     letters = "".join(chr(code) for low, high in LETTERS for code in range(low, high + 1))
     characters = letters + "".join(sorted(SYMBOLS)) + "🤖"

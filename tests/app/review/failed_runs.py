@@ -195,5 +195,7 @@ SLOW = (
     "a camera that is late",
     "the object is taken from the hand",
     "a base that does not move",
+    "a time that was over after failed attempts",
+    "again and again for the same reason",
 )
-"""Whole drives to the container; the quick cases have the same kinds of nodes."""
+"""Long runs; the quick cases have the same kinds of nodes."""

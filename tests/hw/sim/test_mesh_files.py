@@ -144,6 +144,7 @@ def test_a_vessel_without_thickness_is_seen_as_solid_as_it_is_touched(tmp_path):
     assert seen[10, 10] == pytest.approx(0.25, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_items_of_a_scene_lie_where_the_file_says(tmp_path):
     tray().export(tmp_path / "tray.stl")
     trimesh.creation.box((40.0, 30.0, 50.0)).export(tmp_path / "brick.obj")

@@ -39,6 +39,7 @@ def narrowest(parts: list[Geom]) -> float:
     )
 
 
+@pytest.mark.slow
 def test_the_shipped_scenes_have_the_objects_that_they_speak_of():
     counts = {name: len(load_scene(name, 0).objects) for name in scene_names()}
     assert counts == {

@@ -43,6 +43,7 @@ def test_one_row_a_seed_whatever_the_number_of_processes(tmp_path, world):
         assert durations[0] == durations[1]
 
 
+@pytest.mark.slow
 def test_the_base_keeps_the_given_limits(tmp_path):
     speeds = ("--base-speed", 1.0, "--reverse-speed", 0.5)
     kept = measured(tmp_path, BACK, "--seeds", "0", "--workers", 1, *speeds)

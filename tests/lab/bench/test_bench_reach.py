@@ -60,6 +60,7 @@ def test_other_starts(tmp_path, starts):
     assert (row["failures"], row["limit_violations"], row["contact_samples"]) == (0, 0, 0)
 
 
+@pytest.mark.slow
 def test_uneven_periods_and_a_slow_reverse_speed(tmp_path):
     options = ("--robot", "omni", "--base-speed", 1.0, "--count", 2, "--workers", 1)
     options += ("--jitter-ms", "5-30", "--reverse-speed", 0.1)

@@ -166,6 +166,7 @@ def test_a_board_that_is_not_seen_is_reported(rig, why):
         hand_eye(seed=0, rig=rig)
 
 
+@pytest.mark.slow
 def test_the_thickness_of_the_board_is_the_height_of_the_arm():
     _, flat = base_arm(seed=1)
     _, thick = base_arm(seed=1, thickness=0.01)

@@ -120,6 +120,7 @@ def test_figures_are_written_for_every_detector(
     assert "machine" in figures
 
 
+@pytest.mark.slow
 def test_an_object_that_no_grasp_holds_does_not_count_as_lost(tmp_path: Path) -> None:
     trimesh.creation.box((0.12, 0.12, 0.12)).export(tmp_path / "too_wide.stl")
     trimesh.creation.box((0.12, 0.04, 0.04)).export(tmp_path / "brick.stl")

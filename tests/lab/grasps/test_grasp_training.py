@@ -84,6 +84,7 @@ def test_a_wall_is_never_labelled() -> None:
     assert columns.max() < 78
 
 
+@pytest.mark.slow
 def test_samples_depend_only_on_seed_and_number() -> None:
     a, b, other = samples_of(5, 1), samples_of(5, 1), samples_of(5, 2)
     assert np.array_equal(a[2].image, b[2].image)
