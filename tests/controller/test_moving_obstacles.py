@@ -62,7 +62,11 @@ WALKS = {
 
 @pytest.mark.parametrize(
     ("robot", "walk"),
-    [("frankie", "from the left"), ("frankie", "from behind"), ("omni", "aslant")],
+    [
+        ("frankie", "from the left"),
+        pytest.param("frankie", "from behind", marks=pytest.mark.slow),
+        ("omni", "aslant"),
+    ],
 )
 def test_who_crosses_its_way_is_not_touched_and_the_goal_is_reached(robot, walk):
     gaps, reports = drive(robot_model(robot), WALKS[walk], 15.0)
