@@ -11,6 +11,7 @@ from pinocchio import SE3
 
 from controller import Command, RobotModel
 from hw.clock import Clock
+from hw.sim.localisation import LocalisationProcess
 from hw.sim.robot_shapes import Hand
 from hw.sim.sim_object import Visible
 from hw.sim.world import World
@@ -59,9 +60,15 @@ class SimBody(ABC):
     bumper: Reflex  # Of the base
 
     def __init__(
-        self, description: RobotDescription, world: World, clock: Clock, dynamics: Dynamics
+        self,
+        description: RobotDescription,
+        world: World,
+        clock: Clock,
+        dynamics: Dynamics,
+        wheels: LocalisationProcess,
     ) -> None:
         self.description = description
+        self._wheels = wheels
         self.world = world
         self.dynamics = dynamics
         self._model = RobotModel(description)
@@ -69,7 +76,7 @@ class SimBody(ABC):
         self._lock = RLock()
         self.now = clock.now()
         self.wTb = SE3.Identity()
-        self.base_twist: Array = np.zeros(3)
+        self.base_twist: Array = np.zeros(3)  # as its wheels tell: they slip
         self.q = description.arm.ready.copy()
         self.qd: Array = np.zeros(7)
         self.width = description.gripper.opening

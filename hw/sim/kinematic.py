@@ -18,6 +18,7 @@ from controller import Command
 from hw.clock import Clock
 from hw.sim.body import Dynamics, Reflex, SimBody
 from hw.sim.collisions import Collisions, Contact
+from hw.sim.localisation import LocalisationProcess
 from hw.sim.robot_shapes import BASE, HAND_TOLERANCE, Configuration
 from hw.sim.sim_object import SimObject
 from hw.sim.world import World
@@ -33,9 +34,14 @@ class KinematicBody(SimBody):
     bumper: ContactReflex
 
     def __init__(
-        self, description: RobotDescription, world: World, clock: Clock, dynamics: Dynamics
+        self,
+        description: RobotDescription,
+        world: World,
+        clock: Clock,
+        dynamics: Dynamics,
+        wheels: LocalisationProcess,
     ) -> None:
-        super().__init__(description, world, clock, dynamics)
+        super().__init__(description, world, clock, dynamics, wheels)
         self.reflex = ContactReflex()
         self.bumper = ContactReflex()
         self._width_goal = self.width
@@ -75,7 +81,7 @@ class KinematicBody(SimBody):
         )
         if self.bumper.reason:
             self.base_twist = np.zeros(3)
-        vx, vy, w = self.base_twist * dt
+        vx, vy, w = self._wheels.driven(self.base_twist) * dt
         self.wTb = self.wTb * pin.exp6(np.array([vx, vy, 0.0, 0.0, 0.0, w]))
         if self.reflex.reason:
             self.qd = np.zeros(7)

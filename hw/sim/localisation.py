@@ -223,20 +223,24 @@ class LocalisationProcess:
         return self._moved(wTb), self._localised
 
     def measured(self, true: BaseState) -> BaseState:
-        """A true reading as the base would measure it: `wTb` is in odometry, with `localised`."""
+        """A true reading as the base measures it: `wTb` in odometry, with `localised`."""
         if self._exact:
             return true
         oTb, localised = self.read(true.stamp, true.wTb)
-        return replace(true, wTb=oTb, twist=self._slipped(true.twist), localised=localised)
+        return replace(true, wTb=oTb, localised=localised)
 
     def driven(self, twist: Array) -> Array:
-        """(3,) the true twist of a base whose wheels turn as commanded, and slip."""
-        if self._level.exact or self._step < 0:
+        """(3,) the true twist of a base whose wheels turn for `twist` (3,), and slip."""
+        if self._exact:
             return twist
         slip, turn_slip, drift = self._errors[3:].tolist()
         vx, vy, w = twist.tolist()
         vx, vy = vx / (1.0 + slip), vy / (1.0 + slip)
         return np.array([vx, vy, (w - drift * hypot(vx, vy)) / (1.0 + turn_slip)])
+
+    def told(self, twist: Array) -> Array:
+        """(3,) the twist for which the wheels turn while the base truly has `twist` (3,)."""
+        return twist if self._exact else self._slipped(twist)
 
     def _begin(self, stamp: float, wTb: SE3) -> None:
         """At the first reading odometry is exact, and the localised pose is as wrong as ever."""

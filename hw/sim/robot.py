@@ -106,7 +106,7 @@ class _SimBase(_SimPart):
     def send(self, twist: Array) -> Array:
         self._body.advance()
         applied = twist if self._body.bumper.reason is None else np.zeros(3)
-        self._body.follow(base_twist=self._localisation.driven(applied))
+        self._body.follow(base_twist=applied)
         return applied
 
     def recover(self) -> None:
@@ -215,7 +215,7 @@ def simulated_robot(
             deterministic.
     """
     truly, process, scale = made_wrong(description, localisation or Localisation(), seed)
-    made = body(truly, world, clock, dynamics or Dynamics())
+    made = body(truly, world, clock, dynamics or Dynamics(), process)
     return ComposedRobot(
         description,
         arm=_SimArm(made),

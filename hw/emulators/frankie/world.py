@@ -56,7 +56,7 @@ class EmulatedWorld:
             from hw.sim.physics import PhysicalBody
 
             make = PhysicalBody
-        self.body = make(description, self.truth, self.clock, Dynamics(period=_LATE))
+        self.body = make(description, self.truth, self.clock, Dynamics(period=_LATE), self._process)
         self.lock = threading.RLock()  # protects the simulated robot
         self.bumped = ""  # what the base has hit; empty while it may move
         self.on_bump: Callable[[], None] = lambda: None  # called on a bump
@@ -151,7 +151,7 @@ class EmulatedWorld:
         if wanted is not None:
             self._follow(wanted)
         v, w = self._twist
-        body.follow(base_twist=self._process.driven(np.array([v, 0.0, w])), qd=self._qd)
+        body.follow(base_twist=np.array([v, 0.0, w]), qd=self._qd)
         self._measure()
         self._check_bumper()
         self._publish()

@@ -15,6 +15,7 @@ from pinocchio import SE3
 from controller import Command
 from hw.clock import Clock
 from hw.sim.body import Dynamics, Reflex, SimBody
+from hw.sim.localisation import LocalisationProcess
 from hw.sim.physics.mjcf import TIMESTEP
 from hw.sim.physics.simulation import Press, RobotSimulation, between_fingers
 from hw.sim.robot_shapes import BASE, FINGERS, HELD
@@ -40,9 +41,14 @@ class PhysicalBody(SimBody):
     bumper: ForceReflex
 
     def __init__(
-        self, description: RobotDescription, world: World, clock: Clock, dynamics: Dynamics
+        self,
+        description: RobotDescription,
+        world: World,
+        clock: Clock,
+        dynamics: Dynamics,
+        wheels: LocalisationProcess,
     ) -> None:
-        super().__init__(description, world, clock, dynamics)
+        super().__init__(description, world, clock, dynamics, wheels)
         self.reflex = ForceReflex(_REFLEX_FORCE)
         self.bumper = ForceReflex(_BUMPER_FORCE)
         self.engine = RobotSimulation(description, world)
@@ -121,7 +127,7 @@ class PhysicalBody(SimBody):
         self._twist += _lag_share(self.description.base.lag) * (twist - self._twist)
         if self.bumper.reason is not None:
             self._twist = np.zeros(3)
-        self.engine.drive(self._twist)
+        self.engine.drive(self._wheels.driven(self._twist))
 
     def _drive_fingers(self) -> None:
         """The commanded width changes at the gripper's speed."""
@@ -170,7 +176,7 @@ class PhysicalBody(SimBody):
         vx, vy, w = engine.base_velocity.tolist()
         self.wTb = SE3(pin.utils.rotate("z", heading), np.array([x, y, 0.0]))
         sideways = -s * vx + c * vy if self._model.n_base == 3 else 0.0  # as odometry tells
-        self.base_twist = np.array([c * vx + s * vy, sideways, w])
+        self.base_twist = self._wheels.told(np.array([c * vx + s * vy, sideways, w]))
         self.q, self.qd = engine.q, engine.qd
         opening = self.description.gripper.opening
         self.width = float(np.clip(engine.width, 0.0, opening))
