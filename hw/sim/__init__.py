@@ -10,13 +10,8 @@ from hw.sim.camera import D435Noise, DepthRenderer, Grey, painted, photograph
 from hw.sim.grasp_contact import Reason
 from hw.sim.kinematic import KinematicBody
 from hw.sim.laser import SimLaser
-from hw.sim.localisation import (
-    LEVELS,
-    Localisation,
-    LocalisationProcess,
-    load_localisation,
-    made_wrong,
-)
+from hw.sim.levels import LEVELS, Localisation, load_localisation
+from hw.sim.localisation import LocalisationProcess, made_wrong
 from hw.sim.objects import HELDOUT, HOUSEHOLD, MODELLED, OBJECT_CLASSES, RANDOM_BODIES, TRAIN
 from hw.sim.robot import kinematic_robot
 from hw.sim.robot_shapes import Hand

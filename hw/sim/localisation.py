@@ -1,128 +1,28 @@
-"""Errors of a simulated robot about where it is: levels, errors of a run, and their process.
+"""Errors of a simulated robot about where it is: those of a run, and their process.
 
 Odometry integrates the true motion with factors that wander (`slip`), so it is smooth and drifts.
-The localised pose has a first-order Gauss-Markov error: e(t + dt) = a e(t) + sqrt(1 - a^2) n, with
-a = exp(-dt / time constant) and n of the stated deviation. A relocalisation adds a step to it.
+The error of the localised pose wanders by one of two processes with the same deviation and the same
+correlation time T; a relocalisation adds a step to it:
+
+- `gauss_markov`, of first order: e(t + dt) = a e(t) + sqrt(1 - a^2) n, with a = exp(-dt / T) and n
+  of the stated deviation.
+- `bounded_walk`: a random walk that no step leads out of its bounds +-B, and white noise in each
+  reading. The walk is uniform in the end; T = 8 B^2 / (pi^2 s^2) if its variance grows by s^2 a
+  second (the slowest mode of diffusion between walls).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from math import cos, exp, hypot, pi, radians, sin, sqrt
-from os.path import isfile
-from pathlib import Path
-from types import MappingProxyType
-from typing import Annotated, TypeAlias
+from math import cos, exp, hypot, inf, pi, radians, sin, sqrt
 
 import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
-from pydantic import Field
 
-from config import ConfigError, StrictModel, read_config, suggest
+from hw.sim.levels import Localisation, Misplacement
 from hw.state import Array, BaseState, LocalisedPose
 from robots import RobotDescription
-
-Length: TypeAlias = Annotated[float, Field(ge=0.0, le=10.0)]
-Degrees: TypeAlias = Annotated[float, Field(ge=0.0, le=90.0)]
-Share: TypeAlias = Annotated[float, Field(ge=0.0, le=0.5)]
-Shift: TypeAlias = Annotated[float, Field(ge=-1.0, le=1.0)]
-Turn: TypeAlias = Annotated[float, Field(ge=-90.0, le=90.0)]
-Seconds: TypeAlias = Annotated[float, Field(ge=0.1, le=1e5)]
-
-
-class PoseError(StrictModel):
-    """Deviations of the localised pose."""
-
-    sigma: Length = 0.0  # along x and along y of the map [m]
-    sigma_deg: Degrees = 0.0
-    time_constant: Seconds = 5.0  # in which errors are forgotten, those of odometry too [s]
-
-
-class Steps(StrictModel):
-    """Relocalisations: the pose jumps, and the jump is forgotten with the time constant."""
-
-    size: Length  # [m]
-    interval: Seconds  # on average [s]
-
-
-class Outages(StrictModel):
-    """Times without a localised pose."""
-
-    interval: Seconds  # on average, between their beginnings [s]
-    duration: Seconds  # [s]
-
-
-class Odometry(StrictModel):
-    """Deviations of what odometry tells of a motion."""
-
-    slip: Share = 0.0  # of a distance, as a share of it
-    turn_slip: Share = 0.0  # of an angle, as a share of it
-    drift_deg: Degrees = 0.0  # turning while driving straight on [deg/m]
-
-
-class Misplacement(StrictModel):
-    """Error of a mount, in an unknown direction."""
-
-    offset: Length = 0.0  # [m]
-    angle_deg: Degrees = 0.0
-
-
-class Localisation(StrictModel):
-    """How wrong a robot is about where it is: a level."""
-
-    localisation: PoseError = PoseError()
-    steps: Steps | None = None
-    outages: Outages | None = None
-    odometry: Odometry = Odometry()
-    hand_eye: Misplacement = Misplacement()  # of the camera on the hand
-    arm_mount: Misplacement = Misplacement()  # of the arm on the base
-    depth_scale: Share = 0.0  # error of all depths, as a share of them
-    moved: Mapping[str, tuple[Shift, Shift, Turn]] = {}
-    """Furniture that does not stand where the map has it: by x, y [m], and a turn [deg]."""
-
-    @property
-    def exact(self) -> bool:
-        """Whether nothing is wrong."""
-        return self == Localisation()
-
-
-LEVELS: Mapping[str, Localisation] = MappingProxyType(
-    {
-        "exact": Localisation(),
-        "good": Localisation(
-            localisation=PoseError(sigma=0.02, sigma_deg=0.5),
-            steps=Steps(size=0.03, interval=60.0),
-            odometry=Odometry(slip=0.03, turn_slip=0.03),
-            hand_eye=Misplacement(offset=0.003, angle_deg=0.5),
-            depth_scale=0.005,
-        ),
-        "poor": Localisation(
-            localisation=PoseError(sigma=0.04, sigma_deg=1.5),
-            steps=Steps(size=0.08, interval=60.0),
-            odometry=Odometry(slip=0.05, turn_slip=0.05),
-            hand_eye=Misplacement(offset=0.005, angle_deg=1.0),
-            depth_scale=0.01,
-        ),
-    }
-)
-"""The shipped levels, by name."""
-
-
-def load_localisation(level: str) -> Localisation:
-    """A level by its name, or from a YAML file.
-
-    Raises:
-        ConfigError: there is no such level or file, or the file says something impossible.
-    """
-    if level in LEVELS:
-        return LEVELS[level]
-    if isfile(level):
-        return read_config(Path(level), Localisation)
-    hint = suggest(level, LEVELS)
-    raise ConfigError(f"no level of localisation is called `{level}`; {hint} (or give a file)")
-
 
 _STREAM = 2
 """Tells the errors of localisation from the noise of sensors with the same seed."""
@@ -169,6 +69,7 @@ def _misplacement(size: Misplacement, rng: np.random.Generator) -> SE3:
 
 GRID = 0.01  # step of the process, whenever it is read [s]
 LOCALISED_EVERY = 10  # steps from one localised pose to the next: 10 Hz
+_WHITE = 0.3  # deviation of the noise of a reading, as a share of all of it, for `bounded_walk`
 _ROUNDING = 1e-6  # of stamps, which are sums of periods [s]
 
 
@@ -191,6 +92,12 @@ class LocalisationProcess:
             [pose.sigma, pose.sigma, turn, odometry.slip, odometry.turn_slip, drift]
         )
         self._kept = exp(-GRID / pose.time_constant)
+        self._noise = sqrt(1.0 - self._kept**2) * self._sigma
+        self._white, self._bound = np.zeros(3), np.full(6, inf)
+        if pose.process == "bounded_walk":
+            self._white = _WHITE * self._sigma[:3]
+            self._kept, self._bound = 1.0, sqrt(3.0 * (1.0 - _WHITE**2)) * self._sigma
+            self._noise = self._bound * sqrt(8.0 * GRID / pose.time_constant) / pi
         self._covariance = np.diag(self._sigma[:3] ** 2)
         self._step, self._outage_end = -1, 0
         self._errors = np.zeros(6)
@@ -254,13 +161,13 @@ class LocalisationProcess:
         """One step of the grid, to a true pose."""
         self._grid_oTb, self._grid_wTb = self._moved(wTb), wTb
         self._step += 1
-        noise = self._sigma * self._rng.standard_normal(6)
-        self._errors = self._kept * self._errors + sqrt(1.0 - self._kept**2) * noise
+        self._errors = self._kept * self._errors + self._noise * self._rng.standard_normal(6)
         jump, direction, outage = self._rng.random(3).tolist()
         steps, outages = self._level.steps, self._level.outages
         if steps is not None and jump < GRID / steps.interval:
             angle = 2.0 * pi * direction
             self._errors[:2] += steps.size * np.array([cos(angle), sin(angle)])
+        self._errors = np.clip(self._errors, -self._bound, self._bound)
         if outages is not None and outage < GRID / outages.interval:
             self._outage_end = self._step + round(outages.duration / GRID)
         if self._step < self._outage_end:
@@ -269,7 +176,10 @@ class LocalisationProcess:
             self._localise()
 
     def _localise(self) -> None:
-        x, y, turn = self._errors[:3].tolist()
+        errors = self._errors[:3]
+        if self._white.any():
+            errors = errors + self._white * self._rng.standard_normal(3)
+        x, y, turn = errors.tolist()
         wrong = pin.utils.rotate("z", turn) @ self._grid_wTb.rotation
         self._localised = LocalisedPose(
             stamp=self._start + self._step * GRID,

@@ -18,7 +18,8 @@ from hw.sim.camera.noise import D435Noise
 from hw.sim.camera.render import DepthRenderer, painted
 from hw.sim.kinematic import KinematicBody
 from hw.sim.laser import SimLaser
-from hw.sim.localisation import Localisation, LocalisationProcess, made_wrong
+from hw.sim.levels import Localisation
+from hw.sim.localisation import LocalisationProcess, made_wrong
 from hw.sim.sim_object import Visible
 from hw.sim.world import World
 from hw.state import (

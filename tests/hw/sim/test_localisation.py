@@ -13,7 +13,7 @@ from controller import Command
 from hw import SimClock, WorldOptions, open_backend
 from hw.registry import WORLDS, simulator
 from hw.sim import LEVELS, Localisation, LocalisationProcess, load_localisation, load_scene
-from hw.sim.localisation import Misplacement, Odometry, Outages, PoseError, Steps
+from hw.sim.levels import Misplacement, Odometry, Outages, PoseError, Steps
 from robots import load_robot
 
 TWIST = np.array([0.5, 0.0, 0.2])
@@ -90,8 +90,12 @@ def test_slip_is_a_share_of_the_way_and_drift_a_turn_for_each_metre():
     assert np.std(turns) == pytest.approx(wanted, rel=0.15)
 
 
-def test_the_localised_pose_is_as_wrong_as_its_covariance_and_forgets_with_the_time_constant():
-    level = Localisation(localisation=PoseError(sigma=0.02, sigma_deg=0.5, time_constant=0.25))
+@pytest.mark.parametrize("process", ["gauss_markov", "bounded_walk"])
+def test_the_localised_pose_is_as_wrong_as_its_covariance_and_forgets_with_the_time_constant(
+    process,
+):
+    error = PoseError(sigma=0.02, sigma_deg=0.5, time_constant=0.25, process=process)
+    level = Localisation(localisation=error)
     stamps = np.arange(0.0, 100.0, 0.1)
     errors = []
     for _, localised in readings(level, stamps):
@@ -104,6 +108,8 @@ def test_the_localised_pose_is_as_wrong_as_its_covariance_and_forgets_with_the_t
     np.testing.assert_allclose(errors.std(axis=0), sigma, rtol=0.12)
     kept = [np.corrcoef(column[:-3], column[3:])[0, 1] for column in errors.T]
     np.testing.assert_allclose(kept, np.exp(-1.2), atol=0.1)
+    tails = np.abs(errors) > 3.0 * sigma
+    assert tails.any() == (process == "gauss_markov")
 
 
 def test_localised_poses_come_ten_times_a_second_and_keep_still_between():
@@ -189,6 +195,11 @@ def test_levels_come_by_name_or_from_a_file_whose_mistakes_have_their_place(tmp_
         load_localisation(str(path))
     path.write_text("localisation: {sigma: -1}\n")
     with pytest.raises(ConfigError, match=r"mine.yaml:1:23: localisation.sigma: expected a number"):
+        load_localisation(str(path))
+    path.write_text("localisation: {sigma: 0.02, process: walk}\n")
+    with pytest.raises(
+        ConfigError, match=r"mine.yaml:1:38: localisation.process: expected `gauss_"
+    ):
         load_localisation(str(path))
     with pytest.raises(ConfigError, match="did you mean"):
         open_backend("frankie", "kinematic", WorldOptions(scene="single", localisation="pour"))
