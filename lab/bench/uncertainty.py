@@ -1,4 +1,4 @@
-"""The main task by a robot that is wrong about where it is: levels, scenes and sensors.
+"""A task by a robot that is wrong about where it is: levels, scenes and sensors.
 
 The judge is the simulated world: what was placed, what was touched, and where the base truly was.
 """
@@ -8,12 +8,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 from rich.table import Table
 
 from app.core import Instruments, RegistrationForm, RunOptions, Setup, Summary, Tick, run_task
-from lab.shared import Workers, machine, percent, run_in_order
+from lab.shared import Workers, machine, run_in_order
 from perception.registration import difference, on_floor
 from trees.language import TreeNode
 
@@ -112,6 +113,7 @@ class UncertaintyFigures:
     registration: str
     scene: str
     runs: int
+    succeeded: int
     objects: int
     placed: int
     attempts: int
@@ -120,8 +122,8 @@ class UncertaintyFigures:
     position_error_m: tuple[float, float]
     """Median and 90th percentile over the time of all runs."""
     heading_error_rad: tuple[float, float]
-    nees: float
-    """Mean; 1 is consistent, less is too cautious."""
+    nees: float | None
+    """Mean; 1 is consistent, less is too cautious. None where the pose is exact."""
 
 
 def uncertainty_figures(runs: Sequence[UncertainRun]) -> list[UncertaintyFigures]:
@@ -144,6 +146,7 @@ def _figures(
         registration="-" if exact else registration,
         scene=scene,
         runs=len(runs),
+        succeeded=sum(one.succeeded for one in summaries),
         objects=sum(one.objects for one in summaries),
         placed=sum(one.placed for one in summaries),
         attempts=sum(one.attempts for one in summaries),
@@ -151,7 +154,7 @@ def _figures(
         contacts=sum(one.contacts for one in summaries),
         position_error_m=(distance[0], distance[1]),
         heading_error_rad=(turn[0], turn[1]),
-        nees=float("nan") if exact else float(np.nanmean(errors[:, 2])),
+        nees=None if exact else float(np.nanmean(errors[:, 2])),
     )
 
 
@@ -159,24 +162,24 @@ def uncertainty_table(figures: Sequence[UncertaintyFigures]) -> Table:
     """Each row beside the time that the same scene takes at `exact`, where that was run."""
     exact = {one.scene: one.duration_mean_s for one in figures if one.level == "exact"}
     table = Table(title=f"Wrong about where it is, on {machine()['machine']}")
-    columns = ("placed", "attempts", "time [s]", "by exact", "contacts")
-    errors = ("error [mm]", "90 %", "[deg]", "90 %", "NEES")
-    for column in ("level", "registration", "scene", *columns, *errors):
-        left = column in ("level", "registration", "scene")
-        table.add_column(column, justify="left" if left else "right")
+    counts = ("success", "placed", "attempts", "time (exact)", "contacts")
+    for column in ("level", "registration", "scene"):
+        table.add_column(column, no_wrap=True)
+    for column in (*counts, "mm, 90 %", "deg, 90 %", "NEES"):
+        table.add_column(column, justify="right")
     for one in figures:
         base = exact.get(one.scene)
         table.add_row(
-            one.level,
+            Path(one.level).name,
             one.registration,
-            one.scene,
-            percent([True] * one.placed + [False] * (one.objects - one.placed)),
+            Path(one.scene).name,
+            f"{one.succeeded}/{one.runs}",
+            f"{one.placed}/{one.objects}",
             f"{one.attempts / max(one.placed, 1):.2f}",
-            f"{one.duration_mean_s:.0f}",
-            "-" if base is None else f"{one.duration_mean_s / base:.2f}",
+            f"{one.duration_mean_s:.0f}" + ("" if base is None else f" ({base:.0f})"),
             str(one.contacts),
-            *(f"{1000.0 * value:.0f}" for value in one.position_error_m),
-            *(f"{np.rad2deg(value):.2f}" for value in one.heading_error_rad),
-            "-" if np.isnan(one.nees) else f"{one.nees:.2f}",
+            ", ".join(f"{1000.0 * value:.1f}" for value in one.position_error_m),
+            ", ".join(f"{np.rad2deg(value):.2f}" for value in one.heading_error_rad),
+            "-" if one.nees is None else f"{one.nees:.2f}",
         )
     return table

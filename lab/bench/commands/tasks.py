@@ -137,7 +137,7 @@ def uncertainty(
     cluster: Cluster = None,
     json: Json = None,
 ) -> None:
-    """Run the main task with a robot that is wrong about where it is."""
+    """Run a task with a robot that is wrong about where it is."""
     from app.core import RunOptions
     from lab.bench import uncertainty as bench
 
@@ -154,4 +154,4 @@ def uncertainty(
     runs = bench.run_uncertainty(options, levels, forms, scenes, wanted, done, workers=where)
     figures = bench.uncertainty_figures(runs)
     show(bench.uncertainty_table(figures))
-    write_results(json, figures)
+    write_results(json, figures, runs=[asdict(run.summary) for run in runs])
