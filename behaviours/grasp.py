@@ -15,6 +15,7 @@ from behaviours.leaf import Leaf
 from behaviours.motion import Approach, Progress, Rise, over_grasp, sinking_speed
 from behaviours.objects import Choice, Choose
 from behaviours.parameter_types import Distance, Force, Millimetres, Region, Timeout, ToolPose
+from behaviours.surface import floor_error
 from behaviours.validation import validate_grasp
 from behaviours.viewpoint import MoveCamera, camera_pose, straight_down
 from controller import Array, PoseGoal, StepReport
@@ -187,6 +188,7 @@ class Grasp(Leaf):
         if grasp.quality < DOUBTFUL and self._looks_again(grasp.wTg.translation):
             return self._look()
         self.grip(grasp.opening, self._force)
+        self.context.log.floor_error = floor_error(vision.frame, wTg.translation, self._within)
         self._locked = grasp
         self._progress = Progress(self.context, straight=True)
         self._step = self._descend

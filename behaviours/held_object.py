@@ -12,7 +12,7 @@ import numpy.typing as npt
 from pinocchio import SE3
 
 from behaviours.log import Carried, TaskLog
-from robots import Box, Geom, half_extents
+from robots import Box, Geom, half_extents, reach
 
 _LEAST_HALF = 0.14  # assumed reach of a held object along the pads: 16 cm, gripped at its end [m]
 _ABOVE = 0.02  # and above the grasp centre [m]
@@ -69,6 +69,11 @@ class SetDownObjects:
     def forget(self) -> None:
         """Forget all, after a relocalisation."""
         self.shapes = ()
+
+
+def reach_on_surface(held: Sequence[Geom], direction: npt.NDArray[np.float64]) -> float:
+    """How far held shapes, set down, may reach from the hand in a direction (3,), all in e [m]."""
+    return max((reach(_shortened(one), direction) for one in held), default=0.0)
 
 
 def _box(width: float, height: float) -> Geom:

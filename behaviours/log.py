@@ -74,6 +74,8 @@ class TaskLog:
     """The objects in order; the last one may still be carried."""
     grip_height: float = 0.0
     """Height of the grasp above the surface that the held object stood on [m]."""
+    floor_error: float | None = None
+    """How much higher the camera saw that surface than the map has it [m]; None: not seen."""
     last_grasp: SE3 | None = None
     """wTg of the last attempt."""
     grip: Grip | None = None

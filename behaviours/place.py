@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import radians, sin
 from typing import ClassVar
 
 import numpy as np
@@ -11,19 +10,17 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours.context import Context
+from behaviours.held_object import reach_on_surface
 from behaviours.leaf import Leaf
 from behaviours.motion import Progress
 from behaviours.parameter_types import Pitch, Region
 from behaviours.places import Places
-from behaviours.release import Release, Spot
-from behaviours.surface import Shows, SurfaceWatch
+from behaviours.release import TILT, Release, Spot, reach_down, release_height
+from behaviours.surface import Edge, Shows, SurfaceWatch
 from behaviours.viewpoint import CAMERA_PATIENCE, looking_down
 from controller import Array, PoseGoal, StepReport
 from hw import FaultKind, TaskTime
-from robots import reach
 
-_CLEARANCE = 0.004  # of object and finger tips over the surface at the release [m]
-_TILT = radians(2.0)  # of the hand at the release [rad]
 _MOST_RELOCALISATIONS = 3  # after which the hand goes back over the place
 _MOST_UNSEEN = 1  # places that are skipped as they are not seen
 _MOST_STUCK = 1  # places that are skipped as the hand does not get there
@@ -31,17 +28,19 @@ _ABOVE, _LEAST_ABOVE = 0.12, 0.06  # height over the place, and where that is ou
 _APPROACH_SPEED, _APPROACH_TOLERANCE = 0.6, 0.015  # [m/s, m]
 _LOWER_SPEED, _LOWER_TOLERANCE = 0.25, 0.007  # [m/s, m]
 _RADIUS = 0.06  # of the disc around the place that has to be free [m] ...
-_PITCH_SHARE = 0.45  # ... and at most, of the distance between neighbouring places
+_PITCH_SHARE = 0.45  # ... and most of the distance between places, by which one is moved, too
+_OFF_EDGE = 0.005  # by which a place that is too near to an edge is moved farther [m]
 _ASIDE = 0.18  # how far the hand moves to let the camera see the place [m]
 
 
 class Place(Leaf):
     """Set the held object down on the next free place of a region and rise.
 
-    The camera has to see nearly all of the floor at the place before the hand is lowered; a place
-    on which something stands is passed over, and so is one that is not seen. Rows far from the base
-    are filled first, on what is higher than the shoulder near ones. The hand stops as high above
-    the floor as it was above what the object stood on when it was grasped, and a little higher, so
+    The camera has to see nearly all of the floor at the place before the hand is lowered. A place
+    at a seen edge is moved off it, and passed over if that is too far; so is one on which something
+    stands, or that is not seen. Rows far from the base are filled first, on what is higher than the
+    shoulder near ones. The hand stops as high above the floor as it was above what the object stood
+    on when it was grasped, as the camera saw both where the map is wrong, and a little higher, so
     that neither object nor finger tips touch it. A place at which lowering failed is not tried
     again. Fails when nothing is held, no place is free, there is no surface at the place, it is not
     seen, the hand does not get there, the fingers do not open, or the robot has a fault.
@@ -63,8 +62,8 @@ class Place(Leaf):
         self._goes_straight = not self._is_high
         """Whether the hand goes over the place straight, until it gets stuck."""
         self._places = Places(context, on, pitch_m, far_first=not self._is_high)
-        room = min(pitch_m, *on.size[:2])
-        self._radius = min(_RADIUS, _PITCH_SHARE * room)
+        self._most_moved = _PITCH_SHARE * min(pitch_m, *on.size[:2])
+        self._radius = min(_RADIUS, self._most_moved)
 
     @property
     def phase(self) -> str:
@@ -96,31 +95,25 @@ class Place(Leaf):
         """Aim at the next free place."""
         self._number = self._places.next_free()
         self._up = _ABOVE
-        slot = self._places.centre(self._number or 1)
-        self._watch = SurfaceWatch(self.context, slot, self._radius, self._reach_down)
-        self._aim(slot)
+        self._inwards, self._moved = np.zeros(3), 0.0
+        self._watch_place()
         self._looking_since: TaskTime | None = None
 
-    def _aim(self, slot: Array) -> None:
-        """Take a point (3,) of the surface in the world as the place [m]."""
-        self._slot = self._watch.centre = slot
-        self._down = SE3(self._rotation, slot + np.array([0.0, 0.0, self._release_height()]))
+    def _watch_place(self) -> None:
+        self._watch = SurfaceWatch(self.context, self._radius, reach_down(self.context))
+        self._aim()
+
+    def _aim(self) -> None:
+        """Take the place where it is by the newest estimate of the map, off a seen edge."""
+        slot = self._places.centre(self._number or 1) + self._inwards
+        self._watch.aim(slot)
+        up = self._watch.higher + release_height(self.context)
+        self._down = SE3(self._rotation, slot + np.array([0.0, 0.0, up]))
 
     @property
     def _above(self) -> SE3:
         """Where the hand comes from and goes back to."""
         return SE3(self._rotation, self._down.translation + np.array([0.0, 0.0, self._up]))
-
-    def _release_height(self) -> float:
-        """Height of the hand over the surface at the release, with its largest tilt [m]."""
-        gripper = self.context.robot.description.gripper
-        outer = gripper.opening / 2.0 + reach(gripper.pad, np.array([0.0, 1.0, 0.0]))
-        return self._reach_down + _CLEARANCE + outer * sin(_TILT)
-
-    @property
-    def _reach_down(self) -> float:
-        """How far the held object, or the finger tips, reach below the hand [m]."""
-        return max(self.context.log.grip_height, self.context.robot.description.gripper.tip)
 
     def _begin(self) -> Status:
         """Set out, if there is an object and a place for it."""
@@ -134,11 +127,34 @@ class Place(Leaf):
     def _look(self) -> str | None:
         """Look at the place; returns why nothing can be placed, if so."""
         look = self._watch.look()
+        if look.edge is not None and (short := self._too_near(look.edge)) > 0.0:
+            by = short + _OFF_EDGE
+            if self._moved + by <= self._most_moved:
+                self._say(f"{self._place} is at an edge: moved by {1000 * by:.0f} mm")
+                self._move_place(by * look.edge.inwards)
+                return None
+            if look.shows is Shows.LOWER:
+                self._say(f"{self._place} is at an edge: passed over")
+                return self._pass_over()
         if look.shows is Shows.LOWER:
             return f"no surface at {self._place}: it is {-look.height:.2f} m lower"
         if look.shows is Shows.HIGHER:
             return self._pass_over()
         return None
+
+    def _too_near(self, edge: Edge) -> float:
+        """How much nearer to an edge the place is than the held object may be [m]."""
+        outwards = -self._rotation.T @ edge.inwards
+        return reach_on_surface(self.context.held, outwards) - edge.distance
+
+    def _say(self, text: str) -> None:
+        self.context.log.say(self.context.clock.now(), text)
+
+    def _move_place(self, by: Array) -> None:
+        """Move the place by (3,) in the world [m], and go over it."""
+        self._inwards, self._moved = self._inwards + by, self._moved + float(np.linalg.norm(by))
+        self._watch_place()
+        self._set_out()
 
     def _pass_over(self) -> str | None:
         """Choose another place; returns why not, if so."""
@@ -148,7 +164,7 @@ class Place(Leaf):
         return self._places.none_free() if self._number is None else None
 
     def _approach(self) -> Status:
-        self._aim(self._places.centre(self._number or 1))  # by the newest estimate of the map
+        self._aim()
         speed, tolerance = _APPROACH_SPEED, _APPROACH_TOLERANCE
         return self._move("over the place", self._above, speed, tolerance, self._arrive)
 
@@ -215,15 +231,11 @@ class Place(Leaf):
         return self._approach()
 
     def _release(self) -> Status:
+        watch = self._watch
         self._releasing = Release(
             self,
             self._goal,
-            spot=Spot(
-                name=self._place,
-                centre=self._slot,
-                radius=self._radius,
-                heights=self._watch.heights,
-            ),
+            spot=Spot(self._place, watch.centre, self._radius, watch.heights),
             up=self._up,
             backs_off=self._is_high,
             used=lambda: self._note(self.context.log.places_used),
@@ -262,7 +274,7 @@ class Place(Leaf):
             wTe=wTe,
             speed=speed,
             position_tolerance=tolerance,
-            orientation_tolerance=_TILT,
+            orientation_tolerance=TILT,
             straight=self._step != self._approach or self._goes_straight,
             stance_if_near=True,
             hand_may_touch=self._step == self._lower,

@@ -4,19 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from math import radians, sin
 
 import numpy as np
 import numpy.typing as npt
 from pinocchio import SE3
 from py_trees.common import Status
 
+from behaviours.context import Context
 from behaviours.leaf import Leaf
 from behaviours.motion import BackOff, Progress
 from behaviours.placed_object import PlacedObjectWatch, Verdict
 from behaviours.viewpoint import CAMERA_PATIENCE
 from controller import PoseGoal
 from hw import TaskTime
+from robots import reach
 
+TILT = radians(2.0)  # of the hand at the release [rad]
+_CLEARANCE = 0.004  # of object and finger tips over the surface at the release [m]
 _LET_GO = 0.02  # opening of the fingers from which the hand rises [m]
 _RISE_SPEED = 0.5  # [m/s]
 _RISE_TOLERANCE = 0.03  # [m]
@@ -24,7 +29,19 @@ _LOOK_ABOVE = 0.12  # the hand rises this much higher until the object is seen t
 _DOWN, _SWAY = 0.06, 0.6  # then it sways down and up, by this [m], each way for so long [s]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+def reach_down(context: Context) -> float:
+    """How far the held object, or the finger tips, reach below the hand [m]."""
+    return max(context.log.grip_height, context.robot.description.gripper.tip)
+
+
+def release_height(context: Context) -> float:
+    """Height of the hand over the surface at the release, with its largest tilt [m]."""
+    gripper = context.robot.description.gripper
+    outer = gripper.opening / 2.0 + reach(gripper.pad, np.array([0.0, 1.0, 0.0]))
+    return reach_down(context) + _CLEARANCE + outer * sin(TILT)
+
+
+@dataclass(frozen=True, eq=False)
 class Spot:
     """The place of a release."""
 
