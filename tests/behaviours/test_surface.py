@@ -11,9 +11,17 @@ from py_trees.common import Status
 from behaviours import Region
 from behaviours.place import Place
 from behaviours.places import Places, slots
-from behaviours.surface import Shows, look_at
-from hw.sim import SimObject, World
-from robots import Box, Geom, Plane
+from behaviours.surface import Shows, floor_error, look_at
+from hw import DepthFrame
+from hw.sim import (
+    D435Noise,
+    DepthRenderer,
+    SimObject,
+    World,
+    load_localisation,
+    made_wrong,
+)
+from robots import Box, Geom, Plane, load_robot
 
 RADIUS = 0.06
 FAR = Region(
@@ -76,6 +84,45 @@ def test_beyond_the_edge_there_is_no_surface():
     assert look(narrow_table(), x=0.63).shows is Shows.SURFACE
 
 
+@pytest.mark.parametrize("x", [0.72, 0.70, 0.66, 0.62])
+def test_an_edge_is_seen_where_it_is(x):
+    edge = look(narrow_table(), x=x).edge
+    assert edge is not None
+    assert edge.distance == pytest.approx(0.70 - x, abs=0.012)
+    np.testing.assert_allclose(edge.inwards, [-1.0, 0.0, 0.0], atol=0.1)
+
+
+def test_no_edge_is_seen_far_from_one_or_among_objects():
+    assert look(narrow_table(), x=0.58).edge is None
+    assert look(table_world(block(x=0.75), block(x=0.70, y=0.08)), x=0.70).edge is None
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_what_is_wrong_with_the_camera_cancels_between_two_surfaces_that_it_sees(seed):
+    """A wrong mount and scale show both too high or too low, but their difference as it is."""
+    description = load_robot("frankie")
+    truly, _, scale = made_wrong(description, load_localisation("poor"), seed)
+    camera, rng = description.camera, np.random.default_rng(seed)
+    renderer = DepthRenderer(camera.intrinsics)
+
+    def frame(hand: SE3, *shapes: Geom) -> DepthFrame:
+        depth = renderer.render(shapes, hand * truly.camera.eTc)
+        depth = D435Noise().apply(depth, camera, rng) * np.float32(scale)
+        wTc = hand * camera.eTc
+        return DepthFrame(depth=depth, intrinsics=camera.intrinsics, wTc=wTc, stamp=0.0)
+
+    tray = Geom(Box((0.3, 0.3, 0.2)), SE3(np.eye(3), np.array([0.0, 0.0, 0.2])), "tray")
+    toy = Geom(Box((0.04, 0.03, 0.03)), SE3(np.eye(3), np.array([0.0, 0.0, 0.43])), "toy")
+    table = Geom(Box((0.3, 0.3, 0.251)), SE3(np.eye(3), np.array([1.0, 0.0, 0.251])), "table")
+    floor = Region(name="tray", mTr=SE3(np.eye(3), np.array([0.0, 0.0, 0.5])), size=np.full(3, 0.2))
+    at_grasp = frame(looking_down(0.0, 0.0, 0.57), tray, toy)
+    at_place = frame(looking_down(1.0, 0.0, 0.65, yaw=1.0), table)
+    error = floor_error(at_grasp, np.array([0.0, 0.0, 0.43]), floor)
+    seen = look_at(at_place, np.array([1.0, 0.0, 0.50]), RADIUS, np.inf)
+    assert error is not None
+    assert seen.height - error == pytest.approx(0.002, abs=0.002)  # the table is 2 mm higher
+
+
 def test_a_place_out_of_the_picture_or_without_depth_is_unseen():
     assert look(table_world(), x=1.15).shows is Shows.UNSEEN
     harness = Harness(table_world())
@@ -125,6 +172,32 @@ def test_a_small_thing_below_what_is_held_is_seen_before_the_hand_goes_down():
     leaf = place(harness)
     assert harness.run(leaf) is Status.SUCCESS
     assert leaf.feedback_message == "placed on table, place 3"
+
+
+@pytest.mark.parametrize("wrong_by", [0.01, -0.01])
+def test_what_is_held_is_let_go_as_high_over_a_table_that_is_not_as_high_as_on_the_map(wrong_by):
+    harness = with_things_at()
+    harness.context.log.floor_error = 0.0  # the camera saw the floor below the grasp as it is
+    shift = SE3(np.eye(3), np.array([0.0, 0.0, wrong_by]))
+    leaf = place(harness, Region(name="table", mTr=FAR.mTr * shift, size=FAR.size))
+    thing, lower_end = harness.world.find("block"), np.inf
+    harness.tick(leaf)
+    while harness.world.held is thing:
+        assert leaf.status is Status.RUNNING
+        lower_end = -thing.reach(np.array([0.0, 0.0, -1.0])) - TABLE_TOP
+        harness.tick(leaf)
+    assert 0.002 < lower_end < 0.014  # by the map it would be 10 mm off
+
+
+def test_a_place_at_an_edge_that_is_seen_is_moved_off_it():
+    """The table ends at y = 0.4 m, and the map has a place 4 cm from there."""
+    harness = with_things_at()
+    there = SE3(np.eye(3), np.array([0.7, 0.36, TABLE_TOP + 0.1]))
+    leaf = place(harness, Region(name="table", mTr=there, size=np.array([0.13, 0.13, 0.2])))
+    harness.run_into(leaf, "release")
+    assert 0.4 - harness.world.find("block").pose.translation[1] == pytest.approx(0.085, abs=0.015)
+    ((_, text),) = harness.context.log.messages
+    assert text.startswith("place 1 of table is at an edge: moved by ")
 
 
 @pytest.mark.slow
