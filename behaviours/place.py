@@ -133,7 +133,7 @@ class Place(Leaf):
                 self._say(f"{self._place} is at an edge: moved by {1000 * by:.0f} mm")
                 self._move_place(by * look.edge.inwards)
                 return None
-            if look.shows is Shows.LOWER:
+            if look.shows is Shows.LOWER and look.edge.distance > -self._radius:
                 self._say(f"{self._place} is at an edge: passed over")
                 return self._pass_over()
         if look.shows is Shows.LOWER:
