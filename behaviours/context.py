@@ -15,6 +15,7 @@ from pinocchio import SE3
 from behaviours.depth_obstacles import DepthObstacles
 from behaviours.fault_memory import FaultMemory
 from behaviours.held_object import HeldObject, SetDownObjects
+from behaviours.laser_obstacles import LaserObstacles
 from behaviours.localisation import Localiser
 from behaviours.log import TaskLog
 from behaviours.on_map import OnMap
@@ -22,6 +23,7 @@ from behaviours.parameter_types import Key, MapPlace
 from behaviours.placed_object import PlacedObjectWatch
 from behaviours.vision import Vision
 from controller import (
+    Array,
     MotionGoal,
     Obstacle,
     PointCloud,
@@ -36,6 +38,8 @@ from robots import Geom
 _DISTANCE, _TURN = 0.03, radians(2.0)  # a larger difference is a jump [m, rad] ...
 _WINDOW = 0.25  # ... within this time [s]
 _CORRECTION, _CORRECTION_TURN = 0.1, radians(8.0)  # a larger jump may be an error [m, rad]
+_SCAN_AGE = 0.3  # of a scan whose points are obstacles [s]
+_NOTHING = PointCloud(np.zeros((0, 3)))
 
 
 class _Reading(NamedTuple):
@@ -140,6 +144,8 @@ class Context:
         self.fault_memory = FaultMemory(self.robot.description)
         self._joined = self.fixtures, self.fault_memory.hit, self.fixtures
         self._hit, self._loose, self._cloud = OnMap(_moved), OnMap(_moved), OnMap(PointCloud.moved)
+        self._laser_obstacles = LaserObstacles()
+        self._seen: tuple[PointCloud, Array, PointCloud] = _NOTHING, np.zeros((0, 3)), _NOTHING
         self._places: dict[int, tuple[MapPlace, MapPlace]] = {}
 
     def on_map(self, place: MapPlace) -> MapPlace:
@@ -163,9 +169,18 @@ class Context:
 
     @property
     def depth_points(self) -> PointCloud | None:
-        """What the camera has seen, on the map; None where that is switched off."""
-        seen = self.depth_obstacles
-        return None if seen is None else self._cloud(seen.cloud, self.localisation)
+        """What camera and laser have seen, on the map; None where neither is used.
+
+        The laser's points count where the map may be wrong about its furniture or the base.
+        """
+        camera = self.depth_obstacles
+        if camera is None and self.localisation.mTw is None:
+            return None
+        both = _NOTHING if camera is None else camera.cloud, self._laser_obstacles.points
+        if self._seen[0] is not both[0] or self._seen[1] is not both[1]:
+            points = np.concatenate([both[0].points, both[1]])
+            self._seen = *both, PointCloud(points) if len(both[1]) else both[0]
+        return self._cloud(self._seen[2], self.localisation)
 
     def _around(self) -> tuple[Geom, ...]:
         """Fixtures and contacts on the map; the same tuple until one of them changes."""
@@ -217,6 +232,9 @@ class Context:
         self.goal, self.goal_of = None, None
         self.vision.begin_tick()
         self.localisation.look(self.robot, self.vision)
+        if self.localisation.mTw is not None:
+            walkers = [one.geom for one in self._moving()]
+            self._laser_obstacles.look(self.robot.laser.latest(_SCAN_AGE), walkers)
         if self.depth_obstacles is not None:
             if self.relocalised:
                 self.depth_obstacles.relocalise(state.stamp)

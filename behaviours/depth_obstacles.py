@@ -96,9 +96,9 @@ class DepthObstacles:
         own = [*self._robot(wTe, then), *(_enlarged(one).moved(wTe) for one in held)]
         ahead = [one for one in (*own, *moving) if _depth(one, frame) > 0.0]
         cells = surface_cells(frame, self._settings)
-        surfaces.update(frame, cells.of(~_near(cells.points, ahead)))
+        surfaces.update(frame, cells.of(~near(cells.points, ahead)))
         # The held object was seen before, where it was grasped.
-        surfaces.keep(~_near(surfaces.all_points, [one.moved(wTe) for one in held]))
+        surfaces.keep(~near(surfaces.all_points, [one.moved(wTe) for one in held]))
         return PointCloud(surfaces.points)
 
     def _robot(self, wTe: SE3, then: RobotState) -> list[Geom]:
@@ -135,13 +135,13 @@ def _depth(one: Geom, frame: DepthFrame) -> float:
     return float(centre[2]) + bounding_radius(one.shape)
 
 
-def _near(points: Array, shapes: Sequence[Geom]) -> npt.NDArray[np.bool_]:
+def near(points: Array, shapes: Sequence[Geom]) -> npt.NDArray[np.bool_]:
     """Which of (N, 3) points are within the margin of a shape."""
-    near = np.zeros(len(points), dtype=bool)
+    close = np.zeros(len(points), dtype=bool)
     for one in shapes:
         away = np.abs(points - one.pose.translation).max(axis=1, initial=0.0)
         (some,) = np.nonzero(away <= bounding_radius(one.shape) + _MARGIN)
         if len(some):
             local = (points[some] - one.pose.translation) @ one.pose.rotation
-            near[some] |= from_rounded_boxes(local, *rounded_box(one.shape))[0] <= _MARGIN
-    return near
+            close[some] |= from_rounded_boxes(local, *rounded_box(one.shape))[0] <= _MARGIN
+    return close
