@@ -17,7 +17,14 @@ if TYPE_CHECKING:
     from hw.faults import INJECTABLE, FaultInjection, InjectionError, injectable
     from hw.gate import Gate, Refusal, UntrustedRobotError
     from hw.recording import TURN, RecordedRobot, Turn
-    from hw.registry import Backend, WorldError, WorldOptions, open_backend, simulator
+    from hw.registry import (
+        DEFAULT_LEVEL,
+        Backend,
+        WorldError,
+        WorldOptions,
+        open_backend,
+        simulator,
+    )
     from hw.replay import Difference, ReplayRobot
     from hw.robot import (
         RECOVERY_MEMORY,
@@ -52,6 +59,7 @@ else:
     __getattr__ = lazy_face(__name__)
 
 __all__ = [
+    "DEFAULT_LEVEL",
     "INJECTABLE",
     "MAY_TOUCH",
     "RECOVERY_MEMORY",

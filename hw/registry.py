@@ -36,7 +36,7 @@ class WorldOptions:
     seed: int = 0  # of the objects and the camera's noise
     base_speed: float | None = None  # limit [m/s]; None keeps that of the robot
     reverse_speed: float | None = None  # the same backwards; None keeps its share
-    localisation: str = "exact"  # how wrong a robot is, unless real: a level, or the file of one
+    localisation: str | None = "exact"  # how wrong a simulated robot is; None: as `DEFAULT_LEVEL`
     paced: bool = False  # in real time instead of as fast as possible
     beside: bool = False  # images and blocking operations run beside the loop, as on hardware
     armed: bool = False  # a person has allowed a real robot to move
@@ -47,6 +47,8 @@ class WorldOptions:
 
 WORLDS = ("kinematic", "physics")
 """The simulated worlds, by name."""
+DEFAULT_LEVEL = "good"
+"""How wrong a simulated robot is about where it is, unless said."""
 
 
 def simulator(world: str) -> Callable[..., Robot]:
@@ -89,7 +91,7 @@ def open_backend(robot: str, world: str, options: WorldOptions) -> Backend:
         return _simulated(with_base_speeds(load_robot(robot), *speeds), world, options)
     if speeds != (None, None):
         raise WorldError(f"{robot}: the limits of a real base are said in `base_limits` there")
-    if options.localisation != "exact" and real.hardware.emulated is None:
+    if options.localisation not in (None, "exact") and real.hardware.emulated is None:
         raise WorldError(f"{robot}: a real robot cannot be made wrong about where it is")
     return _real(real, world, options)
 
@@ -98,7 +100,7 @@ def _simulated(description: RobotDescription, world: str, options: WorldOptions)
     make = simulator(world)
     from hw.sim import load_localisation, load_scene
 
-    level = load_localisation(options.localisation)
+    level = load_localisation(options.localisation or DEFAULT_LEVEL)
     truth = load_scene(options.scene, options.seed, description.base.size[:2], level.moved)
     clock = SimClock(pace=1.0 if options.paced else None)
     background = one_thread if options.beside else InlineExecutor
@@ -122,7 +124,7 @@ def _real(real: RealRobot, world: str, options: WorldOptions) -> Backend:
         world=world,
         scene=options.scene,
         seed=options.seed,
-        localisation=options.localisation,
+        localisation=options.localisation or DEFAULT_LEVEL,
         armed=options.armed,
         announce=options.announce,
     )

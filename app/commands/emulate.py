@@ -89,7 +89,7 @@ def frankie(
     localisation: Annotated[
         str,
         typer.Option(help="How wrong it is about where it is: exact, good, poor, or a file."),
-    ] = "exact",
+    ] = "good",
     as_reported: AsReported = None,
 ) -> None:
     """A whole Frankie in one simulated world, until Ctrl-C or the end of the input.

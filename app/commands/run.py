@@ -89,11 +89,12 @@ def run(
         typer.Option(help="A shipped scene or a scene file; default: what the task names."),
     ] = None,
     localisation: Annotated[
-        str,
+        str | None,
         typer.Option(
-            help="How wrong the robot is about where it is: exact, good, poor, or a file."
+            help="How wrong a simulated robot is about where it is: exact, good (default), poor, "
+            "or a file."
         ),
-    ] = "exact",
+    ] = None,
     registration: Annotated[
         RegistrationForm,
         typer.Option(help="What is matched to the map to correct that: both, laser, camera, none."),

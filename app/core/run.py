@@ -32,7 +32,7 @@ from app.live import (
 )
 from app.terminal import Loading, Terminal
 from controller import RobotModel
-from hw import Robot, stopwatch
+from hw import DEFAULT_LEVEL, Robot, stopwatch
 from trees.language import Task, TreeNode
 from trees.site import scene_of
 
@@ -230,7 +230,9 @@ class Run:
             paused_s=round(setup.clock.paused_s, 3),
             perception_s=round(setup.vision.seconds, 2),
             localisation=localised_by(
-                setup.context.localisation, options.localisation, options.registration
+                setup.context.localisation,
+                "" if setup.truth is None else options.localisation or DEFAULT_LEVEL,
+                options.registration,
             ),
             warnings=warnings,
         )

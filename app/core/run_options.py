@@ -36,8 +36,9 @@ class RunOptions:
     """Scene file with the map; None for the map of the simulated world."""
     scene: str | None = None
     """A shipped scene or a scene file; None for the one that the task names, or `household`."""
-    localisation: str = "exact"
-    """How wrong a simulated robot is about where it is: a level, or the file of one."""
+    localisation: str | None = None
+    """How wrong a simulated robot is about where it is: a level, or the file of one; None for
+    `good`."""
     registration: RegistrationForm = RegistrationForm.BOTH
     """What is matched to the map where the localisation may be wrong."""
     seed: int = 0

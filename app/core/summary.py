@@ -209,10 +209,13 @@ def summarise(
 
 
 def localised_by(here: Localiser, level: str, registration: str) -> str:
-    """How the base was localised, in one line; empty if that was exact."""
+    """How the base was localised, in one line; empty if that was exact.
+
+    The level is that of a simulated robot, else empty.
+    """
     if here.estimate is None:
         return ""
-    level = "as the base says" if level == "exact" else level
+    level = "as the base says" if level in ("", "exact") else level
     if registration == "none":
         return f"{level}, not registered to the map"
     how = {"both": "laser and camera"}.get(registration, registration)

@@ -101,7 +101,9 @@ def time_task(tree: Path, robot: str, seed: int, record: Path) -> TimingReport:
     Raises:
         UserError: bad input; nothing has moved.
     """
-    options = RunOptions(tree=tree, robot=robot, seed=seed, record=record, recording=False)
+    options = RunOptions(
+        tree=tree, robot=robot, seed=seed, localisation="exact", record=record, recording=False
+    )
     instruments = _StepTimer()
     summary = run_task(options, instruments=instruments).summary
     name = f"{summary.robot}: {summary.task}, {summary.scene}, seed {summary.seed}, "

@@ -97,7 +97,7 @@ def _run(options: RunOptions) -> UncertainRun:
     judge = _Judge()
     result = run_task(options, instruments=judge)
     return UncertainRun(
-        level=options.localisation,
+        level=str(options.localisation),
         registration=options.registration.value,
         scene=options.scene or "",
         summary=result.summary,

@@ -37,6 +37,15 @@ class Motions(StrEnum):
     BOTH = "both"
 
 
+Level = Annotated[
+    str,
+    typer.Option(
+        "--localisation",
+        help="How wrong the robot is about where it is: exact (as the paper), good, poor, a file.",
+    ),
+]
+
+
 def pick_place(
     tree: Annotated[str, typer.Argument(help="A task file or a shipped task.")] = "pick_place",
     robot: OneRobot = "frankie",
@@ -49,6 +58,7 @@ def pick_place(
         float | None, typer.Option(help="Limit of the base in m/s; default: the robot's.", min=0.05)
     ] = None,
     reverse_speed: ReverseSpeed = None,
+    localisation: Level = "good",
     seeds: Seeds = "0-9",
     record: Record = Path("runs"),
     workers: Workers = None,
@@ -72,6 +82,7 @@ def pick_place(
         scene=scene,
         base_speed=base_speed,
         reverse_speed=reverse_speed,
+        localisation=localisation,
         record=record,
     )
     done = counted(len(wanted) * len(motions))
@@ -87,6 +98,7 @@ def on_the_move(
     robot: OneRobot = "frankie",
     world: World = "kinematic",
     scene: Annotated[str, typer.Option(help="A scene with that layout.")] = "on_the_move",
+    localisation: Level = "good",
     seeds: Seeds = "0-39",
     record: Record = Path("runs"),
     workers: Workers = None,
@@ -100,7 +112,13 @@ def on_the_move(
     wanted = seed_range(seeds)
     check_writable(json)
     options = RunOptions(
-        tree=Path(), robot=robot, world=world, scene=scene, record=record, recording=False
+        tree=Path(),
+        robot=robot,
+        world=world,
+        scene=scene,
+        localisation=localisation,
+        record=record,
+        recording=False,
     )
     done, where = counted(2 * len(wanted)), workers_of(workers, cluster)
     runs = bench.run_on_the_move(options, wanted, done, workers=where)
