@@ -9,20 +9,12 @@ from typing import TYPE_CHECKING
 from config import lazy_face
 
 if TYPE_CHECKING:
-    from behaviours.context import Context
-    from behaviours.depth_obstacles import DepthObstacles
-    from behaviours.detect import Detect
-    from behaviours.errors import LeafCrashedError
-    from behaviours.furniture import map_surfaces
-    from behaviours.grasp import DOUBTFUL, LOOK_HEIGHT, LOOKS, Grasp
-    from behaviours.leaf import Condition, Leaf
-    from behaviours.leaves import LEAVES
-    from behaviours.localisation import SENSORS, Localiser
-    from behaviours.log import Carried, TaskLog
-    from behaviours.motion import Approach, Progress
-    from behaviours.navigate import Navigate
-    from behaviours.open_gripper import OpenGripper
-    from behaviours.parameter_types import (
+    from behaviours.core.context import Context
+    from behaviours.core.errors import LeafCrashedError
+    from behaviours.core.leaf import Condition, Leaf
+    from behaviours.core.log import Carried, TaskLog
+    from behaviours.core.motion import Approach, Progress
+    from behaviours.core.parameter_types import (
         BasePose,
         Bounds,
         Count,
@@ -35,12 +27,20 @@ if TYPE_CHECKING:
         Region,
         ToolPose,
     )
+    from behaviours.detect import Detect
+    from behaviours.grasp import DOUBTFUL, LOOK_HEIGHT, LOOKS, Grasp
+    from behaviours.leaves import LEAVES
+    from behaviours.navigate import Navigate
+    from behaviours.open_gripper import OpenGripper
     from behaviours.place import Place
     from behaviours.places import slots
     from behaviours.recover import Recover
     from behaviours.retreat_check import RetreatCheck
-    from behaviours.viewpoint import straight_down
-    from behaviours.vision import Vision, VisionBeside, VisionInStep
+    from behaviours.sensing.depth_obstacles import DepthObstacles
+    from behaviours.sensing.furniture import map_surfaces
+    from behaviours.sensing.localisation import SENSORS, Localiser
+    from behaviours.sensing.vision import Vision, VisionBeside, VisionInStep
+    from behaviours.views.viewpoint import straight_down
     from perception import DetectedObject, DetectedObjects
 else:
     __getattr__ = lazy_face(__name__)

@@ -9,10 +9,9 @@ import numpy as np
 from pinocchio import SE3, log3
 from py_trees.common import Status
 
-from behaviours.context import Context
-from behaviours.leaf import Condition
-from behaviours.objects import Choice
-from behaviours.parameter_types import (
+from behaviours.core.context import Context
+from behaviours.core.leaf import Condition
+from behaviours.core.parameter_types import (
     Area,
     BasePose,
     Bounds,
@@ -22,8 +21,9 @@ from behaviours.parameter_types import (
     Region,
     ToolPose,
 )
-from behaviours.survey import LEAST_SEEN, glance
-from behaviours.validation import validate_looks_like
+from behaviours.core.validation import validate_looks_like
+from behaviours.views.objects import Choice
+from behaviours.views.survey import LEAST_SEEN, glance
 from hw import DepthFrame
 from perception import ColourName, DetectedObject
 

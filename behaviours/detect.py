@@ -6,11 +6,11 @@ from typing import ClassVar
 
 from py_trees.common import Status
 
-from behaviours.context import Context
-from behaviours.leaf import Leaf
-from behaviours.objects import Choice, Choose, ObjectDetection
-from behaviours.parameter_types import Key, Millimetres, Region, Timeout
-from behaviours.validation import validate_choice
+from behaviours.core.context import Context
+from behaviours.core.leaf import Leaf
+from behaviours.core.parameter_types import Key, Millimetres, Region, Timeout
+from behaviours.core.validation import validate_choice
+from behaviours.views.objects import Choice, Choose, ObjectDetection
 from perception import ColourName, DetectedObjects
 
 

@@ -10,11 +10,11 @@ import pinocchio as pin
 from pinocchio import SE3
 from py_trees.common import Status
 
-from behaviours.context import Context
-from behaviours.leaf import Leaf
-from behaviours.motion import Approach
-from behaviours.parameter_types import BaseDistance, BasePose, Timeout, Turn
-from behaviours.validation import validate_drive
+from behaviours.core.context import Context
+from behaviours.core.leaf import Leaf
+from behaviours.core.motion import Approach
+from behaviours.core.parameter_types import BaseDistance, BasePose, Timeout, Turn
+from behaviours.core.validation import validate_drive
 from controller import BaseGoal
 
 

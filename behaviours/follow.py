@@ -8,12 +8,12 @@ import numpy as np
 from pinocchio import SE3
 from py_trees.common import Status
 
-from behaviours.context import Context
-from behaviours.leaf import Leaf
-from behaviours.motion import Progress
-from behaviours.parameter_types import Distance, Duration, Region, Timeout
-from behaviours.survey import glance
-from behaviours.viewpoint import looking_down
+from behaviours.core.context import Context
+from behaviours.core.leaf import Leaf
+from behaviours.core.motion import Progress
+from behaviours.core.parameter_types import Distance, Duration, Region, Timeout
+from behaviours.views.survey import glance
+from behaviours.views.viewpoint import looking_down
 from controller import Array, PoseGoal
 from perception import Segment
 

@@ -9,15 +9,15 @@ import numpy as np
 from pinocchio import SE3
 from py_trees.common import Status
 
-from behaviours.context import Context
-from behaviours.grasp_target import GraspTarget
-from behaviours.leaf import Leaf
-from behaviours.motion import Approach, Progress, Rise, over_grasp, sinking_speed
-from behaviours.objects import Choice, Choose
-from behaviours.parameter_types import Distance, Force, Millimetres, Region, Timeout, ToolPose
-from behaviours.surface import floor_error
-from behaviours.validation import validate_grasp
-from behaviours.viewpoint import MoveCamera, camera_pose, straight_down
+from behaviours.core.context import Context
+from behaviours.core.leaf import Leaf
+from behaviours.core.motion import Approach, Progress, Rise, over_grasp, sinking_speed
+from behaviours.core.parameter_types import Distance, Force, Millimetres, Region, Timeout, ToolPose
+from behaviours.core.validation import validate_grasp
+from behaviours.views.grasp_target import GraspTarget
+from behaviours.views.objects import Choice, Choose
+from behaviours.views.surface import floor_error
+from behaviours.views.viewpoint import MoveCamera, camera_pose, straight_down
 from controller import Array, PoseGoal, StepReport
 from perception import ColourName, DetectedObject, GraspEstimate
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from behaviours import conditions
+from behaviours.core.leaf import Leaf
 from behaviours.detect import Detect
 from behaviours.drive import Drive
 from behaviours.follow import Follow
 from behaviours.grasp import Grasp
-from behaviours.leaf import Leaf
 from behaviours.look_at import LookAt
 from behaviours.move_arm import MoveArm
 from behaviours.navigate import Navigate

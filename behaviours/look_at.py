@@ -8,10 +8,10 @@ import numpy as np
 import numpy.typing as npt
 from py_trees.common import Status
 
-from behaviours.context import Context
-from behaviours.leaf import Leaf
-from behaviours.parameter_types import Distance, Region, Timeout, ToolPose
-from behaviours.viewpoint import CAMERA_PATIENCE, MoveCamera, camera_pose, turned_towards
+from behaviours.core.context import Context
+from behaviours.core.leaf import Leaf
+from behaviours.core.parameter_types import Distance, Region, Timeout, ToolPose
+from behaviours.views.viewpoint import CAMERA_PATIENCE, MoveCamera, camera_pose, turned_towards
 from perception import DetectedObject
 
 

@@ -7,10 +7,10 @@ from typing import Annotated, ClassVar
 
 from py_trees.common import Status
 
-from behaviours.context import Context
-from behaviours.leaf import Leaf
-from behaviours.motion import Approach
-from behaviours.parameter_types import Bounds, Posture, Timeout
+from behaviours.core.context import Context
+from behaviours.core.leaf import Leaf
+from behaviours.core.motion import Approach
+from behaviours.core.parameter_types import Bounds, Posture, Timeout
 from controller import PostureGoal
 
 

@@ -7,11 +7,11 @@ from typing import Annotated, ClassVar
 from pinocchio import SE3
 from py_trees.common import Status
 
-from behaviours.context import Context
-from behaviours.leaf import Leaf
-from behaviours.motion import METRES_PER_RADIAN, Approach, BackOff
-from behaviours.parameter_types import BasePose, Bounds, Speed, Timeout, ToolPose
-from behaviours.viewpoint import camera_pose, hand_for, straight_down
+from behaviours.core.context import Context
+from behaviours.core.leaf import Leaf
+from behaviours.core.motion import METRES_PER_RADIAN, Approach, BackOff
+from behaviours.core.parameter_types import BasePose, Bounds, Speed, Timeout, ToolPose
+from behaviours.views.viewpoint import camera_pose, hand_for, straight_down
 from controller import BaseGoal, MotionGoal, PoseGoal
 from perception import DetectedObject
 

@@ -6,7 +6,7 @@ from typing import ClassVar
 
 from py_trees.common import Status
 
-from behaviours.leaf import Leaf
+from behaviours.core.leaf import Leaf
 
 
 class OpenGripper(Leaf):

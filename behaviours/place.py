@@ -9,15 +9,15 @@ import numpy as np
 from pinocchio import SE3
 from py_trees.common import Status
 
-from behaviours.context import Context
-from behaviours.held_object import reach_on_surface
-from behaviours.leaf import Leaf
-from behaviours.motion import Progress
-from behaviours.parameter_types import Pitch, Region
+from behaviours.core.context import Context
+from behaviours.core.held_object import reach_on_surface
+from behaviours.core.leaf import Leaf
+from behaviours.core.motion import Progress
+from behaviours.core.parameter_types import Pitch, Region
 from behaviours.places import Places
 from behaviours.release import TILT, Release, Spot, reach_down, release_height
-from behaviours.surface import Edge, Shows, SurfaceWatch
-from behaviours.viewpoint import CAMERA_PATIENCE, looking_down
+from behaviours.views.surface import Edge, Shows, SurfaceWatch
+from behaviours.views.viewpoint import CAMERA_PATIENCE, looking_down
 from controller import Array, PoseGoal, StepReport
 from hw import FaultKind, TaskTime
 

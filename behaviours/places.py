@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from behaviours.parameter_types import Region
+from behaviours.core.parameter_types import Region
 from controller import Array
 
 if TYPE_CHECKING:
-    from behaviours.context import Context
+    from behaviours.core.context import Context
 
 _CLOSER = 0.5  # least share of the pitch between a place and the others, when the rows are full
 _GRID = 0.02  # of the places between rows [m]

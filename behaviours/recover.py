@@ -10,11 +10,11 @@ from typing import ClassVar
 import numpy as np
 from py_trees.common import Status
 
-from behaviours.context import Context
-from behaviours.fault_memory import WayOut
-from behaviours.leaf import Leaf
-from behaviours.motion import AWAY_SPEED, IN_THE_WAY, BackOff, Progress, Rise
-from behaviours.parameter_types import Lift, Posture
+from behaviours.core.context import Context
+from behaviours.core.fault_memory import WayOut
+from behaviours.core.leaf import Leaf
+from behaviours.core.motion import AWAY_SPEED, IN_THE_WAY, BackOff, Progress, Rise
+from behaviours.core.parameter_types import Lift, Posture
 from controller import PostureGoal
 
 _FOLDED = 0.05  # an arm that is nearer to the posture need not rise first [rad]

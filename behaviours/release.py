@@ -11,11 +11,11 @@ import numpy.typing as npt
 from pinocchio import SE3
 from py_trees.common import Status
 
-from behaviours.context import Context
-from behaviours.leaf import Leaf
-from behaviours.motion import BackOff, Progress
-from behaviours.placed_object import PlacedObjectWatch, Verdict
-from behaviours.viewpoint import CAMERA_PATIENCE
+from behaviours.core.context import Context
+from behaviours.core.leaf import Leaf
+from behaviours.core.motion import BackOff, Progress
+from behaviours.core.placed_object import PlacedObjectWatch, Verdict
+from behaviours.views.viewpoint import CAMERA_PATIENCE
 from controller import PoseGoal
 from hw import TaskTime
 from robots import reach

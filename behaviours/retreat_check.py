@@ -6,10 +6,10 @@ from typing import ClassVar
 
 from py_trees.common import Status
 
-from behaviours.context import Context
-from behaviours.leaf import FINGER_PATIENCE, Leaf
-from behaviours.motion import Progress, straight_up
-from behaviours.parameter_types import Lift, ToolPose
+from behaviours.core.context import Context
+from behaviours.core.leaf import FINGER_PATIENCE, Leaf
+from behaviours.core.motion import Progress, straight_up
+from behaviours.core.parameter_types import Lift, ToolPose
 from hw import TaskTime
 
 _SPEED = 0.5  # of the rising hand [m/s]

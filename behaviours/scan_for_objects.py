@@ -6,10 +6,10 @@ from typing import ClassVar
 
 from py_trees.common import Status
 
-from behaviours.context import Context
-from behaviours.leaf import Leaf
-from behaviours.parameter_types import Area, Count, Distance, Key, Region, Timeout
-from behaviours.survey import Survey
+from behaviours.core.context import Context
+from behaviours.core.leaf import Leaf
+from behaviours.core.parameter_types import Area, Count, Distance, Key, Region, Timeout
+from behaviours.views.survey import Survey
 
 
 class ScanForObjects(Leaf):

@@ -15,10 +15,10 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours import Region
+from behaviours.core.motion import Progress
+from behaviours.core.parameter_types import ToolPose
 from behaviours.grasp import Grasp
-from behaviours.motion import Progress
 from behaviours.navigate import Navigate
-from behaviours.parameter_types import ToolPose
 from behaviours.place import Place
 from behaviours.places import Places
 from behaviours.retreat_check import RetreatCheck

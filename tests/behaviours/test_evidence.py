@@ -21,9 +21,9 @@ from py_trees.common import Status
 
 from behaviours import Region
 from behaviours.conditions import HoldingObject
+from behaviours.core.parameter_types import Posture
 from behaviours.grasp import Grasp
 from behaviours.open_gripper import OpenGripper
-from behaviours.parameter_types import Posture
 from behaviours.place import Place
 from behaviours.places import Places
 from behaviours.recover import Recover

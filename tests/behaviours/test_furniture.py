@@ -9,7 +9,7 @@ from synthetic_room import MAP as ROOM
 from synthetic_room import SURFACES, Robot, displaced
 
 from behaviours import Localiser, Region
-from behaviours.furniture import Furniture
+from behaviours.sensing.furniture import Furniture
 from perception.registration import Displacement, register
 from robots import Box, Geom
 

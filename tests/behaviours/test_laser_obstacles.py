@@ -8,7 +8,7 @@ import pytest
 from harness import Harness, table_world
 from pinocchio import SE3, utils
 
-from behaviours.laser_obstacles import LaserObstacles
+from behaviours.sensing.laser_obstacles import LaserObstacles
 from hw.state import LaserScan, LocalisedPose
 from robots import Box, Geom
 

@@ -10,9 +10,9 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours import BasePose, Leaf, LeafCrashedError, Progress, Region, ToolPose
+from behaviours.core.motion import over_grasp
 from behaviours.drive import Drive
 from behaviours.grasp import Grasp
-from behaviours.motion import over_grasp
 from behaviours.navigate import Navigate
 from controller import BaseGoal
 

@@ -11,7 +11,7 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours import BasePose, Region
-from behaviours.context import Relocalisation
+from behaviours.core.context import Relocalisation
 from behaviours.drive import Drive
 from behaviours.grasp import Grasp
 from behaviours.place import Place

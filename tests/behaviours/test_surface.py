@@ -11,7 +11,7 @@ from py_trees.common import Status
 from behaviours import Region
 from behaviours.place import Place
 from behaviours.places import Places, slots
-from behaviours.surface import Shows, floor_error, look_at
+from behaviours.views.surface import Shows, floor_error, look_at
 from hw import DepthFrame
 from hw.sim import (
     D435Noise,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pinocchio import SE3, exp3
 
-from behaviours.parameter_types import Region
+from behaviours.core.parameter_types import Region
 from hw import DepthFrame
 from hw.sim import D435Noise, DepthRenderer, Hand, SimObject, World
 from perception import Candidates, GraspDetector, Proposals

@@ -7,7 +7,7 @@ import pytest
 from tree_toys import TOYS, ToyContext
 
 import trees
-from behaviours.parameter_types import Posture
+from behaviours.core.parameter_types import Posture
 from robots import load_robot
 from trees.language import Task, build, check, load, nodes_in_order
 

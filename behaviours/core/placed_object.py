@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from behaviours.log import Carried
+from behaviours.core.log import Carried
 from hw import DepthFrame
 from perception import disc, points_along_rays
 
 if TYPE_CHECKING:
-    from behaviours.context import Context
+    from behaviours.core.context import Context
 
 Array = npt.NDArray[np.float64]
 

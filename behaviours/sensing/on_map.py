@@ -8,7 +8,7 @@ from typing import Generic, TypeVar
 import numpy as np
 from pinocchio import SE3
 
-from behaviours.localisation import Localiser
+from behaviours.sensing.localisation import Localiser
 
 Thing = TypeVar("Thing")
 

@@ -10,9 +10,9 @@ import pinocchio as pin
 from pinocchio import SE3
 from py_trees.common import Status
 
-from behaviours.context import Context
-from behaviours.leaf import Leaf
-from behaviours.motion import Approach
+from behaviours.core.context import Context
+from behaviours.core.leaf import Leaf
+from behaviours.core.motion import Approach
 from controller import Array, Command, PoseGoal
 
 LOOK_SPEED = 0.5  # of the hand that moves the camera [m/s]

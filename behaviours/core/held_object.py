@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from pinocchio import SE3
 
-from behaviours.log import Carried, TaskLog
+from behaviours.core.log import Carried, TaskLog
 from robots import Box, Geom, half_extents, reach
 
 _LEAST_HALF = 0.14  # assumed reach of a held object along the pads: 16 cm, gripped at its end [m]

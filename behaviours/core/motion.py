@@ -10,8 +10,8 @@ import numpy as np
 from pinocchio import SE3
 from py_trees.common import Status
 
-from behaviours.context import Context
-from behaviours.leaf import Leaf
+from behaviours.core.context import Context
+from behaviours.core.leaf import Leaf
 from controller import Array, BaseGoal, MotionGoal, PoseGoal, PostureGoal, StepReport
 
 METRES_PER_RADIAN = 0.3  # weight of a rotation error: about the length of the hand [m/rad]

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from pinocchio import SE3
 
-from behaviours.vision import Vision
+from behaviours.sensing.vision import Vision
 from controller import Array, PointCloud, RobotModel
 from hw import DepthFrame, InlineExecutor, RobotState
 from perception import SurfaceGrid, SurfaceSettings, surface_cells

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from behaviours.context import Context
-from behaviours.viewpoint import camera_pose
+from behaviours.core.context import Context
+from behaviours.views.viewpoint import camera_pose
 from hw import DepthFrame
 from perception import Workspace, disc, points_along_rays
 

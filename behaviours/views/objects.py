@@ -10,9 +10,9 @@ from typing import Literal, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from behaviours.context import Context
-from behaviours.parameter_types import Region
-from behaviours.survey import region_map, unseen
+from behaviours.core.context import Context
+from behaviours.core.parameter_types import Region
+from behaviours.views.survey import region_map, unseen
 from controller import Array
 from hw import DepthFrame
 from perception import (

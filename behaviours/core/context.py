@@ -12,16 +12,16 @@ import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
 
-from behaviours.depth_obstacles import DepthObstacles
-from behaviours.fault_memory import FaultMemory
-from behaviours.held_object import HeldObject, SetDownObjects
-from behaviours.laser_obstacles import LaserObstacles
-from behaviours.localisation import Localiser
-from behaviours.log import TaskLog
-from behaviours.on_map import OnMap
-from behaviours.parameter_types import Key, MapPlace
-from behaviours.placed_object import PlacedObjectWatch
-from behaviours.vision import Vision
+from behaviours.core.fault_memory import FaultMemory
+from behaviours.core.held_object import HeldObject, SetDownObjects
+from behaviours.core.log import TaskLog
+from behaviours.core.parameter_types import Key, MapPlace
+from behaviours.core.placed_object import PlacedObjectWatch
+from behaviours.sensing.depth_obstacles import DepthObstacles
+from behaviours.sensing.laser_obstacles import LaserObstacles
+from behaviours.sensing.localisation import Localiser
+from behaviours.sensing.on_map import OnMap
+from behaviours.sensing.vision import Vision
 from controller import (
     Array,
     MotionGoal,

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-from behaviours.parameter_types import Key
+from behaviours.core.parameter_types import Key
 from config import suggest
 
 PLACEHOLDER = "{value}"

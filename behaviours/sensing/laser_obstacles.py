@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from behaviours.depth_obstacles import near
+from behaviours.sensing.depth_obstacles import near
 from controller import Array
 from hw import LaserScan
 from robots import Geom

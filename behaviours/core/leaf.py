@@ -8,8 +8,8 @@ from typing import ClassVar
 import py_trees
 from py_trees.common import Status
 
-from behaviours.context import Context
-from behaviours.errors import LeafCrashedError, TwoGoalsError
+from behaviours.core.context import Context
+from behaviours.core.errors import LeafCrashedError, TwoGoalsError
 from controller import MotionGoal, StepReport
 from hw import HardwareError, LoopBlockedError
 

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from pinocchio import SE3
 
-from behaviours.furniture import Furniture
-from behaviours.vision import Vision
+from behaviours.sensing.furniture import Furniture
+from behaviours.sensing.vision import Vision
 from controller import Array, BaseGoal, MotionGoal, PoseGoal
 from hw import DepthFrame, InlineExecutor, LaserScan, Robot, RobotState
 from perception.registration import (

@@ -7,10 +7,10 @@ from math import ceil
 import numpy as np
 from py_trees.common import Status
 
-from behaviours.leaf import Leaf
-from behaviours.motion import Approach
-from behaviours.parameter_types import Region
-from behaviours.viewpoint import CAMERA_PATIENCE, camera_pose, hand_for, straight_down
+from behaviours.core.leaf import Leaf
+from behaviours.core.motion import Approach
+from behaviours.core.parameter_types import Region
+from behaviours.views.viewpoint import CAMERA_PATIENCE, camera_pose, hand_for, straight_down
 from controller import PoseGoal
 from hw import DepthFrame
 from perception import RegionMap

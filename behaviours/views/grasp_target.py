@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from behaviours.context import Context
-from behaviours.objects import Choice, Chosen, ObjectDetection, detect_once, neighbours
-from behaviours.parameter_types import Region
+from behaviours.core.context import Context
+from behaviours.core.parameter_types import Region
+from behaviours.views.objects import Choice, Chosen, ObjectDetection, detect_once, neighbours
 from controller import Array
 from perception import DetectedObject, GraspEstimate
 

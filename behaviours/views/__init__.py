@@ -1,0 +1,1 @@
+"""Looking at something: viewpoints, surveys of regions, objects, surfaces and grasp targets."""
