@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from perception.frame import Array
-from perception.registration.planar import compose, difference, inverse, wrap
+from perception.registration.planar import compose, difference, inverse
 from perception.registration.registering import CHI2_3, ROUNDING, Registration, parallel
 
 
@@ -18,12 +18,14 @@ from perception.registration.registering import CHI2_3, ROUNDING, Registration, 
 class LocalisationSettings:
     """What is assumed of odometry and of the base's own localisation."""
 
-    drift: float = 0.02
-    """Odometry error after one metre, growing with the root of the distance [m/√m]."""
+    drift: float = 0.04
+    """Odometry error as a share of the distance: wheels slip alike for a while."""
     heading_drift: float = radians(0.5)
-    """Heading error after one metre [rad/√m]."""
-    turn_drift: float = 0.03
-    """Heading error after one radian [rad/√rad]."""
+    """Heading error a metre [rad/m]."""
+    turn_drift: float = 0.04
+    """Heading error as a share of the angle."""
+    alike: tuple[float, float] = (2.0, 3.0)
+    """Distance [m] and angle [rad] over which they do; beyond, errors grow with the root."""
     correlation_time: float = 5.0
     """Time constant of the error of the base's own localisation [s]."""
     reading_noise: tuple[float, float, float] = (0.003, 0.003, radians(0.1))
@@ -103,6 +105,7 @@ class Localisation:
     def restart(self, mTb: Array, covariance: Array, stamp: float, oTb: Array) -> None:
         """Forget all and believe one reading; arguments as of `localised`."""
         self._stamp, self._oTb = stamp, oTb
+        self._since = np.zeros(2)  # distance [m] and angle [rad] since the last registration
         self._contradiction: _Contradiction | None = None
         self._without: _Without | None = None
         self.mTo = compose(mTb, inverse(oTb))
@@ -126,15 +129,19 @@ class Localisation:
         return covariance
 
     def travelled(self, oTb: Array) -> None:
-        """Let the covariance grow with the way since the last call; call it often."""
+        """Let the covariance grow with the way since the last call; call it often.
+
+        Errors grow in proportion to the way since the last registration, up to `alike`.
+        """
         if self._without is not None:
             self._without.estimate.travelled(oTb)
         settings = self._settings
-        gone = hypot(oTb[0] - self._oTb[0], oTb[1] - self._oTb[1])
-        turned = abs(wrap(float(oTb[2] - self._oTb[2])))
-        self._oTb = oTb
-        heading = settings.heading_drift**2 * gone + settings.turn_drift**2 * turned
-        self._widen(np.array([settings.drift**2 * gone] * 2 + [heading]), oTb)
+        x, y, turned = difference(oTb, self._oTb).tolist()
+        ways, before = np.array([hypot(x, y), abs(turned)]), self._since
+        self._oTb, self._since = oTb, before + ways
+        way, turn = np.minimum(self._since + before, 2.0 * np.array(settings.alike)) * ways
+        heading = settings.heading_drift**2 * way + settings.turn_drift**2 * turn
+        self._widen(np.array([settings.drift**2 * way] * 2 + [heading]), oTb)
 
     def localised(self, mTb: Array, covariance: Array, stamp: float, oTb: Array) -> Update:
         """Take a reading of the base's own localisation.
@@ -185,6 +192,7 @@ class Localisation:
         H = np.concatenate([arm, np.zeros((3, 3))], axis=1)
         gain = P @ H.T @ np.linalg.inv(np.eye(3) + news @ self.covariance(oTb))
         self._correct(gain @ news @ innovation, gain @ news @ H @ P, oTb)
+        self._since = np.zeros(2)
         return Update(nis, accepted=True)
 
     def _contradicted(self, result: Registration, oTb: Array) -> frozenset[str]:

@@ -18,6 +18,8 @@ CHI2_3 = 16.27
 _REPEATS = 3.0
 """Points measured again from the same place are worth at most so many independent ones: their
 errors are of the place (edges, materials, the map) as much as of chance."""
+_LEAST = 1e-3
+"""What points say of a direction, as a share of what was known, that is no rounding error."""
 _DEFAULT = MatchSettings()
 ROUNDING = 1e-9
 """Of information matrices, relative to their largest element."""
@@ -83,9 +85,9 @@ class Registration:
         """
         # Undone from the prior that they were matched with.
         shift = np.linalg.solve(self.covariance, difference(self.pose, self.prior))
+        # What is known next to nothing of stays where the prior has it.
         data = self.information
-        rounding = ROUNDING * np.diag(np.diag(data + information))
-        alone = self.prior + np.linalg.solve(data + rounding, shift)
+        alone = self.prior + np.linalg.solve(data + _LEAST * information, shift)
         off = difference(alone, mTb)
         return off, float(off @ parallel(data, information) @ off)
 

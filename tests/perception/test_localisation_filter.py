@@ -134,6 +134,21 @@ def test_driving_makes_it_less_certain_and_standing_does_not():
     assert (np.diag(base.estimate.covariance(base.oTb)) > np.diag(before)).all()
 
 
+@pytest.mark.parametrize(("way", "error"), [(0.5, 0.02), (2.0, 0.08), (10.0, 0.24)])
+def test_wheels_that_slip_alike_are_explained(way, error):
+    base = Base(1)
+    estimate, ahead = base.estimate, np.array([0.05, 0.0, 0.0])
+    base.register()
+    _, _, heading = estimate.pose(base.oTb)
+    along = np.array([np.cos(heading), np.sin(heading), 0.0])
+    before = along @ estimate.covariance(base.oTb) @ along
+    for _ in range(round(way / 0.05)):
+        base.oTb = compose(base.oTb, ahead)
+        estimate.travelled(base.oTb)
+    grown = along @ estimate.covariance(base.oTb) @ along - before
+    assert np.sqrt(grown) == pytest.approx(error, rel=0.05)
+
+
 def test_a_slip_that_odometry_missed_is_found():
     base = Base(2)
     for _ in range(3):
