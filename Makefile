@@ -23,7 +23,7 @@ test-all: lint
 lint: .venv/developing
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/mypy
+	$(BIN)/mypy --num-workers 2
 
 # What some tests need from a Debian or Ubuntu system, as root: a page's browser, a viewer's Vulkan,
 # the camera's USB, and strace to see who is called. Tests are skipped without it.
