@@ -18,14 +18,12 @@ from perception.registration.registering import CHI2_3, ROUNDING, Registration, 
 class LocalisationSettings:
     """What is assumed of odometry and of the base's own localisation."""
 
-    drift: float = 0.04
-    """Odometry error as a share of the distance: wheels slip alike for a while."""
-    heading_drift: float = radians(0.5)
-    """Heading error a metre [rad/m]."""
-    turn_drift: float = 0.04
-    """Heading error as a share of the angle."""
-    alike: tuple[float, float] = (2.0, 3.0)
-    """Distance [m] and angle [rad] over which they do; beyond, errors grow with the root."""
+    slip: tuple[float, float, float] = (0.04, 0.04, radians(0.5))
+    """Odometry errors: share of the distance, share of the angle, heading a metre [rad/m]."""
+    alike: tuple[float, float, float] = (2.0, 3.0, 2.0)
+    """Distance [m], angle [rad] and distance over which they last: a first-order process."""
+    drift: tuple[float, float, float] = (0.001, 0.001, radians(0.03))
+    """What else is wrong after one metre, or radian, and grows with the root of it."""
     correlation_time: float = 5.0
     """Time constant of the error of the base's own localisation [s]."""
     reading_noise: tuple[float, float, float] = (0.003, 0.003, radians(0.1))
@@ -83,11 +81,11 @@ class _Without(NamedTuple):
 class Localisation:
     """Estimates `mTo`, the pose of odometry in the map, with its covariance.
 
-    A Kalman filter whose states are `mTo` and the error of the base's own localisation, a
-    first-order Gauss-Markov process: many readings in a second are worth one. Registrations count
-    until they have said what the error that they have in common allows (`Registration.limit`).
-    Poses on the floor are arrays (3,): x, y [m], heading [rad]; covariances (3, 3) are of mTb in
-    the axes of the map.
+    A Kalman filter whose states are `mTo` and the errors of the base's own localisation and of its
+    odometry, first-order Gauss-Markov processes: many readings in a second are worth one, and a
+    slip that lasts is compensated. Registrations count until they have said what the error that
+    they have in common allows (`Registration.limit`). Poses on the floor are arrays (3,): x, y [m],
+    heading [rad]; covariances (3, 3) are of mTb in the axes of the map.
     """
 
     def __init__(
@@ -105,17 +103,19 @@ class Localisation:
     def restart(self, mTb: Array, covariance: Array, stamp: float, oTb: Array) -> None:
         """Forget all and believe one reading; arguments as of `localised`."""
         self._stamp, self._oTb = stamp, oTb
-        self._since = np.zeros(2)  # distance [m] and angle [rad] since the last registration
         self._contradiction: _Contradiction | None = None
         self._without: _Without | None = None
         self.mTo = compose(mTb, inverse(oTb))
         """(3,) the newest estimate; it steps when a measurement comes (see `smoothed`)."""
         self._bias = np.zeros(3)
         """(3,) error of the reading, in axes of the map."""
+        self._slip = np.zeros(3)
+        """(3,) by which the base moves farther than odometry tells, as in the settings."""
         # The error of the estimate is that of the reading, with the other sign.
         back = np.linalg.inv(self._arm(oTb))
         both = np.concatenate([-back, np.eye(3)])
-        self._P = both @ covariance @ both.T
+        self._P = np.diag(np.square([0.0] * 6 + [*self._settings.slip]))
+        self._P[:6, :6] = both @ covariance @ both.T
         self._P[:3, :3] += back @ np.diag(self._settings.reading_noise) ** 2 @ back.T
 
     def pose(self, oTb: Array) -> Array:
@@ -129,19 +129,21 @@ class Localisation:
         return covariance
 
     def travelled(self, oTb: Array) -> None:
-        """Let the covariance grow with the way since the last call; call it often.
-
-        Errors grow in proportion to the way since the last registration, up to `alike`.
-        """
+        """Follow odometry since the last call; call it often."""
         if self._without is not None:
             self._without.estimate.travelled(oTb)
-        settings = self._settings
-        x, y, turned = difference(oTb, self._oTb).tolist()
-        ways, before = np.array([hypot(x, y), abs(turned)]), self._since
-        self._oTb, self._since = oTb, before + ways
-        way, turn = np.minimum(self._since + before, 2.0 * np.array(settings.alike)) * ways
-        heading = settings.heading_drift**2 * way + settings.turn_drift**2 * turn
-        self._widen(np.array([settings.drift**2 * way] * 2 + [heading]), oTb)
+        settings, mTb = self._settings, self.pose(oTb)
+        x, y, turned = difference(mTb, self.pose(self._oTb)).tolist()
+        way, self._oTb = hypot(x, y), oTb
+        slipping = np.array([[x, 0.0, 0.0], [y, 0.0, 0.0], [0.0, turned, way]])
+        self.mTo = compose(mTb + slipping @ self._slip, inverse(oTb))
+        kept = np.exp(-np.array([way, abs(turned), way]) / settings.alike)
+        self._slip = kept * self._slip
+        F = np.diag(np.concatenate([np.ones(6), kept]))
+        F[:3, 6:] = np.linalg.inv(self._arm(oTb)) @ slipping
+        self._P = F @ self._P @ F.T
+        self._P[6:, 6:] += np.diag((1.0 - kept**2) * np.square(settings.slip))
+        self._widen((way + abs(turned)) * np.square(settings.drift), oTb)
 
     def localised(self, mTb: Array, covariance: Array, stamp: float, oTb: Array) -> Update:
         """Take a reading of the base's own localisation.
@@ -158,10 +160,10 @@ class Localisation:
         kept = exp(-max(stamp - self._stamp, 0.0) / settings.correlation_time)
         self._stamp = max(stamp, self._stamp)
         self._bias = kept * self._bias
-        P[3:, :] *= kept
-        P[:, 3:] *= kept
-        P[3:, 3:] += (1.0 - kept**2) * covariance
-        H = np.concatenate([self._arm(oTb), np.eye(3)], axis=1)
+        P[3:6] *= kept
+        P[:, 3:6] *= kept
+        P[3:6, 3:6] += (1.0 - kept**2) * covariance
+        H = np.concatenate([self._arm(oTb), np.eye(3), np.zeros((3, 3))], axis=1)
         innovation = difference(mTb, self.pose(oTb)) - self._bias
         S = H @ P @ H.T + np.diag(settings.reading_noise) ** 2
         gain = np.linalg.solve(S, H @ P).T
@@ -189,10 +191,9 @@ class Localisation:
         values, vectors = np.linalg.eigh(result.limit - prior)
         unsaid = (vectors * np.maximum(values, 0.0)) @ vectors.T
         news = parallel(data, unsaid + rounding)
-        H = np.concatenate([arm, np.zeros((3, 3))], axis=1)
+        H = np.concatenate([arm, np.zeros((3, 6))], axis=1)
         gain = P @ H.T @ np.linalg.inv(np.eye(3) + news @ self.covariance(oTb))
         self._correct(gain @ news @ innovation, gain @ news @ H @ P, oTb)
-        self._since = np.zeros(2)
         return Update(nis, accepted=True)
 
     def _contradicted(self, result: Registration, oTb: Array) -> frozenset[str]:
@@ -291,9 +292,9 @@ class Localisation:
         self._P[:3, :3] += (back * variances) @ back.T
 
     def _correct(self, step: Array, less: Array, oTb: Array) -> None:
-        """Add a step (6,) to the state, and take (6, 6) off its covariance."""
+        """Add a step (9,) to the state, and take (9, 9) off its covariance."""
         mTb = self.pose(oTb) + self._arm(oTb) @ step[:3]
         self.mTo = compose(mTb, inverse(oTb))
-        self._bias = self._bias + step[3:]
+        self._bias, self._slip = self._bias + step[3:6], self._slip + step[6:]
         P = self._P - less
         self._P = 0.5 * (P + P.T)
