@@ -6,7 +6,6 @@ mount does not count as an object. The smallest height that counts follows from 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -31,6 +30,8 @@ _WINDOW = 5  # side of such a window [cells]
 _OBJECT = 3.0e-4  # a smaller area may be a part of another object [m^2]
 _BETWEEN = 0.4  # share of measured neighbours that makes a cell seen
 _STRIP = 0.025  # beside the sides walls hide the floor from one imager, or stand off the map [m]
+_THIN = 0.009  # by which a part of a wall may stand inside [m]
+_ALONG = 0.5  # share of a side along which something narrow is a wall
 _STRIP_CELLS = 4  # a narrower strip hides no object
 
 
@@ -55,10 +56,19 @@ class RegionMap:
         size: (3,) full edge lengths [m]; along its sides `WALL_MARGIN` is left out.
         cell: side of a cell [m].
         stride: only every n-th pixel is used, along rows and columns.
+        is_exact: whether the region is exactly where its walls are.
     """
 
-    def __init__(self, wTr: SE3, size: Array, cell: float = 0.003, stride: int = 2) -> None:
-        self._wTr, self._size = wTr, size
+    def __init__(
+        self,
+        wTr: SE3,
+        size: Array,
+        cell: float = 0.003,
+        stride: int = 2,
+        *,
+        is_exact: bool = True,
+    ) -> None:
+        self._wTr, self._size, self._is_exact = wTr, size, is_exact
         self._cell, self._stride = cell, stride
         self._half = size[:2] / 2.0 - WALL_MARGIN
         shape = np.maximum(np.ceil(2.0 * self._half / cell).astype(int), 1)
@@ -107,19 +117,13 @@ class RegionMap:
         return self._judged.lowest
 
     def segments(self, smallest: float) -> list[Segment]:
-        """Every separate object that covers at least an area [m^2]; see `least_count` for walls."""
-        return self._pieces(_opened(self._judged.occupied, 2), smallest, self._may_be_wall)
+        """Every separate object that covers at least an area [m^2]."""
+        return self._pieces(_opened(self._judged.occupied, 2), smallest)
 
     @property
     def least_count(self) -> int:
-        """Least number of objects: pieces with hardly a gap between may be one.
-
-        A piece along a side, as long and narrow as a wall, is one that is a little off the map.
-        """
-        joined = cv2.morphologyEx(
-            self._judged.occupied.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)
-        )
-        return len(self._pieces(joined > 0, _OBJECT, self._may_be_wall))
+        """Least number of objects: pieces with hardly a gap between may be one."""
+        return len(self._pieces(_closed(self._judged.occupied), _OBJECT))
 
     def hidden(self, smallest: float) -> list[Segment]:
         """Unseen parts of at least an area [m^2], in which an object may stand."""
@@ -147,11 +151,26 @@ class RegionMap:
         full = low & (inside > 0.5)
         wide = max(_LOWEST_WIDE, _SIGMAS * _scatter(mean[floor & full]))
         occupied |= full & (mean > wide)
-        return _Judged(occupied, lowest)
+        return _Judged(occupied if self._is_exact else self._without_walls(occupied), lowest)
 
-    def _pieces(
-        self, mask: Mask, smallest: float, ignored: Callable[[Array], bool] = lambda box: False
-    ) -> list[Segment]:
+    def _without_walls(self, occupied: Mask) -> Mask:
+        """Occupied cells (X, Y) less those of walls that stand inside the region.
+
+        Going inwards from a side, a wall is what ends within a strip along most of the side, or at
+        once.
+        """
+        cells, filled = occupied.copy(), _closed(occupied | ~self._is_seen)
+        strip, thin = (round(width / self._cell) for width in (_STRIP, _THIN))
+        for turns in range(4):
+            near = np.rot90(cells, turns)[: strip + 1]
+            run = np.logical_and.accumulate(np.rot90(filled, turns)[: strip + 1], axis=0)
+            begins, ends = (run & near).any(axis=0), ~run[strip]
+            if (begins & ends).mean() <= _ALONG:
+                ends = ~run[thin]
+            near &= ~(run & ends)
+        return cells
+
+    def _pieces(self, mask: Mask, smallest: float) -> list[Segment]:
         count, _, stats, centres = cv2.connectedComponentsWithStats(
             mask.astype(np.uint8), connectivity=4
         )
@@ -159,15 +178,7 @@ class RegionMap:
             Segment(centre=self._world(centres[i]), area=area)
             for i in range(1, count)
             if (area := float(stats[i, cv2.CC_STAT_AREA]) * self._cell**2) >= smallest
-            and not ignored(stats[i, : cv2.CC_STAT_AREA].astype(np.float64))
         ]
-
-    def _may_be_wall(self, box: Array) -> bool:
-        """Of a piece with these first column and row, and numbers of columns and rows."""
-        strip, cells = _STRIP / self._cell, np.array(self._count.shape)
-        corner, extent = box[1::-1], box[:1:-1]
-        at_side = (corner + extent <= strip) | (corner >= cells - strip)
-        return bool((at_side & (2 * extent[::-1] > cells[::-1])).any())
 
     def _world(self, centre: Array) -> Array:
         column, row = centre  # OpenCV's x runs along the second axis
@@ -180,6 +191,13 @@ def _opened(mask: Mask, side: int) -> Mask:
     square = np.ones((side, side), np.uint8)
     opened: Mask = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, square) > 0
     return opened
+
+
+def _closed(mask: Mask) -> Mask:
+    """With the gaps of one cell."""
+    square = np.ones((3, 3), np.uint8)
+    closed: Mask = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_CLOSE, square) > 0
+    return closed
 
 
 def _over_floor(height: Array, seen: Mask, cell: float) -> tuple[Array, Mask]:

@@ -73,6 +73,11 @@ class MapPlace:
     frame: MapFrame | None = None
     """None where the map is the world."""
 
+    @property
+    def is_exact(self) -> bool:
+        """Whether it is certain where the place is in the world."""
+        return self.frame is None or self.frame.wTm_on(self.on) is None
+
     def _placed(self, mTx: SE3) -> SE3:
         wTm = None if self.frame is None else self.frame.wTm_on(self.on)
         return mTx if wTm is None else wTm * mTx

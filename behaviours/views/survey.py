@@ -124,7 +124,7 @@ class Survey:
 
 def region_map(region: Region, *frames: DepthFrame) -> RegionMap:
     """A map of a region that is fine enough to count objects."""
-    seen = RegionMap(region.wTr, region.size, _CELL, _STRIDE)
+    seen = RegionMap(region.wTr, region.size, _CELL, _STRIDE, is_exact=region.is_exact)
     for frame in frames:
         seen.add(frame)
     return seen
@@ -132,7 +132,9 @@ def region_map(region: Region, *frames: DepthFrame) -> RegionMap:
 
 def glance(region: Region, frame: DepthFrame) -> RegionMap:
     """A coarse map of a region, fast enough for every tick."""
-    seen = RegionMap(region.wTr, region.size, _GLANCE_CELL, _GLANCE_STRIDE)
+    seen = RegionMap(
+        region.wTr, region.size, _GLANCE_CELL, _GLANCE_STRIDE, is_exact=region.is_exact
+    )
     seen.add(frame)
     return seen
 

@@ -76,11 +76,13 @@ def test_a_hole_over_an_object_is_not_seen_and_not_empty():
     np.testing.assert_allclose(part.centre[:2], [3.0, -0.07], atol=0.02)
 
 
-@pytest.mark.parametrize("off", [(0.0, 0.022), (-0.022, 0.0)])
-def test_a_wall_that_is_off_the_map_is_no_object_and_what_leans_on_it_is_one(off):
-    region = SE3(WORKSPACE.wTr.rotation, WORKSPACE.wTr.translation + np.array([*off, 0.0]))
+@pytest.mark.parametrize(
+    ("x", "y", "yaw_deg"), [(0.0, 0.022, 0.0), (-0.022, 0.015, 0.0), (0.008, 0.006, 1.5)]
+)
+def test_a_wall_that_is_off_the_map_is_no_object_and_what_leans_on_it_is_one(x, y, yaw_deg):
+    off = SE3(exp3(np.radians([0.0, 0.0, yaw_deg])), np.array([x, y, 0.0]))
     for halves, number in (((), 0), (((0.02, 0.02, 0.02),), 1), (((0.01, 0.07, 0.01),), 1)):
-        seen = RegionMap(region, WORKSPACE.size)
+        seen = RegionMap(WORKSPACE.wTr * off, WORKSPACE.size, is_exact=False)
         for frame in frames(world(*halves), looking_down(0.49)):
             seen.add(frame)
         assert (len(seen.segments(SMALLEST)), seen.least_count) == (number, number)
