@@ -76,11 +76,13 @@ def replay_run(folder: Path) -> Replay:
     """
     options = _options(folder)
     turns = _turns(folder / READINGS)
-    looks = (turns["frame"] >= 0).any() or (turns["scan"] >= 0).any()
-    if options["vision"] != VisionForm.STEP and looks:
+    sensors = options["registration"].sensors
+    searches = (turns["frame"] >= 0).any() or ("laser" in sensors and (turns["scan"] >= 0).any())
+    if options["vision"] != VisionForm.STEP and searches:
         raise ReplayError(
             f"{folder}: with --vision {options['vision']} the commands depend on when a search "
-            "ended; a run that looks at images or scans can be replayed with --vision step only"
+            "ended; a run that looks at images, or matches scans to the map, can be replayed with "
+            "--vision step only"
         )
     notes = _notes(folder / NOTES, turns)
     if notes.end not in ("", "complete"):
