@@ -88,16 +88,9 @@ class Localisation:
     heading [rad]; covariances (3, 3) are of mTb in the axes of the map.
     """
 
-    def __init__(
-        self,
-        mTb: Array,
-        covariance: Array,
-        stamp: float,
-        oTb: Array,
-        settings: LocalisationSettings | None = None,
-    ) -> None:
+    def __init__(self, mTb: Array, covariance: Array, stamp: float, oTb: Array) -> None:
         """Start from the first reading; arguments as of `localised`."""
-        self._settings = settings or LocalisationSettings()
+        self._settings = LocalisationSettings()
         self.restart(mTb, covariance, stamp, oTb)
 
     def restart(self, mTb: Array, covariance: Array, stamp: float, oTb: Array) -> None:
@@ -170,6 +163,7 @@ class Localisation:
         nis = float(innovation @ np.linalg.solve(S, innovation))
         if nis > CHI2_3:
             self._contradict(compose(mTb, inverse(oTb)), covariance, stamp, oTb)
+            self._without = None  # it rests on readings that may have jumped
             return Update(nis, accepted=False)
         self._contradiction = None
         self._correct(gain @ innovation, gain @ H @ P, oTb)
