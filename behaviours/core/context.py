@@ -17,7 +17,7 @@ from behaviours.core.held_object import HeldObject, SetDownObjects
 from behaviours.core.log import TaskLog
 from behaviours.core.parameter_types import Key, MapPlace
 from behaviours.core.placed_object import PlacedObjectWatch
-from behaviours.sensing.depth_obstacles import DepthObstacles
+from behaviours.sensing.depth_obstacles import NO_POINTS, DepthObstacles
 from behaviours.sensing.laser_obstacles import LaserObstacles
 from behaviours.sensing.localisation import Localiser
 from behaviours.sensing.on_map import OnMap
@@ -39,7 +39,6 @@ _DISTANCE, _TURN = 0.03, radians(2.0)  # a larger difference is a jump [m, rad] 
 _WINDOW = 0.25  # ... within this time [s]
 _CORRECTION, _CORRECTION_TURN = 0.1, radians(8.0)  # a larger jump may be an error [m, rad]
 _SCAN_AGE = 0.3  # of a scan whose points are obstacles [s]
-_NOTHING = PointCloud(np.zeros((0, 3)))
 
 
 class _Reading(NamedTuple):
@@ -145,7 +144,7 @@ class Context:
         self._joined = self.fixtures, self.fault_memory.hit, self.fixtures
         self._hit, self._loose, self._cloud = OnMap(_moved), OnMap(_moved), OnMap(PointCloud.moved)
         self._laser_obstacles = LaserObstacles()
-        self._seen: tuple[PointCloud, Array, PointCloud] = _NOTHING, np.zeros((0, 3)), _NOTHING
+        self._seen: tuple[PointCloud, Array, PointCloud] = NO_POINTS, np.zeros((0, 3)), NO_POINTS
         self._places: dict[int, tuple[MapPlace, MapPlace]] = {}
 
     def on_map(self, place: MapPlace) -> MapPlace:
@@ -176,7 +175,7 @@ class Context:
         camera = self.depth_obstacles
         if camera is None and self.localisation.mTw is None:
             return None
-        both = _NOTHING if camera is None else camera.cloud, self._laser_obstacles.points
+        both = NO_POINTS if camera is None else camera.cloud, self._laser_obstacles.points
         if self._seen[0] is not both[0] or self._seen[1] is not both[1]:
             points = np.concatenate([both[0].points, both[1]])
             self._seen = *both, PointCloud(points) if len(both[1]) else both[0]

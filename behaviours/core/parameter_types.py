@@ -76,11 +76,14 @@ class MapPlace:
     @property
     def is_exact(self) -> bool:
         """Whether it is certain where the place is in the world."""
-        return self.frame is None or self.frame.wTm_on(self.on) is None
+        return self._wTm is None
+
+    @property
+    def _wTm(self) -> SE3 | None:
+        return None if self.frame is None else self.frame.wTm_on(self.on)
 
     def _placed(self, mTx: SE3) -> SE3:
-        wTm = None if self.frame is None else self.frame.wTm_on(self.on)
-        return mTx if wTm is None else wTm * mTx
+        return mTx if (wTm := self._wTm) is None else wTm * mTx
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -22,6 +22,8 @@ _MOST_STATES = 100  # readings that are kept, to know the posture in a frame
 _HELD = (0.14, 0.10)  # assumed reach of a held object along and across the pads [m]
 _HELD_ABOVE, _HELD_BELOW = 0.04, 0.03  # added to its known height [m]
 
+NO_POINTS = PointCloud(np.zeros((0, 3)))
+
 
 class DepthObstacles:
     """Keeps a point cloud of the surroundings, updated by depth frames.
@@ -41,7 +43,7 @@ class DepthObstacles:
         self._since = -np.inf
         self._frame: DepthFrame | None = None
         self._work: Future[PointCloud] | None = None
-        self.cloud = _NOTHING
+        self.cloud = NO_POINTS
         """The present points."""
 
     def look(
@@ -73,7 +75,7 @@ class DepthObstacles:
     def relocalise(self, now: float) -> None:
         """Forget all frames from before session time `now` [s]."""
         self._since = now
-        self._surfaces, self._work, self.cloud = SurfaceGrid(self._settings), None, _NOTHING
+        self._surfaces, self._work, self.cloud = SurfaceGrid(self._settings), None, NO_POINTS
 
     def close(self) -> None:
         """End the thread."""
@@ -114,9 +116,6 @@ class DepthObstacles:
             *(shape.moved(pose) for pose, shapes in links for shape in shapes),
             base.moved(then.wTb),
         ]
-
-
-_NOTHING = PointCloud(np.zeros((0, 3)))
 
 
 def _enlarged(held: Geom) -> Geom:

@@ -11,7 +11,9 @@ import numpy as np
 
 from perception.frame import Array
 from perception.registration.planar import compose, difference, inverse
-from perception.registration.registering import CHI2_3, ROUNDING, Registration, parallel
+from perception.registration.registering import CHI2_3, Registration, parallel
+
+_ROUNDING = 1e-9  # of information matrices, relative to their largest element
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,6 +123,9 @@ class Localisation:
         covariance: Array = arm @ self._P[:3, :3] @ arm.T
         return covariance
 
+    def _information(self, oTb: Array) -> Array:
+        return np.asarray(np.linalg.inv(self.covariance(oTb)), dtype=np.float64)
+
     def travelled(self, oTb: Array) -> None:
         """Follow odometry since the last call; call it often."""
         if self._without is not None:
@@ -173,11 +178,10 @@ class Localisation:
         """Take a registration, whose prior was an estimate of this filter; oTb (3,) at capture."""
         if moved := self._contradicted(result, oTb):
             return Update(inf, accepted=False, moved=moved)
-        P, arm = self._P, self._arm(oTb)
-        prior = np.asarray(np.linalg.inv(self.covariance(oTb)), dtype=np.float64)
+        P, arm, prior = self._P, self._arm(oTb), self._information(oTb)
         innovation, nis = result.innovation(self.pose(oTb), prior)
         data = result.information
-        rounding = ROUNDING * np.diag(np.diag(data + prior))
+        rounding = _ROUNDING * np.diag(np.diag(data + prior))
         if nis > CHI2_3 or result.explained < self._settings.lost:
             if len(result.points):
                 self._widen(np.square(self._settings.doubt), oTb)
@@ -204,8 +208,8 @@ class Localisation:
             known._P, known._without = self._P.copy(), None
             self._without = _Without(result.alone, known)
         known = self._without.estimate
-        prior = np.asarray(np.linalg.inv(known.covariance(oTb)), dtype=np.float64)
-        against = result.innovation(known.pose(oTb), prior)[1] > self._settings.moved
+        nis = result.innovation(known.pose(oTb), known._information(oTb))[1]
+        against = nis > self._settings.moved
         count = max(self._without.against + (1 if against else -1), 0)
         self._without = self._without._replace(against=count)
         if count < self._settings.agreeing:

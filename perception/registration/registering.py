@@ -21,8 +21,6 @@ errors are of the place (edges, materials, the map) as much as of chance."""
 _LEAST = 1e-3
 """What points say of a direction, as a share of what was known, that is no rounding error."""
 _DEFAULT = MatchSettings()
-ROUNDING = 1e-9
-"""Of information matrices, relative to their largest element."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
