@@ -15,27 +15,22 @@ class Speed(StrEnum):
 class VisionForm(StrEnum):
     """How grasp detection is scheduled."""
 
-    STEP = "step"
-    """Within the tick, which waits: a simulated run is reproducible."""
-    BESIDE = "beside"
-    """Beside the loop, as on hardware: no tick waits."""
+    STEP = "step"  # within the tick, which waits: a simulated run is reproducible
+    BESIDE = "beside"  # beside the loop, as on hardware: no tick waits
 
 
 class MotionForm(StrEnum):
     """How the robot moves to its goals."""
 
     HOLISTIC = "holistic"
-    PLANNING = "planning"
-    """The base first, then the arm along a plan: the baseline."""
+    PLANNING = "planning"  # the base first, then the arm along a plan: the baseline
 
 
 class ObstacleSource(StrEnum):
     """Source of the obstacles that the controller avoids."""
 
-    MAP = "map"
-    """The map of static geometry, and a tracker of moving obstacles."""
-    CAMERA = "camera"
-    """The wrist camera only: unseen space is unknown, and no routes are planned."""
+    MAP = "map"  # the map of static geometry, and a tracker of moving obstacles
+    CAMERA = "camera"  # the wrist camera only: unseen space is unknown, and no routes are planned
     BOTH = "both"
 
 

@@ -98,8 +98,7 @@ class Loading:
                 self._live.stop()
 
 
-_PERIOD = 0.5
-"""Longest time until an interrupt is noticed [s]."""
+_PERIOD = 0.5  # longest time until an interrupt is noticed [s]
 
 
 @contextmanager

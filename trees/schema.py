@@ -40,8 +40,7 @@ Schema: TypeAlias = dict[str, Any]
 SCHEMA_FILE = Path(__file__).parent / "frankie-task.schema.json"
 """The schema for the leaves that come with the project; shipped tasks name it at their top."""
 
-_REFERENCE = rf"\${WORD.pattern}"
-"""A parameter or key in place of a value."""
+_REFERENCE = rf"\${WORD.pattern}"  # a parameter or key in place of a value
 
 _NODE: Schema = {"$ref": "#/definitions/node"}
 _CONDITION: Schema = {"$ref": "#/definitions/condition"}

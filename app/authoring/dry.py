@@ -32,8 +32,7 @@ from trees.language import (
     real_leaf,
 )
 
-PERIOD = 0.1
-"""Simulated time between ticks [s]."""
+PERIOD = 0.1  # simulated time between ticks [s]
 
 _GLYPHS: Mapping[str, str] = {"success": "✔", "failure": "✗", "running": "▶", "invalid": "■"}
 
@@ -44,11 +43,9 @@ _MOST_SHOWN, _MOST_TICKS = 200, 1000
 class Step:
     """A node that ended or was halted in a tick, or a leaf that began to run."""
 
-    stamp: float
-    """Simulated time [s]."""
+    stamp: float  # simulated time [s]
     name: str
-    key: str
-    """Kind of node: `grasp`, `sequence`, `retry`, ..."""
+    key: str  # kind of node: `grasp`, `sequence`, `retry`, ...
     status: str
     reason: str
 

@@ -21,14 +21,7 @@ class TeachError(UserError):
 
 
 def teach(
-    name: str,
-    places: Path,
-    *,
-    robot: str,
-    world: str,
-    form: Form,
-    replace: bool,
-    armed: bool,
+    name: str, places: Path, *, robot: str, world: str, form: Form, replace: bool, armed: bool
 ) -> str:
     """Read the pose of a robot and write it to a file; returns the line that was written.
 

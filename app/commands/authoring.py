@@ -32,9 +32,7 @@ class Picture(StrEnum):
 
 
 @authoring.command()
-def nodes(
-    name: Annotated[str | None, typer.Argument(help="One of them, in full.")] = None,
-) -> None:
+def nodes(name: Annotated[str | None, typer.Argument(help="One of them, in full.")] = None) -> None:
     """What a task can be made of: leaves, composites, modifiers, with their parameters."""
     from app.authoring import show_all, show_one
 
@@ -107,13 +105,7 @@ def teach(
 
     try:
         line = write(
-            name,
-            places,
-            robot=robot,
-            world=world,
-            form=form,
-            replace=replace,
-            armed=armed,
+            name, places, robot=robot, world=world, form=form, replace=replace, armed=armed
         )
     except HardwareError as error:
         Terminal(stderr=True).say(str(error))
@@ -222,11 +214,7 @@ def dry(
 
     def act(saved: Saved | None = None) -> bool:
         result = dry_run(
-            path,
-            outcomes=outcome or [],
-            keys=key or [],
-            overrides=parameters,
-            places=places,
+            path, outcomes=outcome or [], keys=key or [], overrides=parameters, places=places
         )
         typer.echo(visible(result.to_text()))
         codes.append(result.outcome.end.exit_code)

@@ -87,8 +87,7 @@ def frankie(
     scene: Annotated[str, typer.Option(help="A shipped scene or a scene file.")] = "household",
     seed: Annotated[int, typer.Option(help="Of objects and camera noise.", min=0)] = 0,
     localisation: Annotated[
-        str,
-        typer.Option(help="How wrong it is about where it is: exact, good, poor, or a file."),
+        str, typer.Option(help="How wrong it is about where it is: exact, good, poor, or a file.")
     ] = "good",
     as_reported: AsReported = None,
 ) -> None:

@@ -13,8 +13,7 @@ from app.terminal import Terminal
 Run = Annotated[
     str, typer.Argument(help="Folder of a run, a file in it, its name in --runs, or `last`.")
 ]
-_WIDE = 1000
-"""Width of the table, so that names are not broken [characters]."""
+_WIDE = 1000  # width of the table, so that names are not broken [characters]
 Runs = Annotated[Path, typer.Option("--runs", help="Where the runs are.")]
 
 

@@ -10,14 +10,7 @@ from typing import IO, TYPE_CHECKING, Annotated
 
 import typer
 
-from app.choices import (
-    MotionForm,
-    ObstacleSource,
-    RegistrationForm,
-    Speed,
-    View,
-    VisionForm,
-)
+from app.choices import MotionForm, ObstacleSource, RegistrationForm, Speed, View, VisionForm
 from app.commands.refuse import find_tree, refuse, task_parameters
 from app.terminal import Loading, Terminal
 
@@ -167,8 +160,7 @@ def run(
         int | None, typer.Option(help="Of the page of --control.", min=1, max=65535)
     ] = None,
     force: Annotated[
-        bool,
-        typer.Option("--force-outcomes", help="Let the page of --control answer for a node."),
+        bool, typer.Option("--force-outcomes", help="Let the page of --control answer for a node.")
     ] = False,
     approve: Annotated[
         bool, typer.Option("--approve", help="Each leaf that moves the robot waits for a person.")
@@ -181,8 +173,7 @@ def run(
     acknowledge_after: Annotated[
         float | None,
         typer.Option(
-            help="For unattended tests: acknowledge and resume by itself after this [s].",
-            min=0.0,
+            help="For unattended tests: acknowledge and resume by itself after this [s].", min=0.0
         ),
     ] = None,
     groot2: Annotated[
@@ -207,13 +198,7 @@ def run(
     if weights is not None and network is not None:
         refuse("--network: the file of --weights tells the network already; give one of both")
     with Loading(f"{Path(tree).stem} on {Path(robot).stem}") as loading:
-        from app.core import (
-            End,
-            RunOptions,
-            parse_fault,
-            run_on_save,
-            run_task,
-        )
+        from app.core import End, RunOptions, parse_fault, run_on_save, run_task
         from app.live import ControlOptions, ViewOptions
         from config import UserError
         from hw import HardwareError

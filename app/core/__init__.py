@@ -1,13 +1,7 @@
 """Runs a task: `run_task` starts a run, `Session` is its loop, `folder` names its files."""
 
 from app.choices import MotionForm, ObstacleSource, RegistrationForm, VisionForm
-from app.core.fault_schedule import (
-    PHASES,
-    ScheduledFault,
-    current_phases,
-    parse_fault,
-    phases_of,
-)
+from app.core.fault_schedule import PHASES, ScheduledFault, current_phases, parse_fault, phases_of
 from app.core.files.events import EVENTS, Event, read_events
 from app.core.files.folder import COMMANDS, FRAMES, OPTIONS, RECORDING, STATES, SUMMARY
 from app.core.launch import Saved, again_on_save, run_on_save, run_task

@@ -71,5 +71,4 @@ class ReplayedDecisions:
         """Do nothing: a replay does not wait."""
 
 
-Decisions: TypeAlias = Control | RecordedDecisions | ReplayedDecisions
-"""What the loop asks people."""
+Decisions: TypeAlias = Control | RecordedDecisions | ReplayedDecisions  # what the loop asks people

@@ -44,14 +44,11 @@ class ScheduleError(UserError):
 class ScheduledFault:
     """Which fault, when, and for how long; it is injected once."""
 
-    fault: str
-    """A name of `INJECTABLE`."""
-    at_s: float | None = None
-    """When, on the session's clock [s]."""
+    fault: str  # a name of `INJECTABLE`
+    at_s: float | None = None  # when, on the session's clock [s]
     phase: str | None = None
     """Or in which phase, when that is entered first; see the module docstring."""
-    for_s: float | None = None
-    """Duration [s]; None until `recover` clears it."""
+    for_s: float | None = None  # duration [s]; None until `recover` clears it
 
 
 def parse_fault(text: str) -> ScheduledFault:

@@ -12,8 +12,7 @@ from types import FrameType
 from typing import Any, NoReturn
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-_PATIENCE = 0.5
-"""A robot that does not stop within this time is left to its own watchdog [s]."""
+_PATIENCE = 0.5  # a robot that does not stop within this time is left to its own watchdog [s]
 
 
 @contextmanager

@@ -23,8 +23,7 @@ from robots import load_robot
 from trees.language import Task, TaskFileError, TreeNode, build, load, nodes_in_order
 from trees.site import furniture_diagnostics, place_diagnostics
 
-_POLL_PERIOD = 0.2
-"""Interval of looking for a saved file while nothing runs [s]."""
+_POLL_PERIOD = 0.2  # interval of looking for a saved file while nothing runs [s]
 
 
 def run_task(
@@ -196,10 +195,7 @@ def again_on_save(
 
 
 def run_on_save(
-    options: RunOptions,
-    *,
-    finished: Callable[[Result], str],
-    say: Callable[[str], None],
+    options: RunOptions, *, finished: Callable[[Result], str], say: Callable[[str], None]
 ) -> Result | None:
     """Run a task, and again in a fresh scene each time it is saved, until a person stops it.
 

@@ -14,10 +14,8 @@ from robots import Limits
 _ROUNDING = 1e-9
 _TRACKING = 0.01
 """Measured speeds may exceed a limit by this share; commands may not (the gate refuses them)."""
-_LOG_BIN = 0.0199
-"""Width of a histogram bin on the log scale; half of it is less than 1 %."""
-_SHORTEST = 1e-9
-"""Shorter durations count as this [s]."""
+_LOG_BIN = 0.0199  # width of a histogram bin on the log scale; half of it is less than 1 %
+_SHORTEST = 1e-9  # shorter durations count as this [s]
 
 
 class Durations:
@@ -50,20 +48,15 @@ class Measurements:
     limits: Limits
     limit_violations: int = 0
     """Ticks with a measured joint position over its limit, or a speed by more than 1 %."""
-    highest_speed: float = 0.0
-    """Largest measured share of a speed limit."""
-    smallest_margin: float = np.inf
-    """Smallest distance of a joint to a position limit [rad]."""
+    highest_speed: float = 0.0  # largest measured share of a speed limit
+    smallest_margin: float = np.inf  # smallest distance of a joint to a position limit [rad]
     ticks_s: Durations = field(default_factory=Durations)
     """Real time of each tick from the reading to the command, perception in step included [s]."""
-    late_ticks: int = 0
-    """Ticks that took longer than the control period, observers included."""
+    late_ticks: int = 0  # ticks that took longer than the control period, observers included
     missed_ticks: int = 0
     """Ticks that were skipped because the one before took longer than its period."""
-    stalls: int = 0
-    """How often the watchdog stopped the robot because a tick took too long."""
-    paused_s: float = 0.0
-    """Real time that the run was paused [s]."""
+    stalls: int = 0  # how often the watchdog stopped the robot because a tick took too long
+    paused_s: float = 0.0  # real time that the run was paused [s]
 
     def reading(self, state: RobotState) -> None:
         """Compare a reading with the limits."""

@@ -18,12 +18,10 @@ class End(Enum):
     """The ways a run can end."""
 
     SUCCESS = "success"
-    FAILURE = "failure"
-    """The tree failed."""
+    FAILURE = "failure"  # the tree failed
     CRASH = "crash"
     """A node of the tree, or the controller, raised an exception or blocked the loop."""
-    HARDWARE = "hardware fault"
-    """The robot could not be read, commanded or believed any more."""
+    HARDWARE = "hardware fault"  # the robot could not be read, commanded or believed any more
     INTERRUPTED = "interrupted"
 
     @property
@@ -38,14 +36,11 @@ class Outcome:
     """How a run ended and why."""
 
     end: End
-    reason: str
-    """What was achieved or what went wrong, for people."""
-    node: str = ""
-    """The node that failed or crashed; empty if none did."""
+    reason: str  # what was achieved or what went wrong, for people
+    node: str = ""  # the node that failed or crashed; empty if none did
     where: Behaviour | None = field(default=None, compare=False)
     """The node that `node` names, or the one that ran; None if unknown."""
-    trace: str = ""
-    """Traceback of a crash of a leaf or the controller; else empty."""
+    trace: str = ""  # traceback of a crash of a leaf or the controller; else empty
 
 
 class Stage(Enum):

@@ -37,18 +37,12 @@ class ReplayError(UserError):
 class Replay:
     """Result of a replay."""
 
-    commands: int
-    """Number of commands equal to the recorded ones, before the first difference."""
-    recorded: int
-    """Number of recorded commands."""
-    difference: Difference | None
-    """The first command that differs."""
-    ran_out: bool
-    """Whether the replay continued after the end of a complete recording."""
-    complete: bool
-    """Whether the recording is complete."""
-    outcome: Outcome
-    """How the replay ended."""
+    commands: int  # number of commands equal to the recorded ones, before the first difference
+    recorded: int  # number of recorded commands
+    difference: Difference | None  # the first command that differs
+    ran_out: bool  # whether the replay continued after the end of a complete recording
+    complete: bool  # whether the recording is complete
+    outcome: Outcome  # how the replay ended
 
     @property
     def identical(self) -> bool:

@@ -36,8 +36,7 @@ from hw import DEFAULT_LEVEL, Robot, stopwatch
 from trees.language import Task, TreeNode
 from trees.site import scene_of
 
-_SHORT_PATIENCE = 1.0
-"""Time for the disk to write the rest of an abandoned run [s]."""
+_SHORT_PATIENCE = 1.0  # time for the disk to write the rest of an abandoned run [s]
 
 
 class Observers:

@@ -17,23 +17,19 @@ class RunOptions:
     """Options of a run, as given on the command line."""
 
     tree: Path
-    robot: str = "frankie"
-    """A shipped robot or a robot file."""
-    world: str = "kinematic"
-    """What simulates the robot, unless it is real."""
+    robot: str = "frankie"  # a shipped robot or a robot file
+    world: str = "kinematic"  # what simulates the robot, unless it is real
     base_speed: float | None = None
     """Speed limit of the base [m/s]; None for that of its description."""
     reverse_speed: float | None = None
     """Limit backwards [m/s]; None for the same share as in its description."""
-    armed: bool = False
-    """Whether a real robot may move."""
+    armed: bool = False  # whether a real robot may move
     motion: MotionForm = MotionForm.HOLISTIC
     planning_time: float = PlanningSettings.planning_time
     """Standstill for each plan, if motions are planned [s]."""
     vision: VisionForm = VisionForm.STEP
     obstacles: ObstacleSource = ObstacleSource.MAP
-    map: Path | None = None
-    """Scene file with the map; None for the map of the simulated world."""
+    map: Path | None = None  # scene file with the map; None for the map of the simulated world
     scene: str | None = None
     """A shipped scene or a scene file; None for the one that the task names, or `household`."""
     localisation: str | None = None
@@ -43,23 +39,15 @@ class RunOptions:
     """What is matched to the map where the localisation may be wrong."""
     seed: int = 0
     parameters: Mapping[str, str] = field(default_factory=dict)
-    places: Path | None = None
-    """A file of poses and regions, used instead of the task's own."""
-    paced: bool = False
-    """In real time instead of as fast as possible."""
-    record: Path = Path("runs")
-    """Parent of the run's folder."""
+    places: Path | None = None  # a file of poses and regions, used instead of the task's own
+    paced: bool = False  # in real time instead of as fast as possible
+    record: Path = Path("runs")  # parent of the run's folder
     replayable: bool = False
     """Keep the camera's images, so that a run that uses them can be replayed."""
-    weights: Path | None = None
-    """File of a grasp network; None for a shipped one."""
-    network: str | None = None
-    """Name of a shipped grasp network; None for the best."""
+    weights: Path | None = None  # file of a grasp network; None for a shipped one
+    network: str | None = None  # name of a shipped grasp network; None for the best
     view: ViewOptions = field(default_factory=ViewOptions)
     control: ControlOptions = field(default_factory=ControlOptions)
-    faults: tuple[ScheduledFault, ...] = ()
-    """Faults to inject."""
-    shown: bool = False
-    """Whether the terminal shows the tree."""
-    recording: bool = True
-    """Whether the motion is recorded for the viewer."""
+    faults: tuple[ScheduledFault, ...] = ()  # faults to inject
+    shown: bool = False  # whether the terminal shows the tree
+    recording: bool = True  # whether the motion is recorded for the viewer

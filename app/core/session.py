@@ -36,10 +36,8 @@ from hw import (
 )
 from trees.language import failed_node
 
-_LONGEST_STOP = 3.0
-"""Longest time to come to rest [s]."""
-_AT_REST = 1e-3
-"""Slower is at rest [m/s or rad/s]."""
+_LONGEST_STOP = 3.0  # longest time to come to rest [s]
+_AT_REST = 1e-3  # slower is at rest [m/s or rad/s]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -51,10 +49,8 @@ class Tick:
     applied: Command
     report: StepReport
     context: Context
-    seconds: float
-    """Real time from the reading to the command [s]."""
-    paused: bool
-    """Whether the task's clock is held because a person has paused the tree."""
+    seconds: float  # real time from the reading to the command [s]
+    paused: bool  # whether the task's clock is held because a person has paused the tree
 
 
 class NobodyHereError(HardwareError):

@@ -57,19 +57,15 @@ class Setup:
     """What a session works with; the robot is connected."""
 
     robot: FaultInjection
-    recorded: RecordedRobot
-    """The same robot, as the loop sees it."""
+    recorded: RecordedRobot  # the same robot, as the loop sees it
     clock: TaskClock
-    truth: Truth | None
-    """State of the simulated world; None on hardware."""
-    world: str
-    """What simulates the robot."""
+    truth: Truth | None  # state of the simulated world; None on hardware
+    world: str  # what simulates the robot
     controller: MotionController
     gate: Gate
     vision: Vision
     context: Context
-    problems: list[str]
-    """Errors while everything is closed."""
+    problems: list[str]  # errors while everything is closed
 
     @property
     def model(self) -> RobotModel:

@@ -70,8 +70,7 @@ class Snapshots:
         self._truth = truth
         self._movable = _movable(truth) if truth else ()
         self._shown: DepthFrame | None = None
-        self.began: TaskTime | None = None
-        """Time of the first tick."""
+        self.began: TaskTime | None = None  # time of the first tick
 
     def of(self, tick: Tick) -> Snapshot:
         """The snapshot of a tick, on the map; a frame is in that of the tick that first used it."""

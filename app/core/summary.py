@@ -39,59 +39,38 @@ class Summary:
     world: str
     scene: str
     seed: int
-    outcome: str
-    """One of the values of `End`."""
+    outcome: str  # one of the values of `End`
     reason: str
-    node: str
-    """The node that failed; empty if none did."""
-    objects: int
-    """Number of objects at the beginning."""
-    placed: int
-    """Number of objects that were delivered, by the contacts of the simulator."""
-    claimed: int
-    """Number of objects that the tree claims to have placed."""
-    attempts: int
-    """How often the fingers closed to grasp."""
-    duration_s: float
-    """From the first tick, without pauses."""
+    node: str  # the node that failed; empty if none did
+    objects: int  # number of objects at the beginning
+    placed: int  # number of objects that were delivered, by the contacts of the simulator
+    claimed: int  # number of objects that the tree claims to have placed
+    attempts: int  # how often the fingers closed to grasp
+    duration_s: float  # from the first tick, without pauses
     paused_s: float
     grasp_time_mean_s: float | None
     """From the first image to closed fingers, mean over the attempts that succeeded."""
     pick_place_time_mean_s: float | None
     """Mean time per object, from the release of the one before, or the first attempt."""
-    contacts: int
-    """Contacts in simulation, without those of the fingers and of what they hold."""
-    contacts_by_name: dict[str, int]
-    """The same by pair, as `link3 hit table/top`."""
+    contacts: int  # contacts in simulation, without those of the fingers and of what they hold
+    contacts_by_name: dict[str, int]  # the same by pair, as `link3 hit table/top`
     limit_violations: int
     """Ticks with a measured joint position over its limit, or a speed by more than 1 %."""
-    highest_speed_percent: float
-    """Largest measured share of a speed limit."""
-    smallest_joint_margin_deg: float
-    """Smallest distance of a joint to a position limit."""
-    refused_commands: dict[str, int]
-    """Commands that the gate refused, by reason."""
+    highest_speed_percent: float  # largest measured share of a speed limit
+    smallest_joint_margin_deg: float  # smallest distance of a joint to a position limit
+    refused_commands: dict[str, int]  # commands that the gate refused, by reason
     ticks: int
     tick_median_ms: float
     tick_p99_ms: float
-    late_ticks: int
-    """Ticks that took longer than the control period."""
-    missed_ticks: int
-    """Ticks that were skipped because the one before took too long."""
-    stalls: int
-    """How often the watchdog stopped the robot because a tick took too long."""
-    perception_s: float
-    """Real time of image processing within ticks."""
-    real_time_factor: float
-    """Simulated seconds per real second."""
-    localisation: str
-    """How the base was localised, in one line; empty if it was exact."""
-    messages: list[str]
-    """Messages of the task to people, in order."""
-    warnings: list[str]
-    """What could not be recorded or shown."""
-    carried: list[dict[str, float | int | None]]
-    """Times and attempts of each object."""
+    late_ticks: int  # ticks that took longer than the control period
+    missed_ticks: int  # ticks that were skipped because the one before took too long
+    stalls: int  # how often the watchdog stopped the robot because a tick took too long
+    perception_s: float  # real time of image processing within ticks
+    real_time_factor: float  # simulated seconds per real second
+    localisation: str  # how the base was localised, in one line; empty if it was exact
+    messages: list[str]  # messages of the task to people, in order
+    warnings: list[str]  # what could not be recorded or shown
+    carried: list[dict[str, float | int | None]]  # times and attempts of each object
 
     def kept(self, path: Path) -> Summary:
         """Write it as JSON; returns it, with a warning if that fails."""

@@ -16,8 +16,7 @@ _NOWHERE = ("", "hand", "floor")
 class WorldModel(NamedTuple):
     """What the robot is given of its surroundings."""
 
-    fixtures: tuple[Geom, ...] = ()
-    """Static geometry in the world frame, without the floor."""
+    fixtures: tuple[Geom, ...] = ()  # static geometry in the world frame, without the floor
     obstacles: Callable[[float], Sequence[Obstacle]] = lambda stamp: ()
     """Moving obstacles at a time on the session's clock [s]."""
 

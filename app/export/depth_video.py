@@ -18,16 +18,13 @@ from app.core import FRAMES, RECORDING
 from app.export.episodes import Episode, ExportError
 from app.review import NoDepthError, depth_images
 
-NEAR, FAR = 0.1, 1.5
-"""What 1 and 255 stand for [m]."""
-WIDEST = 320
-"""Largest width of a picture [px]; larger images are subsampled."""
+NEAR, FAR = 0.1, 1.5  # what 1 and 255 stand for [m]
+WIDEST = 320  # largest width of a picture [px]; larger images are subsampled
 CODEC = "vp9"
 _FOURCC = "vp09"
 
 Picture = npt.NDArray[np.uint8]
-Images = list[tuple[float, Picture]]
-"""Time [s] and picture (H, W), in order."""
+Images = list[tuple[float, Picture]]  # time [s] and picture (H, W), in order
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,8 +33,7 @@ class Video:
 
     height: int
     width: int
-    levels: npt.NDArray[np.int64]
-    """(256,) number of pixels of each value."""
+    levels: npt.NDArray[np.int64]  # (256,) number of pixels of each value
 
     def statistics(self) -> dict[str, Any]:
         """Statistics of the values, scaled to 0 to 1, for each channel."""

@@ -25,8 +25,7 @@ class ExportError(UserError):
     """Runs cannot be exported; the text says which and why."""
 
 
-_SHORTEST, _LONGEST = 1e-4, 1.0
-"""Of a control period [s]."""
+_SHORTEST, _LONGEST = 1e-4, 1.0  # of a control period [s]
 _LEAST_FRAMES = 2
 _HANDLING = ("grasp", "retreat_check", "place")
 
@@ -52,10 +51,8 @@ class Episode:
     success: bool
     why: str
     folder: Path
-    stamps: Array
-    """(frames,) on the session's clock [s]."""
-    columns: dict[str, Array]
-    """(frames,) or (frames, n) by feature, without the indices."""
+    stamps: Array  # (frames,) on the session's clock [s]
+    columns: dict[str, Array]  # (frames,) or (frames, n) by feature, without the indices
 
     @property
     def length(self) -> int:

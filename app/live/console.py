@@ -33,8 +33,7 @@ class ControlOptions:
     """Options of control."""
 
     page: bool = False
-    page_port: int | None = None
-    """None takes the usual port, or a free one if that is taken."""
+    page_port: int | None = None  # None takes the usual port, or a free one if that is taken
     paused: bool = False
     breaks: tuple[str, ...] = ()
     groot: bool = False

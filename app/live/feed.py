@@ -14,8 +14,7 @@ from typing import Generic, TypeVar
 
 Item = TypeVar("Item")
 
-_ROUNDING = 1e-6
-"""Tolerance, since stamps are sums of periods [s]."""
+_ROUNDING = 1e-6  # tolerance, since stamps are sums of periods [s]
 
 
 class Feed(Generic[Item]):

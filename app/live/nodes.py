@@ -22,12 +22,9 @@ class NodeInfo:
     """Constant data of a node; a tree is a list of them in preorder."""
 
     name: str
-    kind: str
-    """Its key in a task file, for example `sequence` or `navigate`."""
-    depth: int
-    """Number of ancestors; 0 at the root."""
-    given: str = ""
-    """Its main argument, as `at_table` of a `navigate`; empty for most."""
+    kind: str  # its key in a task file, for example `sequence` or `navigate`
+    depth: int  # number of ancestors; 0 at the root
+    given: str = ""  # its main argument, as `at_table` of a `navigate`; empty for most
 
     @property
     def title(self) -> str:
@@ -39,8 +36,7 @@ class NodeStatus(NamedTuple):
     """Status of a node after a tick; a tuple, which is quicker to make than a dataclass."""
 
     status: Status
-    message: str
-    """Feedback message; may be empty."""
+    message: str  # feedback message; may be empty
 
 
 class Look(StrEnum):
@@ -49,8 +45,7 @@ class Look(StrEnum):
     IDLE = "idle"
     RUNNING = "running"
     SUCCESS = "success"
-    NOT_YET = "not yet"
-    """A failure after which the tree continues: a condition or an attempt."""
+    NOT_YET = "not yet"  # a failure after which the tree continues: a condition or an attempt
     FAILURE = "failure"
 
 
@@ -67,12 +62,7 @@ LOOK_GLYPH = {
     Look.NOT_YET: "○",
     Look.FAILURE: "✗",
 }
-STATUS_GLYPH = {
-    Status.INVALID: "·",
-    Status.RUNNING: "▶",
-    Status.SUCCESS: "✔",
-    Status.FAILURE: "✗",
-}
+STATUS_GLYPH = {Status.INVALID: "·", Status.RUNNING: "▶", Status.SUCCESS: "✔", Status.FAILURE: "✗"}
 
 
 def tree_view(nodes: Sequence[TreeNode]) -> list[NodeInfo]:

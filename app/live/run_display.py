@@ -36,10 +36,8 @@ if TYPE_CHECKING:
     from app.live.nodes import NodeInfo, NodeStatus
     from app.live.snapshot import Snapshot
 
-_PERIOD = 0.2
-"""Interval of writing [s of real time]."""
-_PATIENCE = 1.0
-"""Time for the terminal to write the rest [s]."""
+_PERIOD = 0.2  # interval of writing [s of real time]
+_PATIENCE = 1.0  # time for the terminal to write the rest [s]
 _STYLES = {
     Look.IDLE: "bright_black",
     Look.RUNNING: "cyan",
@@ -56,8 +54,7 @@ class Moment(NamedTuple):
     seen: Snapshot
     placed: int
     attempts: int
-    paused: str = ""
-    """Why the run is paused; empty if it is not."""
+    paused: str = ""  # why the run is paused; empty if it is not
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,8 +63,7 @@ class RunInfo:
 
     task: str
     where: str
-    objects: int = 0
-    """Number of objects to be placed; 0 if unknown or none."""
+    objects: int = 0  # number of objects to be placed; 0 if unknown or none
 
 
 class RunDisplay:

@@ -30,16 +30,11 @@ class PoseEstimate(NamedTuple):
 
     mTb: Array
     """(3,) the newest: x, y [m], heading [rad]; what is drawn and done follows it smoothly."""
-    covariance: Array
-    """(3, 3) of it."""
-    mTo: SE3
-    """Odometry on the map, as it is drawn."""
-    registration: Registration | None = None
-    """The newest; the same object until there is another."""
-    scan: LaserScan | None = None
-    """The newest of the laser that was registered; as above."""
-    true_base: SE3 | None = None
-    """Where the base is in simulation."""
+    covariance: Array  # (3, 3) of it
+    mTo: SE3  # odometry on the map, as it is drawn
+    registration: Registration | None = None  # the newest; the same object until there is another
+    scan: LaserScan | None = None  # the newest of the laser that was registered; as above
+    true_base: SE3 | None = None  # where the base is in simulation
 
     @property
     def two_sigma(self) -> tuple[float, float]:
@@ -57,19 +52,15 @@ class Snapshot:
     """
 
     tick: int
-    time: float
-    """Of the task, from its first tick, without pauses [s]."""
-    paused_s: float = 0.0
-    """Total duration of the pauses so far [s]."""
+    time: float  # of the task, from its first tick, without pauses [s]
+    paused_s: float = 0.0  # total duration of the pauses so far [s]
     state: RobotState
     command: Command
     report: StepReport
-    seconds: float
-    """Computing time of the tick [s]."""
+    seconds: float  # computing time of the tick [s]
     nodes: tuple[NodeStatus, ...]
     goal: MotionGoal | None
-    estimate: PoseEstimate | None = None
-    """None where the localisation is exact."""
+    estimate: PoseEstimate | None = None  # None where the localisation is exact
     objects: tuple[SE3, ...] = ()
     """Poses in the world of the simulated objects, in the order of `SceneView.objects`."""
     frame: DepthFrame | None = None
@@ -122,8 +113,7 @@ class RegionView:
 
     name: str
     pose: SE3
-    size: Array
-    """(3,) edge lengths [m]."""
+    size: Array  # (3,) edge lengths [m]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -134,8 +124,7 @@ class SceneView:
     objects: tuple[ObjectView, ...] = ()
     regions: tuple[RegionView, ...] = ()
     goals: tuple[tuple[str, SE3], ...] = ()
-    estimated: bool = False
-    """Whether snapshots have a `PoseEstimate`."""
+    estimated: bool = False  # whether snapshots have a `PoseEstimate`
 
 
 def key_figures(snapshot: Snapshot) -> dict[str, float]:

@@ -53,13 +53,10 @@ _WORDS = (
 class Cause:
     """The earliest cause of a failure."""
 
-    time: float
-    """Of the task [s]."""
-    node: int | None
-    """Where; None if no node ran."""
+    time: float  # of the task [s]
+    node: int | None  # where; None if no node ran
     reason: str
-    topic: str
-    """The topic in a word or two; empty if unknown."""
+    topic: str  # the topic in a word or two; empty if unknown
     is_fault: bool = False
 
 

@@ -15,14 +15,10 @@ from app.review.event_log import DamagedRunError
 
 Array = npt.NDArray[np.float64]
 
-_STEP = 0.005
-"""Step of the time grid [s]."""
-_LONGEST = 120.0
-"""Longest evaluated part of a run [s]."""
-_GAP = 0.1
-"""Longest interval between readings that is interpolated [s]."""
-_LEAST = 0.02
-"""Smallest rms command that is evaluated [m/s or rad/s]."""
+_STEP = 0.005  # step of the time grid [s]
+_LONGEST = 120.0  # longest evaluated part of a run [s]
+_GAP = 0.1  # longest interval between readings that is interpolated [s]
+_LEAST = 0.02  # smallest rms command that is evaluated [m/s or rad/s]
 _DEAD = np.arange(0.0, 0.31, 0.01)
 _LAGS = np.array([0.01, 0.02, 0.03, 0.04, 0.06, 0.08, 0.1, 0.12, 0.15, 0.18, 0.22, 0.27, 0.33, 0.4])
 _AXES = {"base, driving": (1, 4), "base, turning": (3, 6)} | {
@@ -34,12 +30,9 @@ class Delay(NamedTuple):
     """Delay of one axis: a dead time, then a first-order lag."""
 
     axis: str
-    dead: float
-    """Dead time [s]."""
-    lag: float
-    """Time constant [s]."""
-    error: float
-    """Rms error of the model, as a share of the rms command."""
+    dead: float  # dead time [s]
+    lag: float  # time constant [s]
+    error: float  # rms error of the model, as a share of the rms command
 
     @property
     def total(self) -> float:

@@ -48,8 +48,7 @@ class Node(_Checked):
 class LoggedEvent(_Checked):
     """One line of the log."""
 
-    time: Annotated[float, Field(ge=0.0, le=1e9, allow_inf_nan=False)]
-    """On the session's clock [s]."""
+    time: Annotated[float, Field(ge=0.0, le=1e9, allow_inf_nan=False)]  # on the session's clock [s]
 
 
 class Begin(LoggedEvent):

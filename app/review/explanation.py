@@ -27,8 +27,7 @@ class Attempt:
     begin: float
     end: float
     result: str
-    cause: Cause | None
-    """The cause of its failure; None if it succeeded."""
+    cause: Cause | None  # the cause of its failure; None if it succeeded
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,21 +45,15 @@ class Explanation:
 
     record: RunRecord
     outcome: str
-    time: float
-    """Of the end, or of the last event."""
-    node: Node | None
-    """The node in which it ended; None if there is none."""
-    since: float
-    """When that node failed, or else was last entered."""
+    time: float  # of the end, or of the last event
+    node: Node | None  # the node in which it ended; None if there is none
+    since: float  # when that node failed, or else was last entered
     reason: str
-    verdict: str
-    """Message of the root."""
+    verdict: str  # message of the root
     values: Mapping[str, float]
     faults: Sequence[str]
-    code: str
-    """The line of code in which a leaf crashed; empty if none did."""
-    cause: Cause | None
-    """The earliest cause; None if nothing went wrong."""
+    code: str  # the line of code in which a leaf crashed; empty if none did
+    cause: Cause | None  # the earliest cause; None if nothing went wrong
     where: Node | None
     attempts: Sequence[Attempt]
     leaf_times: Sequence[LeafTime]

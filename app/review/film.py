@@ -20,16 +20,12 @@ from hw import stopwatch
 
 _VIEWS = ("tree", "scene")
 _SIZE = "1920x1080"
-_WIDTH = 960
-"""Of the film [px]."""
-_SPEED, _RATE = 2.5, 10.0
-"""Recorded seconds per second, and pictures per second."""
-_NOTICES = 8.0
-"""Time for which the viewer's own notifications cover a corner of its window [s]."""
+_WIDTH = 960  # of the film [px]
+_SPEED, _RATE = 2.5, 10.0  # recorded seconds per second, and pictures per second
+_NOTICES = 8.0  # time for which the viewer's own notifications cover a corner of its window [s]
 _PATIENCE = 60.0
 _ATTEMPTS = 5
-_LAST = 1.5
-"""Duration of the last picture [s]."""
+_LAST = 1.5  # duration of the last picture [s]
 
 
 class FilmError(UserError):

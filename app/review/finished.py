@@ -17,8 +17,7 @@ from app.review.event_log import first_problem
 from app.task_time import in_words, task_time
 from config import UserError
 
-RUNS = Path("runs")
-"""Where `frankie-task run` keeps them by default."""
+RUNS = Path("runs")  # where `frankie-task run` keeps them by default
 LAST = "last"
 UNFINISHED = "unfinished"
 """Outcome of a run without a summary: it is still going on, or its process was killed."""
@@ -72,8 +71,7 @@ class RunRecord:
 
     folder: Path
     summary: RecordedSummary
-    damage: str = ""
-    """What is wrong with the summary; empty if nothing, or if it is missing."""
+    damage: str = ""  # what is wrong with the summary; empty if nothing, or if it is missing
 
     @property
     def name(self) -> str:

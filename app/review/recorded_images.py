@@ -17,8 +17,7 @@ _ENCODED, _RAW = "EncodedDepthImage:", "DepthImage:"
 _DTYPES: dict[int, str] = {6: "u1", 7: "u2", 8: "u4", 33: "f2", 34: "f4", 35: "f8"}
 """By the number of Rerun's channel type."""
 _HINT = "; use a recording with depth images"
-_Row = dict[str, Any]
-"""Components of one row of a chunk by name, and its `time` [s]."""
+_Row = dict[str, Any]  # components of one row of a chunk by name, and its `time` [s]
 
 
 class NoDepthError(UserError):
@@ -28,10 +27,8 @@ class NoDepthError(UserError):
 class RecordedDepth(NamedTuple):
     """A recorded depth image."""
 
-    depth: npt.NDArray[np.float32]
-    """(H, W) [m]; 0 where missing."""
-    focal: float | None
-    """Focal length [px], if it was recorded."""
+    depth: npt.NDArray[np.float32]  # (H, W) [m]; 0 where missing
+    focal: float | None  # focal length [px], if it was recorded
 
 
 def recorded_depth(recording: Path, at: float | None) -> RecordedDepth:

@@ -26,8 +26,7 @@ class Span:
     node: int
     begin: float
     end: float
-    status: str
-    """SUCCESS, FAILURE, INVALID if it was halted, RUNNING if it did not end."""
+    status: str  # SUCCESS, FAILURE, INVALID if it was halted, RUNNING if it did not end
     message: str
 
     @property
@@ -57,8 +56,7 @@ class Timeline:
     parents: Sequence[int | None]
     rounds: Mapping[int, Sequence[Span]]
     faults: Sequence[FaultSpan]
-    end: float
-    """Of the last event [s]."""
+    end: float  # of the last event [s]
 
     def children(self, node: int) -> list[int]:
         """The nodes right below one."""

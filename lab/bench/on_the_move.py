@@ -54,11 +54,7 @@ class Saving:
 
 
 def run_on_the_move(
-    options: RunOptions,
-    seeds: Sequence[int],
-    done: Callable[[Summary], None],
-    *,
-    workers: Workers,
+    options: RunOptions, seeds: Sequence[int], done: Callable[[Summary], None], *, workers: Workers
 ) -> list[Passing]:
     """Run both tasks for every seed: all standing runs, then all others."""
     wanted = [replace(options, tree=tree, seed=seed) for tree in WAYS.values() for seed in seeds]

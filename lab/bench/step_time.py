@@ -15,14 +15,7 @@ import numpy as np
 from pinocchio import SE3
 
 from app.core import Instruments, RunOptions, Setup, Tick, run_task
-from controller import (
-    Command,
-    KinematicState,
-    MotionGoal,
-    PoseGoal,
-    StepReport,
-    Surroundings,
-)
+from controller import Command, KinematicState, MotionGoal, PoseGoal, StepReport, Surroundings
 from lab.bench.configuration import Configuration
 from lab.bench.goals import generate_goals
 from lab.bench.motion import Step, run_motion

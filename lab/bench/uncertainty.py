@@ -81,11 +81,7 @@ def run_uncertainty(
     """
     wanted = [
         replace(
-            options,
-            localisation=level,
-            registration=RegistrationForm(form),
-            scene=scene,
-            seed=seed,
+            options, localisation=level, registration=RegistrationForm(form), scene=scene, seed=seed
         )
         for level, form, scene, seed in product(levels, registrations, scenes, seeds)
         if level != "exact" or form == registrations[0]
@@ -119,11 +115,9 @@ class UncertaintyFigures:
     attempts: int
     duration_mean_s: float
     contacts: int
-    position_error_m: tuple[float, float]
-    """Median and 90th percentile over the time of all runs."""
+    position_error_m: tuple[float, float]  # median and 90th percentile over the time of all runs
     heading_error_rad: tuple[float, float]
-    nees: float | None
-    """Mean; 1 is consistent, less is too cautious. None where the pose is exact."""
+    nees: float | None  # mean; 1 is consistent, less is too cautious. None where the pose is exact
 
 
 def uncertainty_figures(runs: Sequence[UncertainRun]) -> list[UncertaintyFigures]:

@@ -7,13 +7,7 @@ from lab.calibration.hand_eye import calibrate_hand_eye
 from lab.calibration.live import LiveArm, live_arm, live_base
 from lab.calibration.postures import aTe_of
 from lab.calibration.result import Calibration, CalibrationError
-from lab.calibration.rigs import (
-    Look,
-    Noise,
-    SimulatedArm,
-    SimulatedBase,
-    render,
-)
+from lab.calibration.rigs import Look, Noise, SimulatedArm, SimulatedBase, render
 
 __all__ = [
     "Board",

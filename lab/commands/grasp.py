@@ -119,12 +119,7 @@ def evaluate(
         Terminal().print(grasps.views_table(views))
         return
     evaluation = grasps.evaluate_grasps(
-        choice,
-        scenes=scenes,
-        bins=bins,
-        meshes=meshes,
-        by_chance=by_chance,
-        workers=processes,
+        choice, scenes=scenes, bins=bins, meshes=meshes, by_chance=by_chance, workers=processes
     )
     for table in grasps.evaluation_tables(evaluation):
         Terminal().print(table)

@@ -18,13 +18,7 @@ import numpy.typing as npt
 from config import ConfigError
 from lab.grasps.choice import require_physics
 from lab.shared import run_all
-from perception import (
-    Candidates,
-    GraspDetector,
-    GraspPatches,
-    Proposals,
-    joined_patches,
-)
+from perception import Candidates, GraspDetector, GraspPatches, Proposals, joined_patches
 
 SETS: Mapping[str, tuple[int, tuple[str, ...]]] = {
     "trained": (200_000, ("trained", "trained, drawn out")),

@@ -55,9 +55,7 @@ from robots import Array, load_robot
 TRAY, INNER, FLOOR = (0.80, 0.0), (0.44, 0.36), 0.456
 """Middle of the tray, its inner size and the height of its floor [m]."""
 TRAY_REGION = Region(
-    name="tray",
-    mTr=SE3(np.eye(3), np.array([*TRAY, FLOOR + 0.1])),
-    size=np.array([*INNER, 0.2]),
+    name="tray", mTr=SE3(np.eye(3), np.array([*TRAY, FLOOR + 0.1])), size=np.array([*INNER, 0.2])
 )
 CLUTTER = ("apart", "pairs", "cluster")
 """Arrangements: 6 mm or more apart; two pairs that touch; all pushed to one in the middle."""
@@ -120,10 +118,7 @@ def _gap(obj: SimObject, point: Array) -> float:
 
 
 def seen_from_above(
-    world: World,
-    rng: np.random.Generator,
-    height: float,
-    off: tuple[float, float],
+    world: World, rng: np.random.Generator, height: float, off: tuple[float, float]
 ) -> tuple[DepthFrame, npt.NDArray[np.int64]]:
     """A noisy frame of the tray, and the number of the object in each pixel; -1 is none.
 

@@ -196,11 +196,7 @@ def camera_above_table(depth: npt.NDArray[np.float32], intrinsics: Intrinsics) -
     height, width = depth.shape
     v, u = (each.ravel() for each in np.mgrid[0:height:_STRIDE, 0:width:_STRIDE])
     ray = np.stack(
-        [
-            (u - intrinsics.cx) / intrinsics.fx,
-            (v - intrinsics.cy) / intrinsics.fy,
-            np.ones(len(u)),
-        ],
+        [(u - intrinsics.cx) / intrinsics.fx, (v - intrinsics.cy) / intrinsics.fy, np.ones(len(u))],
         axis=1,
     )
     points = ray * depth[v, u, None].astype(float)

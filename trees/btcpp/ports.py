@@ -28,21 +28,16 @@ from trees.language import (
     ValueType,
 )
 
-MAIN = "Main"
-"""The tree that runs the exported task with its default parameters."""
+MAIN = "Main"  # the tree that runs the exported task with its default parameters
 
 SUBTREE = "SubTree"
-SCRIPT = "Script"
-"""Writes keys: the language's `set`."""
+SCRIPT = "Script"  # writes keys: the language's `set`
 
-PARALLEL = "Parallel"
-"""The one node whose attributes count its children; see `parallel_counts`."""
+PARALLEL = "Parallel"  # the one node whose attributes count its children; see `parallel_counts`
 
-SWITCHES = range(2, 7)
-"""How many cases a `Switch` of BehaviorTree.CPP may have."""
+SWITCHES = range(2, 7)  # how many cases a `Switch` of BehaviorTree.CPP may have
 
-VALUE = "value"
-"""The port of an exported modifier that BehaviorTree.CPP does not have."""
+VALUE = "value"  # the port of an exported modifier that BehaviorTree.CPP does not have
 
 TAGS: Mapping[str, str] = {
     word.node.key: word.counterpart.tag

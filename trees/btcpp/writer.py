@@ -53,8 +53,7 @@ class Export:
         self.models: dict[str, Element] = {}
         self.used: dict[Path, set[str]] = {}
         """The models of the nodes that a file has, and of its tree."""
-        self.included: dict[Path, set[Path]] = {}
-        """The files that a file uses."""
+        self.included: dict[Path, set[Path]] = {}  # the files that a file uses
         self.add(task)
 
     def add(self, task: Task) -> None:

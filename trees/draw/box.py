@@ -24,16 +24,12 @@ _SYMBOLS = {"action": "•", "condition": "○", "subtree": "▣"}
 class Box:
     """One node as it is drawn."""
 
-    category: str
-    """`composite`, `action`, `condition` or `subtree`."""
-    key: str
-    """The node's key in the task file."""
-    title: str
-    """Its name, which is its key unless the file says otherwise."""
+    category: str  # `composite`, `action`, `condition` or `subtree`
+    key: str  # the node's key in the task file
+    title: str  # its name, which is its key unless the file says otherwise
     symbol: str
     arguments: tuple[str, ...]
-    modifiers: tuple[str, ...]
-    """Innermost first."""
+    modifiers: tuple[str, ...]  # innermost first
     children: tuple[Box, ...] = ()
 
 

@@ -19,16 +19,13 @@ _COLOURS = {
     "subtree": ("#f1e8fa", "#8352b8"),
 }
 """Fill and line, by category."""
-_CHARACTER = 7.3
-"""Breadth of a letter of the monospaced font at `_SIZE` [px]."""
+_CHARACTER = 7.3  # breadth of a letter of the monospaced font at `_SIZE` [px]
 _SIZE = 12
 _LINE = 16.0
 _PADDING = 9.0
-_ACROSS, _DOWN = 44.0, 12.0
-"""Gaps between columns and between boxes of a column [px]."""
+_ACROSS, _DOWN = 44.0, 12.0  # gaps between columns and between boxes of a column [px]
 _MARGIN = 16.0
-_LONGEST = 46
-"""Longer lines end in an ellipsis."""
+_LONGEST = 46  # longer lines end in an ellipsis
 
 
 @dataclass(frozen=True)

@@ -67,10 +67,8 @@ class _Builder:
 
     context: Context
     make_leaf: LeafMaker
-    path: Path
-    """The file, for messages."""
-    prefix: str = ""
-    """Before the names of its keys in the context."""
+    path: Path  # the file, for messages
+    prefix: str = ""  # before the names of its keys in the context
     keys: dict[str, Key[object]] = field(default_factory=dict)
     """By the names that this file gives them."""
 

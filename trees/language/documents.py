@@ -146,10 +146,8 @@ class TaskParameter:
     """A parameter of a task."""
 
     location: Location
-    type: ValueType | None
-    """None if there is an error in its definition."""
-    default: YamlScalar | None = None
-    """None if a value has to be given."""
+    type: ValueType | None  # None if there is an error in its definition
+    default: YamlScalar | None = None  # None if a value has to be given
     description: str = ""
     value: Argument = None
     """Its value in this run; a `KeyRead` is a key of the including file, None is no value yet."""
@@ -190,8 +188,7 @@ class TaskOutput:
 
     location: Location
     description: str
-    type: ValueType | None = None
-    """What the tree writes to it; None before the tree is read."""
+    type: ValueType | None = None  # what the tree writes to it; None before the tree is read
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -204,8 +201,7 @@ class Document:
     scene: str
     parameters: Mapping[str, TaskParameter]
     outputs: Mapping[str, TaskOutput]
-    entries: Mapping[str, YamlEntry]
-    """All sections as they were read."""
+    entries: Mapping[str, YamlEntry]  # all sections as they were read
 
 
 def read_document(diagnostics: Diagnostics) -> Document | None:

@@ -26,10 +26,8 @@ _ANY_NUMBER = ValueType(types=(int, float))
 class Fact(NamedTuple):
     """What is known about a node."""
 
-    before: Keys
-    """The keys that are written when it starts; None if it is never reached."""
-    own: Outcomes
-    """How it can end without its modifiers."""
+    before: Keys  # the keys that are written when it starts; None if it is never reached
+    own: Outcomes  # how it can end without its modifiers
     outcomes: Outcomes
 
 
@@ -38,10 +36,8 @@ class FlowResult:
     """What is known about the tree of one file."""
 
     outcomes: Outcomes
-    outputs: Mapping[str, TaskOutput]
-    """With their types."""
-    facts: Mapping[int, Fact]
-    """By `id` of the node."""
+    outputs: Mapping[str, TaskOutput]  # with their types
+    facts: Mapping[int, Fact]  # by `id` of the node
 
 
 def check_flow(
@@ -92,10 +88,8 @@ class _Flow:
 
     parameters: Mapping[str, TaskParameter]
     diagnostics: Diagnostics
-    types: dict[str, ValueType]
-    """Of the keys met so far."""
-    writes: dict[str, Location] = field(default_factory=dict)
-    """Where each key is first written."""
+    types: dict[str, ValueType]  # of the keys met so far
+    writes: dict[str, Location] = field(default_factory=dict)  # where each key is first written
     read: set[str] = field(default_factory=set)
     facts: dict[int, Fact] = field(default_factory=dict)
 

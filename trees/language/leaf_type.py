@@ -24,11 +24,9 @@ class Parameter:
     name: str
     type: ValueType
     required: bool
-    default: object = None
-    """Its value if the file gives none; no meaning if `required`."""
+    default: object = None  # its value if the file gives none; no meaning if `required`
     description: str = ""
-    unit: str = ""
-    """`m/s`, `s`, ...; empty if it has none."""
+    unit: str = ""  # `m/s`, `s`, ...; empty if it has none
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,8 +35,7 @@ class Output:
 
     name: str
     type: ValueType
-    required: bool
-    """Whether the file has to name a key."""
+    required: bool  # whether the file has to name a key
     description: str = ""
     unit: str = ""
 
@@ -48,12 +45,9 @@ class LeafType:
     """Description of a leaf; the meaning of most fields stands at `behaviours.Leaf`."""
 
     key: str
-    behaviour: Callable[..., Behaviour]
-    """Its class."""
-    description: str
-    """The first paragraph of its docstring."""
-    details: str = ""
-    """The paragraphs after that."""
+    behaviour: Callable[..., Behaviour]  # its class
+    description: str  # the first paragraph of its docstring
+    details: str = ""  # the paragraphs after that
     parameters: Mapping[str, Parameter] = field(default_factory=dict)
     outputs: Mapping[str, Output] = field(default_factory=dict)
     goes_to: tuple[str, ...] = ()
@@ -61,13 +55,11 @@ class LeafType:
     comparable: tuple[str, ...] = ()
     moves: bool = False
     needs_robot: bool = True
-    names_keys: bool = False
-    """Whether its arguments have the names of keys, which it writes."""
+    names_keys: bool = False  # whether its arguments have the names of keys, which it writes
     validate: Callable[[Mapping[str, object]], str] | None = None
     """See `Leaf.validate`; None if all arguments are compatible."""
     is_condition: bool
-    takes_time: bool
-    """Whether it may run for more than a tick."""
+    takes_time: bool  # whether it may run for more than a tick
     can_fail: bool
 
     @property

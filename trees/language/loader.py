@@ -145,18 +145,14 @@ class _Reader:
     """Makes a task of the sections of one file, and reads the files that it includes."""
 
     known: Installed
-    open_tree: bool
-    """Whether parameters stay in the tree by their names."""
-    chain: tuple[Path, ...]
-    """The files from the first to this one."""
+    open_tree: bool  # whether parameters stay in the tree by their names
+    chain: tuple[Path, ...]  # the files from the first to this one
     site: tuple[Path, NamedValues] | None = None
     """A file of poses and regions, for the first file of the task."""
-    level: int = 0
-    """How deep in the whole tree this file is."""
+    level: int = 0  # how deep in the whole tree this file is
     documents: dict[Path, Document | None] = field(default_factory=dict)
     """Every included file that was read, by its real path."""
-    numbers: count[int] = field(default_factory=count)
-    """Counts the subtrees of the task."""
+    numbers: count[int] = field(default_factory=count)  # counts the subtrees of the task
 
     def assemble(
         self,

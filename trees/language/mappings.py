@@ -21,8 +21,7 @@ from config import (
 WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 """What a parameter, key, pose, region or task may be named."""
 
-ABSENT: Any = None
-"""The default of a field that may be left out, but not be null."""
+ABSENT: Any = None  # the default of a field that may be left out, but not be null
 
 NAMING_HINT = "use letters, digits and `_`, and begin with a letter"
 

@@ -239,8 +239,7 @@ def _references(value: YamlValue) -> Iterator[YamlScalar]:
         yield value
 
 
-SITE_KEYS = ("description", "poses", "regions")
-"""What may stand in such a file."""
+SITE_KEYS = ("description", "poses", "regions")  # what may stand in such a file
 
 
 def read_site(diagnostics: Diagnostics) -> NamedValues:

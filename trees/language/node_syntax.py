@@ -24,13 +24,10 @@ from trees.language.syntax import CompositeNode, Node
 from trees.language.values import KeyRead, Reference
 from trees.words import SEEN_LIST, Form, NamedValue, ValueType, is_case, type_of
 
-Read: TypeAlias = Callable[[YamlValue, Scope], Node | None]
-"""Reads a node."""
+Read: TypeAlias = Callable[[YamlValue, Scope], Node | None]  # reads a node
 
-_MOST = 100
-"""Values of one `for_each`."""
-_COPIES = 1000
-"""Of nodes for values, in a whole task."""
+_MOST = 100  # values of one `for_each`
+_COPIES = 1000  # of nodes for values, in a whole task
 _PLAIN = ValueType(types=(bool, int, float, str))
 
 

@@ -26,8 +26,7 @@ if TYPE_CHECKING:
 
 ENTRY_POINTS = "frankie_task.behaviours"
 """Entry-point group in which other packages offer their leaves."""
-IMPORT_TIMEOUT = 20.0
-"""Of a package [s]."""
+IMPORT_TIMEOUT = 20.0  # of a package [s]
 
 
 class Offer(NamedTuple):
@@ -35,8 +34,7 @@ class Offer(NamedTuple):
 
     leaf: type[Leaf] | None
     type: LeafType | None
-    problem: str
-    """In one line, with a hint; empty if there is none."""
+    problem: str  # in one line, with a hint; empty if there is none
 
 
 @cache

@@ -8,16 +8,7 @@ from itertools import count
 from typing import TypeAlias
 
 from behaviours import Key
-from config import (
-    Diagnostics,
-    YamlEntry,
-    YamlMap,
-    YamlScalar,
-    YamlValue,
-    describe,
-    quoted,
-    suggest,
-)
+from config import Diagnostics, YamlEntry, YamlMap, YamlScalar, YamlValue, describe, quoted, suggest
 from trees.language.documents import TaskParameter
 from trees.language.leaf_type import ADD, LeafType
 from trees.language.mappings import WORD
@@ -53,10 +44,8 @@ class Scope:
     """Imports what packages offer by a name, or all, into `leaves` and `problems`."""
     problems: Mapping[str, str] = field(default_factory=dict)
     """Of leaves that cannot be used, by their names."""
-    level: int = 0
-    """How many nodes and modifiers are above, those of including files counted."""
-    copies: count[int] = field(default_factory=count)
-    """Counts the nodes that `for_each` makes."""
+    level: int = 0  # how many nodes and modifiers are above, those of including files counted
+    copies: count[int] = field(default_factory=count)  # counts the nodes that `for_each` makes
     used_parameters: set[str] = field(default_factory=set)
     """Receives the names of the parameters that the tree refers to."""
     used_values: set[str] = field(default_factory=set)
@@ -116,10 +105,8 @@ class Scope:
         self.diagnostics.error(value.location, message, hint)
 
 
-_ANYTHING = ValueType(types=(bool, int, float, str, *NAMED_TYPES))
-"""What `set` may write."""
-_NUMBER = ValueType(types=(int, float))
-"""What `add` may add."""
+_ANYTHING = ValueType(types=(bool, int, float, str, *NAMED_TYPES))  # what `set` may write
+_NUMBER = ValueType(types=(int, float))  # what `add` may add
 
 
 def read_leaf(
@@ -173,12 +160,7 @@ def read_leaf(
 
 
 def read_argument(
-    name: str,
-    value: YamlValue,
-    expected: ValueType,
-    description: str,
-    scope: Scope,
-    unit: str = "",
+    name: str, value: YamlValue, expected: ValueType, description: str, scope: Scope, unit: str = ""
 ) -> dict[str, Argument]:
     """The argument for a parameter, by its name; empty, and an error, if it does not fit.
 

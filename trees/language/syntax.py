@@ -13,8 +13,7 @@ from trees.language.leaf_type import LeafType
 from trees.language.values import Argument, KeyRead, KeyWrite
 from trees.words import COMPOSITES, NamedValue, Outcomes
 
-SCENE = "scene:"
-"""Where a task names its scene, among its locations."""
+SCENE = "scene:"  # where a task names its scene, among its locations
 
 Modifiers: TypeAlias = "Mapping[str, Plain | KeyRead | LeafNode | CompositeNode]"
 """Values by key, in the order in which they wrap, innermost first; that of a guard is a condition.
@@ -62,10 +61,8 @@ class SubtreeNode:
     location: Location
     name: str
     modifiers: Modifiers
-    file: str
-    """As the including file names it."""
-    task: Task
-    """The other file, read with these arguments."""
+    file: str  # as the including file names it
+    task: Task  # the other file, read with these arguments
     arguments: Mapping[str, Argument]
     """Values of its parameters; `KeyRead` names a key of the including file."""
     outputs: Mapping[str, KeyWrite] = field(default_factory=dict)
@@ -118,22 +115,17 @@ class Task:
     name: str
     description: str
     path: Path
-    text: str
-    """The file as it was read."""
-    scene: str
-    """The simulated scene that it is written for; empty if it is written for none."""
+    text: str  # the file as it was read
+    scene: str  # the simulated scene that it is written for; empty if it is written for none
     parameters: Mapping[str, TaskParameter]
-    poses: Mapping[str, NamedValue]
-    """What the file defines: tool poses, base poses and postures."""
+    poses: Mapping[str, NamedValue]  # what the file defines: tool poses, base poses and postures
     regions: Mapping[str, NamedValue]
     locations: Mapping[str, Location]
     """Where each pose and region is defined, and the scene is named (`scene:`)."""
-    site: Mapping[str, Path]
-    """Of the poses and regions that a file of places defines, that file."""
+    site: Mapping[str, Path]  # of the poses and regions that a file of places defines, that file
     outputs: Mapping[str, TaskOutput]
     root: Node
-    outcomes: Outcomes
-    """How its tree can end."""
+    outcomes: Outcomes  # how its tree can end
     warnings: tuple[Diagnostic, ...] = ()
     """What is probably a mistake, and does not keep the task from running."""
 

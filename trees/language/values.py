@@ -32,8 +32,7 @@ class KeyRead:
 
     location: Location
     name: str
-    type: ValueType
-    """What is expected of it."""
+    type: ValueType  # what is expected of it
 
     def __str__(self) -> str:
         return f"${self.name}"
@@ -63,8 +62,7 @@ class KeyWrite:
     name: str
 
 
-Argument: TypeAlias = Plain | NamedValue | KeyRead
-"""What a parameter may be given."""
+Argument: TypeAlias = Plain | NamedValue | KeyRead  # what a parameter may be given
 
 
 class MismatchError(Exception):

@@ -32,8 +32,7 @@ NO_OVERRIDES: Mapping[str, str] = MappingProxyType({})
 class _Use(NamedTuple):
     """A place that a leaf is given."""
 
-    path: Path
-    """Of the file with the leaf."""
+    path: Path  # of the file with the leaf
     leaf: LeafNode
     parameter: str
     value: NamedValue

@@ -84,8 +84,7 @@ class Bare(NamedTuple):
 
     missing: int
     of: int
-    nearest: float
-    """The nearest surface is so far from any of the places [m]."""
+    nearest: float  # the nearest surface is so far from any of the places [m]
 
 
 def bare_places(region: Region, pitch: float | None, fixtures: Sequence[Geom]) -> Bare:

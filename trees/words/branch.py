@@ -20,13 +20,9 @@ from hw import TaskTime
 if TYPE_CHECKING:
     from behaviours import Context
 
-OPPOSITE: Mapping[Status, Status] = {
-    Status.SUCCESS: Status.FAILURE,
-    Status.FAILURE: Status.SUCCESS,
-}
+OPPOSITE: Mapping[Status, Status] = {Status.SUCCESS: Status.FAILURE, Status.FAILURE: Status.SUCCESS}
 
-Now = Callable[[], TaskTime]
-"""The time of the task."""
+Now = Callable[[], TaskTime]  # the time of the task
 
 ROUNDING = 1e-9
 """Stamps are sums of periods: this keeps the number of ticks independent of their rounding [s]."""
@@ -34,8 +30,7 @@ ROUNDING = 1e-9
 _AT_ONCE = 0.5  # a node that fails within this time fails at once [s]
 _PAUSE, _LONGEST_PAUSE = 0.1, 1.0  # before it starts again [s]
 
-Ticking = Generator[Behaviour, None, Status]
-"""Yields the nodes that it ticks and returns a status."""
+Ticking = Generator[Behaviour, None, Status]  # yields the nodes that it ticks and returns a status
 
 
 class Branch(Composite):
@@ -46,8 +41,7 @@ class Branch(Composite):
         children: at least one, in the order of the file.
     """
 
-    key: ClassVar[str]
-    """The branch's key in a task file."""
+    key: ClassVar[str]  # the branch's key in a task file
 
     def __init__(self, name: str, children: Iterable[Behaviour]) -> None:
         super().__init__(name, list(children))
@@ -178,11 +172,9 @@ def failed_node(root: Behaviour) -> Behaviour:
 class TreeNode(NamedTuple):
     """A node and where it is in its tree."""
 
-    path: str
-    """Names from the root down, joined by `/`; no other node of the tree has it."""
+    path: str  # names from the root down, joined by `/`; no other node of the tree has it
     node: Behaviour
-    depth: int
-    """0 for the root."""
+    depth: int  # 0 for the root
 
 
 def nodes_in_order(root: Behaviour) -> list[TreeNode]:

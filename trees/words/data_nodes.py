@@ -16,8 +16,7 @@ from trees.words.composites import Sequence
 if TYPE_CHECKING:
     from behaviours import Context
 
-Supply = Callable[[], object]
-"""Returns a value when it is called."""
+Supply = Callable[[], object]  # returns a value when it is called
 
 
 def is_case(value: object, case: str) -> bool:
@@ -41,11 +40,7 @@ class Switch(Branch):
     key = "switch"
 
     def __init__(
-        self,
-        name: str,
-        children: Iterable[Behaviour],
-        value: Supply,
-        cases: tuple[str, ...],
+        self, name: str, children: Iterable[Behaviour], value: Supply, cases: tuple[str, ...]
     ) -> None:
         super().__init__(name, children)
         self._value, self._cases = value, cases
@@ -96,12 +91,7 @@ class ForEachOf(Branch):
     key = "for_each"
 
     def __init__(
-        self,
-        name: str,
-        children: Iterable[Behaviour],
-        *,
-        values: Supply,
-        item: Key[object],
+        self, name: str, children: Iterable[Behaviour], *, values: Supply, item: Key[object]
     ) -> None:
         super().__init__(name, children)
         self._read, self._item = values, item

@@ -46,8 +46,7 @@ class ValueType:
 
     types: tuple[type, ...]
     choices: tuple[Plain, ...] = ()
-    above: float | None = None
-    """Numbers must be greater than this."""
+    above: float | None = None  # numbers must be greater than this
     least: float | None = None
     most: float | None = None
 

@@ -27,14 +27,11 @@ from trees.words.words import (
     until_success,
 )
 
-CHILDREN = "children"
-"""The key of the children where a composite has options."""
+CHILDREN = "children"  # the key of the children where a composite has options
 
-NAME = "name"
-"""The key that names a node."""
+NAME = "name"  # the key that names a node
 
-SUBTREE = "subtree"
-"""The key of a node that stands for the tree of another file."""
+SUBTREE = "subtree"  # the key of a node that stands for the tree of another file
 
 _ALL, _ANY = InOrder(Outcome.SUCCESS), InOrder(Outcome.FAILURE)
 _POLICY = Option(

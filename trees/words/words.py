@@ -30,8 +30,7 @@ class Outcomes(NamedTuple):
     failure: Keys
 
 
-NEVER = Outcomes(None, None)
-"""Of a node that is never reached, or never ends."""
+NEVER = Outcomes(None, None)  # of a node that is never reached, or never ends
 
 
 class Outcome(Enum):
@@ -171,27 +170,22 @@ class Counterpart:
     """The equivalent node of BehaviorTree.CPP 4."""
 
     tag: str
-    port: str = ""
-    """The attribute that takes the word's value; empty if it has none."""
-    scale: int = 1
-    """The attribute is the value times this, a whole number."""
-    fixed: tuple[tuple[str, str], ...] = ()
-    """Constant attributes."""
+    port: str = ""  # the attribute that takes the word's value; empty if it has none
+    scale: int = 1  # the attribute is the value times this, a whole number
+    fixed: tuple[tuple[str, str], ...] = ()  # constant attributes
 
 
 @dataclass(frozen=True)
 class Word:
     """A composite or modifier."""
 
-    node: type[Branch]
-    """What it is built into; the first line of its docstring describes the word."""
+    node: type[Branch]  # what it is built into; the first line of its docstring describes the word
     counterpart: Counterpart | None
     """Of BehaviorTree.CPP; None if it has none, and the export declares a node of this key."""
     _: KW_ONLY
     takes_time: bool = False
     """Whether it may run for more than a tick although no leaf below it does."""
-    needs: Need = Need.NOTHING
-    """What the node below has to be able to do."""
+    needs: Need = Need.NOTHING  # what the node below has to be able to do
 
     @property
     def description(self) -> str:
@@ -214,23 +208,16 @@ class CompositeWord(Word):
     With options it may also be a mapping of those and `children`.
     """
 
-    symbol: str
-    """In pictures."""
-    outcomes: Rule
-    """Order of its children, and its possible outcomes."""
+    symbol: str  # in pictures
+    outcomes: Rule  # order of its children, and its possible outcomes
     _: KW_ONLY
     form: Form = Form.LIST
-    asks: bool = False
-    """Whether its children are conditions; it is a condition then."""
-    at_once: bool = False
-    """Whether several of its children run at the same time."""
-    is_reactive: bool = False
-    """Whether every tick begins at its first child."""
-    children: str = "one or more nodes"
-    """Description of its children."""
+    asks: bool = False  # whether its children are conditions; it is a condition then
+    at_once: bool = False  # whether several of its children run at the same time
+    is_reactive: bool = False  # whether every tick begins at its first child
+    children: str = "one or more nodes"  # description of its children
     least: int = 1
-    most: int | None = None
-    """Numbers of children; a single one may stand without a list."""
+    most: int | None = None  # numbers of children; a single one may stand without a list
     options: Mapping[str, Option] = field(default_factory=dict)
 
 
@@ -238,15 +225,13 @@ class CompositeWord(Word):
 class ModifierWord(Word):
     """A key that stands beside a node and wraps it."""
 
-    type: ValueType | None
-    """Of its value; None is a condition, written as a node."""
+    type: ValueType | None  # of its value; None is a condition, written as a node
     wrap: Callable[[Behaviour, Any, Now], Behaviour]
     """(node, value or built condition, clock) to the wrapped node."""
     _: KW_ONLY
     succeeds: tuple[Source, ...] = (Source.SUCCESS,)
     """Sources of its success; empty if it never succeeds."""
-    fails: tuple[Source, ...] = (Source.FAILURE,)
-    """Sources of its failure; empty if it never fails."""
+    fails: tuple[Source, ...] = (Source.FAILURE,)  # sources of its failure; empty if it never fails
     runs_on: Outcome | None = None
     """The outcome of its condition with which the node runs; None if it has no condition."""
 

@@ -22,13 +22,11 @@ from numpy.lib.format import dtype_to_descr, write_array_header_1_0
 from app.core.files.folder import FolderError
 from app.live import Feed
 
-_PERIOD = 0.5
-"""Interval between writes [s of real time]."""
+_PERIOD = 0.5  # interval between writes [s of real time]
 _CAPACITY = 20_000
 """Most pieces that wait for a slow disk: more than half a minute of a run in real time."""
 _BATCH = 2_000
-PATIENCE = 30.0
-"""Time for the disk to write the rest at the end [s]."""
+PATIENCE = 30.0  # time for the disk to write the rest at the end [s]
 
 Encode: TypeAlias = Callable[[Sequence[Any]], bytes]
 """Encodes pieces as bytes, on the thread that writes."""

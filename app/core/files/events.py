@@ -28,8 +28,7 @@ from trees.language import TreeNode
 
 EVENTS = "events.jsonl"
 
-_ALIVE_PERIOD = 1.0
-"""Interval of the event `now` [s]."""
+_ALIVE_PERIOD = 1.0  # interval of the event `now` [s]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,11 +36,9 @@ class Event:
     """One line of the log."""
 
     event: str
-    time: float
-    """On the session's clock [s]."""
+    time: float  # on the session's clock [s]
     fields: Mapping[str, Any]
-    line: int
-    """In the file, from 1."""
+    line: int  # in the file, from 1
 
 
 class EventLog:

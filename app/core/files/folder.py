@@ -15,15 +15,11 @@ from trees.language import Task
 
 RECORDING = "recording.rrd"
 SUMMARY = "summary.json"
-TASK = "task.yaml"
+TASK = "task.yaml"  # the task as it was run; its subtrees lie beside it
 PLACES = "places.yaml"
-"""The task as it was run; its subtrees lie beside it."""
-OPTIONS = "options.json"
-"""The options of the run."""
-BT_LOG = "tree.btlog"
-"""Status of every node over time, for Groot2."""
-VIEWER_LOG = "viewer.log"
-"""Messages of the viewer."""
+OPTIONS = "options.json"  # the options of the run
+BT_LOG = "tree.btlog"  # status of every node over time, for Groot2
+VIEWER_LOG = "viewer.log"  # messages of the viewer
 COMMANDS = "commands.npy"
 """(ticks, 11) float64: stamp [s], base twist (3), joint velocities (7), as applied."""
 STATES = "states.npy"
@@ -33,11 +29,9 @@ READINGS = "readings.npy"
 """(turns,) of type `hw.TURN`: everything that passed between loop and robot, without images."""
 NOTES = "readings.jsonl"
 """JSON lines: what the readings refer to (faults, localised poses, scans), and how they end."""
-FRAMES = "frames.arrow"
-"""Images that the loop used, as a stream of Arrow record batches."""
+FRAMES = "frames.arrow"  # images that the loop used, as a stream of Arrow record batches
 
-_MIN_SPACE = 1_000_000
-"""Free disk space that a run needs to begin [bytes]."""
+_MIN_SPACE = 1_000_000  # free disk space that a run needs to begin [bytes]
 
 
 class FolderError(UserError):

@@ -28,12 +28,9 @@ _FAST = 1
 class RunNotes:
     """What the notes of a run say."""
 
-    noted: Mapping[tuple[str, int], _Noted]
-    """By field of the readings, and number."""
-    attended: bool
-    """Whether somebody could acknowledge an emergency stop."""
-    end: str
-    """How the readings end; empty if they were cut off."""
+    noted: Mapping[tuple[str, int], _Noted]  # by field of the readings, and number
+    attended: bool  # whether somebody could acknowledge an emergency stop
+    end: str  # how the readings end; empty if they were cut off
 
 
 def note(field: str, number: int, noted: _Noted) -> dict[str, object]:

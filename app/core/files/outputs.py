@@ -21,8 +21,7 @@ from hw import TURN, RecordedRobot
 from trees.btcpp import BtLog
 from trees.language import TreeNode
 
-_FRAME_CAPACITY = 60
-"""Most frames that wait for a slow disk."""
+_FRAME_CAPACITY = 60  # most frames that wait for a slow disk
 
 
 class Outputs:

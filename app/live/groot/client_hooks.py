@@ -8,8 +8,7 @@ from typing import Any
 
 from app.live.operator import ACKNOWLEDGED, Control, Hook
 
-_BREAKPOINT, _BEFORE = 0, 0
-"""Mode and position of a hook: the only ones that are served."""
+_BREAKPOINT, _BEFORE = 0, 0  # mode and position of a hook: the only ones that are served
 _OUTCOMES = ("SUCCESS", "FAILURE")
 
 

@@ -29,20 +29,16 @@ from trees.btcpp import TAGS
 from trees.language import COMPOSITES
 
 HOST = "127.0.0.1"
-USUAL_PORT = 1667
-"""Groot2's default; breakpoints are announced on the next port."""
+USUAL_PORT = 1667  # Groot2's default; breakpoints are announced on the next port
 
 _HEADER_SIZE = 6
 _STATUS = struct.Struct("<HB")
 _CODES = {Status.INVALID: 0, Status.RUNNING: 1, Status.SUCCESS: 2, Status.FAILURE: 3}
 _IDLE_AFTER = 10
-_HEARTBEAT = 5.0
-"""Silence after which the breakpoints of a client are disabled [s of real time]."""
+_HEARTBEAT = 5.0  # silence after which the breakpoints of a client are disabled [s of real time]
 _POLL_MS = 20
-_MOST_BYTES = 1_000_000
-"""Of a request; a client that sends more is disconnected."""
-_MOST_WAITING = 100
-"""Requests that wait for an answer."""
+_MOST_BYTES = 1_000_000  # of a request; a client that sends more is disconnected
+_MOST_WAITING = 100  # requests that wait for an answer
 
 
 class GrootError(UserError):

@@ -18,10 +18,8 @@ from app.live.nodes import NodeInfo
 from app.live.snapshot import Array, SceneView
 from robots import Plane, half_extents
 
-_PLOT_WINDOW, _HISTORY_WINDOW = 20.0, 30.0
-"""Shown before the cursor [s]."""
-_FEWEST_ROWS, _MOST_ROWS = 22, 40
-"""Of the tree."""
+_PLOT_WINDOW, _HISTORY_WINDOW = 20.0, 30.0  # shown before the cursor [s]
+_FEWEST_ROWS, _MOST_ROWS = 22, 40  # of the tree
 _TABS = {
     "velocities": (SHARES, "base_velocity", "base_rotation"),
     "goal": ("distance", "angle"),
@@ -29,19 +27,15 @@ _TABS = {
     "loop": ("tick",),
     "localisation": ("pose_position", "pose_heading"),
 }
-_CLOUD_RANGE = (150.0, 1500.0)
-"""Depths at both ends of the colour map [mm]."""
+_CLOUD_RANGE = (150.0, 1500.0)  # depths at both ends of the colour map [mm]
 _BACKGROUND = (24, 26, 31)
 
-FIELD = radians(55.0)
-"""Vertical field of view of Rerun's eye [rad]."""
+FIELD = radians(55.0)  # vertical field of view of Rerun's eye [rad]
 _FROM = np.array([-0.26, -0.72, 0.62])
 _ASPECT = 1.5
 _MARGIN = 0.94
-_HEIGHT = 1.2
-"""Height of a robot with its arm at work [m]."""
-_AROUND = 0.85
-"""Radius of a robot that works at a goal [m]."""
+_HEIGHT = 1.2  # height of a robot with its arm at work [m]
+_AROUND = 0.85  # radius of a robot that works at a goal [m]
 _SLIM = 0.6
 _STEPS = 8
 
@@ -141,7 +135,7 @@ def _scene(eye: Eye) -> rrb.Spatial3DView:
         overrides={
             "world/camera/depth": rr.EncodedDepthImage.from_fields(
                 colormap="viridis", point_fill_ratio=0.6, depth_range=_CLOUD_RANGE
-            ),
+            )
         },
         background=_BACKGROUND,
         line_grid=rrb.LineGrid3D(visible=True, spacing=0.5, color=(70, 74, 82)),

@@ -19,17 +19,14 @@ from hw import DepthFrame
 from perception import Detection, GraspEstimate
 from robots import Intrinsics
 
-STALE = 1.5
-"""Age from which a picture is out of date [s]."""
+STALE = 1.5  # age from which a picture is out of date [s]
 
 _CAMERA = "world/camera"
 _IMAGE = "world/camera/image"
 _PARTS = tuple(f"{_CAMERA}/{part}" for part in ("depth", "quality", "grasps"))
 _DEPTH, _QUALITY, _GRASPS = _PARTS
-_WIDEST = 320
-"""Most columns of a recorded image [px]."""
-_LEVELS = 20
-"""Steps of the heat map; step 0 is transparent."""
+_WIDEST = 320  # most columns of a recorded image [px]
+_LEVELS = 20  # steps of the heat map; step 0 is transparent
 _BEST: Colour = (255, 255, 255)
 _OTHERS: Colour = (150, 155, 165)
 _MOST_GRASPS = 6

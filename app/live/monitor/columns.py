@@ -26,8 +26,7 @@ class Instant(NamedTuple):
     """A time on both timelines, other than that of a snapshot."""
 
     tick: int
-    stamp: float
-    """On the session's clock [s]."""
+    stamp: float  # on the session's clock [s]
 
 
 Time = Snapshot | Instant

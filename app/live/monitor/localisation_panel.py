@@ -21,16 +21,14 @@ from robots import Geom, Plane, RobotDescription, reach
 
 Made = TypeVar("Made")
 
-_PERIOD = 0.1
-"""Shortest time between two drawings [s]."""
+_PERIOD = 0.1  # shortest time between two drawings [s]
 _TRUE: Colour = (235, 120, 235)
 _BELIEVED: Colour = (255, 255, 255)
 _SCANNED: Colour = (255, 220, 60)
 _MATCHED: Colour = (60, 220, 100)
 _MOVED: Colour = (255, 120, 30)
 _UP = np.array([0.0, 0.0, 1.0])
-_SIDES, _FLOOR = 48, 0.012
-"""Of the outline, and its height above the floor [m]."""
+_SIDES, _FLOOR = 48, 0.012  # of the outline, and its height above the floor [m]
 
 _ROOM = "world/localisation"
 TRUE_BASE, OUTLINE = f"{_ROOM}/true_base", f"{_ROOM}/outline"

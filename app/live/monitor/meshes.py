@@ -33,14 +33,10 @@ _HARD_EDGE = np.radians(35.0)
 class Mesh:
     """A coloured triangle mesh."""
 
-    vertices: npt.NDArray[np.float32]
-    """(N, 3) [m]."""
-    normals: npt.NDArray[np.float32]
-    """(N, 3) of the vertices."""
-    colours: npt.NDArray[np.uint8]
-    """(N, 3) of the vertices."""
-    triangles: npt.NDArray[np.uint32]
-    """(M, 3) indices of vertices."""
+    vertices: npt.NDArray[np.float32]  # (N, 3) [m]
+    normals: npt.NDArray[np.float32]  # (N, 3) of the vertices
+    colours: npt.NDArray[np.uint8]  # (N, 3) of the vertices
+    triangles: npt.NDArray[np.uint32]  # (M, 3) indices of vertices
 
 
 _PARTS = [field.name for field in fields(Mesh)]

@@ -18,12 +18,9 @@ if TYPE_CHECKING:
     from app.live.web.ports import Address
     from controller import RobotModel
 
-_PERIOD, _LIVE_PERIOD = 0.5, 0.2
-"""Interval of writing without and with a viewer [s of real time]."""
-_DEPTH_PERIOD = 0.4
-"""Shortest time between two recorded depth images [s]."""
-_PATIENCE = 30.0
-"""Time for the disk to write the rest at the end [s]."""
+_PERIOD, _LIVE_PERIOD = 0.5, 0.2  # interval of writing without and with a viewer [s of real time]
+_DEPTH_PERIOD = 0.4  # shortest time between two recorded depth images [s]
+_PATIENCE = 30.0  # time for the disk to write the rest at the end [s]
 
 
 class RecorderError(UserError):

@@ -30,8 +30,7 @@ _SHELL: Colour = (190, 194, 200)
 _DARK: Colour = (62, 66, 74)
 _ORANGE: Colour = (245, 170, 40)
 _HALF_TURN = SE3(np.diag([-1.0, -1.0, 1.0]), np.zeros(3))
-_FINGER_ROOT = 0.0584
-"""Origin of the finger's mesh on the flange, along z [m]."""
+_FINGER_ROOT = 0.0584  # origin of the finger's mesh on the flange, along z [m]
 
 
 def _at(x: float, y: float, z: float) -> SE3:

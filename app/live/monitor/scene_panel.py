@@ -12,28 +12,14 @@ from pinocchio import SE3
 from pinocchio.utils import rotate
 
 from app.live.feed import Throttle
-from app.live.monitor.columns import (
-    WORLD,
-    Array,
-    Changes,
-    log_static,
-    send_poses,
-    set_time,
-)
+from app.live.monitor.columns import WORLD, Array, Changes, log_static, send_poses, set_time
 from app.live.monitor.glyphs import Colour, printable
-from app.live.monitor.robot_visual import (
-    base_parts,
-    finger_poses,
-    hand_parts,
-    robot_visual,
-    solids,
-)
+from app.live.monitor.robot_visual import base_parts, finger_poses, hand_parts, robot_visual, solids
 from app.live.snapshot import RegionView, SceneView, Snapshot
 from controller import Pose2D, RobotModel
 from robots import RobotDescription
 
-_POSE_PERIOD = 0.04
-"""Shortest time between two sets of poses [s]."""
+_POSE_PERIOD = 0.04  # shortest time between two sets of poses [s]
 _SEEN_PERIOD, _SEEN_POINTS = 1.0, 1000
 """Shortest time between two drawings of depth obstacles [s], and their most points."""
 
@@ -46,10 +32,8 @@ _LOCKED: Colour = (60, 220, 100)
 _NEAREST: Colour = (255, 150, 40)
 _SEEN: Colour = (235, 110, 90)
 _FINGER_LENGTH = 0.05
-_FLOOR = 0.012
-"""Height of lines on the floor, above its surface [m]."""
-_FAR = 0.5
-"""Larger distances are not drawn [m]."""
+_FLOOR = 0.012  # height of lines on the floor, above its surface [m]
+_FAR = 0.5  # larger distances are not drawn [m]
 
 _BASE, _HAND = "world/robot/base", "world/robot/hand"
 _LINKS = tuple(f"world/robot/link{i}" for i in range(8))
@@ -85,11 +69,7 @@ class ScenePanel:
         }
         self._faults = FaultPanel(stream, robot)
         hand, base = ghosts(model.description)
-        moving = {
-            **robot,
-            _GHOST_HAND: hand,
-            _GHOST_BASE: base,
-        }
+        moving = {**robot, _GHOST_HAND: hand, _GHOST_BASE: base}
         for path, view in zip(self._objects, scene.objects, strict=True):
             moving[path] = solids(view.parts)
         log_static(stream, moving)

@@ -34,8 +34,7 @@ class Curves(NamedTuple):
 
     name: str
     series: Sequence[str]
-    row: Callable[[Snapshot], object]
-    """Values of the curves."""
+    row: Callable[[Snapshot], object]  # values of the curves
 
 
 SHARES = "joint_velocity"

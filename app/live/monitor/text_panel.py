@@ -12,8 +12,7 @@ from app.live.monitor.glyphs import printable
 from app.live.nodes import STATUS_GLYPH, NodeInfo, leaves, path_from_root, tip
 from app.live.snapshot import Snapshot
 
-_PERIOD = 0.2
-"""Shortest time between two messages of a node [s]."""
+_PERIOD = 0.2  # shortest time between two messages of a node [s]
 
 
 class TextPanel:

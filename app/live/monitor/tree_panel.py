@@ -14,11 +14,9 @@ from app.live.monitor.glyphs import KIND_GLYPH, LOOK_COLOUR, printable
 from app.live.nodes import LOOK_GLYPH, Look, NodeInfo, looks, parents, shortened, tip
 from app.live.snapshot import Snapshot
 
-ROW = 30.0
-"""Distance of two pills [scene units, about a pixel]."""
+ROW = 30.0  # distance of two pills [scene units, about a pixel]
 PILL_RADIUS = 12.0
-MARK = 0.35
-"""Length of an end mark in the history [s]."""
+MARK = 0.35  # length of an end mark in the history [s]
 
 _INDENT = 28.0
 _CHARACTER = 7.4

@@ -28,11 +28,9 @@ from app.live.viewer.viewer import ViewError
 from app.live.web.ports import Address
 from controller import RobotModel
 
-_SERVER_MEMORY = "200MB"
-"""Data for viewers that connect late: more than ten minutes."""
+_SERVER_MEMORY = "200MB"  # data for viewers that connect late: more than ten minutes
 _PATIENCE = 5.0
-_LINGER = 1.0
-"""Time for viewers to fetch the end of a run [s]."""
+_LINGER = 1.0  # time for viewers to fetch the end of a run [s]
 
 
 class Panel(Protocol):

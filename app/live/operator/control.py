@@ -14,11 +14,9 @@ class ControlState:
     """State of a run for its controls."""
 
     paused: bool
-    why: str
-    """Reason of the pause; empty if it is not paused."""
+    why: str  # reason of the pause; empty if it is not paused
     ticks: int = 0
-    emergency: str = ""
-    """The unacknowledged emergency stop; else empty."""
+    emergency: str = ""  # the unacknowledged emergency stop; else empty
     pressed: bool = False
 
 
@@ -116,8 +114,7 @@ class Control:
         """Wait in real time while paused [s]; return early on resume, step or stop."""
         with self._changed:
             self._changed.wait_for(
-                lambda: not self.state.paused or self._steps > 0 or self.stopped,
-                max(0.0, seconds),
+                lambda: not self.state.paused or self._steps > 0 or self.stopped, max(0.0, seconds)
             )
 
     def _set(self, **changes: Any) -> None:

@@ -36,11 +36,9 @@ class Hook(Branch):
         self.node = node
         self.stops = self.groot_stops = False
         """Breakpoints before the node: of the command line and the page, and of Groot2."""
-        self.asks = False
-        """Whether the node waits for approval each time that it is entered."""
+        self.asks = False  # whether the node waits for approval each time that it is entered
         self.answer: Status | None = None
-        self.forced: Status | None = None
-        """Ends the node now, or as soon as it is entered."""
+        self.forced: Status | None = None  # ends the node now, or as soon as it is entered
         self._reached = reached
         self._waiting = False
         if parent is not None:

@@ -24,8 +24,7 @@ if TYPE_CHECKING:
     from app.live.snapshot import Snapshot
 
 _OFFERED = tuple(name for name, fault in INJECTABLE.items() if not fault.of_world)
-_LOST = 0.5
-"""Two standard deviations of the position from which the robot is not localised [m]."""
+_LOST = 0.5  # two standard deviations of the position from which the robot is not localised [m]
 _FORCED = {"success": Status.SUCCESS, "failure": Status.FAILURE, "nothing": None}
 
 

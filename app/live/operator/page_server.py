@@ -37,10 +37,8 @@ _POLICY = (
 )
 _VIEWER_FILE = re.compile(r"/viewer/([\w.-]*)")
 _SAFE = ("/stop", "/pause")
-_TOO_OLD = 5.0
-"""Requests based on an older state are refused, except Stop and Pause [s]."""
-_FAREWELL = 1.0
-"""Time for browsers to hear how the last run ended [s]."""
+_TOO_OLD = 5.0  # requests based on an older state are refused, except Stop and Pause [s]
+_FAREWELL = 1.0  # time for browsers to hear how the last run ended [s]
 
 
 class PageError(UserError):

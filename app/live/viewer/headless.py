@@ -27,8 +27,7 @@ _PATIENCE = 60.0
 class HeadlessViewer:
     """A running viewer."""
 
-    client: Any
-    """Rerun's `ViewerClient` for it."""
+    client: Any  # Rerun's `ViewerClient` for it
     process: subprocess.Popen[bytes]
 
     @property

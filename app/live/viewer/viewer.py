@@ -27,12 +27,10 @@ from app.live.web import (
 from app.live.web.ports import LOOPBACK, Address, choose_port, reachable
 from config import UserError
 
-USUAL_PORT = 9876
-"""Of the live data; the viewer's own default."""
+USUAL_PORT = 9876  # of the live data; the viewer's own default
 USUAL_WEB_PORT = 9090
 
-_PATIENCE = 1.0
-"""A viewer that ends this early has not started [s]."""
+_PATIENCE = 1.0  # a viewer that ends this early has not started [s]
 
 
 class ViewError(UserError):
@@ -47,8 +45,7 @@ class ViewOptions:
     host: str = LOOPBACK
     port: int | None = None
     """Of the live data; None takes the usual one, or a free one if that is taken."""
-    web_port: int | None = None
-    """Of the page; None likewise."""
+    web_port: int | None = None  # of the page; None likewise
 
 
 class Viewer:
@@ -61,8 +58,7 @@ class Viewer:
     def __init__(self, options: ViewOptions, *, say: Callable[[str], None]) -> None:
         self._say = say
         self._view = _resolved(options.view)
-        self.server: Address | None = None
-        """Where the recorder serves; None without a viewer."""
+        self.server: Address | None = None  # where the recorder serves; None without a viewer
         self.page: str | None = None
         if self._view is View.NONE:
             return

@@ -17,15 +17,11 @@ from typing import Any
 
 from app.live.web.viewer_files import read_file, viewer_policy
 
-MOST_CONNECTIONS = 64
-"""At a time; each has a thread."""
-_PACE = 0.002
-"""Delay between new connections when there are too many [s]."""
+MOST_CONNECTIONS = 64  # at a time; each has a thread
+_PACE = 0.002  # delay between new connections when there are too many [s]
 RECORDING = "recording.rrd"
-_PATIENCE = 10.0
-"""A client that is silent for so long is disconnected [s]."""
-_POLL = 0.1
-"""Interval of checking whether to end [s]."""
+_PATIENCE = 10.0  # a client that is silent for so long is disconnected [s]
+_POLL = 0.1  # interval of checking whether to end [s]
 
 
 class BoundedServer(ThreadingHTTPServer):

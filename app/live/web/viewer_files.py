@@ -38,8 +38,7 @@ _POLICY = (
 )
 _FOREIGN = re.compile(r"<link\s[^>]*https://[^>]*>")
 _PROXIES = ("ALL_PROXY", "HTTPS_PROXY", "HTTP_PROXY", "all_proxy", "https_proxy", "http_proxy")
-_PATIENCE = 60.0
-"""Time for the viewer's program to serve its files [s]."""
+_PATIENCE = 60.0  # time for the viewer's program to serve its files [s]
 
 
 class WebFilesError(UserError):

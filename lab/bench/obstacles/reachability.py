@@ -121,11 +121,7 @@ class Paths:
     """
 
     def __init__(
-        self,
-        model: RobotModel,
-        judge: Judge,
-        checker: ContactChecker,
-        fixtures: Sequence[Geom],
+        self, model: RobotModel, judge: Judge, checker: ContactChecker, fixtures: Sequence[Geom]
     ) -> None:
         self._judge, self._checker, self._fixtures = judge, checker, fixtures
         self._circle = float(np.hypot(*model.description.base.size[:2])) / 2.0

@@ -18,14 +18,9 @@ from lab.shared import Workers, run_in_order
 
 BLIND = "blind"  # our controller without any obstacle
 
-_PRESETS: dict[str, dict[str, Any]] = {
-    "frankie": {},
-    "paper": {"preset": "paper"},
-    BLIND: {},
-}
+_PRESETS: dict[str, dict[str, Any]] = {"frankie": {}, "paper": {"preset": "paper"}, BLIND: {}}
 _CONDITIONS = Conditions()
-CONTROLLERS = tuple(_PRESETS)
-"""Ours, the published one, and ours without obstacles."""
+CONTROLLERS = tuple(_PRESETS)  # ours, the published one, and ours without obstacles
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -28,13 +28,7 @@ from lab.bench.obstacles.furniture import (
     walls,
 )
 from lab.bench.obstacles.judge import Judge
-from lab.bench.obstacles.reachability import (
-    STANCE_MARGIN,
-    Paths,
-    Stance,
-    draw_postures,
-    stance_at,
-)
+from lab.bench.obstacles.reachability import STANCE_MARGIN, Paths, Stance, draw_postures, stance_at
 from lab.bench.obstacles.walkers import Walker
 from robots import Cylinder, Geom
 
