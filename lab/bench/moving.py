@@ -18,7 +18,7 @@ from controller import Array, PoseGoal
 from lab.bench.configuration import Configuration
 from lab.bench.evaluation import Evaluator
 from lab.bench.motion import GoalAt, run_motion
-from lab.shared import Workers, run_in_order
+from lab.shared import fixed, run_in_order, table
 
 PATHS = ("line", "circle 1 m", "circle 0.5 m", "sine", "random walk")
 _START = np.array([1.5, -0.5, 0.7])  # position of the goals at first [m]
@@ -98,7 +98,7 @@ def _turn_rates(following: Following, times: Array, period: float) -> Array:
 
 
 def run_following(
-    configuration: Configuration, followings: Sequence[Following], workers: Workers = 1
+    configuration: Configuration, followings: Sequence[Following], workers: int | None = 1
 ) -> list[Followed]:
     """Follow each of several goals from rest."""
     tasks = [(configuration, following) for following in followings]
@@ -139,23 +139,23 @@ def _follow(task: tuple[Configuration, Following]) -> Followed:
 
 def moving_table(rows: Sequence[Followed]) -> Table:
     """One row for every goal."""
-    table = Table(title="Goals that keep moving", title_justify="left")
-    for name in ("robot", "base m/s", "path", "yaw", "velocity"):
-        table.add_column(name)
-    for name in ("max mm", "rms mm", "max °", "tilt °", "over limit", "contact"):
-        table.add_column(name, justify="right")
-    for row in rows:
-        table.add_row(
-            row.robot,
-            f"{row.base_speed:.1f}",
-            row.path,
-            "along" if row.along else "fixed",
-            "given" if row.known else "estimated",
-            f"{row.error_max_mm:.1f}",
-            f"{row.error_rms_mm:.1f}",
-            f"{row.angle_max_deg:.1f}",
-            f"{row.tilt_max_deg:.1f}",
-            str(row.limit_violations),
-            str(row.contact_samples),
-        )
-    return table
+    return table(
+        "Goals that keep moving",
+        rows,
+        {
+            "robot": lambda row: row.robot,
+            "base m/s": lambda row: f"{row.base_speed:.1f}",
+            "path": lambda row: row.path,
+            "yaw": lambda row: "along" if row.along else "fixed",
+            "velocity": lambda row: "given" if row.known else "estimated",
+        },
+        {
+            "max mm": lambda row: fixed(row.error_max_mm, 1),
+            "rms mm": lambda row: fixed(row.error_rms_mm, 1),
+            "max °": lambda row: fixed(row.angle_max_deg, 1),
+            "tilt °": lambda row: fixed(row.tilt_max_deg, 1),
+            "over limit": lambda row: row.limit_violations,
+            "contact": lambda row: row.contact_samples,
+        },
+        title_justify="left",
+    )

@@ -11,7 +11,7 @@ from rich.table import Table
 
 from app.core import RunOptions, Summary, run_task
 from lab.bench.pick_place import failure_causes
-from lab.shared import Workers, paired_difference, percent, run_in_order
+from lab.shared import fixed, paired_difference, percent, run_in_order, table
 
 _TASKS = Path(__file__).parent / "tasks"
 WAYS = {name: _TASKS / f"{name}.yaml" for name in ("standing", "in_passing")}
@@ -54,7 +54,11 @@ class Saving:
 
 
 def run_on_the_move(
-    options: RunOptions, seeds: Sequence[int], done: Callable[[Summary], None], *, workers: Workers
+    options: RunOptions,
+    seeds: Sequence[int],
+    done: Callable[[Summary], None],
+    *,
+    workers: int | None,
 ) -> list[Passing]:
     """Run both tasks for every seed: all standing runs, then all others."""
     wanted = [replace(options, tree=tree, seed=seed) for tree in WAYS.values() for seed in seeds]
@@ -111,17 +115,17 @@ def _figures(way: str, runs: Sequence[Passing]) -> PassingFigures:
 
 def on_the_move_table(figures: Sequence[PassingFigures]) -> Table:
     """One row for each way."""
-    table = Table(title="The same objects, standing and in passing (95 % intervals)")
-    columns = ("delivered", "at the first attempt [%]", "mean time [s]", "contacts", "over limit")
-    for column in ("way", *columns):
-        table.add_column(column, justify="left" if column == "way" else "right")
-    for one in figures:
-        table.add_row(
-            one.way.replace("_", " "),
-            f"{one.delivered} of {one.runs}",
-            percent([True] * one.first + [False] * (one.runs - one.first)),
-            "-" if one.time_mean_s is None else f"{one.time_mean_s:.2f}",
-            str(one.contacts),
-            str(one.limit_violations),
-        )
-    return table
+    return table(
+        "The same objects, standing and in passing (95 % intervals)",
+        figures,
+        {"way": lambda one: one.way.replace("_", " ")},
+        {
+            "delivered": lambda one: f"{one.delivered} of {one.runs}",
+            "at the first attempt [%]": lambda one: percent(
+                [True] * one.first + [False] * (one.runs - one.first)
+            ),
+            "mean time [s]": lambda one: fixed(one.time_mean_s, 2),
+            "contacts": lambda one: one.contacts,
+            "over limit": lambda one: one.limit_violations,
+        },
+    )

@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from operator import itemgetter
 from pathlib import Path
 
 import numpy as np
@@ -15,15 +16,17 @@ from rich.table import Table
 from app.core import EVENTS, STATES, MotionForm, RunOptions, Summary, read_events, run_task
 from app.review import CarriedObject, read_run
 from behaviours import LEAVES
-from lab.shared import Workers, bootstrap, machine, run_in_order
+from lab.shared import bootstrap, fixed, machine, run_in_order, table
 from robots import load_robot, with_base_speeds
 
 _QUESTIONS = ("region_empty",)
 """Leaves that answer a question, besides the conditions: their FAILURE means no."""
 _NUMBER = re.compile(r"\d+(\.\d+)?")
+_TIMES = ("grasp [s]", "pick and place [s]")
+_HEADS = ("placed", "attempts", *_TIMES, "driven per object [m]", "contacts", "over limit")
 _PAPER = (
-    ("the paper, holistic", "100 of 100", "113", "5.2", "16.8"),
-    ("the paper, planning", "", "", "15.6", "35.2"),
+    ("the paper, holistic", "100 of 100", "113", "5.2", "16.8", "", "", ""),
+    ("the paper, planning", "", "", "15.6", "35.2", "", "", ""),
 )
 
 Interval = tuple[float, float]
@@ -48,7 +51,7 @@ def run_pick_place(
     done: Callable[[Summary], None],
     *,
     motions: Sequence[MotionForm],
-    workers: Workers,
+    workers: int | None,
 ) -> list[PickPlaceRun]:
     """Run the task once for every seed and motion form, one form after the other."""
     wanted = [replace(options, seed=seed, motion=motion) for motion in motions for seed in seeds]
@@ -166,24 +169,25 @@ def table_iv(figures: Sequence[PickPlaceFigures]) -> Table:
     """Our motion forms below the paper's."""
     limits = f"base at most {figures[0].base_speed:g} m/s, back {figures[0].reverse_speed:g} m/s"
     title = f"Experiment 3 (Table IV), {limits}, with 95 % intervals, on {machine()['machine']}"
-    table = Table(title=title)
-    times = ("grasp [s]", "pick and place [s]", "driven per object [m]")
-    for column in ("", "placed", "attempts", *times, "contacts", "over limit"):
-        table.add_column(column, justify="right" if column else "left")
-    for row in _PAPER:
-        table.add_row(*row)
-    for one in figures:
-        table.add_row(
+    ours = [
+        (
             f"{one.motion}, {one.world}",
             f"{one.placed} of {one.objects}",
-            str(one.attempts),
+            one.attempts,
             _seconds(one.grasp_time_mean_s, one.grasp_time_interval_s),
             _seconds(one.pick_place_time_mean_s, one.pick_place_time_interval_s),
-            "-" if one.distance_per_object_m is None else f"{one.distance_per_object_m:.1f}",
-            str(one.contacts),
-            str(one.limit_violations),
+            fixed(one.distance_per_object_m, 1),
+            one.contacts,
+            one.limit_violations,
         )
-    return table
+        for one in figures
+    ]
+    return table(
+        title,
+        (*_PAPER, *ours),
+        {"": itemgetter(0)},
+        {head: itemgetter(number) for number, head in enumerate(_HEADS, 1)},
+    )
 
 
 def pick_place_notes(figures: Sequence[PickPlaceFigures]) -> list[str]:

@@ -22,6 +22,7 @@ from controller import Array, PoseGoal, RobotModel
 from lab.bench.configuration import Configuration
 from lab.bench.evaluation import Evaluator, cumulative_jerk
 from lab.bench.motion import GoalAt, run_motion
+from lab.shared import fixed, table
 
 POSES = ("a", "b", "c", "d")
 PAPER_TIMES = {"a": 5.42, "b": 6.17, "c": 6.17, "d": 13.12}  # time to arrive in the paper [s]
@@ -36,8 +37,6 @@ _SETTLED = 5.0  # the error of d counts from this time on [s]
 _START = 0.5  # duration of the start from rest [s]
 _LIMIT, _LIMIT_D = 20.0, 16.0
 
-_ERRORS = ("arrived s", "paper s", "error mm", "error °")
-_OTHERS = ("jerk", "÷ example", "later", "m min", "m mean", "over limit", "contact")
 _CAPTION = (
     "Errors of d: the largest from 5 s on. Jerk: cumulative, of the tool, from rest (m/s²), and"
     " divided by that of the published example; later: after the first 0.5 s."
@@ -164,26 +163,24 @@ def poses_tables(results: Sequence[PoseResult], example: Sequence[PoseResult]) -
     for (robot, preset, speed, back), group in groupby(
         results, key=lambda row: (row.robot, row.preset, row.base_speed, row.reverse_speed)
     ):
-        title = (
-            f"Experiment 1: {robot}, {preset}, base up to {speed:.1f} m/s, {back:.2f} m/s backwards"
+        yield table(
+            f"Experiment 1: {robot}, {preset}, base at most {speed:.1f} m/s, {back:.2f} m/s back",
+            group,
+            {"pose": lambda row: row.pose},
+            {
+                "arrived s": lambda row: fixed(row.time_s, 2),
+                "paper s": lambda row: fixed(row.paper_time_s, 2),
+                "error mm": lambda row: fixed(row.position_error_mm, 1),
+                "error °": lambda row: fixed(row.orientation_error_deg, 2),
+                "jerk": lambda row: fixed(row.jerk, 1),
+                "÷ example": lambda row: fixed(row.jerk / jerks[row.robot, row.pose], 2),
+                "later": lambda row: fixed(row.later_jerk, 1),
+                "m min": lambda row: fixed(row.manipulability_min, 3),
+                "m mean": lambda row: fixed(row.manipulability_mean, 3),
+                "over limit": lambda row: row.limit_violations,
+                "contact": lambda row: row.contact_samples,
+            },
+            title_justify="left",
+            caption=_CAPTION,
+            caption_justify="left",
         )
-        table = Table(title=title, title_justify="left", caption=_CAPTION, caption_justify="left")
-        table.add_column("pose")
-        for name in (*_ERRORS, *_OTHERS):
-            table.add_column(name, justify="right")
-        for row in group:
-            table.add_row(
-                row.pose,
-                "-" if row.time_s is None else f"{row.time_s:.2f}",
-                f"{row.paper_time_s:.2f}",
-                f"{row.position_error_mm:.1f}",
-                f"{row.orientation_error_deg:.2f}",
-                f"{row.jerk:.1f}",
-                f"{row.jerk / jerks[row.robot, row.pose]:.2f}",
-                f"{row.later_jerk:.1f}",
-                f"{row.manipulability_min:.3f}",
-                f"{row.manipulability_mean:.3f}",
-                str(row.limit_violations),
-                str(row.contact_samples),
-            )
-        yield table

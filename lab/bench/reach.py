@@ -17,7 +17,7 @@ from lab.bench.configuration import Configuration
 from lab.bench.evaluation import Evaluator, Trial
 from lab.bench.goals import draw_start
 from lab.bench.motion import run_motion
-from lab.shared import Workers, run_in_order
+from lab.shared import fixed, run_in_order, table
 
 PATIENCE = 15.0  # a goal has failed after this time without progress [s]
 
@@ -79,7 +79,7 @@ def run_trials(
     conditions: Conditions,
     goals: Sequence[SE3],
     done: Callable[[Trial], None],
-    workers: Workers,
+    workers: int | None,
 ) -> list[Trial]:
     """One motion to every goal, in their order; `done` is called with each trial."""
     items = list(enumerate(goal.homogeneous for goal in goals))
@@ -148,39 +148,28 @@ def aggregate_trials(
 
 def reach_table(rows: Sequence[Reach]) -> Table:
     """One row for every configuration."""
-    table = Table(title="Experiment 2: reaching goals", title_justify="left")
-    for name in ("robot", "preset", "base m/s", "back"):
-        table.add_column(name)
-    for name in (
-        "goals",
-        "failed",
-        "over limit",
-        "contact",
-        "median s",
-        "p95 s",
-        "max s",
-        "θε °",
-        "m",
-    ):
-        table.add_column(name, justify="right")
-    for row in rows:
-        table.add_row(
-            row.robot,
-            _setting(row),
-            f"{row.base_speed:.1f}",
-            f"{row.reverse_speed:.2f}",
-            str(row.goals),
-            str(row.failures),
-            str(row.limit_violations),
-            str(row.contact_samples),
-            *(
-                "-" if time is None else f"{time:.2f}"
-                for time in (row.time_median_s, row.time_p95_s, row.time_max_s)
-            ),
-            f"{row.theta_eps_mean_deg:.1f}",
-            f"{row.manipulability_mean:.3f}",
-        )
-    return table
+    return table(
+        "Experiment 2: reaching goals",
+        rows,
+        {
+            "robot": lambda row: row.robot,
+            "preset": _setting,
+            "base m/s": lambda row: fixed(row.base_speed, 1),
+            "back": lambda row: fixed(row.reverse_speed, 2),
+        },
+        {
+            "goals": lambda row: row.goals,
+            "failed": lambda row: row.failures,
+            "over limit": lambda row: row.limit_violations,
+            "contact": lambda row: row.contact_samples,
+            "median s": lambda row: fixed(row.time_median_s, 2),
+            "p95 s": lambda row: fixed(row.time_p95_s, 2),
+            "max s": lambda row: fixed(row.time_max_s, 2),
+            "θε °": lambda row: fixed(row.theta_eps_mean_deg, 1),
+            "m": lambda row: fixed(row.manipulability_mean, 3),
+        },
+        title_justify="left",
+    )
 
 
 def reach_notes(rows: Sequence[Reach]) -> list[str]:

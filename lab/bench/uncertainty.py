@@ -14,7 +14,7 @@ import numpy as np
 from rich.table import Table
 
 from app.core import Instruments, RegistrationForm, RunOptions, Setup, Summary, Tick, run_task
-from lab.shared import Workers, machine, run_in_order
+from lab.shared import fixed, machine, run_in_order, table
 from perception.registration import difference, on_floor
 from trees.language import TreeNode
 
@@ -66,7 +66,7 @@ def run_uncertainty(
     seeds: Sequence[int],
     done: Callable[[Summary], None],
     *,
-    workers: Workers,
+    workers: int | None,
 ) -> list[UncertainRun]:
     """Run the task for every level, registration, scene and seed; `exact` needs no registration.
 
@@ -77,7 +77,7 @@ def run_uncertainty(
         scenes: shipped scenes or scene files.
         seeds: of objects, noise and errors.
         done: called after each run.
-        workers: number of processes, or the address of a dask.distributed scheduler.
+        workers: number of processes; None is one per core.
     """
     wanted = [
         replace(
@@ -155,25 +155,27 @@ def _figures(
 def uncertainty_table(figures: Sequence[UncertaintyFigures]) -> Table:
     """Each row beside the time that the same scene takes at `exact`, where that was run."""
     exact = {one.scene: one.duration_mean_s for one in figures if one.level == "exact"}
-    table = Table(title=f"Wrong about where it is, on {machine()['machine']}")
-    counts = ("success", "placed", "attempts", "time (exact)", "contacts")
-    for column in ("level", "registration", "scene"):
-        table.add_column(column, no_wrap=True)
-    for column in (*counts, "mm, 90 %", "deg, 90 %", "NEES"):
-        table.add_column(column, justify="right")
-    for one in figures:
-        base = exact.get(one.scene)
-        table.add_row(
-            Path(one.level).name,
-            one.registration,
-            Path(one.scene).name,
-            f"{one.succeeded}/{one.runs}",
-            f"{one.placed}/{one.objects}",
-            f"{one.attempts / max(one.placed, 1):.2f}",
-            f"{one.duration_mean_s:.0f}" + ("" if base is None else f" ({base:.0f})"),
-            str(one.contacts),
-            ", ".join(f"{1000.0 * value:.1f}" for value in one.position_error_m),
-            ", ".join(f"{np.rad2deg(value):.2f}" for value in one.heading_error_rad),
-            "-" if one.nees is None else f"{one.nees:.2f}",
-        )
-    return table
+    return table(
+        f"Wrong about where it is, on {machine()['machine']}",
+        figures,
+        {
+            "level": lambda one: Path(one.level).name,
+            "registration": lambda one: one.registration,
+            "scene": lambda one: Path(one.scene).name,
+        },
+        {
+            "success": lambda one: f"{one.succeeded}/{one.runs}",
+            "placed": lambda one: f"{one.placed}/{one.objects}",
+            "attempts": lambda one: f"{one.attempts / max(one.placed, 1):.2f}",
+            "time (exact)": lambda one: (
+                f"{one.duration_mean_s:.0f}"
+                + (f" ({exact[one.scene]:.0f})" if one.scene in exact else "")
+            ),
+            "contacts": lambda one: one.contacts,
+            "mm, 90 %": lambda one: ", ".join(f"{1000.0 * m:.1f}" for m in one.position_error_m),
+            "deg, 90 %": lambda one: ", ".join(
+                f"{np.rad2deg(value):.2f}" for value in one.heading_error_rad
+            ),
+            "NEES": lambda one: fixed(one.nees, 2),
+        },
+    )

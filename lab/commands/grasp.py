@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import asdict
 from enum import StrEnum
 from pathlib import Path
@@ -52,7 +51,7 @@ def train(
     out = grasps.train_weights(
         grasps.read_recipe(recipe),
         folder,
-        workers=workers or os.cpu_count() or 1,
+        workers=workers,
         device=device,
         console=Terminal(stderr=True),
     )
@@ -111,15 +110,14 @@ def evaluate(
     if json is not None and not json.parent.is_dir():
         refuse(f"{json}: there is no folder {json.parent}; create it first")
     choice = grasps.NetworkChoice(weights=weights, network=network, ranked=ranked)
-    processes = workers or os.cpu_count() or 1
     if by_view:
         if meshes or by_chance or json:
             refuse("--by-view: goes with --network, --weights, --ranked and --scenes alone")
-        views = grasps.evaluate_views(choice, scenes=scenes, workers=processes)
+        views = grasps.evaluate_views(choice, scenes=scenes, workers=workers)
         Terminal().print(grasps.views_table(views))
         return
     evaluation = grasps.evaluate_grasps(
-        choice, scenes=scenes, bins=bins, meshes=meshes, by_chance=by_chance, workers=processes
+        choice, scenes=scenes, bins=bins, meshes=meshes, by_chance=by_chance, workers=workers
     )
     for table in grasps.evaluation_tables(evaluation):
         Terminal().print(table)
@@ -144,9 +142,7 @@ def outcomes(
     from lab import grasps
 
     console = Terminal(stderr=True)
-    for found in grasps.collect_outcomes(
-        folder, kinds.value, scenes=scenes, workers=workers or os.cpu_count() or 1
-    ):
+    for found in grasps.collect_outcomes(folder, kinds.value, scenes=scenes, workers=workers):
         good = int(found.good.sum())
         console.say(f"{len(found.good)} more grasps, {good} of them held without a hard contact")
 

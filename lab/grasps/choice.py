@@ -57,7 +57,7 @@ def all_results(
     name: str,
     work: Callable[[Item], Result],
     items: Sequence[Item],
-    workers: int,
+    workers: int | None,
     good: Callable[[Result], bool],
 ) -> list[Result]:
     """Results in the order of the items, with a progress bar.
@@ -66,7 +66,7 @@ def all_results(
         name: of the items, for the bar.
         work: a function that other processes can import.
         items: its arguments.
-        workers: number of processes.
+        workers: number of processes; None is one per core.
         good: whether a result counts as a success in the bar.
     """
     if not items:

@@ -29,7 +29,7 @@ def evaluate_grasps(
     bins: int,
     meshes: Path | None,
     by_chance: int = 0,
-    workers: int,
+    workers: int | None,
 ) -> GraspEvaluation:
     """Judge a network and the baselines on the same scenes.
 

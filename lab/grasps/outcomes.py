@@ -133,14 +133,16 @@ class _Recorder:
         return np.ones(len(patches.numbers))
 
 
-def collect_outcomes(folder: Path, kinds: str, *, scenes: int, workers: int) -> Iterator[Outcomes]:
+def collect_outcomes(
+    folder: Path, kinds: str, *, scenes: int, workers: int | None
+) -> Iterator[Outcomes]:
     """Write the files that a folder lacks, and yield their outcomes.
 
     Args:
         folder: of the files.
         kinds: one of `SETS`.
         scenes: number of scenes, rounded up to whole files.
-        workers: number of processes.
+        workers: number of processes; None is one per core.
 
     Raises:
         ConfigError: MuJoCo is missing.

@@ -15,7 +15,6 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
-from os import cpu_count
 from pathlib import Path
 from typing import NamedTuple
 
@@ -241,7 +240,7 @@ def main() -> None:
             scene_seams,
             range(FIRST_SEED, FIRST_SEED + SCENES),
             lambda seams: advance(False),
-            workers=cpu_count() or 1,
+            workers=None,
             batch=20,
         )
     held_out = [n for n in range(SCENES) if n % _HELD_OUT == 1]

@@ -71,14 +71,14 @@ def read_recipe(name: str) -> TrainingRecipe:
 
 
 def train_weights(
-    recipe: TrainingRecipe, folder: Path, *, workers: int, device: str, console: Console
+    recipe: TrainingRecipe, folder: Path, *, workers: int | None, device: str, console: Console
 ) -> Path:
     """Render the missing shards, train or resume, and save the weights.
 
     Args:
         recipe: network, data and settings.
         folder: of the training; recipes may share its `shards/`.
-        workers: number of processes that render.
+        workers: number of processes that render; None is one per core.
         device: of PyTorch; `auto` is a GPU if there is one.
         console: for progress.
 
@@ -130,7 +130,7 @@ def train_weights(
 
 
 def _shards(
-    recipe: TrainingRecipe, folder: Path, workers: int, console: Console
+    recipe: TrainingRecipe, folder: Path, workers: int | None, console: Console
 ) -> tuple[list[Path], list[Path]]:
     training = shard_count(recipe.data.images)
     total = training + shard_count(recipe.data.validation_images)

@@ -10,10 +10,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
-from multiprocessing import get_context
 from pathlib import Path
 
 import cv2
@@ -31,6 +29,7 @@ from lab.grasps.scenes import (
     random_world,
     training_count,
 )
+from lab.shared import run_all
 from perception import (
     ANGLE_BINS,
     OUTPUT_STRIDE,
@@ -61,16 +60,12 @@ _CENTRED, _OFF_CENTRE = 0.003, 0.011  # offsets with full quality and with none 
 _SAME_SURFACE = 0.006  # a cell shows a labelled point if their heights differ by less [m]
 
 
-def write_shards(folder: Path, count: int, seed: int, workers: int) -> Iterator[Path]:
+def write_shards(folder: Path, count: int, seed: int, workers: int | None) -> Iterator[Path]:
     """Write the missing ones of `count` shards, and yield their paths."""
     folder.mkdir(parents=True, exist_ok=True)
     numbers = [n for n in range(count) if not shard_path(folder, seed, n).is_file()]
-    write = partial(_write_shard, folder, seed)
-    if workers <= 1:
-        yield from map(write, numbers)
-        return
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        yield from pool.map(write, numbers)
+    for _, path in run_all(partial(_write_shard, folder, seed), numbers, workers=workers, batch=1):
+        yield path
 
 
 def shard_path(folder: Path, seed: int, number: int) -> Path:

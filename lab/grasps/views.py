@@ -34,7 +34,7 @@ class ViewResult(NamedTuple):
     held: bool
 
 
-def evaluate_views(choice: NetworkChoice, *, scenes: int, workers: int) -> list[ViewResult]:
+def evaluate_views(choice: NetworkChoice, *, scenes: int, workers: int | None) -> list[ViewResult]:
     """Every scene of one object from every view, the best grasp of each executed in physics.
 
     Raises:

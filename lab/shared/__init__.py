@@ -3,11 +3,12 @@
 from lab.shared.environment import machine
 from lab.shared.progress_bar import progress
 from lab.shared.statistics import bootstrap, interval, paired_difference, percent, share
-from lab.shared.workers import Workers, run_all, run_in_order
+from lab.shared.tables import fixed, table
+from lab.shared.workers import run_all, run_in_order
 
 __all__ = [
-    "Workers",
     "bootstrap",
+    "fixed",
     "interval",
     "machine",
     "paired_difference",
@@ -16,4 +17,5 @@ __all__ = [
     "run_all",
     "run_in_order",
     "share",
+    "table",
 ]

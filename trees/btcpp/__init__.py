@@ -1,7 +1,6 @@
 """Bridges to BehaviorTree.CPP 4: tasks as its XML, and the logs that Groot2 replays."""
 
-from trees.btcpp.btlog import BtLog
+from trees.btcpp.btlog import STATUS_CODES, BtLog, tree_xml
 from trees.btcpp.export import export_files, export_xml
-from trees.btcpp.ports import TAGS
 
-__all__ = ["TAGS", "BtLog", "export_files", "export_xml"]
+__all__ = ["STATUS_CODES", "BtLog", "export_files", "export_xml", "tree_xml"]

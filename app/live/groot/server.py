@@ -11,29 +11,25 @@ import queue
 import secrets
 import struct
 import threading
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from types import ModuleType
 from typing import Any
-from xml.etree import ElementTree
 
 from py_trees.common import Status
 
 from app.live.groot.client_hooks import ClientHooks
-from app.live.nodes import NodeInfo, parents
+from app.live.nodes import NodeInfo
 from app.live.operator import Control, Hook
 from app.live.snapshot import Snapshot
 from config import UserError
 from hw import stopwatch
-from trees.btcpp import TAGS
-from trees.language import COMPOSITES
+from trees.btcpp import STATUS_CODES, tree_xml
 
 HOST = "127.0.0.1"
 USUAL_PORT = 1667  # Groot2's default; breakpoints are announced on the next port
 
 _HEADER_SIZE = 6
 _STATUS = struct.Struct("<HB")
-_CODES = {Status.INVALID: 0, Status.RUNNING: 1, Status.SUCCESS: 2, Status.FAILURE: 3}
 _IDLE_AFTER = 10
 _HEARTBEAT = 5.0  # silence after which the breakpoints of a client are disabled [s of real time]
 _POLL_MS = 20
@@ -80,7 +76,7 @@ class GrootServer:
         self._notices: queue.SimpleQueue[int] = queue.SimpleQueue()
         self._heard = seconds()
         self._over = threading.Event()
-        xml = tree_xml(task, tree).encode()
+        xml = tree_xml(task, [(node.name, node.kind, node.depth) for node in tree]).encode()
         self._answers: dict[bytes, Callable[[bytes], bytes | None]] = {
             b"T": lambda _: xml,
             b"S": self._status,
@@ -180,7 +176,7 @@ class GrootServer:
 def _code(status: Status, before: int) -> int:
     """A status as a byte; that of an idle node includes its previous status."""
     if status is not Status.INVALID:
-        return _CODES[status]
+        return STATUS_CODES[status]
     return before if before >= _IDLE_AFTER or before == 0 else _IDLE_AFTER + before
 
 
@@ -199,30 +195,3 @@ def _libraries() -> tuple[ModuleType, Callable[..., bytes]]:
             f'--groot2 needs {error.name}: pip install "frankie-task[groot]"'
         ) from error
     return zmq, msgpack.packb
-
-
-def tree_xml(task: str, tree: Sequence[NodeInfo]) -> str:
-    """The XML of the tree of a task; `tree` has its nodes in preorder."""
-    root = ElementTree.Element("root", BTCPP_format="4", main_tree_to_execute=task)
-    top = ElementTree.SubElement(root, "BehaviorTree", ID=task, _fullpath="")
-    above = parents(tree)
-    children = Counter(above)
-    elements: list[ElementTree.Element] = []
-    models = set()
-    for index, (node, parent) in enumerate(zip(tree, above, strict=True)):
-        tag = TAGS.get(node.kind, node.kind or "node")
-        models.add((_category(node.kind, children[index]), tag))
-        place = top if parent is None else elements[parent]
-        elements.append(ElementTree.SubElement(place, tag, name=node.name, _uid=str(index + 1)))
-    listed = ElementTree.SubElement(root, "TreeNodesModel")
-    for category, tag in sorted(models):
-        ElementTree.SubElement(listed, category, ID=tag)
-    ElementTree.indent(root)
-    return ElementTree.tostring(root, encoding="unicode")
-
-
-def _category(kind: str, children: int) -> str:
-    word = COMPOSITES.get(kind)
-    if children > 1 or (word is not None and word.most != 1):
-        return "Control"
-    return "Decorator" if children else "Action"

@@ -2,7 +2,6 @@
 
 import typer
 
-from app.commands import refuse
 from lab.bench.commands.faults import faults
 from lab.bench.commands.obstacles import obstacles
 from lab.bench.commands.paper import moving, poses, reach
@@ -20,14 +19,5 @@ _TASKS = (pick_place, on_the_move, uncertainty, faults)
 for command in (*_MOTIONS, *_TASKS, timing, experiments):
     app.command(command.__name__.replace("_", "-"))(command)
 
-
-def _part_of_timing(context: typer.Context) -> None:
-    """Refuse the former name of a part of `bench timing`."""
-    refuse(f"bench {context.info_name}: is `bench timing {context.info_name}` now")
-
-
-for former in ("step", "tree", "perception", "start"):
-    anything = {"allow_extra_args": True, "ignore_unknown_options": True}
-    app.command(former, hidden=True, context_settings=anything)(_part_of_timing)
 
 __all__ = ["app"]

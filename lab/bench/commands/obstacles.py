@@ -9,7 +9,6 @@ import typer
 from app.commands import refuse
 from lab.bench.commands.options import (
     BOTH,
-    Cluster,
     Json,
     Robot,
     Workers,
@@ -17,7 +16,6 @@ from lab.bench.commands.options import (
     chosen,
     chosen_robots,
     show,
-    workers_of,
     write_results,
 )
 
@@ -36,7 +34,6 @@ def obstacles(
     ] = None,
     limit: Annotated[float, typer.Option(help="Longest time per goal in seconds.", min=0.1)] = 40.0,
     workers: Workers = None,
-    cluster: Cluster = None,
     json: Json = None,
 ) -> None:
     """Reach goals among furniture and walkers; count failures and contacts, compare the times."""
@@ -50,10 +47,9 @@ def obstacles(
     rows = []
     for name in chosen_robots(robot):
         setup = Setup(robot=name, controllers=controllers, seed=seed, limit=limit)
-        processes = workers_of(workers, cluster)
         with progress(f"{name} obstacles", len(names)) as advance:
             trials = run_worlds(
-                setup, names, lambda world: advance(world[0].reason is not None), processes
+                setup, names, lambda world: advance(world[0].reason is not None), workers
             )
         rows += obstacle_rows(setup, trials)
     show(obstacle_table(rows), *obstacle_notes(rows))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -28,10 +27,6 @@ Seeds = Annotated[str, typer.Option(help="First and last seed; a run for each.",
 Record = Annotated[Path, typer.Option(help="Folder for the folders of runs.")]
 Json = Annotated[Path | None, typer.Option("--json", help="Also write the figures to this file.")]
 Workers = Annotated[int | None, typer.Option(help="Processes; default: one per core.", min=1)]
-Cluster = Annotated[
-    str | None,
-    typer.Option(help="Address of a dask.distributed scheduler; instead of processes here."),
-]
 Period = Annotated[float, typer.Option(help="Control period in seconds.", min=0.001, max=0.1)]
 ReverseSpeed = Annotated[
     float | None,
@@ -58,11 +53,6 @@ def chosen(option: str, wanted: Sequence[str] | None, valid: Sequence[str]) -> l
         if name not in valid:
             refuse(f"{option} {name}: there is none of this name; {suggest(name, valid)}")
     return [name for name in valid if wanted is None or name in wanted]
-
-
-def workers_of(workers: int | None, cluster: str | None) -> int | str:
-    """The address of `--cluster`, or the number of processes of `--workers`."""
-    return cluster or workers or os.cpu_count() or 1
 
 
 def show(*lines: Any) -> None:

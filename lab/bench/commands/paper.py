@@ -10,7 +10,6 @@ import typer
 from app.commands import refuse
 from lab.bench.commands.options import (
     BOTH,
-    Cluster,
     Json,
     Period,
     ReverseSpeed,
@@ -20,7 +19,6 @@ from lab.bench.commands.options import (
     chosen,
     chosen_robots,
     show,
-    workers_of,
     write_results,
 )
 
@@ -82,7 +80,6 @@ def reach(
     sweep: Annotated[Sweep | None, typer.Option(help="Vary a setting of the preset.")] = None,
     period: Period = 0.01,
     workers: Workers = None,
-    cluster: Cluster = None,
     json: Json = None,
 ) -> None:
     """Experiment 2: reach many goals from rest; count failures, limit violations and contacts."""
@@ -102,7 +99,6 @@ def reach(
         orientation_tolerance=radians(tolerance_deg),
     )
     check_writable(json)
-    where = workers_of(workers, cluster)
     speeds: Sequence[float | None] = base_speed or (
         [1.0, 1.5] if preset is Preset.FRANKIE else [None]
     )
@@ -119,7 +115,7 @@ def reach(
                     changes=changes,
                 )
                 targets = generate_goals(configuration.model(), count, seed)
-                rows.append(_reach(configuration, conditions, targets, where))
+                rows.append(_reach(configuration, conditions, targets, workers))
     show(reach_table(rows), *reach_notes(rows))
     write_results(json, rows, seed=seed)
 
@@ -139,7 +135,7 @@ def _parse_jitter(given: str | None) -> tuple[float, float] | None:
 
 
 def _reach(
-    configuration: Configuration, conditions: Conditions, goals: Sequence[SE3], workers: int | str
+    configuration: Configuration, conditions: Conditions, goals: Sequence[SE3], workers: int | None
 ) -> Reach:
     from lab.bench.reach import aggregate_trials, run_trials
     from lab.shared import progress
@@ -202,9 +198,7 @@ def poses(
     write_results(json, results[:split])
 
 
-def moving(
-    robot: Robot = BOTH, workers: Workers = None, cluster: Cluster = None, json: Json = None
-) -> None:
+def moving(robot: Robot = BOTH, workers: Workers = None, json: Json = None) -> None:
     """Follow goals at 0.3 m/s that never stop: largest errors after catching up."""
     from lab.bench.configuration import Configuration
     from lab.bench.moving import PATHS, Following, moving_table, run_following
@@ -219,6 +213,6 @@ def moving(
     rows = []
     for name in chosen_robots(robot):
         configuration = Configuration(robot=name, base_speed=1.0)
-        rows += run_following(configuration, followings, workers_of(workers, cluster))
+        rows += run_following(configuration, followings, workers)
     show(moving_table(rows))
     write_results(json, rows)

@@ -12,7 +12,6 @@ import typer
 from app.choices import RegistrationForm
 from app.commands import find_tree
 from lab.bench.commands.options import (
-    Cluster,
     Json,
     OneRobot,
     Record,
@@ -24,7 +23,6 @@ from lab.bench.commands.options import (
     counted,
     seed_range,
     show,
-    workers_of,
     write_results,
 )
 
@@ -62,7 +60,6 @@ def pick_place(
     seeds: Seeds = "0-9",
     record: Record = Path("runs"),
     workers: Workers = None,
-    cluster: Cluster = None,
     json: Json = None,
 ) -> None:
     """Run the main task for several seeds, and print Table IV beside the paper's figures."""
@@ -86,8 +83,7 @@ def pick_place(
         record=record,
     )
     done = counted(len(wanted) * len(motions))
-    where = workers_of(workers, cluster)
-    runs = bench.run_pick_place(options, wanted, done, motions=motions, workers=where)
+    runs = bench.run_pick_place(options, wanted, done, motions=motions, workers=workers)
     figures = bench.pick_place_figures(runs)
     show(bench.table_iv(figures), *bench.pick_place_notes(figures))
     summaries = [asdict(run.summary) | {"motion": run.motion} for run in runs]
@@ -102,7 +98,6 @@ def on_the_move(
     seeds: Seeds = "0-39",
     record: Record = Path("runs"),
     workers: Workers = None,
-    cluster: Cluster = None,
     json: Json = None,
 ) -> None:
     """Take an object from a table beside the way, once standing and once while driving on."""
@@ -120,8 +115,8 @@ def on_the_move(
         record=record,
         recording=False,
     )
-    done, where = counted(2 * len(wanted)), workers_of(workers, cluster)
-    runs = bench.run_on_the_move(options, wanted, done, workers=where)
+    done = counted(2 * len(wanted))
+    runs = bench.run_on_the_move(options, wanted, done, workers=workers)
     figures, saved = bench.passing_figures(runs), bench.saving(runs)
     show(bench.on_the_move_table(figures))
     if saved is not None:
@@ -152,14 +147,13 @@ def uncertainty(
     seeds: Seeds = "0-9",
     record: Record = Path("runs"),
     workers: Workers = None,
-    cluster: Cluster = None,
     json: Json = None,
 ) -> None:
     """Run a task with a robot that is wrong about where it is."""
     from app.core import RunOptions
     from lab.bench import uncertainty as bench
 
-    wanted, where = seed_range(seeds), workers_of(workers, cluster)
+    wanted = seed_range(seeds)
     check_writable(json)
     levels = levels or ["exact", "good", "poor"]
     forms = [form.value for form in registrations or [RegistrationForm.BOTH]]
@@ -169,7 +163,7 @@ def uncertainty(
     )
     rows = len(levels) * len(forms) - levels.count("exact") * (len(forms) - 1)
     done = counted(rows * len(scenes) * len(wanted))
-    runs = bench.run_uncertainty(options, levels, forms, scenes, wanted, done, workers=where)
+    runs = bench.run_uncertainty(options, levels, forms, scenes, wanted, done, workers=workers)
     figures = bench.uncertainty_figures(runs)
     show(bench.uncertainty_table(figures))
     write_results(json, figures, runs=[asdict(run.summary) for run in runs])

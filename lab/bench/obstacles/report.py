@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from rich.table import Table
 
 from lab.bench.obstacles.trials import Setup, WorldTrial
 from lab.bench.obstacles.worlds import FAMILIES
-from lab.shared import bootstrap
+from lab.shared import bootstrap, fixed, table
 
 _LISTED = 8  # failed worlds of each controller
 _MM = 1e3
@@ -112,28 +113,32 @@ def _as_json(trial: WorldTrial) -> dict[str, Any]:
 
 def obstacle_table(rows: Sequence[ObstacleRow]) -> Table:
     """All worlds, and each family, of every robot and controller."""
-    table = Table(title="Obstacles: reaching goals among furniture", title_justify="left")
-    for name in ("robot, controller", "family"):
-        table.add_column(name, no_wrap=True)
-    for name in ("worlds", "failed", "not reached", "contact", "clear mm", "median s"):
-        table.add_column(name, justify="right")
-    table.add_column("times free time", justify="right", no_wrap=True)
-    for row in rows:
-        for family, counts in (("all", row.all), *row.families.items()):
-            ratio = counts.time_ratio, *(counts.time_ratio_interval or ())
-            table.add_row(
-                f"{row.robot}, {row.controller}" if family == "all" else "",
-                family,
-                str(counts.worlds),
-                str(counts.failures),
-                str(counts.not_reached),
-                str(counts.worlds_with_contact),
-                f"{counts.least_clearance_mm:.1f}",
-                "-" if counts.time_median_s is None else f"{counts.time_median_s:.2f}",
-                "-" if ratio[0] is None else "{:.2f} ({:.2f}-{:.2f})".format(*ratio),
-                end_section=family == FAMILIES[-1],
-            )
-    return table
+    parts = [
+        (f"{row.robot}, {row.controller}" if family == "all" else "", family, counts)
+        for row in rows
+        for family, counts in (("all", row.all), *row.families.items())
+    ]
+    return table(
+        "Obstacles: reaching goals among furniture",
+        parts,
+        {"robot, controller": itemgetter(0), "family": itemgetter(1)},
+        {
+            "worlds": lambda part: part[2].worlds,
+            "failed": lambda part: part[2].failures,
+            "not reached": lambda part: part[2].not_reached,
+            "contact": lambda part: part[2].worlds_with_contact,
+            "clear mm": lambda part: fixed(part[2].least_clearance_mm, 1),
+            "median s": lambda part: fixed(part[2].time_median_s, 2),
+            "times free time": lambda part: _ratio(part[2]),
+        },
+        title_justify="left",
+    )
+
+
+def _ratio(counts: Tally) -> str:
+    if counts.time_ratio is None or counts.time_ratio_interval is None:
+        return "-"
+    return "{:.2f} ({:.2f}-{:.2f})".format(counts.time_ratio, *counts.time_ratio_interval)
 
 
 def obstacle_notes(rows: Sequence[ObstacleRow]) -> Iterator[str]:

@@ -14,7 +14,7 @@ from lab.bench.motion import Motion, run_motion
 from lab.bench.obstacles.judge import Judge, Verdict
 from lab.bench.obstacles.worlds import FAMILIES, World, WorldMaker
 from lab.bench.reach import PATIENCE, Conditions, evaluator_of
-from lab.shared import Workers, run_in_order
+from lab.shared import run_in_order
 
 BLIND = "blind"  # our controller without any obstacle
 
@@ -128,7 +128,7 @@ def run_worlds(
     setup: Setup,
     names: Sequence[tuple[str, int]],
     done: Callable[[list[WorldTrial]], None],
-    workers: Workers,
+    workers: int | None,
 ) -> list[list[WorldTrial]]:
     """The trials of all controllers in every world; `done` is called after each world."""
     tasks = [(setup, *name) for name in names]
