@@ -1,8 +1,7 @@
 """Clocks: the only place of the project that reads the computer's own clock.
 
-Session time is a `float`: stamps of readings, frames and commands [s]. Task time is a `TaskTime`:
-it stands still while a person has paused the task, and timeouts of nodes are counted in it. A
-difference of either is seconds; comparing one with the other is a type error.
+Session time is a `float` [s]. Task time is a `TaskTime`: it stands still in a pause. Comparing one
+with the other is a type error.
 """
 
 from __future__ import annotations
@@ -31,12 +30,7 @@ _SLACK = 0.02
 
 
 class SimClock:
-    """Simulated time: it jumps on request, paced by the computer's clock if asked.
-
-    Args:
-        pace: simulated seconds per real second; None runs as fast as possible. A program too slow
-            for its pace misses simulated time as it would miss real time.
-    """
+    """Simulated time: it jumps on request; at most `pace` seconds a second if that is given."""
 
     def __init__(self, pace: float | None = None) -> None:
         self._now = 0.0

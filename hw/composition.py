@@ -46,12 +46,10 @@ _HISTORY = 0.5  # how far back readings are kept [s]
 
 
 class ComposedRobot:
-    """A robot made of parts, each read at its own time.
+    """A robot made of parts, each read at its own time, interpolated to a common stamp.
 
-    Readings of arm and base are interpolated to a common stamp, and so is the pose of the camera at
-    the capture of an image. Operations that block run in executors, beside the loop.
-
-    Where parts `rest_together`, a fault of one stops all, whatever is commanded.
+    Operations that block run in executors, beside the loop. Where parts `rest_together`, a
+    fault of one stops all, whatever is commanded.
     """
 
     def __init__(
@@ -85,11 +83,7 @@ class ComposedRobot:
         self._scan: LaserScan | None = None
 
     def connect(self) -> None:
-        """Connect every part; closes those before if one cannot be reached.
-
-        Raises:
-            HardwareError: as the part says.
-        """
+        """Connect every part, or none; raises HardwareError as the part says."""
         with ExitStack() as undo:
             for part in self._parts:
                 part.connect()
@@ -141,11 +135,7 @@ class ComposedRobot:
         self._operations["grip"] = self._grips.submit(self._gripper.grip, width, force)
 
     def recover(self) -> None:
-        """Start a recovery of all parts, unless one is in progress.
-
-        The arm is left out for 2 s after it was recovered: a reflex that comes back at once must
-        not shake it.
-        """
+        """Start a recovery, unless one is in progress; the arm takes part once in 2 s at most."""
         if self._is_running("recovery"):
             return
         parts: list[Part] = [self._base, self._gripper, self._camera]

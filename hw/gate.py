@@ -44,13 +44,11 @@ class UntrustedRobotError(HardwareError):
 
 
 class Gate:
-    """Checks the commands to one robot.
+    """Checks the commands to one robot: `judge` each reading, then `send` the command.
 
-    `judge` each reading, `continue_from` gives the velocities that the next command continues,
-    `send` the command. The change of velocity in any window of time is at most the acceleration
-    limit times (the window + 2 periods), unless the gate brakes.
-
-    A reading older than `oldest_state` [s] allows no motion.
+    The change of velocity in any window of time is at most the acceleration limit times (the
+    window + 2 periods), unless the gate brakes. A reading older than `oldest_state` [s] allows
+    no motion.
     """
 
     def __init__(
@@ -77,8 +75,7 @@ class Gate:
     def judge(self, state: RobotState, now: float) -> Refusal | None:
         """The most serious reason why a reading forbids motion; None if it allows it.
 
-        Raises:
-            UntrustedRobotError: readings were implausible for too long, or do not fit the commands.
+        UntrustedRobotError: readings were implausible too long, or do not fit the commands.
         """
         if self._untrusted is not None:
             raise self._untrusted
@@ -91,11 +88,7 @@ class Gate:
         return self._refusal
 
     def continue_from(self, state: RobotState, now: float) -> Command:
-        """The velocities that the coming command has to continue (see `controller.step`).
-
-        They are those applied last, since the robot follows late; after a gap in the commands those
-        measured.
-        """
+        """The velocities that the coming command continues: applied last, after a gap measured."""
         if self._is_after_gap(now):
             last = self.applied
             self.applied = Command(
@@ -122,11 +115,7 @@ class Gate:
         return self._brake(now)
 
     def brake(self, state: RobotState | None, now: float) -> Command:
-        """Reduce the velocity at the emergency deceleration; returns what the robot applied.
-
-        Raises:
-            UntrustedRobotError: what the robot applied is not finite.
-        """
+        """Reduce the velocity at the emergency deceleration; returns what the robot applied."""
         if state is not None and self._plausibility.doubt(state, now) is None:
             self.continue_from(state, now)
         elif self._is_after_gap(now):

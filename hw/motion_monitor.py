@@ -163,13 +163,7 @@ class MotionMonitor:
 
 
 class _SpeedMonitor:
-    """Bounds of the speeds of a part that follows its commands late.
-
-    Args:
-        acceleration: (n,) limits [per s].
-        lag: of the part [s].
-        margin: (n,) surplus over the commanded speed that is tolerated.
-    """
+    """Bounds of the (n,) speeds of a part that follows late: limits, lag [s], tolerated surplus."""
 
     def __init__(self, acceleration: Array, lag: float, margin: Array) -> None:
         self._acceleration, self._margin = acceleration, margin
@@ -185,10 +179,7 @@ class _SpeedMonitor:
     def faster(self, stamp: float, measured: Array, commanded: Array) -> int | None:
         """The axis that has been faster than commanded for too long; None if none has.
 
-        Args:
-            stamp: of the reading [s].
-            measured: (n,) velocities in it.
-            commanded: (n,) velocities that were applied until then.
+        (n,) velocities `measured` at a stamp [s], and `commanded` until then.
         """
         still = np.zeros(len(commanded))
         if self._bounds is None:  # its present speed may be commanded before

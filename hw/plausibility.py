@@ -26,10 +26,7 @@ class Doubt(Enum):
 
 
 class Plausibility:
-    """Judges the readings of one robot, one after the other.
-
-    A reading older than `oldest` [s] is stale.
-    """
+    """Judges the readings of one robot in turn; one older than `oldest` [s] is stale."""
 
     def __init__(self, description: RobotDescription, oldest: float) -> None:
         self._limits = description.limits

@@ -117,12 +117,7 @@ class RecordedClock:
 
 
 class _Sensor(Generic[Seen]):
-    """A sensor that is asked once a turn.
-
-    Args:
-        field: of its numbers in the turns.
-        ask: for the newest.
-    """
+    """A sensor that is asked once a turn."""
 
     def __init__(self, field: str, ask: Callable[[], Seen | None]) -> None:
         self.field = field
@@ -132,10 +127,7 @@ class _Sensor(Generic[Seen]):
 
 
 class RecordedRobot(RobotWrapper):
-    """A robot whose readings, frames, scans and commands are recorded from `record` on.
-
-    All who ask for a frame or a scan in one turn get the same one.
-    """
+    """A robot whose turns are recorded from `record` on; in a turn all get the same frame."""
 
     def __init__(self, robot: Robot, clock: Clock) -> None:
         super().__init__(robot)

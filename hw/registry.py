@@ -52,11 +52,7 @@ DEFAULT_LEVEL = "good"
 
 
 def simulator(world: str) -> Callable[..., Robot]:
-    """The factory of a simulated robot: description, world, clock -> robot.
-
-    Raises:
-        WorldError: there is no such world, or it needs an extra.
-    """
+    """The factory of a simulated robot; WorldError: no such world, or it needs an extra."""
     if world not in WORLDS:
         raise WorldError(f"no world is called `{world}`; {suggest(world, WORLDS)}")
     if world == "kinematic":
@@ -75,14 +71,10 @@ def simulator(world: str) -> Callable[..., Robot]:
 
 
 def open_backend(robot: str, world: str, options: WorldOptions) -> Backend:
-    """A robot in a world, not yet connected.
+    """A robot in one of `WORLDS`, or a real one, not yet connected.
 
-    The world is one of `WORLDS`, where the robot is not real.
-
-    Raises:
-        UserError: there is no such robot, world or scene, or its file has a mistake; a real robot
-            is not armed, or commanded by another program.
-        HardwareError: the emulators of a robot do not start.
+    UserError: there is no such robot, world or scene, or a file has a mistake; a real robot is
+    not armed, or is commanded. HardwareError: the emulators of a robot do not start.
     """
     if world not in WORLDS:
         raise WorldError(f"no world is called `{world}`; {suggest(world, WORLDS)}")

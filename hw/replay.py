@@ -72,13 +72,7 @@ class ReplayClock:
 
 
 class ReplayRobot:
-    """A recording as a robot.
-
-    Args:
-        description: of the recorded robot.
-        turns: (n,) of type `TURN`.
-        recall: (field, number) to what was noted there, see `Notes.thing`; numbers only go up.
-    """
+    """A recording as a robot: `turns` (n,) of `TURN`, `recall` of a thing by field and number."""
 
     def __init__(
         self,
@@ -120,11 +114,7 @@ class ReplayRobot:
         """Do nothing."""
 
     def read(self) -> RobotState:
-        """The recorded reading of the next turn.
-
-        Raises:
-            RecordEndsError: there is none.
-        """
+        """The recorded reading of the next turn; RecordEndsError: there is none."""
         if not self._has_begun:
             return self._reading(self.row)
         self._is_over = True
@@ -138,11 +128,7 @@ class ReplayRobot:
         return self._reading(row)
 
     def send(self, command: Command) -> Command:
-        """Compare with the recorded command; returns what was applied then.
-
-        Raises:
-            RecordEndsError: no command was recorded here, or another one.
-        """
+        """Compare with the recorded command, and return what was applied; or RecordEndsError."""
         row = self.next_row
         if self._is_over and row is not None and not row["read"]:  # sent without a reading
             self._go_on()

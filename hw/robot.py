@@ -33,20 +33,14 @@ class Camera(Protocol):
     """The wrist camera of a robot."""
 
     def latest(self, max_age: float, /) -> DepthFrame | None:
-        """The newest frame; None if there is none, or none younger than `max_age` [s].
-
-        The same object is returned until there is a newer frame. Returns at once.
-        """
+        """The newest frame, or None without one younger than `max_age` [s]; returns at once."""
 
 
 class Laser(Protocol):
     """The laser of a robot."""
 
     def latest(self, max_age: float, /) -> LaserScan | None:
-        """The newest scan; None if there is none, or none younger than `max_age` [s].
-
-        The same object is returned until there is a newer scan. Returns at once.
-        """
+        """The newest scan, or None without one younger than `max_age` [s]; returns at once."""
 
 
 @dataclass(eq=False)
@@ -66,8 +60,7 @@ class FunctionCamera:
 class Robot(Protocol):
     """A mobile manipulator with a wrist camera, simulated or real; a context manager.
 
-    Only `connect` and `close` wait for the hardware: other methods start an operation, and the
-    readings tell when it has ended.
+    Only `connect` and `close` wait; readings tell when what other methods start has ended.
     """
 
     @property
@@ -83,30 +76,16 @@ class Robot(Protocol):
         """The laser on its base; it has no scan on a robot without one."""
 
     def connect(self) -> None:
-        """Make ready to read and command; blocks.
-
-        Raises:
-            HardwareError: a part cannot be reached; the text says which and what to do.
-        """
+        """Make ready; blocks. HardwareError: a part cannot be reached, and what to do."""
 
     def read(self) -> RobotState:
-        """The newest consistent reading.
-
-        Raises:
-            HardwareError: a part does not answer any more.
-        """
+        """The newest consistent reading; HardwareError: a part does not answer any more."""
 
     def send(self, command: Command) -> Command:
-        """Apply velocities for one control period; returns what was really applied.
-
-        A period without a command is a stop.
-        """
+        """Apply velocities for one period, then stop; returns what was really applied."""
 
     def grip(self, width: float, force: float) -> None:
-        """Start moving the fingers to `width` [m], pressing with at most `force` [N].
-
-        `RobotState.gripper_moving` tells when they rest.
-        """
+        """Start moving the fingers to `width` [m], pressing with at most `force` [N]."""
 
     def recover(self) -> None:
         """Start to clear the faults that a program may clear; see `RobotState.recovering`."""
@@ -183,18 +162,10 @@ class Part(Protocol):
     """A part of a robot. Reading and sending return at once."""
 
     def connect(self) -> None:
-        """Make ready; blocks.
-
-        Raises:
-            HardwareError: it cannot be reached.
-        """
+        """Make ready; blocks. HardwareError: it cannot be reached."""
 
     def recover(self) -> None:
-        """Clear the faults that a program may clear; blocks.
-
-        Raises:
-            HardwareError: they cannot be cleared.
-        """
+        """Clear the faults that a program may clear; blocks. HardwareError: some are left."""
 
     def stop(self) -> None:
         """Come to rest as fast as limits allow. Safe in any state, from any thread."""
@@ -230,11 +201,7 @@ class Gripper(Part, Protocol):
         """The newest reading."""
 
     def grip(self, width: float, force: float) -> None:
-        """Move the fingers to `width` [m] with at most `force` [N]; may block until they rest.
-
-        Raises:
-            HardwareError: the gripper does not do it.
-        """
+        """Move the fingers to `width` [m] with at most `force` [N]; HardwareError: in vain."""
 
 
 class DepthCamera(Part, Protocol):

@@ -41,10 +41,7 @@ SIMULATION = Patience(stop=inf, interrupt=60.0, abandon=90.0)
 
 
 class Watchdog:
-    """Watches the thread that enters it; use it in a `with` statement.
-
-    `stop` stops the robot, `abandon` ends the process, last; both are called from another thread.
-    """
+    """Watches the thread that enters it in a `with`; it calls from another thread."""
 
     def __init__(
         self,

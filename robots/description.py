@@ -161,10 +161,7 @@ def with_base_speeds(
     reverse: float | None = None,
     turn_rate: float | None = None,
 ) -> RobotDescription:
-    """The same robot with other base speeds [m/s, rad/s]; None keeps one.
-
-    Another forward speed alone keeps the ratio of the reverse speed to it.
-    """
+    """The same robot with other base speeds [m/s, rad/s]; None keeps a speed or its share."""
     if forward is None and reverse is None and turn_rate is None:
         return description
     limits = description.limits

@@ -71,11 +71,7 @@ def robot_names() -> list[str]:
 
 
 def load_robot(robot: str | Path) -> RobotDescription:
-    """The description of a robot, by its shipped name or its file; one object for equal files.
-
-    Raises:
-        ConfigError: there is no such robot, or one of its files says something impossible.
-    """
+    """The description of a robot, by name or file; equal files give one object; ConfigError."""
     path = _path(robot)
     if not _is_real(path):
         return _load(path)
@@ -84,11 +80,7 @@ def load_robot(robot: str | Path) -> RobotDescription:
 
 
 def load_real_robot(robot: str | Path) -> RealRobot | None:
-    """The hardware of a robot, by its shipped name or its file; None for a description.
-
-    Raises:
-        ConfigError: there is no such robot, or its file says something impossible.
-    """
+    """The hardware of a robot, by name or file; None for a description; may be ConfigError."""
     path = _path(robot)
     if not _is_real(path):
         return None

@@ -95,11 +95,7 @@ class Geom:
 
 
 def hull_of(points: Array, name: str = "", colour: Colour = GREY) -> Geom:
-    """The convex hull of (N, 3) points, posed in their frame [m].
-
-    Raises:
-        ValueError: the points lie in a plane, or are too few.
-    """
+    """The convex hull of (N, 3) points, posed in their frame [m]; ValueError: they are flat."""
     from scipy.spatial import ConvexHull, QhullError  # slow to import
 
     try:
@@ -147,10 +143,7 @@ def bounding_radius(shape: Shape) -> float:
 
 
 def rounded_box(shape: Shape) -> tuple[Array, float]:
-    """Half edge lengths (3,) and radius of the rounded box around a shape [m].
-
-    Exact for boxes, balls and capsules.
-    """
+    """Half edges (3,) and radius of the rounded box around a shape [m]; exact but for cylinders."""
     match shape:
         case Sphere(r):
             return np.zeros(3), r
@@ -161,10 +154,7 @@ def rounded_box(shape: Shape) -> tuple[Array, float]:
 
 
 def from_rounded_boxes(points: Array, half: Array, radius: Array | float) -> tuple[Array, Array]:
-    """Signed distances (N,) of points (N, 3) to rounded boxes [m], and their gradients (N, 3).
-
-    `half` is (N, 3) or (3,), `radius` (N,) or one number [m].
-    """
+    """Signed distances (N,) of points (N, 3) to rounded boxes [m], and gradients (N, 3)."""
     away = points - np.clip(points, -half, half)
     distance: Array = np.linalg.norm(away, axis=1)
     direction = away / np.maximum(distance, 1e-12)[:, None]

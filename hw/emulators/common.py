@@ -43,11 +43,7 @@ def reported(table: str) -> Mapping[str, Reported]:
 
 
 def chosen(names: Sequence[str], table: Mapping[str, Reported], part: str) -> frozenset[str]:
-    """The names as a set; each may hold several, separated by commas.
-
-    Raises:
-        NotReportedError: the table of the part has no such name.
-    """
+    """The names as a set, each possibly several with commas; NotReportedError: there is no such."""
     flat = [name.strip() for text in names for name in text.split(",") if name.strip()]
     for name in flat:
         if name not in table:

@@ -47,10 +47,7 @@ class Site:
 
 
 class Effect:
-    """One fault from its injection to its end. The base class has no effect.
-
-    All methods are called on the loop, but `frame`, which is called where images are taken.
-    """
+    """One fault from its injection to its end; all but `frame` is called on the loop."""
 
     site: Site
 

@@ -26,11 +26,7 @@ INJECTABLE: Mapping[str, Injectable] = MappingProxyType(
 
 
 def injectable(name: str) -> Injectable:
-    """The fault of that name.
-
-    Raises:
-        InjectionError: there is none.
-    """
+    """The fault of that name; InjectionError: there is none."""
     if name not in INJECTABLE:
         raise InjectionError(f"no fault is called `{name}`; {suggest(name, INJECTABLE)}")
     return INJECTABLE[name]
@@ -44,10 +40,7 @@ class _Injected:
 
 
 class FaultInjection(RobotWrapper):
-    """A robot that has injected faults, from the next reading on.
-
-    With the same seed and the same calls at the same readings, a fault does the same.
-    """
+    """A robot that has injected faults from the next reading on: a function of seed and calls."""
 
     def __init__(self, robot: Robot, truth: Truth | None = None, seed: int = 0) -> None:
         super().__init__(robot)
@@ -62,11 +55,7 @@ class FaultInjection(RobotWrapper):
         """Begun and not ended; changed by `read` alone."""
 
     def check(self, name: str) -> None:
-        """Whether this robot, in this world, can have a fault.
-
-        Raises:
-            InjectionError: there is no such fault, or not in this world.
-        """
+        """Raise InjectionError if there is no such fault, or not in this world."""
         if injectable(name).of_world and self._world is None:
             raise InjectionError(
                 f"`{name}` is done to the objects of a simulated world, and here is none"
@@ -78,12 +67,9 @@ class FaultInjection(RobotWrapper):
         return tuple(self._wanted)
 
     def inject(self, name: str, duration: float = inf) -> None:
-        """Inject a fault of `INJECTABLE` from the next reading on; from any thread.
+        """Inject a fault from the next reading on, for a duration by stamps [s]; from any thread.
 
-        It ends after a duration by the stamps of readings [s], unless it is cleared.
-
-        Raises:
-            InjectionError: there is no such fault, or not in this world.
+        InjectionError: there is no such fault, or not in this world.
         """
         self.check(name)
         with self._lock:

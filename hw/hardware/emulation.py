@@ -73,10 +73,6 @@ def emulating(real: RealRobot | None) -> Iterator[None]:
 
 
 def link_to(real: RealRobot) -> EmulatorLink:
-    """A connection to the emulators of a robot file.
-
-    Raises:
-        SilentEmulatorError: they do not run.
-    """
+    """A connection to the emulators of a robot file; SilentEmulatorError: they do not run."""
     assert real.hardware.emulated is not None
     return EmulatorLink(real.hardware.base.address, real.hardware.emulated)

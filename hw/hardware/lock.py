@@ -27,11 +27,7 @@ class RobotLock:
         self._hardware, self._claim = hardware, Claim(_name(hardware), _introduction)
 
     def take(self) -> Self:
-        """Take it, until `release` or the end of this process.
-
-        Raises:
-            CommandedError: another program has it.
-        """
+        """Take it, until `release` or the end of this process; CommandedError: another has it."""
         if self._claim.take() is None:
             who = commander_of(self._hardware) or "a program that ends now"
             raise CommandedError(

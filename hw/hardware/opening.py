@@ -102,22 +102,10 @@ def open_hardware(
 ) -> OpenedHardware:
     """Open a real robot; start the emulators of an emulated one where they do not run.
 
-    Args:
-        real: the robot file.
-        world: of an emulated robot.
-        scene: likewise.
-        seed: likewise.
-        localisation: level of its errors, likewise.
-        armed: whether the user has armed it.
-        announce: called with notes on speed and homing. With it a hand that was not homed since
-            power-on is homed on connecting; without it nothing moves then.
-
-    Raises:
-        NotArmedError: it is not armed.
-        TooSlowError: the base cannot move at the speed of this run.
-        CommandedError: another program commands it.
-        OtherWorldError: emulators run with another world.
-        HardwareError: the emulators do not start.
+    World, scene, seed and level of localisation are those of an emulated robot. `announce` gets
+    notes on speed and homing; without it a hand that was not homed since power-on stays so.
+    UserError: it is not armed, too slow, commanded by another program, or emulated in another
+    world. HardwareError: the emulators do not start.
     """
     check_armed(real, armed)
     check_speed(real)

@@ -61,11 +61,7 @@ class Arcl:
         return self._parser.state
 
     def connect(self, patience: float) -> None:
-        """Log in, and wait until the state of the motors is known.
-
-        Raises:
-            HardwareError: there is no such interface, or it refuses the password.
-        """
+        """Log in, and wait for the state of the motors, or raise HardwareError."""
         try:
             connection = socket.create_connection(self._address, timeout=patience)
         except OSError as error:
@@ -96,11 +92,7 @@ class Arcl:
             self._send(("stop",))
 
     def enable_motors(self) -> None:
-        """Switch the motors on.
-
-        Raises:
-            HardwareError: they stay off, for example because the emergency stop is pressed.
-        """
+        """Switch the motors on; HardwareError: they stay off, as under the emergency stop."""
         try:
             lines = self._ask("enableMotors", ("motors enabled", "estop pressed"), _PATIENCE)
         except HardwareError:
@@ -113,11 +105,7 @@ class Arcl:
             raise HardwareError("the motors stay off: push the motor button of the base")
 
     def section(self, name: str, patience: float) -> Values:
-        """The values of a section of the configuration, by name.
-
-        Raises:
-            HardwareError: no answer within `patience` [s], or no access (`ArclConfig`).
-        """
+        """The values of a section of the configuration; HardwareError: no access, no answer."""
         command, refusals = f"getConfigSectionValues {name}", ("commanderror", "unknown command")
         lines = self._ask(command, ("endofgetconfigsectionvalues", *refusals), patience)
         refused = [line for line in lines if _is(line, *refusals)]

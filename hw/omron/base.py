@@ -30,10 +30,9 @@ _PAUSES = (0.0, *RECOVERY_PAUSES)
 class OmronBase:
     """An Omron LD-60, or another base with the same server.
 
-    The world is that of its odometry; it begins with the map where the base is localised first.
-    Odometry is that of its encoders, or else the integral of its measured velocity; between two
-    messages it is extrapolated with that velocity. Without a message for `OLDEST_POSE` the pose
-    stands still and the reading has a fault; its stamp goes on, so that a recovery gets its chance.
+    The world is that of its odometry, of encoders or else integrated velocity; it begins with
+    the map where the base is localised first. Without a message for `OLDEST_POSE` the pose
+    stands still, with a fault; its stamp goes on, so that a recovery gets its chance.
     """
 
     def __init__(self, settings: OmronSettings, clock: Clock) -> None:
@@ -78,9 +77,8 @@ class OmronBase:
     def connect(self) -> None:
         """Log in, and wait for the first readings.
 
-        Raises:
-            HardwareError: wrong address, account, protocol version or rights; or another program
-                commands the base.
+        HardwareError: wrong address, account, protocol version or rights; or another
+        program commands it.
         """
         self._closing.clear()
         self._link, self._has_begun = None, False
@@ -132,10 +130,7 @@ class OmronBase:
         return self._localised[1]
 
     def send(self, twist: Array) -> Array:
-        """Drive; returns the mean velocity that the base can follow, zero while there is a fault.
-
-        A velocity inside a dead zone is driven in pulses of the slowest one outside.
-        """
+        """Drive, in pulses inside a dead zone; returns the mean velocity, zero in a fault."""
         link = self._connected
         wanted = Velocity(float(twist[0]), float(twist[2]))
         with link.lock:
@@ -156,10 +151,8 @@ class OmronBase:
     def read_teleop(self) -> Values:
         """The section "Teleop settings" of the base, in its own names and units.
 
-        Bases of version 6MTX do not offer it here; the text interface is asked then.
-
-        Raises:
-            HardwareError: this account has no access, or the base does not answer.
+        Bases of version 6MTX tell it over the text interface. HardwareError: no access, or
+        no answer.
         """
         link = self._connected
         sections = link.telemetry.sections
@@ -174,13 +167,10 @@ class OmronBase:
         raise HardwareError(f"the base does not tell its section {TELEOP!r}")
 
     def recover(self) -> None:
-        """Connect again, switch the motors on, take the base back from another program.
+        """Connect again, switch the motors on, take the base back from another program, if need be.
 
-        Returns at once where there is no fault. Successive recoveries begin after pauses that grow,
-        unless the fault is gone by then.
-
-        Raises:
-            HardwareError: that does not help; the text says what does.
+        Successive recoveries begin after growing pauses, unless the fault is gone by then.
+        HardwareError: that does not help; the text says what does.
         """
         link = self._connected
         if self._is_sound(link) or self._wait(lambda: self._is_sound(link), self._pause()):
@@ -255,11 +245,7 @@ class OmronBase:
         return pause
 
     def _is_sound(self, link: Link) -> bool:
-        """Whether there is no fault.
-
-        Raises:
-            HardwareError: the base was closed meanwhile.
-        """
+        """Whether there is no fault; HardwareError: the base was closed meanwhile."""
         if self._closing.is_set():
             raise HardwareError(f"Omron base at {self._settings.host}: closed")
         with link.lock:

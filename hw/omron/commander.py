@@ -62,14 +62,7 @@ class Commander:
     def order(
         self, now: float, measured: Velocity, *, may_move: bool, measured_at: float = inf
     ) -> Order:
-        """What to send now.
-
-        Args:
-            now: of `stopwatch` [s].
-            measured: velocity of the base.
-            may_move: whether there is no fault.
-            measured_at: when that velocity arrived [s].
-        """
+        """What to send now [s], with the measured velocity that arrived at `measured_at` [s]."""
         gap, self._stepped = now - self._stepped, now
         if gap > STOP_AFTER:  # suspended: the base has been stopped meanwhile
             self._halt()
@@ -86,10 +79,7 @@ class Commander:
         return self._stop(now, measured, measured_at)
 
     def _grown(self, target: Velocity, dt: float) -> Velocity:
-        """The velocity after `dt` [s]; both axes take the same share of their way.
-
-        The base decelerates within its own limits. A reversal begins at rest.
-        """
+        """The velocity after `dt` [s]; both axes take the same share of their way."""
         start = Velocity(_start(self._now.v, target.v), _start(self._now.w, target.w))
         way = Velocity(target.v - start.v, target.w - start.w)
         needed = max(abs(one) / most for one, most in zip(way, self._accelerations, strict=True))
@@ -137,10 +127,7 @@ class _Pulses:
         self._lag, self._remaining = [0.0, 0.0], [0.0, 0.0]
 
     def step(self, now: Velocity, target: Velocity, measured: float, dt: float) -> Velocity:
-        """The velocity to be sent after `dt` [s]; `now` is wanted, on its way to `target`.
-
-        Full scale of turning depends on the measured speed [m/s].
-        """
+        """The velocity to send after `dt` [s] on the way `now` to `target`, at a measured speed."""
         kept, least = self._site.kept(now, measured), self._site.least(now)
         passes = self._site.kept(target, measured)
         sent = []

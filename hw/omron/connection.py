@@ -41,11 +41,7 @@ class Connection:
     protocol: str = ""  # protocol version of the server
 
     def packets(self, until: float) -> Iterator[Packet]:
-        """Packets that arrive until a time of `stopwatch` [s].
-
-        Raises:
-            HardwareError: the server has closed the connection.
-        """
+        """Packets that arrive until a time of `stopwatch` [s]; HardwareError: it is closed."""
         while True:
             while self.pending:
                 yield self.pending.pop(0)
@@ -73,11 +69,7 @@ def named_errors(settings: OmronSettings) -> Iterator[None]:
 
 
 def open_connection(settings: OmronSettings) -> Connection:
-    """Connect, introduce ourselves, and read the list of requests.
-
-    Raises:
-        HardwareError: with cause and hint.
-    """
+    """Connect, introduce ourselves, and read the requests; HardwareError with cause and hint."""
     with named_errors(settings):
         address = (settings.host, settings.port)
         connection = Connection(
@@ -171,11 +163,8 @@ def _cause(error: Exception) -> str:
 def first_readings(connection: Connection, settings: OmronSettings, *, claim: bool) -> Telemetry:
     """Subscribe to all readings, and check that the base is at rest and free.
 
-    With `claim` a moving base is stopped; otherwise it is left to its commander.
-
-    Raises:
-        HardwareError: it moves, is in a locked mode, or does not tell where it is.
-        OSError: the connection is lost.
+    With `claim` a moving base is stopped. HardwareError: it moves, is in a locked mode, or does
+    not tell where it is. OSError: the connection is lost.
     """
     catalogue, patience = connection.catalogue, settings.connect_patience
     lead = settings.laser_delay - settings.pose_delay

@@ -133,10 +133,7 @@ def connection_lost(cause: str) -> Fault:
 def telemetry_faults(
     telemetry: Telemetry, least_score: float | None, pose_age: float, score: float | None
 ) -> Iterator[Fault]:
-    """Faults in the readings of ArNetworking.
-
-    A localisation score (0 to 1) below `least_score` is a fault; `pose_age` is in seconds.
-    """
+    """Faults in the readings; a score (0 to 1) below `least_score` is one; `pose_age` in s."""
     if pose_age > OLDEST_POSE:
         yield _fault(
             FaultKind.STALE_POSE,

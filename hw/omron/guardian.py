@@ -19,10 +19,7 @@ _TIMES, _EVERY = 10, 0.05  # number of stops that are sent, and the time between
 
 
 class Guardian:
-    """The driver's end: starts the process and sends heartbeats.
-
-    It sends the frame `stop` when no heartbeat came for `patience` [s].
-    """
+    """The driver's end; the process sends the frame `stop` after `patience` [s] without a beat."""
 
     def __init__(self, connection: socket, stop: bytes, patience: float) -> None:
         reads, self._pipe = os.pipe()

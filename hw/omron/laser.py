@@ -30,11 +30,7 @@ class Echoes:
 
 
 def read_points(fields: Fields) -> Array:
-    """(n, 2) points of a scan on the map of the base [m].
-
-    Raises:
-        LayoutError: there are not as many as it says.
-    """
+    """(n, 2) points of a scan on the map of the base [m]; LayoutError: not as many as it says."""
     count = fields.integer("i")
     if count < 0 or fields.remaining < 8 * count:
         raise LayoutError(f"a scan of {count} points in {fields.remaining} bytes")
@@ -43,13 +39,7 @@ def read_points(fields: Fields) -> Array:
 
 
 class OmronLaser:
-    """The laser as a part of a robot; the connection is that of the base.
-
-    Args:
-        echoes: the newest scan of the base; None before the first.
-        description: of the laser.
-        clock: session time.
-    """
+    """The laser as a part of a robot; `echoes` are the base's newest, over its connection."""
 
     def __init__(
         self, echoes: Callable[[], Echoes | None], description: LaserDescription, clock: Clock

@@ -132,10 +132,7 @@ class Link:
             self._stop_without_connection()
 
     def _stop_without_connection(self) -> None:
-        """Try to stop the base over the text interface, and over a new connection.
-
-        Otherwise it drives on until its own timeout.
-        """
+        """Try to stop the base over the text interface, and over a new connection."""
         with suppress(OSError, HardwareError):
             if self._arcl is not None:
                 self._arcl.stop()

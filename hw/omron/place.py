@@ -23,8 +23,7 @@ def begun(telemetry: Telemetry) -> SE3:
 def continued(wTo: SE3, before: Telemetry, telemetry: Telemetry) -> SE3:
     """Odometry of a new connection in the world of the last one, where it was at `wTo`.
 
-    Encoders go on counting meanwhile. Where there are none, or the base has restarted, the way is
-    that on the map.
+    Without encoders, or after a restart of the base, the way meanwhile is that on the map.
     """
     oTb, oTb_now = _pose(before.odometry), _pose(telemetry.odometry)
     way = _pose(before.pose).actInv(_pose(telemetry.pose))

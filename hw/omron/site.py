@@ -47,10 +47,7 @@ class Site:
     dead_rotation: float = 5.0  # RotDeadZone [%]: a ratio below this one does not turn the base
 
     def saturate(self, wanted: Velocity, measured: float) -> Velocity:
-        """The wanted finite velocity, scaled down along the same arc where it is above full scale.
-
-        Full scale of turning depends on the measured speed [m/s].
-        """
+        """The finite velocity within full scale along the same arc, at a measured speed [m/s]."""
         straight = abs(wanted.v) / self._full_scale(wanted.v)
         turning = abs(wanted.w) / self._full_turn(wanted.v, measured)
         share = max(straight, turning, 1.0)

@@ -111,10 +111,8 @@ class PoseAssembly:
 class Telemetry:
     """The newest readings of one connection.
 
-    Args:
-        catalogue: what the base offers.
-        score_scale: of the localisation; None where it is unknown.
-        lead: how much older a scan of the laser is on arrival than a pose [s].
+    `score_scale` is None where it is unknown; a scan of the laser is older on arrival than a
+    pose by `lead` [s].
     """
 
     def __init__(

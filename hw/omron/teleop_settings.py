@@ -41,10 +41,7 @@ def read_section(fields: Fields) -> tuple[str, Values]:
 
 
 def site_of(values: Values, default: Site) -> Site:
-    """The site of the section `TELEOP` (mm/s and deg/s; units inferred).
-
-    Values that are missing or 0 (which depend on others) are those of the default.
-    """
+    """The site of the section `TELEOP`; values that are missing or 0 are those of the default."""
     numbers = {name: one for name, one in values.items() if isinstance(one, float)}
     given = {field: numbers[name] for name, field in _ZONES.items() if name in numbers}
     given |= {field: numbers[name] / 1000.0 for name, field in _SPEEDS.items() if numbers.get(name)}

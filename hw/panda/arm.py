@@ -44,14 +44,10 @@ class ArmSettings:
 
 
 class Lead:
-    """Compensates the lag T of the joints: they are commanded r + T dr/dt to do r.
+    """Compensates the lag T [s] of the joints: they are commanded r + T dr/dt to do r.
 
-    The slope is that of the last two commands. A command to rest, and one after a pause, does not
-    change.
-
-    Args:
-        seconds: lag of the joints; 0 changes nothing.
-        qdd: (7,) largest slopes that count [rad/s^2].
+    The slope is that of the last two commands, within qdd (7,) [rad/s^2]. A command to rest,
+    and one after a pause, does not change.
     """
 
     def __init__(self, seconds: float, qdd: Sequence[float]) -> None:
@@ -91,11 +87,7 @@ class PandaArm:
         self._is_recovering, self._may_recover_at = False, 0.0
 
     def connect(self) -> None:
-        """Start the process, and check that the arm can be commanded.
-
-        Raises:
-            HardwareError: it cannot be; the text says why and what to do.
-        """
+        """Start the process, and check that the arm can be commanded; else HardwareError."""
         self._offset = self._clock.now() - stopwatch()
         self._put(0.0, _ZERO)
         self._process.start()
@@ -135,16 +127,10 @@ class PandaArm:
         return applied
 
     def move_to(self, q: Sequence[float], speed: float = 0.3) -> None:
-        """Go to joint positions (7,) [rad] straight in joint space, without collision checks.
+        """Go to (7,) joint positions [rad] straight in joint space, without collision checks.
 
-        Returns on arrival. `stop` and any command end it.
-
-        Args:
-            q: the goal.
-            speed: of the fastest joint [rad/s].
-
-        Raises:
-            HardwareError: the goal was not reached.
+        `speed` is that of the fastest joint [rad/s]. `stop` and any command end it:
+        HardwareError.
         """
         try:
             self._process.ask(_WAY, do="move", q=list(map(float, q)), speed=speed)
@@ -153,13 +139,9 @@ class PandaArm:
             raise
 
     def recover(self) -> None:
-        """Clear a reflex; connect again if the arm or its driver does not answer.
+        """Clear a reflex, once in 2 s at most; connect again if arm or driver do not answer.
 
-        Without a fault nothing happens. Waits until the last recovery was 2 s ago, so that a
-        permanent fault is not cleared in a loop.
-
-        Raises:
-            HardwareError: that is not possible now.
+        HardwareError: that is not possible now.
         """
         reading = self.reading()
         if self._silence(reading):

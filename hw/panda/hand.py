@@ -46,11 +46,7 @@ class PandaHand:
         self._is_homing = self._holds = self._is_unsettled = False
 
     def connect(self) -> None:
-        """Start the process. Nothing moves: a hand that was not homed has a fault.
-
-        Raises:
-            HardwareError: there is no connection; the text says why and what to do.
-        """
+        """Start the process; nothing moves. HardwareError: there is no connection."""
         self._offset = self._clock.now() - stopwatch()
         self._process.start()
 
@@ -71,11 +67,7 @@ class PandaHand:
     def grip(self, width: float, force: float) -> None:
         """Move the fingers to a width [m], pressing with a force [N]; returns when they rest.
 
-        Closing on an object that is held already does nothing.
-
-        Raises:
-            HardwareError: the fingers did not reach the width, or the hand was not homed or does
-                not answer.
+        HardwareError: they did not reach it, or the hand was not homed or does not answer.
         """
         self._gripping += 1
         try:
@@ -88,11 +80,7 @@ class PandaHand:
             self._gripping -= 1
 
     def home(self) -> None:
-        """Home a hand that was not homed since power-on: it closes, then it opens.
-
-        Raises:
-            HardwareError: that has failed, or the hand may hold an object.
-        """
+        """Home a hand that was not homed since power-on; HardwareError: it may hold an object."""
         reading = self.reading()
         if reading.is_homed:
             return
@@ -105,12 +93,9 @@ class PandaHand:
             self._is_homing = False
 
     def recover(self) -> None:
-        """Connect again if the hand or its driver does not answer, and stop a failed motion.
+        """Connect again if the hand does not answer, stop a failed motion, and home it if empty.
 
-        A hand that was not homed is homed, unless it may hold an object.
-
-        Raises:
-            HardwareError: that has failed.
+        HardwareError: that has failed.
         """
         if self._silence(self.reading()):
             self._process.kill()

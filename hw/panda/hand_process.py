@@ -86,11 +86,7 @@ class HandProcess:
         return state
 
     def watch(self) -> None:
-        """Read the hand; stop the fingers if they are late or blocked.
-
-        Raises:
-            RuntimeError: the hand does not answer, or its fingers cannot be stopped.
-        """
+        """Read the hand; stop late or blocked fingers. RuntimeError: they cannot be stopped."""
         motion = self._motion
         try:
             width = self.publish().width
@@ -138,11 +134,7 @@ class HandProcess:
         return "homing has found no opening: see what is between the fingers"
 
     def grip(self, width: float, force: float) -> str:
-        """Move the fingers; why not.
-
-        Closing goes on until an object resists, which is then held; so is an object in the way of
-        any other width. The width decides, not what the hand reports of a grasp.
-        """
+        """Move the fingers; why not. What resists is held, whatever the hand reports of a grasp."""
         hand, speed, before = self._hand, self._speed, self._state
         if before.max_width < HOMED:
             return NOT_HOMED

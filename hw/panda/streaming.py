@@ -39,15 +39,8 @@ Publish = Callable[[Any, Sequence[float]], None]
 class Streaming:
     """One motion: the callback of the vendor's control loop.
 
-    Args:
-        limits: of the arm.
-        commands: with the newest command.
-        publish: called with state and next velocities.
-        over: whether the parent has ended.
-        velocities: makes the vendor's command of seven velocities [rad/s].
-        goal: (7,) joint positions to go to instead [rad]; any newer command ends that.
-        speed: of the fastest joint on the way to the goal [rad/s].
-        now: time of the stamps of commands [s].
+    It publishes state and next velocities. A `goal` (7,) [rad] is approached with the fastest
+    joint at a speed [rad/s] instead of the commands; any newer command ends that.
     """
 
     def __init__(
@@ -136,17 +129,7 @@ class VelocityLimiter:
     def step(
         self, q: Sequence[float], qd: Sequence[float], qdd: Sequence[float], wanted: Sequence[float]
     ) -> list[float]:
-        """The velocities to command next.
-
-        Args:
-            q: (7,) positions commanded last [rad].
-            qd: (7,) velocities commanded last [rad/s].
-            qdd: (7,) accelerations commanded last [rad/s^2].
-            wanted: (7,) velocities to reach [rad/s].
-
-        Returns:
-            (7,) velocities one period later [rad/s].
-        """
+        """(7,) velocities to command next, from (7,) q, qd and qdd commanded last."""
         return [
             _towards(
                 min(max(w, -fast, -speed_at(p - low, a)), fast, speed_at(high - p, a)),
@@ -172,10 +155,7 @@ class VelocityLimiter:
 
 
 def speed_at(distance: float, qdd: float) -> float:
-    """The speed [rad/s] from which a joint comes to rest within a distance [rad].
-
-    It decelerates with 0.7 qdd [rad/s^2] far away, and more softly near the end.
-    """
+    """The speed [rad/s] from which a joint comes to rest, softly, within a distance [rad]."""
     if distance <= 0.0:
         return 0.0
     brake = 0.7 * qdd
@@ -185,10 +165,7 @@ def speed_at(distance: float, qdd: float) -> float:
 def _towards(
     wanted: float, qd: float, qdd: float, most: float, jerk: float, largest: float
 ) -> float:
-    """One joint, one period, with the largest acceleration that can end in time at this jerk.
-
-    It changes with the largest jerk at most.
-    """
+    """One joint, one period, with the largest acceleration that can end in time at this jerk."""
     change, step = wanted - qd, jerk * PERIOD
     left = abs(change)
     goal = min(most, left / PERIOD, 0.5 * (sqrt(step * step + 8.0 * jerk * left) - step))
@@ -211,16 +188,7 @@ class SpeedMonitor:
         self._since: float | None = None
 
     def check(self, now: float, measured: Sequence[float], commanded: Sequence[float]) -> None:
-        """Once a period.
-
-        Args:
-            now: [s].
-            measured: (7,) velocities [rad/s].
-            commanded: (7,) velocities from now on [rad/s].
-
-        Raises:
-            SpeedError: one joint has been too fast for too long.
-        """
+        """Once a period [s], with (7,) velocities [rad/s]; SpeedError: a joint is too fast."""
         before, self._commanded = self._commanded, commanded
         rows = zip(before, self._fastest, strict=True)
         self._fastest = fastest = [max(abs(qd), _DECAY * most) for qd, most in rows]

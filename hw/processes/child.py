@@ -30,11 +30,7 @@ Request = dict[str, Any]
 
 
 class Parent:
-    """The process that commands this one.
-
-    Args:
-        at_once: handles urgent requests in a thread of its own; returns whether it did.
-    """
+    """The process that commands this one; `at_once` does urgent requests in a thread, or not."""
 
     def __init__(self, at_once: Callable[[Request], bool] = lambda _: False) -> None:
         self._at_once = at_once
@@ -96,11 +92,7 @@ class Parent:
 
 
 def claim(what: str, address: str) -> str:
-    """Claim a machine for the lifetime of this process.
-
-    Returns:
-        Which other process has it; empty if none.
-    """
+    """Claim a machine for the lifetime of this process; who else has it, empty if none."""
     machine = f"{what} {address}"
     right = Claim(machine, lambda: str(os.getppid()))
     if right.take() is not None:

@@ -26,10 +26,7 @@ class Holder(NamedTuple):
 
 
 class Claim:
-    """One claim; it ends with its process.
-
-    `introduce` is the answer to those who ask.
-    """
+    """One claim; it ends with its process. `introduce` is the answer to those who ask."""
 
     def __init__(self, machine: str, introduce: Callable[[], str]) -> None:
         self._address, self._introduce = _address(machine), introduce

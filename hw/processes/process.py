@@ -36,10 +36,7 @@ class NoAnswerError(HardwareError):
 
 
 class DriverProcess:
-    """One process; `start` and `end` may be repeated.
-
-    `connecting` is the timeout of connecting [s]; `missing` a hint if the library is not installed.
-    """
+    """One process; `start` and `end` may be repeated; `connecting` is a timeout [s]."""
 
     def __init__(
         self,
@@ -65,11 +62,7 @@ class DriverProcess:
         self._silent = (0.0, "")
 
     def start(self) -> None:
-        """Start it and wait until it is connected.
-
-        Raises:
-            HardwareError: it cannot be; the text says why and what to do.
-        """
+        """Start it and wait until it is connected; HardwareError: why not, and what to do."""
         if missing := self._missing():
             raise HardwareError(missing)
         self.end()
@@ -92,11 +85,9 @@ class DriverProcess:
             raise
 
     def ask(self, timeout: float, **request: Any) -> None:
-        """Send a request that takes time and wait for the answer; one after the other.
+        """Send a request and wait for the answer, one after the other; HardwareError: not done.
 
-        Raises:
-            HardwareError: it was not done.
-            NoAnswerError: it may or may not be done; the caller has to stop it.
+        NoAnswerError: it may or may not be done; the caller has to stop it.
         """
         with self._asking:
             self._asked += 1
@@ -114,11 +105,7 @@ class DriverProcess:
                     self._last_words = message.get("error", "")
 
     def told(self, record: Record | None) -> Record:
-        """The newest record of the process.
-
-        Raises:
-            HardwareError: there never was one.
-        """
+        """The newest record of the process; HardwareError: there never was one."""
         if record is None:
             raise HardwareError(f"the {self.what}: {self.end_of_it()}")
         return record

@@ -73,11 +73,7 @@ class RealSenseCamera:
         self._reading = threading.Lock()
 
     def connect(self) -> None:
-        """Start the process, and wait for the first image.
-
-        Raises:
-            HardwareError: no image comes; the text says why and what to do.
-        """
+        """Start the process, and wait for the first image; HardwareError: none comes."""
         self._offset = self._clock.now() - stopwatch()
         self._process.start()
 

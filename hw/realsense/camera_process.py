@@ -55,11 +55,7 @@ class CameraProcess:
         self._last = -inf  # camera stamp of the last image [ms]
 
     def run(self) -> None:
-        """Deliver images until the parent ends.
-
-        Raises:
-            RuntimeError: the camera cannot be opened at first.
-        """
+        """Deliver images until the parent ends; RuntimeError: it cannot be opened at first."""
         while self._parent.commands():
             still_alive(_STARTING)
             try:
@@ -85,11 +81,7 @@ class CameraProcess:
             time.sleep(0.05)
 
     def _next(self, stream: Stream) -> Any:
-        """The next set of frames; a camera that hangs is reopened, then reset.
-
-        Raises:
-            LostError: none comes; the text says what is done or what the user has to do.
-        """
+        """The next set of frames; a camera that hangs is reopened, then reset: LostError."""
         try:
             frames = stream.next(self._last)
         except HangsError as error:

@@ -33,13 +33,7 @@ class ImageSpec:
 
 
 class Rectifier:
-    """Maps images of one pinhole camera to another one at the same place.
-
-    The depth along the optical axis does not change.
-
-    Raises:
-        LostError: the camera has a distortion, which depth streams of the D400 series have not.
-    """
+    """Maps images of a pinhole camera to another at the same place; LostError: it distorts."""
 
     def __init__(self, camera: Any, spec: ImageSpec) -> None:
         if any(camera.coeffs):
@@ -73,13 +67,7 @@ def _maps(own: npt.NDArray[np.float64], spec: ImageSpec) -> tuple[Depth, Depth]:
 
 
 def metres(depth: npt.NDArray[np.uint16], scale: float, spec: ImageSpec) -> Depth:
-    """Depth in metres; NaN where it is missing or outside of the valid range.
-
-    Args:
-        depth: (H, W) in units of the camera; 0 where missing.
-        scale: one unit [m].
-        spec: with the valid range.
-    """
+    """Depth in metres of (H, W) in units of `scale` [m]; NaN where missing or out of range."""
     far: Depth = depth * np.float32(scale)
     far[(far < np.float32(spec.near)) | (far > np.float32(spec.far))] = np.nan
     return far

@@ -16,10 +16,7 @@ _FIRST = 2.0  # longest time to the first image of an opened camera [s]
 
 
 class LostError(RuntimeError):
-    """The camera delivers no images; the text says why and what to do.
-
-    A `RuntimeError`, as the library itself raises when a camera is lost.
-    """
+    """No images; the text says why. A `RuntimeError`, as the library raises for a lost camera."""
 
 
 class HangsError(LostError):
@@ -52,11 +49,7 @@ class Stream:
         self.depth_intrinsics: Any = depth.get_intrinsics()  # of the vendor's library
 
     def next(self, before: float) -> Any:
-        """The next set of frames; the library sometimes repeats the same one.
-
-        Raises:
-            LostError: no new one comes in time.
-        """
+        """The next new set of frames; LostError: none comes in time."""
         until = stopwatch() + self._patience
         while stopwatch() < until:
             try:
@@ -90,11 +83,7 @@ class Stream:
 
 @contextmanager
 def open_stream(library: Any, settings: RealSenseSettings) -> Iterator[Stream]:
-    """The stream of the camera that the settings name.
-
-    Raises:
-        LostError: it is not there, or does not support these settings.
-    """
+    """The stream of the camera that the settings name; LostError: it is not there, or cannot."""
     rs = library
     config, pipeline = rs.config(), rs.pipeline()
     software = None

@@ -26,11 +26,7 @@ _TAKEN_OVER = 3.0  # a clock that differs for longer than this was set, and is a
 
 
 class CameraClock:
-    """From stamps of a camera to those of `stopwatch`.
-
-    Args:
-        delay: age of an image at the stamp that the camera gives it [s].
-    """
+    """From stamps of a camera to those of `stopwatch`; images are `delay` [s] older."""
 
     def __init__(self, delay: float = 0.0) -> None:
         self._delay = delay
@@ -41,12 +37,10 @@ class CameraClock:
         self._is_back = False
 
     def stamp(self, given: float, arrived: float, calendar: float | None) -> float:
-        """Capture time of an image, of `stopwatch` [s].
+        """Capture time of an image, of `stopwatch` [s], from its stamp and arrival [s].
 
-        Args:
-            given: stamp of the camera [s].
-            arrived: arrival of the image, of `stopwatch` [s].
-            calendar: calendar time at its arrival [s]; None if the camera has its own clock.
+        `calendar` is the calendar time at its arrival; None if the camera has its own
+        clock.
         """
         latency = (arrived if calendar is None else calendar) - given
         self._is_back |= given < self._last

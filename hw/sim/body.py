@@ -51,10 +51,7 @@ class Reflex:
 
 
 class SimBody(ABC):
-    """The state of a simulated robot, advanced to the clock's time; its parts share it.
-
-    A lock lets parts work in threads of their own.
-    """
+    """The state of a simulated robot, advanced to the clock; locked, as its parts share it."""
 
     reflex: Reflex  # of the arm, its hand and the held object
     bumper: Reflex  # Of the base

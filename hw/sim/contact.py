@@ -40,10 +40,9 @@ def separation(a: Geom, b: Geom) -> tuple[float, Array]:
 
 
 def travel(moving: Geom, direction: Array, still: Iterable[Geom], limit: float) -> float | None:
-    """How far a shape can move along a unit direction (3,) until it first touches another [m].
+    """How far a shape can move along a unit direction (3,) until it touches another [m].
 
-    Returns:
-        The distance, 0 if it touches already; None if it moves `limit` [m] without a touch.
+    0 if it touches already; None if it moves `limit` [m] without a touch.
     """
     nearest: float | None = None
     for other in still:
@@ -53,11 +52,9 @@ def travel(moving: Geom, direction: Array, still: Iterable[Geom], limit: float) 
 
 
 def patch(a: Geom, b: Geom) -> tuple[Array, Array] | None:
-    """Where two slightly overlapping shapes press on each other.
+    """Where two slightly overlapping shapes press on each other; None if they do not overlap.
 
-    Returns:
-        (N, 3) corners of the contact patch and the (3,) unit normal from a to b, in the world;
-        None if they do not overlap.
+    (N, 3) corners of the contact patch and the (3,) unit normal from a to b, in the world.
     """
     shapes = (
         coal_geometry(a.shape),
@@ -107,11 +104,7 @@ class Resting:
         self._vicinity = vicinity
 
     def support(self, obj: SimObject, held: SimObject | None) -> str:
-        """Group of the fixture that carries an object, directly or through others.
-
-        Returns:
-            For example `container` or `table`; `hand` if held, empty if nothing carries it.
-        """
+        """Group of the fixture that carries an object, or `hand`; empty if nothing does."""
         return self._support(obj, held, frozenset())
 
     def drop(self, obj: SimObject, held: SimObject | None) -> None:

@@ -77,11 +77,7 @@ def _table(table: Table, name: str) -> list[Geom]:
 
 
 def fixture_shapes(fixture: Fixture, number: int) -> tuple[list[Geom], list[Surface]]:
-    """The collision shapes of a fixture, and its visual mesh if it has one.
-
-    Raises:
-        LayoutError: its mesh cannot be used.
-    """
+    """Collision shapes of a fixture, and its visual mesh if it has one, or LayoutError."""
     turn = exp3(np.array([0.0, 0.0, np.deg2rad(fixture.yaw_deg)]))
     pose = SE3(turn, np.array(fixture.centre))
     if fixture.size is not None:
@@ -101,14 +97,10 @@ NOTHING_MOVED: Mapping[str, Sequence[float]] = MappingProxyType({})
 
 
 def with_moved(world: World, moved: Mapping[str, Sequence[float]]) -> World:
-    """A new world in which furniture was moved, with what stands on it, since the map was made.
+    """A new world where furniture was moved, with what stands on it, since the map was made.
 
-    Args:
-        world: as the map has it.
-        moved: by name of the furniture: x, y [m], and a turn about the middle of its parts [deg].
-
-    Raises:
-        SceneError: no furniture has that name.
+    `moved` is x, y [m] and a turn about its middle [deg], by name; SceneError: no such
+    furniture.
     """
     pieces: dict[str, list[Geom]] = {}
     for one in world.fixtures:

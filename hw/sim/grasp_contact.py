@@ -76,15 +76,7 @@ class GraspContact:
 def grasp_contact(
     hand: Hand, opening: float, force: float, objects: Iterable[SimObject], fixtures: Sequence[Geom]
 ) -> GraspContact:
-    """What closing the fingers does.
-
-    Args:
-        hand: the gripper and where it is.
-        opening: distance between the pads before [m].
-        force: of each finger [N].
-        objects: near the hand.
-        fixtures: near the hand.
-    """
+    """What closing the fingers does, from an `opening` [m], each with a `force` [N]."""
     reached = [(o, half) for o in objects if (half := _first_touch(hand, opening, o.placed()))]
     jam = _first_touch(hand, opening, fixtures) or 0.0
     if not reached:
@@ -165,10 +157,7 @@ def _seated(
 ) -> tuple[_Fit, float | None]:
     """Turn and push an object by the pads, downhill in width, until they hold it or it rests.
 
-    Its support does not give way: an object that would sink into it rises between the pads.
-
-    Returns:
-        The object as it was moved, and `_load_factor` there.
+    It rises where it would sink into its support. With it comes the `_load_factor` there.
     """
     lateral, _, approach = hand.wTe.rotation.T
     ways = [sign * way for way in (approach, lateral) for sign in (1.0, -1.0)]
@@ -191,10 +180,7 @@ def _seated(
 
 
 def _load_factor(hand: Hand, force: float, target: SimObject, fit: _Fit) -> float | None:
-    """How many times its weight is carried, at most 50; None if the pads do not oppose each other.
-
-    Contact forces are combinations of the edges of the friction cones with a torsion each way.
-    """
+    """How many times its weight is carried, to 50; None if the pads do not oppose each other."""
     from scipy.optimize import linprog  # slow to import
 
     axes = [hand.inwards(side) for side in SIDES]

@@ -52,11 +52,7 @@ class KinematicBody(SimBody):
         self._collisions = Collisions(self._model, world)
 
     def _grip(self, width: float, force: float) -> None:
-        """Closing stops at the width that the contacts decide.
-
-        The contacts are decided at the pose of the hand when closing starts. Fingers that press on
-        an object without holding it close the rest of the way when the hand moves off.
-        """
+        """Closing stops at the width that the contacts decide, at the pose where it starts."""
         if width > self.width:
             self.world.open_fingers()
             self._width_goal = min(width, self.description.gripper.opening)

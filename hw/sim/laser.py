@@ -27,15 +27,7 @@ _STREAM = 1
 
 
 class SimLaser:
-    """The laser as a part of the robot: scans on demand, at most once a period.
-
-    It sees fixtures, objects that are not held, and walkers, but not the robot.
-
-    Args:
-        body: of the robot.
-        laser: its description.
-        seed: of the noise.
-    """
+    """The laser as a part of the robot: scans on demand, at most once a period."""
 
     def __init__(self, body: SimBody, laser: LaserDescription, seed: int) -> None:
         self._body, self._laser, self._seed = body, laser, seed
@@ -115,12 +107,7 @@ class Solids:
         self._kinds += [_Round(capsules, balls=True)] if capsules else []
 
     def ranges(self, origin: Array, beams: Array) -> Array:
-        """(n,) distances at which beams enter a shape [m]; infinite where they do not.
-
-        Args:
-            origin: (3,) of all beams, in the world. A shape around it is not seen.
-            beams: (n, 3) unit directions in the world.
-        """
+        """(n,) ranges of beams (n, 3) from (3,) in the world [m]; infinite without a shape."""
         nearest = np.full(len(beams), np.inf)
         for kind in self._kinds:
             for enter, leave in kind.intervals(origin, beams):
@@ -177,13 +164,7 @@ class _Round:
 
 
 def _in_ball(o: Array, d: Array, radius: Array) -> _Interval:
-    """Intervals (m, n) of beams inside of balls around 0, or circles in the plane.
-
-    Args:
-        o: (m, 1, 3) or (m, 1, 2) origins.
-        d: (m, n, 3) or (m, n, 2) directions of any length.
-        radius: (m, 1) of the balls or circles.
-    """
+    """Intervals (m, n) of beams in balls or circles around 0: (m, 1, k) o, (m, n, k) d."""
     a = np.maximum(np.einsum("mnk,mnk->mn", d, d), _PARALLEL)
     b = (o * d).sum(axis=-1)
     root = b * b - a * ((o * o).sum(axis=-1) - radius**2)

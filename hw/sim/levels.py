@@ -100,11 +100,7 @@ LEVELS: Mapping[str, Localisation] = MappingProxyType(
 
 
 def load_localisation(level: str) -> Localisation:
-    """A level by its name, or from a YAML file.
-
-    Raises:
-        ConfigError: there is no such level or file, or the file says something impossible.
-    """
+    """A level by its name, or from a YAML file; ConfigError: there is none, or it has a mistake."""
     if level in LEVELS:
         return LEVELS[level]
     if isfile(level):

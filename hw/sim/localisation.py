@@ -76,12 +76,8 @@ _ROUNDING = 1e-6  # of stamps, which are sums of periods [s]
 class LocalisationProcess:
     """What odometry and localisation tell of a base whose true pose is known.
 
-    All draws and all sums happen on a fixed grid of time that begins with the first reading, so how
+    All draws and sums happen on a fixed grid of time that begins with the first reading, so how
     often it is read changes nothing. An exact level draws nothing.
-
-    Args:
-        level: how wrong.
-        rng: source of the errors, of this process alone.
     """
 
     def __init__(self, level: Localisation, rng: np.random.Generator) -> None:
@@ -106,15 +102,10 @@ class LocalisationProcess:
         self._localised: LocalisedPose | None = None
 
     def read(self, stamp: float, wTb: SE3) -> tuple[SE3, LocalisedPose | None]:
-        """Pose in odometry, and the newest localised pose, at a time not before the last one.
+        """Pose in odometry, and the newest localised pose, at a stamp [s] not before the last one.
 
-        Args:
-            stamp: of the reading [s].
-            wTb: true pose then.
-
-        Returns:
-            oTb, the true pose at the first reading, then smooth; and the localised pose, the same
-            object until there is a newer one: None during an outage, and for an exact level.
+        oTb is the true pose at first, then smooth. The localised pose is None in an outage,
+        and exact.
         """
         if self._exact:
             return wTb, None

@@ -56,11 +56,7 @@ class _Unplaced(NamedTuple):
 def place_objects(
     wanted: Objects, area: Area, before: int, rng: np.random.Generator
 ) -> list[SimObject]:
-    """Objects side by side on an area; their numbers continue from `before`.
-
-    Raises:
-        LayoutError: they cannot be made, or do not fit.
-    """
+    """Objects side by side on an area, numbered on from `before`; LayoutError: they do not fit."""
     widths = (wanted.width_mm[0] / 1000.0, wanted.width_mm[1] / 1000.0)
     masses = (wanted.mass_g[0] / 1000.0, wanted.mass_g[1] / 1000.0)
     names = fitting(OBJECT_CLASSES, wanted.kinds, widths)
@@ -131,11 +127,7 @@ def _items(wanted: Objects, area: Area, before: int, rng: np.random.Generator) -
 
 
 def _make_item(item: Item, number: int, others: Objects, rng: np.random.Generator) -> SimObject:
-    """One item, resting on z = 0 with its centre of mass above the origin.
-
-    Raises:
-        MeshError: its mesh cannot be split into convex parts.
-    """
+    """One item, resting on z = 0 with its centre of mass above 0; MeshError: of its mesh."""
     masses = others.mass_g[0] / 1000.0, others.mass_g[1] / 1000.0
     if item.kind is not None:
         of_kind = OBJECT_CLASSES[item.kind]

@@ -201,19 +201,10 @@ def simulated_robot(
     localisation: Localisation | None = None,
     background: Callable[[], Executor] = InlineExecutor,
 ) -> ComposedRobot:
-    """A robot composed of the parts of one simulated body.
+    """A robot composed of the parts of one simulated body, kinematic or physical.
 
-    Args:
-        body: class of the body: kinematic or physical.
-        description: of the robot.
-        world: around it; kept up to date.
-        clock: simulated time.
-        seed: of noise and errors.
-        dynamics: further parameters; None for the defaults.
-        noise: of the camera; None for that of a D435.
-        localisation: how wrong the robot is about itself and its place; None for exact.
-        background: where images are rendered and blocking operations run; inline, a run is
-            deterministic.
+    Its world is kept up to date. `localisation` says how wrong it is about itself and its
+    place. With an inline `background` a run is deterministic.
     """
     truly, process, scale = made_wrong(description, localisation or Localisation(), seed)
     made = body(truly, world, clock, dynamics or Dynamics(), process)

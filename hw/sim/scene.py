@@ -75,11 +75,7 @@ def scene_names() -> list[str]:
 
 
 def find_scene(scene: str | Path) -> Path:
-    """The file of a scene that is given by path or name.
-
-    Raises:
-        SceneError: it is neither.
-    """
+    """The file of a scene that is given by path or name; SceneError: it is neither."""
     path = Path(scene)
     if isfile(path):
         return path
@@ -94,15 +90,7 @@ def find_scene(scene: str | Path) -> Path:
 
 
 def read_scene(scene: str | Path, footprint: Footprint | None = None) -> Scene:
-    """Read and validate a scene file.
-
-    Args:
-        scene: name of a shipped scene, or path of a scene file.
-        footprint: of the robot that starts in it; None does not check the start.
-
-    Raises:
-        SceneError: there is no such scene, or its file is not valid.
-    """
+    """Read and validate a scene; SceneError: there is none, or a mistake, as at the `footprint`."""
     try:
         path = find_scene(scene)
         return read_config(path, Scene, context=ReadingContext(path.parent, footprint))
@@ -116,17 +104,11 @@ def load_scene(
     footprint: Footprint | None = None,
     moved: Mapping[str, Sequence[float]] = NOTHING_MOVED,
 ) -> World:
-    """Build the world that a scene describes.
+    """Build the world that a scene, a name or path, describes.
 
-    Args:
-        scene: name of a shipped scene, or path of a scene file.
-        seed: of the objects and their poses.
-        footprint: of the robot that starts in it; None does not check the start.
-        moved: furniture that stands elsewhere than on the map, see `with_moved`.
-
-    Raises:
-        SceneError: there is no such scene, its file is not valid, or the objects do not fit; no
-            furniture has that name.
+    `seed` is of objects and poses. A `footprint` of the robot at its start is kept free.
+    `moved` furniture stands elsewhere than on the map. SceneError: the file has a mistake, or
+    objects do not fit.
     """
     described = read_scene(scene, footprint)
     try:
@@ -138,11 +120,7 @@ def load_scene(
 
 
 def load_fixtures(scene: str | Path, unmapped: bool = False) -> tuple[Geom, ...]:
-    """The static shapes of a scene, as on a map.
-
-    Raises:
-        SceneError: there is no such scene, or its file is not valid.
-    """
+    """The static shapes of a scene, as on a map; SceneError: there is none, or a mistake in it."""
     described = read_scene(scene)
     fixtures = furniture_shapes(described.container, described.table, described.side_tables)
     try:
@@ -154,12 +132,7 @@ def load_fixtures(scene: str | Path, unmapped: bool = False) -> tuple[Geom, ...]
 
 
 def scene_mistakes(path: Path, footprint: Footprint | None = None) -> list[Diagnostic]:
-    """All mistakes in a scene file, in order.
-
-    Args:
-        path: the file.
-        footprint: of the robot that starts in it; None does not check the start.
-    """
+    """All mistakes in a scene file, in order, the start of the robot included with a footprint."""
     diagnostics = Diagnostics(path)
     read = read_yaml(diagnostics)
     if read is None:
@@ -198,11 +171,7 @@ def _location(value: YamlValue, keys: Sequence[str | int]) -> Location:
 
 
 def build_world(scene: Scene, rng: np.random.Generator) -> World:
-    """Build the world of a scene that was read.
-
-    Raises:
-        LayoutError: the objects cannot be made, or do not fit.
-    """
+    """Build the world of a scene that was read; LayoutError: the objects do not fit."""
     fixtures = furniture_shapes(scene.container, scene.table, scene.side_tables)
     unmapped, surfaces = [], []
     for number, fixture in enumerate(scene.fixtures):

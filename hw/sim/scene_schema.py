@@ -109,11 +109,7 @@ class MeshFile(StrictModel):
         return path
 
     def read(self) -> Mesh:
-        """The surface, the middle of its bounding box at the origin [m].
-
-        Raises:
-            MeshError: the file has changed since validation.
-        """
+        """The surface, its middle at the origin [m]; MeshError: the file has changed."""
         assert self.mesh is not None
         return read_mesh(self.mesh, self.units, self.scale, self.up, self.SIZES)
 

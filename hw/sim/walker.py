@@ -50,16 +50,9 @@ class _Leg:
 
 
 class Walker:
-    """An upright cylinder that walks along way points, and back, again and again.
+    """An upright cylinder that walks along way points (x, y) [m], and back, again and again.
 
-    It slows down and turns at each way point. It stops for nothing and passes through furniture.
-
-    Args:
-        name: for people.
-        radius: [m].
-        height: [m].
-        way: two or more points (x, y) on the floor [m].
-        speed: [m/s].
+    It slows down and turns at each. It stops for nothing and passes through furniture.
     """
 
     def __init__(

@@ -33,12 +33,7 @@ class GraspOutcome:
 class World:
     """Fixtures, objects and walkers, and the effects of the robot on the objects.
 
-    Args:
-        fixtures: static shapes, in the world; the part of a name before `/` is its group.
-        objects: that can be picked up, each at its pose.
-        walkers: moving obstacles.
-        unmapped: those of the fixtures that are on no map.
-        surfaces: visual meshes instead of the hulls of the same name among the fixtures.
+    `unmapped` fixtures are on no map; `surfaces` are visual meshes for the hulls of their name.
     """
 
     def __init__(
@@ -78,11 +73,7 @@ class World:
         return tuple([walker.obstacle for walker in self.walkers])
 
     def find(self, name: str) -> SimObject:
-        """The object of that name.
-
-        Raises:
-            KeyError: there is none.
-        """
+        """The object of that name, or KeyError."""
         for candidate in self.objects:
             if candidate.name == name:
                 return candidate
@@ -101,13 +92,8 @@ class World:
     ) -> GraspOutcome:
         """Close the fingers, and hold the object between them if the contacts allow it.
 
-        An object that is pressed on but not held comes to rest where the pads dragged it.
-
-        Args:
-            hand: the gripper and where it is.
-            width_before: distance between the pads before [m].
-            force: of each finger [N].
-            width: where the fingers stop if nothing stops them before [m].
+        Widths before and at most [m], force of each finger [N]. An object that is pressed
+        on but not held comes to rest where the pads dragged it.
         """
         if self.held is not None:
             name = self.held.name
@@ -141,11 +127,7 @@ class World:
             self._resting.drop(dropped, None)
 
     def put(self, name: str, wTo: SE3) -> None:
-        """Move an object, out of the hand if it is held; it falls from there onto what is below.
-
-        Raises:
-            KeyError: there is no such object.
-        """
+        """Move an object, out of the hand if it is held; it falls. KeyError: there is none."""
         obj = self.find(name)
         if obj is self.held:
             self.held = None
@@ -158,13 +140,7 @@ class World:
             self.held.pose = wTe * self.eTo
 
     def push(self, obj: SimObject, towards: Array, depth: float) -> None:
-        """Let an object that the robot presses into slide away horizontally, as far as it can.
-
-        Args:
-            obj: not the held one.
-            towards: (3,) unit vector in which it is pressed.
-            depth: of the penetration [m].
-        """
+        """Let an object that is pressed along (3,) to a depth [m] slide away, if it can."""
         level = np.array([towards[0], towards[1], 0.0])
         share = float(np.linalg.norm(level))
         if share > _MIN_LEVEL:
@@ -184,11 +160,7 @@ class World:
     def collision(self, hand: Hand, width: float) -> str | None:
         """Name of a shape that the hand or the held object penetrates beyond the tolerance.
 
-        The held object may touch other objects, as when it is placed on them.
-
-        Args:
-            hand: the gripper and where it is.
-            width: distance between the pads [m].
+        `width` is between the pads [m]. The held object may touch other objects.
         """
         nearby = self._vicinity.near(hand.centre, hand.radius)
         nearby += [part for o in self._objects_near(hand) for part in o.placed()]

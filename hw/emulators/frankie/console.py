@@ -165,13 +165,7 @@ def serve(
     lines: Iterable[str] = (),
     say: Callable[[str], None] = lambda _: None,
 ) -> None:
-    """Run an emulated Frankie until the input ends.
-
-    `lines` are commands of `WORDS`; `say` is called with lines of JSON.
-
-    Raises:
-        UserError: another program listens at one of the ports.
-    """
+    """Run an emulated Frankie until `lines`, commands of `WORDS`, end; `say` gets lines of JSON."""
     sys.setswitchinterval(1e-3)
     be_prompt(_PRIORITY)
     try:

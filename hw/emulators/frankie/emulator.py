@@ -39,11 +39,7 @@ class ArmTakenError(UserError):
 
 
 class FrankieEmulator:
-    """The emulated parts of a robot file over one world; use it in a `with` statement.
-
-    Raises:
-        UserError: the file is not that of an emulated robot, or a name is unknown.
-    """
+    """The emulated parts of a robot file over one world; use it in a `with` statement."""
 
     def __init__(
         self,

@@ -44,13 +44,7 @@ class Moved(NamedTuple):
 
 
 class OmronEmulator:
-    """An emulated LD-60; use it in a `with` statement.
-
-    Its options may be changed while it runs.
-
-    Raises:
-        UserError: a name is unknown.
-    """
+    """An emulated LD-60, in a `with` statement; its options may be changed while it runs."""
 
     def __init__(
         self,

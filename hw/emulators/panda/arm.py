@@ -126,10 +126,7 @@ class EmulatedArm:
         self.ended = None
 
     def tick(self, command: MotionCommand | None, *, excused: bool = False) -> None:
-        """Advance by one millisecond.
-
-        It is `excused` where no command could arrive because the emulator itself was late.
-        """
+        """Advance by one millisecond; `excused`: the emulator was too late for a command."""
         self.number += 1
         if self._late is not None:
             self.reflex(self._late[1])

@@ -138,14 +138,10 @@ def serve(
     lines: Iterable[str] = (),
     say: Callable[[str], None] = lambda _: None,
 ) -> None:
-    """Run a Panda at an address of this computer until the input ends.
+    """Run a Panda at an address of this computer until `lines`, commands of `ACTIONS`, end.
 
-    Every address 127.x.y.z can be a robot of its own. `lines` are commands of `ACTIONS`; `say` is
-    called with lines of JSON.
-
-    Raises:
-        PortTakenError: another program listens there.
-        NotReportedError: a name is unknown.
+    Every address 127.x.y.z can be a robot of its own; `say` gets lines of JSON. UserError: the
+    address is taken, or a name is unknown.
     """
     try:
         body: Joints = LaggedJoints() if joints is None else joints

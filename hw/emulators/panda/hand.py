@@ -39,10 +39,8 @@ class EmulatedHand:
     def begin(self, command: HandCommand, arguments: tuple[float, ...]) -> HandStatus | None:
         """Begin a motion; the status if it ends at once.
 
-        Args:
-            command: HOMING, GRASP or MOVE.
-            arguments: of a grasp width, inner, outer [m], speed [m/s], force [N]; of a move width
-                [m] and speed [m/s].
+        Arguments of GRASP are width, inner, outer [m], speed [m/s] and force [N]; of MOVE
+        width and speed.
         """
         self._not_before = 0
         if command is HandCommand.HOMING:

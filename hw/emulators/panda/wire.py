@@ -148,10 +148,9 @@ def pack_state(
 ) -> bytes:
     """A state of the arm, `number` milliseconds after power-on.
 
-    `pose` (16,) is that of the end effector in the arm's base frame, column-major [m]. `joints` are
-    (7,) each: measured positions and velocities, commanded positions, velocities and accelerations
-    [rad, s]. The errors are (41,) flags of the present `ERRORS`, and of those that ended the last
-    motion; `success_rate` is the share of the last 100 commands that arrived.
+    `pose` (16,) is the end effector on the foot, column-major [m]; `joints` are (7,) measured
+    positions and velocities, commanded positions, velocities and accelerations [rad, s]; errors
+    are (41,) flags.
     """
     q, qd, q_d, qd_d, qdd_d = joints
     elbow, moving = (q[2], -1.0), mode == Mode.MOVE

@@ -33,13 +33,7 @@ Message: TypeAlias = tuple[int, float, Pixels]
 
 
 class RealSenseEmulator:
-    """An emulated D435; use it in a `with` statement.
-
-    Its options may be changed while it runs.
-
-    Raises:
-        UserError: a name is unknown.
-    """
+    """An emulated D435, in a `with` statement; its options may be changed while it runs."""
 
     def __init__(
         self,

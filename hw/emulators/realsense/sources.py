@@ -29,11 +29,7 @@ Source: TypeAlias = Callable[[], Shot | None]
 
 
 def of_scene(scene: str, seed: int = 0) -> Source:
-    """The view of a robot in its ready posture in a simulated scene.
-
-    Raises:
-        UserError: the scene is unknown or its file is wrong.
-    """
+    """The view of a robot in its ready posture in a simulated scene, which may raise UserError."""
     description, clock = load_robot("frankie"), WallClock()
     world = load_scene(scene, seed, description.base.size[:2])
     camera = kinematic_robot(description, world, clock, seed=seed).camera

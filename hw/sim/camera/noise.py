@@ -31,16 +31,7 @@ class D435Noise:
     def apply(
         self, depth: DepthImage, camera: CameraDescription, rng: np.random.Generator
     ) -> DepthImage:
-        """A noisy copy of a perfect depth image.
-
-        Args:
-            depth: (H, W) depth along the optical axis [m], NaN where nothing.
-            camera: the camera of `depth`.
-            rng: source of the noise.
-
-        Returns:
-            (H, W) depth in whole millimetres [m], NaN where missing.
-        """
+        """A noisy copy of a depth image (H, W) [m], in whole millimetres; NaN where missing."""
         far = np.nan_to_num(depth, nan=1e3)
         scale = np.float32(camera.intrinsics.fx * camera.baseline)
         disparity: DepthImage = scale / far
@@ -57,11 +48,7 @@ class D435Noise:
 
 
 def _hidden_from_the_other_imager(disparity: DepthImage) -> npt.NDArray[np.bool_]:
-    """Pixels left of a nearer surface that hides them from the right imager.
-
-    Column u is seen by the right imager at u - d; anything further right that lands at or left of
-    it hides it.
-    """
+    """Pixels left of a nearer surface, which lands at or left of them in the right imager."""
     column = np.arange(disparity.shape[1], dtype=np.float32) - disparity
     leftmost = np.minimum.accumulate(column[:, ::-1], axis=1)[:, ::-1]
     hidden = np.zeros(disparity.shape, dtype=np.bool_)

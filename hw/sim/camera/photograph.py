@@ -28,19 +28,12 @@ def photograph(
     noise: float,
     shade: float = 0.0,
 ) -> Grey:
-    """(H, W) brightness of an image of a picture.
+    """(H, W) brightness of an image of a flat picture.
 
-    Args:
-        picture: (h, w) brightness, of 255.
-        pixel: edge of one of its pixels [m].
-        cTp: picture in the camera; its origin is the outer corner of the first pixel, x along the
-            columns, y along the rows.
-        camera: its pinhole model.
-        rng: source of the noise.
-        ground: brightness around the picture, of 255.
-        blur: standard deviation of the lens' blur [px].
-        noise: standard deviation of the noise, of 255.
-        shade: loss of light from one edge of the image to the other.
+    `picture` is (h, w) brightness of 255 with pixels of an edge [m]; its frame begins at the
+    outer corner of the first pixel, x along columns, y along rows. `ground` is the brightness
+    around, `blur` that of the lens [px], `noise` a deviation, `shade` the loss of light towards
+    one edge.
     """
     # The centre of a pixel has its number.
     to_plane = np.array([[pixel, 0.0, 0.5 * pixel], [0.0, pixel, 0.5 * pixel], [0.0, 0.0, 1.0]])

@@ -54,14 +54,7 @@ class DepthRenderer:
         self._y: Image = ((v - intrinsics.cy) / intrinsics.fy).astype(np.float32)[:, None]
 
     def render(self, shapes: Sequence[Visible], wTc: SE3) -> Image:
-        """(H, W) depth along the optical axis [m], NaN where nothing is visible.
-
-        Surfaces are visible from outside only.
-
-        Args:
-            shapes: with poses in the world.
-            wTc: camera in the world; z along the optical axis, x right, y down.
-        """
+        """(H, W) depth along the optical axis [m]; NaN where nothing is seen from outside."""
         return self._render(shapes, wTc, None)
 
     def render_with_ids(self, shapes: Sequence[Visible], wTc: SE3) -> tuple[Image, Ids]:
@@ -151,12 +144,7 @@ class DepthRenderer:
 
 
 def painted(shapes: Sequence[Visible], ids: Ids) -> npt.NDArray[np.uint8]:
-    """(H, W, 3) flat colours of a rendered image; grey where nothing.
-
-    Args:
-        shapes: that were rendered.
-        ids: (H, W) which of them each pixel shows, -1 for none.
-    """
+    """(H, W, 3) flat colours of rendered `shapes`, by their (H, W) `ids`; grey for -1."""
     # the last one is that of -1
     colours = np.array([*(shape.colour for shape in shapes), GREY], dtype=np.uint8)
     return colours[ids]

@@ -36,14 +36,10 @@ def draw(
     camera: Intrinsics,
     near: float,
 ) -> None:
-    """Draw bodies where they are nearer than the image.
+    """Draw bodies where they are nearer than the image (H, W) [m], infinite where nothing is.
 
-    Args:
-        depth: (H, W) image [m], infinite where nothing is; modified.
-        ids: (H, W) numbers of the bodies that it shows; modified.
-        bodies: what to draw.
-        camera: size of the image and pinhole model.
-        near: smallest depth [m].
+    It is modified, and so are the `ids` (H, W) of the bodies shown; `near` is the smallest
+    depth [m].
     """
     offsets = np.cumsum([0, *(len(body.corners) for body in bodies)])
     corners = np.concatenate([body.corners for body in bodies])
@@ -68,11 +64,7 @@ def _crossed(
     camera: Intrinsics,
     near: float,
 ) -> tuple[npt.NDArray[np.float32], Numbers, Numbers]:
-    """All pixels whose rays meet triangles, with repetitions.
-
-    Returns:
-        (P,) depths [m], numbers of the pixels, and numbers of the triangles.
-    """
+    """All rays that meet triangles: (P,) depths [m], numbers of pixels and of triangles."""
     z = in_camera[:, 2]
     corners = np.stack(
         [

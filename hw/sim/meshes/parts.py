@@ -39,13 +39,7 @@ _PATIENCE = 180.0  # timeout of splitting [s]
 
 
 def convex_parts(mesh: Mesh, name: str = "a mesh") -> tuple[Geom, ...]:
-    """Hulls that together fill a mesh, in the frame of the mesh.
-
-    They are kept in the user's cache folder, by the content of the mesh.
-
-    Raises:
-        MeshError: it cannot be split, or an extra that it needs is missing.
-    """
+    """Hulls that fill a mesh, in its frame, cached by content; MeshError: it is not split."""
     content = hashlib.sha256(_RECIPE.encode())
     size = float(np.ptp(mesh.vertices, axis=0).max())
     content.update(np.round(mesh.vertices / size, 6).tobytes() + mesh.triangles.tobytes())

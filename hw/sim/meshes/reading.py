@@ -52,17 +52,10 @@ class MeshError(UserError):
 def read_mesh(
     path: str, units: Units, scale: float, up: Up | None, sizes: tuple[float, float]
 ) -> Mesh:
-    """The surface in a file, the middle of its bounding box at the origin.
+    """The surface in a file, in metres, the middle of its bounding box at the origin.
 
-    Args:
-        path: of the file.
-        units: of its numbers.
-        scale: additional factor.
-        up: which of its axes points upwards; None for z, and in a GLB file y.
-        sizes: range of its longest edge [m].
-
-    Raises:
-        MeshError: there is no such file, or no usable mesh in it.
+    `up` is its axis that points upwards (None: z, in a GLB file y), `sizes` the range of its
+    longest edge [m]. MeshError: there is no such file, or no usable mesh in it.
     """
     if not isfile(path):
         beside = _mesh_names(dirname(path))

@@ -26,10 +26,7 @@ def welded(vertices: Array, triangles: Triangles) -> tuple[Array, Triangles]:
 
 
 def simplified(vertices: Array, triangles: Triangles, most: int) -> tuple[Array, Triangles]:
-    """About `most` triangles, by quadric error metrics: thin walls stay two walls.
-
-    More are kept where a part would vanish otherwise.
-    """
+    """About `most` triangles by quadric error metrics; more where a part would vanish otherwise."""
     if len(triangles) <= most:
         return vertices, triangles
     import fast_simplification

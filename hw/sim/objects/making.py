@@ -71,16 +71,7 @@ class ObjectClass:
 def part(
     shape: Shape, x: float, y: float, z: float, *, lying: bool = False, yaw: float = 0.0
 ) -> Geom:
-    """A part with its centre at x, y, z [m].
-
-    Args:
-        shape: of the part.
-        x: of its centre [m].
-        y: of its centre [m].
-        z: of its centre [m].
-        lying: its axis along x instead of z, before it is turned.
-        yaw: about z [rad].
-    """
+    """A part with its centre at x, y, z [m]; lying: along x; then turned by `yaw` [rad]."""
     turn = exp3(np.array([0.0, 0.0, yaw]))
     return Geom(shape, SE3(turn @ _LYING if lying else turn, np.array([x, y, z])))
 
@@ -123,14 +114,9 @@ def make_object(
     masses: tuple[float, float],
     rng: np.random.Generator,
 ) -> SimObject:
-    """A random object, resting on z = 0 with its centre of mass above the origin.
+    """A random object of a `fitting` class, resting on z = 0 with its centre of mass above 0.
 
-    Args:
-        name: of the object.
-        object_class: one that is `fitting`.
-        widths: range of its smallest width across a grasp [m].
-        masses: range of its mass [kg].
-        rng: random source.
+    Its smallest width across a grasp [m] and its mass [kg] are in these ranges.
     """
     low, high = max(widths[0], object_class.narrowest), min(widths[1], object_class.widest)
     parts = object_class.make(rng, rng.uniform(low, high))

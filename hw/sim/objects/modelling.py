@@ -32,13 +32,7 @@ def turned(profile: Profile) -> list[Geom]:
 
 
 def hollow(profile: Profile, thickness: float, staves: int = 12) -> list[Geom]:
-    """A vessel about z: a wall of staves inside a profile, and a bottom as thick.
-
-    Args:
-        profile: of its outer side, from the ground to the rim.
-        thickness: of wall and bottom, horizontally [m].
-        staves: of each section of the profile; they divide `SIDES`.
-    """
+    """A vessel about z: staves inside a profile from the ground up, and a bottom as thick [m]."""
     (foot, radius), (next_height, next_radius) = profile[0], profile[1]
     share = thickness / (next_height - foot)
     floor = (foot + thickness, radius + share * (next_radius - radius))
@@ -55,13 +49,7 @@ def hollow(profile: Profile, thickness: float, staves: int = 12) -> list[Geom]:
 
 
 def swept(path: Array, width: float, height: float) -> list[Geom]:
-    """A hexagonal bar along a path (N, 3) in the plane of x and z, one part per segment.
-
-    Args:
-        path: its centre line [m].
-        width: along y [m].
-        height: across the path [m].
-    """
+    """A hexagonal bar along a path (N, 3) in x and z, one part a segment; width along y [m]."""
     along = np.gradient(path, axis=0)
     across = np.stack([-along[:, 2], along[:, 1], along[:, 0]], axis=1)
     across *= height / 2.0 / np.linalg.norm(across, axis=1, keepdims=True)

@@ -185,11 +185,7 @@ class PhysicalBody(SimBody):
 
 
 class ForceReflex(Reflex):
-    """Trips on a force above a limit [N].
-
-    Clearing it forgives the present force: the robot may slide along or away. What is forgiven
-    shrinks with the force, down to the limit.
-    """
+    """Trips on a force above a limit [N]; clearing it forgives the present one while it shrinks."""
 
     def __init__(self, limit: float) -> None:
         super().__init__()

@@ -25,15 +25,7 @@ _INTERVAL = 0.1  # between two checks for rest [s]
 class FloatingHand(Simulation):
     """The hand of a robot in a world; every motion takes its simulated time.
 
-    The poses of the world's objects are kept up to date.
-
-    Args:
-        description: of the robot.
-        world: around it, as it is now.
-        wTe: pose of the hand; like all its poses it points straight down.
-
-    Raises:
-        HardwareError: while it moves: the simulation has diverged.
+    It points straight down. The world's objects are kept up to date. HardwareError: diverged.
     """
 
     def __init__(self, description: RobotDescription, world: World, wTe: SE3) -> None:
@@ -75,13 +67,7 @@ class FloatingHand(Simulation):
         self._lead(lambda t: start + (goal - start) * _smooth(t / duration), duration)
 
     def shake(self, size: Array, rate: float, duration: float) -> None:
-        """Shake the hand.
-
-        Args:
-            size: (4,) amplitudes along x, y and z and about z [m, rad].
-            rate: [Hz].
-            duration: [s].
-        """
+        """Shake the hand by (4,) amplitudes along x, y, z and about z [m, rad], at a rate [Hz]."""
         start = self._data.ctrl[self._motors].copy()
         phases = np.array([0.0, 0.5, 0.25, 0.75]) * np.pi
 

@@ -35,11 +35,7 @@ _FORCE, _TORQUE = 150.0, 12.0  # limits of the servos [N, Nm]
 
 
 def robot_model_in(description: RobotDescription, world: World) -> mujoco.MjModel:
-    """The model of a robot in a world, as a run begins.
-
-    Bodies besides those of `add_robot` are called `walker/N` and `object/N`, geoms of the furniture
-    `fixture/N`.
-    """
+    """The model of a robot in a world as a run begins: `walker/N`, `object/N` and `fixture/N`."""
     return _model(world, lambda spec: add_robot(spec, description))
 
 
@@ -86,10 +82,7 @@ def _object(spec: Any, name: str, obj: SimObject) -> None:
 
 
 def _add_floating_hand(spec: Any, description: RobotDescription) -> None:
-    """Add the hand of a robot, pointing down, its end effector at the origin.
-
-    Joints and actuators are called as in `CARRIER`; those of the fingers as in `add_robot`.
-    """
+    """Add the hand of a robot, pointing down, its end effector at the origin; joints: `CARRIER`."""
     carrier = add_body(spec.worldbody, "carrier", SE3.Identity())
     carrier.gravcomp = 1.0
     weigh(carrier, Inertia.FromSphere(0.1, 0.05))

@@ -61,11 +61,7 @@ class Simulation:
         }
 
     def step(self) -> None:
-        """One `TIMESTEP`.
-
-        Raises:
-            HardwareError: the simulation has diverged.
-        """
+        """One `TIMESTEP`; HardwareError: the simulation has diverged."""
         mujoco.mj_step(self._model, self._data)
         if (numbers := self._data.warning.number).any():
             what = mujoco.mjtWarning(int(numbers.argmax())).name.removeprefix("mjWARN_")
