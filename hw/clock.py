@@ -25,8 +25,7 @@ class Clock(Protocol):
         """Whether it runs by itself, and the robot with it."""
 
 
-_SLACK = 0.02
-"""A paced clock that lags behind real time by more than this skips the lag [s]."""
+_SLACK = 0.02  # a paced clock that lags behind real time by more than this skips the lag [s]
 
 
 class SimClock:

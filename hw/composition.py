@@ -121,10 +121,7 @@ class ComposedRobot:
         )
 
     def send(self, command: Command) -> Command:
-        """Hand a command on to base and arm.
-
-        Where parts rest together, a fault in the last reading commands rest instead.
-        """
+        """Hand a command on; where parts rest together, a fault commands rest instead."""
         if self._rest_together and self._has_fault:
             command = Command.stop()
         twist = self._base.send(command.base_twist)

@@ -97,11 +97,7 @@ class Gate:
         return self.applied
 
     def send(self, command: Command, state: RobotState, now: float) -> Command:
-        """Pass a command on, or brake instead; returns what the robot applied.
-
-        Raises:
-            UntrustedRobotError: as for `judge`; or what the robot applied is not finite.
-        """
+        """Pass a command on, or brake instead; what the robot applied. Raises as `judge`."""
         refusal = self.judge(state, now)
         if refusal is Refusal.READING or not self._plausibility.is_fresh(state, now):
             refusal = Refusal.READING

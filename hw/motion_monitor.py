@@ -40,8 +40,7 @@ class _Moment(NamedTuple):
     stamp: float
     base_path: float  # Commanded [m]
     arm_path: float  # commanded, of the fastest joint in each period [rad]
-    base_commanded: Pose2D
-    """Dead reckoning of the commanded twists: x, y, heading."""
+    base_commanded: Pose2D  # dead reckoning of the commanded twists: x, y, heading
     base_measured: Pose2D
     arm_commanded: Array  # (7,) integral of the commanded joint velocities [rad]
     q: Array

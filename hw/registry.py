@@ -45,10 +45,8 @@ class WorldOptions:
     hand is not homed."""
 
 
-WORLDS = ("kinematic", "physics")
-"""The simulated worlds, by name."""
-DEFAULT_LEVEL = "good"
-"""How wrong a simulated robot is about where it is, unless said."""
+WORLDS = ("kinematic", "physics")  # the simulated worlds, by name
+DEFAULT_LEVEL = "good"  # how wrong a simulated robot is about where it is, unless said
 
 
 def simulator(world: str) -> Callable[..., Robot]:

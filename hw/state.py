@@ -17,8 +17,7 @@ from robots import Intrinsics
 Array = npt.NDArray[np.float64]
 DepthArray = npt.NDArray[np.float32]
 ColourArray = npt.NDArray[np.uint8]
-Paint: TypeAlias = Callable[[], ColourArray]
-"""Renders the colours of an image, on demand."""
+Paint: TypeAlias = Callable[[], ColourArray]  # renders the colours of an image, on demand
 
 
 class FaultKind(Enum):

@@ -51,8 +51,7 @@ class FaultInjection(RobotWrapper):
         self._lock = threading.Lock()
         self._wanted: dict[str, _Injected] = {}
         """Injected and not cleared, by name; changed by any thread."""
-        self._effects: dict[str, Effect] = {}
-        """Begun and not ended; changed by `read` alone."""
+        self._effects: dict[str, Effect] = {}  # begun and not ended; changed by `read` alone
 
     def check(self, name: str) -> None:
         """Raise InjectionError if there is no such fault, or not in this world."""

@@ -104,11 +104,7 @@ class PandaArm:
         return self._process.told(ArmReading.get(self._readings))
 
     def read(self) -> ArmState:
-        """The newest reading, stamped on arrival.
-
-        From an arm that does not answer it is the last one, at rest, with a fault and the current
-        stamp, so that a recovery gets its chance.
-        """
+        """The newest reading, stamped on arrival; of a silent arm at rest, with a fault, now."""
         reading = self.reading()
         is_silent = self._is_recovering or bool(self._silence(reading))
         return ArmState(

@@ -108,11 +108,7 @@ class RealSenseCamera:
         )
 
     def recover(self) -> None:
-        """Wait until the camera is back; restart its process if that has ended or hangs.
-
-        Raises:
-            HardwareError: it does not come back; the text says what to do.
-        """
+        """Wait until it is back; restart a process that has ended. HardwareError: in vain."""
         if not self._trouble():
             return
         if self._process.end_of_it():

@@ -22,8 +22,7 @@ _Interval: TypeAlias = tuple[Array, Array]
 _Placed: TypeAlias = tuple[SE3, float, float]
 _PARALLEL = 1e-12
 _UP = np.array([0.0, 0.0, 1.0])
-_STREAM = 1
-"""Tells the noise of the laser from that of other sensors with the same seed."""
+_STREAM = 1  # tells the noise of the laser from that of other sensors with the same seed
 
 
 class SimLaser:

@@ -24,8 +24,7 @@ from hw.sim.levels import Localisation, Misplacement
 from hw.state import Array, BaseState, LocalisedPose
 from robots import RobotDescription
 
-_STREAM = 2
-"""Tells the errors of localisation from the noise of sensors with the same seed."""
+_STREAM = 2  # tells the errors of localisation from the noise of sensors with the same seed
 
 
 @dataclass(frozen=True, eq=False)

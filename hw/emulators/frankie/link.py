@@ -40,12 +40,7 @@ class EmulatorLink:
         self._file = self._socket.makefile("rwb")
 
     def do(self, words: str) -> dict[str, Any]:
-        """Do one command; its answer.
-
-        Raises:
-            SilentEmulatorError: it does not answer.
-            ValueError: the command is wrong.
-        """
+        """Do one command; its answer. SilentEmulatorError: there is none; ValueError: wrong."""
         try:
             with self._lock:
                 self._file.write(words.encode() + b"\n")

@@ -42,8 +42,7 @@ class Motion:
     latch: float = 0.1
 
 
-Planar: TypeAlias = tuple[float, float, float]
-"""x, y and heading [m, m, rad]."""
+Planar: TypeAlias = tuple[float, float, float]  # x, y and heading [m, m, rad]
 
 
 class Drive(Protocol):

@@ -40,8 +40,7 @@ joint_move_in_wrong_direction cartesian_spline_motion_generator_violation
 joint_via_motion_generator_planning_joint_limit_violation base_acceleration_initialization_timeout
 base_acceleration_invalid_reading
 """
-ERRORS = tuple(_ERRORS.split())
-"""Errors in the order of the flags of a state."""
+ERRORS = tuple(_ERRORS.split())  # errors in the order of the flags of a state
 
 
 class Command(IntEnum):
