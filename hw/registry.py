@@ -95,12 +95,7 @@ def _simulated(description: RobotDescription, world: str, options: WorldOptions)
     clock = SimClock(pace=1.0 if options.paced else None)
     background = one_thread if options.beside else InlineExecutor
     robot = make(
-        description,
-        truth,
-        clock,
-        seed=options.seed,
-        localisation=level,
-        background=background,
+        description, truth, clock, seed=options.seed, localisation=level, background=background
     )
     return Backend(robot=robot, clock=clock, truth=truth, world=world)
 

@@ -28,15 +28,7 @@ from robots.description import (
     Limits,
     RobotDescription,
 )
-from robots.schema import (
-    N_LINKS,
-    ArmFile,
-    BaseFile,
-    CameraFile,
-    GripperFile,
-    LaserFile,
-    RobotFile,
-)
+from robots.schema import N_LINKS, ArmFile, BaseFile, CameraFile, GripperFile, LaserFile, RobotFile
 from robots.schema_geometry import PoseFile
 from robots.schema_hardware import HardwareFile, RealRobotFile
 from robots.shapes import Box, Colour, Geom, half_extents

@@ -70,8 +70,6 @@ class _LocalisationDrift(_Displaced):
 LOCALISATION_FAULTS = (
     Injectable("localisation jump", _LocalisationJump, "the base believes to be 0.2 m and 15° off"),
     Injectable(
-        "localisation drift",
-        _LocalisationDrift,
-        "the base adds 3 % to the distance that it drives",
+        "localisation drift", _LocalisationDrift, "the base adds 3 % to the distance that it drives"
     ),
 )

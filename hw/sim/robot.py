@@ -135,12 +135,7 @@ class _SimCamera(_SimPart):
     """
 
     def __init__(
-        self,
-        body: SimBody,
-        noise: D435Noise,
-        seed: int,
-        executor: Executor,
-        scale: float = 1.0,
+        self, body: SimBody, noise: D435Noise, seed: int, executor: Executor, scale: float = 1.0
     ) -> None:
         super().__init__(body)
         self._scale = np.float32(scale)

@@ -9,12 +9,7 @@ from hw.clock import stopwatch
 from hw.emulators.omron.client import GoneError, received
 from hw.emulators.omron.controller import Controller
 from hw.emulators.omron.options import Options
-from hw.emulators.omron.requests import (
-    reported_pose,
-    reported_score,
-    settings,
-    signed_degrees,
-)
+from hw.emulators.omron.requests import reported_pose, reported_score, settings, signed_degrees
 
 _HELP = ("status", "stop", "queryMotors", "enableMotors", "faultsGet", "getConfigSectionValues")
 

@@ -75,9 +75,7 @@ class Unicycle:
     """An empty world with ideal wheels."""
 
     def __init__(
-        self,
-        pose: Planar = (0.0, 0.0, 0.0),
-        now: Callable[[], float] = stopwatch,
+        self, pose: Planar = (0.0, 0.0, 0.0), now: Callable[[], float] = stopwatch
     ) -> None:
         self._now = now
         self._at = now()
@@ -103,11 +101,7 @@ class Unicycle:
         x, y, theta = self.pose()
         x0, y0, start = self._start
         c, s = cos(start), sin(start)
-        return (
-            c * (x - x0) + s * (y - y0),
-            c * (y - y0) - s * (x - x0),
-            theta - start,
-        )
+        return (c * (x - x0) + s * (y - y0), c * (y - y0) - s * (x - x0), theta - start)
 
     def localised(self) -> Planar:
         """The true pose."""

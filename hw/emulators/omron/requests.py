@@ -181,8 +181,4 @@ class Requests:
             value = (x * 1000.0, y * 1000.0, signed_degrees(theta))[axis]
             return self._options.data_store_kind + Writer().string(f"{value:.3f}").body
 
-        return {
-            "X": lambda _: answer(0),
-            "Y": lambda _: answer(1),
-            "Th": lambda _: answer(2),
-        }
+        return {"X": lambda _: answer(0), "Y": lambda _: answer(1), "Th": lambda _: answer(2)}
