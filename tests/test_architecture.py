@@ -55,7 +55,7 @@ ROOMS = (
     "lab",
     "frankie_task_cli",
 )
-"""From the bottom up: a room may use those before it, by the names in its `__init__.py`."""
+"""From the bottom up: a room may use those before it, by the names that its `__init__.py` imports."""
 
 LEVEL = {room: level for level, room in enumerate(ROOMS)}
 SIDE_BY_SIDE = {
@@ -106,14 +106,14 @@ MODULES = {module_name(path): path for path in FILES}
 
 @cache
 def exports(module: str) -> frozenset[str]:
-    """The names in `__all__` of a package of ours."""
+    """The names that the face of a package of ours imports."""
     face = ROOT.joinpath(*module.split("."), "__init__.py")
     if not face.is_file():
         return frozenset()
-    for node in ast.parse(face.read_text(encoding="utf-8")).body:
-        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__":
-            return frozenset(ast.literal_eval(node.value))
-    return frozenset()
+    found = ast.walk(ast.parse(face.read_text(encoding="utf-8")))
+    return frozenset(
+        alias.name for node in found if isinstance(node, ast.ImportFrom) for alias in node.names
+    )
 
 
 @cache

@@ -5,5 +5,3 @@
 
 from hw.faults.effects import Injectable, InjectionError
 from hw.faults.injection import INJECTABLE, FaultInjection, injectable
-
-__all__ = ["INJECTABLE", "FaultInjection", "Injectable", "InjectionError", "injectable"]

@@ -13,20 +13,3 @@ from hw.hardware.emulation import emulating
 from hw.hardware.lock import CommandedError, RobotLock, commander_of
 from hw.hardware.opening import open_hardware
 from hw.hardware.parts import write_full_scale
-
-__all__ = [
-    "CommandedError",
-    "Finding",
-    "NotArmedError",
-    "RobotLock",
-    "Verdict",
-    "arm_of",
-    "base_of",
-    "camera_of",
-    "check_armed",
-    "commander_of",
-    "emulating",
-    "examine",
-    "open_hardware",
-    "write_full_scale",
-]

@@ -13,16 +13,3 @@ from hw.omron.laser import LASER, OmronLaser
 from hw.omron.site import ArclSettings, OmronSettings, Site, Velocity
 from hw.omron.telemetry import POSE
 from hw.omron.teleop_settings import TIMEOUT, Values
-
-__all__ = [
-    "LASER",
-    "POSE",
-    "TIMEOUT",
-    "ArclSettings",
-    "OmronBase",
-    "OmronLaser",
-    "OmronSettings",
-    "Site",
-    "Values",
-    "Velocity",
-]

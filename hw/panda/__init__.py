@@ -9,15 +9,3 @@ from hw.panda.hand import PandaHand
 from hw.panda.library import INTERFACE_VERSION, LIMITS, JointLimits, missing
 from hw.panda.records import Mode
 from hw.panda.streaming import VelocityLimiter
-
-__all__ = [
-    "INTERFACE_VERSION",
-    "LIMITS",
-    "ArmSettings",
-    "JointLimits",
-    "Mode",
-    "PandaArm",
-    "PandaHand",
-    "VelocityLimiter",
-    "missing",
-]

@@ -9,5 +9,3 @@ share. docs/hardware.md says which parts were verified on hardware.
 from hw.realsense.camera import RealSenseCamera
 from hw.realsense.settings import RealSenseSettings, missing
 from hw.realsense.software_device import HEAD, RESET, Introduction
-
-__all__ = ["HEAD", "RESET", "Introduction", "RealSenseCamera", "RealSenseSettings", "missing"]

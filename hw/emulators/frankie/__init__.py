@@ -7,13 +7,3 @@
 from hw.emulators.frankie.console import WORDS, serve
 from hw.emulators.frankie.emulator import AS_REPORTED, FrankieEmulator
 from hw.emulators.frankie.link import EmulatorLink, RemoteTruth, SilentEmulatorError
-
-__all__ = [
-    "AS_REPORTED",
-    "WORDS",
-    "EmulatorLink",
-    "FrankieEmulator",
-    "RemoteTruth",
-    "SilentEmulatorError",
-    "serve",
-]

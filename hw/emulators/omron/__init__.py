@@ -9,17 +9,3 @@ what can be set, go wrong, and behave as reported of real bases, `emulator` the 
 from hw.emulators.omron.controller import Controller, Drive, Motion, Planar, Teleop, Unicycle
 from hw.emulators.omron.emulator import OmronEmulator
 from hw.emulators.omron.options import AS_REPORTED, EVERYTHING, FAULTS, Options
-
-__all__ = [
-    "AS_REPORTED",
-    "EVERYTHING",
-    "FAULTS",
-    "Controller",
-    "Drive",
-    "Motion",
-    "OmronEmulator",
-    "Options",
-    "Planar",
-    "Teleop",
-    "Unicycle",
-]

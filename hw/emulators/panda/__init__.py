@@ -10,17 +10,3 @@ from hw.emulators.panda.console import ACTIONS, serve
 from hw.emulators.panda.parts import ArmLink, Fingers, Joints, LaggedJoints, LinkedBody, Wanted
 from hw.emulators.panda.reported import AS_REPORTED
 from hw.emulators.panda.wire import MotionCommand
-
-__all__ = [
-    "ACTIONS",
-    "AS_REPORTED",
-    "ArmLink",
-    "EmulatedArm",
-    "Fingers",
-    "Joints",
-    "LaggedJoints",
-    "LinkedBody",
-    "MotionCommand",
-    "Wanted",
-    "serve",
-]

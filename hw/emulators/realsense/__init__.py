@@ -9,5 +9,3 @@ what can be set, go wrong, and behave as reported of real cameras.
 from hw.emulators.realsense.emulator import RealSenseEmulator
 from hw.emulators.realsense.options import AS_REPORTED, FAULTS, Options
 from hw.emulators.realsense.sources import Shot, of_scene, still
-
-__all__ = ["AS_REPORTED", "FAULTS", "Options", "RealSenseEmulator", "Shot", "of_scene", "still"]

@@ -3,5 +3,3 @@
 from hw.sim.camera.noise import D435Noise
 from hw.sim.camera.photograph import Grey, photograph
 from hw.sim.camera.render import DepthRenderer, painted
-
-__all__ = ["D435Noise", "DepthRenderer", "Grey", "painted", "photograph"]

@@ -2,5 +2,3 @@
 
 from hw.sim.meshes.parts import convex_parts
 from hw.sim.meshes.reading import MeshError, Units, Up, fewer, read_mesh
-
-__all__ = ["MeshError", "Units", "Up", "convex_parts", "fewer", "read_mesh"]

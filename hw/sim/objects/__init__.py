@@ -13,5 +13,3 @@ from hw.sim.objects.train import TRAIN
 
 OBJECT_CLASSES = {**HOUSEHOLD, **TRAIN, **HELDOUT, **MODELLED, **RANDOM_BODIES}
 """All classes that a scene may name."""
-
-__all__ = ["HELDOUT", "HOUSEHOLD", "MODELLED", "OBJECT_CLASSES", "RANDOM_BODIES", "TRAIN"]

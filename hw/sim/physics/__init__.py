@@ -9,7 +9,5 @@ from hw.sim.physics.body import PhysicalBody
 from hw.sim.physics.floating_hand import FloatingHand
 from hw.sim.robot import simulated_robot
 
-__all__ = ["FloatingHand", "PhysicalBody", "physical_robot"]
-
 physical_robot = partial(simulated_robot, PhysicalBody)
 """A robot of rigid bodies: the world around it is moved by contacts alone."""
