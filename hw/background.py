@@ -1,7 +1,5 @@
 """Executors for blocking work: beside the loop or, in simulation, at once."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from typing import ParamSpec, TypeVar

@@ -1,7 +1,5 @@
 """A robot composed of parts, such as arm and base, with readings of their own stamps."""
 
-from __future__ import annotations
-
 from bisect import bisect_left
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future

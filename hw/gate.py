@@ -5,8 +5,6 @@ command before and the elapsed time, and with the stopping distance of each join
 with the one before and with what was commanded. It never scales or repairs a command.
 """
 
-from __future__ import annotations
-
 from enum import Enum
 from math import inf
 

@@ -5,8 +5,6 @@ have plausible single readings. Over the last second they do not fit the command
 that is faster than commanded, or moves the other way.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from math import cos, hypot, pi, remainder, sin
 from typing import NamedTuple, TypeAlias

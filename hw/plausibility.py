@@ -1,7 +1,5 @@
 """Plausibility of a reading: its numbers, its stamp, and the reading before."""
 
-from __future__ import annotations
-
 from enum import Enum
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Recording of everything that the loop gets from its robot and sends to it, for a replay."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from enum import IntEnum
 from functools import partial

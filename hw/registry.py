@@ -1,7 +1,5 @@
 """Registry of robots and worlds: chooses the driver or simulator of a robot."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Replay of a recorded robot: returns recorded readings, compares commands bit by bit."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial

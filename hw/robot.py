@@ -1,7 +1,5 @@
 """Interfaces of a robot and of its parts: arm, base, gripper, depth camera, laser."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol, Self

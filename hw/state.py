@@ -1,7 +1,5 @@
 """Readings of a robot: state of arm, base, gripper and whole robot, depth images, and faults."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum

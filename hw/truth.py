@@ -1,7 +1,5 @@
 """Ground truth of a simulated world, for scoring and drawing only. Hardware has none."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable

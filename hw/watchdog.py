@@ -5,8 +5,6 @@ process ended. Time in which the whole process was suspended does not count. Cod
 Python's interpreter lock blocks this thread, too; then the watchdogs of the drivers act.
 """
 
-from __future__ import annotations
-
 import ctypes
 import signal
 import threading

@@ -6,8 +6,6 @@ grasp centre between the finger tips, z along the approach and y the closing dir
 looks along z, x right and y down.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cached_property
 

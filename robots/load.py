@@ -5,8 +5,6 @@ in a folder `parts` next to it, or shipped. The file of a real robot names a des
 with what differs from it and the addresses of the hardware.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import product

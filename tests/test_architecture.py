@@ -55,7 +55,7 @@ ROOMS = (
     "lab",
     "frankie_task_cli",
 )
-"""From the bottom up: a room may use those before it, by the names that its `__init__.py` imports."""
+"""From the bottom up: a room may use those before it, by the names in its `__init__.py`."""
 
 LEVEL = {room: level for level, room in enumerate(ROOMS)}
 SIDE_BY_SIDE = {

@@ -1,7 +1,5 @@
 """Shared by all emulators: user errors, sockets, real-time priority, reported behaviours."""
 
-from __future__ import annotations
-
 import gc
 import os
 import socket

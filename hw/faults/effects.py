@@ -1,7 +1,5 @@
 """Injected faults: their base class, and those of readings, commands and gripper."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """A robot with injected faults, and the table of those faults."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Mapping
 from dataclasses import dataclass

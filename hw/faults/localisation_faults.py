@@ -1,7 +1,5 @@
 """Faults of the localisation of the base: it jumps, or drifts."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import cos, pi, radians, sin
 

@@ -1,7 +1,5 @@
 """Faults of the camera, and disturbances of objects by people in a world that allows them."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable
 from dataclasses import replace

@@ -4,8 +4,6 @@ A robot moves at a tenth of its speeds until a run with its file has ended witho
 from then on at the speed that the file says. A change of the file or calibration begins anew.
 """
 
-from __future__ import annotations
-
 import hashlib
 import os
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """Findings of the diagnostics; those of the computer: libraries, and real-time behaviour."""
 
-from __future__ import annotations
-
 import os
 import threading
 import time

@@ -1,7 +1,5 @@
 """Diagnostics of computer, robot file and parts, without motion."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from math import degrees
 

@@ -1,7 +1,5 @@
 """The drivers of one robot from its file."""
 
-from __future__ import annotations
-
 from math import radians
 
 from hw.clock import Clock

@@ -1,7 +1,5 @@
 """The emulators of an emulated robot, started when they are not running."""
 
-from __future__ import annotations
-
 import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager

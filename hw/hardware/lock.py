@@ -4,8 +4,6 @@ The lock is a claim on this computer, for all users, that the system releases wh
 The arm itself refuses a commander on another computer; the base does not (docs/hardware.md).
 """
 
-from __future__ import annotations
-
 import getpass
 import sys
 from pathlib import Path

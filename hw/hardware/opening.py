@@ -1,7 +1,5 @@
 """Opens a real robot from its file: drivers, lock, speed limits, and emulators if emulated."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 from contextlib import suppress

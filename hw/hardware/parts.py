@@ -1,7 +1,5 @@
 """Diagnostics of the parts of a robot: each is connected, read and closed; nothing moves."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

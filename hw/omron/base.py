@@ -1,7 +1,5 @@
 """The LD-60 as a `Base`: readings, commands and recoveries, none of which waits for the network."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """What is sent to the base in each cycle: ratios or a stop, from the newest command and its age."""
 
-from __future__ import annotations
-
 from math import copysign, inf
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """Connecting to the base: handshake, list of requests, first readings, and errors as one line."""
 
-from __future__ import annotations
-
 import socket
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """Faults of the base, from its readings and from commanded against measured motion."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import degrees

@@ -4,8 +4,6 @@ The numbers of requests change whenever the robot starts, so they are looked up 
 connection [verified].
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from enum import IntEnum
 from hashlib import md5

@@ -5,8 +5,6 @@ base sends 5 scans a second was reported by a driver that ran on an LD-60. Point
 are left out, so scans have different lengths.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

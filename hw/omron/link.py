@@ -4,8 +4,6 @@ Commands and readings never wait for the network: they are exchanged under a loc
 briefly.
 """
 
-from __future__ import annotations
-
 import select
 import socket
 import threading

@@ -5,8 +5,6 @@ big-endian checksum [verified with a reference server]. TCP may split and join f
 Fields are little-endian integers, text that ends with NUL, and numbers as text.
 """
 
-from __future__ import annotations
-
 import re
 import struct
 from math import inf

@@ -1,7 +1,5 @@
 """Where the base is: its odometry in the world, and what its localisation tells of the map."""
 
-from __future__ import annotations
-
 import numpy as np
 from pinocchio import SE3
 

@@ -6,8 +6,6 @@ the LD-60 keeps them is inferred. That 100 % are 1.0 m/s forwards, 0.25 m/s back
 is what drivers that ran on real LD bases use [reported].
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from math import hypot, radians
 from typing import NamedTuple

@@ -6,8 +6,6 @@ Of `getLocState`: read in the source. Of `DataStore_*`: reported by a driver tha
 on an LD-60; the meaning of their first byte is unknown.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from enum import IntEnum

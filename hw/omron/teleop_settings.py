@@ -4,8 +4,6 @@ One packet holds one section: its name, then parameters, each with a type, a val
 empty packet ends it. Verified on a reference server; 6MTX bases are said not to offer it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from math import radians

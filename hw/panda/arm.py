@@ -1,7 +1,5 @@
 """The arm of a Franka Panda as a part of a robot."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ It never recovers by itself. After a stop of its own the arm moves again only on
 recovered and the commands have been zero.
 """
 
-from __future__ import annotations
-
 import ctypes
 import gc
 import json

@@ -1,7 +1,5 @@
 """Errors of the vendor's library as cause and hint."""
 
-from __future__ import annotations
-
 import re
 
 _NO_HOST = "there is no such host: look at the address"

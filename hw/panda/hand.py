@@ -1,7 +1,5 @@
 """The Franka Hand as a part of a robot."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from hw.clock import Clock, stopwatch

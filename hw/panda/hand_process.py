@@ -5,8 +5,6 @@ own. Blocked fingers go on for minutes, and the vendor's library waits for them:
 monitors the motion and stops it in time.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import threading

@@ -1,7 +1,5 @@
 """Limits of the Panda, and the vendor's library that speaks its interface."""
 
-from __future__ import annotations
-
 import importlib
 import sys
 from dataclasses import dataclass

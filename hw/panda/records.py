@@ -1,7 +1,5 @@
 """Shared-memory records of the processes of arm and hand."""
 
-from __future__ import annotations
-
 import struct
 from enum import IntEnum
 from typing import NamedTuple, Self

@@ -4,8 +4,6 @@ A step of the limiter depends only on what the arm reports as commanded last, so
 which the arm extrapolates, leave no error behind.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from math import sqrt
 from typing import Any

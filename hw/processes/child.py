@@ -4,8 +4,6 @@ Requests are lines of JSON on standard input, answers on standard output. The pr
 parent is gone or suspended.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import queue

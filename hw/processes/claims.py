@@ -4,8 +4,6 @@ It is a socket in the system's abstract name space: all users see it, it leaves 
 with its holder. Connecting to it tells the holder.
 """
 
-from __future__ import annotations
-
 import hashlib
 import socket
 import struct

@@ -4,8 +4,6 @@ A process with a loop at 1 kHz does not import the rest of the project, which ta
 the web clients in the vendor's package.
 """
 
-from __future__ import annotations
-
 import importlib
 import sys
 from collections.abc import Iterable

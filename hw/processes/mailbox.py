@@ -3,8 +3,6 @@
 Stamps in records are those of `stopwatch`, which is the same for all processes of a computer.
 """
 
-from __future__ import annotations
-
 import mmap
 import os
 import struct

@@ -4,8 +4,6 @@ The vendor's library can crash, abort and keep the interpreter lock; here it onl
 process. A process that does not answer is killed, and a new one is started.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import select

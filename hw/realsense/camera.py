@@ -1,7 +1,5 @@
 """A RealSense of the D400 series as the camera of a robot."""
 
-from __future__ import annotations
-
 import threading
 from dataclasses import asdict, dataclass
 

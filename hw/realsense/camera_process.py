@@ -4,8 +4,6 @@ Some calls of the vendor's library keep Python's interpreter lock (`pipeline.sta
 some hang when a camera is unplugged. A process that hangs is ended by the system and replaced.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import time

@@ -4,8 +4,6 @@ The writer fills the pages in turn and stores the number of the newest one last.
 overtaken while it copies sees that by the number on the page, and takes the newer one.
 """
 
-from __future__ import annotations
-
 import struct
 from dataclasses import dataclass
 from mmap import mmap

@@ -1,7 +1,5 @@
 """Rectification of depth and infrared images to the intrinsics of the robot description."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Settings and status of one RealSense, and whether the vendor's library is installed."""
 
-from __future__ import annotations
-
 import json
 import struct
 from ctypes import CDLL

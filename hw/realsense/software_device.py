@@ -6,8 +6,6 @@ infrared image of 8 bits a pixel where there is one, and depth of 16 bits a pixe
 The driver sends nothing but a byte that resets the camera.
 """
 
-from __future__ import annotations
-
 import json
 import socket
 import struct

@@ -1,7 +1,5 @@
 """The vendor's pipeline on a camera or an emulated one: one stream of frames."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any

@@ -7,8 +7,6 @@ arrived at once. An image with an implausible stamp is stamped with its arrival 
 latency.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from math import inf
 from statistics import median

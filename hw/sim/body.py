@@ -1,7 +1,5 @@
 """Base class of simulated robots: they follow the newest command for one period."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from threading import RLock

@@ -5,8 +5,6 @@ keeps its last measured gap, less the largest possible motion of both since then
 again only where nothing is left of it.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple, TypeAlias
 
 import coal

@@ -5,8 +5,6 @@ normal n of the plane between them, cannot meet before one has moved d / (n·a) 
 other. Repeating this step converges on the first touch and never passes it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from typing import Any
 

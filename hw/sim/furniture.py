@@ -1,7 +1,5 @@
 """Furniture of a scene: its shapes, and what was moved from its place on the map."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path

@@ -8,8 +8,6 @@ with the cones cut into edges (Kerr and Roth, IJRR 1986; Ferrari and Canny, ICRA
 rotation about their normals, too, as soft fingers do.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum

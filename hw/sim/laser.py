@@ -4,8 +4,6 @@ A beam o + t d is inside of a convex shape for an interval of t, which is the in
 intervals inside of half-spaces and infinite cylinders (Cyrus and Beck 1978).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
 from typing import TypeAlias

@@ -1,7 +1,5 @@
 """Levels: how wrong a simulated robot is about where it is, by name or from a YAML file."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from os.path import isfile
 from pathlib import Path

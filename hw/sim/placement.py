@@ -1,7 +1,5 @@
 """Placement of objects side by side on a level area: given in the scene file, or random."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from math import hypot

@@ -1,7 +1,5 @@
 """Simulated robot: arm, base, gripper, camera and laser as views of one body."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
 from functools import partial

@@ -1,7 +1,5 @@
 """Scenes: find and read a scene file, and build its world."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from os.path import isfile
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Objects that can be picked up: rigid bodies of convex parts, with a visual mesh and a motion."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeAlias

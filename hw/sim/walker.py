@@ -1,7 +1,5 @@
 """Moving obstacles, such as a person who walks to and fro."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise

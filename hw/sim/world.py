@@ -1,7 +1,5 @@
 """Kinematic world: fixtures, objects that can be moved, and moving obstacles."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ LEVEL is of the localisation, NAMEs are those of `AS_REPORTED`. Commands on stan
 standard output.
 """
 
-from __future__ import annotations
-
 import sys
 
 from hw.emulators.frankie import FrankieEmulator, serve

@@ -1,7 +1,5 @@
 """Emulated base, arm, hand and camera over one simulated world."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import threading

@@ -1,7 +1,5 @@
 """Client of an emulated Frankie: commands to it, and the ground truth of its world."""
 
-from __future__ import annotations
-
 import json
 import socket
 import threading

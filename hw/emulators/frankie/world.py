@@ -1,7 +1,5 @@
 """A simulated robot that the emulated base, arm and hand move."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable, Sequence

@@ -1,7 +1,5 @@
 """One client of the emulated text interface (ARCL)."""
 
-from __future__ import annotations
-
 import socket
 from collections.abc import Iterator, Sequence
 

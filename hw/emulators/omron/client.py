@@ -1,7 +1,5 @@
 """One client of the emulated server: handshake, requests and replies."""
 
-from __future__ import annotations
-
 import hashlib
 import random
 import socket

@@ -4,8 +4,6 @@
 reversal. Accelerations are those of the LD's drive base. Calls come from one thread.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from math import copysign, cos, inf, radians, sin, sqrt

@@ -1,7 +1,5 @@
 """Server of the emulated base: one thread steps its controller and serves both protocols."""
 
-from __future__ import annotations
-
 import selectors
 import socket
 import threading

@@ -1,7 +1,5 @@
 """Options, faults and reported behaviours of an emulated base."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import inf

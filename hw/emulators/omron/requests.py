@@ -1,7 +1,5 @@
 """Requests that the emulated base offers: names, access groups, and answers."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Callable
 from dataclasses import dataclass

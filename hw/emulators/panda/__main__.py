@@ -3,8 +3,6 @@
 Commands on standard input, JSON on standard output. MEMORY `-`: it moves in free air.
 """
 
-from __future__ import annotations
-
 import sys
 
 from hw.emulators.panda import LinkedBody, serve

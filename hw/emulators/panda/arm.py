@@ -1,7 +1,5 @@
 """Emulated arm: modes, motions, limits, reflexes, lost packets."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """One port of the emulated robot: requests over TCP from one client, states to it over UDP."""
 
-from __future__ import annotations
-
 import socket
 import struct
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Console of the emulated Panda: commands as lines of text, state as lines of JSON."""
 
-from __future__ import annotations
-
 import json
 import queue
 import threading

@@ -1,7 +1,5 @@
 """Emulated hand: one motion of the fingers at a time."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 from hw.emulators.panda.parts import OPENING, PERIOD, Fingers

@@ -5,8 +5,6 @@ is the arm's end of their shared memory: it writes commands and reads the state;
 world's.
 """
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Iterable
 from dataclasses import dataclass

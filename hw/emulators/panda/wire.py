@@ -3,8 +3,6 @@
 All numbers are little-endian and packed. Layouts: the headers that libfranka 0.9.2 is built with.
 """
 
-from __future__ import annotations
-
 import struct
 from enum import IntEnum
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Server of the emulated camera: one thread accepts drivers, one takes and sends images."""
 
-from __future__ import annotations
-
 import select
 import socket
 import threading

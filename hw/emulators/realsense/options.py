@@ -1,7 +1,5 @@
 """Options, faults and reported behaviours of an emulated camera."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

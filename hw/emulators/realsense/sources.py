@@ -1,7 +1,5 @@
 """Sources of images for an emulated camera."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf

@@ -5,8 +5,6 @@ there: the disparity has an error of a fraction of a pixel and comes in steps. S
 one imager sees are missing, and so are depth edges, speckles, and what is too near or too far.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

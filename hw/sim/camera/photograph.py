@@ -1,7 +1,5 @@
 """Image of a flat picture in an infrared camera."""
 
-from __future__ import annotations
-
 from typing import TypeAlias
 
 import cv2

@@ -5,8 +5,6 @@ frame the ray starts at o and runs along d, and the entry is the smaller root of
 quadratic equation in t. The image is processed in strips of rows, whose temporaries fit the cache.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias
 

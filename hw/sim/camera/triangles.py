@@ -7,8 +7,6 @@ linear, so every triangle becomes a span of pixels in each row. Triangles that s
 the same end of their spans, so no ray slips between them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple, TypeAlias
 

@@ -4,8 +4,6 @@ V-HACD (Mamou 2016) fills the surface with voxels and cuts them by planes. Neigh
 then merged as long as their common hull adds next to no volume.
 """
 
-from __future__ import annotations
-
 import hashlib
 import os
 import subprocess

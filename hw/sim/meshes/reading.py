@@ -1,7 +1,5 @@
 """Mesh files: read, checked, in metres, with z up and the middle at the origin."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 from os import listdir, stat
 from os.path import dirname, isfile, realpath, splitext

@@ -1,7 +1,5 @@
 """Mesh processing: welding, closing holes, simplification, components, volume."""
 
-from __future__ import annotations
-
 import numpy as np
 import numpy.typing as npt
 

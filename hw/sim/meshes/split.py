@@ -1,7 +1,5 @@
 """Convex decomposition in a process of its own: `split.py MESH.npz HULLS.npz`."""
 
-from __future__ import annotations
-
 import sys
 
 

@@ -1,7 +1,5 @@
 """Held-out object classes for the evaluation of grasps."""
 
-from __future__ import annotations
-
 from math import cos, pi, sin, tan
 
 import numpy as np

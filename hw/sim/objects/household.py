@@ -1,7 +1,5 @@
 """Household object classes: boxes, cans, mugs, hammers and the like."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from hw.sim.objects.making import MAX_HEIGHT, ObjectClass, Parts, box, disc, longest, part

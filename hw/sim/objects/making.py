@@ -4,8 +4,6 @@ A maker takes the smallest width by which the object can be grasped from above, 
 parts as the object rests on z = 0.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias

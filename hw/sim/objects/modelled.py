@@ -1,7 +1,5 @@
 """Object classes with curved, bent and hollow bodies; never trained on."""
 
-from __future__ import annotations
-
 import numpy as np
 from pinocchio import SE3
 

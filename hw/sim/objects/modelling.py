@@ -1,7 +1,5 @@
 """Bodies of exact convex parts: turned, hollow, swept and cut out."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import TypeAlias

@@ -1,7 +1,5 @@
 """Random bodies, turned, hollow, bent and cut, for training."""
 
-from __future__ import annotations
-
 import numpy as np
 from pinocchio import SE3, exp3
 

@@ -1,7 +1,5 @@
 """Object classes for training only: rings, stairs, beams, toys, and random compositions."""
 
-from __future__ import annotations
-
 from math import cos, pi, sin, sqrt, tan
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Hand without an arm in the physical world, to try grasps."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import remainder, tau
 

@@ -3,8 +3,6 @@
 The models have collision shapes only: images are rendered as in the kinematic world.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import sqrt
 from typing import Any

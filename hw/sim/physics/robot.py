@@ -1,7 +1,5 @@
 """MuJoCo specification of the robot: bodies, joints and motors."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import mujoco

@@ -1,7 +1,5 @@
 """Bodies and shapes in a MuJoCo specification."""
 
-from __future__ import annotations
-
 from enum import IntFlag
 from typing import Any
 

@@ -1,7 +1,5 @@
 """MuJoCo simulation of a gripper or robot in a world: commands, poses and contact forces."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
