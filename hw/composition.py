@@ -178,7 +178,6 @@ class ComposedRobot:
                 raise error
 
     def _latest_frame(self, max_age: float) -> DepthFrame | None:
-        """The newest frame, with the camera pose at its capture."""
         image = self._camera.latest()
         if image is not None and image is not self._image:
             self._image = image
@@ -197,7 +196,6 @@ class ComposedRobot:
         return self._frame
 
     def _latest_scan(self, max_age: float) -> LaserScan | None:
-        """The newest scan, with the pose of the base at its capture."""
         reading = self._laser.latest() if self._laser else None
         if reading is not None and (self._scan is None or reading.points is not self._scan.points):
             self._bases.add(self._base.read())

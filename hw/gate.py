@@ -199,7 +199,6 @@ class Gate:
         return self._period if self._is_after_gap(now) else self._elapsed(now)
 
     def _is_after_gap(self, now: float) -> bool:
-        """Whether the last command is too long ago."""
         return not 0.0 <= self._elapsed(now) <= _MAX_GAP * self._period
 
     def _apply(self, command: Command, now: float) -> Command:

@@ -33,8 +33,6 @@ Pose2D: TypeAlias = tuple[float, float, float]  # x, y, heading
 
 
 class _Moment(NamedTuple):
-    """Sums since the window was begun."""
-
     stamp: float
     base_path: float  # Commanded [m]
     arm_path: float  # commanded, of the fastest joint in each period [rad]

@@ -61,7 +61,6 @@ class Plausibility:
         )
 
     def _follows(self, state: RobotState) -> bool:
-        """Whether the joints can have moved here since the reading before."""
         before = self._before
         if before is None:
             return True

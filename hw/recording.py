@@ -115,8 +115,6 @@ class RecordedClock:
 
 
 class _Sensor(Generic[Seen]):
-    """A sensor that is asked once a turn."""
-
     def __init__(self, field: str, ask: Callable[[], Seen | None]) -> None:
         self.field = field
         self.ask: Callable[[], Seen | None] = ask

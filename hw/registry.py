@@ -99,7 +99,6 @@ def _simulated(description: RobotDescription, world: str, options: WorldOptions)
 
 
 def _real(real: RealRobot, world: str, options: WorldOptions) -> Backend:
-    """A real robot, or one whose drivers are connected to emulators."""
     from hw.hardware import open_hardware
 
     robot, clock, truth = open_hardware(

@@ -105,7 +105,6 @@ def _is_real(path: Path) -> bool:
 
 
 def _as_it_is(described: RobotDescription, file: RealRobotFile, name: str) -> RobotDescription:
-    """A description with the differences of one real robot."""
     limits, base, arm, camera = described.limits, described.base, described.arm, described.camera
     if (ours := file.base_limits) is not None:
         limits = replace(
@@ -193,7 +192,6 @@ def _gripper(file: GripperFile) -> GripperDescription:
 
 
 def _with_camera(gripper: GripperDescription, camera: CameraDescription) -> GripperDescription:
-    """The gripper with the box around the mounted camera."""
     eTb = camera.eTc * camera.body.pose
     half = np.abs(eTb.rotation) @ np.array(half_extents(camera.body.shape))
     box = Geom(Box(tuple(half.tolist())), SE3(np.eye(3), eTb.translation), camera.body.name)

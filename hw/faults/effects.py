@@ -88,8 +88,6 @@ class Injectable:
 
 
 class _Reading(Effect):
-    """Changes readings by a function."""
-
     def __init__(self, change: Callable[[RobotState], RobotState]) -> None:
         self._change = change
 

@@ -38,7 +38,6 @@ class _Displaced(Effect):
 
 
 def _pose(state: RobotState) -> SE3:
-    """Where the base says it is."""
     return state.wTb if state.localised is None else state.localised.mTb
 
 

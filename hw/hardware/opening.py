@@ -158,7 +158,6 @@ def _check_world(emulation: Emulation, wanted: tuple[str, str, int, str]) -> Non
 
 
 def _hurry(policy: int) -> None:
-    """Set the scheduling policy of this thread, if permitted."""
     with suppress(OSError):
         priority = 0 if policy == os.SCHED_OTHER else _PRIORITY
         os.sched_setscheduler(0, policy, os.sched_param(priority))

@@ -95,7 +95,6 @@ def _localisation(base: OmronBase) -> Iterator[Finding]:
 
 
 def _teleop(base: OmronBase, real: RealRobot) -> Iterator[Finding]:
-    """What the base keeps: its full scale against that of the file, and its `Timeout`."""
     try:
         values = base.read_teleop()
     except HardwareError as error:
@@ -235,7 +234,6 @@ def _ages(about: str, what: str, age: Callable[[], float], most: float) -> Findi
 
 
 def _watched(read: Callable[[], Read]) -> list[Read]:
-    """What a part tells, again and again."""
     seen = []
     for _ in range(_LOOKS):
         seen.append(read())

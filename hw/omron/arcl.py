@@ -168,7 +168,6 @@ class Arcl:
         raise HardwareError("no greeting with its commands; check the port (7171 is usual)")
 
     def _run(self, connection: socket.socket, lines: _LineSplitter) -> None:
-        """Read and poll until closed or lost."""
         why = ""
         try:
             self._serve(connection, lines)
@@ -215,8 +214,6 @@ class Arcl:
 
 
 class _LineSplitter:
-    """Splits a stream of bytes into lines."""
-
     def __init__(self) -> None:
         self._buffer = b""
 
@@ -233,8 +230,6 @@ class _LineSplitter:
 
 
 class _StateParser:
-    """Builds the state from lines."""
-
     def __init__(self) -> None:
         self.state = ArclState()
         self._listed: list[str] = []

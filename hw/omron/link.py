@@ -144,7 +144,6 @@ class Link:
                 connection.socket.sendall(encode(FromClient.SHUTDOWN))
 
     def _serve(self) -> None:
-        """Run until closed."""
         poll = select.poll()
         poll.register(self._socket, select.POLLIN)
         poll.register(self._wakes, select.POLLIN)
@@ -203,7 +202,6 @@ class Link:
             yield self._catalogue.command("ratioDrive", drive_payload(order))
 
     def _write(self, frames: bytes) -> None:
-        """Send frames at once."""
         try:
             if not frames or self._socket.send(frames) == len(frames):
                 return

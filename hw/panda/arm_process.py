@@ -80,7 +80,6 @@ class ArmProcess:
         return mode
 
     def _is_wanted(self) -> bool:
-        """Whether there is a valid command to move."""
         command = self._commands.get()
         return command is not None and stopwatch() - command[1] <= FRESH and any(command[2:])
 
@@ -148,7 +147,6 @@ class ArmProcess:
         return self._trouble
 
     def _set_up(self) -> str:
-        """Set contact thresholds and stiffness; why not."""
         if not self._is_set_up:
             torques, forces = self._contacts
             try:
@@ -160,7 +158,6 @@ class ArmProcess:
         return ""
 
     def _command(self, state: Any, commanded: Sequence[float]) -> None:
-        """One period of a motion."""
         self._monitor.check(stopwatch(), state.dq, commanded)
         self._publish(state)
 

@@ -49,8 +49,6 @@ def patience(speed: float) -> float:
 
 @dataclass
 class _Motion:
-    """A current motion of the fingers."""
-
     limit: float  # timeout [s]
     rest: float  # longest time at rest [s]
     width: float  # when they last moved [m]
@@ -211,7 +209,6 @@ def main() -> None:
 
 
 def _work(hand: HandProcess, parent: Parent) -> None:
-    """Serve requests one after the other."""
     while True:
         if request := parent.request(patience=1.0):
             try:

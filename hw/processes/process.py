@@ -167,7 +167,6 @@ class DriverProcess:
                         stream.close()
 
     def _is_starved(self) -> bool:
-        """Whether the process waits for a processor or was suspended."""
         process = self.process
         try:
             text = Path(f"/proc/{process.pid if process else 0}/stat").read_text()

@@ -69,7 +69,6 @@ class Stream:
                 self._device.hardware_reset()
 
     def _loss(self) -> LostError:
-        """Why no frames come."""
         if self._software is not None and self._software.lost:
             return LostError(self._software.lost)
         if self._software is None and self.identity.serial not in _serials(self._library):
@@ -124,7 +123,6 @@ def _emulated(rs: Any, settings: RealSenseSettings) -> SoftwareCamera:
 
 
 def _serials(rs: Any) -> list[str]:
-    """Serial numbers of the cameras that are plugged in."""
     number = rs.camera_info.serial_number
     return [one.get_info(number) for one in rs.context().query_devices() if one.supports(number)]
 
@@ -144,7 +142,6 @@ def _serial(rs: Any, wanted: str) -> str:
 
 
 def _refusal(settings: RealSenseSettings, error: RuntimeError) -> str:
-    """Why the library does not start, as a message."""
     text = str(error)
     asked = f"depth of {WIDTH} x {HEIGHT} at {settings.rate} Hz"
     if settings.infrared:
@@ -157,7 +154,6 @@ def _refusal(settings: RealSenseSettings, error: RuntimeError) -> str:
 
 
 def _set_up(rs: Any, sensor: Any, settings: RealSenseSettings) -> None:
-    """Set the options that this camera supports."""
     option = rs.option
     wanted = {
         option.global_time_enabled: 1.0,

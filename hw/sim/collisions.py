@@ -162,8 +162,6 @@ class Collisions:
 
 
 class _Placement:
-    """Poses of the shapes of the robot, computed on demand."""
-
     def __init__(self, model: RobotModel, now: Configuration, palm: int) -> None:
         self._frames = frames(model, now.wTb, now.q)
         self._gripper = model.description.gripper

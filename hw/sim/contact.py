@@ -203,7 +203,6 @@ def _transform(pose: SE3) -> Any:
 
 
 def _overlapping(a: Geom, b: Geom) -> bool:
-    """Whether two shapes overlap by more than a touch from the side."""
     gap, normal = separation(a, b)
     return gap < -_SIDE_TOLERANCE or (gap < -TOUCH and abs(normal[2]) > 0.5)
 

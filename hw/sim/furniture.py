@@ -35,7 +35,6 @@ def furniture_shapes(
 
 
 def _container(container: Container) -> list[Geom]:
-    """Pedestal, floor and four walls, in this order."""
     x, y = container.centre
     half_x, half_y = container.inner_size[0] / 2.0, container.inner_size[1] / 2.0
     thick, top = container.wall_thickness / 2.0, container.floor_height

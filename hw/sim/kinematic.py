@@ -138,7 +138,6 @@ class KinematicBody(SimBody):
             self.world.settle()
 
     def _contacts(self, now: float) -> tuple[list[Contact], list[Contact]]:
-        """Contacts of the base and of the arm; new ones are recorded."""
         here = Configuration(wTb=self.wTb, q=self.q, width=self.width)
         contacts = self._collisions.find(here)
         for one in contacts:

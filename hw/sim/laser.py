@@ -68,7 +68,6 @@ class SimLaser:
 
 
 def _moving(world: World, height: float) -> Iterator[Geom]:
-    """Shapes of objects and walkers that may cross a height [m]."""
     for obj in world.objects:
         if obj is not world.held and abs(obj.pose.translation[2] - height) <= obj.radius:
             yield from obj.placed()

@@ -148,7 +148,6 @@ class LocalisationProcess:
         self._localise()
 
     def _advance(self, wTb: SE3) -> None:
-        """One step of the grid, to a true pose."""
         self._grid_oTb, self._grid_wTb = self._moved(wTb), wTb
         self._step += 1
         self._errors = self._kept * self._errors + self._noise * self._rng.standard_normal(6)

@@ -90,7 +90,6 @@ def place_objects(
 
 
 def _items(wanted: Objects, area: Area, before: int, rng: np.random.Generator) -> list[SimObject]:
-    """The items, those with a given position placed there."""
     items: list[SimObject] = []
     placed: list[SimObject] = []
     problems: list[LayoutError] = []
@@ -213,7 +212,6 @@ def _turned(obj: SimObject, yaw: float) -> tuple[Array, Array]:
 
 
 def _put(obj: SimObject, position: Array, area: Area) -> None:
-    """Let an object rest on an area at a position (2,) of the world."""
     obj.pose = SE3(obj.pose.rotation, np.zeros(3))
     height = area.height + obj.reach(np.array([0.0, 0.0, -1.0]))
     obj.pose = SE3(obj.pose.rotation, np.array([*position, height]))
@@ -228,7 +226,6 @@ def _apart(a: SimObject, b: SimObject, gap: float) -> bool:
 
 
 def _clear(p: Geom, q: Geom, gap: float) -> bool:
-    """Whether even the balls around two parts are apart."""
     away = p.pose.translation - q.pose.translation
     within = bounding_radius(p.shape) + bounding_radius(q.shape) + gap
     return float(away @ away) > within * within

@@ -34,8 +34,6 @@ from robots import RobotDescription
 
 
 class _SimPart:
-    """Common to all parts: always connected, stopped together."""
-
     def __init__(self, body: SimBody) -> None:
         self._body = body
 
@@ -64,8 +62,6 @@ class _SimPart:
 
 
 class _SimArm(_SimPart):
-    """The arm; it stands still with a tripped reflex."""
-
     def read(self) -> ArmState:
         body = self._body
         body.advance()
@@ -83,8 +79,6 @@ class _SimArm(_SimPart):
 
 
 class _SimBase(_SimPart):
-    """The base; it stands still with a pressed bumper."""
-
     def __init__(self, body: SimBody, localisation: LocalisationProcess) -> None:
         super().__init__(body)
         self._localisation = localisation
@@ -113,8 +107,6 @@ class _SimBase(_SimPart):
 
 
 class _SimGripper(_SimPart):
-    """The gripper."""
-
     def read(self) -> GripperState:
         body = self._body
         body.advance()

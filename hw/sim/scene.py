@@ -147,7 +147,6 @@ def scene_mistakes(path: Path, footprint: Footprint | None = None) -> list[Diagn
 
 
 def _place(scene: str | Path, keys: Sequence[str | int]) -> str:
-    """An entry of a scene file as `file:line:column`."""
     path = find_scene(scene)
     read = read_yaml(Diagnostics(path))
     if read is None:

@@ -16,8 +16,6 @@ _CLOTHES: Colour = (86, 98, 140)
 
 @dataclass(frozen=True)
 class _Leg:
-    """The straight way between two way points, from rest to rest."""
-
     start: Array
     direction: Array
     length: float

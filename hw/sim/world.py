@@ -178,7 +178,6 @@ class World:
         return {obj.name: self.resting_on(obj) for obj in self.objects}
 
     def _objects_near(self, hand: Hand) -> list[SimObject]:
-        """Objects near the hand, without the held one."""
         centre, radius = hand.centre, hand.radius
         return [
             o

@@ -169,7 +169,6 @@ class EmulatedWorld:
             self._localised, self._mTo = localised, localised.mTb * then.inverse()
 
     def _follow(self, wanted: Wanted) -> None:
-        """Move joints and fingers as commanded."""
         body, before = self.body, self._before
         self._before = wanted
         if wanted.releases != self._releases:

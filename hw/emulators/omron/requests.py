@@ -172,8 +172,6 @@ class Requests:
         return writer.body
 
     def _stored(self, read: Callable[[], Planar]) -> dict[str, Answer]:
-        """The three values of a pose in the data store, by the ends of their names."""
-
         def answer(axis: int) -> bytes:
             x, y, theta = read()
             value = (x * 1000.0, y * 1000.0, signed_degrees(theta))[axis]

@@ -240,7 +240,6 @@ class EmulatedArm:
         self.mode = mode
 
     def _brake(self) -> None:
-        """Decelerate as hard as the limits allow."""
         if not any(self.qd_d):
             self.qdd_d = _Z7
             return

@@ -171,7 +171,6 @@ class RealSenseEmulator:
         outbox.append((shot.stamp + options.delay + options.jitter * late, message))
 
     def _as_reported(self, number: int, captured: float, depth: Pixels) -> Message:
-        """Apply the reported behaviours to an image."""
         ways, last = self.options.as_reported, self._last or (number, captured, depth)
         if not self._first and self._clients:
             self._first = number

@@ -89,7 +89,6 @@ def _extreme_corners(corners: Array) -> Array:
 
 
 def _merged(pieces: list[Array]) -> list[Array]:
-    """Merge the two pieces whose hull adds least, repeatedly."""
     hulls = list(pieces)
     sizes = [volume(hull_of(piece).shape) for piece in hulls]
     whole = volume(hull_of(np.concatenate(hulls)).shape)

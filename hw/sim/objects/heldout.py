@@ -34,7 +34,6 @@ def _cross(rng: np.random.Generator, width: float) -> Parts:
 
 
 def _horseshoe(rng: np.random.Generator, width: float) -> Parts:
-    """A square-cornered U."""
     height, back, arm = rng.uniform(0.02, 0.045), rng.uniform(0.05, 0.065), rng.uniform(0.05, 0.08)
     half = width / 2.0
     side = Box((arm / 2.0, half, height / 2.0))

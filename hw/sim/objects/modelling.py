@@ -91,7 +91,6 @@ def corners_of(part: Geom) -> Array:
 
 
 def _is_hollow(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> bool:
-    """Whether a profile is concave at its middle point."""
     (za, ra), (zb, rb), (zc, rc) = a, b, c
     return (rb - ra) * (zc - zb) < (rc - rb) * (zb - za) - 1e-12
 

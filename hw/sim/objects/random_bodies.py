@@ -75,7 +75,6 @@ def _cut_plates(rng: np.random.Generator, width: float) -> Parts:
 
 
 def _stone(rng: np.random.Generator, width: float) -> Parts:
-    """The convex hull of a few points."""
     points = rng.standard_normal((int(rng.integers(6, 24)), 3))
     points /= np.linalg.norm(points, axis=1, keepdims=True)
     points *= 0.5 * width * np.array([rng.uniform(1.0, 2.0), 1.0, rng.uniform(0.5, 1.2)])
@@ -91,7 +90,6 @@ def _tool(rng: np.random.Generator, width: float) -> Parts:
 
 
 def _turn(rng: np.random.Generator) -> Array:
-    """(2, 2) a random rotation."""
     angle = rng.uniform(-np.pi, np.pi)
     return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
 

@@ -45,7 +45,6 @@ def _pyramid(rng: np.random.Generator, width: float) -> Parts:
 
 
 def _peg(rng: np.random.Generator, width: float) -> Parts:
-    """A post on a disc."""
     foot, height = rng.uniform(0.008, 0.016), rng.uniform(0.03, 0.07)
     radius = width / 2.0 + rng.uniform(0.008, 0.02)
     return [disc(radius, foot), disc(width / 2.0, height, z=foot)]
@@ -91,7 +90,6 @@ def _stairs(rng: np.random.Generator, width: float) -> Parts:
 
 
 def _beam(rng: np.random.Generator, width: float) -> Parts:
-    """An H lying flat."""
     height, web = rng.uniform(0.02, 0.045), rng.uniform(0.05, 0.08)
     flange = Box((width / 2.0, rng.uniform(0.02, 0.045), height / 2.0))
     reach = web / 2.0 + width / 2.0
@@ -114,7 +112,6 @@ def _zigzag(rng: np.random.Generator, width: float) -> Parts:
 
 
 def _tripod(rng: np.random.Generator, width: float) -> Parts:
-    """Three rods from one point."""
     turns = np.cumsum(rng.uniform(1.6, 2.6, 3))
     parts = []
     for angle in turns:
@@ -125,7 +122,6 @@ def _tripod(rng: np.random.Generator, width: float) -> Parts:
 
 
 def _elbow(rng: np.random.Generator, width: float) -> Parts:
-    """A bent rod."""
     bend = rng.uniform(0.4, 2.0)
     parts = []
     for angle in (0.0, pi - bend):
@@ -164,7 +160,6 @@ def _brush(rng: np.random.Generator, width: float) -> Parts:
 
 
 def _plug(rng: np.random.Generator, width: float) -> Parts:
-    """A body with two pins."""
     length, height = rng.uniform(0.035, 0.06), rng.uniform(0.025, 0.04)
     pin = Cylinder(0.003, 0.010)
     apart = min(0.3 * width, 0.01)
@@ -198,7 +193,6 @@ def _toy_car(rng: np.random.Generator, width: float) -> Parts:
 
 
 def _bridge(rng: np.random.Generator, width: float) -> Parts:
-    """A slab on two posts."""
     length, clear, slab = rng.uniform(0.06, 0.10), rng.uniform(0.02, 0.04), rng.uniform(0.015, 0.03)
     post = Box((0.008, width / 2.0, clear / 2.0))
     return [
@@ -223,7 +217,6 @@ def _basket(rng: np.random.Generator, width: float) -> Parts:
 
 
 def _caterpillar(rng: np.random.Generator, width: float) -> Parts:
-    """Balls in a row."""
     radius, count = width / 2.0, int(rng.integers(3, 6))
     bends = np.cumsum(rng.uniform(-0.5, 0.5, count))
     step = 1.4 * radius
@@ -235,7 +228,6 @@ def _caterpillar(rng: np.random.Generator, width: float) -> Parts:
 
 
 def _twins(rng: np.random.Generator, width: float) -> Parts:
-    """Two cylinders side by side, standing."""
     radius, height = width / 2.0, rng.uniform(0.03, 0.07)
     return [disc(radius, height, side * 0.9 * radius, 0.0) for side in (-1.0, 1.0)]
 

@@ -97,7 +97,6 @@ class PhysicalBody(SimBody):
 
     @property
     def _time(self) -> float:
-        """Of the engine [s]."""
         return self._begun + self._steps * TIMESTEP
 
     def _set_time(self, now: float) -> None:
@@ -106,7 +105,6 @@ class PhysicalBody(SimBody):
             self.engine.put_walker(number, walker.pose)
 
     def _put_moved_objects(self) -> None:
-        """Move objects in the engine whose pose was replaced."""
         for number, obj in enumerate(self.world.objects):
             if obj.pose is not self._poses[number]:
                 self.engine.put_object(number, obj.pose)
@@ -130,7 +128,6 @@ class PhysicalBody(SimBody):
         self.engine.drive(self._wheels.driven(self._twist))
 
     def _drive_fingers(self) -> None:
-        """The commanded width changes at the gripper's speed."""
         step = self.description.gripper.speed * TIMESTEP
         self._width_now += float(np.clip(self._width_goal - self._width_now, -step, step))
         self.engine.press(self._width_now, self._force)
@@ -141,7 +138,6 @@ class PhysicalBody(SimBody):
             self.fingers_move = False
 
     def _update_reflexes(self, presses: list[Press]) -> None:
-        """Estimate the forces, and trip on them."""
         self._load += _lag_share(_FILTER) * (self.engine.load - self._load)
         pushed = sum(press.force for press in presses if press.part == BASE)
         self._push_force += _lag_share(_FILTER) * (pushed - self._push_force)
@@ -157,7 +153,6 @@ class PhysicalBody(SimBody):
             self.engine.relax()
 
     def _record_touches(self, presses: list[Press]) -> None:
-        """Record collisions; an object that is touched stops its own motion."""
         for press in presses:
             if press.force < (_SETTING_DOWN if press.part == HELD else _TOUCH):
                 continue
@@ -169,7 +164,6 @@ class PhysicalBody(SimBody):
             self._note_touch(press.part, press.thing, text, self._time)
 
     def _read_engine(self) -> None:
-        """Read all poses and velocities."""
         engine = self.engine
         x, y, heading = engine.base.tolist()
         c, s = cos(heading), sin(heading)

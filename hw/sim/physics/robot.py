@@ -96,7 +96,6 @@ def add_hand(spec: Any, parent: Any, pTh: SE3, description: RobotDescription) ->
 
 
 def _hand(parent: Any, pTh: SE3, description: RobotDescription) -> tuple[Any, dict[str, Any]]:
-    """Hand and fingers without their shapes."""
     gripper, camera = description.gripper, description.camera
     hand = add_body(parent, "hand", pTh)
     hand.gravcomp = 1.0
@@ -110,7 +109,6 @@ def _hand(parent: Any, pTh: SE3, description: RobotDescription) -> tuple[Any, di
 def _add_member(
     spec: Any, body: Any, place: SE3, number: int, member: Member, against: int, pad: str
 ) -> None:
-    """One of `members`, in a frame at a place on a body."""
     name, shape = f"{member.part}/{number}", member.geom.moved(place)
     geom = add_geom(spec, body, shape, name, 0, against, _FRICTION)
     geom.solref = _PADS if shape.name.endswith(pad) else _SHELL
@@ -162,7 +160,6 @@ def _actuators(spec: Any, description: RobotDescription) -> None:
 
 
 def _finger_motor(spec: Any) -> None:
-    """One motor moves both fingers symmetrically."""
     spec.add_equality(
         type=mujoco.mjtEq.mjEQ_JOINT,
         objtype=mujoco.mjtObj.mjOBJ_JOINT,
