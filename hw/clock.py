@@ -14,15 +14,13 @@ from typing import Protocol
 class Clock(Protocol):
     """Session time."""
 
+    is_real: bool  # whether it runs by itself, and the robot with it
+
     def now(self) -> float:
         """Seconds since the session began [s]."""
 
     def sleep_until(self, stamp: float) -> None:
         """Return when `now()` is at least `stamp` [s]."""
-
-    @property
-    def is_real(self) -> bool:
-        """Whether it runs by itself, and the robot with it."""
 
 
 _SLACK = 0.02  # a paced clock that lags behind real time by more than this skips the lag [s]
@@ -33,7 +31,7 @@ class SimClock:
 
     def __init__(self, pace: float | None = None) -> None:
         self._now = 0.0
-        self._pace = pace
+        self._pace, self.is_real = pace, pace is not None
         self._began: float | None = None
 
     def now(self) -> float:
@@ -53,14 +51,11 @@ class SimClock:
         elif ahead < -_SLACK:
             self._now -= ahead * self._pace
 
-    @property
-    def is_real(self) -> bool:
-        """Whether it is paced."""
-        return self._pace is not None
-
 
 class WallClock:
     """Real, monotonic time since the clock was made."""
+
+    is_real = True
 
     def __init__(self) -> None:
         self._start = time.monotonic()
@@ -74,11 +69,6 @@ class WallClock:
         ahead = stamp - self.now()
         if ahead > 0.0:
             time.sleep(ahead)
-
-    @property
-    def is_real(self) -> bool:
-        """Always."""
-        return True
 
 
 @dataclass(frozen=True, order=True, slots=True)

@@ -16,12 +16,11 @@ from hw.robot import (
     Arm,
     Base,
     DepthCamera,
-    FunctionCamera,
-    FunctionLaser,
     Gripper,
     HardwareError,
     LaserScanner,
     Part,
+    Sensor,
 )
 from hw.state import (
     ArmState,
@@ -74,10 +73,10 @@ class ComposedRobot:
         self._clock, self._arm_recovered = clock, -inf
         self._operations: dict[str, Future[None]] = {}
         self._rest_together, self._has_fault = rest_together, False
-        self.camera = FunctionCamera(self._latest_frame)
+        self.camera = Sensor(self._latest_frame)
         self._image: DepthImage | None = None
         self._frame: DepthFrame | None = None
-        self.laser = FunctionLaser(self._latest_scan)
+        self.laser = Sensor(self._latest_scan)
         self._scan: LaserScan | None = None
 
     def connect(self) -> None:

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from enum import IntEnum
 from functools import partial
 from math import inf, nan
-from typing import Generic, Protocol, TypeAlias, TypeVar
+from typing import Generic, Protocol, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -12,38 +12,17 @@ from pinocchio import SE3
 
 from controller import Command
 from hw.clock import Clock
-from hw.robot import Camera, FunctionCamera, FunctionLaser, Laser, Robot, RobotWrapper
+from hw.robot import Camera, Laser, Robot, RobotWrapper, Seen, Sensor
 from hw.state import DepthFrame, Fault, LaserScan, LocalisedPose, PartStamps, RobotState
-
-Seen = TypeVar("Seen", DepthFrame, LaserScan)
 
 TURN = np.dtype(
     [
-        ("number", "u4"),
-        ("time", "f8"),
-        ("stopped", "?"),
-        ("read", "?"),
-        ("turn", "u1"),
-        ("acknowledged", "?"),
-        ("stamp", "f8"),
-        ("wTb", "f8", (3, 4)),
-        ("base_twist", "f8", 3),
-        ("q", "f8", 7),
-        ("qd", "f8", 7),
-        ("width", "f8"),
-        ("moving", "?"),
-        ("recovering", "?"),
-        ("battery", "f8"),
-        ("parts_told", "?"),
-        ("parts", "f8", 3),
-        ("faults", "u4"),
-        ("localised", "u4"),
-        ("frame", "i4"),
-        ("scan", "i4"),
-        ("sent", "?"),
-        ("sent_time", "f8"),
-        ("command", "f8", 10),
-        ("applied", "f8", 10),
+        *(("number", "u4"), ("time", "f8"), ("stopped", "?"), ("read", "?"), ("turn", "u1")),
+        *(("acknowledged", "?"), ("stamp", "f8"), ("wTb", "f8", (3, 4)), ("base_twist", "f8", 3)),
+        *(("q", "f8", 7), ("qd", "f8", 7), ("width", "f8"), ("moving", "?"), ("recovering", "?")),
+        *(("battery", "f8"), ("parts_told", "?"), ("parts", "f8", 3), ("faults", "u4")),
+        *(("localised", "u4"), ("frame", "i4"), ("scan", "i4"), ("sent", "?")),
+        *(("sent_time", "f8"), ("command", "f8", 10), ("applied", "f8", 10)),
     ]
 )
 """One turn of the loop: its number from 0, the time of its reading [s], whether a person had ended
@@ -85,7 +64,7 @@ class RecordedClock:
     """The session's clock, which remembers the answers that the loop got."""
 
     def __init__(self, clock: Clock) -> None:
-        self._clock = clock
+        self._clock, self.is_real = clock, clock.is_real
         self._first: float | None = None
         self.latest = clock.now()  # answered last [s]
 
@@ -99,11 +78,6 @@ class RecordedClock:
         """Until `stamp` [s]."""
         self._clock.sleep_until(stamp)
 
-    @property
-    def is_real(self) -> bool:
-        """As of the session's clock."""
-        return self._clock.is_real
-
     def begin_turn(self) -> None:
         """The next answer is the time of a new turn."""
         self._first = None
@@ -114,7 +88,7 @@ class RecordedClock:
         return self.now() if self._first is None else self._first
 
 
-class _Sensor(Generic[Seen]):
+class _Asked(Generic[Seen]):
     def __init__(self, field: str, ask: Callable[[], Seen | None]) -> None:
         self.field = field
         self.ask: Callable[[], Seen | None] = ask
@@ -138,8 +112,8 @@ class RecordedRobot(RobotWrapper):
         self._noted: dict[str, tuple[int, Thing]] = {}
         """The newest thing of a field, with its number."""
         self.broken = ""  # why a replay is impossible; empty otherwise
-        self._frames = _Sensor("frame", lambda: self._robot.camera.latest(inf))
-        self._scans = _Sensor("scan", lambda: self._robot.laser.latest(inf))
+        self._frames = _Asked("frame", lambda: self._robot.camera.latest(inf))
+        self._scans = _Asked("scan", lambda: self._robot.laser.latest(inf))
 
     def record(self, notes: Notes) -> None:
         """Record every turn from the next reading on."""
@@ -165,12 +139,12 @@ class RecordedRobot(RobotWrapper):
     @property
     def camera(self) -> Camera:
         """The camera of the robot, asked once a turn."""
-        return FunctionCamera(partial(self._latest, self._frames))
+        return Sensor(partial(self._latest, self._frames))
 
     @property
     def laser(self) -> Laser:
         """The laser of the robot, asked once a turn."""
-        return FunctionLaser(partial(self._latest, self._scans))
+        return Sensor(partial(self._latest, self._scans))
 
     def read(self) -> RobotState:
         """See `Robot`."""
@@ -205,7 +179,7 @@ class RecordedRobot(RobotWrapper):
                 self.broken = self.broken or f"a command has a wrong shape ({error})"
         return applied
 
-    def _latest(self, sensor: _Sensor[Seen], max_age: float) -> Seen | None:
+    def _latest(self, sensor: _Asked[Seen], max_age: float) -> Seen | None:
         if not sensor.is_asked:
             sensor.newest, sensor.is_asked = sensor.ask(), True
             if self._notes is not None:

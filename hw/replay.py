@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from controller import Command
 from hw.recording import reading
-from hw.robot import FunctionCamera, FunctionLaser, HardwareError
+from hw.robot import HardwareError, Sensor
 from hw.state import RobotState
 from robots import RobotDescription
 
@@ -42,6 +42,8 @@ class Difference:
 class ReplayClock:
     """Session time as recorded: first for a reading, then for its command."""
 
+    is_real = False
+
     def __init__(self, times: npt.NDArray[np.float64]) -> None:
         self._times = times
         self._next = 0
@@ -59,11 +61,6 @@ class ReplayClock:
         self._now = float(self._times[self._next]) if self._next < len(self._times) else stamp
         self._coming = []
 
-    @property
-    def is_real(self) -> bool:
-        """False: time waits."""
-        return False
-
     def set(self, turn: int, *moments: float) -> None:
         """Return each of the `moments` [s] of a turn, one after the other."""
         self._next, self._coming = turn + 1, list(moments)
@@ -80,8 +77,8 @@ class ReplayRobot:
     ) -> None:
         self.description = description
         self.clock = ReplayClock(turns["time"])
-        self.camera = FunctionCamera(partial(self._latest, "frame"))
-        self.laser = FunctionLaser(partial(self._latest, "scan"))
+        self.camera = Sensor(partial(self._latest, "frame"))
+        self.laser = Sensor(partial(self._latest, "scan"))
         self._recall = recall
         self._recalled: dict[str, tuple[int, Any]] = {}
         """The newest thing of a field, with its number."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol, Self
+from typing import Generic, Protocol, Self, TypeAlias, TypeVar
 
 from controller import Command
 from hw.state import (
@@ -27,32 +27,22 @@ class HardwareError(Exception):
     """The robot cannot be reached, read or commanded."""
 
 
-class Camera(Protocol):
-    """The wrist camera of a robot."""
-
-    def latest(self, max_age: float, /) -> DepthFrame | None:
-        """The newest frame, or None without one younger than `max_age` [s]; returns at once."""
-
-
-class Laser(Protocol):
-    """The laser of a robot."""
-
-    def latest(self, max_age: float, /) -> LaserScan | None:
-        """The newest scan, or None without one younger than `max_age` [s]; returns at once."""
+Seen = TypeVar("Seen", DepthFrame, LaserScan)
 
 
 @dataclass(eq=False)
-class FunctionLaser:
-    """A laser made of the function `latest`."""
+class Sensor(Generic[Seen]):
+    """A camera or laser: `latest(max_age)` returns at once.
 
-    latest: Callable[[float], LaserScan | None]
+    It is the newest frame or scan, the same object until there is a newer one; None if there is
+    none, or none younger than `max_age` [s].
+    """
+
+    latest: Callable[[float], Seen | None]
 
 
-@dataclass(eq=False)
-class FunctionCamera:
-    """A camera made of the function `latest`."""
-
-    latest: Callable[[float], DepthFrame | None]
+Camera: TypeAlias = Sensor[DepthFrame]
+Laser: TypeAlias = Sensor[LaserScan]
 
 
 class Robot(Protocol):
@@ -170,6 +160,22 @@ class Part(Protocol):
 
     def close(self) -> None:
         """Stop and release the hardware. May be called twice."""
+
+
+class PassivePart:
+    """A part that has nothing to connect, to clear, to stop or to release."""
+
+    def connect(self) -> None:
+        """Nothing to reach."""
+
+    def recover(self) -> None:
+        """Nothing to clear."""
+
+    def stop(self) -> None:
+        """Nothing moves."""
+
+    def close(self) -> None:
+        """Nothing to release."""
 
 
 class Arm(Part, Protocol):

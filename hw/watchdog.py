@@ -65,7 +65,7 @@ class Watchdog:
     def __enter__(self) -> Self:
         self._loop = threading.get_ident()
         if self._is_main:
-            self._before = signal.signal(_SIGNAL, _Raise(self))
+            self._before = signal.signal(_SIGNAL, self._raise)
         self._thread.start()
         return self
 
@@ -114,14 +114,8 @@ class Watchdog:
             error = ctypes.py_object(LoopBlockedError)
             ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(self._loop), error)
 
-
-class _Raise:
-    """Signal handler that raises in the loop, unless that went on in the meantime."""
-
-    def __init__(self, watchdog: Watchdog) -> None:
-        self._watchdog = watchdog
-
-    def __call__(self, *_: object) -> None:
-        if self._watchdog.is_interrupting:
-            self._watchdog.is_interrupting = False
+    def _raise(self, *_: object) -> None:
+        """Raise in the loop on a signal, unless that went on in the meantime."""
+        if self.is_interrupting:
+            self.is_interrupting = False
             raise LoopBlockedError

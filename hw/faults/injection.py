@@ -13,7 +13,7 @@ from controller import Command
 from hw.faults.effects import ROBOT_FAULTS, Effect, Injectable, InjectionError, Site
 from hw.faults.localisation_faults import LOCALISATION_FAULTS
 from hw.faults.world_faults import WORLD_FAULTS
-from hw.robot import Camera, FunctionCamera, Robot, RobotWrapper
+from hw.robot import Camera, Robot, RobotWrapper, Sensor
 from hw.state import DepthFrame, RobotState
 from hw.truth import DisturbableWorld, Truth
 
@@ -80,7 +80,7 @@ class FaultInjection(RobotWrapper):
     @property
     def camera(self) -> Camera:
         """The camera of the robot, with the faults."""
-        return FunctionCamera(self._latest)
+        return Sensor(self._latest)
 
     def read(self) -> RobotState:
         """The reading of the robot, with the faults."""

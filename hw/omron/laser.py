@@ -12,6 +12,7 @@ import numpy as np
 
 from hw.clock import Clock, stopwatch
 from hw.omron.packet import Fields, LayoutError
+from hw.robot import PassivePart
 from hw.state import Array, LaserReading
 from robots import LaserDescription
 
@@ -36,7 +37,7 @@ def read_points(fields: Fields) -> Array:
     return millimetres / 1000.0
 
 
-class OmronLaser:
+class OmronLaser(PassivePart):
     """The laser as a part of a robot; `echoes` are the base's newest, over its connection."""
 
     def __init__(
@@ -45,18 +46,6 @@ class OmronLaser:
         self._echoes, self._mount, self._clock = echoes, description.bTs.translation, clock
         self._read: Echoes | None = None
         self._reading: LaserReading | None = None
-
-    def connect(self) -> None:
-        """The base connects."""
-
-    def recover(self) -> None:
-        """The base recovers."""
-
-    def stop(self) -> None:
-        """It does not move."""
-
-    def close(self) -> None:
-        """The base closes."""
 
     def latest(self) -> LaserReading | None:
         """The newest scan."""

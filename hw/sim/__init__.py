@@ -7,7 +7,7 @@ contact geometry decides what its gripper holds. `camera` renders depth images, 
 
 from hw.sim.body import Dynamics, SimBody
 from hw.sim.camera import D435Noise, DepthRenderer, Grey, painted, photograph
-from hw.sim.grasp_contact import Reason
+from hw.sim.grasp_contact import GraspOutcome, Reason
 from hw.sim.kinematic import KinematicBody
 from hw.sim.laser import SimLaser
 from hw.sim.levels import LEVELS, Localisation, load_localisation
@@ -28,4 +28,4 @@ from hw.sim.scene import (
 from hw.sim.scene_schema import Container, Fixture, Objects, SceneError, Table
 from hw.sim.sim_object import Motion, SimObject, Visible
 from hw.sim.walker import Walker
-from hw.sim.world import GraspOutcome, World
+from hw.sim.world import World

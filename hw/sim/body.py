@@ -22,9 +22,6 @@ class Dynamics:
     """Parameters of a simulated robot beyond its description."""
 
     period: float = 0.01  # of a command [s]; without a new one the robot stops
-    slip_distance: float = 0.005
-    """Motion of the hand until fingers that press without holding slip off [m]; kinematic world
-    only."""
     battery_life: float = 4.0 * 3600.0  # time in which a full battery runs down [s]
 
 
@@ -79,6 +76,11 @@ class SimBody(ABC):
         self._command = Command.stop()
         self._valid_until = 0.0
         self._touched: dict[tuple[str, str], float] = {}
+        self._begin()
+
+    @abstractmethod
+    def _begin(self) -> None:
+        """Complete the state, once the rest of it is made."""
 
     @property
     def wTe(self) -> SE3:

@@ -12,6 +12,7 @@ import numpy as np
 from pinocchio import SE3
 
 from controller import RobotModel
+from hw.sim.contact import SIGNED, transform
 from hw.sim.robot_shapes import (
     BASE,
     FINGERS,
@@ -32,9 +33,6 @@ from robots import Array, Geom, Plane, coal_geometry
 Movable: TypeAlias = SimObject | Walker
 
 _DUE = -1.0  # gap of a pair that was never measured [m]
-
-_request = coal.DistanceRequest()
-_request.enable_signed_distance = True
 
 
 class Contact(NamedTuple):
@@ -90,7 +88,7 @@ class Collisions:
             self._names += [thing.one.name] * len(thing.one.parts)
             self._owners += [thing.one] * len(thing.one.parts)
         self._geometries = [coal_geometry(shape.shape) for shape in self._shapes]
-        self._placed = [_transform(shape.pose) for shape in self._shapes]
+        self._placed = [transform(shape.pose) for shape in self._shapes]
         self._gaps = np.full((len(self._own), len(self._shapes)), _DUE)
         """What is left of each gap at least [m]."""
         for row, member in enumerate(self._own):
@@ -113,7 +111,7 @@ class Collisions:
                 self._gaps[:, thing.columns] -= thing.travel()
                 for column in range(thing.columns.start, thing.columns.stop):
                     pose = thing.one.pose * self._shapes[column].pose
-                    self._placed[column] = _transform(pose)
+                    self._placed[column] = transform(pose)
         due = np.argwhere(self._gaps < 0.0).tolist()
         return self._measure(due, now) if due else []
 
@@ -129,7 +127,7 @@ class Collisions:
                 own.transform(row, member),
                 self._geometries[column],
                 self._placed[column],
-                _request,
+                SIGNED,
                 result,
             )
             self._gaps[row, column] = gap
@@ -179,12 +177,8 @@ class _Placement:
                 pose = self._hand[row - self._palm].pose
             else:
                 pose = frame * member.geom.pose
-            self._known[row] = _transform(pose)
+            self._known[row] = transform(pose)
         return self._known[row]
-
-
-def _transform(pose: SE3) -> Any:
-    return coal.Transform3s(pose.rotation, pose.translation)
 
 
 def _part_text(part: str, held: SimObject | None) -> str:

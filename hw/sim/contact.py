@@ -25,8 +25,8 @@ _LIFT_STEP, _MAX_LIFTS = 0.005, 60
 _RESTING_GAP = 0.0015  # largest gap to a support [m]
 _DOWN = np.array([0.0, 0.0, -1.0])
 
-_distance_request = coal.DistanceRequest()
-_distance_request.enable_signed_distance = True
+SIGNED = coal.DistanceRequest()  # of distances below 0 where shapes overlap
+SIGNED.enable_signed_distance = True
 _collision_request = coal.CollisionRequest()
 _collision_request.enable_contact = True
 _patch_request = coal.ContactPatchRequest()
@@ -34,7 +34,7 @@ _patch_request = coal.ContactPatchRequest()
 
 def separation(a: Geom, b: Geom) -> tuple[float, Array]:
     """Signed distance of two shapes [m] and the (3,) unit normal from a to b, in the world."""
-    return _separation(coal_geometry(a.shape), _transform(a.pose), b, _transform(b.pose))
+    return _separation(coal_geometry(a.shape), transform(a.pose), b, transform(b.pose))
 
 
 def travel(moving: Geom, direction: Array, still: Iterable[Geom], limit: float) -> float | None:
@@ -56,9 +56,9 @@ def patch(a: Geom, b: Geom) -> tuple[Array, Array] | None:
     """
     shapes = (
         coal_geometry(a.shape),
-        _transform(a.pose),
+        transform(a.pose),
         coal_geometry(b.shape),
-        _transform(b.pose),
+        transform(b.pose),
     )
     contacts = coal.CollisionResult()
     coal.collide(*shapes, _collision_request, contacts)
@@ -171,7 +171,7 @@ class Resting:
 def _travel(moving: Geom, direction: Array, still: Geom, limit: float) -> float | None:
     geometry = coal_geometry(moving.shape)
     start = np.array(moving.pose.translation)
-    here, there = _transform(moving.pose), _transform(still.pose)
+    here, there = transform(moving.pose), transform(still.pose)
     gone = before = 0.0
     for _ in range(_STEPS):
         gap, normal = _separation(geometry, here, still, there)
@@ -192,13 +192,12 @@ def _travel(moving: Geom, direction: Array, still: Geom, limit: float) -> float 
 
 def _separation(geometry: Any, pose: Any, other: Geom, other_pose: Any) -> tuple[float, Array]:
     result = coal.DistanceResult()
-    gap = coal.distance(
-        geometry, pose, coal_geometry(other.shape), other_pose, _distance_request, result
-    )
+    gap = coal.distance(geometry, pose, coal_geometry(other.shape), other_pose, SIGNED, result)
     return gap, result.normal.copy()
 
 
-def _transform(pose: SE3) -> Any:
+def transform(pose: SE3) -> Any:
+    """A pose for Coal."""
     return coal.Transform3s(pose.rotation, pose.translation)
 
 

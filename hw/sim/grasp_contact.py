@@ -62,7 +62,7 @@ class Reason(Enum):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class GraspContact:
+class GraspOutcome:
     """Result of closing the fingers."""
 
     reason: Reason
@@ -70,42 +70,47 @@ class GraspContact:
     object: SimObject | None = None  # The object that the pads pressed on, if any
     wTo: SE3 | None = None  # Its new pose in the world, if it was moved
 
+    @property
+    def holding(self) -> str | None:
+        """Name of the held object; None if the hand is empty."""
+        return self.object.name if self.object and self.reason is Reason.HELD else None
+
 
 def grasp_contact(
     hand: Hand, opening: float, force: float, objects: Iterable[SimObject], fixtures: Sequence[Geom]
-) -> GraspContact:
+) -> GraspOutcome:
     """What closing the fingers does, from an `opening` [m], each with a `force` [N]."""
     reached = [(o, half) for o in objects if (half := _first_touch(hand, opening, o.placed()))]
     jam = _first_touch(hand, opening, fixtures) or 0.0
     if not reached:
-        return GraspContact(reason=Reason.BLOCKED if jam else Reason.NOTHING, width=2.0 * jam)
+        return GraspOutcome(reason=Reason.BLOCKED if jam else Reason.NOTHING, width=2.0 * jam)
     reached.sort(key=lambda entry: -entry[1])
     target, touched = reached[0]
     halted = 2.0 * max(touched, jam)
 
     fit = _fit(hand, opening, target, target.pose)
     if fit is None or fit.drag > MAX_DRAG:
-        return GraspContact(reason=Reason.ONE_PAD, width=halted, object=target)
+        return GraspOutcome(reason=Reason.ONE_PAD, width=halted, object=target)
     if fit.width > opening + _PRESS:
-        return GraspContact(reason=Reason.TOO_WIDE, width=opening, object=target)
+        return GraspOutcome(reason=Reason.TOO_WIDE, width=opening, object=target)
     half = fit.width / 2.0 + _NEIGHBOUR_MARGIN
     if len(reached) > 1 and reached[1][1] > half:
-        return GraspContact(reason=Reason.TWO_OBJECTS, width=halted, object=target)
+        return GraspOutcome(reason=Reason.TWO_OBJECTS, width=halted, object=target)
     if jam > half:
-        return GraspContact(reason=Reason.BLOCKED, width=halted, object=target)
+        return GraspOutcome(reason=Reason.BLOCKED, width=halted, object=target)
 
     slid = fit.wTo
     fit, times = _seated(hand, opening, force, target, fit)
     neighbours = [*fixtures, *(p for o in objects if o is not target for p in o.placed())]
     if _pushed_into(target, fit.wTo, neighbours):
-        return GraspContact(reason=Reason.BLOCKED, width=halted, object=target)
+        return GraspOutcome(reason=Reason.BLOCKED, width=halted, object=target)
     if times is not None and times >= 1.0:
-        return GraspContact(reason=Reason.HELD, width=fit.width, object=target, wTo=fit.wTo)
+        return GraspOutcome(reason=Reason.HELD, width=fit.width, object=target, wTo=fit.wTo)
     reason = Reason.NOT_ANTIPODAL
     if times is not None:
         lifts = _SAFE_FRICTION * target.friction * 2.0 * force
         reason = Reason.TOO_HEAVY if target.mass * _GRAVITY > lifts else Reason.TURNS
-    return GraspContact(reason=reason, width=fit.width, object=target, wTo=slid)
+    return GraspOutcome(reason=reason, width=fit.width, object=target, wTo=slid)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -15,15 +15,12 @@ import pinocchio as pin
 from pinocchio import SE3
 
 from controller import Command
-from hw.clock import Clock
-from hw.sim.body import Dynamics, Reflex, SimBody
+from hw.sim.body import Reflex, SimBody
 from hw.sim.collisions import Collisions, Contact
-from hw.sim.localisation import LocalisationProcess
 from hw.sim.robot_shapes import BASE, HAND_TOLERANCE, Configuration
 from hw.sim.sim_object import SimObject
-from hw.sim.world import World
-from robots import RobotDescription
 
+_SLIPS = 0.005  # motion of the hand until fingers that press without holding slip off [m]
 _DEEPENING = 0.002  # by which a forgiven contact may deepen [m]
 
 
@@ -33,15 +30,7 @@ class KinematicBody(SimBody):
     reflex: ContactReflex
     bumper: ContactReflex
 
-    def __init__(
-        self,
-        description: RobotDescription,
-        world: World,
-        clock: Clock,
-        dynamics: Dynamics,
-        wheels: LocalisationProcess,
-    ) -> None:
-        super().__init__(description, world, clock, dynamics, wheels)
+    def _begin(self) -> None:
         self.reflex = ContactReflex()
         self.bumper = ContactReflex()
         self._width_goal = self.width
@@ -49,7 +38,7 @@ class KinematicBody(SimBody):
         self._wanted_width = self.width
         self._holds = False
         self._slipping = False
-        self._collisions = Collisions(self._model, world)
+        self._collisions = Collisions(self._model, self.world)
 
     def _grip(self, width: float, force: float) -> None:
         """Closing stops at the width that the contacts decide, at the pose where it starts."""
@@ -128,7 +117,7 @@ class KinematicBody(SimBody):
         """Slip off an object that is pressed on without being held, when the hand moves off."""
         if self._pressing_from is not None:
             moved = np.linalg.norm(self.wTe.translation - self._pressing_from.translation)
-            if moved > self.dynamics.slip_distance:
+            if moved > _SLIPS:
                 self._slipping, self._pressing_from = True, None
                 self._width_goal = self._wanted_width
 

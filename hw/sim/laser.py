@@ -11,6 +11,7 @@ from typing import TypeAlias
 import numpy as np
 from pinocchio import SE3
 
+from hw.robot import PassivePart
 from hw.sim.body import SimBody
 from hw.sim.world import World
 from hw.state import Array, LaserReading
@@ -23,7 +24,7 @@ _UP = np.array([0.0, 0.0, 1.0])
 _STREAM = 1  # tells the noise of the laser from that of other sensors with the same seed
 
 
-class SimLaser:
+class SimLaser(PassivePart):
     """The laser as a part of the robot: scans on demand, at most once a period."""
 
     def __init__(self, body: SimBody, laser: LaserDescription, seed: int) -> None:
@@ -32,18 +33,6 @@ class SimLaser:
         self._still = Solids(one for one in body.world.fixtures if _crosses(one, height))
         self._number = -1
         self._reading: LaserReading | None = None
-
-    def connect(self) -> None:
-        """Nothing to reach."""
-
-    def recover(self) -> None:
-        """Nothing to clear."""
-
-    def stop(self) -> None:
-        """It does not move."""
-
-    def close(self) -> None:
-        """Nothing to release."""
 
     def latest(self) -> LaserReading | None:
         """The newest scan."""

@@ -11,6 +11,7 @@ from pinocchio import SE3
 from hw.background import InlineExecutor
 from hw.clock import Clock
 from hw.composition import ComposedRobot
+from hw.robot import PassivePart
 from hw.sim.body import Dynamics, Reflex, SimBody
 from hw.sim.camera.noise import D435Noise
 from hw.sim.camera.render import DepthRenderer, painted
@@ -33,15 +34,9 @@ from hw.state import (
 from robots import RobotDescription
 
 
-class _SimPart:
+class _SimPart(PassivePart):
     def __init__(self, body: SimBody) -> None:
         self._body = body
-
-    def connect(self) -> None:
-        """Nothing to reach."""
-
-    def recover(self) -> None:
-        """Clear its faults, at once."""
 
     def stop(self) -> None:
         """The body comes to rest with its lag."""

@@ -1,14 +1,13 @@
 """Kinematic world: fixtures, objects that can be moved, and moving obstacles."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from pinocchio import SE3
 
 from controller import Obstacle
 from hw.sim.contact import Resting, Vicinity, separation
-from hw.sim.grasp_contact import Reason, grasp_contact
+from hw.sim.grasp_contact import GraspOutcome, Reason, grasp_contact
 from hw.sim.robot_shapes import HAND_TOLERANCE, HELD_TOLERANCE, Hand
 from hw.sim.sim_object import SimObject, Surface, Visible
 from hw.sim.walker import Walker
@@ -16,16 +15,6 @@ from hw.truth import Touch
 from robots import Array, Geom, Hull
 
 _MIN_LEVEL = 0.3  # smallest horizontal share of a push that moves an object
-
-
-@dataclass(frozen=True, kw_only=True)
-class GraspOutcome:
-    """Result of closing the fingers."""
-
-    holding: str | None  # name of the held object; None if the hand is empty
-    width: float  # Distance between the pads where they came to rest [m]
-    reason: Reason  # held, or why not; `reason.value` is for people
-    touched: str | None = None  # name of the object that the pads pressed on
 
 
 class World:
@@ -94,14 +83,11 @@ class World:
         on but not held comes to rest where the pads dragged it.
         """
         if self.held is not None:
-            name = self.held.name
-            return GraspOutcome(
-                holding=name, width=self._held_width, reason=Reason.HELD, touched=name
-            )
+            return GraspOutcome(reason=Reason.HELD, width=self._held_width, object=self.held)
         fixtures = self._vicinity.near(hand.centre, hand.radius)
         result = grasp_contact(hand, width_before, force, self._objects_near(hand), fixtures)
         if result.width <= width:
-            return GraspOutcome(holding=None, width=width, reason=Reason.NOTHING)
+            return GraspOutcome(reason=Reason.NOTHING, width=width)
         touched = result.object
         if touched is not None and result.wTo is not None:
             touched.pose, touched.motion = result.wTo, None
@@ -111,12 +97,7 @@ class World:
                 self.eTo = hand.wTe.actInv(result.wTo)
             else:
                 self._resting.drop(touched, None)
-        return GraspOutcome(
-            holding=None if self.held is None else self.held.name,
-            width=result.width,
-            reason=result.reason,
-            touched=None if touched is None else touched.name,
-        )
+        return result
 
     def open_fingers(self) -> None:
         """Release the held object: it falls straight down onto what is below it."""

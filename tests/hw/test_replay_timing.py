@@ -7,7 +7,7 @@ from pinocchio import SE3
 from controller import Command
 from hw import Gate, LaserScan, RecordedRobot, RobotState
 from hw.replay import ReplayRobot
-from hw.robot import FunctionLaser
+from hw.robot import Sensor
 from robots import load_robot
 
 FRANKIE = load_robot("frankie")
@@ -95,7 +95,7 @@ def test_all_who_ask_for_a_scan_in_one_turn_get_the_same_one():
     busy = BusyClock(np.random.default_rng(0))
     inner, things = Follower(busy), []
     scans = iter(range(10))
-    inner.laser = FunctionLaser(
+    inner.laser = Sensor(
         lambda age: LaserScan(
             stamp=float(next(scans)),
             ranges=np.zeros(1),

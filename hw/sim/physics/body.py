@@ -13,15 +13,12 @@ import pinocchio as pin
 from pinocchio import SE3
 
 from controller import Command
-from hw.clock import Clock
-from hw.sim.body import Dynamics, Reflex, SimBody
-from hw.sim.localisation import LocalisationProcess
+from hw.sim.body import Reflex, SimBody
 from hw.sim.physics.mjcf import TIMESTEP
 from hw.sim.physics.simulation import Press, RobotSimulation, between_fingers
 from hw.sim.robot_shapes import BASE, FINGERS, HELD
 from hw.sim.sim_object import SimObject
-from hw.sim.world import World
-from robots import Array, RobotDescription
+from robots import Array
 
 _MARGIN = 15.0  # by which a forgiven force may grow [N]
 _SETTLING = 1.0  # time for all bodies to come to rest before a run [s]
@@ -40,19 +37,11 @@ class PhysicalBody(SimBody):
     reflex: ForceReflex
     bumper: ForceReflex
 
-    def __init__(
-        self,
-        description: RobotDescription,
-        world: World,
-        clock: Clock,
-        dynamics: Dynamics,
-        wheels: LocalisationProcess,
-    ) -> None:
-        super().__init__(description, world, clock, dynamics, wheels)
+    def _begin(self) -> None:
         self.reflex = ForceReflex(_REFLEX_FORCE)
         self.bumper = ForceReflex(_BUMPER_FORCE)
-        self.engine = RobotSimulation(description, world)
-        self._poses = [obj.pose for obj in world.objects]
+        self.engine = RobotSimulation(self.description, self.world)
+        self._poses = [obj.pose for obj in self.world.objects]
         """Poses of the objects after the last step: a replaced pose moves the object."""
         self._twist = np.zeros(3)
         self._load = np.zeros(7)
@@ -165,13 +154,11 @@ class PhysicalBody(SimBody):
 
     def _read_engine(self) -> None:
         engine = self.engine
-        x, y, heading = engine.base.tolist()
+        (x, y, heading), (vx, vy, w), self.q, self.qd = engine.state()
         c, s = cos(heading), sin(heading)
-        vx, vy, w = engine.base_velocity.tolist()
         self.wTb = SE3(pin.utils.rotate("z", heading), np.array([x, y, 0.0]))
         sideways = -s * vx + c * vy if self._model.n_base == 3 else 0.0  # as odometry tells
         self.base_twist = self._wheels.told(np.array([c * vx + s * vy, sideways, w]))
-        self.q, self.qd = engine.q, engine.qd
         opening = self.description.gripper.opening
         self.width = float(np.clip(engine.width, 0.0, opening))
         for number, obj in enumerate(self.world.objects):

@@ -141,8 +141,6 @@ class RobotSimulation(Simulation):
         data.ctrl[self._gripper] = description.gripper.opening
         mujoco.mj_forward(model, data)
 
-    # commands
-
     def drive(self, twist: Array) -> None:
         """Command a twist (3,) of the base."""
         self._data.ctrl[self._drive] = twist
@@ -161,27 +159,11 @@ class RobotSimulation(Simulation):
         self._data.act[self._set_points] = self._data.qpos[self._arm_q]
         self._data.ctrl[self._servos] = 0.0
 
-    # readings
-
-    @property
-    def base(self) -> Array:
-        """(3,) x, y, heading [m, m, rad]."""
-        return np.asarray(self._data.qpos[self._base_q])
-
-    @property
-    def base_velocity(self) -> Array:
-        """(3,) in the world [m/s, m/s, rad/s]."""
-        return np.asarray(self._data.qvel[self._base_v])
-
-    @property
-    def q(self) -> Array:
-        """(7,) of the arm [rad]."""
-        return np.asarray(self._data.qpos[self._arm_q])
-
-    @property
-    def qd(self) -> Array:
-        """(7,) of the arm [rad/s]."""
-        return np.asarray(self._data.qvel[self._arm_v])
+    def state(self) -> tuple[list[float], list[float], Array, Array]:
+        """x, y and heading of the base and their rates in the world; q (7,) and qd (7,)."""
+        q, v = self._data.qpos, self._data.qvel
+        base = q[self._base_q].tolist(), v[self._base_v].tolist()
+        return *base, np.asarray(q[self._arm_q]), np.asarray(v[self._arm_v])
 
     def put_walker(self, number: int, pose: SE3) -> None:
         """Move a walker."""
