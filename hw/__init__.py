@@ -1,10 +1,4 @@
-"""Robots: the interface, the command gate, simulators and drivers.
-
-`robot` defines a robot and its parts, `state` their readings, `composition` a robot made of parts.
-`gate` refuses commands, with `plausibility` of readings and `motion_monitor`; `watchdog` stops the
-robot when the loop stands still. `registry` chooses the driver or simulator. `sim` is the
-simulator, `sim.physics` the physical one; `omron`, `panda` and `realsense` are drivers.
-"""
+"""Robots: the interface, the command gate, faults, replay, simulators and drivers."""
 
 from typing import TYPE_CHECKING
 

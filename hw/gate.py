@@ -1,9 +1,4 @@
-"""Command gate: checks every command and reading before the hardware; brakes on a refusal.
-
-The gate does not rely on the controller. It compares every command with the limits, with the
-command before and the elapsed time, and with the stopping distance of each joint; every reading
-with the one before and with what was commanded. It never scales or repairs a command.
-"""
+"""Command gate: checks every command and reading, scales none, and brakes on a refusal."""
 
 from enum import Enum
 from math import inf

@@ -8,7 +8,7 @@ from hw.background import InlineExecutor, one_thread
 from hw.clock import Clock, SimClock
 from hw.robot import Robot
 from hw.truth import Truth
-from robots import RealRobot, RobotDescription, load_real_robot, load_robot, with_base_speeds
+from robots import RobotDescription, load_real_robot, load_robot, with_base_speeds
 
 
 class WorldError(UserError):
@@ -81,7 +81,9 @@ def open_backend(robot: str, world: str, options: WorldOptions) -> Backend:
         raise WorldError(f"{robot}: the limits of a real base are said in `base_limits` there")
     if options.localisation not in (None, "exact") and real.hardware.emulated is None:
         raise WorldError(f"{robot}: a real robot cannot be made wrong about where it is")
-    return _real(real, world, options)
+    from hw.hardware import open_hardware
+
+    return open_hardware(real, world, options)
 
 
 def _simulated(description: RobotDescription, world: str, options: WorldOptions) -> Backend:
@@ -96,19 +98,3 @@ def _simulated(description: RobotDescription, world: str, options: WorldOptions)
         description, truth, clock, seed=options.seed, localisation=level, background=background
     )
     return Backend(robot=robot, clock=clock, truth=truth, world=world)
-
-
-def _real(real: RealRobot, world: str, options: WorldOptions) -> Backend:
-    from hw.hardware import open_hardware
-
-    robot, clock, truth = open_hardware(
-        real,
-        world=world,
-        scene=options.scene,
-        seed=options.seed,
-        localisation=options.localisation or DEFAULT_LEVEL,
-        armed=options.armed,
-        announce=options.announce,
-    )
-    name = "hardware" if truth is None else "emulated"
-    return Backend(robot=robot, clock=clock, truth=truth, world=name, map=real.map)

@@ -1,8 +1,4 @@
-"""Robot descriptions in YAML files, and the shapes that robots are made of.
-
-`load_robot` reads `frankie`, `omni` or the file of another robot into a `RobotDescription`, which
-controller, simulator, perception, viewer and judges share.
-"""
+"""Robot descriptions in YAML files, and the shapes that robots are made of."""
 
 from typing import TYPE_CHECKING
 

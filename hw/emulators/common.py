@@ -5,11 +5,14 @@ import os
 import socket
 import subprocess
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 from config import UserError, suggest
+
+Words: TypeAlias = Mapping[str, tuple[Callable[..., Any], str]]
+"""Of a console, by name: function and description."""
 
 
 class PortTakenError(UserError):
@@ -50,6 +53,17 @@ def chosen(names: Sequence[str], table: Mapping[str, Reported], part: str) -> fr
                 f"the emulated {part} has no reported behaviour called `{name}`; {hint}"
             )
     return frozenset(flat)
+
+
+def act(words: Words, target: object, line: str) -> dict[str, Any]:
+    """Do one command of a console to a target; its name and answer, or an error."""
+    name, *arguments = line.split() or [""]
+    if name not in words:
+        return {"error": f"no such thing as `{name}`; {suggest(name, words)}"}
+    try:
+        return {"did": name, **(words[name][0](target, *arguments) or {})}
+    except (TypeError, ValueError, KeyError) as error:
+        return {"error": str(error)}
 
 
 def set_options(options: object, values: Mapping[str, object]) -> None:

@@ -1,9 +1,4 @@
-"""A real robot from its file: drivers, lock, arming, emulators, and diagnostics.
-
-`opening` composes it: `drivers` makes the parts, `lock` admits one commander, `arming` says whether
-and how fast it may move, `emulation` starts the emulators of an emulated robot. `doctor` checks
-`computer`, file and `parts` without motion.
-"""
+"""A real robot from its file: drivers, lock, arming, emulators, and diagnostics without motion."""
 
 from hw.hardware.arming import NotArmedError, check_armed
 from hw.hardware.computer import Finding, Verdict

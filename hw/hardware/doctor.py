@@ -7,6 +7,7 @@ from hw.hardware import parts
 from hw.hardware.arming import is_proven, slowness, speed_note, speed_percent, too_slow
 from hw.hardware.computer import Finding, Verdict, computer, is_good
 from hw.hardware.lock import CommandedError, RobotLock
+from hw.robot import HardwareError
 from robots import RealRobot, load_robot
 
 
@@ -24,7 +25,10 @@ def examine(real: RealRobot | None) -> Iterator[Finding]:
     try:
         yield Finding("commander", Verdict.GOOD, "nobody else on this computer commands the robot")
         for part in (parts.base, parts.arm, parts.hand, parts.camera):
-            yield from part(real)
+            try:
+                yield from part(real)
+            except HardwareError as error:
+                yield Finding(part.__name__, Verdict.BAD, str(error))
     finally:
         lock.release()
 

@@ -4,7 +4,6 @@ import os
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
-from typing import NamedTuple
 
 from config import UserError
 from controller import Command
@@ -15,9 +14,9 @@ from hw.hardware.drivers import arm_of, base_of, camera_of, hand_of, laser_of
 from hw.hardware.emulation import Emulation
 from hw.hardware.lock import RobotLock
 from hw.panda import PandaHand
+from hw.registry import DEFAULT_LEVEL, Backend, WorldOptions
 from hw.robot import Robot, RobotWrapper
 from hw.state import RobotState
-from hw.truth import Truth
 from robots import RealRobot, at_pace, load_robot
 
 _PRIORITY = 2  # below that of the arm's own process
@@ -80,39 +79,22 @@ class CommandedRobot(RobotWrapper):
             self._after()
 
 
-class OpenedHardware(NamedTuple):
-    """A real robot, not yet connected."""
-
-    robot: CommandedRobot
-    clock: WallClock
-    truth: Truth | None  # ground truth of an emulated robot
-
-
-def open_hardware(
-    real: RealRobot,
-    *,
-    world: str,
-    scene: str,
-    seed: int,
-    localisation: str = "exact",
-    armed: bool,
-    announce: Callable[[str], None] | None = None,
-) -> OpenedHardware:
+def open_hardware(real: RealRobot, world: str, options: WorldOptions) -> Backend:
     """Open a real robot; start the emulators of an emulated one where they do not run.
 
-    World, scene, seed and level of localisation are those of an emulated robot. `announce` gets
-    notes on speed and homing; without it a hand that was not homed since power-on stays so.
     UserError: it is not armed, too slow, commanded by another program, or emulated in another
     world. HardwareError: the emulators do not start.
     """
-    check_armed(real, armed)
+    scene, seed, announce = options.scene, options.seed, options.announce
+    level = options.localisation or DEFAULT_LEVEL
+    check_armed(real, options.armed)
     check_speed(real)
     hardware, lock = real.hardware, RobotLock(real.hardware).take()
     emulation: Emulation | None = None
     try:
         if hardware.emulated is not None:
-            emulation = Emulation(real, world, scene, seed, localisation)
-            _check_world(emulation, (world, scene, seed, localisation))
+            emulation = Emulation(real, world, scene, seed, level)
+            _check_world(emulation, (world, scene, seed, level))
     except BaseException:
         if emulation is not None:
             emulation.close()
@@ -138,7 +120,8 @@ def open_hardware(
     commanded = CommandedRobot(robot, real, lock, after, prepare)
     if announce and (note := speed_note(real)):
         announce(note)
-    return OpenedHardware(commanded, clock, truth)
+    name = "hardware" if truth is None else "emulated"
+    return Backend(robot=commanded, clock=clock, truth=truth, world=name, map=real.map)
 
 
 def _home(hand: PandaHand, announce: Callable[[str], None]) -> None:

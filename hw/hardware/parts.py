@@ -33,11 +33,7 @@ Part = TypeVar("Part", OmronBase, PandaArm, PandaHand, RealSenseCamera)
 def base(real: RealRobot) -> Iterator[Finding]:
     """Protocol, faults, localisation, battery, age of poses, settings."""
     file = real.hardware.base
-    drive = base_of(real.hardware, load_robot(real.path).limits, WallClock())
-    with _connected("base", drive) as error:
-        if error is not None:
-            yield error
-            return
+    with _connected(base_of(real.hardware, load_robot(real.path).limits, WallClock())) as drive:
         yield Finding("base", Verdict.GOOD, f"ArNetworking {drive.protocol}, everything is offered")
         if file.arcl is None:
             text = "no ARCL in the file: nobody tells that the emergency stop is pressed"
@@ -154,12 +150,8 @@ def _full_scale_of(base: OmronBase) -> dict[str, float]:
 
 def write_full_scale(real: RealRobot, path: Path) -> None:
     """Write the full-scale values of a base to a file, for `full_scale: FILE`."""
-    base = base_of(real.hardware, load_robot(real.path).limits, WallClock())
-    base.connect()
-    try:
+    with _connected(base_of(real.hardware, load_robot(real.path).limits, WallClock())) as base:
         kept = _full_scale_of(base)
-    finally:
-        base.close()
     lines = [f"# As the base at {real.hardware.base.address} tells; m/s, deg/s and %."]
     lines += [f"{name}: {round(value, 4)}" for name, value in kept.items()]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
@@ -167,11 +159,7 @@ def write_full_scale(real: RealRobot, path: Path) -> None:
 
 def arm(real: RealRobot) -> Iterator[Finding]:
     """Protocol, faults, masses, age of states."""
-    driver = arm_of(real.hardware, WallClock())
-    with _connected("arm", driver) as error:
-        if error is not None:
-            yield error
-            return
+    with _connected(arm_of(real.hardware, WallClock())) as driver:
         faults = driver.read().faults
         ready = "" if faults else ", ready to move"
         yield Finding("arm", Verdict.GOOD, f"interface version {INTERFACE_VERSION}{ready}")
@@ -187,11 +175,7 @@ def arm(real: RealRobot) -> Iterator[Finding]:
 
 def hand(real: RealRobot) -> Iterator[Finding]:
     """Width, temperature, whether it was homed."""
-    fingers = hand_of(real.hardware, WallClock())
-    with _connected("hand", fingers) as error:
-        if error is not None:
-            yield error
-            return
+    with _connected(hand_of(real.hardware, WallClock())) as fingers:
         yield from (Finding("hand", Verdict.BAD, fault.text) for fault in fingers.read().faults)
         reading = fingers.reading()
         if reading.is_homed:
@@ -201,11 +185,7 @@ def hand(real: RealRobot) -> Iterator[Finding]:
 
 def camera(real: RealRobot) -> Iterator[Finding]:
     """Model, firmware, frame rate, age of images."""
-    eye = camera_of(real.hardware, load_robot(real.path).camera, WallClock())
-    with _connected("camera", eye) as error:
-        if error is not None:
-            yield error
-            return
+    with _connected(camera_of(real.hardware, load_robot(real.path).camera, WallClock())) as eye:
         before = eye.report()
         time.sleep(_LOOKS * _PERIOD)
         report = eye.report()
@@ -246,14 +226,9 @@ def _version(text: str) -> tuple[int, ...]:
 
 
 @contextmanager
-def _connected(what: str, part: Part) -> Iterator[Finding | None]:
-    """Connect and close a part; a finding if that fails."""
+def _connected(part: Part) -> Iterator[Part]:
+    part.connect()
     try:
-        part.connect()
-    except HardwareError as error:
-        yield Finding(what, Verdict.BAD, str(error))
-        return
-    try:
-        yield None
+        yield part
     finally:
         part.close()

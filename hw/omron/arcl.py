@@ -1,8 +1,4 @@
-"""ARCL, the text interface of the base: motors, emergency stop and faults.
-
-Lines, answers and events, in any case of letters, as in Omron's manual (I617-E-01). Velocities
-cannot be streamed here.
-"""
+"""ARCL, the text interface of the base (Omron's manual I617-E-01): motors, faults, settings."""
 
 from __future__ import annotations
 

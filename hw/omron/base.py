@@ -4,6 +4,7 @@ import threading
 from collections.abc import Callable
 
 import numpy as np
+from pinocchio import SE3
 
 from hw.clock import Clock, stopwatch
 from hw.omron.arcl import Arcl, Motors
@@ -12,9 +13,8 @@ from hw.omron.faults import connection_lost, why_lost
 from hw.omron.handshake import Catalogue
 from hw.omron.laser import Echoes
 from hw.omron.link import Link
-from hw.omron.place import begun, continued, covariance
 from hw.omron.site import REST, OmronSettings, Site, Velocity, is_at_rest
-from hw.omron.telemetry import OLDEST_POSE, Pose, extrapolate
+from hw.omron.telemetry import OLDEST_POSE, Pose, Telemetry, extrapolate
 from hw.omron.teleop_settings import SECTIONS, TELEOP, Values, site_of
 from hw.robot import RECOVERY_MEMORY, RECOVERY_PAUSES, HardwareError
 from hw.state import Array, BaseState, LocalisedPose
@@ -23,6 +23,10 @@ _POLL = 0.01  # polling interval of recoveries [s]
 _RECOVERY = 3.0  # timeout of each step of a recovery [s]
 _READING = 3.0  # timeout of reading the configuration [s]
 _PAUSES = (0.0, *RECOVERY_PAUSES)
+_GOOD_SCORE, _LEAST_SCORE = 0.7, 0.1
+"""With a lower score its pose is less accurate, in inverse proportion [inferred]."""
+_AGREE = 0.3
+"""Encoders whose way while disconnected differs by more from that on the map counted anew [m]."""
 
 
 class OmronBase:
@@ -122,7 +126,7 @@ class OmronBase:
             localised = LocalisedPose(
                 stamp=self._clock.now() - (now - pose.at) - settings.pose_delay,
                 mTb=extrapolate(pose, REST, 0.0),
-                covariance=covariance(settings, link.score),
+                covariance=_covariance(settings, link.score),
             )
             self._localised = pose, localised
         return self._localised[1]
@@ -263,3 +267,34 @@ class OmronBase:
                 return False
             pause.wait(_POLL)
         return True
+
+
+def begun(telemetry: Telemetry) -> SE3:
+    """Odometry in a world that begins now, as the map."""
+    return _pose(telemetry.pose) * _pose(telemetry.odometry).inverse()
+
+
+def continued(wTo: SE3, before: Telemetry, telemetry: Telemetry) -> SE3:
+    """Odometry of a new connection in the world of the last one, where it was at `wTo`.
+
+    Without encoders, or after a restart of the base, the way meanwhile is that on the map.
+    """
+    oTb, oTb_now = _pose(before.odometry), _pose(telemetry.odometry)
+    way = _pose(before.pose).actInv(_pose(telemetry.pose))
+    if before.has_encoders and telemetry.has_encoders:
+        counted = oTb.actInv(oTb_now)
+        if np.linalg.norm(counted.translation - way.translation) < _AGREE:
+            return wTo
+    return wTo * oTb * way * oTb_now.inverse()
+
+
+def _covariance(settings: OmronSettings, score: float | None) -> Array:
+    """(3, 3) of the localised pose: x, y and yaw on the map [m², m rad, rad²]."""
+    worse = 1.0 if score is None else max(1.0, _GOOD_SCORE / max(score, _LEAST_SCORE))
+    sigma = worse * np.array([settings.sigma, settings.sigma, settings.sigma_turn])
+    return np.diag(sigma**2)
+
+
+def _pose(pose: Pose | None) -> SE3:
+    assert pose is not None  # `connect` waited for it
+    return extrapolate(pose, REST, 0.0)

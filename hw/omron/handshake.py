@@ -1,8 +1,4 @@
-"""Handshake of ArNetworking: greeting, introduction, rejection, and the catalogue of requests.
-
-The numbers of requests change whenever the robot starts, so they are looked up by name in every
-connection [verified].
-"""
+"""Handshake of ArNetworking, and its requests, whose numbers change with every start [verified]."""
 
 from dataclasses import dataclass, field
 from enum import IntEnum

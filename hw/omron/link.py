@@ -1,8 +1,4 @@
-"""The thread that owns the socket: it reads, checks and writes at a fixed rate.
-
-Commands and readings never wait for the network: they are exchanged under a lock that is held only
-briefly.
-"""
+"""The thread that owns the socket; commands and readings only wait for a short lock."""
 
 import select
 import socket

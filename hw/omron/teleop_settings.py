@@ -1,8 +1,4 @@
-"""Decoding of the configuration of the base, section "Teleop settings" (5MTX).
-
-One packet holds one section: its name, then parameters, each with a type, a value and comments. An
-empty packet ends it. Verified on a reference server; 6MTX bases are said not to offer it.
-"""
+"""Decoding of the section "Teleop settings" of the base (5MTX), as on a reference server."""
 
 from collections.abc import Iterator
 from dataclasses import replace

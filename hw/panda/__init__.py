@@ -1,8 +1,4 @@
-"""Driver of the Franka Panda and its hand.
-
-`PandaArm` and `PandaHand` are parts of a robot. Behind each is a process of its own with the
-vendor's library: `arm_process`, with its 1 kHz loop in `streaming`, and `hand_process`.
-"""
+"""Driver of the Franka Panda and its hand, each behind a process with the vendor's library."""
 
 from hw.panda.arm import ArmSettings, PandaArm
 from hw.panda.hand import PandaHand

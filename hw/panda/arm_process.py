@@ -1,8 +1,4 @@
-"""The process that holds the connection to the arm.
-
-It never recovers by itself. After a stop of its own the arm moves again only once it has been
-recovered and the commands have been zero.
-"""
+"""The process that holds the connection to the arm; it never recovers by itself."""
 
 import ctypes
 import gc

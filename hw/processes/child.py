@@ -1,8 +1,4 @@
-"""Side of a driver process: requests and answers, and when to end.
-
-Requests are lines of JSON on standard input, answers on standard output. The process ends when its
-parent is gone or suspended.
-"""
+"""Side of a driver process: requests and answers in JSON, and its end after its parent."""
 
 import json
 import os

@@ -1,7 +1,4 @@
-"""Mailbox in shared memory: the newest record of one process, read by another without waiting.
-
-Stamps in records are those of `stopwatch`, which is the same for all processes of a computer.
-"""
+"""Mailbox in shared memory: one process's newest record, stamped by the common `stopwatch`."""
 
 import mmap
 import os

@@ -1,8 +1,4 @@
-"""Driver process as seen by its parent: start, requests, last words, end.
-
-The vendor's library can crash, abort and keep the interpreter lock; here it only affects its own
-process. A process that does not answer is killed, and a new one is started.
-"""
+"""Driver process as seen by its parent: a crash of the vendor's library affects it alone."""
 
 import json
 import os

@@ -1,9 +1,4 @@
-"""The simulator: worlds of objects, simulated cameras, and a kinematic robot.
-
-`load_scene` builds a `World` from a scene file and a seed; `kinematic_robot` moves in it, and
-contact geometry decides what its gripper holds. `camera` renders depth images, `objects` and
-`meshes` make the bodies, `physics` is the same robot and world in MuJoCo.
-"""
+"""The simulator: worlds of objects, simulated sensors, and robots, kinematic or physical."""
 
 from hw.sim.body import Dynamics, SimBody
 from hw.sim.camera import D435Noise, DepthRenderer, Grey, painted, photograph

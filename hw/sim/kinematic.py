@@ -1,9 +1,4 @@
-"""Kinematic robot: follows its commands with lag; contacts are decided by rule.
-
-A step that makes a contact is taken back and trips a reflex: the bumper for the base, that of the
-arm for the arm, its hand and the held object. That part stops at once; the other one goes on until
-the fault is handled, or until furniture holds the arm that the base pushes.
-"""
+"""Kinematic robot: follows commands with lag; a step that makes a contact is taken back."""
 
 from __future__ import annotations
 

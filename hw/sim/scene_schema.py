@@ -1,7 +1,4 @@
-"""Schema of a scene file: furniture, objects and moving obstacles, with validation.
-
-Lengths are in metres, in the world; the robot starts at the origin with heading 0.
-"""
+"""Schema of a scene file, in metres, with the robot at the origin of the world at the start."""
 
 from __future__ import annotations
 

@@ -1,8 +1,4 @@
-"""Emulated Frankie: base, arm, hand and camera over one simulated world, in real time.
-
-`world` is the simulated robot that the emulated parts move, `emulator` the parts together,
-`console` takes commands, `link` is the client of its port.
-"""
+"""Emulated Frankie: base, arm, hand and camera over one simulated world, in real time."""
 
 from hw.emulators.frankie.console import WORDS, serve
 from hw.emulators.frankie.emulator import AS_REPORTED, FrankieEmulator

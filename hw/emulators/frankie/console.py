@@ -13,9 +13,8 @@ from typing import Any
 import numpy as np
 from pinocchio import SE3, SE3ToXYZQUAT
 
-from config import suggest
 from hw.clock import stopwatch
-from hw.emulators.common import PortTakenError, be_prompt
+from hw.emulators.common import PortTakenError, Words, act, be_prompt
 from hw.emulators.frankie.emulator import FrankieEmulator
 from hw.emulators.omron import Controller
 
@@ -94,7 +93,7 @@ def _put(emulator: FrankieEmulator, *words: str) -> None:
         emulator.world.truth.put(name, SE3(pose.rotation, place))
 
 
-WORDS: dict[str, tuple[Callable[..., Answer | None], str]] = {
+WORDS: Words = {
     "tell": (_tell, "where everything is"),
     "arm": (_arm, "WORDS  to the arm, as `arm reflex` or `arm unplug 2`"),
     "stop": (_press, "the emergency stop of base and arm is pressed"),
@@ -123,18 +122,6 @@ WORDS: dict[str, tuple[Callable[..., Answer | None], str]] = {
     ),
     "put": (_put, "NAME X Y Z  an object is put elsewhere"),
 }
-"""By name: function and description."""
-
-
-def act(emulator: FrankieEmulator, line: str) -> Answer:
-    """Do one command; the answer."""
-    name, *words = line.split() or [""]
-    if name not in WORDS:
-        return {"error": f"no such thing as `{name}`; {suggest(name, WORDS)}"}
-    try:
-        return {"did": name, **(WORDS[name][0](emulator, *words) or {})}
-    except (TypeError, ValueError, KeyError) as error:
-        return {"error": str(error)}
 
 
 class _Handler(socketserver.StreamRequestHandler):
@@ -143,7 +130,7 @@ class _Handler(socketserver.StreamRequestHandler):
 
     def handle(self) -> None:
         for line in self.rfile:
-            answer = act(self.server.emulator, line.decode(errors="replace"))
+            answer = act(WORDS, self.server.emulator, line.decode(errors="replace"))
             self.wfile.write(json.dumps(answer).encode() + b"\n")
 
 
@@ -177,5 +164,5 @@ def serve(
         threading.Thread(target=server.serve_forever, daemon=True).start()
         say(json.dumps({"did": "begin"}))
         for line in lines:
-            say(json.dumps(act(emulator, line)))
+            say(json.dumps(act(WORDS, emulator, line)))
         server.shutdown()

@@ -1,9 +1,4 @@
-"""Emulated Franka Panda with its hand: interface version 5 of the arm and 3 of the hand.
-
-`server` serves both ports over TCP and UDP, `arm` and `hand` behave as the real ones, `parts` are
-the joints and fingers behind them, in free air or of a simulated world.
-`console` takes commands while it runs, `reported` are reported behaviours.
-"""
+"""Emulated Franka Panda with its hand: interface version 5 of the arm and 3 of the hand."""
 
 from hw.emulators.panda.arm import EmulatedArm
 from hw.emulators.panda.console import ACTIONS, serve

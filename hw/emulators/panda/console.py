@@ -9,7 +9,7 @@ from typing import Any
 
 from config import suggest
 from hw.clock import stopwatch
-from hw.emulators.common import PortTakenError, be_prompt
+from hw.emulators.common import PortTakenError, Words, act, be_prompt
 from hw.emulators.panda.arm import Seen
 from hw.emulators.panda.parts import PERIOD, Fingers, FreeFingers, Joints, LaggedJoints
 from hw.emulators.panda.server import PandaServer
@@ -66,7 +66,7 @@ def _forget(server: PandaServer) -> None:
     server.arm.seen, server.missed = Seen(), 0
 
 
-ACTIONS: dict[str, tuple[Callable[..., None], str]] = {
+ACTIONS: Words = {
     "reflex": (_reflex, "[NAME]  the arm stops itself, cartesian_reflex if no other is named"),
     "stop": (_mode(Mode.USER_STOPPED), "a person presses the stop button"),
     "release": (_release, "the button is released, joints are unlocked, the arm let go"),
@@ -90,21 +90,16 @@ ACTIONS: dict[str, tuple[Callable[..., None], str]] = {
     "forget": (_forget, "what was seen so far"),
     "tell": (lambda server: None, "what was seen so far"),
 }
-"""By name: function and description."""
 
 
-def act(server: PandaServer, line: str) -> dict[str, Any]:
+def _act(server: PandaServer, line: str) -> dict[str, Any]:
     """Do one command; the state after it."""
-    name, *words = line.split() or [""]
-    if name not in ACTIONS:
-        return {"error": f"no such thing as `{name}`; {suggest(name, ACTIONS)}"}
-    try:
-        ACTIONS[name][0](server, *words)
-    except (TypeError, ValueError) as error:
-        return {"error": str(error)}
+    did = act(ACTIONS, server, line)
+    if "error" in did:
+        return did
     arm = server.arm
     return {
-        "did": name,
+        **did,
         "now": stopwatch(),
         "mode": arm.mode.name,
         "errors": sorted(arm.errors),
@@ -164,7 +159,7 @@ def serve(
         if line is None:
             over = True
         else:
-            say(json.dumps(act(server, line)))
+            say(json.dumps(_act(server, line)))
 
     threading.Thread(target=listen, daemon=True).start()
     be_prompt(_PRIORITY)

@@ -1,9 +1,4 @@
-"""Classes of random objects, in five sets.
-
-The shipped scenes use `HOUSEHOLD`. The grasp network is trained on `HOUSEHOLD`, `TRAIN` and
-`RANDOM_BODIES`, and evaluated on `HELDOUT`, which is never trained on. `MODELLED` have curved and
-hollow bodies.
-"""
+"""Classes of random objects: of the scenes, of training, and, never trained on, of evaluation."""
 
 from hw.sim.objects.heldout import HELDOUT
 from hw.sim.objects.household import HOUSEHOLD

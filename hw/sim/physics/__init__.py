@@ -1,7 +1,4 @@
-"""The physical simulator: the same robots, scenes and images as the kinematic one, in MuJoCo.
-
-Only this room imports MuJoCo, which is an extra.
-"""
+"""The physical simulator in MuJoCo, an extra that only this room imports."""
 
 from functools import partial
 

@@ -1,8 +1,4 @@
-"""Physical robot: motors move it, contacts carry, drop, topple and stop objects and the robot.
-
-No rule decides what is held or hit. The body commands the motors and reads all poses; an object is
-held while both fingers press on it.
-"""
+"""Physical robot: motors move it, and contacts, not rules, decide what is held and hit."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""MuJoCo models of a robot in a world, or of its hand alone.
-
-The models have collision shapes only: images are rendered as in the kinematic world.
-"""
+"""MuJoCo models of a robot in a world, or of its hand alone: collision shapes only."""
 
 from collections.abc import Callable
 from math import sqrt

@@ -16,9 +16,9 @@ from hw import FaultKind
 from hw.emulators.frankie.world import EmulatedWorld
 from hw.emulators.omron import OmronEmulator, Options, Unicycle
 from hw.emulators.panda import ArmLink
+from hw.omron.base import begun, continued
 from hw.omron.handshake import Catalogue
 from hw.omron.packet import Packet, number_field
-from hw.omron.place import begun, continued
 from hw.omron.telemetry import ENCODERS, POSE, Pose, Telemetry
 from robots import load_robot
 
