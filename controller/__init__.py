@@ -34,35 +34,3 @@ if TYPE_CHECKING:
     from controller.validation import GoalError
 else:
     __getattr__ = lazy_face(__name__)
-
-__all__ = [
-    "N_ARM",
-    "OPEN_FLOOR",
-    "PAPER",
-    "PRESETS",
-    "Array",
-    "BaseGoal",
-    "Command",
-    "ControllerSettings",
-    "GoalError",
-    "HolisticController",
-    "KinematicState",
-    "MotionController",
-    "MotionGoal",
-    "Obstacle",
-    "PlanningController",
-    "PlanningError",
-    "PlanningSettings",
-    "PointCloud",
-    "Pose2D",
-    "PoseGoal",
-    "PostureGoal",
-    "RobotModel",
-    "SelfCollision",
-    "StepReport",
-    "Surroundings",
-    "manipulability",
-    "out_of_reach",
-    "planning_library",
-    "robot_model",
-]

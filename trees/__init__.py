@@ -17,15 +17,6 @@ if TYPE_CHECKING:
 else:
     __getattr__ = lazy_face(__name__)
 
-__all__ = [
-    "SCHEMA_FILE",
-    "UnknownTreeError",
-    "find",
-    "new_files",
-    "schema_text",
-    "shipped",
-    "shipped_names",
-]
 
 _FOLDER = Path(__file__).parent
 

@@ -3,5 +3,3 @@
 from app.authoring.dry import dry_run
 from app.authoring.node_reference import show_all, show_one
 from app.authoring.teach import teach
-
-__all__ = ["dry_run", "show_all", "show_one", "teach"]

@@ -2,5 +2,3 @@
 
 from app.commands.cli import app, main
 from app.commands.refuse import find_tree, refuse
-
-__all__ = ["app", "find_tree", "main", "refuse"]

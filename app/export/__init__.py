@@ -2,5 +2,3 @@
 
 from app.export.episodes import ExportError
 from app.export.lerobot import export_lerobot
-
-__all__ = ["ExportError", "export_lerobot"]

@@ -17,34 +17,3 @@ from app.live.viewer.headless import headless_viewer
 from app.live.viewer.open_recording import open_in_viewer
 from app.live.viewer.viewer import Viewer, ViewError, ViewOptions
 from app.live.web.ports import Address
-
-__all__ = [
-    "Address",
-    "Control",
-    "ControlOptions",
-    "Feed",
-    "Hook",
-    "Moment",
-    "NodeStatus",
-    "ObjectView",
-    "OperatorConsole",
-    "PageServer",
-    "PoseEstimate",
-    "Recorder",
-    "RecorderError",
-    "RegionView",
-    "RunDisplay",
-    "RunInfo",
-    "SceneView",
-    "Snapshot",
-    "Throttle",
-    "View",
-    "ViewError",
-    "ViewOptions",
-    "Viewer",
-    "headless_viewer",
-    "key_figures",
-    "open_in_viewer",
-    "tip",
-    "tree_view",
-]

@@ -7,22 +7,3 @@ from app.review.film import make_film
 from app.review.finished import CarriedObject, find_run, read_run, run_folders, runs_table
 from app.review.recorded_images import NoDepthError, depth_images, recorded_depth
 from app.review.timeline import Timeline, timeline
-
-__all__ = [
-    "CarriedObject",
-    "DamagedRunError",
-    "NoDepthError",
-    "Timeline",
-    "delays",
-    "depth_images",
-    "explain",
-    "find_run",
-    "make_film",
-    "read_log",
-    "read_run",
-    "recorded_depth",
-    "recorded_time",
-    "run_folders",
-    "runs_table",
-    "timeline",
-]

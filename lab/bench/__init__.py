@@ -5,5 +5,3 @@ reports: joint and base limits, contacts, arrival, jerk.
 """
 
 from lab.bench.commands import app
-
-__all__ = ["app"]

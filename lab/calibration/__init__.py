@@ -8,22 +8,3 @@ from lab.calibration.live import LiveArm, live_arm, live_base
 from lab.calibration.postures import aTe_of
 from lab.calibration.result import Calibration, CalibrationError
 from lab.calibration.rigs import Look, Noise, SimulatedArm, SimulatedBase, render
-
-__all__ = [
-    "Board",
-    "Calibration",
-    "CalibrationError",
-    "LiveArm",
-    "Look",
-    "Noise",
-    "SimulatedArm",
-    "SimulatedBase",
-    "aTe_of",
-    "calibrate_base_arm",
-    "calibrate_hand_eye",
-    "difference",
-    "find_corners",
-    "live_arm",
-    "live_base",
-    "render",
-]

@@ -6,8 +6,6 @@ from lab.bench import app as bench
 from lab.commands.calibrate import app as calibrate
 from lab.commands.grasp import app as grasp
 
-__all__ = ["add_to"]
-
 
 def add_to(command_line: typer.Typer) -> None:
     """Add the commands of the laboratory to the product's command line."""

@@ -9,21 +9,3 @@ from lab.grasps.scenes import ROBOT, noisy_frame
 from lab.grasps.show import show_grasps
 from lab.grasps.train import read_recipe, train_weights
 from lab.grasps.views import evaluate_views, views_table
-
-__all__ = [
-    "ROBOT",
-    "NetworkChoice",
-    "collect_outcomes",
-    "evaluate_grasps",
-    "evaluate_views",
-    "evaluation_notes",
-    "evaluation_tables",
-    "fit_hold_network",
-    "noisy_frame",
-    "probability_table",
-    "read_outcomes",
-    "read_recipe",
-    "show_grasps",
-    "train_weights",
-    "views_table",
-]

@@ -5,17 +5,3 @@ from lab.shared.progress_bar import progress
 from lab.shared.statistics import bootstrap, interval, paired_difference, percent, share
 from lab.shared.tables import fixed, table
 from lab.shared.workers import run_all, run_in_order
-
-__all__ = [
-    "bootstrap",
-    "fixed",
-    "interval",
-    "machine",
-    "paired_difference",
-    "percent",
-    "progress",
-    "run_all",
-    "run_in_order",
-    "share",
-    "table",
-]

@@ -11,22 +11,3 @@ from perception.networks.weights import (
     save_network,
     shipped_network,
 )
-
-__all__ = [
-    "DEFAULT_NETWORK",
-    "NETWORKS",
-    "FitReport",
-    "FitSettings",
-    "HoldNetwork",
-    "Proposer",
-    "RoundReport",
-    "TrainingSettings",
-    "fit_hold",
-    "load_hold",
-    "load_network",
-    "probability_by",
-    "save_network",
-    "shipped_hold",
-    "shipped_network",
-    "train",
-]

@@ -19,25 +19,3 @@ from perception.registration.sensors import (
     depth_cloud,
 )
 from perception.registration.surfaces import Surfaces
-
-__all__ = [
-    "DEPTH_CAMERA",
-    "LASER",
-    "Cloud",
-    "Displacement",
-    "Localisation",
-    "LocalisationSettings",
-    "MatchSettings",
-    "Registration",
-    "SensorErrors",
-    "Surfaces",
-    "Update",
-    "compose",
-    "depth_cloud",
-    "difference",
-    "in_space",
-    "inverse",
-    "on_floor",
-    "register",
-    "smoothed",
-]

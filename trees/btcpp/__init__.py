@@ -2,5 +2,3 @@
 
 from trees.btcpp.btlog import STATUS_CODES, BtLog, tree_xml
 from trees.btcpp.export import export_files, export_xml
-
-__all__ = ["STATUS_CODES", "BtLog", "export_files", "export_xml", "tree_xml"]

@@ -7,5 +7,3 @@ from trees.draw.svg import svg
 
 FORMATS: Mapping[str, Callable[[Box], str]] = {"text": text, "svg": svg}
 """What draws a box and all below it, by name."""
-
-__all__ = ["FORMATS", "Box", "boxes"]

@@ -1,5 +1,3 @@
 """Checks of a task with a robot and a scene: joint limits, reach, collisions and surfaces."""
 
 from trees.site.check import check, furniture_diagnostics, place_diagnostics, scene_of
-
-__all__ = ["check", "furniture_diagnostics", "place_diagnostics", "scene_of"]

@@ -1,5 +1,3 @@
 """Groot2 endpoint: the monitor protocol of BehaviorTree.CPP 4; needs the extra `groot`."""
 
 from app.live.groot.server import USUAL_PORT, GrootError, GrootServer
-
-__all__ = ["USUAL_PORT", "GrootError", "GrootServer"]

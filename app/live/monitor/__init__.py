@@ -5,5 +5,3 @@ imported when the first recorder is made.
 """
 
 from app.live.monitor.recorder import Recorder, RecorderError
-
-__all__ = ["Recorder", "RecorderError"]

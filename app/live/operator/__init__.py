@@ -8,18 +8,3 @@ from app.live.operator.hooks import Hook, UnknownNodeError, insert_hooks, matchi
 from app.live.operator.keyboard import HELP, in_terminal, keys
 from app.live.operator.page import ControlPage
 from app.live.operator.page_server import PageError, PageServer
-
-__all__ = [
-    "ACKNOWLEDGED",
-    "HELP",
-    "Control",
-    "ControlPage",
-    "Hook",
-    "PageError",
-    "PageServer",
-    "UnknownNodeError",
-    "in_terminal",
-    "insert_hooks",
-    "keys",
-    "matching",
-]

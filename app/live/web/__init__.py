@@ -8,14 +8,3 @@ from app.live.web.viewer_files import (
     viewer_program,
     viewer_web_files,
 )
-
-__all__ = [
-    "BoundedServer",
-    "FileServer",
-    "Replies",
-    "WebFilesError",
-    "viewer_address",
-    "viewer_environment",
-    "viewer_program",
-    "viewer_web_files",
-]

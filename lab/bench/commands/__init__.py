@@ -18,6 +18,3 @@ _MOTIONS = (reach, poses, moving, obstacles)
 _TASKS = (pick_place, on_the_move, uncertainty, faults)
 for command in (*_MOTIONS, *_TASKS, timing, experiments):
     app.command(command.__name__.replace("_", "-"))(command)
-
-
-__all__ = ["app"]
