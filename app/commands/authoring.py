@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -24,13 +23,6 @@ Output = Annotated[
 ]
 
 
-class Picture(StrEnum):
-    """How a tree can be drawn."""
-
-    TEXT = "text"
-    SVG = "svg"
-
-
 @authoring.command()
 def nodes(name: Annotated[str | None, typer.Argument(help="One of them, in full.")] = None) -> None:
     """What a task can be made of: leaves, composites, modifiers, with their parameters."""
@@ -43,17 +35,13 @@ def nodes(name: Annotated[str | None, typer.Argument(help="One of them, in full.
 
 
 @authoring.command()
-def draw(
-    tree: Tree,
-    picture: Annotated[Picture, typer.Option("--format", help="Of the picture.")] = Picture.TEXT,
-    output: Output = None,
-) -> None:
-    """A picture of a task's tree."""
-    from trees.draw import FORMATS, boxes
+def draw(tree: Tree, output: Output = None) -> None:
+    """The tree of a task as indented text."""
+    from trees.draw import tree_text
     from trees.language import load
 
     task = load(find_tree(tree), open_parameters=True)
-    _deliver(visible(FORMATS[picture.value](boxes(task.root))), output)
+    _deliver(visible(tree_text(task.root)), output)
 
 
 @authoring.command()

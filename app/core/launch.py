@@ -7,21 +7,20 @@ from contextlib import ExitStack, nullcontext
 from dataclasses import replace
 from pathlib import Path
 
-from app.choices import VisionForm
 from app.core.files.folder import SUMMARY
 from app.core.outcome import End
-from app.core.run import Instruments, Run, scene_name, tell
-from app.core.run_options import RunOptions
+from app.core.run import Instruments, Run, tell
+from app.core.run_options import DEFAULT_SCENE, RunOptions
 from app.core.setup import Setup, open_setup
 from app.core.summary import Result
 from app.live import OperatorConsole, PageServer, Viewer
 from app.terminal import Loading
 from config import Severity
-from hw import WallClock, WorldOptions
+from hw import WallClock
 from perception import GraspDetector
 from robots import load_robot
 from trees.language import Task, TaskFileError, TreeNode, build, load, nodes_in_order
-from trees.site import furniture_diagnostics, place_diagnostics
+from trees.site import furniture_diagnostics, place_diagnostics, scene_of
 
 _POLL_PERIOD = 0.2  # interval of looking for a saved file while nothing runs [s]
 
@@ -54,35 +53,13 @@ def run_task(
     loading("the task")
     viewer = Viewer(options.view, say=tell)
     task = load(options.tree, overrides=options.parameters, places=options.places)
-    world = WorldOptions(
-        scene=scene_name(options, task),
-        seed=options.seed,
-        base_speed=options.base_speed,
-        reverse_speed=options.reverse_speed,
-        localisation=options.localisation,
-        paced=options.paced,
-        beside=options.vision is VisionForm.BESIDE,
-        armed=options.armed,
-        announce=tell,
-    )
+    options = replace(options, scene=options.scene or scene_of(task) or DEFAULT_SCENE)
     loading("the grasp network")
     gripper = load_robot(options.robot).gripper
     detector = GraspDetector(options.weights, options.network, gripper=gripper)
     loading("the robot and its world")
     with ExitStack() as page:
-        with open_setup(
-            options.robot,
-            options.world,
-            world,
-            detector,
-            options.vision,
-            site=options.map,
-            beneath=instruments.beneath,
-            obstacles=options.obstacles,
-            motion=options.motion,
-            planning_time=options.planning_time,
-            registered=options.registration.sensors,
-        ) as setup:
+        with open_setup(options, detector, beneath=instruments.beneath, announce=tell) as setup:
             nodes = nodes_in_order(build(task, setup.context))
             _check_places(options, task, setup)
             console = page.enter_context(_console(options, task, setup, nodes, viewer, page_server))
@@ -102,7 +79,7 @@ def _check_places(options: RunOptions, task: Task, setup: Setup) -> None:
     """Raise TaskFileError for what `check` refuses; warn of problems in a scene given by option."""
     fixtures = setup.truth.fixtures if setup.truth else ()
     robot = setup.robot.description
-    own = bool(task.scene) and options.scene in (None, task.scene)
+    own = bool(task.scene) and options.scene in (task.scene, scene_of(task))
     certain = furniture_diagnostics(task, setup.context.fixtures)
     certain += place_diagnostics(task, robot, fixtures if own else ())
     if errors := [one for one in certain if one.severity is Severity.ERROR]:

@@ -5,10 +5,9 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os.path import isfile
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -19,10 +18,10 @@ from app.core.files.folder import FRAMES, NOTES, OPTIONS, PLACES, READINGS, TASK
 from app.core.files.frames import RecordedFrames
 from app.core.files.notes import NOTED, RunNotes, read_notes
 from app.core.outcome import Outcome
+from app.core.run_options import RunOptions
 from app.core.setup import set_up
 from app.core.world_model import recorded_world_model
 from config import UserError
-from controller import PlanningSettings
 from hw import TURN, Backend, DepthFrame, Difference, ReplayRobot
 from perception import GraspDetector
 from robots import RobotDescription, at_pace, load_robot, with_base_speeds
@@ -68,41 +67,34 @@ def replay_run(folder: Path) -> Replay:
         ReplayError: it cannot be replayed.
         UserError: its task, robot or weights cannot be loaded any more.
     """
-    options = _options(folder)
+    options, pace = _options(folder)
     turns = _turns(folder / READINGS)
-    sensors = options["registration"].sensors
+    sensors = options.registration.sensors
     searches = (turns["frame"] >= 0).any() or ("laser" in sensors and (turns["scan"] >= 0).any())
-    if options["vision"] != VisionForm.STEP and searches:
+    if options.vision is not VisionForm.STEP and searches:
         raise ReplayError(
-            f"{folder}: with --vision {options['vision']} the commands depend on when a search "
+            f"{folder}: with --vision {options.vision} the commands depend on when a search "
             "ended; a run that looks at images, or matches scans to the map, can be replayed with "
             "--vision step only"
         )
     notes = _notes(folder / NOTES, turns)
     if notes.end not in ("", "complete"):
         raise ReplayError(f"{folder}: cannot be replayed: {notes.end}")
-    description = with_base_speeds(load_robot(options["robot"]), *options["speeds"])
-    description = at_pace(description, options["pace"])
+    description = load_robot(options.robot)
+    description = with_base_speeds(description, options.base_speed, options.reverse_speed)
+    description = at_pace(description, pace)
     frames = _frames(folder, turns, description)
 
     def recall(field: str, number: int) -> object:
         return frames(number) if field == "frame" else notes.noted[field, number]
 
     robot = ReplayRobot(description, turns, recall)
-    detector = GraspDetector(options["weights"], options["network"], gripper=description.gripper)
-    places = folder / PLACES if isfile(folder / PLACES) else None
-    task = load(folder / TASK, overrides=options["parameters"], places=places)
+    detector = GraspDetector(options.weights, options.network, gripper=description.gripper)
+    task = load(options.tree, overrides=options.parameters, places=options.places)
     backend = Backend(robot=robot, clock=robot.clock, truth=None)
-    with set_up(
-        backend,
-        detector,
-        VisionForm.STEP,
-        world_model=recorded_world_model(options["scene"], options["seed"], options["site"]),
-        obstacles=options["obstacles"],
-        motion=options["motion"],
-        planning_time=options["planning_time"],
-        registered=options["registration"].sensors,
-    ) as setup:
+    around = recorded_world_model(str(options.scene), options.seed, options.map)
+    in_step = replace(options, vision=VisionForm.STEP)
+    with set_up(backend, detector, in_step, world_model=around) as setup:
         nodes = nodes_in_order(build(task, setup.context))
         robot.begin()
         decisions = ReplayedDecisions(robot, attended=notes.attended)
@@ -117,28 +109,31 @@ def replay_run(folder: Path) -> Replay:
     )
 
 
-def _options(folder: Path) -> dict[str, Any]:
-    """The options of the run; ReplayError if such a run cannot be replayed."""
+def _options(folder: Path) -> tuple[RunOptions, float]:
+    """The options of the run, and its pace; ReplayError if such a run cannot be replayed."""
     path = folder / OPTIONS
     with _reading(path):
         options = json.loads(_file(path).read_text(encoding="utf-8"))
-        vision, control = options["vision"], options["control"]
-        kept = {
-            "robot": str(options["robot"]),
-            "speeds": (options.get("base_speed"), options.get("reverse_speed")),
-            "pace": float(options.get("pace", 1.0)),
-            "parameters": {str(k): str(v) for k, v in options["parameters"].items()},
-            "weights": None if options["weights"] is None else Path(options["weights"]),
-            "network": options["network"],
-            "scene": str(options["scene"]),
-            "seed": int(options["seed"]),
-            "site": None if options.get("map") is None else Path(options["map"]),
-            "vision": str(vision),
-            "obstacles": ObstacleSource(options.get("obstacles", "map")),
-            "motion": MotionForm(options.get("motion", "holistic")),
-            "registration": RegistrationForm(options.get("registration", "both")),
-            "planning_time": float(options.get("planning_time", PlanningSettings.planning_time)),
-        }
+        control, usual = options["control"], RunOptions(tree=folder / TASK)
+        site, weights = options.get("map"), options["weights"]
+        kept = replace(
+            usual,
+            robot=str(options["robot"]),
+            base_speed=options.get("base_speed"),
+            reverse_speed=options.get("reverse_speed"),
+            parameters={str(k): str(v) for k, v in options["parameters"].items()},
+            places=folder / PLACES if isfile(folder / PLACES) else None,
+            weights=None if weights is None else Path(weights),
+            network=options["network"],
+            scene=str(options["scene"]),
+            seed=int(options["seed"]),
+            map=None if site is None else Path(site),
+            vision=VisionForm(options["vision"]),
+            obstacles=ObstacleSource(options.get("obstacles", usual.obstacles)),
+            motion=MotionForm(options.get("motion", usual.motion)),
+            registration=RegistrationForm(options.get("registration", usual.registration)),
+            planning_time=float(options.get("planning_time", usual.planning_time)),
+        )
         held = any(control.get(one) for one in ("breaks", "groot", "approve", "force"))
     if held:
         raise ReplayError(
@@ -146,7 +141,7 @@ def _options(folder: Path) -> dict[str, Any]:
             "or answer for a node; "
             "such a run cannot be replayed"
         )
-    return kept
+    return kept, float(options.get("pace", 1.0))
 
 
 def _turns(path: Path) -> npt.NDArray[np.void]:

@@ -34,7 +34,6 @@ from app.terminal import Loading, Terminal
 from controller import RobotModel
 from hw import DEFAULT_LEVEL, Robot, stopwatch
 from trees.language import Task, TreeNode
-from trees.site import scene_of
 
 _SHORT_PATIENCE = 1.0  # time for the disk to write the rest of an abandoned run [s]
 
@@ -158,10 +157,7 @@ class Run:
 
     def _make_folder(self) -> Path:
         options, task = self._options, self._task
-        chosen = asdict(options) | {
-            "scene": scene_name(options, task),
-            "pace": self._setup.robot.description.pace,
-        }
+        chosen = asdict(options) | {"pace": self._setup.robot.description.pace}
         return make_folder(options.record, task.name, texts(task, options.places), chosen)
 
     def _make_outputs(self) -> Outputs:
@@ -198,7 +194,7 @@ class Run:
         options, setup = self._options, self._setup
         if not options.shown:
             return nullcontext()
-        where = (setup.robot.description.name, setup.world, scene_name(options, self._task))
+        where = (setup.robot.description.name, setup.world, str(options.scene))
         places = any(getattr(place.node, "key", "") == "place" for place in self._nodes)
         info = RunInfo(
             task=self._task.name,
@@ -222,7 +218,7 @@ class Run:
             task=self._task.name,
             robot=setup.robot.description.name,
             world=setup.world,
-            scene=scene_name(options, self._task),
+            scene=str(options.scene),
             seed=options.seed,
             objects=len(self._supports),
             placed=delivered(self._supports, supports(setup.truth)),
@@ -253,8 +249,3 @@ def tell(text: str) -> None:
     """Print a line for the person at the terminal."""
     with suppress(OSError):  # the terminal is gone
         Terminal(stderr=True).say(text)
-
-
-def scene_name(options: RunOptions, task: Task) -> str:
-    """The scene given by option, or that of the task, or the default."""
-    return options.scene or scene_of(task) or "household"

@@ -11,6 +11,8 @@ from app.core.fault_schedule import ScheduledFault
 from app.live import ControlOptions, ViewOptions
 from controller import PlanningSettings
 
+DEFAULT_SCENE = "household"
+
 
 @dataclass(frozen=True, kw_only=True)
 class RunOptions:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 from py_trees.behaviour import Behaviour
 
@@ -14,10 +12,10 @@ from app.choices import MotionForm, ObstacleSource, VisionForm
 from app.core.decisions import Decisions
 from app.core.measurements import Measurements
 from app.core.outcome import Outcome
+from app.core.run_options import DEFAULT_SCENE, RunOptions
 from app.core.session import Session, Tick
 from app.core.world_model import WorldModel, load_world_model
 from behaviours import (
-    SENSORS,
     Context,
     DepthObstacles,
     Localiser,
@@ -96,25 +94,33 @@ class Setup:
 
 @contextmanager
 def open_setup(
-    robot: str,
-    world: str,
-    options: WorldOptions,
+    options: RunOptions,
     detector: GraspDetector,
-    form: VisionForm,
     *,
-    site: Path | None = None,
-    **more: Any,
+    beneath: Callable[[Robot], Robot] = lambda robot: robot,
+    announce: Callable[[str], None] | None = None,
 ) -> Iterator[Setup]:
-    """Connect a robot by name in a world, see `set_up`; `site` replaces the world's own map.
+    """Connect the robot of a run in its world, see `set_up`; `announce` is that of the world.
 
     Raises:
         PlanningError: motions are to be planned, and the planner is not installed.
         UserError: there is no such robot, world or scene, or its file has a mistake.
         HardwareError: the robot cannot be connected.
     """
-    backend = open_backend(robot, world, options)
-    around = load_world_model(backend.truth, site or backend.map)
-    with set_up(backend, detector, form, seed=options.seed, world_model=around, **more) as setup:
+    world = WorldOptions(
+        scene=options.scene or DEFAULT_SCENE,
+        seed=options.seed,
+        base_speed=options.base_speed,
+        reverse_speed=options.reverse_speed,
+        localisation=options.localisation,
+        paced=options.paced,
+        beside=options.vision is VisionForm.BESIDE,
+        armed=options.armed,
+        announce=announce,
+    )
+    backend = open_backend(options.robot, options.world, world)
+    around = load_world_model(backend.truth, options.map or backend.map)
+    with set_up(backend, detector, options, world_model=around, beneath=beneath) as setup:
         yield setup
 
 
@@ -122,46 +128,39 @@ def open_setup(
 def set_up(
     backend: Backend,
     detector: GraspDetector,
-    form: VisionForm,
+    options: RunOptions,
     *,
+    world_model: WorldModel,
     beneath: Callable[[Robot], Robot] = lambda robot: robot,
-    seed: int = 0,
-    world_model: WorldModel | None = None,
-    obstacles: ObstacleSource = ObstacleSource.MAP,
-    motion: MotionForm = MotionForm.HOLISTIC,
-    planning_time: float = PlanningSettings.planning_time,
-    registered: Sequence[str] = SENSORS,
 ) -> Iterator[Setup]:
     """Connect a robot and set up a session; close everything at the end of the context.
 
-    `beneath` wraps the robot below the fault injection, of which `seed` is the seed; without a
-    `world_model` it is that of the simulated world;
-    `registered` are the sensors that are matched to the map.
+    `beneath` wraps the robot below the fault injection.
 
     Raises:
         PlanningError: motions are to be planned, and the planner is not installed.
         HardwareError: the robot cannot be connected.
     """
-    injected = FaultInjection(beneath(backend.robot), backend.truth, seed)
+    form, motion, registered = options.vision, options.motion, options.registration.sensors
+    injected = FaultInjection(beneath(backend.robot), backend.truth, options.seed)
     robot = RecordedRobot(injected, backend.clock)
     problems: list[str] = []
-    if obstacles is ObstacleSource.CAMERA:
+    if options.obstacles is ObstacleSource.CAMERA:
         world_model = WorldModel()
-    elif world_model is None:
-        world_model = load_world_model(backend.truth)
     make_vision = VisionInStep if form is VisionForm.STEP else VisionBeside
     with (
         _connected(robot, problems) as state,
         closing(make_vision(robot.camera, detector)) as vision,
-        _depth_obstacles(robot, form, obstacles) as depth_obstacles,
+        _depth_obstacles(robot, form, options.obstacles) as depth_obstacles,
         closing(_localiser(world_model, form, registered)) as localiser,
     ):
         clock = TaskClock(robot.clock, robot.description.pace)
         model = RobotModel(robot.description)
+        planning = PlanningSettings(planning_time=options.planning_time)
         controller: MotionController = (
             HolisticController(model)
             if motion is MotionForm.HOLISTIC
-            else PlanningController(model, planning=PlanningSettings(planning_time=planning_time))
+            else PlanningController(model, planning=planning)
         )
         moving = tuple(world_model.obstacles(state.stamp))
         controller.prepare(Surroundings(fixtures=world_model.fixtures, moving=moving))

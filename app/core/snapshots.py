@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from py_trees.common import Status
 
-from app.live import NodeStatus, ObjectView, PoseEstimate, RegionView, SceneView, Snapshot
+from app.live import NodeStatus, PoseEstimate, SceneView, Snapshot
 from behaviours import BasePose, Localiser, Region, ToolPose
 from hw import DepthFrame, TaskTime, TrueObject, Truth
 from robots import Geom
@@ -45,12 +45,8 @@ def scene_view(
     objects = _movable(truth) if truth else ()
     return SceneView(
         fixtures=tuple(truth.fixtures if truth else fixtures),
-        objects=tuple(ObjectView(name=o.name, parts=o.parts) for o in objects),
-        regions=tuple(
-            RegionView(name=name, pose=value.mTr, size=value.size)
-            for name, value in named.items()
-            if isinstance(value, Region)
-        ),
+        objects=tuple((one.name, one.parts) for one in objects),
+        regions=tuple(value for value in named.values() if isinstance(value, Region)),
         goals=tuple(goals.items()),
         estimated=estimated,
     )

@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,7 +19,7 @@ from app.core.measurements import Measurements
 from app.core.outcome import End, Outcome
 from app.task_time import task_time
 from behaviours import Carried, Localiser, TaskLog
-from hw import MAY_TOUCH, Refusal, TaskTime, Touch
+from hw import MAY_TOUCH, Refusal, Touch
 
 _MARKS = {
     End.SUCCESS.value: ("✔", "succeeded"),
@@ -70,7 +71,7 @@ class Summary:
     localisation: str  # how the base was localised, in one line; empty if it was exact
     messages: list[str]  # messages of the task to people, in order
     warnings: list[str]  # what could not be recorded or shown
-    carried: list[dict[str, float | int | None]]  # times and attempts of each object
+    carried: list[dict[str, Any]]  # times and attempts of each object
 
     def kept(self, path: Path) -> Summary:
         """Write it as JSON; returns it, with a warning if that fails."""
@@ -156,7 +157,8 @@ def summarise(
 
     `given` are the other fields of `Summary`.
     """
-    done = [one for one in log.carried if one.placed is not None]
+    carried = [_times(one) for one in log.carried]
+    placed = [one for one in carried if one["placed"] is not None]
     contacts = Counter(one.text for one in touches if one.part not in MAY_TOUCH)
     ticks = measured.ticks_s
     return Summary(
@@ -167,8 +169,8 @@ def summarise(
         claimed=log.placed,
         attempts=log.attempts,
         duration_s=round(duration, 3),
-        grasp_time_mean_s=_mean([one.grasp_time for one in done]),
-        pick_place_time_mean_s=_mean(_pick_place_times(log.carried)),
+        grasp_time_mean_s=_mean([one["grasp_time"] for one in placed]),
+        pick_place_time_mean_s=_mean(pick_place_times(carried)),
         contacts=contacts.total(),
         contacts_by_name=dict(contacts.most_common()),
         limit_violations=measured.limit_violations,
@@ -183,7 +185,7 @@ def summarise(
         stalls=measured.stalls,
         real_time_factor=round(duration / real_seconds, 3) if real_seconds > 0.0 else 0.0,
         messages=[text for _, text in log.messages],
-        carried=[_times(one) for one in log.carried],
+        carried=carried,
     )
 
 
@@ -205,20 +207,17 @@ def localised_by(here: Localiser, level: str, registration: str) -> str:
     )
 
 
-def _times(one: Carried) -> dict[str, float | int | None]:
+def _times(one: Carried) -> dict[str, Any]:
     """One object's times [s] and attempts."""
     placed = None if one.placed is None else one.placed.seconds
     return asdict(one) | {"begun": one.begun.seconds, "placed": placed}
 
 
-def _pick_place_times(carried: list[Carried]) -> list[float]:
-    times = []
-    begun: TaskTime | None = None
-    for one in carried:
-        if one.placed is not None:
-            times.append(one.placed.since(one.begun if begun is None else begun))
-            begun = one.placed
-    return times
+def pick_place_times(carried: Sequence[Mapping[str, Any]]) -> list[float]:
+    """From the first attempt at an object, or the release of the one before, to its release [s]."""
+    done = [one for one in carried if one["placed"] is not None]
+    ends = [one["placed"] for one in done]
+    return [end - begin for begin, end in pairwise([done[0]["begun"], *ends])] if done else []
 
 
 def _mean(values: list[float]) -> float | None:

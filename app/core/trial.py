@@ -9,13 +9,13 @@ from pathlib import Path
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from app.choices import VisionForm
 from app.core.outcome import End
+from app.core.run_options import RunOptions
 from app.core.session import Tick
 from app.core.setup import Setup, open_setup
 from app.live import Control
 from behaviours import Context
-from hw import Truth, WorldOptions
+from hw import Truth
 from perception import GraspDetector
 from robots import load_robot
 
@@ -80,6 +80,8 @@ def trial(
 ) -> Iterator[Trial]:
     """A simulated robot in a scene; raises UserError if there is no such scene or robot."""
     detector = GraspDetector(gripper=load_robot(robot).gripper)
-    options = WorldOptions(scene=str(scene), seed=seed)
-    with open_setup(robot, "kinematic", options, detector, VisionForm.STEP) as setup:
+    options = RunOptions(
+        tree=Path(), robot=robot, scene=str(scene), seed=seed, localisation="exact"
+    )
+    with open_setup(options, detector) as setup:
         yield Trial(setup)

@@ -12,8 +12,7 @@ from app.live.monitor import Recorder, RecorderError
 from app.live.nodes import NodeStatus, tip, tree_view
 from app.live.operator import Control, Hook, PageServer
 from app.live.run_display import Moment, RunDisplay, RunInfo
-from app.live.snapshot import ObjectView, PoseEstimate, RegionView, SceneView, Snapshot, key_figures
+from app.live.snapshot import PoseEstimate, SceneView, Snapshot, key_figures
 from app.live.viewer.headless import headless_viewer
-from app.live.viewer.open_recording import open_in_viewer
-from app.live.viewer.viewer import Viewer, ViewError, ViewOptions
+from app.live.viewer.viewer import Viewer, ViewError, ViewOptions, open_in_viewer
 from app.live.web.ports import Address

@@ -16,6 +16,7 @@ from controller import Pose2D
 if TYPE_CHECKING:
     from pinocchio import SE3
 
+    from behaviours import Region
     from controller import Command, MotionGoal, PointCloud, StepReport
     from hw import DepthFrame, LaserScan, RobotState
     from perception import Detection, GraspEstimate
@@ -100,29 +101,12 @@ class Snapshot:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ObjectView:
-    """Shape of an object, in its own frame."""
-
-    name: str
-    parts: tuple[Geom, ...]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class RegionView:
-    """A box that the task names; its pose is that of its centre in the world."""
-
-    name: str
-    pose: SE3
-    size: Array  # (3,) edge lengths [m]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
 class SceneView:
     """Shapes of the scene, empty if unknown, and what the task names in it."""
 
     fixtures: tuple[Geom, ...] = ()
-    objects: tuple[ObjectView, ...] = ()
-    regions: tuple[RegionView, ...] = ()
+    objects: tuple[tuple[str, tuple[Geom, ...]], ...] = ()  # names, and shapes in their own frames
+    regions: tuple[Region, ...] = ()
     goals: tuple[tuple[str, SE3], ...] = ()
     estimated: bool = False  # whether snapshots have a `PoseEstimate`
 

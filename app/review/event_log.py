@@ -6,16 +6,17 @@ out. Everything else that no run writes is refused, with its line.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from os.path import isfile
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from app.core import EVENTS, Event, read_events
+from app.core import EVENTS
 from config import UserError
 
 Index = Annotated[int, Field(ge=0)]
@@ -175,19 +176,30 @@ def read_log(folder: Path) -> Log:
     try:
         if not isfile(path):
             raise OSError(None, "there is no such file")
-        written = read_events(path)
+        lines = enumerate(path.read_bytes().split(b"\n"), start=1)
     except OSError as error:
         raise DamagedRunError(
             f"{path}: the events of the run cannot be read ({error.strerror}); name another run"
         ) from error
-    if not written or written[0].event != "begin":
+    read = [(number, found) for number, line in lines if (found := _fields(line)) is not None]
+    if not read or read[0][1]["event"] != "begin":
         raise DamagedRunError(f"{path}: does not begin as the log of a run; name another run")
     events: list[LoggedEvent] = []
-    for event in written:
-        if event.event in ("", *_KINDS):  # others are of a later version
-            events.append(_checked(event, events, path))
+    for number, fields in read:
+        if fields["event"] in ("", *_KINDS):  # others are of a later version
+            events.append(_checked(fields, events, f"{path}:{number}"))
     assert isinstance(events[0], Begin)
-    return Log(nodes=events[0].nodes, events=events, left_out=written[-1].line - len(written))
+    return Log(nodes=events[0].nodes, events=events, left_out=read[-1][0] - len(read))
+
+
+def _fields(line: bytes) -> dict[str, Any] | None:
+    """What a line says; None if it is not JSON, as after a kill."""
+    try:
+        read = json.loads(line.decode("utf-8"))
+    except (ValueError, RecursionError):
+        return None
+    fields = read if isinstance(read, dict) else {}
+    return {"time": None} | fields | {"event": str(fields.get("event", ""))}
 
 
 def recorded_time(folder: Path, time: float) -> float:
@@ -198,12 +210,12 @@ def recorded_time(folder: Path, time: float) -> float:
         return time
 
 
-def _checked(event: Event, before: Sequence[LoggedEvent], path: Path) -> LoggedEvent:
+def _checked(fields: Mapping[str, Any], before: Sequence[LoggedEvent], where: str) -> LoggedEvent:
     """An event as its model; raises DamagedRunError if no run writes it after those before."""
     problem = ""
     try:
-        model = _KINDS[event.event]
-        checked = model.model_validate({**event.fields, "time": event.time})
+        model = _KINDS[fields["event"]]
+        checked = model.model_validate(fields)
     except KeyError:
         problem = "is no event"
     except ValidationError as invalid:
@@ -219,7 +231,7 @@ def _checked(event: Event, before: Sequence[LoggedEvent], path: Path) -> LoggedE
                 problem = f"node {node} is none of the {count} of the tree"
     if problem:
         hint = "no run writes this: the file was changed; look at the recording instead"
-        raise DamagedRunError(f"{path}:{event.line}: {problem}; {hint}")
+        raise DamagedRunError(f"{where}: {problem}; {hint}")
     return checked
 
 

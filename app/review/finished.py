@@ -37,15 +37,6 @@ class _Recorded(BaseModel):
     model_config = ConfigDict(strict=True, extra="ignore", frozen=True, allow_inf_nan=False)
 
 
-class CarriedObject(_Recorded):
-    """Times of one object, since the session began, without pauses [s]."""
-
-    begun: _Seconds
-    attempts: int
-    grasp_time: _Seconds
-    placed: _Seconds | None
-
-
 class RecordedSummary(_Recorded):
     """The used fields of a summary."""
 
@@ -62,7 +53,6 @@ class RecordedSummary(_Recorded):
     objects: _Count | None = None
     attempts: _Count | None = None
     claimed: _Count | None = None
-    carried: list[CarriedObject] = []
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,15 +6,14 @@ import re
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from operator import itemgetter
 from pathlib import Path
 
 import numpy as np
 from rich.table import Table
 
-from app.core import EVENTS, STATES, MotionForm, RunOptions, Summary, read_events, run_task
-from app.review import CarriedObject, read_run
+from app.core import STATES, MotionForm, RunOptions, Summary, pick_place_times, run_task
+from app.review import NodeEvent, read_log
 from behaviours import LEAVES
 from lab.shared import bootstrap, fixed, machine, run_in_order, table
 from robots import load_robot, with_base_speeds
@@ -40,7 +39,6 @@ class PickPlaceRun:
     summary: Summary
     base_speed: float  # limit of the base [m/s]
     reverse_speed: float  # the same backwards [m/s]
-    objects: Sequence[CarriedObject]
     causes: dict[str, int]  # counts of the causes of failed actions
     distance: float  # path length of the base [m]
 
@@ -69,7 +67,6 @@ def _run(options: RunOptions) -> PickPlaceRun:
         summary=result.summary,
         base_speed=float(limits.base_twist[0]),
         reverse_speed=float(limits.base_reverse),
-        objects=read_run(result.folder).summary.carried,
         causes=failure_causes(result.folder),
         distance=float(np.hypot(states[:-1, 4], states[:-1, 5]) @ np.diff(states[:, 0])),
     )
@@ -77,24 +74,13 @@ def _run(options: RunOptions) -> PickPlaceRun:
 
 def failure_causes(folder: Path) -> dict[str, int]:
     """Counts of the messages of failed actions of a run, without numbers, most frequent first."""
-    nodes: list[dict[str, str]] = []
-    found: Counter[str] = Counter()
-    for event in read_events(folder / EVENTS):
-        if event.event == "begin":
-            nodes = list(event.fields["nodes"])
-        if event.event != "node" or event.fields["status"] != "FAILURE":
-            continue
-        leaf = LEAVES.get(nodes[event.fields["node"]]["kind"])
-        if leaf is not None and not leaf.is_condition and leaf.key not in _QUESTIONS:
-            found[f"{leaf.key}: {_NUMBER.sub('#', str(event.fields['message']))}"] += 1
+    log, found = read_log(folder), Counter[str]()
+    for event in log.events:
+        if isinstance(event, NodeEvent) and event.status == "FAILURE":
+            leaf = LEAVES.get(log.nodes[event.node].kind)
+            if leaf is not None and not leaf.is_condition and leaf.key not in _QUESTIONS:
+                found[f"{leaf.key}: {_NUMBER.sub('#', event.message)}"] += 1
     return dict(found.most_common())
-
-
-def _pick_place_times(objects: Sequence[CarriedObject]) -> list[float]:
-    """From the first attempt at an object, or the release of the one before, to its release [s]."""
-    done = [one for one in objects if one.placed is not None]
-    ends = [one.placed or 0.0 for one in done]
-    return [end - begin for begin, end in pairwise([done[0].begun, *ends])] if done else []
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -129,10 +115,10 @@ def pick_place_figures(runs: Sequence[PickPlaceRun]) -> list[PickPlaceFigures]:
 
 def _figures(runs: Sequence[PickPlaceRun]) -> PickPlaceFigures:
     summaries = [run.summary for run in runs]
-    carried = [one for run in runs for one in run.objects if one.placed is not None]
+    carried = [one for s in summaries for one in s.carried if one["placed"] is not None]
     objects, number = sum(s.objects for s in summaries), len(carried)
-    grasps = [one.grasp_time for one in carried]
-    cycles = [time for run in runs for time in _pick_place_times(run.objects)]
+    grasps = [one["grasp_time"] for one in carried]
+    cycles = [time for s in summaries for time in pick_place_times(s.carried)]
     failures: Counter[str] = Counter()
     for run in runs:
         failures.update(run.causes)
@@ -145,7 +131,7 @@ def _figures(runs: Sequence[PickPlaceRun]) -> PickPlaceFigures:
         objects=objects,
         placed=sum(s.placed for s in summaries),
         attempts=sum(s.attempts for s in summaries),
-        first_attempt_rate=sum(one.attempts == 1 for one in carried) / max(objects, 1),
+        first_attempt_rate=sum(one["attempts"] == 1 for one in carried) / max(objects, 1),
         grasp_time_mean_s=_mean(grasps),
         grasp_time_interval_s=_interval(grasps),
         pick_place_time_mean_s=_mean(cycles),

@@ -1,37 +1,21 @@
-"""Times of repeated work: statistics and table; reading a task file; the start of a run."""
+"""Times of repeated work: statistics and table."""
 
 from __future__ import annotations
 
-import gc
-import subprocess
-import sys
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import isnan, nan
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from time import perf_counter_ns, thread_time_ns
 from typing import TypeVar
 
 import numpy as np
 from rich.table import Table
 
-from config import UserError
 from controller import Array
-from hw import stopwatch
 from lab.shared import machine
-from trees.language import load
 
 Result = TypeVar("Result")
-
-_READS = 50
-_PROGRAM = (sys.executable, "-m", "frankie_task_cli")
-_RUNNING = "▶"  # mark of a node that has begun to run; the first tick commands motion
-
-
-class StartError(UserError):
-    """A run did not start."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,51 +96,3 @@ def timing_table(timings: Sequence[Timing]) -> Table:
         numbers = (t.median, t.p95, t.p99, t.worst, t.cpu_median, t.cpu_p95, t.cpu_p99)
         table.add_row(t.name, str(t.steps), *("-" if isnan(x) else f"{x:.0f}" for x in numbers))
     return table
-
-
-def time_reading(tree: Path) -> TimingReport:
-    """Time reading and checking a task file."""
-    name, timer = f"read {tree.stem}", Interleaved(0)
-    load(tree)
-    gc.collect()
-    for _ in range(_READS):
-        timer({name: lambda: load(tree)})
-    return TimingReport(timings=timer.timings([name]))
-
-
-def time_start(tree: Path, runs: int) -> TimingReport:
-    """Time from the command to the first words and to the first motion, in processes of their own.
-
-    Raises:
-        StartError: a run ended before it moved.
-    """
-    seconds = np.array([_start(tree) for _ in range(runs)])
-    names = ("start to the first words", "start to the first motion")
-    return TimingReport(
-        timings=[Timing.of(name, 1e9 * times) for name, times in zip(names, seconds.T, strict=True)]
-    )
-
-
-def _start(tree: Path) -> tuple[float, float]:
-    """Time to the first words, and to the first motion [s]."""
-    with TemporaryDirectory() as folder:
-        begun = stopwatch()
-        process = subprocess.Popen(
-            [*_PROGRAM, "run", str(tree), "--view", "none", "--record", folder],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.PIPE,
-            encoding="utf-8",
-        )
-        assert process.stderr is not None
-        words, last = 0.0, "nothing was written"
-        with process:
-            for line in process.stderr:
-                words = words or stopwatch() - begun
-                if _RUNNING in line:
-                    motion = stopwatch() - begun
-                    process.terminate()
-                    process.stderr.read()  # so that the process can write on until it has ended
-                    return words, motion
-                last = line.strip() or last
-    raise StartError(f"the run did not start: {last}")

@@ -13,10 +13,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
+from collections.abc import Sequence
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -29,16 +26,6 @@ from trees.language import TreeNode
 EVENTS = "events.jsonl"
 
 _ALIVE_PERIOD = 1.0  # interval of the event `now` [s]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Event:
-    """One line of the log."""
-
-    event: str
-    time: float  # on the session's clock [s]
-    fields: Mapping[str, Any]
-    line: int  # in the file, from 1
 
 
 class EventLog:
@@ -110,23 +97,3 @@ class EventLog:
         self._file.add(
             (json.dumps(line, ensure_ascii=False) + "\n").encode(errors="backslashreplace")
         )
-
-
-def read_events(path: Path) -> list[Event]:
-    """The events in a log; lines that are not JSON, as after a kill, are skipped.
-
-    Raises:
-        OSError: the file cannot be read.
-    """
-    lines = enumerate(path.read_bytes().split(b"\n"), start=1)
-    return [event for number, line in lines if (event := _event(line, number)) is not None]
-
-
-def _event(line: bytes, number: int) -> Event | None:
-    try:
-        read = json.loads(line.decode("utf-8"))
-    except (ValueError, RecursionError):
-        return None
-    fields = read if isinstance(read, dict) else {}
-    name, time = str(fields.pop("event", "")), fields.pop("time", None)
-    return Event(event=name, time=time, fields=fields, line=number)

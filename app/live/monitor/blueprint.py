@@ -168,7 +168,7 @@ def eye_for(points: Array) -> Eye:
 
 def task_points(scene: SceneView) -> Array:
     """(N, 3) corners of furniture and regions, and of the robot at its start and goals."""
-    boxes = [(region.pose, region.size / 2.0) for region in scene.regions]
+    boxes = [(region.mTr, region.size / 2.0) for region in scene.regions]
     for part in scene.fixtures:
         if not isinstance(part.shape, Plane):
             boxes.append((part.pose, np.array(half_extents(part.shape))))

@@ -15,7 +15,8 @@ from app.live.feed import Throttle
 from app.live.monitor.columns import WORLD, Array, Changes, log_static, send_poses, set_time
 from app.live.monitor.glyphs import Colour, printable
 from app.live.monitor.robot_visual import base_parts, finger_poses, hand_parts, robot_visual, solids
-from app.live.snapshot import RegionView, SceneView, Snapshot
+from app.live.snapshot import SceneView, Snapshot
+from behaviours import Region
 from controller import Pose2D, RobotModel
 from robots import RobotDescription
 
@@ -53,8 +54,8 @@ class ScenePanel:
         self._stream = stream
         self._model = model
         self._objects = [
-            f"world/objects/{index}_{''.join(c if c.isalnum() else '_' for c in view.name)}"
-            for index, view in enumerate(scene.objects)
+            f"world/objects/{index}_{''.join(c if c.isalnum() else '_' for c in name)}"
+            for index, (name, _) in enumerate(scene.objects)
         ]
         self._throttle, self._seen = Throttle(_POSE_PERIOD), Throttle(_SEEN_PERIOD)
         self._last: dict[str, SE3] = {}
@@ -70,8 +71,8 @@ class ScenePanel:
         self._faults = FaultPanel(stream, robot)
         hand, base = ghosts(model.description)
         moving = {**robot, _GHOST_HAND: hand, _GHOST_BASE: base}
-        for path, view in zip(self._objects, scene.objects, strict=True):
-            moving[path] = solids(view.parts)
+        for path, (_, parts) in zip(self._objects, scene.objects, strict=True):
+            moving[path] = solids(parts)
         log_static(stream, moving)
         at_rest: dict[str, list[Any]] = {
             WORLD: [rr.ViewCoordinates.RIGHT_HAND_Z_UP],
@@ -187,12 +188,12 @@ def ghosts(robot: RobotDescription) -> tuple[list[Any], list[Any]]:
     return both[0], both[1]
 
 
-def region_boxes(regions: Sequence[RegionView]) -> rr.Boxes3D:
+def region_boxes(regions: Sequence[Region]) -> rr.Boxes3D:
     """The regions of a task, in the world."""
     return rr.Boxes3D(
         half_sizes=[region.size / 2.0 for region in regions],
-        centers=[region.pose.translation for region in regions],
-        quaternions=[_upright(region.pose.rotation) for region in regions],
+        centers=[region.mTr.translation for region in regions],
+        quaternions=[_upright(region.mTr.rotation) for region in regions],
         labels=[printable(region.name) for region in regions],
         show_labels=True,
         colors=[_REGION],

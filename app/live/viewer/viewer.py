@@ -1,4 +1,4 @@
-"""Rerun viewer that shows a run while it goes on.
+"""Rerun viewer that shows a run while it goes on, or a recording.
 
 The recorder serves from this process and never waits for a viewer; a viewer is a process of its own
 that may start late, hang or be closed without affecting the run. Everything listens on the loopback
@@ -24,7 +24,9 @@ from app.live.web import (
     viewer_program,
     viewer_web_files,
 )
+from app.live.web.http_server import RECORDING
 from app.live.web.ports import LOOPBACK, Address, choose_port, reachable
+from app.terminal import until_interrupted
 from config import UserError
 
 USUAL_PORT = 9876  # of the live data; the viewer's own default
@@ -163,3 +165,45 @@ def _port(host: str, chosen: int | None, usual: int, option: str) -> int:
             f"{option} {chosen or usual} on {host}: {error.strerror}; "
             "choose another port or address, or omit the option"
         ) from error
+
+
+_MAGIC = b"RRF2"  # how a recording begins
+
+
+def open_in_viewer(recording: Path, *, web: bool, say: Callable[[str], None]) -> None:
+    """Show a recording until a person ends it, in the browser or in a window.
+
+    `say` receives the address of the page; a window takes the place of this process.
+
+    Raises:
+        ViewError: there is no recording, or no screen for a window.
+        WebFilesError: there is no viewer.
+    """
+    _check_recording(recording)
+    if web:
+        viewer_web_files()
+        files = FileServer(LOOPBACK, None, USUAL_WEB_PORT, recording=recording)
+        origin = f"http://{LOOPBACK}:{files.port}"
+        with until_interrupted():
+            say(f"watch at {origin}/{viewer_address(f'{origin}/{RECORDING}')}; Ctrl-C ends it")
+        files.close()
+        return
+    if not has_screen():
+        raise ViewError("there is no screen here; --web shows the recording in a browser")
+    command = [str(viewer_program()), "--bind", LOOPBACK, "--port", str(choose_port())]
+    os.execve(command[0], [*command, str(recording)], viewer_environment())
+
+
+def _check_recording(recording: Path) -> None:
+    """Raise ViewError for what the viewer could not open."""
+    try:
+        if not recording.is_file():
+            raise ViewError(f"{recording}: the run has no recording; name another")
+        with recording.open("rb") as file:
+            begins = file.read(len(_MAGIC))
+    except OSError as error:
+        raise ViewError(
+            f"{recording}: cannot be read ({error.strerror}); name another run"
+        ) from error
+    if begins != _MAGIC:
+        raise ViewError(f"{recording}: is not a recording of this version of Rerun; name another")

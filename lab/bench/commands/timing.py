@@ -1,4 +1,4 @@
-"""`bench timing`: the times of a control step, of a task's steps, the tree, perception, a start."""
+"""`bench timing`: the times of a control step, of the steps of a task, and of perception."""
 
 from __future__ import annotations
 
@@ -29,9 +29,7 @@ class Part(StrEnum):
 
     STEP = "step"  # a control step on the way to seeded goals
     TASK = "task"  # every tick and control step of a whole task
-    TREE = "tree"  # reading a task file
     PERCEPTION = "perception"  # from a frame to grasps
-    START = "start"  # from `run` to the first words and the first motion
 
 
 def timing(
@@ -39,12 +37,10 @@ def timing(
         list[Part] | None, typer.Argument(help="What to time; default: all but `task`.")
     ] = None,
     robot: Robot = BOTH,
-    task: Annotated[
-        str, typer.Option(help="task, tree, start: a task file or a shipped task.")
-    ] = "pick_place",
+    task: Annotated[str, typer.Option(help="task: a task file or a shipped task.")] = "pick_place",
     seed: Annotated[int, typer.Option(help="Seed of the goals, or of the task.", min=0)] = 0,
     count: Annotated[
-        int | None, typer.Option(help="Steps, frames or starts; default: 10000, 60, 5.", min=1)
+        int | None, typer.Option(help="Steps or frames; default: 10000, 60.", min=1)
     ] = None,
     json: Json = None,
 ) -> None:
@@ -63,8 +59,6 @@ def timing(
 def _measured(
     part: Part, robots: list[str], tree: Path, seed: int, count: int | None
 ) -> list[TimingReport]:
-    from lab.bench.timing import time_reading, time_start
-
     match part:
         case Part.STEP:
             from lab.bench.step_time import time_steps
@@ -75,11 +69,7 @@ def _measured(
 
             with TemporaryDirectory() as folder:
                 return [time_task(tree, name, seed, Path(folder)) for name in robots]
-        case Part.TREE:
-            return [time_reading(tree)]
         case Part.PERCEPTION:
             from lab.bench.perception_time import time_perception
 
             return [time_perception(count or 60)]
-        case Part.START:
-            return [time_start(tree, count or 5)]

@@ -1,11 +1,13 @@
 """A robot that cannot be connected or closed is told in a line, and is closed whatever happens."""
 
+from pathlib import Path
+
 import pytest
 from command_line import call
 from harness import detector, open_floor
 
-from app.choices import VisionForm
-from app.core.setup import set_up
+from app.core import RunOptions, set_up
+from app.core.world_model import WorldModel
 from hw import Backend, HardwareError, SimClock
 from hw.sim import kinematic_robot
 from robots import load_robot
@@ -34,7 +36,12 @@ class Balky:
 
 
 def opened(robot: Balky):
-    return set_up(Backend(robot=robot, clock=robot.clock, truth=None), detector(), VisionForm.STEP)
+    return set_up(
+        Backend(robot=robot, clock=robot.clock, truth=None),
+        detector(),
+        RunOptions(tree=Path()),
+        world_model=WorldModel(),
+    )
 
 
 @pytest.mark.parametrize(

@@ -10,8 +10,9 @@ import pinocchio as pin
 from pinocchio import SE3
 from py_trees.common import Status
 
-from app.live import ObjectView, RegionView, SceneView, Snapshot
+from app.live import SceneView, Snapshot
 from app.live.nodes import NodeInfo, NodeStatus
+from behaviours import Region
 from controller import Command, PoseGoal, StepReport, robot_model
 from hw import DepthFrame, RobotState
 from hw.sim.camera.render import DepthRenderer
@@ -70,17 +71,17 @@ SCENE = SceneView(
         Geom(Box((0.6, 0.3, 0.02)), _at(0, 1.6, 0.48), "table", (140, 100, 60)),
     ),
     objects=(
-        ObjectView(name="box 1", parts=(Geom(Box((0.02, 0.03, 0.02)), _at(0, 0, 0)),)),
-        ObjectView(
-            name="mug",
-            parts=(
+        ("box 1", (Geom(Box((0.02, 0.03, 0.02)), _at(0, 0, 0)),)),
+        (
+            "mug",
+            (
                 Geom(Cylinder(0.03, 0.04), _at(0, 0, 0), colour=(220, 80, 60)),
                 Geom(Box((0.012, 0.005, 0.02)), _at(0.04, 0, 0), colour=(220, 80, 60)),
             ),
         ),
-        ObjectView(
-            name="ball and bar",
-            parts=(
+        (
+            "ball and bar",
+            (
                 Geom(Sphere(0.025), _at(0, 0, 0), colour=(90, 180, 90)),
                 Geom(Capsule(0.012, 0.04), _at(0, 0, 0.03), colour=(60, 60, 200)),
             ),
@@ -89,9 +90,7 @@ SCENE = SceneView(
 )
 SCENE = replace(
     SCENE,
-    regions=(
-        RegionView(name="container", pose=_at(3.0, 0.0, 0.556), size=np.array([0.44, 0.36, 0.2])),
-    ),
+    regions=(Region(name="container", mTr=_at(3.0, 0.0, 0.556), size=np.array([0.44, 0.36, 0.2])),),
     goals=(("above_container", _at(2.95, 0.0, 0.85)), ("at_table", _at(0.0, 1.4, 0.85))),
 )
 OBJECTS = (_at(2.95, 0.05, 0.476), _at(3.06, -0.05, 0.496), _at(2.92, -0.09, 0.481))
@@ -109,8 +108,8 @@ def frame(stamp: float, wTc: SE3, lens: Intrinsics = LENS) -> DepthFrame:
     """A depth image of the scene, with a hole in a corner."""
     moved = [
         part.moved(pose)
-        for view, pose in zip(SCENE.objects, OBJECTS, strict=True)
-        for part in view.parts
+        for (_, parts), pose in zip(SCENE.objects, OBJECTS, strict=True)
+        for part in parts
     ]
     depth = np.round(DepthRenderer(lens).render([*SCENE.fixtures, *moved], wTc), 3)
     depth[:5, :7] = np.nan

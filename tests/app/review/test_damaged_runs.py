@@ -219,7 +219,7 @@ def test_view_opens_what_a_killed_run_leaves_and_refuses_what_is_no_recording(
     started = []
     monkeypatch.setenv("DISPLAY", ":0")
     monkeypatch.setattr(
-        "app.live.viewer.open_recording.os.execve",
+        "app.live.viewer.viewer.os.execve",
         lambda program, command, environment: started.append(command),
     )
     for kind, damage in ANY_FILE.items():

@@ -100,7 +100,7 @@ def test_view_opens_the_recording_on_loopback_alone(runs, monkeypatch):
     started = []
     monkeypatch.setenv("DISPLAY", ":0")
     monkeypatch.setattr(
-        "app.live.viewer.open_recording.os.execve",
+        "app.live.viewer.viewer.os.execve",
         lambda program, command, environment: started.append(command),
     )
     for name in (run_folders(runs)[0].name, run_folders(runs)[0] / "recording.rrd"):

@@ -1,7 +1,7 @@
 """`bench timing`."""
 
 import pytest
-from bench_call import refused, report
+from bench_call import report
 
 QUICK = """\
 task: quick
@@ -16,15 +16,14 @@ def test_steps_ticks_and_the_steps_of_a_task_are_timed(tmp_path):
     task = tmp_path / "quick.yaml"
     task.write_text(QUICK)
     options = ("--robot", "omni", "--count", 10, "--task", task)
-    kept = report(tmp_path, "timing", "step", "task", "tree", *options)
+    kept = report(tmp_path, "timing", "step", "task", *options)
     assert kept["machine"]
-    frankie, paper, run, ticks, reading = kept["results"]
+    frankie, paper, run, ticks = kept["results"]
     assert (frankie["name"], paper["name"]) == ("omni: frankie", "omni: paper")
     assert run["name"] == "omni: quick, single, seed 0, step"
     assert run["steps"] > 50
     assert ticks["steps"] == run["steps"]
     assert run["median"] < ticks["median"]
-    assert reading["name"] == "read quick"
     for timing in kept["results"]:
         assert timing["steps"] >= 10
         assert 0.0 < timing["median"] <= timing["p95"] <= timing["p99"] <= timing["worst"]
@@ -33,14 +32,6 @@ def test_steps_ticks_and_the_steps_of_a_task_are_timed(tmp_path):
 
 
 @pytest.mark.slow
-def test_perception_and_starts_are_timed(tmp_path):
-    kept = report(tmp_path, "timing", "perception", "start", "--task", "pick_one", "--count", 2)
-    *steps, words, motion = kept["results"]
-    assert steps[0]["name"] == "perception: bins"
-    assert 0.0 < words["median"] < motion["median"]
-
-
-def test_a_task_that_cannot_start_is_one_line(tmp_path):
-    task = tmp_path / "bad.yaml"
-    task.write_text("task: bad\ntree: {nothing: {}}\n")
-    refused("the run did not start: ", "timing", "start", "--task", task, "--count", 1)
+def test_perception_is_timed(tmp_path):
+    kept = report(tmp_path, "timing", "perception", "--count", 2)
+    assert kept["results"][0]["name"] == "perception: bins"
