@@ -4,8 +4,6 @@ The packages of the project have plain names. Before it imports any of them, thi
 Python finds ours rather than a folder or distribution of the same name.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 from importlib.machinery import PathFinder

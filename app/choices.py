@@ -1,7 +1,5 @@
 """Choices of the command line, without imports that take time."""
 
-from __future__ import annotations
-
 from enum import StrEnum
 
 

@@ -1,7 +1,5 @@
 """Formats the time of a run: that of the task, and how long it was paused."""
 
-from __future__ import annotations
-
 
 def task_time(seconds: float, paused_s: float = 0.0) -> str:
     """Task time and pauses [s] as text, for example `57.3 s, paused 4 min 57 s`."""

@@ -1,7 +1,5 @@
 """Conditions on the robot's state, on camera images, and on values."""
 
-from __future__ import annotations
-
 from math import degrees
 from typing import Annotated, ClassVar
 

@@ -1,7 +1,5 @@
 """Behaviour `detect`: tell apart the objects in a region."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 from py_trees.common import Status

@@ -1,7 +1,5 @@
 """Behaviour `drive`: the base alone, to a pose or by a distance."""
 
-from __future__ import annotations
-
 from math import radians
 from typing import ClassVar
 

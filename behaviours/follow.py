@@ -1,7 +1,5 @@
 """Behaviour `follow`: keep the hand over a moving object."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 import numpy as np

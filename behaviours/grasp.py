@@ -1,7 +1,5 @@
 """Behaviour `grasp`: track a grasp with the camera, lock it, go down, close the fingers."""
 
-from __future__ import annotations
-
 from math import inf, radians
 from typing import ClassVar
 

@@ -1,7 +1,5 @@
 """The leaves that come with the project, by their keys in a task file."""
 
-from __future__ import annotations
-
 from behaviours import conditions
 from behaviours.core.leaf import Leaf
 from behaviours.detect import Detect

@@ -1,7 +1,5 @@
 """Behaviour `look_at`: point the wrist camera at a place."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Behaviour `move_arm`: the arm to a posture, the base held."""
 
-from __future__ import annotations
-
 from math import radians
 from typing import Annotated, ClassVar
 

@@ -1,7 +1,5 @@
 """Behaviour `navigate`: base and arm to a tool pose, or the base to a base pose."""
 
-from __future__ import annotations
-
 from typing import Annotated, ClassVar
 
 from pinocchio import SE3

@@ -1,7 +1,5 @@
 """Behaviour `open_gripper`."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 from py_trees.common import Status

@@ -1,7 +1,5 @@
 """Behaviour `place`: set the held object down on a free place of a region."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import ClassVar
 

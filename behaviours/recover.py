@@ -1,7 +1,5 @@
 """Behaviour `recover`: clear faults, leave contacts, and fold the arm."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from math import degrees

@@ -1,7 +1,5 @@
 """Behaviour `region_empty`: test that no object stands in a region."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 from py_trees.common import Status

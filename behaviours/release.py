@@ -1,7 +1,5 @@
 """Release of the held object at a place: open, rise, and check that it stands there."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import radians, sin

@@ -1,7 +1,5 @@
 """Behaviour `retreat_check`: rise, and check that the hand holds an object."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 from py_trees.common import Status

@@ -1,7 +1,5 @@
 """Behaviour `scan_for_objects`: count the objects in a region."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 from py_trees.common import Status

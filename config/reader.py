@@ -1,7 +1,5 @@
 """Reads strict YAML into pydantic models; reports all errors at once with location and hint."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar, get_args

@@ -1,7 +1,5 @@
 """The holistic controller: one control step, from state and goal to velocities of base and arm."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import sqrt
 

@@ -1,7 +1,5 @@
 """Guidance out of local minima: leads base and arm to a stance that is known to reach the goal."""
 
-from __future__ import annotations
-
 from math import cos, inf
 
 import numpy as np

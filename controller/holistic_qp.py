@@ -13,8 +13,6 @@ in the published example) are left out. Not in the paper: smoothness term, bias 
 acceleration bounds, a least |e| in the weights 1/|e|, and a desired bearing other than 0 (eq. 13).
 """
 
-from __future__ import annotations
-
 from math import atan2
 from typing import NamedTuple
 

@@ -3,8 +3,6 @@
 The base is a chain of virtual joints that stay at zero: poses are in the base frame.
 """
 
-from __future__ import annotations
-
 from math import exp, prod, sqrt
 from pathlib import Path
 from typing import NamedTuple

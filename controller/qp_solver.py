@@ -1,7 +1,5 @@
 """Quadratic programs (QPs) over box bounds and rows, solved by PIQP."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import eigenpy

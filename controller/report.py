@@ -1,7 +1,5 @@
 """The interface of motion controllers, and the report of one control step."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import inf
 from typing import Protocol

@@ -6,8 +6,6 @@ a fading-memory filter of the second order (the critically damped alpha-beta fil
 one that jitters, as detected anew in every frame, is at rest.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import atan2, exp, inf, sqrt
 from typing import NamedTuple

@@ -4,8 +4,6 @@ Symbols and equation numbers are those of Haviland, Sünderhauf and Corke, "A Ho
 Reactive Mobile Manipulation", RA-L 2022.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields
 from math import inf
 from typing import Any, ClassVar, Literal

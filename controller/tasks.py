@@ -1,7 +1,5 @@
 """Tasks of the QP: what each kind of motion goal asks of base and arm in one control period."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 

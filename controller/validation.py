@@ -1,7 +1,5 @@
 """Validation of the inputs of a control step."""
 
-from __future__ import annotations
-
 from math import hypot
 
 import numpy as np

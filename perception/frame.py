@@ -1,7 +1,5 @@
 """The input of perception, as protocols, so that a frame of any camera can be used."""
 
-from __future__ import annotations
-
 from typing import Protocol, TypeAlias, runtime_checkable
 
 import numpy as np

@@ -3,8 +3,6 @@
 A message names the mistake and its probable cause, in one line without changing numbers.
 """
 
-from __future__ import annotations
-
 from math import inf, isfinite
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Pinhole camera geometry: from pixels to world points and back."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ Heights are relative to the plane that the frames show for the floor, so that an
 mount does not count as an object. The smallest height that counts follows from their noise.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple

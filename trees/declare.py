@@ -1,7 +1,5 @@
 """Write what is made from the classes of the leaves: `python -m trees.declare`."""
 
-from __future__ import annotations
-
 from behaviours import LEAVES
 from trees.language import DECLARATIONS, declarations_text, describe_leaves
 from trees.schema import SCHEMA_FILE, schema_text

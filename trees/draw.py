@@ -1,7 +1,5 @@
 """A task as indented text: a line per node with name, arguments and modifiers."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 
 from config import written

@@ -5,8 +5,6 @@ every YAML language server knows. A node is one object with all keys as properti
 editor offers each key once. `frankie-task check` checks the rest.
 """
 
-from __future__ import annotations
-
 import json
 import types
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """The file that a new task begins with: small, commented, and ready to run."""
 
-from __future__ import annotations
-
 from config import UserError
 from trees.language import NAMING_HINT, WORD, describe_leaves, known_leaves
 from trees.schema import SCHEMA_FILE, schema_text

@@ -5,8 +5,6 @@ nor network is loaded. It shows the logic: which node runs after which outcome, 
 halted, how the task ends.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Node reference of `frankie-task nodes`: leaves, composites and modifiers of the task language."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from rich.console import Console

@@ -1,7 +1,5 @@
 """Scripted outcomes and keys of a dry run."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 
 from py_trees.common import Status

@@ -1,7 +1,5 @@
 """`frankie-task teach`: writes the present pose of a robot to a file of places."""
 
-from __future__ import annotations
-
 import re
 from math import degrees
 from pathlib import Path

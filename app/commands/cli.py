@@ -1,7 +1,5 @@
 """Root of the command line; heavy imports are in functions, so that `--help` is quick."""
 
-from __future__ import annotations
-
 import contextlib
 import gc
 import sys

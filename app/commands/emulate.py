@@ -1,7 +1,5 @@
 """`frankie-task emulate`: emulators of the machines that the drivers talk to."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Mapping
 from contextlib import suppress

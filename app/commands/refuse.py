@@ -1,7 +1,5 @@
 """Errors of users: one line on standard error, and exit code 2."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 from typing import Any, NoReturn

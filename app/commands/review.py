@@ -1,7 +1,5 @@
 """`frankie-task runs`, `view`, `film`, `explain`, `replay` and `delays`."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """Decisions of people (turns, stops, acknowledgements), recorded and replayed."""
 
-from __future__ import annotations
-
 from typing import TypeAlias
 
 from app.live import Control

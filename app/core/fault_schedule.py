@@ -5,8 +5,6 @@ Phases are the keys of running leaves (`navigate`, `grasp`, `place`, ...), the p
 `place`), `retreat` for `retreat_check`, and `carry` for a `navigate` with something in the hand.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import inf, isfinite

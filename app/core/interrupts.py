@@ -1,7 +1,5 @@
 """Signals that end a run: the first brings the robot to rest, the second ends the process."""
 
-from __future__ import annotations
-
 import os
 import signal
 import termios

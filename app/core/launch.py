@@ -1,7 +1,5 @@
 """Starts a run (loads the task, connects the robot, opens controls and viewer), or one a save."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack, nullcontext
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Measurements of a run: limits and tick durations."""
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import dataclass, field
 from math import exp, log

@@ -1,7 +1,5 @@
 """Outcome of a run: how it ended, its exit code, and how exceptions are classified."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from enum import Enum
 from traceback import format_exception

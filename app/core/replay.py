@@ -1,7 +1,5 @@
 """Replay of a recorded run: same readings and frames, same tree and controller."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

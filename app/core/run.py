@@ -1,7 +1,5 @@
 """The life of a run: make its folder, run the session, tell the observers, write the summary."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import asdict

@@ -5,8 +5,6 @@ an interrupt becomes an outcome, and the robot is at rest when it returns. While
 runs without the tree and brings the robot to rest as well.
 """
 
-from __future__ import annotations
-
 import gc
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """Setup of a session: connects the robot, and makes controller, gate, vision and context."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Runs one leaf on a simulated robot, for tests of a behaviour."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path

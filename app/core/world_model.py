@@ -1,7 +1,5 @@
 """World model of a run: the map and the moving obstacles that the robot is given."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple

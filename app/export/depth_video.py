@@ -4,8 +4,6 @@ A picture has 8 bits a pixel, equal in all three channels: 0 where nothing was m
 for `NEAR` to `FAR`. The video is lossy.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -5,8 +5,6 @@ grasp, its check or a placement failed; the rest is an episode if a grasp began 
 other task is one episode.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from os.path import isfile

@@ -5,8 +5,6 @@ writer falls behind, a simulation at full speed waits for it and keeps every tic
 time drops and counts the oldest ticks.
 """
 
-from __future__ import annotations
-
 import threading
 from collections import deque
 from collections.abc import Callable, Sequence

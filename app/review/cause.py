@@ -14,8 +14,6 @@ node that failed the search goes down and back in time:
 | a leaf | the robot's fault, if it had one while the leaf ran |
 """
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Delays of the axes of a robot in a finished run."""
 
-from __future__ import annotations
-
 from itertools import product
 from pathlib import Path
 from typing import NamedTuple

@@ -3,8 +3,6 @@
 It works for every kind of end, including a killed process; missing data is left out.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path

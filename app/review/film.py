@@ -4,8 +4,6 @@ The viewer shows the recording without a window; it needs a Vulkan driver, see `
 Pillow, which comes with Rerun, writes the film.
 """
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Sequence
 from io import BytesIO

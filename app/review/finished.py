@@ -1,7 +1,5 @@
 """Recorded runs: find one by name, read it, list all."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 from datetime import UTC, datetime

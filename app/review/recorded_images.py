@@ -1,7 +1,5 @@
 """Depth images from a recording, of this project or of any other that logs depth to Rerun."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager

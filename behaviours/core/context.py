@@ -1,7 +1,5 @@
 """The context that the leaves of one tree share: inputs of the tick, and its motion goal."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace

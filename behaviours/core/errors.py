@@ -1,7 +1,5 @@
 """Errors in the code of a leaf; apart from `leaf`, as `check` imports them without numpy."""
 
-from __future__ import annotations
-
 
 class LeafCrashedError(Exception):
     """A leaf raised an exception: an error in its code, not in the task.

@@ -1,7 +1,5 @@
 """Memory of the robot's faults: places, counts, pauses before clearing, and ways out."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass

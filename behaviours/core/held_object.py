@@ -3,8 +3,6 @@
 Nothing measures an object along the finger pads: its length there is assumed.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Base classes of the leaves of a task tree: `Leaf` and `Condition`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from typing import ClassVar
 

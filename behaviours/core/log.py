@@ -1,7 +1,5 @@
 """Log of a task: attempts, grips, carried objects and places."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 

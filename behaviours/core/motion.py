@@ -1,7 +1,5 @@
 """Motions that leaves share: approach a goal, back off, rise; and when a motion is stuck."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from math import degrees, hypot, inf

@@ -4,8 +4,6 @@ Each function is the `validate` of one or more leaves, see `Leaf.validate`. `che
 a run, so nothing heavy is imported here.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 

@@ -1,7 +1,5 @@
 """Depth obstacles: points that the wrist camera has seen, without robot and held object."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Sequence
 from concurrent.futures import Executor, Future

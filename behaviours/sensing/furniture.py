@@ -1,7 +1,5 @@
 """Where furniture stands that was moved from its place on the map."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 from math import radians

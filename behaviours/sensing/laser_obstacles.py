@@ -1,7 +1,5 @@
 """Laser obstacles: points that the laser has seen lately, whatever the map says."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """Where the map is in the world of the odometry (REP 105)."""
 
-from __future__ import annotations
-
 from bisect import bisect_left
 from collections import deque
 from collections.abc import Collection

@@ -1,7 +1,5 @@
 """Places on the map what the robot remembers in the world."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Generic, TypeVar
 

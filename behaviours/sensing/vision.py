@@ -5,8 +5,6 @@ that a simulated run is reproducible. `VisionBeside` detects in a thread, and a 
 newest result, as on a real robot.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from concurrent.futures import Executor, Future

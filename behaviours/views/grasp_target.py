@@ -1,7 +1,5 @@
 """The target of a grasp: any object in a region, or one that is chosen once and then followed."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from behaviours.core.context import Context

@@ -1,7 +1,5 @@
 """Detection of the surface at a place in a depth frame, before an object is set down on it."""
 
-from __future__ import annotations
-
 from enum import Enum
 from math import inf, nan
 from typing import NamedTuple

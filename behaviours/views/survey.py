@@ -1,7 +1,5 @@
 """Surveys of a region: pictures from one or more viewpoints, as one map."""
 
-from __future__ import annotations
-
 from math import ceil
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Viewpoints of the wrist camera: poses of camera and hand, and the motion to one."""
 
-from __future__ import annotations
-
 from math import atan2
 
 import numpy as np

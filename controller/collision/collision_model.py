@@ -3,8 +3,6 @@
 Everything is in the world frame; the first joint placement of the chain is the base pose.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from enum import IntEnum
 from itertools import product

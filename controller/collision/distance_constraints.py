@@ -18,8 +18,6 @@ Base and arm follow a command q̇ with lags τ: until they have caught up, the d
 rᵀ τ (v - q̇), v being their present velocities. d - d_s above includes that.
 """
 
-from __future__ import annotations
-
 from math import inf
 from typing import NamedTuple, TypeAlias
 

@@ -11,8 +11,6 @@ the base would be without moving obstacles, and the distances below `MARGIN`. Th
 velocity as rows.
 """
 
-from __future__ import annotations
-
 from math import hypot, inf
 
 import numpy as np

@@ -4,8 +4,6 @@ Probes are places along the axes and on the faces of the robot's shapes. Each fi
 nearest to it; the distance of that point is then measured from the shape itself.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from itertools import product
 from typing import NamedTuple

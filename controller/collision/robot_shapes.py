@@ -6,8 +6,6 @@ The nearest points of two faces jump from one edge to another while the base tur
 shapes of their own: without their distances the base would turn into the wall that it faces.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import product
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Rollouts: predicted motions of the base in the plane, and their cost near moving obstacles."""
 
-from __future__ import annotations
-
 from math import hypot
 from typing import NamedTuple
 

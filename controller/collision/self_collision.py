@@ -4,8 +4,6 @@ Coal measures between the capsules of the arm, the box of the base and the half-
 The floor moves with the base, as it is flat: only the joints of the arm matter.
 """
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

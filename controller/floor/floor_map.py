@@ -3,8 +3,6 @@
 Distances are exact at the points of a grid and interpolated between them.
 """
 
-from __future__ import annotations
-
 from math import hypot
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Footprints: the part of a shape in a band of heights, seen from above."""
 
-from __future__ import annotations
-
 from math import hypot, pi, sqrt
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Paths of the base: straight lines with round corners, and speed profiles."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import ceil, cos, hypot, sin, tan
 from typing import NamedTuple, TypeAlias

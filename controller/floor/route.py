@@ -5,8 +5,6 @@ out of and into places where it cannot turn. The path is planned anew when map o
 the base has left it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from math import cos, exp, hypot, inf, sin
 

@@ -1,7 +1,5 @@
 """Plans the path of a base: straight out of its place, through the room, and straight in."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from itertools import pairwise
 from math import cos, pi, sin

@@ -5,8 +5,6 @@ trajectory, one after the other and each from rest. A goal that moves a little m
 anew only afterwards. Plans take moving obstacles as they are at that time, and ignore depth points.
 """
 
-from __future__ import annotations
-
 from collections.abc import Generator, Iterator
 from dataclasses import replace
 from typing import NamedTuple

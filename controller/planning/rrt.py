@@ -1,7 +1,5 @@
 """Paths of the arm by RRT-Connect, from the Open Motion Planning Library."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from importlib import import_module
 from typing import Any

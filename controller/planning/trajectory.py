@@ -1,7 +1,5 @@
 """Time-optimal trajectories of the arm along paths, within joint speeds and accelerations."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

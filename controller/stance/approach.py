@@ -5,8 +5,6 @@ takes its transport posture; the base then drives to the dock of the stance, wai
 arm has unfolded, and drives straight in.
 """
 
-from __future__ import annotations
-
 from math import hypot
 
 import numpy as np

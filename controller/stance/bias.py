@@ -4,8 +4,6 @@ Far from the goal base and arm are led to the stance, near the goal the end effe
 weights of one QP blend the two.
 """
 
-from __future__ import annotations
-
 from math import cos, hypot, inf, sin
 from typing import NamedTuple
 

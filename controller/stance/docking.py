@@ -4,8 +4,6 @@ So a hand gets between boards or among objects on a table. At the dock, where th
 begins, the arm has room to unfold.
 """
 
-from __future__ import annotations
-
 from collections.abc import Generator
 from math import ceil, cos, hypot, sin
 

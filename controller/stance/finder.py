@@ -1,7 +1,5 @@
 """Finds stances for goals among obstacles, and says why a goal cannot be reached."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

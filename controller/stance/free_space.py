@@ -1,7 +1,5 @@
 """Free space: distances of the robot to static obstacles at any base pose."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -7,8 +7,6 @@ moving goal, and the one that is best for the arm is taken. So the base stops, b
 time to unwind an arm that a circling goal winds up.
 """
 
-from __future__ import annotations
-
 from itertools import product
 from math import atan2, cos, hypot, sin
 from typing import NamedTuple

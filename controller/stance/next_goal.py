@@ -5,8 +5,6 @@ stance, and the arm compensates for the velocity that the lagging base really ha
 down and stops as the arm comes near to a singularity or a joint limit.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from pinocchio import SE3
 

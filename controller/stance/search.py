@@ -5,8 +5,6 @@ inverse kinematics, and the best of those is taken that stands free and whose ar
 without contact.
 """
 
-from __future__ import annotations
-
 from collections.abc import Generator, Iterator
 from math import inf, pi
 

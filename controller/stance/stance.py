@@ -1,7 +1,5 @@
 """Stances: arm postures with base poses, and inverse kinematics of many postures at once."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import atan2, cos, sin
 from typing import NamedTuple

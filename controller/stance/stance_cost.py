@@ -1,7 +1,5 @@
 """Costs of stances in seconds: driving times, posture quality, and contact on the way."""
 
-from __future__ import annotations
-
 from math import cos, pi, sin
 from typing import NamedTuple
 

@@ -6,8 +6,6 @@ place is passed and there is room to unfold. The path is checked from its end, a
 period.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from controller.command import Array

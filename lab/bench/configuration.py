@@ -1,7 +1,5 @@
 """Configuration of a measurement: robot, preset of the controller, limits of the base."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any
 

@@ -4,8 +4,6 @@ Capsules with the radii of the manufacturer's self-collision model, a box for th
 half-space for the floor: shapes that are independent of those of the controller.
 """
 
-from __future__ import annotations
-
 from itertools import combinations
 from typing import NamedTuple
 

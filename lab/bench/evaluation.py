@@ -3,8 +3,6 @@
 Everything is computed from the samples of the motion, nothing from the reports of the controller.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import StrEnum
 

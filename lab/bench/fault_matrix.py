@@ -1,7 +1,5 @@
 """Rows of the fault matrix: the faults, how they are injected, and the required reaction."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf

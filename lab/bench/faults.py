@@ -4,8 +4,6 @@ Each cell is a run of its own in which one fault occurs once, in one phase. The 
 simulated world, and the robot beneath the injected faults.
 """
 
-from __future__ import annotations
-
 import os
 from collections import Counter
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Starts and goals of Experiment 2: drawn with a seed, reachable and free of contact."""
 
-from __future__ import annotations
-
 import numpy as np
 import pinocchio as pin
 from pinocchio import SE3

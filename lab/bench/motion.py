@@ -1,7 +1,5 @@
 """Simulation of one motion with a controller: exact integration, or with first-order lag."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import cos, exp, sin

@@ -4,8 +4,6 @@ Every goal moves at a constant speed at constant height; the paths differ in how
 points down, and its yaw is fixed or follows the path.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

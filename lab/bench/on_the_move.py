@@ -1,7 +1,5 @@
 """Grasping on the move: the same objects grasped standing and in passing."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Time of a perception step, from a frame of the wrist camera to grasps, on one thread."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import cv2

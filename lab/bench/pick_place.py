@@ -1,7 +1,5 @@
 """Experiment 3 of the paper: the main task over a range of seeds, and Table IV."""
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Callable, Sequence

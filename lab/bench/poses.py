@@ -7,8 +7,6 @@ The velocity of d changes with `GOAL_ACCELERATION`, as that of a real object doe
 limited accelerations can follow a goal whose velocity jumps without error.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby

@@ -1,7 +1,5 @@
 """Experiment 2 of the paper: reaching many goals from rest."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass

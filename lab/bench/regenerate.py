@@ -1,7 +1,5 @@
 """Comparison of the documented figures of a list of experiments with new ones."""
 
-from __future__ import annotations
-
 import json
 import shlex
 import subprocess

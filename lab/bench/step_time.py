@@ -4,8 +4,6 @@ All controllers compute the same step from the same state; the command of the fi
 robot.
 """
 
-from __future__ import annotations
-
 import gc
 from collections.abc import Sequence
 from functools import partial

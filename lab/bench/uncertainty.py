@@ -3,8 +3,6 @@
 The judge is the simulated world: what was placed, what was touched, and where the base truly was.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import product

@@ -1,7 +1,5 @@
 """Judge of the true motion of a robot, beneath the injected faults."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -5,8 +5,6 @@ board lies flat on the floor gives height and tilt of the arm's foot, which moti
 cannot; the motion gives the rest.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

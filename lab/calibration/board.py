@@ -1,7 +1,5 @@
 """The ChArUco board: its print, and its corners in an image."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any

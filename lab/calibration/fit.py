@@ -1,7 +1,5 @@
 """Least squares over poses, the uncertainty of the result, and a check with held-out views."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar

@@ -4,8 +4,6 @@ A closed form gives a start; the result minimises the reprojection error of the 
 quarter of the views is held out to check it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import combinations

@@ -1,7 +1,5 @@
 """A real arm, a real base and a real camera, to be calibrated."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager

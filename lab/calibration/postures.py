@@ -1,7 +1,5 @@
 """Postures of the arm from which the camera sees the board."""
 
-from __future__ import annotations
-
 import numpy as np
 import pinocchio as pin
 from pinocchio import SE3

@@ -1,7 +1,5 @@
 """Result of a calibration: the transform, its quality, and its file."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Simulated rigs to be calibrated: an arm with a camera, and a base with both."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

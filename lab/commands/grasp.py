@@ -1,7 +1,5 @@
 """`frankie-task grasp`: train and evaluate the grasp networks, and show the grasps they find."""
 
-from __future__ import annotations
-
 from dataclasses import asdict
 from enum import StrEnum
 from pathlib import Path

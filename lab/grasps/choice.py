@@ -1,7 +1,5 @@
 """Choice of the detector to evaluate, and its evaluation on many items in parallel."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache

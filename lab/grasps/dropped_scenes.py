@@ -5,8 +5,6 @@ a third the same bodies stretched and heavy. No network is trained on any of the
 meshes replaces them all.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -3,8 +3,6 @@
 Importing this does not import MuJoCo.
 """
 
-from __future__ import annotations
-
 from functools import partial
 from pathlib import Path
 

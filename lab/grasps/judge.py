@@ -4,8 +4,6 @@ It shares with the feasibility check neither friction nor contacts nor height ma
 dimensions of the hand and the camera.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

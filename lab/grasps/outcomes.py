@@ -4,8 +4,6 @@ The grasps are drawn evenly over all that the feasibility check accepts, not fro
 scenes are a file, so that an interrupted collection resumes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import partial

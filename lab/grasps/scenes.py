@@ -1,7 +1,5 @@
 """Random scenes to train and evaluate the grasp networks on, and random views of them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -7,8 +7,6 @@ touch others of the same colour, or apart, in pairs or in one cluster. The rende
 points with their object. The network is fitted to most of the scenes and evaluated on the others.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from collections import Counter

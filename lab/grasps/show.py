@@ -5,8 +5,6 @@ and Bolles, "Random sample consensus", 1981) and refitted to its inliers; it giv
 camera.
 """
 
-from __future__ import annotations
-
 from os.path import isfile
 from pathlib import Path
 from typing import Any, TypeAlias

@@ -6,8 +6,6 @@ of a noisy image of the wrist camera takes the labels of the point that it shows
 only on the seed of its data set and its number.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace

@@ -4,8 +4,6 @@ The same objects, at rest, are seen from every tilt and every distance. Importin
 import MuJoCo.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import partial
 from typing import NamedTuple

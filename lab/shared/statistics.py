@@ -1,7 +1,5 @@
 """Shares, means and differences with 95 % confidence intervals."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from math import sqrt
 from typing import Any

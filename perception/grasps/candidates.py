@@ -4,8 +4,6 @@ The sources show what a network adds to the feasibility check: with `RandomPoint
 random points, with `SpreadPoints` it decides alone.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol

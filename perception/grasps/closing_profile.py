@@ -3,8 +3,6 @@
 A line is sampled every `STEP` from -63 mm to 63 mm about the grasp centre, past an open finger.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from perception.frame import Array, Image, Mask

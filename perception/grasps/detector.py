@@ -1,7 +1,5 @@
 """The grasp detector: from one depth frame to ranked grasps in the world."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

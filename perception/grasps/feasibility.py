@@ -7,8 +7,6 @@ everything above the palm for the palm; what is hidden is in the way of the fing
 labels training scenes, where heights are exact.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import ceil
 

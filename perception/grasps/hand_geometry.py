@@ -1,7 +1,5 @@
 """Dimensions of a gripper in the feasibility check, with safety margins."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from functools import cache

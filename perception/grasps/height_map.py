@@ -1,7 +1,5 @@
 """Height map of the scene: its upper surface on a regular grid of the world."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

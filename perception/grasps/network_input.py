@@ -7,8 +7,6 @@ distance below the camera. A hole is mostly the stereo shadow of a nearer surfac
 farther of its two neighbours in the row.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

@@ -5,8 +5,6 @@ centroid, the easier it slips. An object is a connected region above the floor; 
 of the volume below its upper surface.
 """
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

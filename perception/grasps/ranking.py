@@ -1,7 +1,5 @@
 """Ranking of grasps: feasible grasps at the candidates of an image, best first, in the world."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from perception.frame import Array, Frame, Mask, ObjectRegion, Workspace

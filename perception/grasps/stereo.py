@@ -6,8 +6,6 @@ than the difference of the disparities; every other wide hole may hide anything,
 beyond the border.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

@@ -6,8 +6,6 @@ an object that the image cuts off: its visible part looks better than it is. A m
 expected where its velocity takes it, also once its grasp is locked.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import replace

@@ -4,8 +4,6 @@ GG-CNN regresses one direction per pixel; where several are good, it learns thei
 be bad. Here every direction has its own quality and width, on a grid three times as coarse.
 """
 
-from __future__ import annotations
-
 import torch
 from torch import Tensor, nn
 from torch.nn import functional

@@ -6,8 +6,6 @@ nearly all its work is in one 9x9 transposed convolution. `subpixel_form` turns 
 convolution into an equal 3x3 convolution followed by a pixel shuffle, and the four heads into one.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import torch

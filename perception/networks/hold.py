@@ -4,8 +4,6 @@ It learns from grasps that were executed in physics (`frankie-task grasp outcome
 that held to the end of the shaking without a hard contact.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from importlib.resources import as_file, files
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Fit of the hold network to outcomes of grasps."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ GG-CNN's cosine and sine maps are smoothed, not the angle, which wraps at half a
 the angle-bin network are also smoothed over the closing directions, which are periodic.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

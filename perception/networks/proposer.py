@@ -5,8 +5,6 @@ transposed convolutions become sub-pixel convolutions, memory is channels last, 
 used.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from copy import deepcopy

@@ -6,8 +6,6 @@ randomness follows from the seed and the round, so a resumed training ends with 
 bit for bit on one thread of the same machine.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from copy import deepcopy
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ Weights are safetensors files, or state dicts that PyTorch saved with the publis
 pickled modules contain code and are refused. The names of the tensors identify the network.
 """
 
-from __future__ import annotations
-
 import json
 import pickle
 import warnings

@@ -4,8 +4,6 @@ A boundary runs from a concave corner of the outline to another one, or straight
 or round what is higher than a level.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TypeAlias

@@ -4,8 +4,6 @@ The features are how much of its bounding rectangle an object fills, how much of
 and the ratios of its edges and of its height.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import astuple, dataclass
 from functools import cache

@@ -3,8 +3,6 @@
 Light moves objects across the limits: a name is only as good as the light is white.
 """
 
-from __future__ import annotations
-
 from colorsys import rgb_to_hsv
 from typing import Literal, TypeAlias, get_args
 

@@ -5,8 +5,6 @@ A package is imported only for a class that the shipped recogniser does not know
 breaks only the tasks that ask for such a class.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache

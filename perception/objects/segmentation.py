@@ -4,8 +4,6 @@ Seen from straight above, whatever stands out of the floor is cut where the colo
 the height jumps. Touching objects of one colour are split where a boundary is likely (`touching`).
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

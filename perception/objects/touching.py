@@ -5,8 +5,6 @@ lab.grasps.seams`), estimates how likely it is. The likeliest is cut, and both s
 again.
 """
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass
 from functools import cache

@@ -7,8 +7,6 @@ et al. 2020). What is not the pose is marginalised (Schur complement): a flat wa
 along itself, and a thousand points of a camera no more than its mounting does.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Poses on the floor as arrays (3,): x [m], y [m], heading [rad]."""
 
-from __future__ import annotations
-
 from math import atan2, cos, hypot, pi, radians, sin
 from typing import TypeVar
 

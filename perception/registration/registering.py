@@ -1,7 +1,5 @@
 """Registration of a scan and a depth image to the map: the pose, and which furniture was moved."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 

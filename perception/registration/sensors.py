@@ -1,7 +1,5 @@
 """What a laser and a depth camera measured of their surroundings, and how wrong that may be."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import ceil, radians, sqrt
 

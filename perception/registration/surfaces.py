@@ -1,7 +1,5 @@
 """The surfaces of the map: signed distances of many points to many convex shapes, with normals."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping, Sequence
 from functools import reduce
 

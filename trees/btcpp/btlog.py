@@ -5,8 +5,6 @@ tree's XML and the XML itself, the time of the first record, and 9 bytes a chang
 in 6, the node's number in 2, its status in 1), all little-endian.
 """
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Iterable, Sequence
 from xml.etree import ElementTree

@@ -5,8 +5,6 @@ poses and regions as ports. The tree `Main` runs the task with their defaults. T
 that BehaviorTree.CPP lacks stand at the end.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path

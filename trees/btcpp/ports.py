@@ -3,8 +3,6 @@
 `{name}` in an attribute stands for an entry of the blackboard.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from xml.etree.ElementTree import Element, SubElement

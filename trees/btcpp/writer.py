@@ -1,7 +1,5 @@
 """Trees of the XML, one for each task file, and the models of their nodes."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement

@@ -5,8 +5,6 @@ subtree that has succeeded. Of a node that has failed, only what it writes on ev
 failure counts.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial

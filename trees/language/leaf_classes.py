@@ -4,8 +4,6 @@ Keyword-only parameters of the constructor give names, types and defaults, the d
 class their descriptions. Those annotated `Key[T]` are outputs.
 """
 
-from __future__ import annotations
-
 import inspect
 import re
 import types

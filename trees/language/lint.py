@@ -1,7 +1,5 @@
 """Warnings about what is probably a mistake, and the error of two movers at the same time."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """Reading mappings: known keys, and errors about unknown and missing ones."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Collection, Iterator, Mapping
 from typing import Any

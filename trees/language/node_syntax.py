@@ -1,7 +1,5 @@
 """Syntax of the composites `switch` and `for_each`."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TypeAlias

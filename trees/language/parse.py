@@ -3,8 +3,6 @@
 Reading goes on after an error, so that one pass finds them all; an invalid node is None.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial

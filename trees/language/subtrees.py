@@ -4,8 +4,6 @@ An included file is named relative to the including one and lies in the folder o
 below; links that lead out of it, and files that include themselves, are refused.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path

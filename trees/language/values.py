@@ -1,7 +1,5 @@
 """Conversion of values of a task file to the Python values that parameters expect, and hints."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Reachability of poses and postures for a robot, and collisions with the furniture of a scene."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from math import degrees, pi
 from typing import NamedTuple

@@ -3,8 +3,6 @@
 The first line of each docstring is what `frankie-task nodes` and an editor show of the word.
 """
 
-from __future__ import annotations
-
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 

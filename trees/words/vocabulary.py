@@ -1,7 +1,5 @@
 """The words of the language: tables of composites and modifiers, and the other keys."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 
 from py_trees.behaviour import Behaviour

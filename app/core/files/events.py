@@ -10,8 +10,6 @@
 | `end` | after the last tick | `outcome`, `reason`, `node` (index or null), `trace`, `values` |
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 

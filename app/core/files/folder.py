@@ -1,7 +1,5 @@
 """Folder of a run: names of its files, and how it is made."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from datetime import datetime

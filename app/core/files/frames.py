@@ -3,8 +3,6 @@
 A stream that was cut off is readable up to there.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from io import BytesIO
 from pathlib import Path

@@ -3,8 +3,6 @@
 Numbers of arrays are there bit for bit: float64, compressed, in base64.
 """
 
-from __future__ import annotations
-
 import json
 from base64 import b64decode, b64encode
 from collections.abc import Callable, Mapping

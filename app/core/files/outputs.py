@@ -1,7 +1,5 @@
 """Files that a run writes beside the recording: events, status log, commands, states, readings."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from pathlib import Path

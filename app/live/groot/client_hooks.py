@@ -1,7 +1,5 @@
 """Breakpoints that a Groot2 client sets."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from typing import Any

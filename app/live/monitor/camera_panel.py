@@ -3,8 +3,6 @@
 They are removed once the picture is out of date.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import cv2

@@ -3,8 +3,6 @@
 All poses are on one entity: a recording pays for every entity and every batch.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from operator import is_
 from typing import Any, NamedTuple

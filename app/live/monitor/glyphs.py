@@ -4,8 +4,6 @@ The viewer's font is Inter. Without a window the viewer crashes on a character t
 so all foreign text (names, messages) passes `printable` first.
 """
 
-from __future__ import annotations
-
 from app.live.nodes import Look
 
 Colour = tuple[int, int, int]

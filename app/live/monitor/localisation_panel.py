@@ -3,8 +3,6 @@
 Only where its pose on the map is an estimate.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, TypeVar

@@ -4,8 +4,6 @@ The package rtb-data provides them. They are reduced to about a tenth of their t
 every recording contains them, and cached in the user's cache folder.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import os
 from contextlib import suppress

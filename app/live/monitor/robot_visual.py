@@ -1,7 +1,5 @@
 """Rerun archetypes of shapes, and of a robot: its meshes if they are installed, else its shapes."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any

@@ -1,7 +1,5 @@
 """3-D scene of the recording: robot, furniture, objects, goals, path, distances and grasps."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from math import cos, sin
 from typing import Any

@@ -1,7 +1,5 @@
 """Plots of the recording: commanded velocities, errors and computing time, a row per tick."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from math import degrees, isfinite, nan
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Texts of the recording: active node and message, and log of transitions."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 import rerun as rr

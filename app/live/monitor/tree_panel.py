@@ -1,7 +1,5 @@
 """The tree in the recording: pills with their status, and a line of history per node."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

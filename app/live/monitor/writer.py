@@ -4,8 +4,6 @@ The server for viewers runs in this process and drops the oldest data when its m
 writing never waits for a viewer, as a sink that connects to one would.
 """
 
-from __future__ import annotations
-
 import socket
 import threading
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Pause, resume, step and stop: set by any thread, read by the session's loop."""
 
-from __future__ import annotations
-
 import threading
 from dataclasses import dataclass, replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Control by keys, where standard input is a terminal and this process is in its foreground."""
 
-from __future__ import annotations
-
 import os
 import select
 import termios

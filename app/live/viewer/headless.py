@@ -3,8 +3,6 @@
 Without a graphics card, `apt-get install mesa-vulkan-drivers` provides one.
 """
 
-from __future__ import annotations
-
 import subprocess
 import threading
 from collections.abc import Iterator

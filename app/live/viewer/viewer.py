@@ -5,8 +5,6 @@ that may start late, hang or be closed without affecting the run. Everything lis
 address unless the user chooses another.
 """
 
-from __future__ import annotations
-
 import ipaddress
 import os
 import subprocess

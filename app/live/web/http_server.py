@@ -4,8 +4,6 @@ Connections that say nothing keep nobody out: when there are too many, the oldes
 has not presented the token is ended. One that has is never ended for another.
 """
 
-from __future__ import annotations
-
 import shutil
 import socket
 import threading

@@ -1,7 +1,5 @@
 """Addresses and free ports of this machine."""
 
-from __future__ import annotations
-
 import ipaddress
 import socket
 from dataclasses import dataclass, field

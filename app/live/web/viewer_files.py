@@ -4,8 +4,6 @@ The page loads no foreign fonts, and its content security policy limits the host
 browser may connect.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import re

@@ -1,7 +1,5 @@
 """`bench faults`: a task with every fault in every phase."""
 
-from __future__ import annotations
-
 from dataclasses import asdict
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """`bench obstacles`: reaching goals among furniture and walkers."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import typer

@@ -1,7 +1,5 @@
 """`bench experiments`: the figures of docs/experiments.md once more."""
 
-from __future__ import annotations
-
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated

@@ -1,7 +1,5 @@
 """`bench pick-place` and `bench on-the-move`: whole tasks over many seeds."""
 
-from __future__ import annotations
-
 from dataclasses import asdict
 from enum import StrEnum
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Furniture: upright boxes and cylinders with names."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Judge of contacts with obstacles: every part of the robot in every sample of a motion."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias

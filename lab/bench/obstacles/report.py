@@ -1,7 +1,5 @@
 """Report of `bench obstacles`: counts of every controller, table, JSON."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

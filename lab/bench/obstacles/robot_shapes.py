@@ -4,8 +4,6 @@ Capsules of the arm with the radii of the manufacturer's self-collision model; b
 the hand with open fingers and the camera.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import NamedTuple
 

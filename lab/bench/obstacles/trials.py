@@ -1,7 +1,5 @@
 """Trials of several controllers in seeded worlds with obstacles."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache

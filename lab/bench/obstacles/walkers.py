@@ -1,7 +1,5 @@
 """Walkers, and which contacts with them the robot could have avoided."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import ceil, inf
 

@@ -4,8 +4,6 @@ The robot starts at the origin, arm ready. The goal is the tool pose of a stance
 finds free with a margin, and to which `Paths` has found a path.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TypeAlias
