@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import call
 
 import frankie_task
 import frankie_task_cli
@@ -105,8 +104,3 @@ def test_a_command_is_built_alone_and_a_wrong_word_is_answered_by_all_of_them():
         check=False,
     )
     assert "did you mean 'check'" in done.stderr.lower()
-
-
-def test_a_former_bench_says_what_it_is_called_now():
-    code, _, err = call("bench", "tree", "--seeds", "3")
-    assert (code, err) == (2, "bench tree: is `bench timing tree` now\n")

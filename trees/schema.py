@@ -64,11 +64,7 @@ def schema_text(leaves: Mapping[str, LeafType]) -> str:
 
 
 def task_schema(leaves: Mapping[str, LeafType]) -> Schema:
-    """The schema of a task file.
-
-    Args:
-        leaves: what may stand in a tree, by key.
-    """
+    """The schema of a task file."""
     return {
         "$schema": "http://json-schema.org/draft-07/schema#",
         "title": "frankie-task",

@@ -58,11 +58,7 @@ def capsule_on_link(capsule: _Capsule, shrunk: float = 0.0) -> tuple[float, floa
 
 
 class ContactChecker:
-    """Contacts of the arm of one robot, with itself, the base and the floor.
-
-    Args:
-        model: the robot; its chain of joints carries the shapes.
-    """
+    """Contacts of the arm of one robot, with itself, the base and the floor."""
 
     def __init__(self, model: RobotModel) -> None:
         self._model = model

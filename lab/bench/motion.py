@@ -89,20 +89,11 @@ def run_motion(
 ) -> Motion:
     """Move from rest at the origin until the goal is reached or time is up.
 
-    Args:
-        step: computes the commands.
-        model: the robot.
-        goal_at: the goal, with the tolerances for arrival.
-        period: control period [s].
-        limit: longest time [s].
-        patience: give up after this time without progress [s].
-        stop_on_arrival: stop when the goal is reached, or continue to the limit.
-        start: (7,) initial joint positions [rad]; None is ready.
-        elapsed: true duration of a period [s], unknown to the controller.
-        surroundings_at: the obstacles; a motion ends when the controller reports the goal as
-            unreachable.
-        lag: whether base and arm follow their commands with the lags of the robot's description,
-            or exactly.
+    `step` computes the commands from the `goal_at` a time, with the obstacles of `surroundings_at`;
+    a goal that it reports as unreachable ends the motion. `period` is that of control, `limit` the
+    longest time and `patience` that without progress [s]; `start` are (7,) joint positions [rad],
+    None for ready. `elapsed` draws the true duration of a period [s], unknown to the controller;
+    with `lag`, base and arm follow with the lags of the robot's description.
     """
     q = model.description.arm.ready.copy() if start is None else start
     state = State(wTb=SE3.Identity(), q=q)

@@ -66,10 +66,7 @@ class PoseResult:
 def goal_of(pose: str, model: RobotModel, tolerances: tuple[float, float]) -> GoalAt:
     """The goal of a pose at any time.
 
-    Args:
-        pose: a, b, c or d.
-        model: the robot.
-        tolerances: of position [m] and orientation [rad].
+    `tolerances` are of position [m] and orientation [rad].
     """
     start = model.bTe(model.description.arm.ready).translation
     x, y, heading = _PLACES["a" if pose == "d" else pose]
@@ -112,10 +109,7 @@ def run_pose(
 ) -> PoseResult:
     """Move to a pose; d continues after the arrival.
 
-    Args:
-        configuration: robot and controller.
-        pose: a, b, c or d.
-        tolerances: of position [m] and orientation [rad].
+    `tolerances` are of position [m] and orientation [rad].
     """
     model = configuration.model()
     evaluator = Evaluator(model)

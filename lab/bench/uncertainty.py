@@ -68,14 +68,7 @@ def run_uncertainty(
 ) -> list[UncertainRun]:
     """Run the task for every level, registration, scene and seed; `exact` needs no registration.
 
-    Args:
-        options: of each run, except for these four.
-        levels: of the localisation.
-        registrations: what is matched to the map, see `RegistrationForm`.
-        scenes: shipped scenes or scene files.
-        seeds: of objects, noise and errors.
-        done: called after each run.
-        workers: number of processes; None is one per core.
+    `options` are those of each run but for these four; `done` is called after each run.
     """
     wanted = [
         replace(

@@ -51,12 +51,8 @@ def calibrate_base_arm(
 ) -> Calibration:
     """View a board on the floor from many places, and find bTa, the arm's foot on the base.
 
-    Args:
-        rig: a base whose camera sees the board.
-        description: of the robot, with a calibrated camera mount.
-        board: at rest on the floor.
-        thickness: height of the board's face above the floor [m].
-        say: receives lines of progress.
+    The camera mount of `description` is calibrated; `thickness` is the height of the board's face
+    above the floor [m], and `say` receives lines of progress.
 
     Raises:
         CalibrationError: the board is seen too seldom, or does not lie on the floor. The caller

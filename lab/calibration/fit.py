@@ -38,10 +38,8 @@ def difference(one: SE3, other: SE3) -> Spread:
 class Problem(Generic[View]):
     """Poses with the smallest residuals, by robust least squares.
 
-    Args:
-        residuals: of the poses.
-        free: which of its six freedoms (x, y, z, rotations) are estimated, for each pose.
-        scale: larger residuals count less.
+    `free` tells for each pose which of its six freedoms (x, y, z, rotations) are estimated;
+    residuals larger than `scale` count less.
     """
 
     def __init__(

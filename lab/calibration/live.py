@@ -111,9 +111,7 @@ class LiveBase(Eye):
 def live_arm(real: RealRobot, *, armed: bool) -> Iterator[LiveArm]:
     """Connect the arm and the camera of a real robot.
 
-    Args:
-        real: the robot file.
-        armed: whether a person has allowed motion.
+    `armed` is whether a person has allowed motion.
 
     Raises:
         UserError: it is not armed, or another program commands it.

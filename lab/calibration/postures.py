@@ -37,16 +37,9 @@ def postures(
     """Joint positions (7,) [rad] that show all of the board, as different as possible.
 
     They are near the first ones, and the hand stays above the plane of the board; other obstacles
-    are unknown.
-
-    Args:
-        description: of the robot; its camera mount may be wrong by some centimetres.
-        model: of the robot.
-        first: joint positions from which the board is seen.
-        aTm: approximate pose of the board on the arm's foot.
-        board: the board.
-        count: of postures.
-        rng: for the candidates.
+    are unknown. `first` are joint positions (7,) from which the board is seen [rad], `aTm` is the
+    approximate pose of the board on the arm's foot; the camera mount may be wrong by some
+    centimetres.
 
     Raises:
         CalibrationError: there are too few of them.

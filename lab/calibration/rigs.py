@@ -61,12 +61,7 @@ class Noise:
 class SimulatedArm:
     """An arm over a board, with a camera mount that differs from the robot file.
 
-    Args:
-        description: of the robot, nominal.
-        board: below the camera.
-        noise: of images and joints.
-        rng: for noise, board and mount.
-        offset: standard deviations of the true mount from the nominal one [m, rad].
+    `offset` are standard deviations of the true mount from the nominal one [m, rad].
     """
 
     def __init__(
@@ -104,13 +99,7 @@ class SimulatedArm:
 class SimulatedBase:
     """A base at a board on the floor, with an arm's foot that differs from the robot file.
 
-    Args:
-        description: of the robot, nominal; its camera mount is right.
-        board: on the floor.
-        noise: of images, joints and base.
-        rng: for noise, places and the foot of the arm.
-        places: number of places of the base.
-        height: of the camera above the floor [m].
+    Its camera mount is right, at `height` above the floor [m]; `places` is their number.
     """
 
     def __init__(

@@ -60,12 +60,7 @@ def all_results(
 ) -> list[Result]:
     """Results in the order of the items, with a progress bar.
 
-    Args:
-        name: of the items, for the bar.
-        work: a function that other processes can import.
-        items: its arguments.
-        workers: number of processes; None is one per core.
-        good: whether a result counts as a success in the bar.
+    `good` tells whether a result counts as a success in the bar; `workers` as in `run_all`.
     """
     if not items:
         return []

@@ -73,11 +73,7 @@ def drop_scene(
 ) -> DroppedScene:
     """The scene of a seed: objects fallen in any orientation, all within the walls.
 
-    Args:
-        seed: of the scene.
-        count: of the objects.
-        meshes: files to take objects from, instead of `GROUPS`.
-        group: of the objects; None takes one of `GROUPS` in turn.
+    They are of a `group`, None for one of `GROUPS` in turn, or from `meshes`.
 
     Raises:
         SceneError: a mesh cannot be read.

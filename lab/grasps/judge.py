@@ -106,15 +106,8 @@ def best_grasp(
 ) -> GraspEstimate | None:
     """The best grasp in a scene; None if there is none.
 
-    Args:
-        detector: finds grasps.
-        world: the scene.
-        region: where to grasp.
-        wTc: camera of the first frame.
-        noise: of the camera.
-        rng: of the noise.
-        looks: further frames at most, from straight above, while there is no grasp or only a
-            doubtful one, as in the behaviour `grasp`.
+    `wTc` is the camera of the first frame. While there is no grasp or only a doubtful one, up to
+    `looks` further frames come from straight above, as in the behaviour `grasp`.
     """
     for remaining in reversed(range(looks + 1)):
         frame = noisy_frame(world.shapes(), wTc, noise, rng)

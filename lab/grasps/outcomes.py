@@ -136,11 +136,7 @@ def collect_outcomes(
 ) -> Iterator[Outcomes]:
     """Write the files that a folder lacks, and yield their outcomes.
 
-    Args:
-        folder: of the files.
-        kinds: one of `SETS`.
-        scenes: number of scenes, rounded up to whole files.
-        workers: number of processes; None is one per core.
+    `kinds` is one of `SETS`; the number of scenes is rounded up to whole files.
 
     Raises:
         ConfigError: MuJoCo is missing.

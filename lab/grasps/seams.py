@@ -119,11 +119,7 @@ def seen_from_above(
 ) -> tuple[DepthFrame, npt.NDArray[np.int64]]:
     """A noisy frame of the tray, and the number of the object in each pixel; -1 is none.
 
-    Args:
-        world: one of `make_world`.
-        rng: of the noise.
-        height: of the camera over the floor of the tray [m].
-        off: of the camera from the middle of the tray along x and y [m].
+    The camera is at `height` over the floor of the tray, and `off` its middle along x and y [m].
     """
     camera = load_robot("frankie").camera
     position = np.array([TRAY[0] + off[0], TRAY[1] + off[1], FLOOR + height])

@@ -40,12 +40,8 @@ def show_grasps(
 ) -> str:
     """Draw the grasps of a depth image; the camera's pose is estimated from the table in it.
 
-    Args:
-        image: a depth image or an .rrd recording.
-        out: the picture to write (.png).
-        focal: focal length [px]; None is that of the recording or of a D435.
-        at: time in a recording [s]; None is the last image.
-        detector: finds the grasps.
+    `image` is a depth image or an .rrd recording, of which `at` takes a time [s] (None: the last
+    image), and `out` a .png; `focal` is in pixels, None for that of the recording or of a D435.
 
     Returns:
         A summary in words.
@@ -182,11 +178,8 @@ def _draw(
 def camera_above_table(depth: npt.NDArray[np.float32], intrinsics: Intrinsics) -> SE3:
     """Pose of the camera in a world whose floor, z = 0, is the table.
 
-    Its origin is the point of the table at the middle of the image; x is along u.
-
-    Args:
-        depth: (H, W) depth along the optical axis [m]; NaN where missing.
-        intrinsics: the camera's pinhole model.
+    Its origin is the point of the table at the middle of the image; x is along u. `depth` is (H, W)
+    along the optical axis [m], NaN where missing.
 
     Raises:
         NoTableError: no plane has enough inliers, or it is not a table.

@@ -75,12 +75,7 @@ def train_weights(
 ) -> Path:
     """Render the missing shards, train or resume, and save the weights.
 
-    Args:
-        recipe: network, data and settings.
-        folder: of the training; recipes may share its `shards/`.
-        workers: number of processes that render; None is one per core.
-        device: of PyTorch; `auto` is a GPU if there is one.
-        console: for progress.
+    Recipes may share the folder's `shards/`. The device `auto` is a GPU if there is one.
 
     Returns:
         The weights file, with the recipe in its metadata.

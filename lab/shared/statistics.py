@@ -51,11 +51,8 @@ def paired_difference(
 ) -> tuple[float, float, float]:
     """Difference of two means over the same scenes, and its 95 % interval by seeded bootstrap.
 
-    Args:
-        one: (N,) the first quantity in each scene.
-        other: (N,) the second.
-        per: (N,) and (N,) the cost of each in each scene, which its sum is divided by; None is 1
-            for each scene.
+    `one` and `other` are (N,) quantities in each scene, `per` the (N,) cost of each, which its sum
+    is divided by; None is 1 for each scene.
     """
     n = len(one)
     spent = (np.ones(n), np.ones(n)) if per is None else per

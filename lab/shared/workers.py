@@ -23,11 +23,8 @@ def run_all(
 ) -> Iterator[tuple[int, R]]:
     """Do the same work on every item.
 
-    Args:
-        work: a function at module level, so that other processes can import it.
-        items: arguments of the work.
-        workers: number of processes, of which 1 is this one; None is one per core.
-        batch: items sent to a process at once; 1 where each takes long.
+    `work` is a function that other processes can import. `workers` is the number of processes, of
+    which 1 is this one; None is one per core. `batch` items are sent to a process at once.
 
     Yields:
         The index of an item and its result, in the order of completion.

@@ -19,8 +19,7 @@ from trees.language import Task, TaskFileError
 def export_xml(task: Task) -> str:
     """The XML of a task and of the files that it includes, in one text.
 
-    Args:
-        task: loaded with open parameters, so that `$name` is still there.
+    The task is loaded with open parameters, so that `$name` is still there.
 
     Raises:
         TaskFileError: something in it has no counterpart in the XML.
@@ -35,9 +34,6 @@ def export_files(task: Task) -> dict[Path, str]:
     """The XML of a task, and a file of XML for each file that it includes.
 
     Each includes those that it uses, so that each can be opened alone.
-
-    Args:
-        task: as for `export_xml`.
 
     Returns:
         The texts by where they belong, from the file of the task on, which comes first.

@@ -92,9 +92,7 @@ def literal(value: Plain) -> str:
 def survives(value: Plain, expected: ValueType | None) -> bool:
     """Whether the literal of a value is read as the same value.
 
-    Args:
-        value: what is written.
-        expected: the type of the port; None if it takes any.
+    `expected` is the type of the port; None if it takes any.
     """
     text = literal(value)
     if not text.isprintable() or (text.lstrip()[:1], text.rstrip()[-1:]) == ("{", "}"):

@@ -112,13 +112,7 @@ class Export:
 
 
 class _Writer:
-    """Writes the nodes of one task file.
-
-    Args:
-        task: the file.
-        export: receives what the nodes need.
-        diagnostics: receives what has no counterpart.
-    """
+    """Writes the nodes of one task file."""
 
     def __init__(self, task: Task, export: Export, diagnostics: Diagnostics) -> None:
         self._task, self._export, self._diagnostics = task, export, diagnostics

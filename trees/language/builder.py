@@ -41,10 +41,7 @@ def real_leaf(node: LeafNode, context: Context, arguments: Mapping[str, object])
 def build(task: Task, context: Context, make_leaf: LeafMaker = real_leaf) -> Behaviour:
     """A fresh tree, ready to tick, on the context's clock.
 
-    Args:
-        task: a checked task.
-        context: shared by the leaves.
-        make_leaf: makes a leaf from its node, the context and its arguments.
+    `make_leaf` makes a leaf from its node, the context and its arguments.
 
     Raises:
         TaskFileError: a leaf refused its parameters, or a parameter has no value.

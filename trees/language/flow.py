@@ -46,11 +46,8 @@ def check_flow(
 ) -> FlowResult | None:
     """Note every key that is read without having been written, or as another type.
 
-    Args:
-        root: the tree of one file.
-        parameters: those without a value are there from the beginning, like keys.
-        outputs: keys that have to be written when the tree succeeds.
-        diagnostics: of the file.
+    Parameters without a value are there from the beginning, like keys; `outputs` have to be written
+    when the tree succeeds. Returns None if there is an error.
 
     Returns:
         None if there is an error.

@@ -12,10 +12,7 @@ from trees.words import COMPOSITES, MODIFIERS, InOrder, Need, Outcome, Outcomes
 def lint(root: Node, facts: Mapping[int, Fact], diagnostics: Diagnostics) -> bool:
     """Check a tree for what is allowed, but probably not meant.
 
-    Args:
-        root: the tree of one file.
-        facts: about its nodes.
-        diagnostics: of the file.
+    Returns whether there is no error.
 
     Returns:
         Whether there is no error.

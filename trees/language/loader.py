@@ -51,13 +51,10 @@ def load(
 ) -> Task:
     """Read a task file and its subtrees.
 
-    Args:
-        path: the file.
-        leaves: what may stand in the tree; None is all that is installed.
-        overrides: values of task parameters, as texts.
-        places: a file of poses and regions, which count instead of those of the same name.
-        open_parameters: whether every `$name` of a parameter stays in the tree as a `KeyRead`,
-            whatever its default; the task can then be looked at, but not built.
+    `leaves` may stand in the tree, None is all that is installed; `overrides` are values of
+    parameters as texts; the poses and regions of the file `places` count instead of those of the
+    same name. With `open_parameters` every `$name` of a parameter stays in the tree as a `KeyRead`:
+    the task can then be looked at, but not built.
 
     Raises:
         TaskFileError: with every diagnostic in the files.
@@ -163,11 +160,8 @@ class _Reader:
     ) -> Task | None:
         """The task in a file; None if there is an error in it or in any file before.
 
-        Args:
-            document: its sections.
-            parameters: with the values that an including file gives.
-            diagnostics: of the file.
-            overrides: values of a person.
+        `parameters` have the values that an including file gives, `overrides` are those of a
+        person.
         """
         entries = document.entries
         named = read_named_values(entries.get("poses"), entries.get("regions"), diagnostics)

@@ -34,12 +34,7 @@ def fields(
 ) -> Mapping[str, YamlEntry] | None:
     """The entries of a mapping with known keys; None and an error if one is missing.
 
-    Args:
-        value: the mapping.
-        subject: what it describes, for messages.
-        diagnostics: receives the errors.
-        required: keys that must be there.
-        optional: keys that may be there.
+    `subject` is what it describes, for messages.
     """
     if not isinstance(value, YamlMap):
         hint = f"write {quoted(required or optional)} with their values below it"

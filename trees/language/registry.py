@@ -64,8 +64,7 @@ def _broken(entry: metadata.EntryPoint, why: str) -> Offer:
 class Installed:
     """The leaves of this installation; packages are imported when their leaves are used.
 
-    Args:
-        leaves: what there is besides packages; None is the project's own leaves, and packages.
+    `leaves` are those besides packages; None is the project's own leaves, and packages.
     """
 
     def __init__(self, leaves: Mapping[str, type[Leaf]] | None = None) -> None:

@@ -114,11 +114,7 @@ def read_leaf(
 ) -> LeafNode:
     """A leaf and its arguments; invalid ones are noted and left out.
 
-    Args:
-        entry: the leaf's key and value.
-        leaf: its type.
-        beside: all entries of the item.
-        scope: of the file.
+    `beside` are all entries of the item.
     """
     node = LeafNode(location=entry.location, name=leaf.key, modifiers={}, type=leaf, arguments={})
     given = _below(entry, leaf, scope)

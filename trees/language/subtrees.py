@@ -30,11 +30,8 @@ def find_file(
 ) -> Path | None:
     """The file of this name, if it may be included; None and an error otherwise.
 
-    Args:
-        name: as the including file has it.
-        value: where it has it.
-        chain: the files from the first to the including one.
-        diagnostics: of the including file.
+    `name` is as the including file has it, at `value`; `chain` are the files from the first to that
+    one.
     """
     if not isinstance(name, str) or not name.isprintable() or not name.strip():
         diagnostics.error(value.location, f"`file` cannot be {describe(value)}", "name a file")
@@ -140,11 +137,7 @@ def override_values(
 ) -> dict[str, YamlScalar]:
     """The values of `-p name=text`; unknown names are errors.
 
-    Args:
-        parameters: of the file.
-        overrides: texts as in YAML; a text parameter takes them unchanged.
-        entry: the section `params`, if there is one.
-        diagnostics: receives the errors.
+    The texts are as in YAML; a text parameter takes them unchanged.
     """
     values = {}
     for name, text in overrides.items():
@@ -166,14 +159,7 @@ def with_values(
     named: NamedValues,
     diagnostics: Diagnostics,
 ) -> dict[str, TaskParameter]:
-    """The parameters with values: of a person, else of an including file, else the default.
-
-    Args:
-        parameters: as declared, or with the value of an including file.
-        overrides: values of a person.
-        named: poses, postures and regions by name.
-        diagnostics: receives an error for each invalid value.
-    """
+    """The parameters with values: of a person, else of an including file, else the default."""
     result = dict(parameters)
     for name, parameter in parameters.items():
         source = overrides.get(name) or parameter.default

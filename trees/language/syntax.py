@@ -99,8 +99,7 @@ def nodes_below(node: Node) -> Iterator[Node]:
 class TaskFileError(UserError):
     """A task file cannot be used.
 
-    Args:
-        diagnostics: everything that is wrong with it and its subtrees, in order.
+    `diagnostics` is everything that is wrong with it and its subtrees, in order.
     """
 
     def __init__(self, diagnostics: Iterable[Diagnostic]) -> None:

@@ -64,12 +64,7 @@ Argument: TypeAlias = Plain | NamedValue | KeyRead  # what a parameter may be gi
 
 
 class MismatchError(Exception):
-    """A value is not of the type expected.
-
-    Args:
-        message: what is wrong.
-        hint: how to fix it.
-    """
+    """A value is not of the type expected."""
 
     def __init__(self, message: str, hint: str) -> None:
         self.message, self.hint = message, hint
@@ -81,10 +76,7 @@ def convert(
 ) -> Argument:
     """A located value as the Python value that is expected.
 
-    Args:
-        value: from the file.
-        expected: its type.
-        named: the poses, postures and regions that a name may stand for.
+    `named` are the poses, postures and regions that a name may stand for.
 
     Raises:
         MismatchError: it is something else.
@@ -184,10 +176,7 @@ _CLOSE = 0.005  # ... rounded to about two digits [rad]
 def meant(number: float, unit: str, fits: Callable[[float], bool]) -> str:
     """The hint for a number that is out of bounds; empty if no other unit explains it.
 
-    Args:
-        number: as it was given.
-        unit: in which it was expected.
-        fits: whether a number is within the bounds.
+    `fits` tells whether a number is within the bounds.
     """
     likely = [
         f"{number * factor:g} (from {name})"

@@ -86,13 +86,8 @@ def check(
 ) -> list[Diagnostic]:
     """Every diagnostic of a task file and its subtrees, in order: for a robot, in its own scene.
 
-    Of a scene file, every diagnostic of that.
-
-    Args:
-        path: the file.
-        overrides: values of task parameters, as texts.
-        places: a file of poses and regions, which count instead of those of the same name.
-        robot: name of a shipped robot, or a robot file.
+    Of a scene file, every diagnostic of that. `overrides` and `places` as for `load`; `robot` is a
+    shipped one or a robot file.
 
     Raises:
         ConfigError: there is no such robot.
@@ -120,12 +115,7 @@ def check(
 
 
 def furniture_diagnostics(task: Task, fixtures: Sequence[Geom]) -> list[Diagnostic]:
-    """Places of a task that are tied to furniture that is not on the map.
-
-    Args:
-        task: checked.
-        fixtures: of the map; empty if that is not known.
-    """
+    """Places of a task that are tied to furniture that is not on the map."""
     from robots import Plane
 
     pieces = {one.piece for one in fixtures if not isinstance(one.shape, Plane)}
@@ -146,10 +136,8 @@ def place_diagnostics(
 ) -> list[Diagnostic]:
     """What is wrong with the places of a task.
 
-    Args:
-        task: checked; places that are known only during the run are passed over.
-        robot: that has to get there.
-        fixtures: what stands in the scene, in the world; empty if that is not known.
+    Places that are known only during the run are passed over. Without `fixtures` of the scene, in
+    the world, only the robot counts.
     """
     defined = {id(value): (path, location) for value, path, location in _definitions(task)}
     found = (

@@ -88,10 +88,7 @@ class Bare(NamedTuple):
 def bare_places(region: Region, pitch: float | None, fixtures: Sequence[Geom]) -> Bare:
     """How many places on a region's floor have no surface of the scene below.
 
-    Args:
-        region: whose floor.
-        pitch: between the places [m]; None if nothing is to be put there, and any surface will do.
-        fixtures: what stands in the scene, in the world.
+    `pitch` is that of the places [m]; None if nothing is to be put there, and any surface will do.
     """
     points = slots(region, _SPACING if pitch is None else pitch)
     heights = [_height(point, fixtures) for point in points]

@@ -36,9 +36,7 @@ Ticking = Generator[Behaviour, None, Status]  # yields the nodes that it ticks a
 class Branch(Composite):
     """A node with children; a subclass decides in `advance` which of them to tick.
 
-    Args:
-        name: the node's name in the tree; its key if it is unnamed.
-        children: at least one, in the order of the file.
+    It has at least one child, in the order of the file; an unnamed one is named by its key.
     """
 
     key: ClassVar[str]  # the branch's key in a task file
@@ -104,9 +102,6 @@ class Again:
 
     From the second immediate failure in a row on it pauses first, from 0.1 s doubling up to 1 s. An
     answer of a condition is no failure: it may be asked at every tick.
-
-    Args:
-        now: the time [s].
     """
 
     def __init__(self, now: Now) -> None:

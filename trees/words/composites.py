@@ -112,12 +112,8 @@ class ReactiveFallback(ReactiveSequence):
 class Parallel(Branch):
     """Runs its children side by side until enough have succeeded or too many have failed.
 
-    A child that has ended is not run again; those that still run at the end are halted.
-
-    Args:
-        name: the node's name in the tree.
-        children: at least one.
-        policy: how many have to succeed: `all`, `any`, or a number.
+    A child that has ended is not run again; those that still run at the end are halted. `policy` is
+    how many have to succeed: `all`, `any`, or a number.
     """
 
     key = "parallel"
@@ -163,13 +159,8 @@ class Forever(Branch):
     Alike: the same node, the same message but for numbers, `GIVE_UP_AFTER` times in a row (twice if
     its goal is unreachable), and no object placed in between. An answer of a condition is no
     failure, and failures within `FAILURES_APART` count once, so that a task may wait. A child that
-    fails at once again and again gets a pause between two starts.
-
-    Args:
-        name: the node's name in the tree.
-        children: exactly one.
-        now: the task's clock.
-        placed: number of objects placed so far.
+    fails at once again and again gets a pause between two starts. `placed` is the number of objects
+    placed so far.
     """
 
     key = "forever"

@@ -30,11 +30,8 @@ def is_case(value: object, case: str) -> bool:
 class Switch(Branch):
     """Runs the child that stands for a value; fails if none does and there is no `else`.
 
-    Args:
-        name: the node's name in the tree.
-        children: one for each case, and one more if there is an `else`.
-        value: what decides, when it starts.
-        cases: the values of the children, as a file writes them.
+    The children stand for the `cases`, as a file writes them, and one more for `else`; `value`
+    decides when it starts.
     """
 
     key = "switch"
@@ -81,11 +78,7 @@ class ForEach(Sequence):
 class ForEachOf(Branch):
     """Runs its child for each value of a list, which is read when it starts.
 
-    Args:
-        name: the node's name in the tree.
-        children: one.
-        values: the list.
-        item: the key that has the value whose turn it is.
+    The key `item` has the value whose turn it is.
     """
 
     key = "for_each"
@@ -128,12 +121,7 @@ class ForEachOf(Branch):
 
 
 class Set(Behaviour):
-    """Writes values to keys.
-
-    Args:
-        name: the node's name in the tree.
-        values: for each key.
-    """
+    """Writes values to keys."""
 
     key = "set"
 
@@ -167,11 +155,8 @@ class Add(Set):
 class Subtree(Branch):
     """Runs the tree of another file, whose keys are its own.
 
-    Args:
-        name: the node's name in the tree.
-        child: the root of the other tree.
-        inputs: its keys that get a value at every start.
-        outputs: the keys around it that get the values of its own when it succeeds.
+    `inputs` are its keys that get a value at every start, `outputs` the keys around it that get the
+    values of its own when it succeeds.
     """
 
     key = "subtree"
@@ -202,13 +187,8 @@ class Subtree(Branch):
 class LateLeaf(Behaviour):
     """A leaf that is made at every start, with the present values of its keys.
 
-    It has the leaf's name, key, status and message.
-
-    Args:
-        name: the node's name in the tree.
-        key: of the leaf.
-        is_condition: whether the leaf is one.
-        make: makes the leaf; a ValueError is a failure of the node.
+    It has the leaf's name, key, status and message; a ValueError of `make` is a failure of the
+    node.
     """
 
     def __init__(

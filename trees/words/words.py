@@ -83,11 +83,7 @@ Rule: TypeAlias = Callable[[Sequence[Child], Options, Keys], Outcomes]
 
 @dataclass(frozen=True)
 class InOrder:
-    """Rule: each child starts after one outcome of the one before; the other outcome ends all.
-
-    Args:
-        goes_on: the outcome that leads to the next child.
-    """
+    """Rule: each child starts after one outcome of the one before; the other outcome ends all."""
 
     goes_on: Outcome
 
@@ -238,9 +234,7 @@ class ModifierWord(Word):
     def outcomes(self, outcomes: Outcomes, before: Keys) -> Outcomes:
         """The outcomes of a node with this modifier.
 
-        Args:
-            outcomes: of the node without it.
-            before: the keys that are written when it starts.
+        `outcomes` are those of the node without it; the keys `before` are written when it starts.
         """
         if before is None:
             return NEVER

@@ -56,10 +56,8 @@ class Judge:
     def clearances(self, base: Array, q: Array, fixtures: Sequence[Geom]) -> Array:
         """(k,) least distance to the fixtures and of the hand to the floor, at most `NEAR` [m].
 
-        Args:
-            base: (k, 3) x, y [m] and heading [rad].
-            q: (k, 7) joint positions [rad].
-            fixtures: boxes and upright cylinders in the world.
+        `base` is (k, 3) x, y [m] and heading [rad], `q` (k, 7) joint positions [rad]; fixtures are
+        boxes and upright cylinders in the world.
         """
         least = np.full(len(base), NEAR)
         parts = self._shapes.placed(base, q)
@@ -86,12 +84,7 @@ class Judge:
     ) -> Verdict:
         """All contacts of a motion.
 
-        Args:
-            base: (k, 3) x, y [m] and heading [rad].
-            q: (k, 7) joint positions [rad].
-            period: of the samples [s].
-            fixtures: boxes and upright cylinders in the world.
-            walkers: moving obstacles.
+        Arguments as for `clearances`; `period` is that of the samples [s].
         """
         touches, clearance, nearest = [], NEAR, ""
         count = len(base)

@@ -93,11 +93,8 @@ def stance_at(
 ) -> Stance | None:
     """A random stance with the tool at a point (3,) [m], in height up to 3 cm; None if none.
 
-    Args:
-        rng: draws the posture, and the heading of the base if it is free.
-        postures: to choose from.
-        point: for the tool, in the world.
-        yaw: horizontal direction of the hand [rad]; None is any.
+    `yaw` is the horizontal direction of the hand [rad]; None is any, with a random heading of the
+    base.
     """
     suited = np.flatnonzero(np.abs(postures.tools[:, 2] - point[2]) < _SAME_HEIGHT)
     if not len(suited):
@@ -111,14 +108,7 @@ def stance_at(
 
 
 class Paths:
-    """The paths of one robot through one world.
-
-    Args:
-        model: the robot.
-        judge: of the same robot.
-        checker: of the same robot; the arm must not touch itself either.
-        fixtures: the obstacles.
-    """
+    """The paths of one robot through one world."""
 
     def __init__(
         self, model: RobotModel, judge: Judge, checker: ContactChecker, fixtures: Sequence[Geom]

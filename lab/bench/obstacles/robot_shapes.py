@@ -56,9 +56,7 @@ class RobotShapes:
     def placed(self, base: Array, q: Array) -> list[tuple[str, Placed]]:
         """All parts with their names, in k poses.
 
-        Args:
-            base: (k, 3) x, y [m] and heading [rad].
-            q: (k, 7) joint positions [rad].
+        `base` is (k, 3) x, y [m] and heading [rad], `q` (k, 7) joint positions [rad].
         """
         frames = self._frames(base, q)
         found = []

@@ -61,14 +61,8 @@ def could_have_left(
     base. Since `SIGHT` before the contact, or since the walker took its present course, a robot
     beside the strip could have stopped there, if it brakes in that distance; and any could have
     driven out of it, accelerating outwards at its limits after its lag: along its heading, and an
-    omnidirectional base sideways at the same time.
-
-    Args:
-        robot: with its limits.
-        base: (k, 3) x, y [m] and heading [rad] along the motion.
-        period: of the samples [s].
-        walker: that touches the robot.
-        sample: the first of the contact.
+    omnidirectional base sideways at the same time. `base` is (k, 3) x, y [m] and heading [rad]
+    along the motion, in samples of a `period` [s], of which `sample` is the first of the contact.
     """
     limits = robot.limits
     before, time = _since(walker, sample, period)
