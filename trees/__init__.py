@@ -31,11 +31,7 @@ def shipped_names() -> tuple[str, ...]:
 
 
 def shipped(name: str) -> Path:
-    """The file of a shipped task.
-
-    Raises:
-        UnknownTreeError: there is no such task.
-    """
+    """The file of a shipped task. Raises UnknownTreeError: there is no such task."""
     names = shipped_names()
     if name in names:
         return _FOLDER / f"{name}.yaml"
@@ -46,10 +42,8 @@ def shipped(name: str) -> Path:
 def find(tree: str) -> Path:
     """The file for a path or for the name of a shipped task.
 
-    A text with a folder or an ending is a path, whether or not the file exists.
-
-    Raises:
-        UnknownTreeError: it is neither.
+    A text with a folder or an ending is a path, whether or not the file exists. Raises
+    UnknownTreeError: it is neither.
     """
     path = Path(tree)
     return path if path.suffix or len(path.parts) > 1 or isfile(path) else shipped(tree)

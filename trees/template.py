@@ -41,9 +41,8 @@ class BadNameError(UserError):
 def new_files(name: str) -> dict[str, str]:
     """The texts of a new task's files by name, the task first, then the schema that it names.
 
-    Raises:
-        BadNameError: a task file cannot have this name.
-        LeafError: an installed leaf class is at fault.
+    Raises BadNameError: a task file cannot have this name; LeafError: an installed leaf class is at
+    fault.
     """
     if not WORD.fullmatch(name):
         raise BadNameError(f"`{name}` cannot name a task; {NAMING_HINT}")

@@ -49,8 +49,7 @@ class Script:
 def read_script(texts: Sequence[str], task: Task) -> Script:
     """The script in texts such as `grasp=failure,failure,success`.
 
-    Raises:
-        ScriptError: it is invalid, or the tree has no such leaf.
+    Raises ScriptError: it is invalid, or the tree has no such leaf.
     """
     words = sorted({word for leaf in _leaves(task) for word in (leaf.name, leaf.type.key)})
     outcomes = {}
@@ -84,8 +83,7 @@ def _leaves(task: Task) -> Iterator[LeafNode]:
 def read_keys(texts: Sequence[str], task: Task) -> dict[str, Plain]:
     """Values of keys, from texts such as `found=3`.
 
-    Raises:
-        ScriptError: it is invalid, or no leaf of the tree writes such a key.
+    Raises ScriptError: it is invalid, or no leaf of the tree writes such a key.
     """
     written = sorted({key.name for leaf in _leaves(task) for key in leaf.outputs.values()})
     values = {}

@@ -23,12 +23,9 @@ def teach(
 ) -> str:
     """Read the pose of a robot and write it to a file; returns the line that was written.
 
-    The robot, which must be `armed` if it is real, does not move. `form` is what of it is taught;
-    a pose of the same name is refused unless `replace` is set.
-
-    Raises:
-        UserError: the name is invalid, or the file cannot be read or written.
-        HardwareError: the robot cannot be read.
+    The robot, which must be `armed` if it is real, does not move. `form` is what of it is taught; a
+    pose of the same name is refused unless `replace` is set. Raises UserError: the name is invalid,
+    or the file cannot be read or written; HardwareError: the robot cannot be read.
     """
     if not WORD.fullmatch(name):
         raise TeachError(f"`{name}` cannot be the name of a pose; {NAMING_HINT}")

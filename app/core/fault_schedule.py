@@ -52,8 +52,7 @@ class ScheduledFault:
 def parse_fault(text: str) -> ScheduledFault:
     """The entry `FAULT@WHEN` or `FAULT@WHEN for SECONDS`; WHEN is a time [s] or a phase.
 
-    Raises:
-        ScheduleError: it is invalid.
+    Raises ScheduleError: it is invalid.
     """
     name, at, rest = text.partition("@")
     when, _, duration = (part.strip() for part in rest.partition(" for "))
@@ -102,8 +101,7 @@ def current_phases(nodes: Iterable[Behaviour]) -> frozenset[str]:
 class FaultSchedule:
     """Injects faults as its entries say; asked after every tick of the tree.
 
-    Raises:
-        InjectionError: a fault that this robot, in this world, cannot have.
+    Raises InjectionError: a fault that this robot, in this world, cannot have.
     """
 
     def __init__(

@@ -141,10 +141,7 @@ def again_on_save(
     A file with mistakes is reported, and the next save is awaited.
 
     `act` gets the detector of the next save and returns whether to end; `stopped` is asked between
-    two saves.
-
-    Raises:
-        UserError: bad input other than the task.
+    two saves. Raises UserError: bad input other than the task.
     """
     files, site = {tree}, [] if places is None else [places]
     clock = WallClock()
@@ -176,10 +173,7 @@ def run_on_save(
 
     A save brings a moving robot to rest before the task restarts. The control page stays the same;
     `finished` returns the explanation of a run for it. Returns the last run; None if the task could
-    not run at all.
-
-    Raises:
-        UserError: bad input other than the task; nothing moves.
+    not run at all. Raises UserError: bad input other than the task; nothing moves.
     """
     results: list[Result] = []
     control = options.control

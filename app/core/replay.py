@@ -61,9 +61,8 @@ class Replay:
 def replay_run(folder: Path) -> Replay:
     """Run what was recorded through tree and controller again.
 
-    Raises:
-        ReplayError: it cannot be replayed.
-        UserError: its task, robot or weights cannot be loaded any more.
+    Raises ReplayError: it cannot be replayed; UserError: its task, robot or weights cannot be
+    loaded any more.
     """
     options, pace = _options(folder)
     turns = _turns(folder / READINGS)

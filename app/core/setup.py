@@ -133,11 +133,8 @@ def set_up(
 ) -> Iterator[Setup]:
     """Connect a robot and set up a session; close everything at the end of the context.
 
-    `beneath` wraps the robot below the fault injection.
-
-    Raises:
-        PlanningError: motions are to be planned, and the planner is not installed.
-        HardwareError: the robot cannot be connected.
+    `beneath` wraps the robot below the fault injection. Raises PlanningError: motions are to be
+    planned, and the planner is not installed; HardwareError: the robot cannot be connected.
     """
     form, motion, registered = options.vision, options.motion, options.registration.sensors
     injected = FaultInjection(beneath(backend.robot), backend.truth, options.seed)
@@ -211,8 +208,7 @@ def _depth_obstacles(
 def _connected(robot: Robot, problems: list[str]) -> Iterator[RobotState]:
     """Connect a robot and yield its first reading; errors of closing go to `problems`.
 
-    Raises:
-        HardwareError: it cannot be connected or read.
+    Raises HardwareError: it cannot be connected or read.
     """
     try:
         try:

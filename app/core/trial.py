@@ -51,9 +51,7 @@ class Trial:
         """Tick a leaf made with `context`, or a tree, until it ends; bring the robot to rest.
 
         Returns SUCCESS or FAILURE; RUNNING if it was halted after `seconds` of simulated time.
-
-        Raises:
-            BrokenTrialError: it has crashed, or the robot has failed.
+        Raises BrokenTrialError: it has crashed, or the robot has failed.
         """
         setup, control, end = self._setup, Control(attended=False), self.now() + seconds
 

@@ -22,10 +22,8 @@ class WorldModel(NamedTuple):
 def load_world_model(truth: Truth | None, site: Path | str | None = None) -> WorldModel:
     """The map of a site, or that of a simulated world, and its moving obstacles.
 
-    `site` is a scene file with the map; None takes the map of the simulated world.
-
-    Raises:
-        SceneError: the file is missing or has a mistake.
+    `site` is a scene file with the map; None takes the map of the simulated world. Raises
+    SceneError: the file is missing or has a mistake.
     """
     if site is not None:
         from hw.sim import load_fixtures
@@ -40,8 +38,7 @@ def load_world_model(truth: Truth | None, site: Path | str | None = None) -> Wor
 def recorded_world_model(scene: str, seed: int, site: Path | None) -> WorldModel:
     """The world model of a finished run, recomputed from its scene and seed.
 
-    Raises:
-        SceneError: the scene or map is missing or has a mistake.
+    Raises SceneError: the scene or map is missing or has a mistake.
     """
     from hw.sim import load_scene
 

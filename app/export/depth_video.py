@@ -54,10 +54,8 @@ def images_of(folder: Path) -> Images:
 def write_video(path: Path, episodes: Sequence[Episode], fps: int) -> Video | None:
     """Write the pictures of all episodes, one after the other; None if a run has no pictures.
 
-    A frame has the newest picture at its time; before the first one it is black.
-
-    Raises:
-        ExportError: it cannot be written.
+    A frame has the newest picture at its time; before the first one it is black. Raises
+    ExportError: it cannot be written.
     """
     import cv2
 

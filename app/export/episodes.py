@@ -61,8 +61,7 @@ class Episode:
 def read_episodes(folder: Path, fps: int) -> list[Episode]:
     """The episodes of one run at a frame rate that divides the control rate.
 
-    Raises:
-        ExportError: it has no recorded motion, is too short, or has another rate.
+    Raises ExportError: it has no recorded motion, is too short, or has another rate.
     """
     states, commands = _array(folder / STATES, 22), _array(folder / COMMANDS, 11)
     count = min(len(states), len(commands))

@@ -63,9 +63,8 @@ class Exported(NamedTuple):
 def export_lerobot(folders: Sequence[Path], out: Path, fps: int = USUAL_FPS) -> Exported:
     """Write a dataset of runs into a new folder, at a frame rate that divides the control rate.
 
-    Raises:
-        ExportError: a run has no recorded motion, or a different rate, robot or size of pictures;
-            or `out` exists.
+    Raises ExportError: a run has no recorded motion, or a different rate, robot or size of
+    pictures; or `out` exists.
     """
     if lexists(out):
         raise ExportError(f"{out}: exists already; choose a new folder")

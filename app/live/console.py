@@ -49,10 +49,8 @@ class OperatorConsole:
 
     `inject` and `clear` inject a fault by name and clear the injected ones, `viewer` is the address
     of live data for a viewer on the page, and `say` prints a line. `server` serves the page across
-    several runs; None makes one for this run.
-
-    Raises:
-        UserError: an option is wrong, or something cannot be served.
+    several runs; None makes one for this run. Raises UserError: an option is wrong, or something
+    cannot be served.
     """
 
     def __init__(

@@ -102,8 +102,7 @@ class RunDisplay:
     def update(self, moment: Moment, *, changed: bool) -> None:
         """Show a tick soon; `changed` is whether the status of a node changed in it.
 
-        Raises:
-            Exception: that ended the writing of an earlier one.
+        Raises Exception: that ended the writing of an earlier one.
         """
         if self._error is not None:
             raise self._error

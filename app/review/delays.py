@@ -45,8 +45,7 @@ class Delay(NamedTuple):
 def delays(folder: Path) -> list[Delay]:
     """The delays of the axes that moved in a run.
 
-    Raises:
-        DamagedRunError: there are none, or the run is not complete.
+    Raises DamagedRunError: there are none, or the run is not complete.
     """
     states, commands = _arrays(folder)
     begin, end = commands[0, 0], min(commands[-1, 0], commands[0, 0] + _LONGEST)

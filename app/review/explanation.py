@@ -66,8 +66,7 @@ class Explanation:
 def explain(folder: Path) -> Explanation:
     """Explain how and why a run ended.
 
-    Raises:
-        DamagedRunError: its event log is missing or invalid.
+    Raises DamagedRunError: its event log is missing or invalid.
     """
     session = read_log(folder)
     log = session.for_people()

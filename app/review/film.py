@@ -33,9 +33,8 @@ class FilmError(UserError):
 def make_film(recording: Path, out: Path, begin: float, end: float) -> int:
     """Make a film of a recording from `begin` to `end` [s]; returns the number of pictures.
 
-    Raises:
-        FilmError: the file is no .webp or cannot be written, or `end` is before `begin`.
-        ViewError: the viewer does not start.
+    Raises FilmError: the file is no .webp or cannot be written, or `end` is before `begin`;
+    ViewError: the viewer does not start.
     """
     if out.suffix != ".webp":
         raise FilmError(f"{out}: a film ends in .webp")

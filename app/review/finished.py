@@ -84,8 +84,7 @@ class RunRecord:
 def find_run(name: str, runs: Path = RUNS) -> Path:
     """The folder of a run: itself, a file in it, its name in `runs`, or `last`.
 
-    Raises:
-        UnknownRunError: there is no such run.
+    Raises UnknownRunError: there is no such run.
     """
     if name == LAST:
         folders = run_folders(runs)
@@ -102,11 +101,7 @@ def find_run(name: str, runs: Path = RUNS) -> Path:
 
 
 def run_folders(runs: Path) -> list[Path]:
-    """The folders of all runs, oldest first.
-
-    Raises:
-        UnknownRunError: the folder cannot be read.
-    """
+    """The folders of all runs, oldest first. Raises UnknownRunError: the folder cannot be read."""
     try:
         return sorted((path for path in runs.iterdir() if _is_run(path)), key=_age)
     except FileNotFoundError:

@@ -64,8 +64,7 @@ def recorded_depth(recording: Path, at: float | None) -> RecordedDepth:
 def depth_images(recording: Path) -> Iterator[tuple[float, npt.NDArray[np.float32]]]:
     """All depth images of a recording: time [s], and (H, W) [m], 0 where missing.
 
-    Raises:
-        NoDepthError: it is not a recording, or an image in it is damaged.
+    Raises NoDepthError: it is not a recording, or an image in it is damaged.
     """
     with _reading(recording):
         for row in filter(_has_depth, _rows(recording)):

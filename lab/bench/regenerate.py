@@ -57,8 +57,7 @@ def regenerate(
 ) -> tuple[list[Regenerated], float]:
     """Run an experiment; returns its figures and its duration [s].
 
-    Raises:
-        RegenerateError: it failed, or a figure is missing.
+    Raises RegenerateError: it failed, or a figure is missing.
     """
     words = shlex.split(experiment.command) + (shlex.split(experiment.quick) if quick else [])
     name = "".join(letter if letter.isalnum() else "_" for letter in experiment.table)

@@ -89,8 +89,7 @@ class _StepTimer(Instruments):
 def time_task(tree: Path, robot: str, seed: int, record: Path) -> TimingReport:
     """Run a task and time every tick, and the control step in it with stances and routes.
 
-    Raises:
-        UserError: bad input; nothing has moved.
+    Raises UserError: bad input; nothing has moved.
     """
     options = RunOptions(
         tree=tree, robot=robot, seed=seed, localisation="exact", record=record, recording=False

@@ -52,11 +52,8 @@ def calibrate_base_arm(
     """View a board on the floor from many places, and find bTa, the arm's foot on the base.
 
     The camera mount of `description` is calibrated; `thickness` is the height of the board's face
-    above the floor [m], and `say` receives lines of progress.
-
-    Raises:
-        CalibrationError: the board is seen too seldom, or does not lie on the floor. The caller
-            asks whether the result is good.
+    above the floor [m], and `say` receives lines of progress. Raises CalibrationError: the board is
+    seen too seldom, or does not lie on the floor. The caller asks whether the result is good.
     """
     model, camera, nominal = RobotModel(description), description.camera, description.bTa
     views, taken = [], 0
@@ -95,8 +92,7 @@ def calibrate_base_arm(
 def _on_the_floor(views: Sequence[View], nominal: SE3, thickness: float) -> SE3:
     """Approximate pose of the board, face up on the floor.
 
-    Raises:
-        CalibrationError: it does not lie there.
+    Raises CalibrationError: it does not lie there.
     """
     guesses = [one.wTb * nominal * one.aTm for one in views]
     steepness = np.median([one.rotation[2, 2] for one in guesses])

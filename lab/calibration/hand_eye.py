@@ -50,9 +50,8 @@ def calibrate_hand_eye(
 ) -> Calibration:
     """Move the camera around the board, and find eTc, the camera on the end effector.
 
-    Raises:
-        CalibrationError: the board is not seen, or too seldom. The caller asks whether the result
-            is good.
+    Raises CalibrationError: the board is not seen, or too seldom. The caller asks whether the
+    result is good.
     """
     model, eTc, camera = (
         RobotModel(description),

@@ -27,11 +27,7 @@ class Eye:
         self._pause = threading.Event()
 
     def image(self) -> Grey:
-        """An image captured after this call.
-
-        Raises:
-            HardwareError: none comes.
-        """
+        """An image captured after this call. Raises HardwareError: none comes."""
         asked = self._clock.now()
         while self._clock.now() < asked + _PATIENCE:
             image = self._camera.latest_grey()
@@ -59,11 +55,7 @@ class LiveArm(Eye):
         return self._arm.read().q
 
     def move_to(self, q: Array) -> None:
-        """Move straight in joint space.
-
-        Raises:
-            HardwareError: the arm does not get there.
-        """
+        """Move straight in joint space. Raises HardwareError: the arm does not get there."""
         self._arm.move_to([float(one) for one in q], self._speed)
         self._pause.wait(_SETTLED)
 
@@ -91,11 +83,7 @@ class LiveBase(Eye):
         return self._ask()
 
     def wTb(self) -> SE3:
-        """The pose of the base.
-
-        Raises:
-            HardwareError: it cannot be read.
-        """
+        """The pose of the base. Raises HardwareError: it cannot be read."""
         self._base.connect()
         try:
             return self._base.read().wTb
@@ -111,11 +99,8 @@ class LiveBase(Eye):
 def live_arm(real: RealRobot, *, armed: bool) -> Iterator[LiveArm]:
     """Connect the arm and the camera of a real robot.
 
-    `armed` is whether a person has allowed motion.
-
-    Raises:
-        UserError: it is not armed, or another program commands it.
-        HardwareError: a part cannot be reached.
+    `armed` is whether a person has allowed motion. Raises UserError: it is not armed, or another
+    program commands it; HardwareError: a part cannot be reached.
     """
     check_armed(real, armed)
     with _parts(real) as (arm, camera, clock):
@@ -126,9 +111,7 @@ def live_arm(real: RealRobot, *, armed: bool) -> Iterator[LiveArm]:
 def live_base(real: RealRobot, ask: Callable[[], bool]) -> Iterator[LiveBase]:
     """Connect the arm and the camera of a real robot; the base is read when it stands.
 
-    Raises:
-        UserError: another program commands it.
-        HardwareError: a part cannot be reached.
+    Raises UserError: another program commands it; HardwareError: a part cannot be reached.
     """
     with _parts(real) as (arm, camera, clock):
         limits = load_robot(real.path).limits

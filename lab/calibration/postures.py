@@ -39,10 +39,7 @@ def postures(
     They are near the first ones, and the hand stays above the plane of the board; other obstacles
     are unknown. `first` are joint positions (7,) from which the board is seen [rad], `aTm` is the
     approximate pose of the board on the arm's foot; the camera mount may be wrong by some
-    centimetres.
-
-    Raises:
-        CalibrationError: there are too few of them.
+    centimetres. Raises CalibrationError: there are too few of them.
     """
     limits = description.limits
     low = np.maximum(first - _REACH, limits.q_min + _JOINT_MARGIN)

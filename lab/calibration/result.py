@@ -57,11 +57,7 @@ class Calibration:
         ]
 
     def require_good(self) -> None:
-        """Refuse a poor result.
-
-        Raises:
-            CalibrationError: it is poor.
-        """
+        """Refuse a poor result. Raises CalibrationError: it is poor."""
         if poor := self.shortcomings():
             raise CalibrationError(f"refused: {', '.join(poor)}; {self.hint}")
 
@@ -100,11 +96,7 @@ class Calibration:
         )
 
     def write(self, path: Path, command: str) -> None:
-        """Write the file.
-
-        Raises:
-            CalibrationError: it cannot be written.
-        """
+        """Write the file. Raises CalibrationError: it cannot be written."""
         try:
             path.write_text(self.yaml(command), encoding="utf-8")
         except OSError as error:
@@ -112,11 +104,7 @@ class Calibration:
 
 
 def require_views(found: int, asked: int, fewest: int) -> None:
-    """Refuse too few views.
-
-    Raises:
-        CalibrationError: there are too few.
-    """
+    """Refuse too few views. Raises CalibrationError: there are too few."""
     if found < fewest:
         raise CalibrationError(
             f"refused: the board was found in {found} of {asked} images, {fewest} are needed; look "

@@ -71,8 +71,7 @@ def all_results(
 def require_physics(command: str) -> None:
     """Refuse a command that needs MuJoCo where it is not installed.
 
-    Raises:
-        ConfigError: MuJoCo is missing.
+    Raises ConfigError: MuJoCo is missing.
     """
     if find_spec("mujoco") is None:
         raise ConfigError(f'{command} needs an extra: pip install "frankie-task[physics]"')

@@ -73,10 +73,8 @@ def drop_scene(
 ) -> DroppedScene:
     """The scene of a seed: objects fallen in any orientation, all within the walls.
 
-    They are of a `group`, None for one of `GROUPS` in turn, or from `meshes`.
-
-    Raises:
-        SceneError: a mesh cannot be read.
+    They are of a `group`, None for one of `GROUPS` in turn, or from `meshes`. Raises SceneError: a
+    mesh cannot be read.
     """
     if group is None:
         group = "meshes" if meshes else tuple(GROUPS)[seed % len(GROUPS)]

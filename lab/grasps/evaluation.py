@@ -31,9 +31,8 @@ def evaluate_grasps(
 ) -> GraspEvaluation:
     """Judge a network and the baselines on the same scenes.
 
-    Raises:
-        WeightsError: the weights are missing or do not fit.
-        ConfigError: a file or a folder cannot be used.
+    Raises WeightsError: the weights are missing or do not fit; ConfigError: a file or a folder
+    cannot be used.
     """
     require_physics("grasp eval")
     from lab.grasps.judge import judge_bin, judge_single, random_grasp_holds

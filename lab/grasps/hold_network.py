@@ -35,8 +35,7 @@ _DRAWS = 1000  # of a bootstrap
 def fit_hold_network(folder: Path, out: Path, *, rounds: int, say: Callable[[str], None]) -> None:
     """Fit to all outcomes of `TRAINING_SETS` in a folder, and write the weights.
 
-    Raises:
-        ConfigError: there are no outcomes, or a file cannot be read.
+    Raises ConfigError: there are no outcomes, or a file cannot be read.
     """
     # Not at the top: torch takes a second to import.
     import torch
@@ -90,9 +89,7 @@ def probability_table(judged: Outcomes, hold: HoldProbability) -> Table:
     """AUC and calibration error of a network, and of the score of the check.
 
     Each with its 95 % interval, of all, of single objects and bins, and of each group of objects.
-
-    Raises:
-        ConfigError: the outcomes are all the same.
+    Raises ConfigError: the outcomes are all the same.
     """
     good = judged.good.astype(float)
     if len(set(good)) < 2:

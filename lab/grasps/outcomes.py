@@ -136,10 +136,8 @@ def collect_outcomes(
 ) -> Iterator[Outcomes]:
     """Write the files that a folder lacks, and yield their outcomes.
 
-    `kinds` is one of `SETS`; the number of scenes is rounded up to whole files.
-
-    Raises:
-        ConfigError: MuJoCo is missing.
+    `kinds` is one of `SETS`; the number of scenes is rounded up to whole files. Raises ConfigError:
+    MuJoCo is missing.
     """
     require_physics("grasp outcomes")
     folder.mkdir(parents=True, exist_ok=True)
@@ -154,8 +152,7 @@ def collect_outcomes(
 def read_outcomes(folder: Path, *kinds: str) -> Outcomes:
     """All outcomes of some sets in a folder.
 
-    Raises:
-        ConfigError: there are none, or a file cannot be read.
+    Raises ConfigError: there are none, or a file cannot be read.
     """
     files = sorted(file for kind in kinds for file in folder.glob(f"{kind}-*.npz"))
     if not files:

@@ -86,8 +86,7 @@ def show_grasps(
 def read_depth(path: Path) -> npt.NDArray[np.float32]:
     """Read a depth image [m]; integers are millimetres.
 
-    Raises:
-        ConfigError: the file is missing or not a depth image.
+    Raises ConfigError: the file is missing or not a depth image.
     """
     if not isfile(path):
         raise ConfigError(f"{path}: no such file; give a depth image as .npy, .png or .tiff")
@@ -179,10 +178,8 @@ def camera_above_table(depth: npt.NDArray[np.float32], intrinsics: Intrinsics) -
     """Pose of the camera in a world whose floor, z = 0, is the table.
 
     Its origin is the point of the table at the middle of the image; x is along u. `depth` is (H, W)
-    along the optical axis [m], NaN where missing.
-
-    Raises:
-        NoTableError: no plane has enough inliers, or it is not a table.
+    along the optical axis [m], NaN where missing. Raises NoTableError: no plane has enough inliers,
+    or it is not a table.
     """
     height, width = depth.shape
     v, u = (each.ravel() for each in np.mgrid[0:height:_STRIDE, 0:width:_STRIDE])

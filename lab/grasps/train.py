@@ -56,8 +56,7 @@ class TrainingRecipe(StrictModel):
 def read_recipe(name: str) -> TrainingRecipe:
     """Read a shipped recipe by its name, or a recipe file by its path.
 
-    Raises:
-        ConfigError: there is no such recipe, or its file is not valid.
+    Raises ConfigError: there is no such recipe, or its file is not valid.
     """
     path = Path(name)
     if not path.is_file():

@@ -35,8 +35,7 @@ class ViewResult(NamedTuple):
 def evaluate_views(choice: NetworkChoice, *, scenes: int, workers: int | None) -> list[ViewResult]:
     """Every scene of one object from every view, the best grasp of each executed in physics.
 
-    Raises:
-        ConfigError: MuJoCo is missing.
+    Raises ConfigError: MuJoCo is missing.
     """
     require_physics("grasp eval --by-view")
     results = all_results(

@@ -19,10 +19,8 @@ from trees.language import Task, TaskFileError
 def export_xml(task: Task) -> str:
     """The XML of a task and of the files that it includes, in one text.
 
-    The task is loaded with open parameters, so that `$name` is still there.
-
-    Raises:
-        TaskFileError: something in it has no counterpart in the XML.
+    The task is loaded with open parameters, so that `$name` is still there. Raises TaskFileError:
+    something in it has no counterpart in the XML.
     """
     export = Export(task)
     root = _root(_main(task))

@@ -41,10 +41,8 @@ def real_leaf(node: LeafNode, context: Context, arguments: Mapping[str, object])
 def build(task: Task, context: Context, make_leaf: LeafMaker = real_leaf) -> Behaviour:
     """A fresh tree, ready to tick, on the context's clock.
 
-    `make_leaf` makes a leaf from its node, the context and its arguments.
-
-    Raises:
-        TaskFileError: a leaf refused its parameters, or a parameter has no value.
+    `make_leaf` makes a leaf from its node, the context and its arguments. Raises TaskFileError: a
+    leaf refused its parameters, or a parameter has no value.
     """
     for name, parameter in task.parameters.items():
         if parameter.value is None:

@@ -20,8 +20,7 @@ from trees.words import RESERVED, ValueType, read_annotation
 def describe_leaves(leaves: Mapping[str, type[Leaf]]) -> dict[str, LeafType]:
     """What task files may give to each leaf, by key; `set` and `add` are always among them.
 
-    Raises:
-        LeafError: a class does not keep to the contract of a leaf.
+    Raises LeafError: a class does not keep to the contract of a leaf.
     """
     return dict(OWN_LEAVES) | {key: _describe(key, leaf) for key, leaf in leaves.items()}
 

@@ -54,11 +54,8 @@ def load(
     `leaves` may stand in the tree, None is all that is installed; `overrides` are values of
     parameters as texts; the poses and regions of the file `places` count instead of those of the
     same name. With `open_parameters` every `$name` of a parameter stays in the tree as a `KeyRead`:
-    the task can then be looked at, but not built.
-
-    Raises:
-        TaskFileError: with every diagnostic in the files.
-        LeafError: a leaf class, not the file, is at fault.
+    the task can then be looked at, but not built. Raises TaskFileError: with every diagnostic in
+    the files; LeafError: a leaf class, not the file, is at fault.
     """
     mode = _Mode.OPEN if open_parameters else _Mode.RUN
     task, diagnostics = _read(Path(path), leaves, overrides, mode, places)

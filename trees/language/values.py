@@ -43,8 +43,7 @@ class KeyRead:
     def check(self, name: str, value: object) -> None:
         """Check the bounds of a value that has become known.
 
-        Raises:
-            ValueError: it is out of bounds; `name` is that of the parameter.
+        Raises ValueError: it is out of bounds; `name` is that of the parameter.
         """
         if isinstance(value, bool) or not isinstance(value, int | float):
             return
@@ -76,10 +75,8 @@ def convert(
 ) -> Argument:
     """A located value as the Python value that is expected.
 
-    `named` are the poses, postures and regions that a name may stand for.
-
-    Raises:
-        MismatchError: it is something else.
+    `named` are the poses, postures and regions that a name may stand for. Raises MismatchError: it
+    is something else.
     """
     if isinstance(value, Reference):
         given = value.value

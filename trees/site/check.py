@@ -87,11 +87,8 @@ def check(
     """Every diagnostic of a task file and its subtrees, in order: for a robot, in its own scene.
 
     Of a scene file, every diagnostic of that. `overrides` and `places` as for `load`; `robot` is a
-    shipped one or a robot file.
-
-    Raises:
-        ConfigError: there is no such robot.
-        LeafError: a leaf class, not the file, is at fault.
+    shipped one or a robot file. Raises ConfigError: there is no such robot; LeafError: a leaf
+    class, not the file, is at fault.
     """
     task, found = examine(path, overrides=overrides, places=places)
     # To import and read a robot takes longer than to read a task, and the shipped one is right.

@@ -92,8 +92,7 @@ class ForEachOf(Branch):
     def restart(self) -> None:
         """Read the list and begin with its first value.
 
-        Raises:
-            LeafCrashedError: it was not written; its writer is at fault.
+        Raises LeafCrashedError: it was not written; its writer is at fault.
         """
         try:
             values = self._read()
@@ -130,11 +129,7 @@ class Set(Behaviour):
         self._values = values
 
     def update(self) -> Status:
-        """One tick.
-
-        Raises:
-            LeafCrashedError: a key was read that was not written.
-        """
+        """One tick. Raises LeafCrashedError: a key was read that was not written."""
         _write(self.name, {key: self._new(key, one) for key, one in self._values.items()})
         self.feedback_message = ", ".join(f"{key.name} = {key.read()}" for key in self._values)
         return Status.SUCCESS
@@ -206,8 +201,7 @@ class LateLeaf(Behaviour):
     def initialise(self) -> None:
         """Make the leaf.
 
-        Raises:
-            LeafCrashedError: its constructor raised anything but a ValueError.
+        Raises LeafCrashedError: its constructor raised anything but a ValueError.
         """
         self._leaf = None
         try:

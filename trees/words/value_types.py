@@ -100,8 +100,7 @@ class ValueType:
 def read_annotation(annotation: object) -> ValueType:
     """The type that an annotation stands for.
 
-    Raises:
-        TypeError: a task file cannot give such a value.
+    Raises TypeError: a task file cannot give such a value.
     """
     found: list[type] = []
     choices: list[Plain] = []

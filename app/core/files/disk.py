@@ -62,8 +62,7 @@ class Disk:
     def array(self, name: str, row: npt.DTypeLike) -> GrowingFile:
         """A new `.npy` file; each piece is the bytes of a row of type `row`.
 
-        Raises:
-            FolderError: it cannot be written.
+        Raises FolderError: it cannot be written.
         """
         self._files.append(GrowingArray(self._folder / name, self._feed, np.dtype(row)))
         return self._files[-1]

@@ -39,8 +39,7 @@ class FolderError(UserError):
 def make_folder(root: Path, task: str, texts: Mapping[str, str], options: dict[str, Any]) -> Path:
     """A new folder `<time>-<task>` in `root`, with the task's files and `options.json`.
 
-    Raises:
-        FolderError: it cannot be written.
+    Raises FolderError: it cannot be written.
     """
     stamp = datetime.now().strftime("%Y-%m-%d-%H%M%S")
     try:

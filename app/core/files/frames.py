@@ -85,11 +85,7 @@ class RecordedFrames:
             raise FramesError(f"{path}: cannot be read ({error})") from error
 
     def __call__(self, number: int) -> DepthFrame:
-        """A frame; numbers only go up.
-
-        Raises:
-            FramesError: it is not there.
-        """
+        """A frame; numbers only go up. Raises FramesError: it is not there."""
         import pyarrow as pa
 
         try:

@@ -26,10 +26,8 @@ class Outputs:
     """Writes the files of a run; also receives what passes between loop and robot.
 
     `attended` tells whether a person can acknowledge an emergency stop, `lossless` whether the loop
-    waits for a slow disk, `frames` whether to keep the camera's images, which are large.
-
-    Raises:
-        FolderError: a file cannot be written.
+    waits for a slow disk, `frames` whether to keep the camera's images, which are large. Raises
+    FolderError: a file cannot be written.
     """
 
     def __init__(

@@ -48,10 +48,8 @@ class GrootServer:
     but a paused robot stays paused until a person resumes.
 
     `tree` has the nodes in preorder and `hooks` one for each of them. Requests come to `port`, and
-    breakpoints are announced on the next one. `seconds` is real time, for the heartbeat [s].
-
-    Raises:
-        GrootError: a port is taken, or the extra is not installed.
+    breakpoints are announced on the next one. `seconds` is real time, for the heartbeat [s]. Raises
+    GrootError: a port is taken, or the extra is not installed.
     """
 
     def __init__(

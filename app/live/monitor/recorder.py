@@ -33,10 +33,7 @@ class Recorder:
     The folder of `path` exists; `tree` has the nodes in preorder; `model` is not shared, since the
     thread uses it. When the disk is slow, `lossless` lets `record` wait (a simulation at full
     speed), or else the oldest snapshots are dropped (in real time). Viewers are served at `server`.
-
-    Raises:
-        RecorderError: the file cannot be written.
-        ViewError: viewers cannot be served.
+    Raises RecorderError: the file cannot be written; ViewError: viewers cannot be served.
     """
 
     def __init__(
@@ -79,8 +76,7 @@ class Recorder:
     def close(self) -> None:
         """Write what is left and close the file. May be called twice.
 
-        Raises:
-            RecorderError: the recording is incomplete; raised once.
+        Raises RecorderError: the recording is incomplete; raised once.
         """
         if self._closed:
             return

@@ -41,9 +41,8 @@ class Panel(Protocol):
 class Writer:
     """Writes batches of snapshots; used by one thread at a time.
 
-    Raises:
-        OSError, RuntimeError: the file cannot be written.
-        ViewError: the address cannot be served.
+    Raises OSError, RuntimeError: the file cannot be written; ViewError: the address cannot be
+    served.
     """
 
     def __init__(

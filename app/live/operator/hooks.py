@@ -88,8 +88,7 @@ class Hook(Branch):
 def matching(nodes: Sequence[TreeNode], wanted: str) -> list[Behaviour]:
     """The nodes with a name, a key in the task file, or a path.
 
-    Raises:
-        UnknownNodeError: there are none.
+    Raises UnknownNodeError: there are none.
     """
     found = [node.node for node in nodes if wanted in (*_names(node), node.path)]
     if found:

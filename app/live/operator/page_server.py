@@ -51,10 +51,8 @@ class PageServer(BoundedServer):
     Port and token stay the same from run to run, and so does the page that a person has open.
 
     It listens on `port`; None takes the usual one, or a free one if that is taken. `again` is
-    whether another run may follow, as with `--watch`, and `seconds` real time [s].
-
-    Raises:
-        PageError: the port is not available.
+    whether another run may follow, as with `--watch`, and `seconds` real time [s]. Raises
+    PageError: the port is not available.
     """
 
     def __init__(

@@ -48,8 +48,7 @@ def headless_viewer(
 ) -> Iterator[HeadlessViewer]:
     """Run a viewer within the context, for live data (`Address.url`) if given.
 
-    Raises:
-        ViewError: it does not start.
+    Raises ViewError: it does not start.
     """
     port = choose_port()
     command = [str(viewer_program()), "--headless", "--bind", LOOPBACK, "--port", str(port)]

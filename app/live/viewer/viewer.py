@@ -51,8 +51,7 @@ class ViewOptions:
 class Viewer:
     """The viewer of one run; invalid options raise before anything is started.
 
-    Raises:
-        ViewError: there is no screen, a port is taken, or the address is not this machine's.
+    Raises ViewError: there is no screen, a port is taken, or the address is not this machine's.
     """
 
     def __init__(self, options: ViewOptions, *, say: Callable[[str], None]) -> None:
@@ -171,11 +170,8 @@ _MAGIC = b"RRF2"  # how a recording begins
 def open_in_viewer(recording: Path, *, web: bool, say: Callable[[str], None]) -> None:
     """Show a recording until a person ends it, in the browser or in a window.
 
-    `say` receives the address of the page; a window takes the place of this process.
-
-    Raises:
-        ViewError: there is no recording, or no screen for a window.
-        WebFilesError: there is no viewer.
+    `say` receives the address of the page; a window takes the place of this process. Raises
+    ViewError: there is no recording, or no screen for a window; WebFilesError: there is no viewer.
     """
     _check_recording(recording)
     if web:

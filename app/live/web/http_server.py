@@ -25,10 +25,8 @@ _POLL = 0.1  # interval of checking whether to end [s]
 class BoundedServer(ThreadingHTTPServer):
     """Serves from construction to `close`, with a bounded number of threads.
 
-    `port` None takes the usual one, or a free one if that is taken.
-
-    Raises:
-        OSError: the port is not available.
+    `port` None takes the usual one, or a free one if that is taken. Raises OSError: the port is not
+    available.
     """
 
     daemon_threads = True
@@ -144,8 +142,7 @@ class Replies(BaseHTTPRequestHandler):
 class FileServer(BoundedServer):
     """Serves the web viewer, and a recording if there is one.
 
-    Raises:
-        OSError: the port is not available.
+    Raises OSError: the port is not available.
     """
 
     def __init__(

@@ -15,8 +15,7 @@ def reachable(host: str) -> str:
 def choose_port(host: str = LOOPBACK, chosen: int | None = None, usual: int = 0) -> int:
     """The chosen port, which must be free; if None, the usual one, or a free one.
 
-    Raises:
-        OSError: the chosen port is taken or not allowed, or the address is not this machine's.
+    Raises OSError: the chosen port is taken or not allowed, or the address is not this machine's.
     """
     if chosen is not None:
         return _free(host, chosen)

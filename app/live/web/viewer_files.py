@@ -46,8 +46,7 @@ class WebFilesError(UserError):
 def viewer_program() -> Path:
     """The viewer binary (the `rerun` on the path is a script that would leave it an orphan).
 
-    Raises:
-        WebFilesError: it is not installed.
+    Raises WebFilesError: it is not installed.
     """
     found = importlib.util.find_spec("rerun_cli")
     program = Path(found.origin).parent / "rerun" if found and found.origin else None
@@ -70,8 +69,7 @@ def viewer_environment() -> dict[str, str]:
 def viewer_web_files() -> Path:
     """The folder with the files, filled at the first call.
 
-    Raises:
-        WebFilesError: the viewer's program is missing or does not serve them.
+    Raises WebFilesError: the viewer's program is missing or does not serve them.
     """
     root = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     kept = Path(root) / "frankie-task" / f"web-viewer-{version('rerun-sdk')}"
@@ -94,10 +92,8 @@ def viewer_web_files() -> Path:
 def read_file(name: str, hosts: str = "'self'") -> tuple[bytes, str] | None:
     """Content and type of a file by name; None if there is none.
 
-    The page has no foreign links, and a policy that lets it connect to `hosts` only.
-
-    Raises:
-        OSError, WebFilesError: the files are not available.
+    The page has no foreign links, and a policy that lets it connect to `hosts` only. Raises
+    OSError, WebFilesError: the files are not available.
     """
     if name not in FILES:
         return None

@@ -104,8 +104,7 @@ def placed(parts: Sequence[Geom], wTo: SE3) -> list[Geom]:
 def half_extents(geom: Geom) -> Array:
     """(3,) of the box around a piece, along its own axes [m].
 
-    Raises:
-        ValueError: it is neither a box nor a cylinder.
+    Raises ValueError: it is neither a box nor a cylinder.
     """
     match geom.shape:
         case Box(half):
