@@ -1,8 +1,4 @@
-"""Clocks: the only place of the project that reads the computer's own clock.
-
-Session time is a `float` [s]. Task time is a `TaskTime`: it stands still in a pause. Comparing one
-with the other is a type error.
-"""
+"""Clocks: session time is a `float` [s], task time a `TaskTime`, which stands still in a pause."""
 
 from __future__ import annotations
 
@@ -90,11 +86,7 @@ class TaskTime:
 
 
 class TaskClock:
-    """The clock of the tree: one moment per tick, and pauses do not count in a timeout.
-
-    Robot, gate and loop stay on the session's clock. For a robot that moves at a share of its
-    speeds this clock runs at that share, so that timeouts keep their meaning.
-    """
+    """The clock of the tree: one moment per tick, at the robot's pace; pauses do not count."""
 
     def __init__(self, session: Clock, pace: float = 1.0) -> None:
         self.session, self._pace = session, pace

@@ -43,11 +43,7 @@ _HISTORY = 0.5  # how far back readings are kept [s]
 
 
 class ComposedRobot:
-    """A robot made of parts, each read at its own time, interpolated to a common stamp.
-
-    Operations that block run in executors, beside the loop. Where parts `rest_together`, a
-    fault of one stops all, whatever is commanded.
-    """
+    """A robot made of parts; where they `rest_together`, a fault of one stops all."""
 
     def __init__(
         self,

@@ -66,10 +66,7 @@ class Gate:
         """How often each reason stopped a command."""
 
     def judge(self, state: RobotState, now: float) -> Refusal | None:
-        """The most serious reason why a reading forbids motion; None if it allows it.
-
-        UntrustedRobotError: readings were implausible too long, or do not fit the commands.
-        """
+        """Why a reading forbids motion; None if it does not. UntrustedRobotError: for too long."""
         if self._untrusted is not None:
             raise self._untrusted
         if state is not self._judged:

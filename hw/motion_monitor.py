@@ -172,10 +172,7 @@ class _SpeedMonitor:
         self._since: float | None = None
 
     def faster(self, stamp: float, measured: Array, commanded: Array) -> int | None:
-        """The axis that has been faster than commanded for too long; None if none has.
-
-        (n,) velocities `measured` at a stamp [s], and `commanded` until then.
-        """
+        """The axis that was faster than commanded, (n,) velocities at a stamp [s], for too long."""
         still = np.zeros(len(commanded))
         if self._bounds is None:  # its present speed may be commanded before
             self._bounds = np.minimum(measured, still), np.maximum(measured, still)

@@ -46,10 +46,7 @@ Laser: TypeAlias = Sensor[LaserScan]
 
 
 class Robot(Protocol):
-    """A mobile manipulator with a wrist camera, simulated or real; a context manager.
-
-    Only `connect` and `close` wait; readings tell when what other methods start has ended.
-    """
+    """A mobile manipulator, simulated or real; only `connect` and `close` wait for it."""
 
     @property
     def description(self) -> RobotDescription:

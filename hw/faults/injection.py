@@ -64,10 +64,7 @@ class FaultInjection(RobotWrapper):
         return tuple(self._wanted)
 
     def inject(self, name: str, duration: float = inf) -> None:
-        """Inject a fault from the next reading on, for a duration by stamps [s]; from any thread.
-
-        InjectionError: there is no such fault, or not in this world.
-        """
+        """Inject a fault from the next reading on, for a time [s]; from any thread."""
         self.check(name)
         with self._lock:
             self._wanted[name] = _Injected(INJECTABLE[name].make(), duration)

@@ -77,11 +77,7 @@ class OmronBase:
         return stopwatch() - at
 
     def connect(self) -> None:
-        """Log in, and wait for the first readings.
-
-        HardwareError: wrong address, account, protocol version or rights; or another
-        program commands it.
-        """
+        """Log in, and wait for the first readings; HardwareError: with cause and hint."""
         self._closing.clear()
         self._link, self._has_begun = None, False
         if self._settings.arcl is not None:
@@ -151,11 +147,7 @@ class OmronBase:
         return site_of(self.read_teleop(), self._settings.site)
 
     def read_teleop(self) -> Values:
-        """The section "Teleop settings" of the base, in its own names and units.
-
-        Bases of version 6MTX tell it over the text interface. HardwareError: no access, or
-        no answer.
-        """
+        """The section "Teleop settings" of the base, by either interface; or HardwareError."""
         link = self._connected
         sections = link.telemetry.sections
         if self.catalogue.has(SECTIONS):
@@ -169,11 +161,7 @@ class OmronBase:
         raise HardwareError(f"the base does not tell its section {TELEOP!r}")
 
     def recover(self) -> None:
-        """Connect again, switch the motors on, take the base back from another program, if need be.
-
-        Successive recoveries begin after growing pauses, unless the fault is gone by then.
-        HardwareError: that does not help; the text says what does.
-        """
+        """Clear all that a program can, after pauses that grow; HardwareError: in vain."""
         link = self._connected
         if self._is_sound(link) or self._wait(lambda: self._is_sound(link), self._pause()):
             return
@@ -275,10 +263,7 @@ def begun(telemetry: Telemetry) -> SE3:
 
 
 def continued(wTo: SE3, before: Telemetry, telemetry: Telemetry) -> SE3:
-    """Odometry of a new connection in the world of the last one, where it was at `wTo`.
-
-    Without encoders, or after a restart of the base, the way meanwhile is that on the map.
-    """
+    """Odometry of a new connection in the last one's world, by encoders, or else by the map."""
     oTb, oTb_now = _pose(before.odometry), _pose(telemetry.odometry)
     way = _pose(before.pose).actInv(_pose(telemetry.pose))
     if before.has_encoders and telemetry.has_encoders:

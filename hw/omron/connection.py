@@ -159,11 +159,7 @@ def _cause(error: Exception) -> str:
 
 
 def first_readings(connection: Connection, settings: OmronSettings, *, claim: bool) -> Telemetry:
-    """Subscribe to all readings, and check that the base is at rest and free.
-
-    With `claim` a moving base is stopped. HardwareError: it moves, is in a locked mode, or does
-    not tell where it is. OSError: the connection is lost.
-    """
+    """Subscribe; check that the base, stopped if `claim`, is at rest and free, or HardwareError."""
     catalogue, patience = connection.catalogue, settings.connect_patience
     lead = settings.laser_delay - settings.pose_delay
     telemetry = Telemetry(catalogue, settings.score_scale, lead)

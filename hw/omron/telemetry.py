@@ -107,11 +107,7 @@ class PoseAssembly:
 
 
 class Telemetry:
-    """The newest readings of one connection.
-
-    `score_scale` is None where it is unknown; a scan of the laser is older on arrival than a
-    pose by `lead` [s].
-    """
+    """The newest readings of one connection; scans arrive older than poses by `lead` [s]."""
 
     def __init__(
         self, catalogue: Catalogue, score_scale: float | None = None, lead: float = 0.0

@@ -64,11 +64,7 @@ class Lead:
 
 
 class PandaArm:
-    """A Panda that follows joint velocities; a process of its own holds the connection.
-
-    After a reflex or a user stop it moves again only when it was recovered and the commands have
-    been zero for a moment.
-    """
+    """A Panda that follows joint velocities; after a stop of its own only once it was recovered."""
 
     def __init__(self, address: str, clock: Clock, settings: ArmSettings | None = None) -> None:
         settings = settings or ArmSettings()
@@ -133,10 +129,7 @@ class PandaArm:
             raise
 
     def recover(self) -> None:
-        """Clear a reflex, once in 2 s at most; connect again if arm or driver do not answer.
-
-        HardwareError: that is not possible now.
-        """
+        """Clear a reflex, once in 2 s at most; connect a silent arm again; or HardwareError."""
         reading = self.reading()
         if self._silence(reading):
             self._process.kill()

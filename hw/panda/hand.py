@@ -63,10 +63,7 @@ class PandaHand:
         )
 
     def grip(self, width: float, force: float) -> None:
-        """Move the fingers to a width [m], pressing with a force [N]; returns when they rest.
-
-        HardwareError: they did not reach it, or the hand was not homed or does not answer.
-        """
+        """Move the fingers to a width [m] with a force [N] until they rest; or HardwareError."""
         self._gripping += 1
         try:
             if self._process.end_of_it():
@@ -91,10 +88,7 @@ class PandaHand:
             self._is_homing = False
 
     def recover(self) -> None:
-        """Connect again if the hand does not answer, stop a failed motion, and home it if empty.
-
-        HardwareError: that has failed.
-        """
+        """Connect again, stop a failed motion, and home the hand if empty; or HardwareError."""
         if self._silence(self.reading()):
             self._process.kill()
             self.connect()

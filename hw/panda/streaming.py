@@ -35,11 +35,7 @@ Publish = Callable[[Any, Sequence[float]], None]
 
 
 class Streaming:
-    """One motion: the callback of the vendor's control loop.
-
-    It publishes state and next velocities. A `goal` (7,) [rad] is approached with the fastest
-    joint at a speed [rad/s] instead of the commands; any newer command ends that.
-    """
+    """One motion, the vendor's callback: by commands, or to a `goal` (7,) [rad] until a command."""
 
     def __init__(
         self,

@@ -38,10 +38,7 @@ def separation(a: Geom, b: Geom) -> tuple[float, Array]:
 
 
 def travel(moving: Geom, direction: Array, still: Iterable[Geom], limit: float) -> float | None:
-    """How far a shape can move along a unit direction (3,) until it touches another [m].
-
-    0 if it touches already; None if it moves `limit` [m] without a touch.
-    """
+    """How far a shape moves along (3,) until a touch [m]; 0: it touches; None: not in `limit`."""
     nearest: float | None = None
     for other in still:
         distance = _travel(moving, direction, other, limit if nearest is None else nearest)
@@ -50,10 +47,7 @@ def travel(moving: Geom, direction: Array, still: Iterable[Geom], limit: float) 
 
 
 def patch(a: Geom, b: Geom) -> tuple[Array, Array] | None:
-    """Where two slightly overlapping shapes press on each other; None if they do not overlap.
-
-    (N, 3) corners of the contact patch and the (3,) unit normal from a to b, in the world.
-    """
+    """Where two overlapping shapes press: corners (N, 3), unit normal (3,) from a to b; or None."""
     shapes = (
         coal_geometry(a.shape),
         transform(a.pose),

@@ -94,11 +94,7 @@ NOTHING_MOVED: Mapping[str, Sequence[float]] = MappingProxyType({})
 
 
 def with_moved(world: World, moved: Mapping[str, Sequence[float]]) -> World:
-    """A new world where furniture was moved, with what stands on it, since the map was made.
-
-    `moved` is x, y [m] and a turn about its middle [deg], by name; SceneError: no such
-    furniture.
-    """
+    """A new world with furniture moved by x, y [m] and a turn [deg], by name; or SceneError."""
     pieces: dict[str, list[Geom]] = {}
     for one in world.fixtures:
         if not isinstance(one.shape, Plane):

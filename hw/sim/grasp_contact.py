@@ -158,10 +158,7 @@ def _fit(hand: Hand, opening: float, target: SimObject, wTo: SE3) -> _Fit | None
 def _seated(
     hand: Hand, opening: float, force: float, target: SimObject, fit: _Fit
 ) -> tuple[_Fit, float | None]:
-    """Turn and push an object by the pads, downhill in width, until they hold it or it rests.
-
-    It rises where it would sink into its support. With it comes the `_load_factor` there.
-    """
+    """Turn and push an object by the pads until it is held or rests; with its load factor."""
     lateral, _, approach = hand.wTe.rotation.T
     ways = [sign * way for way in (approach, lateral) for sign in (1.0, -1.0)]
     step = 1.0

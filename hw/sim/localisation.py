@@ -101,11 +101,7 @@ class LocalisationProcess:
         self._localised: LocalisedPose | None = None
 
     def read(self, stamp: float, wTb: SE3) -> tuple[SE3, LocalisedPose | None]:
-        """Pose in odometry, and the newest localised pose, at a stamp [s] not before the last one.
-
-        oTb is the true pose at first, then smooth. The localised pose is None in an outage,
-        and exact.
-        """
+        """Pose in odometry, exact at first, and localised, None in an outage, at a stamp [s]."""
         if self._exact:
             return wTb, None
         if self._step < 0:

@@ -113,11 +113,7 @@ class _SimGripper(_SimPart):
 
 
 class _SimCamera(_SimPart):
-    """The depth camera: captures on demand, at most one image a frame period.
-
-    Rendered inline, an image is ready at once. Rendered beside the loop it comes later, with the
-    stamp of its capture, and the one before is returned meanwhile, as by a real camera.
-    """
+    """The depth camera: one image a frame period, at once, or later if rendered beside the loop."""
 
     def __init__(
         self, body: SimBody, noise: D435Noise, seed: int, executor: Executor, scale: float = 1.0
@@ -181,11 +177,7 @@ def simulated_robot(
     localisation: Localisation | None = None,
     background: Callable[[], Executor] = InlineExecutor,
 ) -> ComposedRobot:
-    """A robot composed of the parts of one simulated body, kinematic or physical.
-
-    Its world is kept up to date. `localisation` says how wrong it is about itself and its
-    place. With an inline `background` a run is deterministic.
-    """
+    """A robot of one simulated body; with an inline `background` a run is deterministic."""
     truly, process, scale = made_wrong(description, localisation or Localisation(), seed)
     made = body(truly, world, clock, dynamics or Dynamics(), process)
     return ComposedRobot(

@@ -102,12 +102,7 @@ def load_scene(
     footprint: Footprint | None = None,
     moved: Mapping[str, Sequence[float]] = NOTHING_MOVED,
 ) -> World:
-    """Build the world that a scene, a name or path, describes.
-
-    `seed` is of objects and poses. A `footprint` of the robot at its start is kept free.
-    `moved` furniture stands elsewhere than on the map. SceneError: the file has a mistake, or
-    objects do not fit.
-    """
+    """The world that a scene describes, with furniture `moved` since the map; or SceneError."""
     described = read_scene(scene, footprint)
     try:
         world = build_world(described, np.random.default_rng(seed))

@@ -46,10 +46,7 @@ class _Leg:
 
 
 class Walker:
-    """An upright cylinder that walks along way points (x, y) [m], and back, again and again.
-
-    It slows down and turns at each. It stops for nothing and passes through furniture.
-    """
+    """An upright cylinder that walks along way points (x, y) [m], and back, whatever is there."""
 
     def __init__(
         self, name: str, radius: float, height: float, way: Sequence[Sequence[float]], speed: float

@@ -18,10 +18,7 @@ _MIN_LEVEL = 0.3  # smallest horizontal share of a push that moves an object
 
 
 class World:
-    """Fixtures, objects and walkers, and the effects of the robot on the objects.
-
-    `unmapped` fixtures are on no map; `surfaces` are visual meshes for the hulls of their name.
-    """
+    """Fixtures, objects, walkers; `surfaces` are drawn instead of the hulls of their name."""
 
     def __init__(
         self,
@@ -77,11 +74,7 @@ class World:
     def close_fingers(
         self, hand: Hand, width_before: float, force: float, width: float = 0.0
     ) -> GraspOutcome:
-        """Close the fingers, and hold the object between them if the contacts allow it.
-
-        Widths before and at most [m], force of each finger [N]. An object that is pressed
-        on but not held comes to rest where the pads dragged it.
-        """
+        """Close the fingers between widths [m] with a force [N] each; hold what they can."""
         if self.held is not None:
             return GraspOutcome(reason=Reason.HELD, width=self._held_width, object=self.held)
         fixtures = self._vicinity.near(hand.centre, hand.radius)
@@ -137,10 +130,7 @@ class World:
             self._resting.settle(self.held)
 
     def collision(self, hand: Hand, width: float) -> str | None:
-        """Name of a shape that the hand or the held object penetrates beyond the tolerance.
-
-        `width` is between the pads [m]. The held object may touch other objects.
-        """
+        """Name of a shape that hand or held object, at a width [m], penetrates beyond tolerance."""
         nearby = self._vicinity.near(hand.centre, hand.radius)
         nearby += [part for o in self._objects_near(hand) for part in o.placed()]
         if nearby and (hit := _deepest(hand.shapes(width), nearby, HAND_TOLERANCE)):

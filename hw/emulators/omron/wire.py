@@ -1,8 +1,4 @@
-"""Wire format of ArNetworking as a server writes and reads it.
-
-Independent of the driver's codec, so that each checks the other. Like the robot, the server reads
-zeros and empty text where a payload has ended.
-"""
+"""Wire format of ArNetworking as a server has it, with zeros where a payload has ended."""
 
 from __future__ import annotations
 

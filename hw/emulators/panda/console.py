@@ -131,11 +131,7 @@ def serve(
     lines: Iterable[str] = (),
     say: Callable[[str], None] = lambda _: None,
 ) -> None:
-    """Run a Panda at an address of this computer until `lines`, commands of `ACTIONS`, end.
-
-    Every address 127.x.y.z can be a robot of its own; `say` gets lines of JSON. UserError: the
-    address is taken, or a name is unknown.
-    """
+    """Run a Panda at an address of this computer until `lines`, words of `ACTIONS`, end."""
     try:
         body: Joints = LaggedJoints() if joints is None else joints
         hand: Fingers = FreeFingers() if fingers is None else fingers

@@ -35,11 +35,7 @@ class EmulatedHand:
         self._not_before = 0  # earliest end of the motion
 
     def begin(self, command: HandCommand, arguments: tuple[float, ...]) -> HandStatus | None:
-        """Begin a motion; the status if it ends at once.
-
-        Arguments of GRASP are width, inner, outer [m], speed [m/s] and force [N]; of MOVE
-        width and speed.
-        """
+        """Begin a motion with arguments as of the wire [m, m/s, N]; its status if it ends now."""
         self._not_before = 0
         if command is HandCommand.HOMING:
             self.homings += 1

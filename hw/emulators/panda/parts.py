@@ -1,9 +1,4 @@
-"""Joints and fingers behind the emulated Panda: in free air, or those of a simulated world.
-
-The emulated arm runs at 1 kHz in a process of its own; the simulated world is slower. `LinkedBody`
-is the arm's end of their shared memory: it writes commands and reads the state; `ArmLink` is the
-world's.
-"""
+"""Joints and fingers behind the emulated Panda: in free air, or those of a simulated world."""
 
 import struct
 from collections.abc import Iterable

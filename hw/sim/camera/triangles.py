@@ -34,11 +34,7 @@ def draw(
     camera: Intrinsics,
     near: float,
 ) -> None:
-    """Draw bodies where they are nearer than the image (H, W) [m], infinite where nothing is.
-
-    It is modified, and so are the `ids` (H, W) of the bodies shown; `near` is the smallest
-    depth [m].
-    """
+    """Draw bodies into a depth image (H, W) [m], and its `ids`, where they are nearer."""
     offsets = np.cumsum([0, *(len(body.corners) for body in bodies)])
     corners = np.concatenate([body.corners for body in bodies])
     triangles = np.concatenate([b.triangles + o for b, o in zip(bodies, offsets, strict=False)])

@@ -112,10 +112,7 @@ def make_object(
     masses: tuple[float, float],
     rng: np.random.Generator,
 ) -> SimObject:
-    """A random object of a `fitting` class, resting on z = 0 with its centre of mass above 0.
-
-    Its smallest width across a grasp [m] and its mass [kg] are in these ranges.
-    """
+    """A random object of these widths and masses [m, kg], at rest on z = 0, centred above 0."""
     low, high = max(widths[0], object_class.narrowest), min(widths[1], object_class.widest)
     parts = object_class.make(rng, rng.uniform(low, high))
     volumes = np.array([volume(p.shape) for p in parts])

@@ -21,10 +21,7 @@ _INTERVAL = 0.1  # between two checks for rest [s]
 
 
 class FloatingHand(Simulation):
-    """The hand of a robot in a world; every motion takes its simulated time.
-
-    It points straight down. The world's objects are kept up to date. HardwareError: diverged.
-    """
+    """The hand of a robot in a world, pointing down; HardwareError: the simulation diverged."""
 
     def __init__(self, description: RobotDescription, world: World, wTe: SE3) -> None:
         super().__init__(hand_model_in(description, world), world)
