@@ -14,9 +14,7 @@ from robots import RobotDescription
 
 _TOLERANCE = 1e-6  # relative, of every comparison: rounding only
 _MAX_GAP = 3.0  # periods without a command after which the robot stops by itself
-_CREDIT = 2.0
-"""Unused time that counts for a change of velocity, in periods: a late tick does not keep the next
-from its full acceleration."""
+_CREDIT = 2.0  # periods of unused time that count, so a late tick keeps its full acceleration
 _TIMEOUT = 0.5  # implausible readings for longer than this end the run [s]
 
 
@@ -62,8 +60,7 @@ class Gate:
         self._untrusted: UntrustedRobotError | None = None
         self.latched = False  # an emergency stop is not acknowledged yet
         self.applied = Command.stop()  # by the robot, last
-        self.refusals: dict[Refusal, int] = dict.fromkeys(Refusal, 0)
-        """How often each reason stopped a command."""
+        self.refusals: dict[Refusal, int] = dict.fromkeys(Refusal, 0)  # commands stopped
 
     def judge(self, state: RobotState, now: float) -> Refusal | None:
         """Why a reading forbids motion; None if it does not. UntrustedRobotError: for too long."""

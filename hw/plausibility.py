@@ -28,8 +28,7 @@ class Plausibility:
 
     def __init__(self, description: RobotDescription, oldest: float) -> None:
         self._limits = description.limits
-        self._max_speed = _OVERSPEED / description.pace
-        """Times a limit; a robot at reduced pace that moves at full speed is still believed."""
+        self._max_speed = _OVERSPEED / description.pace  # full speed at reduced pace is believed
         self._oldest = oldest
         self._before: RobotState | None = None
 

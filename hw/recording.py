@@ -109,8 +109,7 @@ class RecordedRobot(RobotWrapper):
         self._stopped = False
         self._turns = 0
         self._known_faults: dict[tuple[Fault, ...], int] = {}
-        self._noted: dict[str, tuple[int, Thing]] = {}
-        """The newest thing of a field, with its number."""
+        self._noted: dict[str, tuple[int, Thing]] = {}  # newest of a field, with its number
         self.broken = ""  # why a replay is impossible; empty otherwise
         self._frames = _Asked("frame", lambda: self._robot.camera.latest(inf))
         self._scans = _Asked("scan", lambda: self._robot.laser.latest(inf))

@@ -80,8 +80,7 @@ class ReplayRobot:
         self.camera = Sensor(partial(self._latest, "frame"))
         self.laser = Sensor(partial(self._latest, "scan"))
         self._recall = recall
-        self._recalled: dict[str, tuple[int, Any]] = {}
-        """The newest thing of a field, with its number."""
+        self._recalled: dict[str, tuple[int, Any]] = {}  # newest of a field, with its number
         self.difference: Difference | None = None
         self.sent = 0  # number of compared commands
         self._turns = turns

@@ -34,8 +34,7 @@ class Patience:
     abandon: float = 4.0  # the process is ended
 
 
-SIMULATION = Patience(stop=inf, interrupt=60.0, abandon=90.0)
-"""Simulated time waits for the tick, so the robot need not be stopped."""
+SIMULATION = Patience(stop=inf, interrupt=60.0, abandon=90.0)  # its time waits for the tick
 
 
 class Watchdog:
@@ -55,8 +54,7 @@ class Watchdog:
             (self._patience.abandon, abandon),
         )
         self._stop = stop
-        self.is_interrupting = False
-        """Whether the loop was told to raise, and has not gone on since."""
+        self.is_interrupting = False  # the loop was told to raise, and has not gone on
         self._fed = 0
         self._over = threading.Event()
         self._loop = 0

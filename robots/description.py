@@ -38,13 +38,11 @@ class Limits:
 class ArmDescription:
     """A serial arm of seven joints, each turning about its own z."""
 
-    joints: tuple[SE3, ...]
-    """Pose of each joint at position zero on the joint before it, the first on the foot."""
+    joints: tuple[SE3, ...]  # pose of each at zero on the one before, or the foot
     lTh: SE3  # flange of the hand on the last link
     ready: Array  # (7,) posture named `ready` in tasks [rad]: the hand in front, pointing down
     lag: float  # time constant with which the joints follow velocity commands [s]
-    collision: tuple[tuple[Geom, ...], ...]
-    """Capsules of the foot and the seven links, each in the frame of its link: 8 tuples."""
+    collision: tuple[tuple[Geom, ...], ...]  # 8 tuples of capsules, on foot and links
     may_touch: tuple[tuple[str, str], ...]
     """Pairs of `base`, `floor`, `link0` (the foot) to `link7` and `hand` that can collide; the
     second of a pair is the outer one."""

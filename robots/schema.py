@@ -64,8 +64,7 @@ class ArmFile(StrictModel):
     lag: Positive  # time constant of the joint velocities [s]
     visual: str | None = None  # mesh that the viewer draws, if it is installed
     collision: tuple[LinkCapsuleFile, ...]
-    may_touch: tuple[tuple[tuple[Link, ...], tuple[Link, ...]], ...]
-    """Each of the first with each of the second."""
+    may_touch: tuple[tuple[tuple[Link, ...], tuple[Link, ...]], ...]  # all of the first and second
     inertia: Annotated[tuple[InertiaFile, ...], Field(min_length=N_LINKS, max_length=N_LINKS)]
     """Of the foot and the seven links, each in the frame of its link."""
 
@@ -161,8 +160,7 @@ class BaseLimitsFile(StrictModel):
     speed: tuple[NotNegative, NotNegative, NotNegative]  # along x and y, about z [m/s, m/s, rad/s]
     reverse: NotNegative  # along -x [m/s]
     acceleration: tuple[Positive, Positive, Positive]  # along x and y, about z [m/s^2, rad/s^2]
-    emergency: tuple[Positive, Positive, Positive]
-    """Deceleration when it must stop, along x and y, about z [m/s^2, m/s^2, rad/s^2]."""
+    emergency: tuple[Positive, Positive, Positive]  # deceleration [m/s^2, rad/s^2]
 
     @model_validator(mode="after")
     def _stops_no_slower(self) -> BaseLimitsFile:

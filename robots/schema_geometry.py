@@ -116,8 +116,7 @@ class InertiaFile(StrictModel):
 
     mass: Positive  # [kg]
     xyz: Vector  # centre of mass [m]
-    moments: tuple[Positive, Positive, Positive]
-    """xx, yy and zz about the centre of mass, along the axes of the frame [kg m^2]."""
+    moments: tuple[Positive, Positive, Positive]  # xx, yy, zz about that centre [kg m^2]
     products: Vector  # xy, xz and yz [kg m^2]
 
     @model_validator(mode="after")

@@ -117,9 +117,7 @@ class RealSenseFile(StrictModel):
 class HardwareFile(StrictModel):
     """How the parts of one robot are reached."""
 
-    emulated: Port | None = None
-    """Port of the emulators at the address of the base, the camera's at the next one; None for a
-    real robot."""
+    emulated: Port | None = None  # port of emulators, the camera's next; None: real
     speed_percent: Percent = 10.0  # of the speeds of the description
     base: OmronFile
     arm: PandaFile

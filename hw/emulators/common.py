@@ -11,8 +11,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 from config import UserError, suggest
 
-Words: TypeAlias = Mapping[str, tuple[Callable[..., Any], str]]
-"""Of a console, by name: function and description."""
+Words: TypeAlias = Mapping[str, tuple[Callable[..., Any], str]]  # function and text by name
 
 
 class PortTakenError(UserError):

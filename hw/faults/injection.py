@@ -47,8 +47,7 @@ class FaultInjection(RobotWrapper):
         self._site: Site | None = None
         self._homes = {one.name: one.pose for one in self._world.objects} if self._world else {}
         self._lock = threading.Lock()
-        self._wanted: dict[str, _Injected] = {}
-        """Injected and not cleared, by name; changed by any thread."""
+        self._wanted: dict[str, _Injected] = {}  # by name; changed by any thread
         self._effects: dict[str, Effect] = {}  # begun and not ended; changed by `read` alone
 
     def check(self, name: str) -> None:

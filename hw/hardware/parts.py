@@ -22,8 +22,7 @@ from robots import RealRobot, load_robot
 _LOOKS, _PERIOD = 200, 0.01  # number of readings of a part, and their period [s]
 _OLD_POSE, _OLD_STATE, _OLD_IMAGE = 150.0, 50.0, 100.0  # largest ages of readings [ms]
 _SAME = 1e-3  # relative tolerance of full-scale values
-_TIMEOUTS = 0.1, 0.35
-"""Good timeouts: the base checks every 0.1 s; over WLAN commands are up to 0.3 s late [s]."""
+_TIMEOUTS = 0.1, 0.35  # good ones: the base checks every 0.1 s, and WLAN is 0.3 s late [s]
 _SET = f"set `{TIMEOUT}` to 0.14 s in its Teleop settings (over WLAN 0.3 s)"
 
 Read = TypeVar("Read")
@@ -49,12 +48,12 @@ def base(real: RealRobot) -> Iterator[Finding]:
 def _localisation(base: OmronBase) -> Iterator[Finding]:
     """What the base tells of its place, and how its localised pose varies while it stands."""
     seen = _watched(lambda: base.read().localised)
-    has, score, echoes = base.catalogue.has, base.localisation_score, base.echoes
+    has, score, echoes = base.catalogue.has, base.link.score, base.echoes
     points = 0 if echoes is None else len(echoes.points)
     tells: tuple[tuple[str, str | None, str], ...] = (
         (
             "odometry",
-            "of its encoders" if base.has_encoders else None,
+            "of its encoders" if base.link.telemetry.has_encoders else None,
             "the integral of its velocity is used, which comes in whole mm/s and deg/s",
         ),
         (

@@ -23,10 +23,8 @@ _POLL = 0.01  # polling interval of recoveries [s]
 _RECOVERY = 3.0  # timeout of each step of a recovery [s]
 _READING = 3.0  # timeout of reading the configuration [s]
 _PAUSES = (0.0, *RECOVERY_PAUSES)
-_GOOD_SCORE, _LEAST_SCORE = 0.7, 0.1
-"""With a lower score its pose is less accurate, in inverse proportion [inferred]."""
-_AGREE = 0.3
-"""Encoders whose way while disconnected differs by more from that on the map counted anew [m]."""
+_GOOD_SCORE, _LEAST_SCORE = 0.7, 0.1  # a lower score is less accurate in proportion [inferred]
+_AGREE = 0.3  # encoders that differ more from the map while disconnected were reset [m]
 
 
 class OmronBase:
@@ -49,30 +47,15 @@ class OmronBase:
         self.protocol = ""  # protocol version of the base; empty before it is connected
 
     @property
-    def guardian_pid(self) -> int:
-        """Process that stops the base when this one is killed or suspended."""
-        return self._connected.guardian.pid
-
-    @property
-    def localisation_score(self) -> float | None:
-        """0 to 1; None where it is not sent, or its scale is unknown."""
-        return self._connected.score
-
-    @property
-    def has_encoders(self) -> bool:
-        """Whether odometry is that of its encoders, or else the integral of its velocity."""
-        return self._connected.telemetry.has_encoders
-
-    @property
     def echoes(self) -> Echoes | None:
         """The newest scan of its laser; None before the first."""
-        with self._connected.lock:
-            return self._connected.telemetry.echoes
+        with self.link.lock:
+            return self.link.telemetry.echoes
 
     @property
     def pose_age(self) -> float:
         """Time since the newest pose and odometry arrived [s]."""
-        at = self._connected.telemetry.placed_at
+        at = self.link.telemetry.placed_at
         assert at is not None  # `connect` waited for it
         return stopwatch() - at
 
@@ -92,7 +75,7 @@ class OmronBase:
 
     def read(self) -> BaseState:
         """The reading of this moment."""
-        link = self._connected
+        link = self.link
         with link.lock:
             now, telemetry = stopwatch(), link.telemetry
             faults = (connection_lost(link.lost),) if link.lost else link.faults(now)
@@ -129,7 +112,7 @@ class OmronBase:
 
     def send(self, twist: Array) -> Array:
         """Drive, in pulses inside a dead zone; returns the mean velocity, zero in a fault."""
-        link = self._connected
+        link = self.link
         wanted = Velocity(float(twist[0]), float(twist[2]))
         with link.lock:
             now, measured, site = stopwatch(), link.telemetry.velocity.v, self._settings.site
@@ -148,7 +131,7 @@ class OmronBase:
 
     def read_teleop(self) -> Values:
         """The section "Teleop settings" of the base, by either interface; or HardwareError."""
-        link = self._connected
+        link = self.link
         sections = link.telemetry.sections
         if self.catalogue.has(SECTIONS):
             link.send(self.catalogue.command(SECTIONS, b"\x09"))
@@ -162,7 +145,7 @@ class OmronBase:
 
     def recover(self) -> None:
         """Clear all that a program can, after pauses that grow; HardwareError: in vain."""
-        link = self._connected
+        link = self.link
         if self._is_sound(link) or self._wait(lambda: self._is_sound(link), self._pause()):
             return
         if self._arcl is not None and self._arcl.state.lost:
@@ -170,7 +153,7 @@ class OmronBase:
         if link.lost or not self._wait(lambda: self.pose_age <= OLDEST_POSE, _RECOVERY):
             link.close()
             self._open(claim=True)
-            link = self._connected
+            link = self.link
         if self._arcl is not None and self._arcl.state.motors is not Motors.ENABLED:
             self._arcl.enable_motors()
         finding = link.monitor.finding
@@ -201,7 +184,8 @@ class OmronBase:
             self._arcl.close()
 
     @property
-    def _connected(self) -> Link:
+    def link(self) -> Link:
+        """The open connection; HardwareError: there is none."""
         if self._link is None:
             raise HardwareError(f"Omron base at {self._settings.host}: not connected")
         return self._link

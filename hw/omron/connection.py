@@ -34,8 +34,7 @@ class Connection:
     socket: socket.socket
     stream: PacketStream = field(default_factory=PacketStream)
     catalogue: Catalogue = field(default_factory=Catalogue)
-    pending: list[Packet] = field(default_factory=list)
-    """Packets that have arrived and were not processed."""
+    pending: list[Packet] = field(default_factory=list)  # arrived and not processed
     protocol: str = ""  # protocol version of the server
 
     def packets(self, until: float) -> Iterator[Packet]:

@@ -9,13 +9,11 @@ from hw.omron.site import Site, Velocity, is_at_rest
 from hw.omron.telemetry import OLDEST_POSE, Localisation, Telemetry
 from hw.state import Fault, FaultKind
 
-_STANDS, _OWED = 0.6, Velocity(0.04, 0.06)
-"""A base at rest for this long [s] that should have gone this far [m, rad] does not follow."""
+_STANDS, _OWED = 0.6, Velocity(0.04, 0.06)  # at rest so long [s] and owing so far [m, rad]
 _SURPLUS, _SHARE = Velocity(0.04, 0.1), 0.1
 """A base that is faster than commanded by more than this [m/s, rad/s] plus this share of it ..."""
 _TOO_FAST = 0.2  # ... for this long [s] is stopped
-_DECELERATION = Velocity(0.3, 0.8)
-"""Assumed of the base: earlier commands are allowed for with this decay [m/s^2, rad/s^2]."""
+_DECELERATION = Velocity(0.3, 0.8)  # assumed, of earlier commands [m/s^2, rad/s^2]
 
 
 @dataclass
@@ -27,8 +25,7 @@ class MotionMonitor:
     _owed: tuple[float, float] = (0.0, 0.0)
     _stands_since: float | None = None
     _fast_since: float | None = None
-    _least: tuple[float, float] = (0.0, 0.0)
-    """Lowest and highest allowed velocities now [m/s, rad/s]."""
+    _least: tuple[float, float] = (0.0, 0.0)  # velocities allowed now [m/s, rad/s]
     _most: tuple[float, float] = (0.0, 0.0)
     _at: float = 0.0
 

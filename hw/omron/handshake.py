@@ -7,8 +7,7 @@ from typing import NamedTuple
 
 from hw.omron.packet import Fields, Packet, encode, text_field
 
-PROTOCOLS = ("5MTX", "6MTX", "D6MTX")
-"""Protocol versions that real bases were seen to announce [reported]."""
+PROTOCOLS = ("5MTX", "6MTX", "D6MTX")  # that real bases were seen to announce [reported]
 
 
 class FromServer(IntEnum):

@@ -37,11 +37,9 @@ class Site:
     forward: float = 1.0  # FullThrottleForwards [m/s]
     reverse: float = 0.25  # FullThrottleBackwards [m/s]
     turn: float = radians(50.0)  # RotAtStopped [rad/s]
-    turn_at_forward: float | None = None
-    """RotAtFullForwards [rad/s]; None: as at rest. ARIA's own default is 25 deg/s."""
+    turn_at_forward: float | None = None  # RotAtFullForwards [rad/s]; None: as at rest
     turn_at_reverse: float | None = None  # RotAtFullBackwards [rad/s]; None: as at rest
-    dead_translation: float = 10.0
-    """TransDeadZone [%]: a ratio up to this one does not move the base."""
+    dead_translation: float = 10.0  # TransDeadZone [%]: up to this the base does not move
     dead_rotation: float = 5.0  # RotDeadZone [%]: a ratio below this one does not turn the base
 
     def saturate(self, wanted: Velocity, measured: float) -> Velocity:
@@ -118,23 +116,20 @@ class OmronSettings:
     user: str
     password: str = ""
     port: int = 7272
-    arcl: ArclSettings | None = None
-    """None: no text interface, so motors, emergency stop and faults are not reported."""
+    arcl: ArclSettings | None = None  # None: motors, stop and faults are not reported
     site: Site = field(default_factory=Site)
     acceleration: float = 1.5
     """Commanded velocities grow no faster than this, whoever commands them [m/s^2]. The limits of
     the robot file hold before, those of the base itself after."""
     turn_acceleration: float = 3.0  # the same for turning [rad/s^2]
     pose_delay: float = 0.0  # age of a pose on arrival [s]
-    sigma: float = 0.02
-    """Deviation of its localisation along x, and along y [m]: usual without special markers."""
+    sigma: float = 0.02  # deviation of its localisation along x, and along y [m]
     sigma_turn: float = radians(0.5)  # the same of its heading [rad]
     laser_delay: float = 0.0  # age of a scan of the laser on arrival [s]
     silence: float = 1.0  # without a byte for this long the connection is lost [s]
     connect_patience: float = 3.0  # timeout of each step of connecting [s]
     lists_patience: float = 5.0  # timeout of the list of requests [s]
-    least_score: float | None = None
-    """A localisation score below this is a fault, 0 to 1; None: only a lost localisation is."""
+    least_score: float | None = None  # a lower one (0 to 1) is a fault; None: only a lost one
     score_scale: float | None = None
     """A full score in `getLocState`: 100 or 1000 (sources disagree); None: unknown, the score is
     not used until one above 100 settles it."""

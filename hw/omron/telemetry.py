@@ -26,13 +26,11 @@ POSE, ENCODERS = (
     for pose in ("Robot", "Encoder")
 )
 """Fine poses on the map (`updateNumbers` has whole millimetres and degrees), and odometry."""
-OLDEST_POSE = 0.25
-"""Up to this age a pose is extrapolated with the measured velocity; then it is stale [s]."""
+OLDEST_POSE = 0.25  # up to this age a pose is extrapolated; then it is stale [s]
 Taker: TypeAlias = Callable[[Fields, float], None]
 _INTERVAL = 0.03  # of poses [s]; real bases are said to send at most 37 a second
 _TOGETHER = 0.02  # the three values of one pose arrive within this time [s]
-_ACCEPT_SKEWED = 0.1
-"""Without a pose for this long, values that did not arrive together are accepted [s]."""
+_ACCEPT_SKEWED = 0.1  # without a pose so long, values that came apart count [s]
 
 
 class Localisation(IntEnum):
@@ -117,17 +115,14 @@ class Telemetry:
         self.pose: Pose | None = None  # on the map; fine where the robot offers it
         self.coarse: Pose | None = None  # of `updateNumbers`
         self.velocity = REST
-        self.has_encoders = catalogue.has(*ENCODERS)
-        """Whether odometry is that of the encoders; otherwise the integral of the velocity."""
+        self.has_encoders = catalogue.has(*ENCODERS)  # else odometry is integrated
         self._encoders: Pose | None = None
         self._integral: Pose | None = None
-        self.battery: float | None = None
-        """Charge, 0 to 1; None where the robot sends a voltage, or nothing."""
+        self.battery: float | None = None  # charge, 0 to 1; None: it sends a voltage
         self.status = self.mode = ""
         self.locked = False  # whether the mode is locked
         self.localisation: Localisation | None = None
-        self.score: float | None = None
-        """Of the localisation, 0 to 1; None where its scale is unknown."""
+        self.score: float | None = None  # 0 to 1; None where its scale is unknown
         self.sections: dict[str, Values] = {}  # of the configuration, where requested
         self.damaged = 0  # number of replies with an unexpected layout
         self._has_charge = False

@@ -7,11 +7,9 @@ from math import radians
 from hw.omron.packet import Fields, LayoutError
 from hw.omron.site import Site
 
-SECTIONS = "getConfigBySectionsV4"
-"""The request; its argument is the priority up to which parameters are sent, 9 for all."""
+SECTIONS = "getConfigBySectionsV4"  # its argument: priority of parameters, 9 for all
 TELEOP = "Teleop settings"  # the section with the full-scale values of `ratioDrive`
-TIMEOUT = "Timeout"
-"""In that section: without a `ratioDrive` for this long the base stops by itself [s]; 0: never."""
+TIMEOUT = "Timeout"  # without a `ratioDrive` for so long the base stops [s]; 0: never
 Values = dict[str, float | str]
 
 _SPEEDS = {"FullThrottleForwards": "forward", "FullThrottleBackwards": "reverse"}

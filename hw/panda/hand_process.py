@@ -27,8 +27,7 @@ _CONNECTING = 20.0  # timeout of connecting [s]
 HOMING = 30.0  # timeout of homing; 6 to 15 s are usual [s]
 _WIDEST = 0.1  # no hand opens wider [m]
 _MOVING, _GRASPING = 3.0, 9.0  # timeouts of a move and a grasp, in addition to the travel time [s]
-_BLOCKED, _STILL = 1.5, 5e-4
-"""Fingers that rest for this long [s] (within [m]) during a move are blocked."""
+_BLOCKED, _STILL = 1.5, 5e-4  # at rest for so long [s] within [m] in a move
 _STOPPING = 2.0  # timeout of a stop [s]
 _ANY = 0.1  # tolerance of a grasp that allows every width [m]
 _SAME = 1e-3  # tolerance of the width of a held object [m]
@@ -68,8 +67,7 @@ class HandProcess:
         self._hand = library.Gripper(address)
         self._motion: _Motion | None = None
         self._state = state = self.publish()
-        self._held = state.width if state.is_grasped else None
-        """Width of the last grasp, until the next motion [m]."""
+        self._held = state.width if state.is_grasped else None  # width of the last grasp [m]
 
     def publish(self) -> Any:
         """Read and publish the state."""

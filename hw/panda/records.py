@@ -25,8 +25,7 @@ ARM_COMMAND = struct.Struct("<Qd7d")  # number, stamp (0: a stop) [s], velocitie
 HAND_READING = struct.Struct("<ddd?B")
 HOMED = 0.05  # a hand that was not homed since power-on reports a smaller opening than this [m]
 CLOSED = 2e-3  # a width below this means: closed, with nothing in between [m]
-OPEN = 0.075
-"""A width above this means: open, with nothing in between, unless it reports a grasp [m]."""
+OPEN = 0.075  # a larger width means open, with nothing in between, if not grasped [m]
 REACHED = 2e-3  # tolerance of a width [m]
 
 
@@ -64,8 +63,7 @@ class HandReading(NamedTuple):
     stamp: float  # time of arrival [s]
     width: float  # between the pads [m]
     opening: float  # largest width, as found by homing; 0 before [m]
-    is_grasped: bool
-    """As the hand reports; also of an empty hand after a grasp that allows every width."""
+    is_grasped: bool  # as it reports, also when empty
     temperature: int  # [degrees C]
 
     @property

@@ -26,10 +26,8 @@ _RESTS = 1e-5  # slower joints are at rest [rad/s]
 _ZERO = (0.0,) * 7
 _SOFT = 1.5  # acceleration on the way to a goal [rad/s^2]
 _ARRIVED = 2e-3  # tolerance of a goal [rad]
-_MARGIN, _TOO_FAST = 0.25, 0.2
-"""A joint that is faster than commanded by more than this [rad/s] for this long [s] is stopped."""
-_DECAY = 0.99
-"""Joints follow late: earlier commands are allowed for with this factor in each period."""
+_MARGIN, _TOO_FAST = 0.25, 0.2  # a joint faster by this [rad/s] for this [s] is stopped
+_DECAY = 0.99  # per period, of earlier commands, as joints follow late
 
 Publish = Callable[[Any, Sequence[float]], None]
 
@@ -110,8 +108,7 @@ class VelocityLimiter:
     """Brings the commanded velocities of the joints to the wanted ones."""
 
     def __init__(self, limits: JointLimits) -> None:
-        self.qdd = tuple(_ACCELERATION * most for most in limits.qdd)
-        """(7,) accelerations that are used [rad/s^2]."""
+        self.qdd = tuple(_ACCELERATION * most for most in limits.qdd)  # (7,) used [rad/s^2]
         self._qddd = tuple((_JERK * most, _HARD * most) for most in limits.qddd)
         self._low = tuple(q + _POSITION_MARGIN for q in limits.q_min)
         self._high = tuple(q - _POSITION_MARGIN for q in limits.q_max)

@@ -14,8 +14,7 @@ import numpy.typing as npt
 _NEWEST = struct.Struct("<Q")
 """Number of the newest image. `struct` clears before it writes, so where another process may look
 at any moment it is stored at once (through numpy)."""
-_PAGE = struct.Struct("<QQdd")
-"""Number of the image on this page, frames counted by the camera, stamp and arrival [s]."""
+_PAGE = struct.Struct("<QQdd")  # number of the image, frames, stamp and arrival [s]
 _PAGES = 3
 _TRIES = 10
 

@@ -22,11 +22,9 @@ class RealSenseSettings:
     serial: str = ""
     emulator: str = ""  # HOST:PORT of an emulated camera, used instead of a real one
     rate: int = 30  # frame rate [Hz]
-    infrared: bool = False
-    """Whether the left infrared image is delivered as well; calibration needs it."""
+    infrared: bool = False  # with the left infrared image, for calibration
     emitter: bool = True  # whether the projector is on; its dots disturb infrared images
-    preset: str = "High Density"
-    """Stereo preset, by the camera's name for it; empty: leave as it is."""
+    preset: str = "High Density"  # stereo preset of the camera; empty: as it is
     delay: float = 0.0  # age of an image at the time stamp that the camera gives it [s]
 
 

@@ -17,8 +17,7 @@ from typing import Any
 import numpy as np
 
 _PATIENCE = 3.0  # for the connection and the introduction [s]
-HEAD = struct.Struct("<QdII")
-"""Number of the image, calendar time of its capture [s], bytes of depth, bytes of infrared."""
+HEAD = struct.Struct("<QdII")  # number, calendar time [s], bytes of depth and of infrared
 RESET = b"R"
 _LONGEST = 4096  # longest introduction [bytes]
 

@@ -8,8 +8,7 @@ from hw.clock import stopwatch
 from hw.realsense.settings import HEIGHT, SILENCE, WIDTH, RealSenseSettings, Status
 from hw.realsense.software_device import GoneError, SoftwareCamera
 
-_PATIENCE = 0.8 * SILENCE
-"""The reason why no image comes is looked for in time before the camera counts as lost [s]."""
+_PATIENCE = 0.8 * SILENCE  # to find the reason before the camera counts as lost [s]
 _FIRST = 2.0  # longest time to the first image of an opened camera [s]
 
 

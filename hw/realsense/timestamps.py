@@ -13,11 +13,9 @@ from statistics import median
 
 _OLDEST = 1.0  # largest plausible latency; beyond, calendars differ or a clock has jumped [s]
 _AT_ONCE = 5e-3  # tolerance of latencies around zero where the clocks are the same [s]
-_DELAYED = 20e-3
-"""Where all latencies are longer than this, a zero latency is a stamp on arrival [s]."""
+_DELAYED = 20e-3  # where all latencies are longer, zero is a stamp on arrival [s]
 _SOONER = 0.1  # no latency is shorter than the shortest so far by more than this [s]
-_USUAL = 20e-3
-"""A clock that went back is right again when latencies are within this of the median [s]."""
+_USUAL = 20e-3  # a clock that went back is right again within this of the median [s]
 _A_FEW, _SETTLED = 5, 30  # numbers of images after which latencies are known roughly, and well
 _REMEMBERED = 300  # number of images over which the shortest latency is sought: clocks drift
 _TAKEN_OVER = 3.0  # a clock that differs for longer than this was set, and is accepted [s]
@@ -28,8 +26,7 @@ class CameraClock:
 
     def __init__(self, delay: float = 0.0) -> None:
         self._delay = delay
-        self._latencies: deque[float] = deque(maxlen=_REMEMBERED)
-        """Of images whose stamps were accepted [s]."""
+        self._latencies: deque[float] = deque(maxlen=_REMEMBERED)  # of accepted stamps [s]
         self._least = 0.0  # latency of the quickest image, as far as known [s]
         self._last = self._accepted = -inf
         self._is_back = False

@@ -89,8 +89,7 @@ class Collisions:
             self._owners += [thing.one] * len(thing.one.parts)
         self._geometries = [coal_geometry(shape.shape) for shape in self._shapes]
         self._placed = [transform(shape.pose) for shape in self._shapes]
-        self._gaps = np.full((len(self._own), len(self._shapes)), _DUE)
-        """What is left of each gap at least [m]."""
+        self._gaps = np.full((len(self._own), len(self._shapes)), _DUE)  # left of each at least [m]
         for row, member in enumerate(self._own):
             for column, shape in enumerate(self._shapes):
                 if member.part == BASE and isinstance(shape.shape, Plane):

@@ -21,8 +21,7 @@ from hw.sim.robot_shapes import SIDES, Hand
 from hw.sim.sim_object import SimObject
 from robots import Array, Geom
 
-Contact: TypeAlias = tuple[Array, Array]
-"""(N, 3) points of a patch, and the (3,) unit normal from the pad to the object."""
+Contact: TypeAlias = tuple[Array, Array]  # points (N, 3), normal (3,) from pad to object
 
 MAX_DRAG = 0.025  # farthest that a single pad drags an object before it rolls or tips away [m]
 _MARGIN = 0.003  # contacts are searched from this far outside of the first pad positions [m]

@@ -66,8 +66,7 @@ class Localisation(StrictModel):
     hand_eye: Misplacement = Misplacement()  # of the camera on the hand
     arm_mount: Misplacement = Misplacement()  # of the arm on the base
     depth_scale: Share = 0.0  # error of all depths, as a share of them
-    moved: Mapping[str, tuple[Shift, Shift, Turn]] = {}
-    """Furniture that does not stand where the map has it: by x, y [m], and a turn [deg]."""
+    moved: Mapping[str, tuple[Shift, Shift, Turn]] = {}  # off the map by x, y [m], a turn [deg]
 
     @property
     def exact(self) -> bool:

@@ -13,7 +13,7 @@ correlation time T; a relocalisation adds a step to it:
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import cos, exp, hypot, inf, pi, radians, sin, sqrt
 
 import numpy as np
@@ -27,29 +27,6 @@ from robots import RobotDescription
 _STREAM = 2  # tells the errors of localisation from the noise of sensors with the same seed
 
 
-@dataclass(frozen=True, eq=False)
-class FixedErrors:
-    """What stays wrong during a run."""
-
-    hand_eye: SE3  # true camera in the camera of the description
-    arm_mount: SE3  # true foot of the arm in that of the description
-    depth_scale: float  # measured by true depth
-
-    def applied_to(self, believed: RobotDescription) -> RobotDescription:
-        """The robot as it truly is, where the believed one is its description."""
-        camera = replace(believed.camera, eTc=believed.camera.eTc * self.hand_eye)
-        return replace(believed, bTa=believed.bTa * self.arm_mount, camera=camera)
-
-
-def draw_fixed_errors(level: Localisation, rng: np.random.Generator) -> FixedErrors:
-    """The errors of one run, of the stated sizes, in random directions."""
-    return FixedErrors(
-        hand_eye=_misplacement(level.hand_eye, rng),
-        arm_mount=_misplacement(level.arm_mount, rng),
-        depth_scale=1.0 + level.depth_scale * float(rng.choice((-1.0, 1.0))),
-    )
-
-
 def made_wrong(
     description: RobotDescription, level: Localisation, seed: int
 ) -> tuple[RobotDescription, LocalisationProcess, float]:
@@ -57,8 +34,11 @@ def made_wrong(
     rng = np.random.default_rng((seed, 0, _STREAM))
     if level.exact:
         return description, LocalisationProcess(level, rng), 1.0
-    errors = draw_fixed_errors(level, rng)
-    return errors.applied_to(description), LocalisationProcess(level, rng), errors.depth_scale
+    hand_eye, arm_mount = (_misplacement(one, rng) for one in (level.hand_eye, level.arm_mount))
+    scale = 1.0 + level.depth_scale * float(rng.choice((-1.0, 1.0)))
+    camera = replace(description.camera, eTc=description.camera.eTc * hand_eye)
+    true = replace(description, bTa=description.bTa * arm_mount, camera=camera)
+    return true, LocalisationProcess(level, rng), scale
 
 
 def _misplacement(size: Misplacement, rng: np.random.Generator) -> SE3:

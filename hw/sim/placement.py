@@ -12,15 +12,14 @@ from pinocchio import SE3, exp3
 from hw.sim.contact import separation
 from hw.sim.meshes import MeshError, convex_parts, fewer
 from hw.sim.objects import OBJECT_CLASSES
-from hw.sim.objects.making import DENSITY, FRICTION, PAINT, PALETTE, fitting, make_object
+from hw.sim.objects.making import PAINT, body_of, fitting, make_object, mass_properties
 from hw.sim.scene_schema import Item, Objects, SceneError
 from hw.sim.sim_object import Mesh, SimObject
-from robots import Array, Geom, bounding_radius, centroid, volume
+from robots import Array, Geom, bounding_radius
 
 GAP = 0.006  # between two objects, at least [m]
 WALL_GAP = 0.022  # to walls and edges, at least; a finger just fits in between [m]
-_EXTRA_GAPS = np.repeat([0.035, 0.025, 0.015, 0.008, 0.0, 0.0], 6)
-"""Added to both gaps at each try of an orientation [m]."""
+_EXTRA_GAPS = np.repeat([0.035, 0.025, 0.015, 0.008, 0.0, 0.0], 6)  # at each try [m]
 _POSITIONS = 10  # tried for each orientation of an object
 _LAYOUTS = 30  # tried, each with new objects
 
@@ -150,22 +149,10 @@ def _make_mesh_object(
     assert item.mesh is not None
     mesh = item.read()
     parts = convex_parts(mesh, Path(item.mesh).name)
-    volumes = np.array([volume(part.shape) for part in parts])
-    centre = volumes @ [part.pose.act(centroid(part.shape)) for part in parts] / volumes.sum()
-    name = f"{Path(item.mesh).stem[:40]} {number}"
-    colour = PALETTE[rng.integers(len(PALETTE))]
-    drawn = fewer(mesh)
-    made = SimObject(
-        name=name,
-        parts=tuple(
-            Geom(part.shape, SE3(np.eye(3), part.pose.translation - centre), name, colour)
-            for part in parts
-        ),
-        mass=float(np.clip(volumes.sum() * rng.uniform(*DENSITY), *masses)),
-        friction=rng.uniform(*FRICTION),
-        pose=SE3.Identity(),
-        mesh=Mesh(drawn.vertices - centre, drawn.triangles, drawn.closed),
-    )
+    made = body_of(f"{Path(item.mesh).stem[:40]} {number}", parts, masses, rng)
+    drawn, (_, centre) = fewer(mesh), mass_properties(parts)
+    made.mesh = Mesh(drawn.vertices - centre, drawn.triangles, drawn.closed)
+    made.pose = SE3.Identity()
     made.pose = SE3(np.eye(3), np.array([0.0, 0.0, made.reach(np.array([0.0, 0.0, -1.0]))]))
     return made
 

@@ -192,5 +192,4 @@ def simulated_robot(
     )
 
 
-kinematic_robot = partial(simulated_robot, KinematicBody)
-"""A robot whose behaviour is a function of world, commands and seed."""
+kinematic_robot = partial(simulated_robot, KinematicBody)  # a function of its seed

@@ -219,8 +219,7 @@ class Objects(StrictModel):
     """The objects in the container, or on a table."""
 
     items: Limited[Item] = ()
-    count: Annotated[int, Field(ge=0, le=40)] = 10
-    """Random ones; none if there are items and it is not given."""
+    count: Annotated[int, Field(ge=0, le=40)] = 10  # random ones; if not given, with items none
     kinds: tuple[str, ...] = tuple(HOUSEHOLD)
     width_mm: tuple[_Millimetres, _Millimetres] = (15.0, 70.0)  # smallest width across the grasp
     mass_g: tuple[_Grams, _Grams] = (30.0, 500.0)

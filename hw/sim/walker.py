@@ -71,8 +71,7 @@ class Walker:
                 break
             time -= leg.duration
         (x, y), (vx, vy) = leg.at(min(time, leg.duration))
-        self.pose = SE3(np.eye(3), np.array([x, y, self._height / 2.0]))
-        """Of its middle in the world."""
+        self.pose = SE3(np.eye(3), np.array([x, y, self._height / 2.0]))  # of its middle
         self.velocity: Array = np.array([vx, vy, 0.0])  # (3,) in the world [m/s]
 
     def placed(self) -> list[Geom]:

@@ -27,8 +27,7 @@ from robots import Array, load_robot
 
 STEP = 0.005  # period of the world [s]
 _LATE = 0.05  # commands are valid for this long [s]
-_CATCH_UP, _MOST_LACKING = 8.0, 0.02
-"""Joints make up for a position error at this rate [1/s], up to this error [rad]."""
+_CATCH_UP, _MOST_LACKING = 8.0, 0.02  # rate of correction [1/s], up to this error [rad]
 _RELEASED = 0.1  # a bumper is released when the base was commanded to rest for this long [s]
 
 

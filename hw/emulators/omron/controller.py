@@ -126,8 +126,7 @@ class Controller:
     drive: Drive
     teleop: Teleop = field(default_factory=Teleop)
     motion: Motion = field(default_factory=Motion)
-    say: Callable[[str], None] = lambda line: None
-    """Receives the events that the text interface announces."""
+    say: Callable[[str], None] = lambda line: None  # receives what the text interface announces
     mode: str = "Stop"
     status: str = "Stopped"
     locked: bool = False
@@ -135,8 +134,7 @@ class Controller:
     motors_on: bool = True
     clearance: Callable[[], float] = lambda: inf  # free way in front, for safe driving [m]
     direction: float = 1.0  # -1: forwards is backwards
-    needs_button: bool = False
-    """Whether only `push_button` switches the motors on after an emergency stop."""
+    needs_button: bool = False  # after an emergency stop only `push_button` helps
     wanted: tuple[float, float] = (0.0, 0.0)  # current set-point [m/s, rad/s]
     moved_at: float = -inf  # when the set-point was last not zero [s]
     v: float = 0.0

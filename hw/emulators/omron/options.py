@@ -32,8 +32,7 @@ class Options:
     score_scale: float = 1000.0  # a full localisation score on the wire
     score: float = 0.87  # localisation score, 0 to 1
     lost: bool = False  # whether localisation is lost
-    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Of the reported pose on the map from where it takes itself to be [m, m, rad]."""
+    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)  # of the reported pose [m, m, rad]
     charge: float = 0.87  # of the battery, 0 to 1
     pieces: bool = False  # whether it writes a few bytes at a time
     jitter: float = 0.0  # largest additional delay of replies [s]
@@ -45,8 +44,7 @@ class Options:
     jumps: float = 0.0  # interval of jumps of its pose on the map [s]; 0: none
     direction: float = 1.0  # -1: forwards is backwards
     clearance: float = inf  # free way in front, for safe driving [m]
-    needs_button: bool = False
-    """Whether only `push_button` switches the motors on after an emergency stop."""
+    needs_button: bool = False  # after an emergency stop only `push_button` helps
     arcl_clients: int = 8  # largest number on the text interface; more are closed
     arcl_lasts: float = inf  # connections of the text interface are closed after this time [s]
 

@@ -28,8 +28,7 @@ _OTHERS = (
     *("safetyStatusEStop", "arclCommand", "DataStore_TransVel", "say"),
 )
 """Requests that are listed and not answered."""
-_LONG_DESCRIPTION = "goal names, one after the other; " * 320
-"""Descriptions of this length are seen on newer bases."""
+_LONG_DESCRIPTION = "goal names, one after the other; " * 320  # as long as on newer bases
 
 
 def reported_pose(controller: Controller, options: Options) -> Planar:

@@ -17,8 +17,7 @@ _LOW_SPEED = 0.05  # speed of a reported velocity violation [rad/s]
 _BEGINS = {"locked": Mode.OTHER, "guided": Mode.GUIDING, "user-stopped": Mode.USER_STOPPED}
 """Initial modes, as reported."""
 _ROUNDING = 1e-6  # relative tolerance of limits
-_ENDS = 1e-3
-"""Commanded slower than this, a joint counts as commanded to rest, and a motion may end [rad/s]."""
+_ENDS = 1e-3  # slower is a command to rest, with which a motion may end [rad/s]
 _RESTS = 0.01  # a slower joint is at rest [rad/s]
 _Z7: tuple[float, ...] = (0.0,) * 7
 NEEDS_A_PERSON = {"joint_position_limits_violation", "self_collision_avoidance_violation"}
@@ -46,8 +45,7 @@ class EmulatedArm:
     ) -> None:
         self.joints, self._limits, self._reported = joints, limits, reported
         self.mode = next((_BEGINS[one] for one in reported if one in _BEGINS), Mode.IDLE)
-        self.needs_recovery = "needs-recovery" in reported
-        """Whether it refuses everything else in any mode."""
+        self.needs_recovery = "needs-recovery" in reported  # and refuses everything else
         self.recoveries = 0
         self.rush = 0.0  # added to the speed of the first joint in a motion [rad/s]
         self.errors: frozenset[str] = frozenset()
@@ -56,8 +54,7 @@ class EmulatedArm:
         self.number = 0  # milliseconds since power-on
         self.ended: MoveStatus | None = None  # how the motion has ended; the server takes it
         self.recovered = False  # whether a recovery has just ended; the server takes it
-        self.resting = self.still = 0
-        """Milliseconds that the joints are, and are commanded, at rest."""
+        self.resting = self.still = 0  # milliseconds at rest, and commanded so
         self.most_lost = _MOST_LOST
         self.seen = Seen()
         self._lost = self._waited = 0

@@ -27,8 +27,7 @@ _HAND_EVERY, _SELDOM = 20, 100  # arm states per hand state, and the same as rep
 _BURST_EVERY, _BURST = 2000, 30  # interval and length of bursts of lost packets [ms], as reported
 _SLOW, _OTHER_VERSION = 0.001, 10  # delay of a slow line [s], and version of an FR3, as reported
 _TEMPERATURE = 30
-_LEAST = 0.9 * PERIOD
-"""A commander that had less time to answer, on a busy computer, is excused [s]."""
+_LEAST = 0.9 * PERIOD  # a commander with less time to answer is excused [s]
 _MOST_MISSED = 200  # longest time that the clock makes up for [ms]
 
 
@@ -74,11 +73,8 @@ class PandaServer:
         self.arm, self.hand = EmulatedArm(joints, LIMITS, names), EmulatedHand(fingers, names)
         self.line = Line(delayed=1.0, delay=_SLOW) if "slow-line" in names else Line()
         self._hand_every = _SELDOM if "slow-hand" in names else _HAND_EVERY
-        self.frozen_at = self.frozen_until = 0.0
-        """The whole robot is frozen until then [s of `stopwatch`]."""
-        self.missed = 0
-        """Milliseconds that the computer was too busy for; they are made up for, without counting
-        lost packets."""
+        self.frozen_at = self.frozen_until = 0.0  # the whole robot, of `stopwatch` [s]
+        self.missed = 0  # milliseconds that were made up for, without counting lost packets
         self._version = _OTHER_VERSION if "wrong-version" in names else version
         self._arm_port = Connection(host, wire.PORT, wire.HEADER)
         self._hand_port = Connection(host, wire.HAND_PORT, wire.HAND_HEADER)

@@ -70,10 +70,8 @@ SUCCESS, NOT_POSSIBLE, MANUAL_RECOVERY = 0, 1, 2  # answers to other requests
 JOINT_VELOCITY = 1  # the emulated motion generator
 JOINT_IMPEDANCE, NO_CONTROLLER = 0, 3  # the emulated controller, and none
 
-HEADER = struct.Struct("<III")
-"""Of a request or answer of the arm: command, its number, size of the whole message."""
-CONNECT = struct.Struct("<HH")
-"""Version, and the port to which states are sent; the same for the hand."""
+HEADER = struct.Struct("<III")  # command, its number, size of the whole message
+CONNECT = struct.Struct("<HH")  # version, port for states; the same for the hand
 MOVE = struct.Struct("<II6d")  # controller, motion generator, permitted deviations
 CONNECTED = struct.Struct("<BH")  # status and version of the server
 

@@ -26,8 +26,7 @@ _ON_ITS_WAY = 0.035  # latency of images whose stamps may be those of their arri
 _FIFTY_YEARS = 50 * 365.25 * 86400.0
 
 Pixels: TypeAlias = npt.NDArray[np.uint16]
-Message: TypeAlias = tuple[int, float, Pixels]
-"""Number of an image, calendar time of its capture [s], depth."""
+Message: TypeAlias = tuple[int, float, Pixels]  # number, calendar time [s], depth
 
 
 class RealSenseEmulator:

@@ -22,8 +22,7 @@ class Shot:
     infrared: npt.NDArray[np.uint8] | None = None  # (H, W) brightness; None without infrared
 
 
-Source: TypeAlias = Callable[[], Shot | None]
-"""The current image, called once a period; None if there is none. An object is sent once."""
+Source: TypeAlias = Callable[[], Shot | None]  # called once a period; None: no image
 
 
 def of_scene(scene: str, seed: int = 0) -> Source:

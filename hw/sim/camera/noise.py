@@ -19,8 +19,7 @@ DepthImage = npt.NDArray[np.float32]
 class D435Noise:
     """Noise parameters; the defaults are those of a D435 at 640 x 480."""
 
-    disparity_noise: float = 0.08
-    """Standard deviation of the disparity [px]; equal in blocks of 2 x 2."""
+    disparity_noise: float = 0.08  # standard deviation, equal in blocks of 2 x 2 [px]
     disparity_step: float = 1.0 / 32.0  # quantization of the disparity [px]
     edge_step: float = 0.02  # depth difference of neighbours at an edge [m]
     edge_loss: float = 0.7  # Probability that a pixel at an edge is lost

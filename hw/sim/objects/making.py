@@ -13,7 +13,7 @@ from pinocchio import SE3, exp3
 
 from hw.sim.sim_object import SimObject
 from perception import ColourName
-from robots import Box, Colour, Cylinder, Geom, Shape, centroid, volume
+from robots import Array, Box, Colour, Cylinder, Geom, Shape, centroid, volume
 
 Parts: TypeAlias = list[Geom]
 Maker: TypeAlias = Callable[[np.random.Generator, float], Parts]
@@ -29,30 +29,15 @@ DENSITY = (200.0, 1200.0)  # [kg/m³]
 FRICTION = (0.45, 0.7)  # Coulomb coefficient with the finger pads
 
 PALETTE: tuple[Colour, ...] = (
-    (214, 84, 70),
-    (240, 170, 60),
-    (246, 214, 92),
-    (110, 178, 96),
-    (70, 150, 190),
-    (84, 104, 184),
-    (150, 96, 172),
-    (200, 130, 100),
-    (120, 130, 140),
-    (230, 140, 160),
+    *((214, 84, 70), (240, 170, 60), (246, 214, 92), (110, 178, 96), (70, 150, 190)),
+    *((84, 104, 184), (150, 96, 172), (200, 130, 100), (120, 130, 140), (230, 140, 160)),
 )
 
 PAINT: Mapping[ColourName, Colour] = {
-    "red": (214, 60, 50),
-    "orange": (240, 150, 40),
-    "yellow": (246, 214, 60),
-    "green": (80, 170, 80),
-    "blue": (60, 110, 190),
-    "purple": (140, 80, 170),
-    "pink": (235, 140, 170),
-    "brown": (130, 85, 55),
-    "white": (240, 240, 235),
-    "grey": (130, 130, 130),
-    "black": (30, 30, 30),
+    **{"red": (214, 60, 50), "orange": (240, 150, 40), "yellow": (246, 214, 60)},
+    **{"green": (80, 170, 80), "blue": (60, 110, 190), "purple": (140, 80, 170)},
+    **{"pink": (235, 140, 170), "brown": (130, 85, 55), "white": (240, 240, 235)},
+    **{"grey": (130, 130, 130), "black": (30, 30, 30)},
 }
 """Colours by name in scene files."""
 
@@ -75,16 +60,10 @@ def part(
 
 
 def box(
-    length: float,
-    width: float,
-    height: float,
-    x: float = 0.0,
-    y: float = 0.0,
-    z: float = 0.0,
-    yaw: float = 0.0,
+    length: float, width: float, height: float, x: float = 0.0, y: float = 0.0, z: float = 0.0
 ) -> Geom:
     """A box on a surface at height z, its middle at x, y [m]."""
-    return part(Box((length / 2.0, width / 2.0, height / 2.0)), x, y, z + height / 2.0, yaw=yaw)
+    return part(Box((length / 2.0, width / 2.0, height / 2.0)), x, y, z + height / 2.0)
 
 
 def disc(radius: float, height: float, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Geom:
@@ -115,9 +94,14 @@ def make_object(
     """A random object of these widths and masses [m, kg], at rest on z = 0, centred above 0."""
     low, high = max(widths[0], object_class.narrowest), min(widths[1], object_class.widest)
     parts = object_class.make(rng, rng.uniform(low, high))
-    volumes = np.array([volume(p.shape) for p in parts])
-    centres = np.array([p.pose.act(centroid(p.shape)) for p in parts])
-    centre = volumes @ centres / volumes.sum()
+    return body_of(name, parts, masses, rng)
+
+
+def body_of(
+    name: str, parts: Sequence[Geom], masses: tuple[float, float], rng: np.random.Generator
+) -> SimObject:
+    """A body of parts as they lie, its origin the centre of mass, of random colour and density."""
+    whole, centre = mass_properties(parts)
     colour = PALETTE[rng.integers(len(PALETTE))]
     return SimObject(
         name=name,
@@ -125,7 +109,14 @@ def make_object(
             Geom(p.shape, SE3(p.pose.rotation, p.pose.translation - centre), name, colour)
             for p in parts
         ),
-        mass=float(np.clip(volumes.sum() * rng.uniform(*DENSITY), *masses)),
+        mass=float(np.clip(whole * rng.uniform(*DENSITY), *masses)),
         friction=rng.uniform(*FRICTION),
         pose=SE3(np.eye(3), np.array([0.0, 0.0, centre[2]])),
     )
+
+
+def mass_properties(parts: Sequence[Geom]) -> tuple[float, Array]:
+    """Volume [m³] and centre of mass (3,) of parts [m]."""
+    volumes = np.array([volume(p.shape) for p in parts])
+    centres = np.array([p.pose.act(centroid(p.shape)) for p in parts])
+    return volumes.sum(), volumes @ centres / volumes.sum()

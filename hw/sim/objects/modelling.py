@@ -9,8 +9,7 @@ from pinocchio import exp3
 
 from robots import Array, Geom, Hull, hull_of
 
-Profile: TypeAlias = Sequence[tuple[float, float]]
-"""Heights and radii of a turned body, from below [m]."""
+Profile: TypeAlias = Sequence[tuple[float, float]]  # heights and radii, from below [m]
 
 SIDES = 24  # of a round body, which lies on a side, not on a corner
 

@@ -6,5 +6,4 @@ from hw.sim.physics.body import PhysicalBody
 from hw.sim.physics.floating_hand import FloatingHand
 from hw.sim.robot import simulated_robot
 
-physical_robot = partial(simulated_robot, PhysicalBody)
-"""A robot of rigid bodies: the world around it is moved by contacts alone."""
+physical_robot = partial(simulated_robot, PhysicalBody)  # its world is moved by contacts

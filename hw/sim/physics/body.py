@@ -23,8 +23,7 @@ _FILTER = 0.02  # time constant of the force estimate [s]
 _TOUCH = 1.0  # Smallest force that counts as a contact [N]
 _SETTING_DOWN = 20.0  # a larger force on the held object is a collision [N]
 _HOLDING_FORCE = 20.0  # initial force of the fingers [N]
-_AT_WIDTH, _STILL_SPEED, _STILL_TIME = 5e-4, 0.004, 0.1
-"""Fingers rest at their width [m], or after a time [s] below a speed [m/s]."""
+_AT_WIDTH, _STILL_SPEED, _STILL_TIME = 5e-4, 0.004, 0.1  # [m], or after [s] below [m/s]
 
 
 class PhysicalBody(SimBody):
@@ -37,8 +36,7 @@ class PhysicalBody(SimBody):
         self.reflex = ForceReflex(_REFLEX_FORCE)
         self.bumper = ForceReflex(_BUMPER_FORCE)
         self.engine = RobotSimulation(self.description, self.world)
-        self._poses = [obj.pose for obj in self.world.objects]
-        """Poses of the objects after the last step: a replaced pose moves the object."""
+        self._poses = [obj.pose for obj in self.world.objects]  # a replaced one moves it
         self._twist = np.zeros(3)
         self._load = np.zeros(7)
         self._push_force = 0.0

@@ -19,13 +19,11 @@ TIMESTEP = 0.002  # [s]
 _IMPRATIO = 10.0  # stiffness of friction relative to pressure
 _FRICTION = 0.5  # Of furniture and walkers
 _MEMORY = 64 * 2**20  # for contacts, most of it never touched [bytes]
-CARRIER = ("x", "y", "z", "yaw")
-"""Joints and motors that move the floating hand along and about the axes of the world."""
+CARRIER = ("x", "y", "z", "yaw")  # joints and motors along and about the world's axes
 DOWN = SE3(np.diag([1.0, -1.0, -1.0]), np.zeros(3))  # end effector on its carrier: it points down
 
 _MASS, _TURNING = 4.0, 0.05  # of the missing arm, as felt at the tool [kg, kg m²]
-_STIFFNESS, _TURNING_STIFFNESS = 16000.0, 200.0
-"""Of the servos: those of the arm's joints at half a metre [N/m, Nm/rad]."""
+_STIFFNESS, _TURNING_STIFFNESS = 16000.0, 200.0  # as of the arm at 0.5 m [N/m, Nm/rad]
 _FORCE, _TORQUE = 150.0, 12.0  # limits of the servos [N, Nm]
 
 

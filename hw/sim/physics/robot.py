@@ -25,8 +25,7 @@ mean with those of the partner counts."""
 _FRICTION = 0.3  # of all shapes; of two surfaces the rougher counts
 
 _STIFFNESS = np.array([4000.0] * 4 + [1500.0] * 3)  # Of the servos of the joints [Nm/rad]
-_ARMATURE, _DAMPING = 0.1, 0.5
-"""Inertia [kg m²] and viscous friction [Nm s] of each joint's motor and gear."""
+_ARMATURE, _DAMPING = 0.1, 0.5  # of each motor and gear [kg m²], [Nm s]
 
 _DRIVE = ((20000.0, 500.0), (20000.0, 800.0), (3000.0, 250.0))
 """Of the base along x and y and about z: gain [N s/m, Nm s] and largest force [N, Nm]; along y only

@@ -9,10 +9,8 @@ from pinocchio import SE3, Inertia, Quaternion
 
 from robots import Array, Box, Capsule, Cylinder, Geom, Hull, Plane, Shape, Sphere
 
-_HARD = (0.006, 1.0)
-"""Time constant [s] and damping ratio of contacts; the mean with those of the partner counts."""
-_SOLIMP = (0.95, 0.99, 0.0005, 0.5, 2.0)
-"""Contacts are nearly rigid from the first half millimetre on."""
+_HARD = (0.006, 1.0)  # time constant [s] and damping ratio; a pair has the mean
+_SOLIMP = (0.95, 0.99, 0.0005, 0.5, 2.0)  # nearly rigid from half a millimetre on
 _TORSION, _ROLLING = 0.005, 0.0005  # radii of torsional and rolling friction [m]
 
 

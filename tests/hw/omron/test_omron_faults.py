@@ -135,7 +135,7 @@ def test_lost_localisation_stops_the_base_and_nothing_but_localising_helps():
         wait_for(lambda: is_at_rest(emulator))
         emulator.options.lost = False
         wait_for(lambda: not base.read().faults)
-        assert base.localisation_score == pytest.approx(0.87, abs=0.001)
+        assert base.link.score == pytest.approx(0.87, abs=0.001)
         emulator.options.score = 0.3
         wait_for_fault(base, FaultKind.STALE_POSE, "score is below 0.5")
 

@@ -35,7 +35,7 @@ base = OmronBase(
     OmronSettings(host="127.0.0.1", port=int(sys.argv[1]), user="frankie"), WallClock()
 )
 base.connect()
-print(base.guardian_pid, flush=True)
+print(base.link.guardian.pid, flush=True)
 while True:
     base.read()
     base.send(np.array([0.15, 0.0, 0.0]))
@@ -87,12 +87,12 @@ def test_suspended_the_base_is_stopped_and_killed_it_is_stopped_too():
 def test_without_its_guardian_the_driver_does_not_go_on():
     with OmronEmulator() as emulator, connected(emulator) as base:
         set_off(emulator, base)
-        os.kill(base.guardian_pid, signal.SIGKILL)
+        os.kill(base.link.guardian.pid, signal.SIGKILL)
         wait_for_fault(base, FaultKind.CONNECTION, "guards it")
         wait_for(lambda: is_at_rest(emulator))
         base.recover()
         assert base.read().faults == ()
-        assert exists(base.guardian_pid)
+        assert exists(base.link.guardian.pid)
 
 
 EVENTS = {
@@ -105,7 +105,7 @@ EVENTS = {
         2 * TOLD,  # it is asked for every 0.25 s
     ),
     "guardian killed": (
-        lambda emulator, base: os.kill(base.guardian_pid, signal.SIGKILL),
+        lambda emulator, base: os.kill(base.link.guardian.pid, signal.SIGKILL),
         2 * TOLD,
     ),
 }

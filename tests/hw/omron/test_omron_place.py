@@ -87,7 +87,7 @@ def test_the_world_begins_with_the_map_and_stays_when_the_localised_pose_jumps()
         OmronEmulator(Options(seed=4, offset=OFFSET), wheels) as emulator,
         connected(emulator, sigma=0.03) as base,
     ):
-        assert base.has_encoders
+        assert base.link.telemetry.has_encoders
         begin = base.read()
         believed = placed(np.add(START, OFFSET))
         assert begin.wTb.isApprox(believed, 1e-4)
@@ -119,7 +119,7 @@ def test_a_base_that_lists_its_encoders_and_does_not_send_them_is_driven_without
         for name in ENCODERS:
             entries[name] = replace(entries[name], answer=lambda _: None)
         with connected(emulator, connect_patience=0.3) as base:
-            assert not base.has_encoders
+            assert not base.link.telemetry.has_encoders
             assert base.read().faults == ()
 
 
