@@ -54,7 +54,7 @@ def test_ratios_that_are_no_numbers_do_not_move_the_base():
         number = base.catalogue.numbers["ratioDrive"]
         for text in ("nan", "INF", "x", ""):
             body = Writer().string(text).string(text).string("100").string("0").body
-            base._connected.send(seal(number, body))
+            base.link.send(seal(number, body))
         wait_for(lambda: len(emulator.heard) == 4)
         assert all(one.is_zero for one in emulator.heard)
 

@@ -129,7 +129,7 @@ def test_a_lost_base_has_no_localised_pose_and_the_world_begins_once_it_has():
         wait_for_fault(base, FaultKind.STALE_POSE, "does not know where it is")
         assert base.read().localised is None
         options.offset = START
-        wait_for(lambda: np.allclose(base._connected.telemetry.pose.x, START[0]))
+        wait_for(lambda: np.allclose(base.link.telemetry.pose.x, START[0]))
         options.lost = False
         wait_for(lambda: base.read().localised is not None)
         assert base.read().wTb.isApprox(placed(START), 1e-4)
