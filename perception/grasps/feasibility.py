@@ -33,7 +33,6 @@ _FINGER_CLEARANCE = 0.002  # between an open finger and its neighbour [m]
 _PALM_CLEARANCE = 0.003  # between the palm and what is under it [m]
 _MIN_ROOM = 0.004  # on either side of the object before closing, for errors of the arm [m]
 _EXTRA_ROOM = 0.008  # beyond that, where it is free [m]
-_OPENING_RESERVE = 0.002  # of the full opening that is not used [m]
 _MIN_WIDTH = 0.003  # of an object; less is noise [m]
 _DEPTH_COST = 0.03  # a deeper grasp must be better by this share: the map hides what is below
 
@@ -54,7 +53,6 @@ class _Ramp:
 _CONE = float(np.arctan(FRICTION))  # half angle of the friction cone [rad]
 _ENGAGEMENT = _Ramp(worst=0.006, good=0.014, least=0.3)  # height of the object beside the pads [m]
 _LIFT = _Ramp(worst=-0.016, good=-0.003, least=0.1)  # by which the palm raises the grasp, < 0 [m]
-_OPENING_LEFT = _Ramp(worst=0.0, good=0.006, least=0.2)  # full opening less the width [m]
 _ROOM_LEFT = _Ramp(worst=0.0, good=0.006, least=0.5)  # beyond what the open fingers need [m]
 _SLOPE = _Ramp(worst=-1.5 * _CONE, good=-0.3 * _CONE)  # of the steeper contact edge, < 0 [rad]
 _TAPER = _Ramp(worst=-_CONE, good=-0.3 * _CONE)  # half the angle between the edges, < 0 [rad]
@@ -172,7 +170,6 @@ def _assess_at(
     factors = (
         _ENGAGEMENT(engagement),
         _LIFT(deep - z),
-        _OPENING_LEFT(hand.opening - _OPENING_RESERVE - width),
         _ROOM_LEFT(spare),
         _SLOPE(-steepest),
         _TAPER(-taper),

@@ -72,6 +72,11 @@ def test_across_a_box_is_good_and_along_it_is_too_wide() -> None:
     assert feasibility(scene(), 0)["score"] == 0.0
 
 
+def test_an_open_hand_that_is_a_little_inaccurate_must_fit_over_a_box() -> None:
+    for wide, fits in ((GRIPPER.opening - 0.011, True), (GRIPPER.opening - 0.005, False)):
+        assert (feasibility(scene(box(0, 0, 0.12, wide, 0.05)), 90)["score"] > 0) == fits
+
+
 def test_low_things_are_taken_just_above_the_floor() -> None:
     found = feasibility(scene(box(0, 0, 0.1, 0.03, 0.02)), 90)
     assert found["z"] == pytest.approx(FLOOR + FLOOR_CLEARANCE, abs=1e-4)

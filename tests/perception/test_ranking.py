@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from test_detector import GRIPPER, WORKSPACE, box_world, frame, looking_down
+from test_region_map import world
 
 from perception import NUMBERS, Candidates, GraspDetector, GraspPatches, Proposals
 from perception.frame import Array, Image, Mask
@@ -25,6 +26,18 @@ def test_grasps_are_ranked_by_how_likely_they_hold_if_that_is_told() -> None:
     assert far[0].lever == max(grasp.lever for grasp in far)
     assert near[0].lever == min(grasp.lever for grasp in near) < far[0].lever
     assert far[0].quality == pytest.approx(100.0 * far[0].lever, abs=1e-3)
+
+
+def test_of_grasps_that_are_as_likely_to_hold_the_narrow_one_comes_first() -> None:
+    def equally(patches: GraspPatches) -> Array:
+        return np.full(len(patches.numbers), 0.9)
+
+    both = world((0.05, 0.033, 0.03), (0.05, 0.016, 0.03), gap=0.06)
+    found = GraspDetector(gripper=GRIPPER, hold=equally).detect(
+        frame(both, looking_down(0.45)), WORKSPACE
+    )
+    widths = [grasp.width for grasp in found.grasps]
+    assert widths[0] < 0.045 < 0.06 < max(widths)
 
 
 class Nothing:

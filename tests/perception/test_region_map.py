@@ -93,3 +93,11 @@ def test_at_least_so_many_objects_stand_there():
     assert seen_in(frames(world(block, block, block), looking_down(0.49))).least_count == 3
     joined = seen_in(frames(world(block, block, block, gap=0.004), looking_down(0.49)))
     assert joined.least_count == 1
+
+
+def test_pixels_that_are_far_apart_do_not_show_what_is_between():
+    """Ten millimetres apart; cells have three."""
+    (one, *_) = frames(world(), looking_down(0.49))
+    depth = np.full_like(one.depth, np.nan)
+    depth[::8, ::8] = one.depth[::8, ::8]
+    assert 0.0 < seen_in([replace(one, depth=depth)]).seen < 0.2
