@@ -1,23 +1,18 @@
 """Snapshots of a run for recorder, page and terminal."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from py_trees.common import Status
 
+from app.core.session import Tick
 from app.live import NodeStatus, PoseEstimate, SceneView, Snapshot
 from behaviours import BasePose, Localiser, Region, ToolPose
 from hw import DepthFrame, TaskTime, TrueObject, Truth
 from robots import Geom
 from trees.language import TreeNode
-
-if TYPE_CHECKING:
-    from app.core.session import Tick
-
 
 _STATUS, _POSE = attrgetter("status", "feedback_message"), attrgetter("pose")
 

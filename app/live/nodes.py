@@ -1,17 +1,13 @@
 """Nodes of a tree for viewers: flat, in preorder, without the behaviours."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from py_trees.common import Status
 
-if TYPE_CHECKING:
-    from trees.language import TreeNode
-
+from trees.language import TreeNode
 
 _LONGEST_GIVEN = 24
 _NEXT = "next_goal"

@@ -4,14 +4,12 @@ In a terminal the tree stays in place; elsewhere every change is one line, which
 readable. A thread of its own writes; the loop only leaves the newest snapshot.
 """
 
-from __future__ import annotations
-
 import threading
 from collections import deque
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple, Self
 
 from py_trees.common import Status
 from rich.console import Console
@@ -22,19 +20,18 @@ from app.live.nodes import (
     LOOK_GLYPH,
     STATUS_GLYPH,
     Look,
+    NodeInfo,
+    NodeStatus,
     leaves,
     looks,
     path_from_root,
     shortened,
     tip,
 )
+from app.live.snapshot import Snapshot
 from app.task_time import task_time
 from app.terminal import Terminal
 from hw import stopwatch
-
-if TYPE_CHECKING:
-    from app.live.nodes import NodeInfo, NodeStatus
-    from app.live.snapshot import Snapshot
 
 _PERIOD = 0.2  # interval of writing [s of real time]
 _PATIENCE = 1.0  # time for the terminal to write the rest [s]
@@ -86,7 +83,7 @@ class RunDisplay:
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, name="terminal", daemon=True)
 
-    def __enter__(self) -> RunDisplay:
+    def __enter__(self) -> Self:
         if self._live is not None:
             self._live.start()
         self._thread.start()

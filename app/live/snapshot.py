@@ -1,27 +1,21 @@
 """Snapshot of a run after one tick, and the scene that it is drawn in."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import degrees, isfinite, sqrt
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from pinocchio import SE3
 
 from app.live.nodes import NodeStatus
-from controller import Pose2D
-
-if TYPE_CHECKING:
-    from pinocchio import SE3
-
-    from behaviours import Region
-    from controller import Command, MotionGoal, PointCloud, StepReport
-    from hw import DepthFrame, LaserScan, RobotState
-    from perception import Detection, GraspEstimate
-    from perception.registration import Registration
-    from robots import Geom
+from behaviours import Region
+from controller import Command, MotionGoal, PointCloud, Pose2D, StepReport
+from hw import DepthFrame, LaserScan, RobotState
+from perception import Detection, GraspEstimate
+from perception.registration import Registration
+from robots import Geom
 
 Array = npt.NDArray[np.float64]
 

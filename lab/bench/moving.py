@@ -47,9 +47,6 @@ class Followed:
     along: bool
     known: bool
     error_max_mm: float
-    error_rms_mm: float
-    angle_max_deg: float
-    tilt_max_deg: float  # largest angle between the tool's axis and that of the goal
     limit_violations: int
     contact_samples: int
 
@@ -115,10 +112,6 @@ def _follow(task: tuple[Configuration, Following]) -> Followed:
         stop_on_arrival=False,
     )
     first = round(_CATCHING_UP / period)
-    error, angle = motion.position_error[first:], motion.orientation_error[first:]
-    tilts = [
-        np.arccos(min(1.0, -model.wTe(SE3.Identity(), q).rotation[2, 2])) for q in motion.q[first:]
-    ]
     trial = Evaluator(model)(motion)
     return Followed(
         robot=configuration.robot,
@@ -126,10 +119,7 @@ def _follow(task: tuple[Configuration, Following]) -> Followed:
         path=following.path,
         along=following.along,
         known=following.known,
-        error_max_mm=1e3 * float(error.max()),
-        error_rms_mm=1e3 * float(np.sqrt(np.mean(error**2))),
-        angle_max_deg=float(np.rad2deg(angle.max())),
-        tilt_max_deg=float(np.rad2deg(np.max(tilts))),
+        error_max_mm=1e3 * float(motion.position_error[first:].max()),
         limit_violations=trial.limit_violations,
         contact_samples=trial.contact_samples,
     )
@@ -149,9 +139,6 @@ def moving_table(rows: Sequence[Followed]) -> Table:
         },
         {
             "max mm": lambda row: fixed(row.error_max_mm, 1),
-            "rms mm": lambda row: fixed(row.error_rms_mm, 1),
-            "max °": lambda row: fixed(row.angle_max_deg, 1),
-            "tilt °": lambda row: fixed(row.tilt_max_deg, 1),
             "over limit": lambda row: row.limit_violations,
             "contact": lambda row: row.contact_samples,
         },

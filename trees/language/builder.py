@@ -15,7 +15,7 @@ from trees.language.leaf_type import ADD
 from trees.language.named_poses import READY
 from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode, Task, TaskFileError
 from trees.language.values import Argument, KeyRead
-from trees.words import COMPOSITES, MODIFIERS, Add, LateLeaf, Set, Subtree, Supply
+from trees.words import COMPOSITES, MODIFIERS, Add, ForEachOf, LateLeaf, Set, Subtree, Supply
 
 if TYPE_CHECKING:
     from behaviours import Context
@@ -78,7 +78,9 @@ class _Builder:
             if node.item is not None:
                 listed = self._supply(node.options["in"])
                 options = {"values": listed, "item": self._key(node.item.name)}
-            behaviour: Behaviour = composite.built(node.name, children, options, self.context)
+                composite = ForEachOf
+            more = composite.from_context(self.context)
+            behaviour: Behaviour = composite(node.name, children, **options, **more)
         elif isinstance(node, SubtreeNode):
             behaviour = self._subtree(node)
         else:

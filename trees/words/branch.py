@@ -45,15 +45,9 @@ class Branch(Composite):
         super().__init__(name, list(children))
 
     @classmethod
-    def built(
-        cls,
-        name: str,
-        children: Iterable[Behaviour],
-        options: Mapping[str, object],
-        context: Context,
-    ) -> Branch:
-        """The node for a task file, with its options."""
-        return cls(name, children, **options)
+    def from_context(cls, context: Context) -> Mapping[str, object]:
+        """More options, which the context of the task has."""
+        return {}
 
     def restart(self) -> None:
         """Called before the first tick of a new round."""

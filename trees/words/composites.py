@@ -173,15 +173,9 @@ class Forever(Branch):
         self._again = Again(now)
 
     @classmethod
-    def built(
-        cls,
-        name: str,
-        children: Iterable[Behaviour],
-        options: Mapping[str, object],
-        context: Context,
-    ) -> Branch:
-        """With the clock and the log of the task."""
-        return cls(name, children, context.clock.now, lambda: context.log.placed)
+    def from_context(cls, context: Context) -> Mapping[str, object]:
+        """The clock and the log of the task."""
+        return {"now": context.clock.now, "placed": lambda: context.log.placed}
 
     def restart(self) -> None:
         """Nothing has failed yet."""

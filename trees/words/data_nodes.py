@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, cast
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -14,7 +14,7 @@ from trees.words.branch import Branch, Ticking
 from trees.words.composites import Sequence
 
 if TYPE_CHECKING:
-    from behaviours import Context
+    pass
 
 Supply = Callable[[], object]  # returns a value when it is called
 
@@ -62,17 +62,6 @@ class ForEach(Sequence):
     """Runs a node for each of several values, in order; fails when one fails."""
 
     key = "for_each"
-
-    @classmethod
-    def built(
-        cls,
-        name: str,
-        children: Iterable[Behaviour],
-        options: Mapping[str, object],
-        context: Context,
-    ) -> Branch:
-        """One that has a copy for each value; or one child, if the values are those of a list."""
-        return ForEachOf(name, children, **cast(Any, options)) if options else cls(name, children)
 
 
 class ForEachOf(Branch):

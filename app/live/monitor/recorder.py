@@ -1,22 +1,17 @@
 """Writes the recording of a run, and serves it to viewers."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from app.live.feed import Feed, Throttle
 from app.live.nodes import NodeInfo
 from app.live.snapshot import SceneView, Snapshot
+from app.live.web.ports import Address
 from config import UserError
-
-if TYPE_CHECKING:
-    from app.live.web.ports import Address
-    from controller import RobotModel
+from controller import RobotModel
 
 _PERIOD, _LIVE_PERIOD = 0.5, 0.2  # interval of writing without and with a viewer [s of real time]
 _DEPTH_PERIOD = 0.4  # shortest time between two recorded depth images [s]

@@ -3,25 +3,19 @@
 The page draws the tree itself, independent of the 3-D viewer, and shows the age of its state.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
 from py_trees.common import Status
 
-from app.live.nodes import looks, tip
+from app.live.nodes import NodeInfo, looks, tip
 from app.live.operator.control import Control
 from app.live.operator.hooks import Hook
+from app.live.snapshot import Snapshot
 from app.live.web import viewer_address
 from app.task_time import task_time
 from hw import INJECTABLE, stopwatch
-
-if TYPE_CHECKING:
-    from app.live.nodes import NodeInfo
-    from app.live.snapshot import Snapshot
 
 _OFFERED = tuple(name for name, fault in INJECTABLE.items() if not fault.of_world)
 _LOST = 0.5  # two standard deviations of the position from which the robot is not localised [m]

@@ -2,12 +2,9 @@
 
 import typer
 
-from lab.bench.commands.faults import faults
-from lab.bench.commands.obstacles import obstacles
-from lab.bench.commands.paper import moving, poses, reach
-from lab.bench.commands.regenerate import experiments
-from lab.bench.commands.tasks import on_the_move, pick_place, uncertainty
-from lab.bench.commands.timing import timing
+from lab.bench.commands.measures import experiments, timing
+from lab.bench.commands.motions import moving, obstacles, poses, reach
+from lab.bench.commands.tasks import faults, on_the_move, pick_place, uncertainty
 
 app = typer.Typer(
     no_args_is_help=True,
