@@ -14,11 +14,11 @@ DOCS = Path(__file__).parents[3] / "docs"
 READING = """\
 experiments:
   - table: reading
-    command: timing tree --task pick_one
-    quick: --task long_table
+    command: reach --robot omni --base-speed 1.5 --limit 0.1 --count 3 --workers 1
+    quick: --seed 1
     figures:
-      - [time, results.0.median, 0, 1.0e+9]
-      - [reads, results.0.steps, {reads}, 0]
+      - [time, results.0.period_s, 0, 1.0e+9]
+      - [reads, results.0.goals, {reads}, 0]
 """
 
 
@@ -42,7 +42,7 @@ def test_a_figure_outside_its_tolerance_is_a_change(tmp_path):
     time, reads = rows(tmp_path)
     assert time[2] > 0.0
     assert not time[3]
-    assert reads == ("reads", 5.0, 50.0, True)
+    assert reads == ("reads", 5.0, 3.0, True)
 
 
 @pytest.mark.slow
@@ -50,16 +50,16 @@ def test_small_sizes_are_not_judged(tmp_path):
     code, out, _ = regenerate(tmp_path, READING.format(reads=5), "--quick")
     assert code == 0
     assert "CHANGED" not in out
-    assert rows(tmp_path)[1] == ("reads", 5.0, 50.0, False)
+    assert rows(tmp_path)[1] == ("reads", 5.0, 3.0, False)
 
 
 @pytest.mark.slow
 def test_errors_of_the_list_are_one_line(tmp_path):
-    wrong = READING.format(reads=50).replace("0.steps", "0.setps")
+    wrong = READING.format(reads=3).replace("0.goals", "0.gaols")
     code, _, err = regenerate(tmp_path, wrong, "--quick")
     assert code == 2
-    assert "reading: its JSON has no figure at `results.0.setps`" in err
-    code, _, err = regenerate(tmp_path, wrong.replace("pick_one", "pick_on"))
+    assert "reading: its JSON has no figure at `results.0.gaols`" in err
+    code, _, err = regenerate(tmp_path, wrong.replace("omni", "omnx"))
     assert code == 2
     assert "exit code 2" in err
     assert regenerate(tmp_path, wrong, "--only", "poses")[0] == 2
