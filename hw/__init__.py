@@ -5,9 +5,8 @@ from typing import TYPE_CHECKING
 from config import lazy_face
 
 if TYPE_CHECKING:
-    from hw.background import InlineExecutor, one_thread
     from hw.clock import Clock, SimClock, TaskClock, TaskTime, WallClock, stopwatch
-    from hw.composition import ComposedRobot
+    from hw.composition import ComposedRobot, InlineExecutor, one_thread
     from hw.faults import INJECTABLE, FaultInjection, InjectionError, injectable
     from hw.gate import Gate, Refusal, UntrustedRobotError
     from hw.recording import TURN, RecordedRobot, Turn

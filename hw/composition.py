@@ -2,15 +2,14 @@
 
 from bisect import bisect_left
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, Future
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from contextlib import ExitStack
 from math import inf
-from typing import Generic, Self, TypeVar
+from typing import Generic, ParamSpec, Self, TypeVar
 
 from pinocchio import SE3
 
 from controller import Command, RobotModel
-from hw.background import one_thread
 from hw.clock import Clock
 from hw.robot import (
     Arm,
@@ -35,11 +34,31 @@ from hw.state import (
 )
 from robots import RobotDescription
 
+P = ParamSpec("P")
+R = TypeVar("R")
 Reading = TypeVar("Reading", bound=ArmState | BaseState)
 
 _BETWEEN_RECOVERIES = 2.0  # the arm is not recovered again sooner than this [s]
 _ROUNDING = 1e-6  # of stamps, which are sums of periods [s]
 _HISTORY = 0.5  # how far back readings are kept [s]
+
+
+class InlineExecutor(Executor):
+    """Does the work in the caller's thread before `submit` returns: deterministic."""
+
+    def submit(self, fn: Callable[P, R], /, *args: P.args, **kwargs: P.kwargs) -> Future[R]:
+        """Do the work; the future is done."""
+        future: Future[R] = Future()
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+
+def one_thread() -> Executor:
+    """One thread, which does one piece of work after the other."""
+    return ThreadPoolExecutor(max_workers=1)
 
 
 class ComposedRobot:

@@ -4,8 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from config import UserError, suggest
-from hw.background import InlineExecutor, one_thread
 from hw.clock import Clock, SimClock
+from hw.composition import InlineExecutor, one_thread
 from hw.robot import Robot
 from hw.truth import Truth
 from robots import RobotDescription, load_real_robot, load_robot, with_base_speeds

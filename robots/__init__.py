@@ -18,7 +18,7 @@ if TYPE_CHECKING:
         with_base_speeds,
     )
     from robots.load import RealRobot, load_real_robot, load_robot, robot_names
-    from robots.schema_hardware import FullScaleFile, HardwareFile
+    from robots.schema_hardware import FullScaleFile, HardwareFile, PandaFile
     from robots.shapes import (
         GREY,
         Array,

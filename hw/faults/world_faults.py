@@ -137,37 +137,29 @@ class _ObjectTaken(_ObjectFault):
             self.site.world.put(*self._taken)
 
 
-_MILLIMETRES = np.float32(1000.0)
-WORLD_FAULTS = (
-    Injectable("frames lost", _FramesLost, "no frame arrives"),
-    Injectable("frames late", _FramesLate, "frames arrive 0.3 s late"),
-    Injectable("frames frozen", _FramesFrozen, "one frame, again and again"),
-    Injectable("picture frozen", _PictureFrozen, "one picture, with fresh stamps and camera poses"),
-    Injectable("frames black", partial(_FramesFilled, 0.0), "every depth is 0"),
-    Injectable("frames empty", partial(_FramesFilled, nan), "every depth is NaN"),
-    Injectable(
-        "frames sparse", partial(_FramesFilled, nan, 0.5), "every second depth, at random, is NaN"
-    ),
-    Injectable(
+_ROWS: tuple[tuple[str, Callable[[], Effect], str], ...] = (
+    ("frames lost", _FramesLost, "no frame arrives"),
+    ("frames late", _FramesLate, "frames arrive 0.3 s late"),
+    ("frames frozen", _FramesFrozen, "one frame, again and again"),
+    ("picture frozen", _PictureFrozen, "one picture, with fresh stamps and camera poses"),
+    ("frames black", partial(_FramesFilled, 0.0), "every depth is 0"),
+    ("frames empty", partial(_FramesFilled, nan), "every depth is NaN"),
+    ("frames sparse", partial(_FramesFilled, nan, 0.5), "every second depth, at random, is NaN"),
+    (
         "frames in millimetres",
-        partial(_Repainted, lambda depth: depth * _MILLIMETRES),
+        partial(_Repainted, lambda depth: depth * np.float32(1000.0)),
         "depth is in millimetres, and said to be in metres",
     ),
-    Injectable(
+    (
         "frames transposed",
         partial(_Repainted, lambda depth: np.ascontiguousarray(depth.T)),
         "rows and columns are exchanged",
     ),
-    Injectable(
-        "object moved",
-        _ObjectMoved,
-        "an object is pushed aside by 0.1 m; a held one is dropped",
-        of_world=True,
-    ),
-    Injectable(
-        "object taken",
-        _ObjectTaken,
-        "an object is taken away, out of the hand too, until the fault is cleared",
-        of_world=True,
-    ),
+)
+_MOVED = "an object is pushed aside by 0.1 m; a held one is dropped"
+_TAKEN = "an object is taken away, out of the hand too, until the fault is cleared"
+WORLD_FAULTS = (
+    *(Injectable(*row) for row in _ROWS),
+    Injectable("object moved", _ObjectMoved, _MOVED, of_world=True),
+    Injectable("object taken", _ObjectTaken, _TAKEN, of_world=True),
 )

@@ -55,12 +55,6 @@ def least_percent(real: RealRobot) -> float:
     return float(ceil(100.0 * max(shares) - 1e-6))
 
 
-def check_speed(real: RealRobot) -> None:
-    """Check that the base can move at the speed of the next run."""
-    if problem := too_slow(real):
-        raise TooSlowError(problem)
-
-
 def too_slow(real: RealRobot) -> str:
     """Why the base cannot move at the speed of the next run; empty if it can."""
     percent, least = speed_percent(real), least_percent(real)
@@ -78,8 +72,15 @@ def speed_note(real: RealRobot) -> str:
     asked, percent = real.hardware.speed_percent, speed_percent(real)
     if real.hardware.emulated is not None:
         return ""
-    slow = slowness(real)
-    return "; ".join(filter(None, (_pace(real.path.name, asked, percent), slow)))
+    note = f"{real.path.name} moves at {percent:g} % of its speeds"
+    if percent < asked:
+        note = (
+            f"{real.path.name} moves for the first time as it is now: at {percent:g} % of its "
+            f"speeds; after a run without a fault at the {asked:g} % that it asks for"
+        )
+    elif asked <= FIRST_START:
+        note += "; `speed_percent` in the file says more"
+    return "; ".join(filter(None, (note, slowness(real))))
 
 
 def slowness(real: RealRobot) -> str:
@@ -91,16 +92,6 @@ def slowness(real: RealRobot) -> str:
     speeds = (f"{least.v:.2f} m/s", f"{degrees(least.w):.1f} deg/s")
     ends = " or ".join(text for text, one in zip(speeds, least, strict=True) if one)
     return f"slower than {ends} its base goes in pulses"
-
-
-def _pace(name: str, asked: float, percent: float) -> str:
-    if percent < asked:
-        return (
-            f"{name} moves for the first time as it is now: at {percent:g} % of its "
-            f"speeds; after a run without a fault at the {asked:g} % that it asks for"
-        )
-    more = "; `speed_percent` in the file says more" if asked <= FIRST_START else ""
-    return f"{name} moves at {percent:g} % of its speeds{more}"
 
 
 def is_proven(real: RealRobot) -> bool:

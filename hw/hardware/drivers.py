@@ -4,7 +4,7 @@ from math import radians
 
 from hw.clock import Clock
 from hw.omron import ArclSettings, OmronBase, OmronLaser, OmronSettings, Site
-from hw.panda import ArmSettings, PandaArm, PandaHand
+from hw.panda import PandaArm, PandaHand
 from hw.realsense import RealSenseCamera, RealSenseSettings
 from robots import CameraDescription, FullScaleFile, HardwareFile, LaserDescription, Limits
 
@@ -43,9 +43,7 @@ def laser_of(
 
 def arm_of(hardware: HardwareFile, clock: Clock) -> PandaArm:
     """The driver of the arm, not yet connected."""
-    file = hardware.arm
-    settings = ArmSettings(torques=file.torques, forces=file.forces, lead=file.lead)
-    return PandaArm(file.address, clock, settings)
+    return PandaArm(hardware.arm.address, clock, hardware.arm)
 
 
 def hand_of(hardware: HardwareFile, clock: Clock) -> PandaHand:

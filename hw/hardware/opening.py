@@ -9,7 +9,7 @@ from config import UserError
 from controller import Command
 from hw.clock import WallClock
 from hw.composition import ComposedRobot
-from hw.hardware.arming import check_armed, check_speed, prove, speed_note, speed_percent
+from hw.hardware.arming import TooSlowError, check_armed, prove, speed_note, speed_percent, too_slow
 from hw.hardware.drivers import arm_of, base_of, camera_of, hand_of, laser_of
 from hw.hardware.emulation import Emulation
 from hw.hardware.lock import RobotLock
@@ -88,7 +88,8 @@ def open_hardware(real: RealRobot, world: str, options: WorldOptions) -> Backend
     scene, seed, announce = options.scene, options.seed, options.announce
     level = options.localisation or DEFAULT_LEVEL
     check_armed(real, options.armed)
-    check_speed(real)
+    if problem := too_slow(real):
+        raise TooSlowError(problem)
     hardware, lock = real.hardware, RobotLock(real.hardware).take()
     emulation: Emulation | None = None
     try:

@@ -138,7 +138,7 @@ class Telemetry:
             LASER: self._laser,
         }
         self._takers: dict[int, Taker] = {}
-        takers |= self._axes(POSE, self._place) | self._axes(ENCODERS, self._count)
+        takers |= self._axes(POSE, "pose") | self._axes(ENCODERS, "_encoders")
         for name, take in takers.items():
             if (number := catalogue.numbers.get(name)) is not None:
                 self._takers[number] = take
@@ -198,21 +198,14 @@ class Telemetry:
         if not self._is_fine:
             self.pose = self.coarse
 
-    def _place(self, pose: Pose) -> None:
-        self.pose = pose
-
-    def _count(self, pose: Pose) -> None:
-        self._encoders = pose
-
-    @staticmethod
-    def _axes(names: tuple[str, ...], put: Callable[[Pose], None]) -> dict[str, Taker]:
+    def _axes(self, names: tuple[str, ...], pose_of: str) -> dict[str, Taker]:
         """What takes each of the three values of a pose."""
         assembly = PoseAssembly(names)
 
         def taker(name: str) -> Taker:
             def take(fields: Fields, at: float) -> None:
                 if (pose := assembly.take(name, _data_store_value(fields), at)) is not None:
-                    put(pose)
+                    setattr(self, pose_of, pose)
 
             return take
 

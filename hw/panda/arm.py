@@ -2,7 +2,6 @@
 
 import threading
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from hw.processes.mailbox import Mailbox
 from hw.processes.process import DriverProcess, NoAnswerError
 from hw.robot import HardwareError
 from hw.state import ArmState, Array, Fault, FaultKind
+from robots import PandaFile
 
 _SILENT = 0.15  # without a state for this long the arm does not answer [s]
 _ZERO = (0.0,) * 7
@@ -27,18 +27,6 @@ _MODES = {
     Mode.GUIDING: "it is being guided by hand: let go of the buttons at its wrist",
     Mode.RECOVERING: "its recovery is under way, which takes up to 16 s",
 }
-
-
-@dataclass(frozen=True, kw_only=True)
-class ArmSettings:
-    """Settings of a site."""
-
-    torques: tuple[float, ...] = (20.0, 20.0, 18.0, 18.0, 16.0, 14.0, 12.0)
-    """(7,) contact torques at which the arm stops [Nm]."""
-    forces: tuple[float, ...] = (20.0, 20.0, 20.0, 25.0, 25.0, 25.0)
-    """(6,) forces and torques at the hand at which the arm stops [N, Nm]."""
-    lead: float = 0.0  # lag of the joints that is compensated [s]
-    connecting: float = 6.0  # timeout of connecting [s]
 
 
 class Lead:
@@ -66,17 +54,19 @@ class Lead:
 class PandaArm:
     """A Panda that follows joint velocities; after a stop of its own only once it was recovered."""
 
-    def __init__(self, address: str, clock: Clock, settings: ArmSettings | None = None) -> None:
-        settings = settings or ArmSettings()
+    def __init__(
+        self, address: str, clock: Clock, file: PandaFile | None = None, connecting: float = 6.0
+    ) -> None:
+        file = file or PandaFile(driver="panda", address=address)
         self._clock, self._offset = clock, 0.0
-        contacts = {"torques": settings.torques, "forces": settings.forces}
+        contacts = {"torques": file.torques, "forces": file.forces}
         self._process = DriverProcess(
-            "hw.panda.arm_process", "Panda", address, contacts, MEMORY, settings.connecting, missing
+            "hw.panda.arm_process", "Panda", address, contacts, MEMORY, connecting, missing
         )
         self._commands = Mailbox(self._process.memory, 0, ARM_COMMAND)
         self._readings = Mailbox(self._process.memory, 1, ARM_READING)
         self._writing = threading.Lock()
-        self._lead = Lead(settings.lead, LIMITS.qdd)
+        self._lead = Lead(file.lead, LIMITS.qdd)
         self._given = 0
         self._is_recovering, self._may_recover_at = False, 0.0
 

@@ -69,7 +69,8 @@ class Streaming:
         wanted = self._wanted(now, q)
         if wanted is None:
             lingers = self._goal is None and not self._over()
-            if now - self._asked > (_IDLE if lingers else 0.0) and _rest(qd):
+            rests = max(map(abs, qd)) < _RESTS
+            if rests and now - self._asked > (_IDLE if lingers else 0.0):
                 command = self._velocities(_ZERO)
                 command.motion_finished = True
                 return command
@@ -98,10 +99,6 @@ class Streaming:
         self._ramp += _SOFT * PERIOD
         speed = min(self._speed, self._ramp, speed_at(farthest, _SOFT))
         return [speed * one / farthest for one in way] if farthest > 0.0 else _ZERO
-
-
-def _rest(qd: Sequence[float]) -> bool:
-    return max(map(abs, qd)) < _RESTS
 
 
 class VelocityLimiter:

@@ -71,7 +71,9 @@ class KinematicBody(SimBody):
         self._move_fingers(self.description.gripper.speed * dt)
         self._slip()
         self._collide(before, q_before, self.now + dt)
-        self._carry()
+        if self.world.held is not None:
+            self.world.carry(self.wTe)
+            self.world.settle()
 
     def _set_time(self, now: float) -> None:
         self.world.move_to(now)
@@ -88,7 +90,9 @@ class KinematicBody(SimBody):
             self.q, self.qd = q, np.zeros(7)
             base, arm = self._contacts(now)
         if self.reflex.is_triggered_by(arm):  # the base has pushed the arm there
-            self._push_away(arm)
+            for one in arm:
+                if one.excess > 0.0 and isinstance(one.owner, SimObject):
+                    self.world.push(one.owner, one.towards, one.depth)
             base, arm = self._contacts(now)
             if self.reflex.is_triggered_by(arm):
                 self.wTb, self.base_twist = wTb, np.zeros(3)
@@ -116,11 +120,6 @@ class KinematicBody(SimBody):
                 self._slipping, self._pressing_from = True, None
                 self._width_goal = self._wanted_width
 
-    def _carry(self) -> None:
-        if self.world.held is not None:
-            self.world.carry(self.wTe)
-            self.world.settle()
-
     def _contacts(self, now: float) -> tuple[list[Contact], list[Contact]]:
         here = Configuration(wTb=self.wTb, q=self.q, width=self.width)
         contacts = self._collisions.find(here)
@@ -131,11 +130,6 @@ class KinematicBody(SimBody):
             [one for one in contacts if one.part == BASE],
             [one for one in contacts if one.part != BASE],
         )
-
-    def _push_away(self, contacts: list[Contact]) -> None:
-        for one in contacts:
-            if one.excess > 0.0 and isinstance(one.owner, SimObject):
-                self.world.push(one.owner, one.towards, one.depth)
 
 
 class ContactReflex(Reflex):

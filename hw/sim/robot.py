@@ -8,9 +8,8 @@ from math import atan2
 import numpy as np
 from pinocchio import SE3
 
-from hw.background import InlineExecutor
 from hw.clock import Clock
-from hw.composition import ComposedRobot
+from hw.composition import ComposedRobot, InlineExecutor
 from hw.robot import PassivePart
 from hw.sim.body import Dynamics, Reflex, SimBody
 from hw.sim.camera.noise import D435Noise

@@ -64,13 +64,14 @@ def _release(emulator: FrankieEmulator) -> Answer:
     return emulator.do_to_arm("release")
 
 
-def _lost(emulator: FrankieEmulator, on: str = "yes") -> None:
-    emulator.base.options.lost = on == "yes"
+def _switch(part: str, *names: str) -> Callable[..., None]:
+    """Sets options of a part, on or off."""
 
+    def act(emulator: FrankieEmulator, on: str = "yes") -> None:
+        for name in names:
+            setattr(getattr(emulator, part).options, name, on == "yes")
 
-def _noise(emulator: FrankieEmulator, on: str = "yes") -> None:
-    options = emulator.base.options
-    options.pieces = options.garbage = on == "yes"
+    return act
 
 
 def _at_base(action: Callable[[Controller], None]) -> Callable[[FrankieEmulator], None]:
@@ -102,13 +103,13 @@ WORDS: Words = {
         _at_base(Controller.push_button),
         "a person switches the motors of the base on, at the base",
     ),
-    "lost": (_lost, "[yes|no]  the base does not know where it is"),
-    "freeze": (
-        lambda emulator, on="yes": emulator.base.freeze(on == "yes"),
-        "[yes|no]  the server of the base does nothing",
-    ),
+    "lost": (_switch("base", "lost"), "[yes|no]  the base does not know where it is"),
+    "freeze": (_switch("base", "frozen"), "[yes|no]  the server of the base does nothing"),
     "break": (lambda emulator: emulator.base.break_off(), "the connections of the base are reset"),
-    "noise": (_noise, "[yes|no]  what the base sends comes in pieces, with stray bytes between"),
+    "noise": (
+        _switch("base", "pieces", "garbage"),
+        "[yes|no]  what the base sends comes in pieces, with stray bytes between",
+    ),
     "dock": (_at_base(Controller.dock), "the base is sent to its dock, and lets nobody else in"),
     "undock": (_at_base(Controller.undock), "and away from it"),
     "delay": (_delay, "[SHARE SECONDS]  of the arm's packets, and up to so long of the base's"),
@@ -117,7 +118,7 @@ WORDS: Words = {
         "[SECONDS]  the camera is unplugged",
     ),
     "stare": (
-        lambda emulator, on="yes": emulator.camera.freeze(on == "yes"),
+        _switch("camera", "frozen"),
         "[yes|no]  the camera is plugged in and sends no images",
     ),
     "put": (_put, "NAME X Y Z  an object is put elsewhere"),

@@ -117,10 +117,6 @@ class OmronEmulator:
         with self._lock:
             yield self.controller
 
-    def freeze(self, frozen: bool = True) -> None:
-        """Let the server do nothing, or go on; the base itself drives on."""
-        self.options.frozen = frozen
-
     def break_off(self) -> None:
         """Reset every connection in the middle of a frame."""
         with self._lock:

@@ -91,10 +91,6 @@ class RealSenseEmulator:
         """Accept connections again."""
         self.options.unplugged = self._hangs = False
 
-    def freeze(self, frozen: bool = True) -> None:
-        """Send nothing, or go on."""
-        self.options.frozen = frozen
-
     def reset(self) -> None:
         """Restart, as the vendor's library may request."""
         self._hangs &= "hangs-until-reset" not in self.options.as_reported

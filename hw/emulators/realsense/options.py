@@ -1,14 +1,12 @@
 """Options, faults and reported behaviours of an emulated camera."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from hw.emulators.common import NoFaultError, reported
 from robots import Intrinsics
 
-
-def _d435() -> Intrinsics:
-    return Intrinsics(width=640, height=480, fx=383.0, fy=383.0, cx=319.5, cy=239.5)
+_D435 = Intrinsics(width=640, height=480, fx=383.0, fy=383.0, cx=319.5, cy=239.5)
 
 
 @dataclass(kw_only=True)
@@ -20,7 +18,7 @@ class Options:
     name: str = "Emulated RealSense D435"
     serial: str = "000000000001"
     rate: int = 30  # frame rate [Hz]
-    intrinsics: Intrinsics = field(default_factory=_d435)  # of the images that its source gives
+    intrinsics: Intrinsics = _D435  # of the images that its source gives
     infrared: bool = False  # whether its source gives infrared images, too
     depth_units: float = 1e-3  # one unit of a depth image [m]
     baseline: float = 0.05  # between the imagers [m]

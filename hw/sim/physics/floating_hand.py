@@ -38,7 +38,7 @@ class FloatingHand(Simulation):
     def wTe(self) -> SE3:
         """The end effector in the world."""
         x, y, z, yaw = self._data.qpos[self._q]
-        return _pose(np.array([x, y, z]), yaw)
+        return SE3(exp3(np.array([0.0, 0.0, yaw])) @ DOWN.rotation, np.array([x, y, z]))
 
     def put(self, wTe: SE3, width: float) -> None:
         """Put the hand somewhere at rest, its pads at a width [m]."""
@@ -137,10 +137,6 @@ def _coordinates(wTe: SE3) -> Array:
     """(4,) x, y, z, yaw of the carrier for a pose that points straight down."""
     x_axis = wTe.rotation[:, 0]
     return np.array([*wTe.translation, np.arctan2(x_axis[1], x_axis[0])])
-
-
-def _pose(position: Array, yaw: float) -> SE3:
-    return SE3(exp3(np.array([0.0, 0.0, yaw])) @ DOWN.rotation, position)
 
 
 def _smooth(share: float) -> float:

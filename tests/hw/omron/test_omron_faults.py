@@ -41,7 +41,7 @@ def test_a_frozen_server_is_a_stale_pose_then_a_lost_connection_and_recovers():
         connected(emulator, silence=1.5, connect_patience=0.5) as base,
     ):
         set_off(emulator, base)
-        emulator.freeze()
+        emulator.options.frozen = True
         wait_for_fault(base, FaultKind.STALE_POSE, "no pose of the base")
         assert not base.send(GO).any()
         wait_for(lambda: is_at_rest(emulator))
@@ -49,7 +49,7 @@ def test_a_frozen_server_is_a_stale_pose_then_a_lost_connection_and_recovers():
         assert all(fault.clearable for fault in state.faults)
         with pytest.raises(HardwareError, match="does not greet"):
             base.recover()
-        emulator.freeze(False)
+        emulator.options.frozen = False
         base.recover()
         assert base.read().faults == ()
         set_off(emulator, base)

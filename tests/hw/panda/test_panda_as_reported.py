@@ -11,7 +11,7 @@ from emulated_panda import connected, drive, emulated, moves, needs_library, unt
 
 from hw import FaultKind, HardwareError, WallClock
 from hw.emulators.panda import AS_REPORTED
-from hw.panda import ArmSettings, PandaArm, PandaHand
+from hw.panda import PandaArm, PandaHand
 
 BLOCK, OPENING, FORCE = 0.031, 0.08, 20.0
 REFUSED = {
@@ -200,7 +200,7 @@ def test_what_comes_back_is_named_and_not_recovered_in_a_loop(reported):
 @pytest.mark.parametrize("reported", REFUSED)
 def test_why_it_cannot_be_commanded_is_said(reported):
     with emulated(reported) as emulator:
-        arm = PandaArm(emulator.address, WallClock(), ArmSettings(connecting=4.0))
+        arm = PandaArm(emulator.address, WallClock(), connecting=4.0)
         with pytest.raises(HardwareError, match=REFUSED[reported]):
             arm.connect()
         if reported == "udp-blocked":

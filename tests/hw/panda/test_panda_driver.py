@@ -12,7 +12,7 @@ import pytest
 from emulated_panda import IN_TIME, drive, needs_library, until
 
 from hw import FaultKind, HardwareError, WallClock
-from hw.panda import ArmSettings, PandaArm
+from hw.panda import PandaArm
 
 pytestmark = needs_library
 ZERO = np.zeros(7)
@@ -198,7 +198,7 @@ def test_the_ready_pose_is_reached_and_a_stop_ends_the_way(arm, emulator):
 
 
 def test_a_second_commander_is_refused(arm, emulator):
-    second = PandaArm(emulator.address, WallClock(), ArmSettings(connecting=2.0))
+    second = PandaArm(emulator.address, WallClock(), connecting=2.0)
     with pytest.raises(HardwareError, match=r"another program .* \(process \d+\)"):
         second.connect()
     assert arm.read().faults == ()

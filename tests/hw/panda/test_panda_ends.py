@@ -11,7 +11,7 @@ import pytest
 from emulated_panda import ROOT, Emulator, free_address, needs_library, until
 
 from hw import FaultKind, HardwareError, WallClock
-from hw.panda import ArmSettings, PandaArm
+from hw.panda import PandaArm
 
 PARENT = """
 import sys, time
@@ -28,7 +28,7 @@ while True:
 
 
 def refusal(address: str) -> str:
-    arm = PandaArm(address, WallClock(), ArmSettings(connecting=1.5))
+    arm = PandaArm(address, WallClock(), connecting=1.5)
     with pytest.raises(HardwareError) as caught:
         arm.connect()
     text = str(caught.value)
@@ -95,7 +95,7 @@ def test_a_driver_that_is_killed_is_a_fault_and_a_recovery_starts_another(emulat
 @pytest.mark.slow
 def test_a_robot_that_is_switched_off_is_a_fault():
     emulator = Emulator()
-    arm = PandaArm(emulator.address, WallClock(), ArmSettings(connecting=1.5))
+    arm = PandaArm(emulator.address, WallClock(), connecting=1.5)
     arm.connect()
     try:
         emulator.process.kill()

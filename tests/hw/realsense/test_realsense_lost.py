@@ -64,7 +64,7 @@ def test_a_camera_that_is_lost_is_a_fault_with_its_cause_and_comes_back_by_itsel
         if how == "unplugged":
             emulator.unplug()
         else:
-            emulator.freeze()
+            emulator.options.frozen = True
         noticed = until(camera.faults)
         (fault,) = camera.faults()
         assert fault.kind is FaultKind.CONNECTION
@@ -73,7 +73,7 @@ def test_a_camera_that_is_lost_is_a_fault_with_its_cause_and_comes_back_by_itsel
         time.sleep(0.5)
         assert camera.faults() != ()
         emulator.plug_in()
-        emulator.freeze(False)
+        emulator.options.frozen = False
         back = until(lambda: not camera.faults())
         until(lambda: camera.latest() is not last)
         assert camera.latest().stamp > last.stamp
