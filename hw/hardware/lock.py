@@ -1,8 +1,4 @@
-"""Lock of a robot: one program commands it, and tells others which.
-
-The lock is a claim on this computer, for all users, that the system releases when its holder ends.
-The arm itself refuses a commander on another computer; the base does not (docs/hardware.md).
-"""
+"""Lock of a robot: one program of this computer commands it, and tells others which."""
 
 import getpass
 import sys

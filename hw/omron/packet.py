@@ -112,11 +112,7 @@ def parse_number(text: str) -> float:
 
 
 class Fields:
-    """Reads the fields of a payload one after the other.
-
-    Every method raises `LayoutError` where the payload ends too early. (ArNetworking itself reads
-    zeros there; a wrong number is worse than none.)
-    """
+    """Reads the fields of a payload in turn; `LayoutError` where it ends too early."""
 
     def __init__(self, payload: bytes) -> None:
         self._payload = payload

@@ -76,11 +76,7 @@ def drive_payload(ratios: Ratios) -> bytes:
 
 
 class PoseAssembly:
-    """Assembles a pose from its three values, of these names, which come in separate packets.
-
-    A pose is complete when each of the three has come since the previous pose, and all within
-    `_TOGETHER`: the server sends them back to back.
-    """
+    """Assembles a pose from three values, each in a packet, that come within `_TOGETHER`."""
 
     def __init__(self, names: tuple[str, ...]) -> None:
         self._names = names

@@ -107,11 +107,7 @@ class PandaArm:
         return applied
 
     def move_to(self, q: Sequence[float], speed: float = 0.3) -> None:
-        """Go to (7,) joint positions [rad] straight in joint space, without collision checks.
-
-        `speed` is that of the fastest joint [rad/s]. `stop` and any command end it:
-        HardwareError.
-        """
+        """Go to q (7,) [rad] straight in joint space, unchecked, at a speed [rad/s]."""
         try:
             self._process.ask(_WAY, do="move", q=list(map(float, q)), speed=speed)
         except (NoAnswerError, KeyboardInterrupt):

@@ -21,11 +21,7 @@ _HELD = (
 
 
 class PandaHand:
-    """A Franka Hand; a process of its own holds the connection.
-
-    The fingers move only in `grip`, `home`, and a `recover` that homes. Whether the hand holds an
-    object follows from its width, not from what it reports of a grasp.
-    """
+    """A Franka Hand; its fingers move only in `grip`, `home`, and a `recover` that homes."""
 
     def __init__(self, address: str, clock: Clock, speed: float = 0.1) -> None:
         self._clock, self._offset = clock, 0.0

@@ -1,8 +1,4 @@
-"""The 1 kHz loop: velocity commands become a stream that the arm accepts, and are monitored.
-
-A step of the limiter depends only on what the arm reports as commanded last, so lost packets, for
-which the arm extrapolates, leave no error behind.
-"""
+"""The 1 kHz loop: smooth velocities from what the arm reports as commanded last; monitored."""
 
 from collections.abc import Callable, Sequence
 from math import sqrt

@@ -1,8 +1,4 @@
-"""Exclusive right to command a machine, for one process of this computer, of any user.
-
-It is a socket in the system's abstract name space: all users see it, it leaves no file, and it ends
-with its holder. Connecting to it tells the holder.
-"""
+"""Exclusive right to command a machine: a socket in the abstract name space of this computer."""
 
 import hashlib
 import socket

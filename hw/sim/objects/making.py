@@ -1,8 +1,4 @@
-"""Object classes, and random objects of a class.
-
-A maker takes the smallest width by which the object can be grasped from above, and returns its
-parts as the object rests on z = 0.
-"""
+"""Object classes: makers of parts at rest on z = 0 from the width by which a hand grasps them."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
