@@ -3,15 +3,7 @@
 from collections.abc import Iterator, Mapping
 
 from config import written
-from trees.language import (
-    COMPOSITES,
-    Argument,
-    CompositeNode,
-    KeyRead,
-    KeyWrite,
-    LeafNode,
-    Node,
-)
+from trees.language import COMPOSITES, Argument, CompositeNode, KeyRead, KeyWrite, LeafNode, Node
 
 _ACTION, _CONDITION, _SUBTREE = "•", "○", "▣"
 

@@ -21,9 +21,8 @@ class ScriptError(UserError):
 class Script:
     """The outcomes of leaves.
 
-    Args:
-        outcomes: by node name or leaf key, in turn; the last repeats. Names take precedence, and
-            nodes of the same word share a list.
+    `outcomes` are by node name or leaf key, in turn; the last repeats. Names take precedence, and
+    nodes of the same word share a list.
     """
 
     def __init__(self, outcomes: Mapping[str, Sequence[Status]]) -> None:

@@ -39,9 +39,7 @@ class RecordedDecisions:
 class ReplayedDecisions:
     """Repeats the recorded decisions of a run.
 
-    Args:
-        robot: replays that run.
-        attended: whether somebody could acknowledge an emergency stop.
+    `attended` is whether somebody could acknowledge an emergency stop.
     """
 
     def __init__(self, robot: ReplayRobot, *, attended: bool) -> None:

@@ -34,18 +34,11 @@ def run_task(
 ) -> Result:
     """Run a task.
 
-    Args:
-        options: of the run.
-        interrupted: asked every tick whether to end, as Ctrl-C does.
-        instruments: of a bench that measures or disturbs the run.
-        loading: shows the progress until the robot can move.
-        finished: gets the result and returns its explanation for the control page, which then
-            stays until Ctrl-C; None closes the page with the run.
-        page_server: serves the control page across several runs; None makes one if needed.
-
-    Raises:
-        UserError: bad input; nothing has moved.
-        HardwareError: the robot cannot be connected.
+    `interrupted` is asked every tick whether to end, as Ctrl-C does. `loading` shows the progress
+    until the robot can move. `finished` gets the result and returns its explanation for the control
+    page, which then stays until Ctrl-C; None closes the page with the run. `page_server` serves the
+    page across several runs. Raises UserError: bad input, nothing has moved; HardwareError: the
+    robot cannot be connected.
     """
     loading, instruments = loading or Loading(), instruments or Instruments()
     loading("the task")

@@ -58,16 +58,10 @@ class NobodyHereError(HardwareError):
 class Session:
     """Runs one tree on one robot.
 
-    Args:
-        root: of the built tree.
-        context: shared by its leaves.
-        controller: turns their goal into velocities.
-        gate: checks commands before they reach the robot.
-        measurements: updated at every tick.
-        clock: of the task, held while paused; the loop runs on its session clock.
-        control: decisions of people, asked every tick.
-        watch: called after every tick; must not raise.
-        abandon: called from another thread when a tick never returns; ends the process.
+    The loop runs on the session clock of `clock`, which is that of the task and held while paused.
+    `control` are the decisions of people, asked every tick; `watch` is called after every tick and
+    must not raise; `abandon` is called from another thread when a tick never returns, and ends the
+    process.
     """
 
     def __init__(

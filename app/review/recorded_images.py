@@ -32,13 +32,8 @@ class RecordedDepth(NamedTuple):
 def recorded_depth(recording: Path, at: float | None) -> RecordedDepth:
     """The depth image nearest to a time in a recording.
 
-    Args:
-        recording: an .rrd file.
-        at: time on the recording's first timeline that counts from its start [s]; None takes the
-            last image.
-
-    Raises:
-        NoDepthError: it is not a recording, or has no depth image.
+    `at` is on the recording's first timeline that counts from its start [s]; None takes the last
+    image. Raises NoDepthError: it is not a recording, or has no depth image.
     """
     focal: float | None = None
     best: tuple[float, _Row] | None = None

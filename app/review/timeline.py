@@ -137,10 +137,7 @@ def _parents(nodes: Sequence[Node]) -> list[int | None]:
 def history(log: Log, spans: Timeline, pauses: Sequence[tuple[float, float]] = ()) -> Iterator[str]:
     """What the leaves did, which were halted, and faults and pauses, a line each.
 
-    Args:
-        log: with times of the task.
-        spans: of that log.
-        pauses: begin and end of each [s].
+    The log has times of the task; `pauses` are begin and end of each [s].
     """
     lengths = iter([end - begin for begin, end in pauses])
     inner = {node.path.rpartition("/")[0] for node in log.nodes}

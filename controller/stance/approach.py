@@ -57,15 +57,9 @@ class Approach:
     ) -> Remaining:
         """The remaining motion, and where it leads now.
 
-        Args:
-            stance: the stance.
-            base: its base pose.
-            distance: of the end effector to the goal, rotation included [m].
-            wTb: base pose.
-            q: (7,) joint positions [rad].
-            floor: map of the static obstacles.
-            space: the same in 3D; None on an open floor.
-            follows: the goal moves: no transport posture.
+        `base` is the base pose of the stance, `distance` that of the end effector to the goal,
+        rotation included [m]; `q` are (7,) joint positions [rad]; `space` are the static obstacles
+        in 3D, None on an open floor. If it `follows` a moving goal, there is no transport posture.
         """
         if stance is not self._stance:
             self.docks = self._goes_in = False

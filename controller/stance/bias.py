@@ -60,15 +60,8 @@ def bias_towards(
 ) -> StanceBias:
     """The bias of one period towards a stance.
 
-    Args:
-        model: the robot.
-        settings: of the controller; `guidance` is not None.
-        remaining: the remaining motion.
-        goal: of the end effector.
-        wTb: base pose.
-        q: (7,) joint positions [rad].
-        detour: whether the end effector waits.
-        following: (n_base,) velocity of a base that follows a moving goal, if it does.
+    `q` are (7,) joint positions [rad]; on a `detour` the end effector waits; `following` is the
+    (n_base,) velocity of a base that follows a moving goal.
     """
     g = settings.guidance
     assert g is not None

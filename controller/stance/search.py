@@ -63,17 +63,9 @@ _MAX_NAMED = 6  # largest number of bases whose obstacles are named
 class StanceSearch:
     """Looks for the stance that reaches a pose soonest, among those that are dexterous and free.
 
-    Args:
-        model: the robot.
-        bank: the postures to choose from.
-        collision: the robot's shapes.
-        wTe: the pose to reach.
-        wTb: base pose.
-        q: (7,) joint positions [rad].
-        failed: stances that stalled before this goal; another one is preferred.
-        space: static obstacles; None on an open floor.
-        next_goal: the next end-effector pose, if it is known.
-        in_front: whether the base must have the goal in front, as to follow it.
+    `wTe` is the pose to reach, `q` are (7,) joint positions [rad]; `failed` are stances that
+    stalled before this goal, another one is preferred; `space` are static obstacles, None on an
+    open floor; `in_front` is whether the base must have the goal in front, as to follow it.
     """
 
     def __init__(

@@ -56,14 +56,9 @@ class TransportPosture:
     ) -> Array | None:
         """The transport posture (7,) where the arm needs it now, else None.
 
-        Args:
-            space: static obstacles; None on an open floor.
-            way: (N, 3) base poses of the path; the same object as long as it is the same.
-            wTb: base pose.
-            q: (7,) joint positions [rad].
-            stance: at the end of the path.
-            times: least times of base and arm to the stance [s].
-            waits: do not unfold without room, even at the end of the path.
+        `way` are (N, 3) base poses of the path, the same object as long as it is the same; `q` are
+        (7,) joint positions [rad], `times` the least times of base and arm to the stance [s]. With
+        `waits` it does not unfold without room, even at the end of the path.
         """
         if space is None or not len(way):
             return None

@@ -1,32 +1,16 @@
 """`frankie-task grasp`: train and evaluate the grasp networks, and show the grasps they find."""
 
 from dataclasses import asdict
-from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
 from app.commands import refuse
 from app.terminal import Terminal
 
-
-class Ranked(StrEnum):
-    """How grasps are ranked."""
-
-    LIKELIHOOD = "likelihood"
-    CHECK = "check"
-
-
-class Kinds(StrEnum):
-    """Sets of objects for outcomes."""
-
-    TRAINED = "trained"
-    BODIES = "bodies"
-    LIGHT = "light"
-    HELDOUT = "heldout"
-
-
+Ranked = Literal["likelihood", "check"]  # how grasps are ranked
+Kinds = Literal["trained", "bodies", "light", "heldout"]  # sets of objects for outcomes
 Workers = Annotated[int | None, typer.Option(help="Processes; default: one per core.", min=1)]
 OutcomesFolder = Annotated[Path, typer.Argument(help="Folder of `grasp outcomes`.")]
 
@@ -132,7 +116,7 @@ def outcomes(
     kinds: Annotated[
         Kinds,
         typer.Option(help="Objects to learn from (three sets), or held-out ones to judge by."),
-    ] = Kinds.TRAINED,
+    ] = "trained",
     scenes: Annotated[int, typer.Option(help="Scenes; every other one is a bin.", min=1)] = 200,
     workers: Workers = None,
 ) -> None:
@@ -140,7 +124,7 @@ def outcomes(
     from lab import grasps
 
     console = Terminal(stderr=True)
-    for found in grasps.collect_outcomes(folder, kinds.value, scenes=scenes, workers=workers):
+    for found in grasps.collect_outcomes(folder, kinds, scenes=scenes, workers=workers):
         good = int(found.good.sum())
         console.say(f"{len(found.good)} more grasps, {good} of them held without a hard contact")
 
@@ -174,7 +158,7 @@ def probability(
     gripper = grasps.ROBOT.gripper
     hold = shipped_hold(gripper) if weights is None else load_hold(weights, gripper)
     assert hold is not None, "the shipped weights are fitted to this hand"
-    judged = grasps.read_outcomes(folder, Kinds.HELDOUT.value)
+    judged = grasps.read_outcomes(folder, "heldout")
     Terminal().print(grasps.probability_table(judged, hold))
 
 

@@ -46,8 +46,7 @@ def judge_single(
 ) -> tuple[str, str, list[Attempt]]:
     """Execute the best grasp of every choice on one object; all see the same first frame.
 
-    Returns:
-        The group and the class of the object, and an attempt by each choice.
+    Returns the group and the class of the object, and an attempt by each choice.
     """
     scene = drop_scene(seed, 1, meshes)
     attempts = []

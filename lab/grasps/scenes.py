@@ -70,8 +70,7 @@ def random_world(
 def world_with(objects: Objects, rng: np.random.Generator) -> tuple[World, Region]:
     """Objects around the origin, in a container or on a bare surface, on a pedestal or a table.
 
-    Returns:
-        The world and the region in which to grasp: inside the walls.
+    Returns the world and the region in which to grasp: inside the walls.
     """
     while True:
         bare, on_table = rng.random() < _BARE, rng.random() < _ON_TABLE

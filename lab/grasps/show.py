@@ -42,12 +42,8 @@ def show_grasps(
 
     `image` is a depth image or an .rrd recording, of which `at` takes a time [s] (None: the last
     image), and `out` a .png; `focal` is in pixels, None for that of the recording or of a D435.
-
-    Returns:
-        A summary in words.
-
-    Raises:
-        ConfigError: the image cannot be read or shows no table, or the picture cannot be written.
+    Returns a summary. Raises ConfigError: the image cannot be read or shows no table, or the
+    picture cannot be written.
     """
     if image.suffix == ".rrd":
         from app.review import recorded_depth

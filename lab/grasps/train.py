@@ -74,13 +74,8 @@ def train_weights(
 ) -> Path:
     """Render the missing shards, train or resume, and save the weights.
 
-    Recipes may share the folder's `shards/`. The device `auto` is a GPU if there is one.
-
-    Returns:
-        The weights file, with the recipe in its metadata.
-
-    Raises:
-        ConfigError: the folder contains a training with another recipe.
+    Recipes may share the folder's `shards/`; the device `auto` is a GPU if there is one. Returns
+    the weights file. Raises ConfigError: the folder contains a training with another recipe.
     """
     import torch
 

@@ -105,8 +105,7 @@ class WorldLabels:
 def exact_view(world: World) -> tuple[HeightMap, Array, npt.NDArray[np.bool_]]:
     """Render the world from high above without noise.
 
-    Returns:
-        Its height map, the (N, N, 3) visible points, and the (N, N) mask of those on objects.
+    Returns its height map, the (N, N, 3) visible points, and the (N, N) mask of those on objects.
     """
     centre = (_EXACT_SIZE - 1) / 2.0
     focal = _CAMERA_HEIGHT * _EXACT_SIZE / _EXTENT

@@ -14,8 +14,7 @@ _LINES = 10
 def progress(name: str, total: int) -> Iterator[Callable[[bool], None]]:
     """A progress bar in a terminal; elsewhere a line for every tenth of the work.
 
-    Yields:
-        A function to call after each item, with whether it failed.
+    Yields a function to call after each item, with whether it failed.
     """
     console = Terminal(stderr=True)
     columns = (

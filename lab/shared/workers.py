@@ -24,14 +24,10 @@ def run_all(
     """Do the same work on every item.
 
     `work` is a function that other processes can import. `workers` is the number of processes, of
-    which 1 is this one; None is one per core. `batch` items are sent to a process at once.
-
-    Yields:
-        The index of an item and its result, in the order of completion.
-
-    Raises:
-        KeyboardInterrupt: SIGINT or SIGTERM came, even if the work handled it; no other item
-            begins, and the workers end as well.
+    which 1 is this one; None is one per core. `batch` items are sent to a process at once. Yields
+    the index of an item and its result, in the order of completion. Raises KeyboardInterrupt:
+    SIGINT or SIGTERM came, even if the work handled it; no other item begins, and the workers end
+    as well.
     """
     batches = [range(i, min(i + batch, len(items))) for i in range(0, len(items), batch)]
     context = get_context("spawn")

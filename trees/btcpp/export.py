@@ -31,13 +31,8 @@ def export_xml(task: Task) -> str:
 def export_files(task: Task) -> dict[Path, str]:
     """The XML of a task, and a file of XML for each file that it includes.
 
-    Each includes those that it uses, so that each can be opened alone.
-
-    Returns:
-        The texts by where they belong, from the file of the task on, which comes first.
-
-    Raises:
-        TaskFileError: something in it has no counterpart in the XML.
+    Each includes those that it uses, so that each can be opened alone; that of the task comes
+    first. Raises TaskFileError: something in it has no counterpart in the XML.
     """
     export = Export(task)
     home = task.path.resolve().parent

@@ -48,9 +48,6 @@ def check_flow(
 
     Parameters without a value are there from the beginning, like keys; `outputs` have to be written
     when the tree succeeds. Returns None if there is an error.
-
-    Returns:
-        None if there is an error.
     """
     late = {
         name: parameter.type

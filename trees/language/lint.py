@@ -13,9 +13,6 @@ def lint(root: Node, facts: Mapping[int, Fact], diagnostics: Diagnostics) -> boo
     """Check a tree for what is allowed, but probably not meant.
 
     Returns whether there is no error.
-
-    Returns:
-        Whether there is no error.
     """
     sound = True
     for node in nodes_below(root):

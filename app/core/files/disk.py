@@ -35,11 +35,8 @@ Encode: TypeAlias = Callable[[Sequence[Any]], bytes]
 class Disk:
     """Writes the growing files of one run; an error ends only the file in which it happened.
 
-    Args:
-        folder: of the run.
-        lossless: whether `GrowingFile.add` waits for a slow disk (a simulation at full speed) or
-            drops the oldest pieces instead (in real time).
-        capacity: most pieces that wait for the disk.
+    When the disk is slow, `lossless` lets `GrowingFile.add` wait (a simulation at full speed), or
+    else the oldest of the `capacity` pieces that wait are dropped (in real time).
     """
 
     def __init__(self, folder: Path, *, lossless: bool, capacity: int = _CAPACITY) -> None:

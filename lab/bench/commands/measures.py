@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from enum import StrEnum
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Annotated
@@ -17,6 +16,7 @@ from lab.bench.commands.options import (
     Json,
     Robot,
     check_writable,
+    chosen,
     chosen_robots,
     show,
     write_json,
@@ -27,17 +27,13 @@ if TYPE_CHECKING:
     from lab.bench.timing import TimingReport
 
 
-class Part(StrEnum):
-    """A part of the software to time."""
-
-    STEP = "step"  # a control step on the way to seeded goals
-    TASK = "task"  # every tick and control step of a whole task
-    PERCEPTION = "perception"  # from a frame to grasps
+PARTS = ("step", "task", "perception")
+"""To time: control steps to seeded goals, every tick and step of a task, from a frame to grasps."""
 
 
 def timing(
     parts: Annotated[
-        list[Part] | None, typer.Argument(help="What to time; default: all but `task`.")
+        list[str] | None, typer.Argument(help="step, task or perception; default: all but `task`.")
     ] = None,
     robot: Robot = BOTH,
     task: Annotated[str, typer.Option(help="task: a task file or a shipped task.")] = "pick_place",
@@ -51,7 +47,7 @@ def timing(
     from lab.bench.timing import timing_table
 
     check_writable(json)
-    wanted = parts or [part for part in Part if part is not Part.TASK]
+    wanted = chosen("timing", parts or ["step", "perception"], PARTS)
     robots, tree = chosen_robots(robot), find_tree(task)
     reports = [one for part in wanted for one in _measured(part, robots, tree, seed, count)]
     timings = [one for report in reports for one in report.timings]
@@ -60,19 +56,19 @@ def timing(
 
 
 def _measured(
-    part: Part, robots: list[str], tree: Path, seed: int, count: int | None
+    part: str, robots: list[str], tree: Path, seed: int, count: int | None
 ) -> list[TimingReport]:
     match part:
-        case Part.STEP:
+        case "step":
             from lab.bench.step_time import time_steps
 
             return [time_steps(name, steps=count or 10_000, seed=seed) for name in robots]
-        case Part.TASK:
+        case "task":
             from lab.bench.step_time import time_task
 
             with TemporaryDirectory() as folder:
                 return [time_task(tree, name, seed, Path(folder)) for name in robots]
-        case Part.PERCEPTION:
+        case _:
             from lab.bench.perception_time import time_perception
 
             return [time_perception(count or 60)]

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -31,21 +30,8 @@ if TYPE_CHECKING:
     from lab.bench.reach import Conditions, Reach
 
 
-class Preset(StrEnum):
-    """The controller to measure."""
-
-    FRANKIE = "frankie"  # ours
-    PAPER = "paper"  # the published one
-    EXAMPLE = "example"  # the published one, its velocities scaled as in its published example
-
-
-class Sweep(StrEnum):
-    """The setting to vary."""
-
-    HEADING = "heading"
-    MANIPULABILITY = "manipulability"
-
-
+Preset = Literal["frankie", "paper", "example"]  # the controller to measure
+Sweep = Literal["heading", "manipulability"]  # the setting to vary
 PresetOption = Annotated[
     Preset, typer.Option(help="frankie: ours; paper: as published; example: its published code.")
 ]
@@ -59,7 +45,7 @@ ToleranceDeg = Annotated[float, typer.Option(help="Tolerance of the orientation.
 
 def reach(
     robot: Robot = BOTH,
-    preset: PresetOption = Preset.FRANKIE,
+    preset: PresetOption = "frankie",
     base_speed: Speeds = None,
     reverse_speed: ReverseSpeed = None,
     starts: Annotated[
@@ -99,16 +85,14 @@ def reach(
         orientation_tolerance=radians(tolerance_deg),
     )
     check_writable(json)
-    speeds: Sequence[float | None] = base_speed or (
-        [1.0, 1.5] if preset is Preset.FRANKIE else [None]
-    )
+    speeds: Sequence[float | None] = base_speed or ([1.0, 1.5] if preset == "frankie" else [None])
     rows = []
     for name in chosen_robots(robot):
         for speed in speeds:
-            for changes in SWEEPS[sweep.value] if sweep else ((),):
+            for changes in SWEEPS[sweep] if sweep else ((),):
                 configuration = Configuration(
                     robot=name,
-                    preset=preset.value,
+                    preset=preset,
                     base_speed=speed,
                     reverse_speed=reverse_speed,
                     period=period,
@@ -151,7 +135,7 @@ def _reach(
 
 def poses(
     robot: Robot = BOTH,
-    preset: PresetOption = Preset.FRANKIE,
+    preset: PresetOption = "frankie",
     base_speed: Speeds = None,
     reverse_speed: ReverseSpeed = None,
     pose: Annotated[
@@ -173,11 +157,11 @@ def poses(
     names = chosen("--pose", pose, POSES)
     tolerances = (tolerance_mm / 1e3, radians(tolerance_deg))
     robots = chosen_robots(robot)
-    speeds: Sequence[float | None] = base_speed or [1.5 if preset is Preset.FRANKIE else None]
+    speeds: Sequence[float | None] = base_speed or [1.5 if preset == "frankie" else None]
     ours = [
         Configuration(
             robot=name,
-            preset=preset.value,
+            preset=preset,
             base_speed=speed,
             reverse_speed=reverse_speed,
             period=period,

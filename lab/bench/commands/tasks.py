@@ -1,9 +1,8 @@
 """`bench pick-place`, `on-the-move`, `uncertainty` and `faults`: whole tasks."""
 
 from dataclasses import asdict
-from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -26,15 +25,7 @@ from lab.bench.commands.options import (
     write_results,
 )
 
-
-class Motions(StrEnum):
-    """The motion forms to compare."""
-
-    HOLISTIC = "holistic"
-    PLANNING = "planning"
-    BOTH = "both"
-
-
+Motions = Literal["holistic", "planning", "both"]  # the motion forms to compare
 Level = Annotated[
     str,
     typer.Option(
@@ -51,7 +42,7 @@ def pick_place(
     scene: Annotated[str, typer.Option(help="A shipped scene or a scene file.")] = "household",
     motion: Annotated[
         Motions, typer.Option(help="Base and arm as one, by plans as the baseline, or both.")
-    ] = Motions.HOLISTIC,
+    ] = "holistic",
     base_speed: Annotated[
         float | None, typer.Option(help="Limit of the base in m/s; default: the robot's.", min=0.05)
     ] = None,
@@ -69,7 +60,7 @@ def pick_place(
 
     wanted = seed_range(seeds)
     check_writable(json)
-    motions = [form for form in MotionForm if motion is Motions.BOTH or form.value == motion.value]
+    motions = [form for form in MotionForm if motion in ("both", form.value)]
     if MotionForm.PLANNING in motions:
         planning_library()  # a missing extra is reported before anything runs
     options = RunOptions(
