@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack, nullcontext
 from dataclasses import replace
 from pathlib import Path
+from typing import TypeAlias
 
 from app.core.files.folder import SUMMARY
 from app.core.outcome import End
@@ -100,16 +101,14 @@ def _console(
     )
 
 
-class Saved:
-    """Detects that files are written, replaced, removed or appear."""
+Saved: TypeAlias = Callable[[], bool]  # whether files have changed, appeared or gone
 
-    def __init__(self, paths: Iterable[Path]) -> None:
-        self._paths = tuple(paths)
-        self._before = [_stamp(path) for path in self._paths]
 
-    def __call__(self) -> bool:
-        """Whether anything has changed since this object was made."""
-        return [_stamp(path) for path in self._paths] != self._before
+def saved_since(paths: Iterable[Path]) -> Saved:
+    """Whether anything has changed since this call."""
+    paths = tuple(paths)
+    before = [_stamp(path) for path in paths]
+    return lambda: [_stamp(path) for path in paths] != before
 
 
 def _stamp(path: Path) -> tuple[int, int] | None:
@@ -140,10 +139,10 @@ def again_on_save(
     clock = WallClock()
     try:
         while True:
-            saved = Saved([*files, *site])
+            saved = saved_since([*files, *site])
             try:
                 files = set(load(tree, overrides=overrides, places=places).files)
-                saved = Saved([*files, *site])
+                saved = saved_since([*files, *site])
                 if act(saved):
                     return
             except TaskFileError as error:

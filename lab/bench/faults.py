@@ -45,12 +45,9 @@ class Cell:
 
 
 @dataclass(frozen=True, kw_only=True)
-class CellResult:
+class CellResult(Cell):
     """The result of one cell."""
 
-    fault: str
-    phase: str
-    seed: int
     injected_s: float | None  # time of the fault [s]; None if the run never entered the phase
     outcome: str  # one of the values of `End`, `hang`, or `exception` if `run_task` raised
     reason: str

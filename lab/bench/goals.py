@@ -4,8 +4,9 @@ import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
 
-from controller import Array, RobotModel, manipulability
+from controller import Array, RobotModel
 from lab.bench.contacts import ContactChecker
+from lab.bench.evaluation import Evaluator
 
 DISC = 4.0  # largest distance of goals from the start [m]
 _MARGIN = 0.1  # distance of postures from every joint limit [rad]
@@ -64,9 +65,4 @@ def draw_start(model: RobotModel, kind: str, rng: np.random.Generator) -> Array:
     if kind != "singular":
         return drawn()
 
-    def measure(q: Array) -> float:
-        n = model.n_base
-        kinematics = model.kinematics(q)
-        return manipulability(kinematics.screws[:, n:], kinematics.hessian[n:, n:])[0]
-
-    return min((drawn() for _ in range(_SINGULAR_OF)), key=measure)
+    return min((drawn() for _ in range(_SINGULAR_OF)), key=Evaluator(model).manipulability)

@@ -22,9 +22,13 @@ _LOOK = 0.01  # between looks for an image [s]
 class Eye:
     """The infrared images of a connected camera, with `infrared` on and the `emitter` off."""
 
-    def __init__(self, camera: RealSenseCamera, clock: Clock) -> None:
-        self._camera, self._clock = camera, clock
+    def __init__(self, arm: PandaArm, camera: RealSenseCamera, clock: Clock) -> None:
+        self._arm, self._camera, self._clock = arm, camera, clock
         self._pause = threading.Event()
+
+    def q(self) -> Array:
+        """Joint positions (7,) of the arm that holds the camera [rad], as measured."""
+        return self._arm.read().q
 
     def image(self) -> Grey:
         """An image captured after this call. Raises HardwareError: none comes."""
@@ -47,12 +51,8 @@ class LiveArm(Eye):
     def __init__(
         self, arm: PandaArm, camera: RealSenseCamera, clock: Clock, speed: float = 0.2
     ) -> None:
-        super().__init__(camera, clock)
-        self._arm, self._speed = arm, speed
-
-    def q(self) -> Array:
-        """As measured."""
-        return self._arm.read().q
+        super().__init__(arm, camera, clock)
+        self._speed = speed
 
     def move_to(self, q: Array) -> None:
         """Move straight in joint space. Raises HardwareError: the arm does not get there."""
@@ -75,8 +75,8 @@ class LiveBase(Eye):
         clock: Clock,
         ask: Callable[[], bool],
     ) -> None:
-        super().__init__(camera, clock)
-        self._base, self._arm, self._ask = base, arm, ask
+        super().__init__(arm, camera, clock)
+        self._base, self._ask = base, ask
 
     def next_place(self) -> bool:
         """Wait for the person."""
@@ -89,10 +89,6 @@ class LiveBase(Eye):
             return self._base.read().wTb
         finally:
             self._base.close()
-
-    def q(self) -> Array:
-        """As measured."""
-        return self._arm.read().q
 
 
 @contextmanager

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from py_trees.behaviour import Behaviour
 
 from behaviours import Key, MapPlace, Posture
-from config import Diagnostic
+from config import Diagnostic, Location
 from trees.language.leaf_type import ADD
 from trees.language.named_poses import READY
 from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode, Task, TaskFileError
@@ -46,14 +46,13 @@ def build(task: Task, context: Context, make_leaf: LeafMaker = real_leaf) -> Beh
     """
     for name, parameter in task.parameters.items():
         if parameter.value is None:
-            diagnostic = Diagnostic(
-                path=task.path,
-                location=parameter.location,
-                message=f"the parameter `{name}` has no value",
-                hint="give it one",
-            )
-            raise TaskFileError([diagnostic])
+            message = f"the parameter `{name}` has no value"
+            raise _refused(task.path, parameter.location, message, "give it one")
     return _Builder(context=context, make_leaf=make_leaf, path=task.path).build(task.root)
+
+
+def _refused(path: Path, location: Location, message: str, hint: str) -> TaskFileError:
+    return TaskFileError([Diagnostic(path=path, location=location, message=message, hint=hint)])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -131,20 +130,12 @@ class _Builder:
         try:
             return make()
         except ValueError as error:
-            message, hint = f"refuses its parameters: {error}", "change them"
-            raise self._refusal(node, message, hint) from error
+            message = f"`{node.type.key}` refuses its parameters: {error}"
+            raise _refused(self.path, node.location, message, "change them") from error
         except (Exception, SystemExit) as error:  # of a constructor that anybody may have written
-            message = f"cannot be made: {type(error).__name__}: {error}"
-            raise self._refusal(node, message, "correct the constructor of the leaf") from error
-
-    def _refusal(self, node: LeafNode, message: str, hint: str) -> TaskFileError:
-        diagnostic = Diagnostic(
-            path=self.path,
-            location=node.location,
-            message=f"`{node.type.key}` {message}",
-            hint=hint,
-        )
-        return TaskFileError([diagnostic])
+            message = f"`{node.type.key}` cannot be made: {type(error).__name__}: {error}"
+            hint = "correct the constructor of the leaf"
+            raise _refused(self.path, node.location, message, hint) from error
 
     def _key(self, name: str) -> Key[object]:
         if name not in self.keys:

@@ -108,42 +108,33 @@ def _mesh(mesh: Mesh, origin: Any = 0.0) -> rr.Mesh3D:
 def solids(parts: Sequence[Geom], fill: str = "solid") -> list[Any]:
     """Archetypes of shapes in the frame of their poses, with Rerun's fill mode; no planes."""
     bodies: list[Any] = []
-    for kind, made in (
-        (Box, _boxes),
-        (Sphere, _balls),
-        (Cylinder, _cylinders),
-        (Capsule, _capsules),
-    ):
-        if some := [part for part in parts if isinstance(part.shape, kind)]:
-            looks = {
-                "quaternions": [Quaternion(part.pose.rotation).coeffs() for part in some],
-                "colors": [part.colour for part in some],
-                "fill_mode": fill,
-            }
-            bodies.append(made([(part.shape, part.pose) for part in some], looks))
+    for kind in (Box, Sphere, Cylinder, Capsule):
+        some: list[Any] = [(p.shape, p.pose, p.colour) for p in parts if isinstance(p.shape, kind)]
+        if not some:
+            continue
+        looks: dict[str, Any] = {
+            "quaternions": [Quaternion(pose.rotation).coeffs() for _, pose, _ in some],
+            "colors": [colour for _, _, colour in some],
+            "fill_mode": fill,
+        }
+        centres = [pose.translation for _, pose, _ in some]
+        if kind is Box:
+            sizes = [box.half for box, _, _ in some]
+            bodies.append(rr.Boxes3D(half_sizes=sizes, centers=centres, **looks))
+            continue
+        radii = [shape.radius for shape, _, _ in some]
+        if kind is Sphere:
+            bodies.append(rr.Ellipsoids3D(radii=radii, centers=centres, **looks))
+            continue
+        looks |= {"radii": radii, "lengths": [2 * shape.half_length for shape, _, _ in some]}
+        if kind is Cylinder:
+            bodies.append(rr.Cylinders3D(centers=centres, **looks))
+        else:
+            ends = [pose.act(np.array([0.0, 0.0, -one.half_length])) for one, pose, _ in some]
+            bodies.append(rr.Capsules3D(translations=ends, **looks))
     if hulls := [part for part in parts if isinstance(part.shape, Hull)]:
         bodies.append(_one_mesh(hulls))
     return bodies
-
-
-def _boxes(parts: list[Any], looks: dict[str, Any]) -> Any:
-    sizes = [box.half for box, _ in parts]
-    return rr.Boxes3D(half_sizes=sizes, centers=_centres(parts), **looks)
-
-
-def _balls(parts: list[Any], looks: dict[str, Any]) -> Any:
-    return rr.Ellipsoids3D(
-        radii=[ball.radius for ball, _ in parts], centers=_centres(parts), **looks
-    )
-
-
-def _cylinders(parts: list[Any], looks: dict[str, Any]) -> Any:
-    return rr.Cylinders3D(**_radii_and_lengths(parts), centers=_centres(parts), **looks)
-
-
-def _capsules(parts: list[Any], looks: dict[str, Any]) -> Any:
-    ends = [pose.act(np.array([0.0, 0.0, -capsule.half_length])) for capsule, pose in parts]
-    return rr.Capsules3D(**_radii_and_lengths(parts), translations=ends, **looks)
 
 
 def _one_mesh(hulls: Sequence[Geom]) -> Any:
@@ -162,14 +153,3 @@ def _one_mesh(hulls: Sequence[Geom]) -> Any:
         vertex_normals=np.repeat(normals, 3, axis=0),
         vertex_colors=np.concatenate(colours),
     )
-
-
-def _centres(parts: list[Any]) -> list[Any]:
-    return [pose.translation for _, pose in parts]
-
-
-def _radii_and_lengths(parts: list[Any]) -> dict[str, Any]:
-    return {
-        "radii": [shape.radius for shape, _ in parts],
-        "lengths": [2 * shape.half_length for shape, _ in parts],
-    }

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.core import End, Result, RunOptions, Saved, run_on_save
+from app.core import End, Result, RunOptions, run_on_save, saved_since
 
 FAR = "{xyz: [-40.0, 0.0, 0.7], rpy_deg: [180, 0, 0]}"
 DRIVE = f"task: drive\nposes: {{far: {FAR}}}\ntree: {{navigate: {{to: far}}}}\n"
@@ -32,14 +32,14 @@ def test_every_way_to_save_is_noticed(tmp_path, change):
     path = tmp_path / "t.yaml"
     path.write_text("text")
     path.with_suffix(".new").write_text("text of an editor that renames")
-    saved = Saved([path, tmp_path / "other.yaml"])
+    saved = saved_since([path, tmp_path / "other.yaml"])
     assert not saved()
     change(path)
     assert saved()
 
 
 def test_a_file_that_appears_is_noticed(tmp_path):
-    saved = Saved([tmp_path / "t.yaml"])
+    saved = saved_since([tmp_path / "t.yaml"])
     (tmp_path / "t.yaml").write_text("text")
     assert saved()
 
