@@ -79,15 +79,18 @@ def test_saves_restart_the_task_and_a_broken_one_is_waited_out(tmp_path, monkeyp
     author = Author(tmp_path)
     asked = count()
 
-    class SavedOnTheWay(Saved):
+    def saved_on_the_way(paths):
         """Looks at the files as ever; a second into the first run, one has been saved."""
+        saved = saved_since(paths)
 
-        def __call__(self) -> bool:
+        def look() -> bool:
             if next(asked) == 100:
                 author.task.write_text("task: broken\ntree: {open_griper: }\n")
-            return super().__call__()
+            return saved()
 
-    monkeypatch.setattr("app.core.launch.Saved", SavedOnTheWay)
+        return look
+
+    monkeypatch.setattr("app.core.launch.saved_since", saved_on_the_way)
     author.task.write_text(DRIVE)
     author.part.write_text(PART)
     options = RunOptions(tree=author.task, scene="single", record=author.runs)
