@@ -202,7 +202,7 @@ class Gripper(Part, Protocol):
         """The newest reading."""
 
     def grip(self, width: float, force: float) -> None:
-        """Move the fingers to `width` [m] with at most `force` [N]; HardwareError: in vain."""
+        """Move the fingers to `width` [m] with at most `force` [N]; raises HardwareError."""
 
 
 class DepthCamera(Part, Protocol):

@@ -133,7 +133,7 @@ def _timeout(value: float | str | None, speed: float) -> Finding:
 
 
 def _full_scale_of(base: OmronBase) -> dict[str, float]:
-    """Full-scale values of a connected base, by the keys of `full_scale`; or HardwareError."""
+    """Full-scale values of a connected base, by the keys of `full_scale`; raises HardwareError."""
     site = base.read_site()
     forward, reverse = site.turn_at_forward, site.turn_at_reverse
     return {

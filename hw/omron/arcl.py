@@ -57,7 +57,7 @@ class Arcl:
         return self._parser.state
 
     def connect(self, patience: float) -> None:
-        """Log in, and wait for the state of the motors, or raise HardwareError."""
+        """Log in, and wait for the state of the motors; raises HardwareError."""
         try:
             connection = socket.create_connection(self._address, timeout=patience)
         except OSError as error:

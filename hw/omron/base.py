@@ -130,7 +130,7 @@ class OmronBase:
         return site_of(self.read_teleop(), self._settings.site)
 
     def read_teleop(self) -> Values:
-        """The section "Teleop settings" of the base, by either interface; or HardwareError."""
+        """The section "Teleop settings" of the base, by either interface; raises HardwareError."""
         link = self.link
         sections = link.telemetry.sections
         if self.catalogue.has(SECTIONS):
@@ -144,7 +144,7 @@ class OmronBase:
         raise HardwareError(f"the base does not tell its section {TELEOP!r}")
 
     def recover(self) -> None:
-        """Clear all that a program can, after pauses that grow; HardwareError: in vain."""
+        """Clear all that a program can, after pauses that grow; raises HardwareError."""
         link = self.link
         if self._is_sound(link) or self._wait(lambda: self._is_sound(link), self._pause()):
             return

@@ -104,7 +104,7 @@ def number_field(value: float) -> bytes:
 
 
 def parse_number(text: str) -> float:
-    """A finite number from text as `%g` writes it, or LayoutError."""
+    """A finite number from text as `%g` writes it; raises LayoutError."""
     value = float(text) if _NUMBER.fullmatch(text) else inf
     if abs(value) == inf:
         raise LayoutError(f"no finite number: {text[:20]!r}")

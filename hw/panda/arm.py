@@ -115,7 +115,7 @@ class PandaArm:
             raise
 
     def recover(self) -> None:
-        """Clear a reflex, once in 2 s at most; connect a silent arm again; or HardwareError."""
+        """Clear a reflex, once in 2 s at most; connect a silent arm again; raises HardwareError."""
         reading = self.reading()
         if self._silence(reading):
             self._process.kill()

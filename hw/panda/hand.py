@@ -84,7 +84,7 @@ class PandaHand:
             self._is_homing = False
 
     def recover(self) -> None:
-        """Connect again, stop a failed motion, and home the hand if empty; or HardwareError."""
+        """Connect again, stop a failed motion, and home the hand if empty; raises HardwareError."""
         if self._silence(self.reading()):
             self._process.kill()
             self.connect()

@@ -79,7 +79,7 @@ class DriverProcess:
             raise
 
     def ask(self, timeout: float, **request: Any) -> None:
-        """Send a request and wait for the answer, one after the other; HardwareError: not done.
+        """Send a request and wait for the answer, one after the other; raises HardwareError.
 
         NoAnswerError: it may or may not be done; the caller has to stop it.
         """

@@ -106,7 +106,7 @@ class RealSenseCamera:
         )
 
     def recover(self) -> None:
-        """Wait until it is back; restart a process that has ended. HardwareError: in vain."""
+        """Wait until it is back; restart a process that has ended; raises HardwareError."""
         if not self._trouble():
             return
         if self._process.end_of_it():

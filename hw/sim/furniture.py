@@ -74,7 +74,7 @@ def _table(table: Table, name: str) -> list[Geom]:
 
 
 def fixture_shapes(fixture: Fixture, number: int) -> tuple[list[Geom], list[Surface]]:
-    """Collision shapes of a fixture, and its visual mesh if it has one, or LayoutError."""
+    """Collision shapes of a fixture, and its visual mesh if it has one; raises LayoutError."""
     turn = exp3(np.array([0.0, 0.0, np.deg2rad(fixture.yaw_deg)]))
     pose = SE3(turn, np.array(fixture.centre))
     if fixture.size is not None:
@@ -94,7 +94,7 @@ NOTHING_MOVED: Mapping[str, Sequence[float]] = MappingProxyType({})
 
 
 def with_moved(world: World, moved: Mapping[str, Sequence[float]]) -> World:
-    """A new world with furniture moved by x, y [m] and a turn [deg], by name; or SceneError."""
+    """A new world with furniture moved by x, y [m] and a turn [deg], by name; raises SceneError."""
     pieces: dict[str, list[Geom]] = {}
     for one in world.fixtures:
         if not isinstance(one.shape, Plane):

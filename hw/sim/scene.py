@@ -102,7 +102,7 @@ def load_scene(
     footprint: Footprint | None = None,
     moved: Mapping[str, Sequence[float]] = NOTHING_MOVED,
 ) -> World:
-    """The world that a scene describes, with furniture `moved` since the map; or SceneError."""
+    """The world that a scene describes, with furniture `moved` since the map; raises SceneError."""
     described = read_scene(scene, footprint)
     try:
         world = build_world(described, np.random.default_rng(seed))

@@ -57,7 +57,7 @@ class World:
         return tuple([walker.obstacle for walker in self.walkers])
 
     def find(self, name: str) -> SimObject:
-        """The object of that name, or KeyError."""
+        """The object of that name; raises KeyError."""
         for candidate in self.objects:
             if candidate.name == name:
                 return candidate
