@@ -34,7 +34,6 @@ SENSORS = ("laser", "camera")
 """What is registered to the map."""
 
 _INTERVAL = 0.1  # between two registrations [s]
-_JUDGE_INTERVAL = 1.0  # between two that also judge the furniture, which takes longer [s]
 _FRAME_INTERVAL = 0.2  # the camera is asked for a frame that nobody asked for this long [s]
 _MAX_AGE = 0.3  # of a scan or frame that is registered [s]
 _HISTORY = 1.0  # how far back odometry is kept [s]
@@ -99,7 +98,7 @@ class Localiser:
         self._localised: object = None
         self._job: _Job | None = None
         self._frame: DepthFrame | None = None
-        self._due = self._judge_due = -inf
+        self._due = -inf
 
     @property
     def estimate(self) -> tuple[Array, Array] | None:
@@ -190,7 +189,8 @@ class Localiser:
                 self.registrations += 1
                 self.largest = max(self.largest[0], off), max(self.largest[1], turn)
             moved = self.updates[-1].moved
-        self.furniture.note(self.registration)
+        if self.furniture.note(self.registration):
+            self._filter.mistrusted(oTb)
         self.furniture.suspect(moved)
 
     def _replaced(self, before: Array, oTb: Array, how: str = "") -> None:
@@ -236,9 +236,7 @@ class Localiser:
         oTb = self._odometry(scan.stamp if scan else frame.stamp if frame else self._stamp)
         here = self._filter.pose(oTb), self._filter.covariance(oTb)
         there = self._filter.proposal(oTb)
-        moved, judge = self.furniture.names, self._stamp >= self._judge_due
-        if judge:
-            self._judge_due = self._stamp + _JUDGE_INTERVAL
+        moved, tried = self.furniture.names, self.furniture.judge.tried
 
         def work() -> tuple[Registration, Registration | None]:
             bTw = in_space(oTb).inverse()
@@ -249,12 +247,10 @@ class Localiser:
             if frame is not None:
                 bTc = bTw * frame.wTc
                 clouds.append(depth_cloud(frame.depth, frame.intrinsics, bTc))
-            both = [
-                register(self.surfaces, clouds, *prior, moved=moved, judge_furniture=judge)
-                for prior in (here, there)
-                if prior is not None
-            ]
-            return both[0], both[1] if there is not None else None
+            first = register(self.surfaces, clouds, *here, moved=moved, tried=tried)
+            if there is None:
+                return first, None
+            return first, register(self.surfaces, clouds, *there, moved=moved, tried=None)
 
         self._job = _Job(oTb, self.executor.submit(work))
 
