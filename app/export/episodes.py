@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from app.core import COMMANDS, STATES, End
-from app.review import DamagedRunError, Timeline, read_log, read_run, timeline
+from app.core import End
+from app.review import DamagedRunError, Timeline, read_log, read_motion, read_run, timeline
 from config import Diagnostics, UserError, content, read_yaml
 
 
@@ -63,7 +63,7 @@ def read_episodes(folder: Path, fps: int) -> list[Episode]:
 
     Raises ExportError: it has no recorded motion, is too short, or has another rate.
     """
-    states, commands = _array(folder / STATES, 22), _array(folder / COMMANDS, 11)
+    states, commands = read_motion(folder)
     count = min(len(states), len(commands))
     if count < 2:
         raise ExportError(f"{folder}: the run is too short ({count} ticks); name another")
@@ -144,28 +144,6 @@ def _episode(folder: Path, part: Part, states: Array, commands: Array, fps: int)
             "timestamp": (np.arange(len(states)) / fps).astype(np.float32),
         },
     )
-
-
-def _array(path: Path, columns: int) -> Array:
-    """A recorded array (ticks, columns); pickles are refused."""
-    try:
-        if not isfile(path):
-            raise ValueError("there is no such file")
-        array = np.load(path, allow_pickle=False)
-    except (OSError, ValueError, EOFError, MemoryError, OverflowError, SyntaxError) as error:
-        reason = " ".join(str(error).split())[:100]
-        raise ExportError(
-            f"{path}: the run has no recorded motion ({reason}); name another"
-        ) from error
-    if not isinstance(array, np.ndarray) or array.dtype != np.float64:
-        raise ExportError(f"{path}: contains no array of float64; name another run")
-    if array.shape[1:] != (columns,):
-        raise ExportError(
-            f"{path}: has the shape {array.shape}, not (ticks, {columns}); name another run"
-        )
-    if not np.isfinite(array).all():
-        raise ExportError(f"{path}: contains numbers that are not finite; name another run")
-    return array
 
 
 def _description(folder: Path) -> str:

@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.signal import lfilter
 
-from app.core import COMMANDS, STATES
 from app.review.event_log import DamagedRunError
+from app.review.finished import read_motion
 
 Array = npt.NDArray[np.float64]
 
@@ -47,7 +47,10 @@ def delays(folder: Path) -> list[Delay]:
 
     Raises DamagedRunError: there are none, or the run is not complete.
     """
-    states, commands = _arrays(folder)
+    states, commands = read_motion(folder)
+    nothing = DamagedRunError(f"{folder}: nothing moved in this run; name another")
+    if min(len(states), len(commands)) < 2:
+        raise nothing
     begin, end = commands[0, 0], min(commands[-1, 0], commands[0, 0] + _LONGEST)
     grid = np.arange(begin, end, _STEP)
     after = np.clip(np.searchsorted(states[:, 0], grid), 1, len(states) - 1)
@@ -59,7 +62,7 @@ def delays(folder: Path) -> list[Delay]:
             velocity = np.interp(grid, states[:, 0], states[:, measured])
             found.append(_fit(axis, command, velocity, known))
     if not found:
-        raise _damaged(folder, "nothing moved in it")
+        raise nothing
     return found
 
 
@@ -73,20 +76,3 @@ def _fit(axis: str, command: Array, velocity: Array, known: npt.NDArray[np.bool_
         tried.append(Delay(axis, float(dead), float(lag), error))
     best = min(tried, key=lambda one: one.error)
     return best._replace(error=best.error / float(np.sqrt(np.mean(command**2))))
-
-
-def _arrays(folder: Path) -> tuple[Array, Array]:
-    """States and commands of a run; raises DamagedRunError if they cannot be read."""
-    try:
-        states, commands = np.load(folder / STATES), np.load(folder / COMMANDS)
-        if states.ndim != 2 or states.shape[1] != 22 or commands.shape[1] != 11:
-            raise ValueError("no run writes such arrays")
-    except (OSError, EOFError, ValueError, IndexError, AttributeError) as error:
-        raise _damaged(folder, error) from error
-    if min(len(states), len(commands)) < 2:
-        raise _damaged(folder, "nothing moved in it")
-    return states, commands
-
-
-def _damaged(folder: Path, why: object) -> DamagedRunError:
-    return DamagedRunError(f"{folder}: the motion of this run cannot be read: {why}")

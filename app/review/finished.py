@@ -7,13 +7,17 @@ from os.path import getmtime, isdir, isfile, lexists
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
+import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from rich.table import Table
 
-from app.core import EVENTS, RECORDING, SUMMARY
-from app.review.event_log import first_problem
+from app.core import COMMANDS, EVENTS, RECORDING, STATES, SUMMARY
+from app.review.event_log import DamagedRunError, first_problem
 from app.task_time import in_words, task_time
 from config import UserError
+
+Array = npt.NDArray[np.float64]
 
 RUNS = Path("runs")  # where `frankie-task run` keeps them by default
 LAST = "last"
@@ -126,6 +130,33 @@ def read_run(folder: Path) -> RunRecord:
     except OSError as error:
         damage = f"{SUMMARY}: cannot be read ({error.strerror})"
     return RunRecord(folder=folder, summary=RecordedSummary(outcome=DAMAGED), damage=damage)
+
+
+def read_motion(folder: Path) -> tuple[Array, Array]:
+    """States (ticks, 22) and commands (ticks, 11) of a run, see `app.core.files.folder`.
+
+    Raises DamagedRunError: they cannot be read.
+    """
+    states, commands = _array(folder / STATES, 22), _array(folder / COMMANDS, 11)
+    return states, commands
+
+
+def _array(path: Path, columns: int) -> Array:
+    """A recorded array (ticks, columns); pickles are refused."""
+    try:
+        if not isfile(path):
+            raise ValueError("there is no such file")
+        array: Array = np.load(path, allow_pickle=False)
+        if array.dtype != np.float64 or array.shape[1:] != (columns,):
+            raise ValueError(f"{array.dtype} of shape {array.shape}, not (ticks, {columns})")
+        if not np.isfinite(array).all():
+            raise ValueError("numbers that are not finite")
+    except Exception as error:  # of a parser of files that anybody may have made
+        why = " ".join(str(error).split())[:100]
+        raise DamagedRunError(
+            f"{path}: the motion of the run cannot be read ({why}); name another run"
+        ) from error
+    return array
 
 
 def runs_table(records: list[RunRecord]) -> Table:

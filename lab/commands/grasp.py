@@ -9,7 +9,6 @@ import typer
 from app.commands import refuse
 from app.terminal import Terminal
 
-Ranked = Literal["likelihood", "check"]  # how grasps are ranked
 Kinds = Literal["trained", "bodies", "light", "heldout"]  # sets of objects for outcomes
 Workers = Annotated[int | None, typer.Option(help="Processes; default: one per core.", min=1)]
 OutcomesFolder = Annotated[Path, typer.Argument(help="Folder of `grasp outcomes`.")]
@@ -25,7 +24,6 @@ def train(
         typer.Option(help="For images, checkpoints and weights; an interrupted training resumes."),
     ] = Path("training"),
     workers: Workers = None,
-    device: Annotated[str, typer.Option(help="auto, cpu or cuda.")] = "auto",
 ) -> None:
     """Render scenes, label every grasp in them, and train a network from scratch."""
     from lab import grasps
@@ -34,7 +32,6 @@ def train(
         grasps.read_recipe(recipe),
         folder,
         workers=workers,
-        device=device,
         console=Terminal(stderr=True),
     )
     typer.echo(str(out))
@@ -50,13 +47,6 @@ def evaluate(
         typer.Option(
             help="Which shipped network: bins (the default) or ggcnn; or none (random points) or "
             "check (points everywhere), to see what the feasibility check does alone."
-        ),
-    ] = None,
-    ranked: Annotated[
-        Ranked | None,
-        typer.Option(
-            help="How grasps are ranked: by how likely they hold (the default with a network), or "
-            "by the check."
         ),
     ] = None,
     scenes: Annotated[int, typer.Option(help="Scenes of one object.", min=1)] = 500,
@@ -91,10 +81,10 @@ def evaluate(
         refuse("--network: the file of --weights determines the network; give one of the two")
     if json is not None and not json.parent.is_dir():
         refuse(f"{json}: there is no folder {json.parent}; create it first")
-    choice = grasps.NetworkChoice(weights=weights, network=network, ranked=ranked)
+    choice = grasps.NetworkChoice(weights=weights, network=network)
     if by_view:
         if meshes or by_chance or json:
-            refuse("--by-view: goes with --network, --weights, --ranked and --scenes alone")
+            refuse("--by-view: goes with --network, --weights and --scenes alone")
         views = grasps.evaluate_views(choice, scenes=scenes, workers=workers)
         Terminal().print(grasps.views_table(views))
         return

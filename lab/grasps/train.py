@@ -70,11 +70,11 @@ def read_recipe(name: str) -> TrainingRecipe:
 
 
 def train_weights(
-    recipe: TrainingRecipe, folder: Path, *, workers: int | None, device: str, console: Console
+    recipe: TrainingRecipe, folder: Path, *, workers: int | None, console: Console
 ) -> Path:
     """Render the missing shards, train or resume, and save the weights.
 
-    Recipes may share the folder's `shards/`; the device `auto` is a GPU if there is one. Returns
+    Recipes may share the folder's `shards/`. A GPU is used if there is one. Returns
     the weights file. Raises ConfigError: the folder contains a training with another recipe.
     """
     import torch
@@ -83,8 +83,6 @@ def train_weights(
 
     cv2.setNumThreads(1)
     torch.set_num_threads(1)
-    if device == "auto":
-        device = "cuda" if torch.cuda.is_available() else "cpu"
     train_on, validate_on = _shards(recipe, folder / "shards", workers, console)
     learning = recipe.learning
     torch.manual_seed(learning.seed)
@@ -103,7 +101,7 @@ def train_weights(
             validate_on,
             TrainingSettings(**learning.model_dump()),
             checkpoint=folder / f"{recipe.network}.checkpoint",
-            device=device,
+            device="cuda" if torch.cuda.is_available() else "cpu",
             report=report,
         )
     except ValueError as error:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from os.path import isfile
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
 from behaviours import MapPlace, Region
@@ -25,8 +24,6 @@ if TYPE_CHECKING:
     from robots import Geom, RobotDescription
 
 _USUAL = "frankie"
-
-NO_OVERRIDES: Mapping[str, str] = MappingProxyType({})
 
 
 class _Use(NamedTuple):
@@ -80,17 +77,16 @@ def scene_of(task: Task) -> str:
 def check(
     path: Path | str,
     *,
-    overrides: Mapping[str, str] = NO_OVERRIDES,
     places: Path | None = None,
     robot: str | Path = _USUAL,
 ) -> list[Diagnostic]:
     """Every diagnostic of a task file and its subtrees, in order: for a robot, in its own scene.
 
-    Of a scene file, every diagnostic of that. `overrides` and `places` as for `load`; `robot` is a
+    Of a scene file, every diagnostic of that. `places` as for `load`; `robot` is a
     shipped one or a robot file. Raises ConfigError: there is no such robot; LeafError: a leaf
     class, not the file, is at fault.
     """
-    task, found = examine(path, overrides=overrides, places=places)
+    task, found = examine(path, places=places)
     # To import and read a robot takes longer than to read a task, and the shipped one is right.
     is_of_scene = task is None and _is_scene(Path(path))
     is_of_place = task is not None and (task.scene or any(_uses(task)))

@@ -12,6 +12,7 @@ from app.core import ObstacleSource, RunOptions, run_task
 from app.export import ExportError, export_lerobot
 from app.export.depth_video import FAR, NEAR, pictured
 from app.export.episodes import parts_of
+from app.review import DamagedRunError
 
 TASK = """\
 task: {name}
@@ -119,7 +120,7 @@ def test_what_cannot_be_exported_is_refused(folders, dataset, tmp_path):
         export_lerobot(folders, tmp_path / "out", fps=30)
     empty = tmp_path / "empty"
     empty.mkdir()
-    with pytest.raises(ExportError, match="no recorded motion"):
+    with pytest.raises(DamagedRunError, match="cannot be read"):
         export_lerobot([empty], tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
