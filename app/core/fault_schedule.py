@@ -44,8 +44,7 @@ class ScheduledFault:
 
     fault: str  # a name of `INJECTABLE`
     at_s: float | None = None  # when, on the session's clock [s]
-    phase: str | None = None
-    """Or in which phase, when that is entered first; see the module docstring."""
+    phase: str | None = None  # or in which phase, when that is entered first; see above
     for_s: float | None = None  # duration [s]; None until `recover` clears it
 
 

@@ -51,8 +51,7 @@ class Measurements:
     ticks_s: Durations = field(default_factory=Durations)
     """Real time of each tick from the reading to the command, perception in step included [s]."""
     late_ticks: int = 0  # ticks that took longer than the control period, observers included
-    missed_ticks: int = 0
-    """Ticks that were skipped because the one before took longer than its period."""
+    missed_ticks: int = 0  # ticks that were skipped because the one before took too long
     stalls: int = 0  # how often the watchdog stopped the robot because a tick took too long
     paused_s: float = 0.0  # real time that the run was paused [s]
 

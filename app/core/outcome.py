@@ -17,8 +17,7 @@ class End(Enum):
 
     SUCCESS = "success"
     FAILURE = "failure"  # the tree failed
-    CRASH = "crash"
-    """A node of the tree, or the controller, raised an exception or blocked the loop."""
+    CRASH = "crash"  # a node, or the controller, raised an exception or blocked the loop
     HARDWARE = "hardware fault"  # the robot could not be read, commanded or believed any more
     INTERRUPTED = "interrupted"
 

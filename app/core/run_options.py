@@ -19,14 +19,11 @@ class RunOptions:
     tree: Path
     robot: str = "frankie"  # a shipped robot or a robot file
     world: str = "kinematic"  # what simulates the robot, unless it is real
-    base_speed: float | None = None
-    """Speed limit of the base [m/s]; None for that of its description."""
-    reverse_speed: float | None = None
-    """Limit backwards [m/s]; None for the same share as in its description."""
+    base_speed: float | None = None  # speed limit [m/s]; None for that of its description
+    reverse_speed: float | None = None  # the same backwards [m/s]; None for the same share
     armed: bool = False  # whether a real robot may move
     motion: MotionForm = MotionForm.HOLISTIC
-    planning_time: float = PlanningSettings.planning_time
-    """Standstill for each plan, if motions are planned [s]."""
+    planning_time: float = PlanningSettings.planning_time  # standstill for each plan [s]
     vision: VisionForm = VisionForm.STEP
     obstacles: ObstacleSource = ObstacleSource.MAP
     map: Path | None = None  # scene file with the map; None for the map of the simulated world
@@ -42,8 +39,7 @@ class RunOptions:
     places: Path | None = None  # a file of poses and regions, used instead of the task's own
     paced: bool = False  # in real time instead of as fast as possible
     record: Path = Path("runs")  # parent of the run's folder
-    replayable: bool = False
-    """Keep the camera's images, so that a run that uses them can be replayed."""
+    replayable: bool = False  # keep the camera's images, so that it can be replayed
     weights: Path | None = None  # file of a grasp network; None for a shipped one
     network: str | None = None  # name of a shipped grasp network; None for the best
     view: ViewOptions = field(default_factory=ViewOptions)

@@ -58,13 +58,11 @@ class Snapshot:
     estimate: PoseEstimate | None = None  # None where the localisation is exact
     objects: tuple[SE3, ...] = ()
     """Poses in the world of the simulated objects, in the order of `SceneView.objects`."""
-    frame: DepthFrame | None = None
-    """The depth image that arrived in this tick, captured at its own stamp."""
+    frame: DepthFrame | None = None  # the depth image that arrived in this tick, at its own stamp
     detection: Detection | None = None
     grasp: GraspEstimate | None = None
     locked: bool = False
-    seen: PointCloud | None = None
-    """Obstacles from the depth camera; the same object until they change."""
+    seen: PointCloud | None = None  # depth obstacles; the same object until they change
     blackboard: Mapping[str, object] = field(default_factory=dict)
 
     @property

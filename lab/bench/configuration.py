@@ -36,8 +36,7 @@ class Configuration:
 
     robot: str
     preset: str = "frankie"
-    base_speed: float | None = None
-    """Largest speed of the base [m/s]; None is the default of the preset."""
+    base_speed: float | None = None  # largest speed [m/s]; None is that of the preset
     reverse_speed: float | None = None
     """Largest reverse speed of the base [m/s]; None keeps its ratio to the forward speed, which is
     1 for a published controller."""

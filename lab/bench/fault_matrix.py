@@ -26,8 +26,7 @@ class Fault:
     """One row of the matrix: a fault that occurs once in a run."""
 
     name: str
-    duration: float | None = None
-    """[s]; None for the rest of the run, if the task does not clear it."""
+    duration: float | None = None  # [s]; None for the rest of the run, if nothing clears it
     stops: bool = False  # whether the robot must come to rest
     paced: bool = False  # whether it is about real time, and the run goes in real time
     inject: Inject | None = None  # None injects the fault of that name into the robot

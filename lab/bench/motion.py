@@ -22,8 +22,7 @@ from controller import (
 )
 
 GoalAt: TypeAlias = Callable[[float], PoseGoal]  # the goal at a time since the start [s]
-SurroundingsAt: TypeAlias = Callable[[float], Surroundings]
-"""The obstacles at a time since the start [s]."""
+SurroundingsAt: TypeAlias = Callable[[float], Surroundings]  # at a time since the start [s]
 Step: TypeAlias = Callable[
     [KinematicState, MotionGoal | None, Command, Surroundings], tuple[Command, StepReport]
 ]
@@ -54,8 +53,7 @@ class Motion:
     orientation_error: Array  # (k + 1,) angle to the goal of that time [rad]
     solved: bool  # whether the QP had a solution in every period
     arrived: bool  # whether the motion ended because the goal was reached
-    unreachable: str = ""
-    """Why the controller reported the goal as unreachable; empty if it did not."""
+    unreachable: str = ""  # why the controller reported the goal as unreachable; else empty
 
     @property
     def duration(self) -> float:

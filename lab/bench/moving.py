@@ -20,8 +20,7 @@ from lab.shared import fixed, run_in_order, table
 
 PATHS = ("line", "circle 1 m", "circle 0.5 m", "sine", "random walk")
 _START = np.array([1.5, -0.5, 0.7])  # position of the goals at first [m]
-_SINE_HEADING, _SINE_PERIOD = np.deg2rad(60.0), 8.0
-"""Largest heading of the sine [rad], and its period [s]."""
+_SINE_HEADING, _SINE_PERIOD = np.deg2rad(60.0), 8.0  # largest heading [rad], and period [s]
 _WALK_TURN, _WALK_MEMORY = 0.4, 1.0
 """Standard deviation of the turn rate of the random walk [rad/s], and its correlation time [s]."""
 _SPEED = 0.3  # of the goals [m/s]

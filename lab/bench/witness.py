@@ -11,8 +11,7 @@ from robots import Array
 AT_REST = 0.01  # a slower robot is at rest [m/s or rad/s]
 
 _PERIOD = 0.01  # of control [s]
-_GAP = 1.5 * _PERIOD
-"""After this time without a command the robot may have begun to stop by itself [s]."""
+_GAP = 1.5 * _PERIOD  # after this time without a command it may have begun to stop by itself [s]
 _ROUNDING = 1.001
 
 

@@ -9,8 +9,7 @@ from lab.calibration.board import Array, Board, project
 from lab.calibration.result import CalibrationError
 from robots import RobotDescription
 
-_REACH = np.array([0.35, 0.35, 0.35, 0.35, 0.6, 0.5, 0.9])
-"""Of each joint from the first posture [rad]."""
+_REACH = np.array([0.35, 0.35, 0.35, 0.35, 0.6, 0.5, 0.9])  # of each joint [rad]
 _CANDIDATES = 6000
 _DEPTHS = (0.28, 0.65)  # of the board's middle in the camera's frame [m]
 _STEEPEST = np.deg2rad(45.0)  # between the axes of camera and board

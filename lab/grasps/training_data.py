@@ -95,8 +95,7 @@ class WorldLabels:
     """Labels at points all over the objects, on a grid of `SPACING`."""
 
     origin: Array  # (2,) x and y of cell (0, 0) [m]
-    height: npt.NDArray[np.float32]
-    """(rows, columns) surface height; NaN where there is no object [m]."""
+    height: npt.NDArray[np.float32]  # (rows, columns) surface [m]; NaN where there is no object
     quality: npt.NDArray[np.float32]
     """(rows, columns, ANGLE_BINS), direction i π / ANGLE_BINS from x towards y of the world."""
     width: npt.NDArray[np.float32]  # (rows, columns, ANGLE_BINS) [m]

@@ -49,8 +49,7 @@ class Export:
     def __init__(self, task: Task) -> None:
         self.trees: dict[Path, Element] = {}
         self.models: dict[str, Element] = {}
-        self.used: dict[Path, set[str]] = {}
-        """The models of the nodes that a file has, and of its tree."""
+        self.used: dict[Path, set[str]] = {}  # models of the nodes of a file, and of its tree
         self.included: dict[Path, set[Path]] = {}  # the files that a file uses
         self.add(task)
 

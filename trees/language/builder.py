@@ -63,8 +63,7 @@ class _Builder:
     make_leaf: LeafMaker
     path: Path  # the file, for messages
     prefix: str = ""  # before the names of its keys in the context
-    keys: dict[str, Key[object]] = field(default_factory=dict)
-    """By the names that this file gives them."""
+    keys: dict[str, Key[object]] = field(default_factory=dict)  # by their names in this file
 
     def build(self, node: Node) -> Behaviour:
         """The behaviours of a node and of everything below it."""

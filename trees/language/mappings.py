@@ -16,8 +16,7 @@ from config import (
     suggest,
 )
 
-WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
-"""What a parameter, key, pose, region or task may be named."""
+WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")  # names of parameters, keys, poses, regions, tasks
 
 ABSENT: Any = None  # the default of a field that may be left out, but not be null
 

@@ -37,8 +37,7 @@ if TYPE_CHECKING:
 READY = Posture(name="ready", q=cast("npt.NDArray[np.float64]", (math.nan,) * 7))
 """It is not known before a tree is built for a robot."""
 
-BUILT_IN: Mapping[str, NamedValue] = {READY.name: READY}
-"""What every task file knows without defining it."""
+BUILT_IN: Mapping[str, NamedValue] = {READY.name: READY}  # known without being defined
 
 _POSE_FORMS = (("xyz", "rpy_deg"), ("base", "heading_deg"), ("joints_deg",))
 

@@ -39,8 +39,7 @@ from trees.words import (
 
 _Given: TypeAlias = Plain | KeyRead | LeafNode | CompositeNode  # what a modifier may be given
 
-_ASKING = tuple(key for key, word in COMPOSITES.items() if word.asks)
-"""The composites that are conditions."""
+_ASKING = tuple(key for key, word in COMPOSITES.items() if word.asks)  # the conditions
 
 _WORDS = frozenset({*COMPOSITES, SUBTREE, *MODIFIERS, NAME})
 

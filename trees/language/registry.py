@@ -24,8 +24,7 @@ if TYPE_CHECKING:
 
     from behaviours import Leaf
 
-ENTRY_POINTS = "frankie_task.behaviours"
-"""Entry-point group in which other packages offer their leaves."""
+ENTRY_POINTS = "frankie_task.behaviours"  # in which other packages offer their leaves
 IMPORT_TIMEOUT = 20.0  # of a package [s]
 
 

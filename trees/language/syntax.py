@@ -50,8 +50,7 @@ class CompositeNode:
     cases: tuple[str, ...] = ()
     """Of a switch: for each child the value that it stands for; the one after them is the `else`.
     """
-    item: KeyWrite | None = None
-    """Of a `for_each` over a list: the key that has the value whose turn it is."""
+    item: KeyWrite | None = None  # of a `for_each` over a list: the key of the present value
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -15,8 +15,7 @@ class Reference:
 
     location: Location
     name: str
-    value: Plain | NamedValue = None
-    """What it stands for; None if that is known only while the task runs."""
+    value: Plain | NamedValue = None  # None if it is known only while the task runs
 
     @property
     def origin(self) -> str:

@@ -204,5 +204,4 @@ MODIFIERS: Mapping[str, ModifierWord] = {
 }
 """Innermost first: this order holds whatever the order in the file."""
 
-RESERVED = frozenset({NAME, SUBTREE, *COMPOSITES, *MODIFIERS})
-"""Words that no leaf may take as its key."""
+RESERVED = frozenset({NAME, SUBTREE, *COMPOSITES, *MODIFIERS})  # no leaf may have these

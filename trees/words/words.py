@@ -179,8 +179,7 @@ class Word:
     counterpart: Counterpart | None
     """Of BehaviorTree.CPP; None if it has none, and the export declares a node of this key."""
     _: KW_ONLY
-    takes_time: bool = False
-    """Whether it may run for more than a tick although no leaf below it does."""
+    takes_time: bool = False  # whether it may run for more than a tick by itself
     needs: Need = Need.NOTHING  # what the node below has to be able to do
 
     @property
@@ -225,8 +224,7 @@ class ModifierWord(Word):
     wrap: Callable[[Behaviour, Any, Now], Behaviour]
     """(node, value or built condition, clock) to the wrapped node."""
     _: KW_ONLY
-    succeeds: tuple[Source, ...] = (Source.SUCCESS,)
-    """Sources of its success; empty if it never succeeds."""
+    succeeds: tuple[Source, ...] = (Source.SUCCESS,)  # of its success; empty if it never does
     fails: tuple[Source, ...] = (Source.FAILURE,)  # sources of its failure; empty if it never fails
     runs_on: Outcome | None = None
     """The outcome of its condition with which the node runs; None if it has no condition."""

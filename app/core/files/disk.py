@@ -28,8 +28,7 @@ _CAPACITY = 20_000
 _BATCH = 2_000
 PATIENCE = 30.0  # time for the disk to write the rest at the end [s]
 
-Encode: TypeAlias = Callable[[Sequence[Any]], bytes]
-"""Encodes pieces as bytes, on the thread that writes."""
+Encode: TypeAlias = Callable[[Sequence[Any]], bytes]  # pieces as bytes, on the thread that writes
 
 
 class Disk:

@@ -41,8 +41,7 @@ _CAMERA = "world/camera"
 _GHOST_HAND, _GHOST_BASE = "world/ghost/hand", "world/ghost/base"
 _BANNER, _ABOVE = "world/fault", np.array([0.0, 0.0, 1.45])
 """The banner of a fault, and its position above the base [m]."""
-_AWAY = SE3(np.eye(3), np.array([0.0, 0.0, -100.0]))
-"""Position of a ghost without a goal: below the floor."""
+_AWAY = SE3(np.eye(3), np.array([0.0, 0.0, -100.0]))  # a ghost without a goal: below the floor
 
 
 class ScenePanel:
