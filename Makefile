@@ -11,8 +11,9 @@ WORLD ?= kinematic
 run: .venv/installed
 	@$(BIN)/frankie-task run $(TASK) --seed $(SEED) --world $(WORLD)
 
-# Two processes, each on one core, of which one takes over what the other has not begun.
-PYTEST := OMP_NUM_THREADS=1 $(BIN)/pytest -n 2 --dist worksteal -q
+# Two processes, each on one core, of which one takes over what the other has not begun. Byte code is
+# written though the environment forbid it: tests start many programs, and each would compile it all.
+PYTEST := OMP_NUM_THREADS=1 PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n 2 --dist worksteal -q
 
 test: lint
 	$(PYTEST)

@@ -132,15 +132,18 @@ class Harness:
         robot: str = "frankie",
         dynamics: Dynamics | None = None,
         pace: float | None = None,
+        at: tuple[np.ndarray, SE3] | None = None,
     ) -> None:
         self.clock = SimClock(pace)
         self.world = world or open_floor()
         described = load_robot(robot)
         # Rendering takes most of the time of a test.
         description = replace(described, camera=replace(described.camera, rate=10.0))
-        self.robot = Stubborn(
-            kinematic_robot(description, self.world, self.clock, seed=1, dynamics=dynamics)
-        )
+        driver = kinematic_robot(description, self.world, self.clock, seed=1, dynamics=dynamics)
+        if at is not None:
+            body = driver._arm._body
+            body.q, body.wTb = (each.copy() for each in at)
+        self.robot = Stubborn(driver)
         self.robot.connect()
         self.controller = HolisticController(robot_model(robot))
         self.gate = Gate(self.robot, description, 0.01)
@@ -224,25 +227,29 @@ class Harness:
         return float(max(np.abs(state.qd).max(), np.abs(state.base_twist).max()))
 
 
+@cache
+def _reached(x: float, y: float, z: float, yaw: float) -> tuple[np.ndarray, SE3]:
+    """Joint angles and pose of the base with the hand there over a bare table; found once."""
+    harness = Harness(table_world())
+    harness.reach(PoseGoal(wTe=looking_down(x, y, z, yaw), position_tolerance=0.002, straight=True))
+    harness.run_for(None, 0.5)
+    state = harness.robot.read()
+    return state.q, state.wTb
+
+
+def with_the_hand_at(world: World, x: float, y: float, z: float, yaw: float = 0.0) -> Harness:
+    """The robot begins there, at rest: to drive there takes most of the time of a test."""
+    return Harness(world, at=_reached(x, y, z, yaw))
+
+
 def over_the_table(*objects: SimObject) -> Harness:
     """The hand 0.35 m above the table, looking down on it."""
-    harness = Harness(table_world(*objects))
-    harness.reach_over(looking_down(0.68, 0.0, TABLE_TOP + 0.35))
-    return harness
+    return with_the_hand_at(table_world(*objects), 0.68, 0.0, TABLE_TOP + 0.35)
 
 
 def held_block(thing: SimObject | None = None) -> Harness:
     """The hand holds a block, low over the table."""
-    harness = Harness(table_world(thing or block()))
-    harness.reach_over(looking_down(0.7, 0.0, TABLE_TOP + 0.12, yaw=np.pi / 2))
-    harness.reach(
-        PoseGoal(
-            wTe=looking_down(0.7, 0.0, TABLE_TOP + 0.03, yaw=np.pi / 2),
-            position_tolerance=0.002,
-            straight=True,
-        )
-    )
-    harness.run_for(None, 0.5)
+    harness = with_the_hand_at(table_world(thing or block()), 0.7, 0.0, TABLE_TOP + 0.03, np.pi / 2)
     harness.grip(0.0)
     assert harness.world.held is not None
     harness.context.log.grip_height = 0.03

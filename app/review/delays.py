@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.signal import lfilter
 
 from app.review.event_log import DamagedRunError
 from app.review.finished import read_motion
@@ -67,6 +66,8 @@ def delays(folder: Path) -> list[Delay]:
 
 
 def _fit(axis: str, command: Array, velocity: Array, known: npt.NDArray[np.bool_]) -> Delay:
+    from scipy.signal import lfilter  # takes a second, of which `explain` and `runs` have no use
+
     tried = []
     for dead, lag in product(_DEAD, _LAGS):
         late = np.concatenate([np.zeros(round(dead / _STEP)), command])[: len(command)]

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from harness import ON_TABLE, TABLE_TOP, Harness, block, looking_down, table_world
+from harness import ON_TABLE, TABLE_TOP, block, table_world, with_the_hand_at
 from pinocchio import SE3
 from py_trees.common import Status
 
@@ -29,9 +29,7 @@ def three():
         painted(block((0.02, 0.04, 0.02), x=0.74, y=0.06, name="large red"), RED),
         painted(block((0.018, 0.03, 0.02), x=0.68, y=-0.08, name="blue"), BLUE),
     )
-    harness = Harness(world)
-    harness.reach_over(looking_down(0.6, 0.0, TABLE_TOP + 0.45))
-    return harness
+    return with_the_hand_at(world, 0.6, 0.0, TABLE_TOP + 0.45)
 
 
 @pytest.mark.parametrize(
@@ -104,8 +102,7 @@ def test_what_stands_in_the_way_can_be_taken_first():
         painted(block((0.015, 0.015, 0.02), x=0.68, name="between"), RED),
         painted(block((0.015, 0.015, 0.02), x=0.66, y=0.15, name="far"), BLUE),
     )
-    harness = Harness(world)
-    harness.reach_over(looking_down(0.61, 0.05, TABLE_TOP + 0.45))
+    harness = with_the_hand_at(world, 0.61, 0.05, TABLE_TOP + 0.45)
     grasp = Grasp("grasp", harness.context, within=ON_TABLE, colour="red", neighbour=True)
     assert harness.run(grasp) is Status.SUCCESS, grasp.feedback_message
     assert world.held is world.find("before")
@@ -117,8 +114,7 @@ def test_neighbours_that_touch_are_not_taken_along():
         painted(block((0.015, 0.03, 0.02), x=0.68, name="left"), GREEN),
         painted(block((0.015, 0.03, 0.02), x=0.71, name="right"), BLUE),
     )
-    harness = Harness(world)
-    harness.reach_over(looking_down(0.63, 0.0, TABLE_TOP + 0.45))
+    harness = with_the_hand_at(world, 0.63, 0.0, TABLE_TOP + 0.45)
     grasp = Grasp("grasp", harness.context, within=ON_TABLE, colour="blue")
     assert harness.run(grasp) is Status.SUCCESS, grasp.feedback_message
     assert world.held is world.find("right")

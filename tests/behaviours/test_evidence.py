@@ -181,8 +181,8 @@ def test_a_place_at_which_lowering_failed_is_not_tried_again():
     harness.robot.faults = (BUTTON,)
     harness.tick(leaf)
     assert harness.context.log.places_blocked == {}  # an emergency stop says nothing of the place
-    harness = held_block()
-    leaf = place(harness)
+    harness.robot.faults = ()
+    harness.gate.acknowledge()
     harness.run_into(leaf, "lower")
     harness.robot.faults = (REFLEX,)
     harness.tick(leaf)

@@ -11,8 +11,8 @@ from harness import (
     Harness,
     block,
     held_block,
-    looking_down,
     table_world,
+    with_the_hand_at,
 )
 from pinocchio import SE3
 from py_trees.common import Status
@@ -23,7 +23,6 @@ from behaviours.open_gripper import OpenGripper
 from behaviours.place import Place
 from behaviours.places import Places, slots
 from behaviours.retreat_check import RetreatCheck
-from controller import PoseGoal
 from hw.sim.contact import separation
 from robots import load_robot, reach
 
@@ -76,11 +75,8 @@ def test_retreat_check_fails_when_the_fingers_closed_fully():
 
 def test_retreat_check_fails_when_the_object_slips_on_the_way_up():
     """What is too heavy slips, and the fingers may still be closing when the hand is up."""
-    harness = Harness(table_world(block(half=(0.03, 0.03, 0.025), mass=20.0)))
-    grip = looking_down(0.7, 0.0, TABLE_TOP + 0.03, yaw=np.pi / 2)
-    harness.reach(PoseGoal(wTe=looking_down(0.7, 0.0, TABLE_TOP + 0.15, yaw=np.pi / 2)))
-    harness.reach(PoseGoal(wTe=grip, position_tolerance=0.002))
-    harness.run_for(None, 1.0)  # a hand that still moves would drag the fingers into it
+    heavy = table_world(block(half=(0.03, 0.03, 0.025), mass=20.0))
+    harness = with_the_hand_at(heavy, 0.7, 0.0, TABLE_TOP + 0.03, np.pi / 2)
     harness.grip(0.0)
     assert harness.robot.read().gripper_width == pytest.approx(0.06, abs=0.003)
     leaf = RetreatCheck("retreat_check", harness.context, rise_m=0.1)

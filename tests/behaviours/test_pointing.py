@@ -4,7 +4,7 @@ from math import degrees, inf
 
 import numpy as np
 import pytest
-from harness import REFLEX, TABLE_TOP, Harness, block, looking_down, table_world
+from harness import REFLEX, TABLE_TOP, Harness, block, looking_down, table_world, with_the_hand_at
 from pinocchio import SE3
 from py_trees.common import Status
 
@@ -24,9 +24,7 @@ BEHIND = ToolPose(name="bin", mTe=looking_down(-1.5, 0.5, 0.3))
 
 
 def over_the_table(*objects) -> Harness:
-    harness = Harness(table_world(*objects))
-    harness.reach_over(looking_down(0.6, 0.0, TABLE_TOP + 0.35))
-    return harness
+    return with_the_hand_at(table_world(*objects), 0.6, 0.0, TABLE_TOP + 0.35)
 
 
 @pytest.mark.slow

@@ -4,7 +4,15 @@ import re
 
 import numpy as np
 import pytest
-from harness import TABLE_TOP, Harness, block, looking_down, table_world
+from harness import (
+    TABLE_TOP,
+    Harness,
+    block,
+    looking_down,
+    over_the_table,
+    table_world,
+    with_the_hand_at,
+)
 from pinocchio import SE3, log3
 from py_trees.common import Status
 
@@ -23,7 +31,7 @@ REGION = Region(
 
 
 def looking_stage(*objects: SimObject) -> Harness:
-    """The hand 0.35 m above the table, looking at the region."""
+    """The hand 0.35 m above the table, looking at the region, after it has driven there."""
     harness = Harness(table_world(*objects))
     pose = ToolPose(name="above", mTe=looking_down(0.68, 0.0, TABLE_TOP + 0.35))
     assert harness.run(Navigate("navigate", harness.context, to=pose)) is Status.SUCCESS
@@ -35,7 +43,7 @@ def grasp(harness: Harness, **options) -> Grasp:
 
 
 def test_grasp_finds_follows_and_holds_a_block():
-    harness = looking_stage(block(x=0.70, y=0.06))
+    harness = over_the_table(block(x=0.70, y=0.06))
     leaf = grasp(harness)
     harness.run_into(leaf, "close")
     closing_from = harness.context.wTe.translation[2]
@@ -49,7 +57,7 @@ def test_grasp_finds_follows_and_holds_a_block():
 
 
 def test_the_goal_follows_an_object_that_is_moved_until_it_is_locked():
-    harness = looking_stage(block(x=0.75, y=0.0))
+    harness = over_the_table(block(x=0.75, y=0.0))
     leaf = grasp(harness)
     harness.run_for(leaf, 0.3)
     assert not harness.context.vision.tracker.locked
@@ -60,7 +68,7 @@ def test_the_goal_follows_an_object_that_is_moved_until_it_is_locked():
 
 @pytest.mark.slow
 def test_once_locked_the_goal_stays():
-    harness = looking_stage(block())
+    harness = over_the_table(block())
     leaf = grasp(harness)
     while not harness.context.vision.tracker.locked:
         harness.tick(leaf)
@@ -73,7 +81,7 @@ def test_once_locked_the_goal_stays():
 
 
 def test_the_hand_goes_down_only_when_it_stands_over_the_grasp():
-    harness = looking_stage(block(half=(0.02, 0.03, 0.025), x=0.82, y=0.09))
+    harness = over_the_table(block(half=(0.02, 0.03, 0.025), x=0.82, y=0.09))
     leaf = grasp(harness, lock_distance_m=0.45)  # locked long before the hand is there
     harness.run_into(leaf, "descend")
     wTg = harness.context.vision.grasp.wTg
@@ -83,7 +91,7 @@ def test_the_hand_goes_down_only_when_it_stands_over_the_grasp():
 
 
 def test_a_grasp_out_of_the_region_is_not_taken():
-    harness = looking_stage(block(x=0.66, y=0.0))
+    harness = over_the_table(block(x=0.66, y=0.0))
     elsewhere = Region(
         name="elsewhere",
         mTr=SE3(np.eye(3), np.array([0.85, 0.0, TABLE_TOP + 0.1])),
@@ -97,7 +105,7 @@ def test_a_grasp_out_of_the_region_is_not_taken():
 
 @pytest.mark.slow
 def test_a_camera_that_goes_blind_on_the_way_ends_the_grasp():
-    harness = looking_stage(block())
+    harness = over_the_table(block())
     leaf = grasp(harness)
     harness.run_for(leaf, 0.2)
     assert harness.context.vision.grasp is not None
@@ -108,7 +116,7 @@ def test_a_camera_that_goes_blind_on_the_way_ends_the_grasp():
 
 
 def test_a_grasp_may_be_halted_at_any_tick():
-    harness = looking_stage(block())
+    harness = over_the_table(block())
     leaf = grasp(harness)
     harness.run_for(leaf, 1.0)
     leaf.stop(Status.INVALID)
@@ -146,7 +154,7 @@ def test_where_no_grasp_is_seen_the_camera_looks_again_from_above():
 
 
 def test_a_hand_looks_again_before_it_goes_down_on_a_doubtful_grasp(monkeypatch):
-    harness = looking_stage(block(x=0.75, y=0.05))
+    harness = over_the_table(block(x=0.75, y=0.05))
     monkeypatch.setattr("behaviours.grasp.DOUBTFUL", 1.1)
     leaf = grasp(harness)
     harness.tick(leaf)
@@ -156,7 +164,7 @@ def test_a_hand_looks_again_before_it_goes_down_on_a_doubtful_grasp(monkeypatch)
 
 
 def test_an_empty_region_is_seen_to_be_empty():
-    harness = looking_stage()
+    harness = over_the_table()
     leaf = RegionEmpty("region_empty", harness.context, region=REGION)
     assert harness.run(leaf) is Status.SUCCESS
     assert re.fullmatch(r"nothing over \d mm on the 100 % seen", leaf.feedback_message)
@@ -173,8 +181,8 @@ def test_a_region_with_something_in_it_is_not_empty():
 
 @pytest.mark.parametrize("things", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_what_is_not_in_the_picture_is_looked_at_from_another_view(things):
-    harness = Harness(table_world(*[block(x=0.85, y=0.1)] * things))
-    harness.reach_over(looking_down(0.5, -0.4, TABLE_TOP + 0.3))
+    world = table_world(*[block(x=0.85, y=0.1)] * things)
+    harness = with_the_hand_at(world, 0.5, -0.4, TABLE_TOP + 0.3)
     leaf = RegionEmpty("region_empty", harness.context, region=REGION)
     harness.run_for(leaf, 0.5)
     assert leaf.status is Status.RUNNING
@@ -182,7 +190,7 @@ def test_what_is_not_in_the_picture_is_looked_at_from_another_view(things):
 
 
 def test_a_blind_camera_does_not_make_a_region_empty():
-    harness = looking_stage()
+    harness = over_the_table()
     harness.robot.blind = True
     leaf = RegionEmpty("region_empty", harness.context, region=REGION)
     assert harness.run(leaf) is Status.FAILURE

@@ -4,7 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from harness import TABLE_TOP, Harness, block, held_block, looking_down, table_world
+from harness import (
+    TABLE_TOP,
+    Harness,
+    block,
+    held_block,
+    looking_down,
+    table_world,
+    with_the_hand_at,
+)
 from pinocchio import SE3
 from py_trees.common import Status
 
@@ -35,8 +43,7 @@ PLACES = slots(FAR, 0.13)
 
 def look(world: World, x=0.7, y=0.0, floor=TABLE_TOP, camera=(0.635, 0.0, 0.8), hand=np.inf):
     """What the first frame shows of a place, the hand being at `camera`."""
-    harness = Harness(world)
-    harness.reach_over(looking_down(*camera))
+    harness = with_the_hand_at(world, *camera)
     harness.tick(None)
     frame = harness.context.vision.new_frame()
     assert frame is not None
@@ -125,8 +132,7 @@ def test_what_is_wrong_with_the_camera_cancels_between_two_surfaces_that_it_sees
 
 def test_a_place_out_of_the_picture_or_without_depth_is_unseen():
     assert look(table_world(), x=1.15).shows is Shows.UNSEEN
-    harness = Harness(table_world())
-    harness.reach_over(looking_down(0.635, 0.0, 0.8))
+    harness = with_the_hand_at(table_world(), 0.635, 0.0, 0.8)
     harness.tick(None)
     frame = harness.context.vision.new_frame()
     dark = replace(frame, depth=np.full_like(frame.depth, np.nan))

@@ -14,6 +14,7 @@ from harness import (
     detector,
     looking_down,
     table_world,
+    with_the_hand_at,
 )
 from py_trees.common import Status
 
@@ -28,9 +29,7 @@ LONG = block(half=(0.06, 0.02, 0.025))
 
 
 def over_a_block() -> Harness:
-    harness = Harness(table_world(block()))
-    harness.reach_over(looking_down(0.65, 0.0, 0.85))
-    return harness
+    return with_the_hand_at(table_world(block()), 0.65, 0.0, 0.85)
 
 
 class ByHand:
