@@ -119,6 +119,11 @@ class Localiser:
         return 2.0 * sqrt(float(np.linalg.eigvalsh(estimate[1][:2, :2])[1]))
 
     @property
+    def pending(self) -> float:
+        """How far the newest estimate is from where the base is taken to be [m]."""
+        return 0.0 if self.estimate is None else _between(self.estimate[0], on_floor(self.mTb))[0]
+
+    @property
     def doubt(self) -> str:
         """Why it is not certain where the base is; empty while it is."""
         if self._filter is None or (off := self._filter.doubt) is None:

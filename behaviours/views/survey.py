@@ -17,6 +17,9 @@ LEAST_SEEN = 0.98  # share of a region that must be seen to call it empty
 _LEAST_SEEN_AROUND_OBJECTS = 0.9  # the same to count objects, which hide a part
 _MOST_OVERLOOKED = 0.01  # a region where higher objects may be overlooked is not empty [m]
 _WIDTH_PER_HEIGHT = 0.8  # of the square that one picture shows well, per height of the camera
+_MOVED = 0.008  # by which a region moves on what was seen of it, so that it is looked at anew [m]
+_CERTAIN = 0.02  # uncertainty of the base beyond which a registration is awaited [m], ...
+_AWAITED = 0.5  # ... this long at most [s]
 _CELL, _STRIDE = 0.003, 2  # of a map in which objects are counted [m, pixels]
 _GLANCE_CELL, _GLANCE_STRIDE = 0.008, 3  # of a map that is made within every tick [m, pixels]
 
@@ -60,12 +63,14 @@ class Survey:
         self._begin()
 
     def _begin(self) -> None:
-        self.map = region_map(self._region)
+        self.map, self._wTr = region_map(self._region), self._region.wTr
         self._since = self._leaf.context.state.stamp
         self._arrive()
 
     def _arrive(self) -> None:
-        self._taken, self._waiting_since = 0, self._leaf.context.clock.now()
+        context = self._leaf.context
+        self._taken, self._waiting_since = 0, context.clock.now()
+        self._registrations = context.localisation.registrations
 
     @property
     def unseen(self) -> str:
@@ -77,7 +82,8 @@ class Survey:
         leaf = self._leaf
         if fault := leaf.fault():
             return leaf.failure(fault)
-        if leaf.context.relocalised:
+        moved = np.linalg.norm(self._region.wTr.translation - self._wTr.translation) > _MOVED
+        if leaf.context.relocalised or moved:
             self._begin()  # what was seen is not where it was
         if not self._there:
             status = self._go()
@@ -109,14 +115,19 @@ class Survey:
         vision, now = context.vision, context.clock.now()
         frame = vision.new_frame()
         blindness = vision.blindness(context.state.stamp)
-        if frame is not None and frame.stamp >= self._since and not blindness:
+        awaited = self._taken >= self._frames
+        if not awaited and frame and frame.stamp >= self._since and not blindness:
             with vision.timed():
                 self.map.add(frame)
             self._taken, self._waiting_since = self._taken + 1, now
-        elif now - self._waiting_since > self._patience:
+        elif not awaited and now - self._waiting_since > self._patience:
             return leaf.failure(blindness or "no camera frame")
         if self._taken < self._frames:
             return leaf.running(f"looking at {self._region.name}, {self._taken} pictures")
+        here = context.localisation
+        vague = here.uncertainty > _CERTAIN and here.registrations == self._registrations
+        if (vague or here.pending > _MOVED) and now - self._waiting_since < _AWAITED:
+            return leaf.running("waiting to know better where the base is")
         return leaf.success(f"looked at {self._region.name}")
 
 

@@ -1,6 +1,7 @@
 """The behaviours that look: grasp and region_empty, with the real network on rendered frames."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -177,6 +178,18 @@ def test_a_region_with_something_in_it_is_not_empty():
     assert harness.run(leaf) is Status.FAILURE
     area = float(leaf.feedback_message.split()[0])
     assert area == pytest.approx(24.0, abs=6.0)  # 4 cm x 6 cm, and what noise adds
+
+
+def test_a_region_is_counted_where_the_map_has_it_in_the_end():
+    harness = looking_stage(block(y=0.215, half=(0.02, 0.02, 0.02)))  # just outside
+    here = harness.context.localisation
+    here.wTm = SE3(np.eye(3), np.array([0.0, 0.03, 0.0]))  # just after a jump
+    leaf = RegionEmpty("region_empty", harness.context, region=replace(REGION, frame=here))
+    harness.run_for(leaf, 0.08)
+    assert leaf.status is Status.RUNNING
+    here.wTm = None
+    assert harness.run(leaf) is Status.SUCCESS
+    assert harness.context.log.stocks["spot"].most == 0
 
 
 @pytest.mark.parametrize("things", [0, pytest.param(1, marks=pytest.mark.slow)])
