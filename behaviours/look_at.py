@@ -22,8 +22,8 @@ class LookAt(Leaf):
     Args:
         at: a tool pose or a region of the task file, or an object that `detect` found; its centre
             is looked at.
-        distance_m: bring the camera this far from it, in the line of sight [m]; without it the
-            camera turns where it is.
+        distance_m: bring the camera this far from it, in the line of sight [m], and look down on a
+            region or an object by 75 degrees or more; without it the camera turns where it is.
         timeout_s: give up after this [s].
     """
 
@@ -44,7 +44,12 @@ class LookAt(Leaf):
 
     def initialise(self) -> None:
         """Start from the camera's present pose."""
-        wTc = turned_towards(camera_pose(self.context), self._point, self._distance)
+        wTc = turned_towards(
+            camera_pose(self.context),
+            self._point,
+            self._distance,
+            from_above=self._distance is not None and not isinstance(self._at, ToolPose),
+        )
         self._camera = MoveCamera(self, wTc, f"a view of {self._at.name}", self._timeout)
         self._begun = self.context.clock.now()
         self._sees = False

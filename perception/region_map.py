@@ -26,7 +26,8 @@ _LOWEST = 0.0025  # smallest height that counts in a cell [m] ...
 _LOWEST_WIDE = 0.0015  # ... and in all the cells of a window [m]
 _WINDOW = 5  # side of such a window [cells]
 _OBJECT = 3.0e-4  # a smaller area may be a part of another object [m^2]
-_BETWEEN = 0.4  # share of measured neighbours that makes a cell seen
+_BETWEEN = 0.4  # share of measured neighbours that makes a cell measured
+_GAP = 0.009  # a narrower gap between measured cells hides no object [m]
 _STRIP = 0.025  # beside the sides walls hide the floor from one imager, or stand off the map [m]
 _THIN = 0.009  # by which a part of a wall may stand inside [m]
 _ALONG = 0.5  # share of a side along which something narrow is a wall
@@ -53,7 +54,7 @@ class RegionMap:
         wTr: centre of the upright box of the region, in the world.
         size: (3,) full edge lengths [m]; along its sides `WALL_MARGIN` is left out.
         cell: side of a cell [m].
-        stride: only every n-th pixel is used, along rows and columns.
+        stride: only every n-th pixel of a frame is used, along rows and columns; others of the next.
         is_exact: whether the region is exactly where its walls are.
     """
 
@@ -77,14 +78,16 @@ class RegionMap:
     def add(self, frame: Frame) -> None:
         """Add a frame."""
         every = self._stride
-        depth = np.asarray(frame.depth)[::every, ::every]
+        row = self.frames % every
+        column = (row + self.frames // every) % every  # every pixel has its turn
+        depth = np.asarray(frame.depth)[row::every, column::every]
         v, u = np.nonzero(valid_depth(depth))
         points = world_points(
             depth[v, u],
             frame.intrinsics,
             frame.wTc,
-            every * u.astype(float),
-            every * v.astype(float),
+            column + every * u.astype(float),
+            row + every * v.astype(float),
         )
         local = (points - self._wTr.translation) @ self._wTr.rotation
         height = local[:, 2] + self._size[2] / 2.0
@@ -100,14 +103,22 @@ class RegionMap:
     @property
     def seen(self) -> float:
         """Share of the region that was seen, 0 to 1."""
-        return float(self._is_seen.mean())
+        return 1.0 - float(self._is_hidden.mean())
 
     @property
-    def _is_seen(self) -> Mask:
-        """(X, Y) cells that were measured, and those that lie between pixels."""
-        measured = (self._count > 0).astype(np.float32)
-        seen: Mask = (measured > 0.0) | (cv2.blur(measured, (3, 3)) > _BETWEEN)
-        return seen
+    def _is_measured(self) -> Mask:
+        """(X, Y) cells that were measured, and those among them."""
+        hit = (self._count > 0).astype(np.float32)
+        measured: Mask = (hit > 0.0) | (cv2.blur(hit, (3, 3)) > _BETWEEN)
+        return measured
+
+    @property
+    def _is_hidden(self) -> Mask:
+        """(X, Y) cells of gaps that are wide enough for an object.
+
+        From a flat angle, pixels lie farther apart than cells.
+        """
+        return _opened(~self._is_measured, max(1, round(_GAP / self._cell)))
 
     @property
     def lowest(self) -> float:
@@ -125,12 +136,11 @@ class RegionMap:
 
     def hidden(self, smallest: float) -> list[Segment]:
         """Unseen parts of at least an area [m^2], in which an object may stand."""
-        unseen = ~self._is_seen
-        parts = _opened(unseen, 2)
+        parts = self._is_hidden
         strip = round(_STRIP / self._cell)
-        at_side = np.ones_like(unseen)
+        at_side = np.ones_like(parts)
         at_side[strip:-strip, strip:-strip] = False
-        parts[at_side & ~_opened(unseen, _STRIP_CELLS)] = False
+        parts[at_side & ~_opened(parts, _STRIP_CELLS)] = False
         return self._pieces(parts, smallest)
 
     @cached_property
@@ -157,7 +167,7 @@ class RegionMap:
         Going inwards from a side, a wall is what ends within a strip along most of the side, or at
         once.
         """
-        cells, filled = occupied.copy(), _closed(occupied | ~self._is_seen)
+        cells, filled = occupied.copy(), _closed(occupied | ~self._is_measured)
         strip, thin = (round(width / self._cell) for width in (_STRIP, _THIN))
         for turns in range(4):
             near = np.rot90(cells, turns)[: strip + 1]

@@ -1,6 +1,6 @@
 """Viewpoints of the wrist camera: poses of camera and hand, and the motion to one."""
 
-from math import atan2
+from math import atan2, radians, tan
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +15,7 @@ from controller import Array, Command, PoseGoal
 
 LOOK_SPEED = 0.5  # of the hand that moves the camera [m/s]
 CAMERA_PATIENCE = 2.0  # a camera without a frame for longer is blind [s]
+_STEEP = tan(radians(75.0))  # a flatter view shows less of a floor, and objects hide more of it
 _AT_REST = 0.05  # a slower hand stands still [m/s and rad/s]
 
 
@@ -45,15 +46,20 @@ def straight_down(point: Array, height: float, like: SE3) -> SE3:
     return SE3(looking_down(like.rotation[:, 0]), point + np.array([0.0, 0.0, height]))
 
 
-def turned_towards(wTc: SE3, point: Array, distance: float | None) -> SE3:
+def turned_towards(
+    wTc: SE3, point: Array, distance: float | None = None, *, from_above: bool = False
+) -> SE3:
     """A camera turned by the smallest angle that makes it look at a point.
 
     Args:
         wTc: the camera before, in the world.
         point: (3,) to look at [m].
         distance: from the point, on the line of sight [m]; None keeps the camera's position.
+        from_above: raise it where it looks down by less than 75 degrees.
     """
     away = point - wTc.translation
+    if from_above:
+        away[2] = min(away[2], -_STEEP * max(float(np.hypot(*away[:2])), 1e-9))
     sight = away / max(float(np.linalg.norm(away)), 1e-9)
     turn = pin.Quaternion.FromTwoVectors(wTc.rotation[:, 2], sight).toRotationMatrix()
     eye = wTc.translation if distance is None else point - distance * sight

@@ -41,6 +41,7 @@ def test_look_at_turns_the_camera_to_a_place(at, distance):
     assert degrees(np.arctan2(np.hypot(x, y), z)) < 3.0
     if distance is not None:
         assert z == pytest.approx(distance, abs=0.03)
+        assert degrees(np.arcsin(-frame.wTc.rotation[2, 2])) > 72.0
 
 
 def test_look_at_fails_without_a_camera_and_on_a_fault():

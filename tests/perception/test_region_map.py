@@ -51,6 +51,35 @@ def test_an_empty_floor_is_empty_though_the_camera_is_mounted_a_little_wrong():
     assert seen.lowest < 0.006
 
 
+def from_the_side(down_deg: float, distance: float) -> SE3:
+    """A camera that looks along y at the middle of the floor."""
+    down = np.radians(down_deg)
+    turn = exp3(np.array([-np.pi / 2.0 - down, 0.0, 0.0]))
+    away = distance * np.array([0.0, -np.cos(down), np.sin(down)])
+    return SE3(turn, np.array([3.0, 0.0, FLOOR]) + away)
+
+
+@pytest.mark.parametrize("down_deg", [20, 45])
+def test_an_empty_floor_is_seen_from_a_flat_angle_and_what_gives_no_depth_is_not(down_deg):
+    wTc = from_the_side(down_deg, 0.6)
+    shown = frames(
+        World([fixture for fixture in box_world().fixtures if fixture.name != "wall"], []), wTc
+    )
+    empty = seen_in(shown)
+    assert empty.seen > 0.99
+    assert empty.hidden(SMALLEST) == []
+    v, u = np.indices(shown[0].depth.shape)
+    rays = np.stack(
+        [(u - CAMERA.cx) / CAMERA.fx, (v - CAMERA.cy) / CAMERA.fy, np.ones(u.shape)], -1
+    )
+    rays = rays @ wTc.rotation.T
+    points = wTc.translation + rays * ((FLOOR - wTc.translation[2]) / rays[..., 2])[..., None]
+    round_one = np.hypot(points[..., 0] - 2.9, points[..., 1] - 0.05) < 0.0125
+    seen = seen_in([replace(one, depth=np.where(round_one, np.nan, one.depth)) for one in shown])
+    (part,) = seen.hidden(SMALLEST)
+    np.testing.assert_allclose(part.centre[:2], [2.9, 0.05], atol=0.01)
+
+
 @pytest.mark.parametrize("half", [(0.03, 0.02, 0.001), (0.07, 0.003, 0.003)])
 def test_what_is_thin_is_seen(half):
     (thing,) = seen_in(frames(world(half), looking_down(0.49))).segments(SMALLEST)
