@@ -198,7 +198,7 @@ class Grasp(Leaf):
             return False
         self._looks += 1
         wTc = straight_down(point, LOOK_HEIGHT, like=camera_pose(self.context))
-        self._view = MoveCamera(self, wTc, "another view", self._timeout)
+        self._view = MoveCamera(self, lambda: wTc, "another view", self._timeout)
         self._step = self._look
         return True
 

@@ -4,6 +4,7 @@ from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
+from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours.core.context import Context
@@ -40,17 +41,21 @@ class LookAt(Leaf):
     ) -> None:
         super().__init__(name, context)
         self._at, self._distance, self._timeout = at, distance_m, timeout_s
-        self._point = _centre(at)
 
     def initialise(self) -> None:
         """Start from the camera's present pose."""
+        point = _centre(self._at)
         wTc = turned_towards(
             camera_pose(self.context),
-            self._point,
+            point,
             self._distance,
             from_above=self._distance is not None and not isinstance(self._at, ToolPose),
         )
-        self._camera = MoveCamera(self, wTc, f"a view of {self._at.name}", self._timeout)
+
+        def view() -> SE3:  # places of the task move in the world as it is corrected
+            return SE3(wTc.rotation, wTc.translation + _centre(self._at) - point)
+
+        self._camera = MoveCamera(self, view, f"a view of {self._at.name}", self._timeout)
         self._begun = self.context.clock.now()
         self._sees = False
 

@@ -54,7 +54,7 @@ class RegionMap:
         wTr: centre of the upright box of the region, in the world.
         size: (3,) full edge lengths [m]; along its sides `WALL_MARGIN` is left out.
         cell: side of a cell [m].
-        stride: only every n-th pixel of a frame is used, along rows and columns; others of the next.
+        stride: every n-th pixel of a frame is used, along rows and columns; of the next, others.
         is_exact: whether the region is exactly where its walls are.
     """
 

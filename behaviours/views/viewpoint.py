@@ -1,5 +1,6 @@
 """Viewpoints of the wrist camera: poses of camera and hand, and the motion to one."""
 
+from collections.abc import Callable
 from math import atan2, radians, tan
 
 import numpy as np
@@ -79,15 +80,18 @@ class MoveCamera:
 
     Args:
         leaf: sets the goal and gets the feedback message.
-        wTc: the viewpoint: camera in the world.
+        view: gives the viewpoint, in every tick: camera in the world.
         target: its name in messages.
         timeout: fail after this [s].
     """
 
-    def __init__(self, leaf: Leaf, wTc: SE3, target: str, timeout: float) -> None:
+    def __init__(self, leaf: Leaf, view: Callable[[], SE3], target: str, timeout: float) -> None:
         self._leaf = leaf
-        goal = PoseGoal(wTe=hand_for(leaf.context, wTc), speed=LOOK_SPEED)
-        self._approach = Approach(leaf, lambda: goal, target, timeout)
+
+        def goal() -> PoseGoal:
+            return PoseGoal(wTe=hand_for(leaf.context, view()), speed=LOOK_SPEED)
+
+        self._approach = Approach(leaf, goal, target, timeout)
 
     def tick(self) -> Status:
         """SUCCESS when the camera rests there, FAILURE as for an `Approach`."""
