@@ -14,7 +14,7 @@ walkers:
 TASK = """\
 task: stand
 tree:
-  wait: {duration_s: 3}
+  wait: {duration_s: 2}
 """
 
 

@@ -45,13 +45,13 @@ def test_an_exception_instead_of_an_outcome_is_a_crash(monkeypatch):
 
 
 def test_a_run_that_takes_too_long_hangs(monkeypatch, tmp_path):
-    monkeypatch.setattr(faults, "LONGEST", 4.0)
+    monkeypatch.setattr(faults, "LONGEST", 2.0)
     chosen = ("--faults", "reflex", "--phases", "recover", "--workers", 1)
     kept = report(tmp_path, "faults", *chosen)
     (cell,) = kept["cells"]
     assert (cell["fault"], cell["phase"], cell["outcome"]) == ("reflex", "recover", "hang")
     assert cell["hang"]
-    assert cell["duration_s"] < 6.0
+    assert cell["duration_s"] < 4.0
     assert "1 hang" in kept["stdout"]
     assert "reflex in recover, seed 1: hang" in kept["stdout"]
 
