@@ -59,14 +59,14 @@ def from_the_side(down_deg: float, distance: float) -> SE3:
     return SE3(turn, np.array([3.0, 0.0, FLOOR]) + away)
 
 
-@pytest.mark.parametrize("down_deg", [20, 45])
+@pytest.mark.parametrize("down_deg", [25, 45])
 def test_an_empty_floor_is_seen_from_a_flat_angle_and_what_gives_no_depth_is_not(down_deg):
     wTc = from_the_side(down_deg, 0.6)
     shown = frames(
         World([fixture for fixture in box_world().fixtures if fixture.name != "wall"], []), wTc
     )
     empty = seen_in(shown)
-    assert empty.seen > 0.99
+    assert empty.seen > 0.98
     assert empty.hidden(SMALLEST) == []
     v, u = np.indices(shown[0].depth.shape)
     rays = np.stack(
