@@ -10,13 +10,6 @@ class Speed(StrEnum):
     MAX = "max"
 
 
-class VisionForm(StrEnum):
-    """How grasp detection is scheduled."""
-
-    STEP = "step"  # within the tick, which waits: a simulated run is reproducible
-    BESIDE = "beside"  # beside the loop, as on hardware: no tick waits
-
-
 class MotionForm(StrEnum):
     """How the robot moves to its goals."""
 

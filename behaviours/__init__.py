@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from behaviours.sensing.depth_obstacles import DepthObstacles
     from behaviours.sensing.furniture import map_surfaces
     from behaviours.sensing.localisation import SENSORS, Localiser
-    from behaviours.sensing.vision import Vision, VisionBeside, VisionInStep
+    from behaviours.sensing.vision import Vision
     from behaviours.views.viewpoint import straight_down
     from perception import DetectedObject, DetectedObjects
 else:

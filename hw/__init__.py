@@ -5,13 +5,14 @@ from typing import TYPE_CHECKING
 from config import lazy_face
 
 if TYPE_CHECKING:
-    from hw.clock import Clock, SimClock, TaskClock, TaskTime, WallClock, stopwatch
+    from hw.clock import Clock, SimClock, TaskClock, TaskTime, WallClock, Worker, stopwatch
     from hw.composition import ComposedRobot, InlineExecutor, one_thread
     from hw.faults import INJECTABLE, FaultInjection, InjectionError, injectable
     from hw.gate import Gate, Refusal, UntrustedRobotError
     from hw.recording import TURN, RecordedRobot, Turn
     from hw.registry import (
         DEFAULT_LEVEL,
+        WORLDS,
         Backend,
         WorldError,
         WorldOptions,

@@ -3,8 +3,14 @@
 from __future__ import annotations
 
 import time
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, ParamSpec, Protocol, TypeVar
+
+P = ParamSpec("P")
+Result = TypeVar("Result")
 
 
 class Clock(Protocol):
@@ -18,7 +24,40 @@ class Clock(Protocol):
     def sleep_until(self, stamp: float) -> None:
         """Return when `now()` is at least `stamp` [s]."""
 
+    def due(self, work: Future[Result], seconds: float) -> Future[Result]:
+        """What gets the result of work in a thread.
 
+        In real time that is as soon as there is one. In simulated time it is `seconds` [s] from
+        now, however long the computer needs, so that a run does not depend on its load.
+        """
+
+
+class Deliveries:
+    """Results of work in threads, each due at a moment of simulated time."""
+
+    def __init__(self) -> None:
+        self._waiting: deque[tuple[float, Future[Any], Future[Any]]] = deque()
+
+    def add(self, work: Future[Result], stamp: float) -> Future[Result]:
+        """A future that is done from session time `stamp` on [s]."""
+        delivered: Future[Result] = Future()
+        self._waiting.append((stamp, work, delivered))
+        return delivered
+
+    def deliver(self, now: float) -> None:
+        """Wait for what is due at session time `now` [s], and hand it over."""
+        for due in [one for one in self._waiting if one[0] <= now + _ROUNDING]:
+            self._waiting.remove(due)
+            _, work, delivered = due
+            if work.cancelled():
+                delivered.cancel()
+            elif (error := work.exception()) is not None:
+                delivered.set_exception(error)
+            else:
+                delivered.set_result(work.result())
+
+
+_ROUNDING = 1e-9  # of stamps, which are sums of periods [s]
 _SLACK = 0.02  # a paced clock that lags behind real time by more than this skips the lag [s]
 
 
@@ -29,6 +68,7 @@ class SimClock:
         self._now = 0.0
         self._pace, self.is_real = pace, pace is not None
         self._began: float | None = None
+        self._deliveries = Deliveries()
 
     def now(self) -> float:
         """Simulated seconds since the session began [s]."""
@@ -37,15 +77,22 @@ class SimClock:
     def sleep_until(self, stamp: float) -> None:
         """Advance to `stamp` [s], never backwards; the pace counts from the first call."""
         self._now = max(self._now, stamp)
-        if self._pace is None:
-            return
+        if self._pace is not None:
+            self._keep_pace(self._pace)
+        self._deliveries.deliver(self._now)
+
+    def due(self, work: Future[Result], seconds: float) -> Future[Result]:
+        """What gets the result of work `seconds` [s] from now."""
+        return self._deliveries.add(work, self._now + seconds)
+
+    def _keep_pace(self, pace: float) -> None:
         if self._began is None:
-            self._began = time.monotonic() - self._now / self._pace
-        ahead = self._now / self._pace - (time.monotonic() - self._began)
+            self._began = time.monotonic() - self._now / pace
+        ahead = self._now / pace - (time.monotonic() - self._began)
         if ahead > 0.0:
             time.sleep(ahead)
         elif ahead < -_SLACK:
-            self._now -= ahead * self._pace
+            self._now -= ahead * pace
 
 
 class WallClock:
@@ -65,6 +112,33 @@ class WallClock:
         ahead = stamp - self.now()
         if ahead > 0.0:
             time.sleep(ahead)
+
+    def due(self, work: Future[Result], seconds: float) -> Future[Result]:
+        """The work itself."""
+        return work
+
+
+class Worker(Executor):
+    """One thread whose results are there when the clock says so.
+
+    Args:
+        clock: of the session.
+        seconds: from the call of `submit` to the result, in simulated time [s].
+    """
+
+    def __init__(self, clock: Clock, seconds: float) -> None:
+        self._thread = ThreadPoolExecutor(max_workers=1)
+        self._clock, self._seconds = clock, seconds
+
+    def submit(
+        self, fn: Callable[P, Result], /, *args: P.args, **kwargs: P.kwargs
+    ) -> Future[Result]:
+        """Begin the work."""
+        return self._clock.due(self._thread.submit(fn, *args, **kwargs), self._seconds)
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End the thread."""
+        self._thread.shutdown(wait, cancel_futures=cancel_futures)
 
 
 @dataclass(frozen=True, order=True, slots=True)

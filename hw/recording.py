@@ -1,6 +1,7 @@
 """Recording of everything that the loop gets from its robot and sends to it, for a replay."""
 
 from collections.abc import Callable
+from concurrent.futures import Future
 from enum import IntEnum
 from functools import partial
 from math import inf, nan
@@ -11,7 +12,7 @@ import numpy.typing as npt
 from pinocchio import SE3
 
 from controller import Command
-from hw.clock import Clock
+from hw.clock import Clock, Result
 from hw.robot import Camera, Laser, Robot, RobotWrapper, Seen, Sensor
 from hw.state import DepthFrame, Fault, LaserScan, LocalisedPose, PartStamps, RobotState
 
@@ -77,6 +78,10 @@ class RecordedClock:
     def sleep_until(self, stamp: float) -> None:
         """Until `stamp` [s]."""
         self._clock.sleep_until(stamp)
+
+    def due(self, work: Future[Result], seconds: float) -> Future[Result]:
+        """As of the session's clock."""
+        return self._clock.due(work, seconds)
 
     def begin_turn(self) -> None:
         """The next answer is the time of a new turn."""

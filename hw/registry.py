@@ -4,8 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from config import UserError, suggest
-from hw.clock import Clock, SimClock
-from hw.composition import InlineExecutor, one_thread
+from hw.clock import Clock, SimClock, Worker
 from hw.robot import Robot
 from hw.truth import Truth
 from robots import RobotDescription, load_real_robot, load_robot, with_base_speeds
@@ -36,13 +35,13 @@ class WorldOptions:
     reverse_speed: float | None = None  # the same backwards; None keeps its share
     localisation: str | None = "exact"  # how wrong a simulated robot is; None: as `DEFAULT_LEVEL`
     paced: bool = False  # in real time instead of as fast as possible
-    beside: bool = False  # images and blocking operations run beside the loop, as on hardware
     armed: bool = False  # a person has allowed a real robot to move
     announce: Callable[[str], None] | None = None
     """Told the speed of a real robot, and before its hand is homed at connecting; without it the
     hand is not homed."""
 
 
+_RENDERING = 0.02  # from the capture of an image to its arrival [s]
 WORLDS = ("kinematic", "physics")  # the simulated worlds, by name
 DEFAULT_LEVEL = "good"  # how wrong a simulated robot is about where it is, unless said
 
@@ -93,8 +92,12 @@ def _simulated(description: RobotDescription, world: str, options: WorldOptions)
     level = load_localisation(options.localisation or DEFAULT_LEVEL)
     truth = load_scene(options.scene, options.seed, description.base.size[:2], level.moved)
     clock = SimClock(pace=1.0 if options.paced else None)
-    background = one_thread if options.beside else InlineExecutor
     robot = make(
-        description, truth, clock, seed=options.seed, localisation=level, background=background
+        description,
+        truth,
+        clock,
+        seed=options.seed,
+        localisation=level,
+        rendering=Worker(clock, _RENDERING),
     )
     return Backend(robot=robot, clock=clock, truth=truth, world=world)

@@ -1,6 +1,7 @@
 """Replay of a recorded robot: returns recorded readings, compares commands bit by bit."""
 
 from collections.abc import Callable
+from concurrent.futures import Future
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Self
@@ -9,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from controller import Command
+from hw.clock import Deliveries, Result
 from hw.recording import reading
 from hw.robot import HardwareError, Sensor
 from hw.state import RobotState
@@ -49,6 +51,7 @@ class ReplayClock:
         self._next = 0
         self._now = 0.0
         self._coming: list[float] = []
+        self._deliveries = Deliveries()
 
     def now(self) -> float:
         """Recorded seconds since the session began [s]."""
@@ -60,6 +63,11 @@ class ReplayClock:
         """Go on to the next turn; after the last one, to `stamp` [s]."""
         self._now = float(self._times[self._next]) if self._next < len(self._times) else stamp
         self._coming = []
+        self._deliveries.deliver(self._now)
+
+    def due(self, work: Future[Result], seconds: float) -> Future[Result]:
+        """What gets the result of work `seconds` [s] from now."""
+        return self._deliveries.add(work, self._now + seconds)
 
     def set(self, turn: int, *moments: float) -> None:
         """Return each of the `moments` [s] of a turn, one after the other."""

@@ -24,8 +24,8 @@ if TYPE_CHECKING:
         ANGLE_BINS,
         OUTPUT_STRIDE,
         WeightsError,
-        central_crop,
         prepare,
+        scaled_crop,
     )
     from perception.grasps.patches import NUMBERS, GraspPatches, HoldProbability, joined_patches
     from perception.grasps.scene_memory import SceneMemory

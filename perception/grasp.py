@@ -60,5 +60,4 @@ class Detection:
     quality: npt.NDArray[np.float32]
     """(300, 300) quality map of the network; 0 where depth was missing or outside the workspace."""
     crop: tuple[float, float, float]  # (u0, v0, size) of the part of the image that it covers [px]
-    occupied_area: float  # area from above of what stands out [m^2]; NaN for an unusable frame
     stamp: float  # time of capture [s]

@@ -11,7 +11,7 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from app.core.world_model import load_world_model
-from behaviours import Context, Leaf, Region, VisionInStep
+from behaviours import Context, Leaf, Region, Vision
 from controller import HolisticController, PoseGoal, robot_model
 from hw import (
     Camera,
@@ -152,7 +152,7 @@ class Harness:
             robot=self.robot,
             model=self.controller.model,
             clock=self.task_clock,
-            vision=VisionInStep(Eyelid(self.robot), detector()),
+            vision=Vision(Eyelid(self.robot), detector()),
             state=self.robot.read(),
             fixtures=load_world_model(self.world).fixtures,
         )

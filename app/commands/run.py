@@ -10,7 +10,7 @@ from typing import IO, TYPE_CHECKING, Annotated
 
 import typer
 
-from app.choices import MotionForm, ObstacleSource, RegistrationForm, Speed, View, VisionForm
+from app.choices import MotionForm, ObstacleSource, RegistrationForm, Speed, View
 from app.commands.refuse import find_tree, refuse, task_parameters
 from app.terminal import Loading, Terminal
 
@@ -109,13 +109,6 @@ def run(
     network: Annotated[
         str | None, typer.Option(help="Which shipped grasp network: bins (the default) or ggcnn.")
     ] = None,
-    vision: Annotated[
-        VisionForm | None,
-        typer.Option(
-            help="Look for grasps in step with the control ticks, or beside them; "
-            "default: beside in real time, else in step."
-        ),
-    ] = None,
     motion: Annotated[
         MotionForm,
         typer.Option(help="Base and arm as one, or base first and the arm by plans: the baseline."),
@@ -207,13 +200,11 @@ def run(
         paced = speed is Speed.REAL or load_real_robot(robot) is not None
         if paced and motion is MotionForm.PLANNING:
             refuse("--motion planning: plans are made within a tick, for simulation at --speed max")
-        usual = VisionForm.BESIDE if paced else VisionForm.STEP
         options = RunOptions(
             tree=find_tree(tree),
             robot=robot,
             world=world,
             armed=armed,
-            vision=vision or usual,
             motion=motion,
             planning_time=planning_time,
             obstacles=obstacles,

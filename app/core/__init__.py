@@ -1,6 +1,6 @@
 """Runs a task: `run_task` starts a run, `Session` is its loop, `folder` names its files."""
 
-from app.choices import MotionForm, ObstacleSource, RegistrationForm, VisionForm
+from app.choices import MotionForm, ObstacleSource, RegistrationForm
 from app.core.fault_schedule import PHASES, ScheduledFault, current_phases, parse_fault, phases_of
 from app.core.files.events import EVENTS
 from app.core.files.folder import COMMANDS, FRAMES, OPTIONS, RECORDING, STATES, SUMMARY

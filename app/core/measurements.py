@@ -49,7 +49,7 @@ class Measurements:
     highest_speed: float = 0.0  # largest measured share of a speed limit
     smallest_margin: float = np.inf  # smallest distance of a joint to a position limit [rad]
     ticks_s: Durations = field(default_factory=Durations)
-    """Real time of each tick from the reading to the command, perception in step included [s]."""
+    """Real time of each tick from the reading to the command, without what threads do [s]."""
     late_ticks: int = 0  # ticks that took longer than the control period, observers included
     missed_ticks: int = 0  # ticks that were skipped because the one before took too long
     stalls: int = 0  # how often the watchdog stopped the robot because a tick took too long

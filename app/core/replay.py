@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from app.choices import MotionForm, ObstacleSource, RegistrationForm, VisionForm
+from app.choices import MotionForm, ObstacleSource, RegistrationForm
 from app.core.decisions import ReplayedDecisions
 from app.core.files.folder import FRAMES, NOTES, OPTIONS, PLACES, READINGS, TASK
 from app.core.files.frames import RecordedFrames
@@ -20,7 +20,7 @@ from app.core.run_options import RunOptions
 from app.core.setup import set_up
 from app.core.world_model import recorded_world_model
 from config import UserError
-from hw import TURN, Backend, DepthFrame, Difference, ReplayRobot
+from hw import TURN, WORLDS, Backend, DepthFrame, Difference, ReplayRobot
 from perception import GraspDetector
 from robots import RobotDescription, at_pace, load_robot, with_base_speeds
 from trees.language import build, load, nodes_in_order
@@ -68,11 +68,10 @@ def replay_run(folder: Path) -> Replay:
     turns = _turns(folder / READINGS)
     sensors = options.registration.sensors
     searches = (turns["frame"] >= 0).any() or ("laser" in sensors and (turns["scan"] >= 0).any())
-    if options.vision is not VisionForm.STEP and searches:
+    if options.world not in WORLDS and searches:
         raise ReplayError(
-            f"{folder}: with --vision {options.vision} the commands depend on when a search "
-            "ended; a run that looks at images, or matches scans to the map, can be replayed with "
-            "--vision step only"
+            f"{folder}: in real time the commands depend on when a search ended; on a robot, a run "
+            "that looks at images, or matches scans to the map, cannot be replayed"
         )
     notes = _notes(folder / NOTES, turns)
     if notes.end not in ("", "complete"):
@@ -90,8 +89,7 @@ def replay_run(folder: Path) -> Replay:
     task = load(options.tree, overrides=options.parameters, places=options.places)
     backend = Backend(robot=robot, clock=robot.clock, truth=None)
     around = recorded_world_model(str(options.scene), options.seed, options.map)
-    in_step = replace(options, vision=VisionForm.STEP)
-    with set_up(backend, detector, in_step, world_model=around) as setup:
+    with set_up(backend, detector, options, world_model=around) as setup:
         nodes = nodes_in_order(build(task, setup.context))
         robot.begin()
         decisions = ReplayedDecisions(robot, attended=notes.attended)
@@ -125,7 +123,7 @@ def _options(folder: Path) -> tuple[RunOptions, float]:
             scene=str(options["scene"]),
             seed=int(options["seed"]),
             map=None if site is None else Path(site),
-            vision=VisionForm(options["vision"]),
+            world=str(options["world"]),
             obstacles=ObstacleSource(options.get("obstacles", usual.obstacles)),
             motion=MotionForm(options.get("motion", usual.motion)),
             registration=RegistrationForm(options.get("registration", usual.registration)),

@@ -155,7 +155,10 @@ class Run:
 
     def _make_folder(self) -> Path:
         options, task = self._options, self._task
-        chosen = asdict(options) | {"pace": self._setup.robot.description.pace}
+        chosen = asdict(options) | {
+            "world": self._setup.world,
+            "pace": self._setup.robot.description.pace,
+        }
         return make_folder(options.record, task.name, texts(task, options.places), chosen)
 
     def _make_outputs(self) -> Outputs:

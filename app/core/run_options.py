@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from app.choices import MotionForm, ObstacleSource, RegistrationForm, VisionForm
+from app.choices import MotionForm, ObstacleSource, RegistrationForm
 from app.core.fault_schedule import ScheduledFault
 from app.live import ControlOptions, ViewOptions
 from controller import PlanningSettings
@@ -24,7 +24,6 @@ class RunOptions:
     armed: bool = False  # whether a real robot may move
     motion: MotionForm = MotionForm.HOLISTIC
     planning_time: float = PlanningSettings.planning_time  # standstill for each plan [s]
-    vision: VisionForm = VisionForm.STEP
     obstacles: ObstacleSource = ObstacleSource.MAP
     map: Path | None = None  # scene file with the map; None for the map of the simulated world
     scene: str | None = None

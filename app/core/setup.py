@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from py_trees.behaviour import Behaviour
 
-from app.choices import MotionForm, ObstacleSource, VisionForm
+from app.choices import MotionForm, ObstacleSource
 from app.core.decisions import Decisions
 from app.core.measurements import Measurements
 from app.core.outcome import Outcome
@@ -18,8 +18,6 @@ from behaviours import (
     DepthObstacles,
     Localiser,
     Vision,
-    VisionBeside,
-    VisionInStep,
     map_surfaces,
 )
 from controller import (
@@ -35,17 +33,20 @@ from hw import (
     FaultInjection,
     Gate,
     HardwareError,
-    InlineExecutor,
     RecordedRobot,
     Robot,
     RobotState,
     TaskClock,
     Truth,
+    Worker,
     WorldOptions,
-    one_thread,
     open_backend,
 )
 from perception import GraspDetector
+
+_SEARCH = 0.03  # simulated duration of a search for grasps [s] ...
+_REGISTRATION = 0.03  # ... of a registration ...
+_DEPTH_OBSTACLES = 0.03  # ... and of the obstacles in a frame
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -112,7 +113,6 @@ def open_setup(
         reverse_speed=options.reverse_speed,
         localisation=options.localisation,
         paced=options.paced,
-        beside=options.vision is VisionForm.BESIDE,
         armed=options.armed,
         announce=announce,
     )
@@ -136,18 +136,17 @@ def set_up(
     `beneath` wraps the robot below the fault injection. Raises PlanningError: motions are to be
     planned, and the planner is not installed; HardwareError: the robot cannot be connected.
     """
-    form, motion, registered = options.vision, options.motion, options.registration.sensors
+    motion, registered = options.motion, options.registration.sensors
     injected = FaultInjection(beneath(backend.robot), backend.truth, options.seed)
     robot = RecordedRobot(injected, backend.clock)
     problems: list[str] = []
     if options.obstacles is ObstacleSource.CAMERA:
         world_model = WorldModel()
-    make_vision = VisionInStep if form is VisionForm.STEP else VisionBeside
     with (
         _connected(robot, problems) as state,
-        closing(make_vision(robot.camera, detector)) as vision,
-        _depth_obstacles(robot, form, options.obstacles) as depth_obstacles,
-        closing(_localiser(world_model, form, registered)) as localiser,
+        closing(Vision(robot.camera, detector, Worker(robot.clock, _SEARCH))) as vision,
+        _depth_obstacles(robot, options.obstacles) as depth_obstacles,
+        closing(_localiser(robot, world_model, registered)) as localiser,
     ):
         clock = TaskClock(robot.clock, robot.description.pace)
         model = RobotModel(robot.description)
@@ -184,22 +183,24 @@ def set_up(
         )
 
 
-def _localiser(world_model: WorldModel, form: VisionForm, registered: Sequence[str]) -> Localiser:
-    """What estimates where the map is, within the tick or beside it."""
-    executor = InlineExecutor() if form is VisionForm.STEP else one_thread()
+def _localiser(
+    robot: RecordedRobot, world_model: WorldModel, registered: Sequence[str]
+) -> Localiser:
+    """What estimates where the map is."""
+    executor = Worker(robot.clock, _REGISTRATION)
     surfaces = map_surfaces(world_model.fixtures)
     return Localiser(surfaces=surfaces, sensors=registered, executor=executor)
 
 
 @contextmanager
 def _depth_obstacles(
-    robot: Robot, form: VisionForm, obstacles: ObstacleSource
+    robot: RecordedRobot, obstacles: ObstacleSource
 ) -> Iterator[DepthObstacles | None]:
-    """Obstacles from the depth camera, computed within the tick or beside it; None for the map."""
+    """Obstacles from the depth camera; None for the map."""
     if obstacles is ObstacleSource.MAP:
         yield None
         return
-    executor = InlineExecutor() if form is VisionForm.STEP else one_thread()
+    executor = Worker(robot.clock, _DEPTH_OBSTACLES)
     with closing(DepthObstacles(robot.description, executor)) as depth_obstacles:
         yield depth_obstacles
 

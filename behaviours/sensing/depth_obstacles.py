@@ -28,7 +28,7 @@ class DepthObstacles:
 
     Args:
         description: of the robot.
-        executor: processes the frames; inline, a run is reproducible.
+        executor: processes the frames; None processes them in the tick.
     """
 
     def __init__(self, description: RobotDescription, executor: Executor | None = None) -> None:

@@ -65,7 +65,7 @@ class Localiser:
     sensors: Collection[str] = SENSORS
     """Those that are registered to it."""
     executor: Executor = field(default_factory=InlineExecutor)
-    """Registers beside the loop; inline, a run is reproducible."""
+    """Registers beside the loop."""
 
     def __post_init__(self) -> None:
         self.wTm: SE3 | None = None

@@ -1,18 +1,16 @@
 """Vision of one robot: newest frame, detected grasps and tracked grasp, computed on demand.
 
-Grasp detection takes longer than a control period. With `VisionInStep` the tick waits for it, so
-that a simulated run is reproducible. `VisionBeside` detects in a thread, and a tick takes the
-newest result, as on a real robot.
+Grasp detection takes longer than a control period: an executor searches one frame at a time, and
+a tick takes the result when it is there.
 """
 
-from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from concurrent.futures import Executor, Future
 from contextlib import contextmanager
 from math import inf
 from typing import NamedTuple
 
-from hw import Camera, DepthFrame, one_thread, stopwatch
+from hw import Camera, DepthFrame, InlineExecutor, stopwatch
 from perception import (
     Detection,
     FrameChecker,
@@ -28,7 +26,13 @@ _AHEAD = 0.25  # a frame may be newer than the reading of the robot by this [s]
 _LOST_FRAME = 1.0  # frames that are older are not late but missing [s]
 
 
-class Vision(ABC):
+class _Search(NamedTuple):
+    frame: DepthFrame
+    workspace: Workspace
+    result: Future[Detection]
+
+
+class Vision:
     """Newest frame, detection and tracked grasp of one robot.
 
     All leaves of a tick see the same frame. A frame is new when it is another object than the one
@@ -36,11 +40,18 @@ class Vision(ABC):
 
     Args:
         camera: of the robot.
-        detector: the network with its pre- and post-processing.
+        detector: the network with its pre- and post-processing; used by the executor alone.
+        executor: searches the frames; None searches a frame in the tick that asks for it.
     """
 
-    def __init__(self, camera: Camera, detector: GraspDetector) -> None:
+    def __init__(
+        self, camera: Camera, detector: GraspDetector, executor: Executor | None = None
+    ) -> None:
         self._camera, self._detector = camera, detector
+        self._executor = executor or InlineExecutor()
+        self._search: _Search | None = None
+        self._searched: tuple[DepthFrame, Workspace] | None = None
+        self._found: tuple[Workspace, Detection] | None = None
         self._judge, self._mistake = FrameChecker(), ""
         self._delivered: DepthFrame | None = None
         self._newest: DepthFrame | None = None
@@ -57,17 +68,43 @@ class Vision(ABC):
         self.seconds = 0.0
         """Wall time that ticks have spent on images [s]."""
 
-    @abstractmethod
+    def begin_tick(self) -> None:
+        """Let a newer frame, or another result, count as new."""
+        self._is_new = False
+        self._found = None
+
+    def close(self) -> None:
+        """End the executor."""
+        self._executor.shutdown(wait=False, cancel_futures=True)
+
     def detect(self, workspace: Workspace) -> Detection | None:
         """Grasps in a workspace; None if there is no new result in this tick."""
+        if self._found is None or self._found[0] is not workspace:
+            self._take()
+            self._take_result(workspace)
+            newest, search = self._newest, self._search
+            is_idle = search is None or search.result.done()
+            if newest is not None and is_idle and self._searched != (newest, workspace):
+                self._searched = newest, workspace
+                with self.timed():
+                    result = self._executor.submit(
+                        self._detector.detect, newest, workspace, self._memory
+                    )
+                self._search = _Search(newest, workspace, result)
+                self._take_result(workspace)
+        found = self._found
+        return found[1] if found is not None and found[0] is workspace else None
 
-    def begin_tick(self) -> None:
-        """Let a newer frame count as new."""
-        self._is_new = False
-
-    @abstractmethod
-    def close(self) -> None:
-        """Stop the thread, if there is one."""
+    def _take_result(self, workspace: Workspace) -> None:
+        """The result of the search; an old one, or one of another region, is dropped."""
+        newest, search = self._newest, self._search
+        if newest is None or search is None or not search.result.done():
+            return
+        self._search = None
+        is_recent = newest.stamp - search.frame.stamp <= _OLDEST_FRAME
+        if search.workspace is workspace and is_recent:
+            self.frame, self.detection = search.frame, search.result.result()
+            self._found = workspace, self.detection
 
     @contextmanager
     def timed(self) -> Iterator[None]:
@@ -154,76 +191,3 @@ class Vision(ABC):
                     self._is_new = not self._mistake
                     self._newest = frame if self._is_new else self._newest
         return self._newest if self._is_new else None
-
-
-class VisionInStep(Vision):
-    """Vision that searches every new frame within the tick."""
-
-    def close(self) -> None:
-        """Do nothing: there is no thread."""
-
-    def detect(self, workspace: Workspace) -> Detection | None:
-        """Grasps in the new frame of this tick; None if there is none."""
-        frame = self.new_frame()
-        if frame is None:
-            return None
-        with self.timed():
-            self.detection = self._detector.detect(frame, workspace, self._memory)
-        return self.detection
-
-
-class _Search(NamedTuple):
-    frame: DepthFrame
-    workspace: Workspace
-    result: Future[Detection]
-
-
-class VisionBeside(Vision):
-    """Vision with a thread that searches one frame at a time; no tick waits for it.
-
-    Args:
-        camera: of the robot.
-        detector: used by the thread alone.
-        executor: the thread.
-    """
-
-    def __init__(
-        self, camera: Camera, detector: GraspDetector, executor: Executor | None = None
-    ) -> None:
-        super().__init__(camera, detector)
-        self._executor = executor or one_thread()
-        self._search: _Search | None = None
-        self._is_used = False
-        self._found: tuple[Workspace, Detection] | None = None
-
-    def begin_tick(self) -> None:
-        """Let a newer frame, or another result, count as new."""
-        super().begin_tick()
-        self._found = None
-
-    def close(self) -> None:
-        """End the thread."""
-        self._executor.shutdown(wait=False, cancel_futures=True)
-
-    def detect(self, workspace: Workspace) -> Detection | None:
-        """The result that is new in this tick; None if there is none."""
-        if self._found is not None and self._found[0] is workspace:
-            return self._found[1]
-        self._take()
-        newest, search = self._newest, self._search
-        if newest is None:
-            return None
-        found = None
-        if search is not None and search.result.done() and not self._is_used:
-            self._is_used = True
-            # An old search, or one of another region, is dropped.
-            is_recent = newest.stamp - search.frame.stamp <= _OLDEST_FRAME
-            if search.workspace is workspace and is_recent:
-                self.frame, self.detection = search.frame, search.result.result()
-                found = self.detection
-                self._found = workspace, found
-        is_idle = search is None or search.result.done()
-        if is_idle and (search is None or search[:2] != (newest, workspace)):
-            result = self._executor.submit(self._detector.detect, newest, workspace, self._memory)
-            self._search, self._is_used = _Search(newest, workspace, result), False
-        return found

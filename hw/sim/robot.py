@@ -1,6 +1,5 @@
 """Simulated robot: arm, base, gripper, camera and laser as views of one body."""
 
-from collections.abc import Callable
 from concurrent.futures import Executor, Future
 from functools import partial
 from math import atan2
@@ -174,9 +173,9 @@ def simulated_robot(
     dynamics: Dynamics | None = None,
     noise: D435Noise | None = None,
     localisation: Localisation | None = None,
-    background: Callable[[], Executor] = InlineExecutor,
+    rendering: Executor | None = None,
 ) -> ComposedRobot:
-    """A robot of one simulated body; with an inline `background` a run is deterministic."""
+    """A robot of one simulated body; `rendering` is where images are rendered."""
     truly, process, scale = made_wrong(description, localisation or Localisation(), seed)
     made = body(truly, world, clock, dynamics or Dynamics(), process)
     return ComposedRobot(
@@ -184,10 +183,10 @@ def simulated_robot(
         arm=_SimArm(made),
         base=_SimBase(made, process),
         gripper=_SimGripper(made),
-        camera=_SimCamera(made, noise or D435Noise(), seed, background(), scale),
+        camera=_SimCamera(made, noise or D435Noise(), seed, rendering or InlineExecutor(), scale),
         laser=SimLaser(made, laser, seed) if (laser := description.laser) else None,
         clock=clock,
-        background=background,
+        background=InlineExecutor,
     )
 
 

@@ -15,7 +15,7 @@ from traceback import format_exc
 
 from rich.table import Table
 
-from app.core import End, Instruments, RunOptions, Setup, Tick, VisionForm, current_phases, run_task
+from app.core import End, Instruments, RunOptions, Setup, Tick, current_phases, run_task
 from app.live import ControlOptions, View, ViewOptions
 from hw import Robot, Truth, stopwatch
 from lab.bench.fault_matrix import FAULTS, INTO, USUALLY_INTO, Fault
@@ -166,7 +166,6 @@ def run_cell(cell: Cell) -> CellResult:
             tree=TREE,
             seed=cell.seed,
             paced=fault.paced,
-            vision=VisionForm.BESIDE if fault.paced else VisionForm.STEP,
             record=Path(folder),
             recording=False,
             view=ViewOptions(view=View.NONE),

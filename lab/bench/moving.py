@@ -92,7 +92,7 @@ def _turn_rates(following: Following, times: Array, period: float) -> Array:
 
 
 def run_following(
-    configuration: Configuration, followings: Sequence[Following], workers: int | None = 1
+    configuration: Configuration, followings: Sequence[Following], workers: int | str | None = 1
 ) -> list[Followed]:
     """Follow each of several goals from rest."""
     tasks = [(configuration, following) for following in followings]

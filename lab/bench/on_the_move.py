@@ -56,7 +56,7 @@ def run_on_the_move(
     seeds: Sequence[int],
     done: Callable[[Summary], None],
     *,
-    workers: int | None,
+    workers: int | str | None,
 ) -> list[Passing]:
     """Run both tasks for every seed: all standing runs, then all others."""
     wanted = [replace(options, tree=tree, seed=seed) for tree in WAYS.values() for seed in seeds]

@@ -47,7 +47,7 @@ def run_pick_place(
     done: Callable[[Summary], None],
     *,
     motions: Sequence[MotionForm],
-    workers: int | None,
+    workers: int | str | None,
 ) -> list[PickPlaceRun]:
     """Run the task once for every seed and motion form, one form after the other."""
     wanted = [replace(options, seed=seed, motion=motion) for motion in motions for seed in seeds]

@@ -77,7 +77,7 @@ def run_trials(
     conditions: Conditions,
     goals: Sequence[SE3],
     done: Callable[[Trial], None],
-    workers: int | None,
+    workers: int | str | None,
 ) -> list[Trial]:
     """One motion to every goal, in their order; `done` is called with each trial."""
     items = list(enumerate(goal.homogeneous for goal in goals))

@@ -64,7 +64,7 @@ def run_uncertainty(
     seeds: Sequence[int],
     done: Callable[[Summary], None],
     *,
-    workers: int | None,
+    workers: int | str | None,
 ) -> list[UncertainRun]:
     """Run the task for every level, registration, scene and seed; `exact` needs no registration.
 

@@ -157,7 +157,8 @@ def show(
     image: Annotated[
         Path,
         typer.Argument(
-            help="Depth as .npy, .png, .tiff (integer mm or float m), or an .rrd recording."
+            help="Depth as .png, .tiff, .npy (integer mm or float m), a cloud (.ply, .pcd), or an "
+            ".rrd recording."
         ),
     ],
     out: Annotated[
@@ -165,6 +166,13 @@ def show(
     ] = None,
     focal: Annotated[
         float | None, typer.Option(help="Focal length [px]; default: that of a D435.", min=1.0)
+    ] = None,
+    camera: Annotated[
+        Path | None, typer.Option(help="The camera's model: a ROS CameraInfo, or fx, fy, cx, cy.")
+    ] = None,
+    scale: Annotated[
+        float | None,
+        typer.Option(help="Metres per unit; default: 0.001 for whole numbers, else 1.", min=1e-9),
     ] = None,
     at: Annotated[
         float | None, typer.Option(help="Time in a recording [s]; default: the last image.")
@@ -178,9 +186,8 @@ def show(
 
     summary = grasps.show_grasps(
         image,
+        grasps.load_depth_file(image, scale=scale, focal=focal, camera=camera, at=at),
         out or image.with_name(f"{image.stem}_grasps.png"),
-        focal=focal,
-        at=at,
-        detector=GraspDetector(weights, network, gripper=grasps.ROBOT.gripper),
+        GraspDetector(weights, network, gripper=grasps.ROBOT.gripper),
     )
     typer.echo(summary)

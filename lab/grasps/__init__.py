@@ -1,6 +1,7 @@
 """Training and evaluation of the grasp networks. Importing this does not import torch."""
 
 from lab.grasps.choice import NetworkChoice
+from lab.grasps.depth_files import load_depth_file
 from lab.grasps.evaluation import evaluate_grasps
 from lab.grasps.hold_network import fit_hold_network, probability_table
 from lab.grasps.outcomes import collect_outcomes, read_outcomes

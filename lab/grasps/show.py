@@ -5,9 +5,8 @@ and Bolles, "Random sample consensus", 1981) and refitted to its inliers; it giv
 camera.
 """
 
-from os.path import isfile
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import cv2
 import numpy as np
@@ -16,10 +15,10 @@ from pinocchio import SE3
 
 from config import ConfigError
 from hw import DepthFrame
+from lab.grasps.depth_files import DepthFile
 from perception import Detection, GraspDetector, GraspEstimate
 from robots import Array, Intrinsics
 
-_D435_FOCAL = 0.6  # focal length of a D435 in image widths
 Picture: TypeAlias = npt.NDArray[np.uint8]  # (H, W, 3) blue, green, red, as in OpenCV
 
 _BEST, _OTHER = (60, 60, 240), (200, 180, 60)
@@ -35,31 +34,17 @@ class NoTableError(Exception):
     """No table was found; the message says why."""
 
 
-def show_grasps(
-    image: Path, out: Path, *, focal: float | None, at: float | None, detector: GraspDetector
-) -> str:
+def show_grasps(name: Path, image: DepthFile, out: Path, detector: GraspDetector) -> str:
     """Draw the grasps of a depth image; the camera's pose is estimated from the table in it.
 
-    `image` is a depth image or an .rrd recording, of which `at` takes a time [s] (None: the last
-    image), and `out` a .png; `focal` is in pixels, None for that of the recording or of a D435.
-    Returns a summary. Raises ConfigError: the image cannot be read or shows no table, or the
-    picture cannot be written.
+    `name` is that of the image, for people, and `out` a .png. Returns a summary. Raises
+    ConfigError: the image shows no table, or the picture cannot be written.
     """
-    if image.suffix == ".rrd":
-        from app.review import recorded_depth
-
-        depth, recorded = recorded_depth(image, at)
-    else:
-        depth, recorded = read_depth(image), None
-    height, width = depth.shape
-    focal = focal or recorded or _D435_FOCAL * width
-    camera = Intrinsics(
-        width=width, height=height, fx=focal, fy=focal, cx=(width - 1) / 2, cy=(height - 1) / 2
-    )
+    depth, camera, assumed = image
     try:
         wTc = camera_above_table(np.where(depth > 0.0, depth, np.float32(np.nan)), camera)
     except NoTableError as error:
-        raise ConfigError(f"{image}: {error}; give a depth image of objects on a table") from error
+        raise ConfigError(f"{name}: {error}; give a depth image of objects on a table") from error
     detection = detector.detect(DepthFrame(depth=depth, intrinsics=camera, wTc=wTc, stamp=0.0))
     summary = f"no grasp: {detection.reason}"
     if detection.grasps:
@@ -76,39 +61,8 @@ def show_grasps(
         written = False
     if not written:
         raise ConfigError(f"{out}: cannot be written; give a .png file in an existing folder")
-    return f"{summary}\n{out}"
-
-
-def read_depth(path: Path) -> npt.NDArray[np.float32]:
-    """Read a depth image [m]; integers are millimetres.
-
-    Raises ConfigError: the file is missing or not a depth image.
-    """
-    if not isfile(path):
-        raise ConfigError(f"{path}: no such file; give a depth image as .npy, .png or .tiff")
-    try:
-        if path.suffix == ".npy":
-            values = np.load(path, allow_pickle=False)
-        else:
-            values = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
-    except Exception as error:  # of a parser of files that anybody may have made
-        what = " ".join(f"{type(error).__name__}: {error}".split())[:200]
-        raise ConfigError(f"{path}: cannot be read ({what}); give another image") from error
-    is_array = isinstance(values, np.ndarray)
-    if not is_array or values.ndim != 2 or not _is_depth(values.dtype):
-        content = f"{values.dtype} of shape {values.shape}" if is_array else "no image"
-        raise ConfigError(
-            f"{path}: contains {content}, not a depth image; give an (H, W) array of 16-bit "
-            "millimetres or of metres as floats"
-        )
-    metres = 1e-3 if np.issubdtype(values.dtype, np.integer) else 1.0
-    with np.errstate(over="ignore"):  # what is too far for a float is missing
-        return np.asarray(values * metres, dtype=np.float32)
-
-
-def _is_depth(dtype: np.dtype[Any]) -> bool:
-    """Whether numbers of a type can be depths: real, and of more than 8 bits."""
-    return dtype.kind in "fiu" and dtype.itemsize > 1
+    told = f"assumed: {assumed}; give --focal or --camera\n" if assumed else ""
+    return f"{told}{summary}\n{out}"
 
 
 def depth_picture(depth: npt.NDArray[np.float32]) -> Picture:

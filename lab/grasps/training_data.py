@@ -37,8 +37,8 @@ from perception import (
     Shard,
     assess,
     build_height_map,
-    central_crop,
     prepare,
+    scaled_crop,
     world_points,
 )
 from robots import Intrinsics
@@ -157,7 +157,7 @@ def render_sample(
     """Render one noisy image of the wrist camera, and label its cells."""
     along_axis = float((FLOOR - view.wTc.translation[2]) / view.wTc.rotation[2, 2])
     camera = ROBOT.camera.intrinsics
-    crop = central_crop((camera.height, camera.width), camera, along_axis)
+    crop = scaled_crop((camera.height, camera.width), camera, along_axis)
     part = Intrinsics(
         width=crop.size,
         height=crop.size,
@@ -168,7 +168,7 @@ def render_sample(
     )
     exact, ids = DepthRenderer(part).render_with_ids(world.shapes(), view.wTc)
     measured = view.noise.apply(exact, replace(ROBOT.camera, intrinsics=part), rng)
-    whole = central_crop(measured.shape, part, along_axis)
+    whole = scaled_crop(measured.shape, part, along_axis)
     prepared = prepare(measured, whole, part, view.wTc)
 
     middle = np.arange(OUTPUT_STRIDE // 2, prepared.depth.shape[0], OUTPUT_STRIDE)

@@ -1,8 +1,9 @@
-"""The same work on many items, on all cores."""
+"""The same work on many items, on all cores or on a cluster."""
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
+from importlib import import_module
 from multiprocessing import active_children, get_context
 from multiprocessing.synchronize import Event
 from os import cpu_count
@@ -12,24 +13,39 @@ from threading import current_thread, main_thread
 from types import FrameType
 from typing import TypeVar
 
+from config import UserError
+
 T = TypeVar("T")
 R = TypeVar("R")
+
+
+class ClusterError(UserError):
+    """The cluster cannot be used."""
+
 
 _BATCH = 5  # items sent to a process at once
 
 
 def run_all(
-    work: Callable[[T], R], items: Sequence[T], *, workers: int | None = 1, batch: int = _BATCH
+    work: Callable[[T], R],
+    items: Sequence[T],
+    *,
+    workers: int | str | None = 1,
+    batch: int = _BATCH,
 ) -> Iterator[tuple[int, R]]:
     """Do the same work on every item.
 
     `work` is a function that other processes can import. `workers` is the number of processes, of
-    which 1 is this one; None is one per core. `batch` items are sent to a process at once. Yields
-    the index of an item and its result, in the order of completion. Raises KeyboardInterrupt:
-    SIGINT or SIGTERM came, even if the work handled it; no other item begins, and the workers end
-    as well.
+    which 1 is this one, or the address of a dask.distributed scheduler; None is one per core.
+    `batch` items are sent to a process at once. Yields the index of an item and its result, in the
+    order of completion. Raises ClusterError: `distributed` is not installed, or no scheduler
+    answers. Raises KeyboardInterrupt: SIGINT or SIGTERM came, even if the work handled it; no other
+    item begins, and the workers end as well.
     """
     batches = [range(i, min(i + batch, len(items))) for i in range(0, len(items), batch)]
+    if isinstance(workers, str):
+        yield from _on_cluster(work, items, batches, workers)
+        return
     context = get_context("spawn")
     cancelled = context.Event()
     with _terminated(cancelled):
@@ -59,7 +75,7 @@ def run_in_order(
     items: Sequence[T],
     done: Callable[[R], None] = lambda result: None,
     *,
-    workers: int | None = 1,
+    workers: int | str | None = 1,
     batch: int = _BATCH,
 ) -> list[R]:
     """The results of `run_all` in the order of the items; `done` gets each as it is completed."""
@@ -129,3 +145,25 @@ def _batch(work: Callable[[T], R], items: Sequence[T]) -> list[R]:
             break
         results.append(work(item))
     return results
+
+
+def _on_cluster(
+    work: Callable[[T], R], items: Sequence[T], batches: Sequence[range], address: str
+) -> Iterator[tuple[int, R]]:
+    try:
+        distributed = import_module("distributed")
+    except ImportError:
+        raise ClusterError(
+            '--cluster needs an extra: pip install "frankie-task[cluster]"'
+        ) from None
+    try:
+        client = distributed.Client(address, timeout="10s")
+    except (OSError, TimeoutError, ValueError) as error:
+        raise ClusterError(f"--cluster {address}: no scheduler answers there ({error})") from None
+    with client:
+        futures = {
+            client.submit(_batch, work, [items[i] for i in some], pure=False): some
+            for some in batches
+        }
+        for future in distributed.as_completed(futures):
+            yield from zip(futures[future], future.result(), strict=True)

@@ -7,19 +7,20 @@ import cv2
 import numpy as np
 from pinocchio import SE3
 
-from perception.frame import Array, Frame, Image, Mask, ObjectRegion, Workspace
+from perception.frame import Array, Frame, Image, Indices, Mask, ObjectRegion, Workspace
 from perception.frame_check import frame_problem
 from perception.geometry import world_points
 from perception.grasp import Detection
 from perception.grasps.candidates import WITHOUT_NETWORK, CandidateSource, SpreadPoints
-from perception.grasps.height_map import HeightMap, local_heights
+from perception.grasps.height_map import local_heights
 from perception.grasps.network_input import (
     INPUT_SIZE,
     OUTPUT_STRIDE,
+    Crop,
     NoDepthError,
     Prepared,
-    central_crop,
     prepare,
+    scaled_crop,
     valid_depth,
 )
 from perception.grasps.patches import HoldProbability
@@ -33,8 +34,9 @@ OCCUPIED_HEIGHT = 0.010  # surfaces lower than this above the floor are not occu
 _MIN_VALID = 0.02  # share of pixels with a depth in a usable frame
 _MAX_CAMERA_AXIS_Z = -0.5  # the optical axis is within 60 degrees of straight down
 _LEVEL_BIN = 0.005  # of the histogram of heights that finds the support surface [m]
-_AREA_STEP = 3  # only every third row and column counts for areas [px]
-_LITTLE = 1e-4  # a smaller area is noise [m^2]
+_STEP = 3  # only every third row and column of the image is looked at for what stands out [px]
+_MIN_PIXELS = 100  # of the image that a piece outside the middle covers; fewer are noise
+NOTHING = "nothing stands out in the workspace"
 
 
 class GraspDetector:
@@ -89,7 +91,8 @@ class GraspDetector:
     ) -> Detection:
         """Find grasps from straight above: best first, or none and the reason.
 
-        Without a workspace they are sought everywhere above the largest level surface. The frame is
+        Without a workspace they are sought everywhere above the largest level surface. What stands
+        out beside the middle of the image is searched where the middle has no grasp. The frame is
         added to the memory, and what it does not show is taken from there.
         """
         if reason := _unusable(frame):
@@ -98,29 +101,37 @@ class GraspDetector:
         support = _support_depth(depth, frame.wTc, workspace)
         if support > FAR:
             depth = smoothed(depth, frame.intrinsics.fx)
-        crop = central_crop(depth.shape, frame.intrinsics, support)
+        floor = _level(frame) if workspace is None else workspace.floor
+        middle = scaled_crop(depth.shape, frame.intrinsics, support)
+        found = self._search(frame, depth, middle, support, workspace, floor, memory)
+        if found.grasps or (aside := _stands_out_beside(middle, frame, workspace, floor)) is None:
+            return found
+        crop = scaled_crop(depth.shape, frame.intrinsics, support, aside)
+        beside = self._search(frame, depth, crop, support, workspace, floor, memory)
+        return found if found.reason != NOTHING and not beside.grasps else beside
+
+    def _search(
+        self,
+        frame: Frame,
+        depth: Image,
+        crop: Crop,
+        support: float,
+        workspace: Workspace | None,
+        floor: float,
+        memory: SceneMemory | None,
+    ) -> Detection:
+        """Find grasps in a crop of an image whose support surface is at a depth [m]."""
         try:
             prepared = prepare(depth, crop, frame.intrinsics, frame.wTc)
         except NoDepthError:
             return _no_grasp(frame, "no depth was measured in the middle of the image")
-
         around = local_heights(frame, depth, crop, support)
-        scene = around.scene
-        floor = _level(scene) if workspace is None else workspace.floor
         allowed = _allowed(prepared, frame, workspace, floor)
-        occupied = _occupied_area(frame, workspace, floor)
         covered = (float(crop.u0), float(crop.v0), float(crop.size))
-
         if memory is not None:
-            around = replace(around, scene=memory.completed(scene, frame.stamp))
+            around = replace(around, scene=memory.completed(around.scene, frame.stamp))
         if not allowed.any():
-            reason = "nothing stands out in the workspace"
-            if occupied > _LITTLE:
-                area = f"{1e4 * occupied:.0f} cm²"
-                reason = (
-                    f"{area} stand out beside the middle of the image, where none is looked for"
-                )
-            return _no_grasp(frame, reason, covered, occupied)
+            return _no_grasp(frame, NOTHING, covered)
         proposals = self.proposer.propose(prepared.network_input, allowed)
         is_meant = isinstance(workspace, ObjectRegion)
         ranking = GraspRanking(frame, prepared, around, workspace, floor, self._gripper, self._hold)
@@ -144,7 +155,6 @@ class GraspDetector:
             reason=reason,
             quality=proposals.quality,
             crop=covered,
-            occupied_area=occupied,
             stamp=frame.stamp,
         )
 
@@ -171,14 +181,12 @@ def _no_grasp(
     frame: Frame,
     reason: str,
     crop: tuple[float, float, float] = (0.0, 0.0, 0.0),
-    occupied: float = np.nan,
 ) -> Detection:
     return Detection(
         grasps=(),
         reason=reason,
         quality=np.zeros((INPUT_SIZE, INPUT_SIZE), dtype=np.float32),
         crop=crop,
-        occupied_area=occupied,
         stamp=frame.stamp,
     )
 
@@ -192,13 +200,13 @@ def _support_depth(depth: Image, wTc: SE3, workspace: Workspace | None) -> float
     return float(np.median(depth[valid_depth(depth)]))
 
 
-def _level(scene: HeightMap) -> float:
-    """Height of the largest level surface [m]."""
-    bins = np.rint(scene.heights / _LEVEL_BIN).astype(np.int64)
+def _level(frame: Frame) -> float:
+    """Height of the largest level surface in an image [m]."""
+    heights = _coarse(frame)[2][:, 2]
+    bins = np.rint(heights / _LEVEL_BIN).astype(np.int64)
     lowest = int(bins.min())
-    counts = np.bincount((bins - lowest).ravel()[:: max(1, bins.size // 20000)])
-    level = (int(counts.argmax()) + lowest) * _LEVEL_BIN
-    return float(np.median(scene.heights[np.abs(scene.heights - level) < _LEVEL_BIN]))
+    level = (int(np.bincount(bins - lowest).argmax()) + lowest) * _LEVEL_BIN
+    return float(np.median(heights[np.abs(heights - level) < _LEVEL_BIN]))
 
 
 def _well_inside(workspace: Workspace, points: Array) -> Mask:
@@ -226,18 +234,32 @@ def _allowed(prepared: Prepared, frame: Frame, workspace: Workspace | None, floo
     return mask
 
 
-def _occupied_area(frame: Frame, workspace: Workspace | None, floor: float) -> float:
-    """Area from above of all in the image that stands out of the floor [m^2]."""
-    depth = np.asarray(frame.depth)[::_AREA_STEP, ::_AREA_STEP]
+def _coarse(frame: Frame) -> tuple[Indices, Indices, Array]:
+    """Rows, columns [px] and (N, 3) points in the world [m] of a part of the measured pixels."""
+    depth = np.asarray(frame.depth)[::_STEP, ::_STEP]
     row, column = np.nonzero(valid_depth(depth))
     z = depth[row, column].astype(float)
-    u, v = (_AREA_STEP * index.astype(float) for index in (column, row))
-    points = world_points(z, frame.intrinsics, frame.wTc, u, v)
+    row, column = _STEP * row, _STEP * column
+    u, v = column.astype(float), row.astype(float)
+    return row, column, world_points(z, frame.intrinsics, frame.wTc, u, v)
+
+
+def _stands_out_beside(
+    crop: Crop, frame: Frame, workspace: Workspace | None, floor: float
+) -> Array | None:
+    """(2,) the pixel in the middle of what stands out nearest to a crop, outside it; or None."""
+    row, column, points = _coarse(frame)
     high = points[:, 2] >= floor + OCCUPIED_HEIGHT
     if workspace is not None:
         high[high] = _well_inside(workspace, points[high])
-    if not high.any():
-        return 0.0
-    side = _AREA_STEP / frame.intrinsics.fx * float(z[high].max())
-    cells = np.unique(np.floor(points[high, :2] / side), axis=0)
-    return float(len(cells) * side**2)
+    mask = np.zeros(np.asarray(frame.depth).shape, dtype=np.uint8)[::_STEP, ::_STEP]
+    mask[row[high] // _STEP, column[high] // _STEP] = 1
+    first, end = crop.v0 // _STEP, (crop.v0 + crop.size) // _STEP
+    mask[first:end, crop.u0 // _STEP : (crop.u0 + crop.size) // _STEP] = 0
+    _, _, stats, middles = cv2.connectedComponentsWithStats(mask)
+    pieces = np.asarray(middles[1:])[stats[1:, cv2.CC_STAT_AREA] >= _MIN_PIXELS / _STEP**2]
+    if not len(pieces):
+        return None
+    centre = np.array([crop.u0, crop.v0]) + 0.5 * crop.size
+    nearest: Array = _STEP * pieces[np.linalg.norm(_STEP * pieces - centre, axis=1).argmin()]
+    return nearest

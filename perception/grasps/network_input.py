@@ -76,15 +76,21 @@ class Prepared:
         return clipped
 
 
-def central_crop(shape: tuple[int, int], intrinsics: Intrinsics, depth: float) -> Crop:
-    """The crop about the image centre, (H, W), with the network's scale at a depth.
+def scaled_crop(
+    shape: tuple[int, int], intrinsics: Intrinsics, depth: float, about: Array | None = None
+) -> Crop:
+    """The crop of an (H, W) image with the network's scale at a depth.
 
-    `depth` is that of the support surface, along the optical axis [m].
+    `depth` is that of the support surface, along the optical axis [m]. The crop lies about a pixel
+    (2,), as far as the image goes; None is the image centre.
     """
     height, width = shape
     wanted = INPUT_SIZE * METRES_PER_PIXEL * intrinsics.fx / max(depth, 1e-3)
     size = int(np.clip(round(wanted), min(INPUT_SIZE // 2, height, width), min(height, width)))
-    return Crop(u0=(width - size) // 2, v0=(height - size) // 2, size=size)
+    if about is None:
+        return Crop(u0=(width - size) // 2, v0=(height - size) // 2, size=size)
+    u0, v0 = np.clip(np.rint(about - 0.5 * size), 0, [width - size, height - size]).astype(int)
+    return Crop(u0=int(u0), v0=int(v0), size=size)
 
 
 def prepare(depth: Image, crop: Crop, intrinsics: Intrinsics, wTc: SE3) -> Prepared:

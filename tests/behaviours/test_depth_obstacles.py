@@ -8,7 +8,7 @@ import pytest
 from harness import TABLE_TOP, block, detector, looking_down
 from pinocchio import SE3
 
-from behaviours import Context, DepthObstacles, VisionInStep
+from behaviours import Context, DepthObstacles, Vision
 from controller import BaseGoal, HolisticController, PoseGoal, robot_model
 from hw import Gate, SimClock, TaskClock, TaskTime
 from hw.sim import World, kinematic_robot
@@ -44,7 +44,7 @@ class Seeing:
             robot=self.robot,
             model=self.model,
             clock=TaskClock(self.clock),
-            vision=VisionInStep(self.robot.camera, detector()),
+            vision=Vision(self.robot.camera, detector()),
             state=self.robot.read(),
             fixtures=tuple(known),
             depth_obstacles=DepthObstacles(description, executor) if sees else None,

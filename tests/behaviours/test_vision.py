@@ -1,4 +1,4 @@
-"""Looking in step with the tick and beside it: the same results, sooner or later."""
+"""Searching for grasps beside the loop."""
 
 from concurrent.futures import Future
 from dataclasses import replace
@@ -18,7 +18,7 @@ from harness import (
 )
 from py_trees.common import Status
 
-from behaviours import Region, VisionBeside, VisionInStep
+from behaviours import Region, Vision
 from behaviours.grasp import Grasp
 from hw import DepthFrame
 from hw.sim import DepthRenderer
@@ -54,14 +54,14 @@ class ByHand:
 @pytest.fixture
 def beside():
     harness, executor = over_a_block(), ByHand()
-    vision = VisionBeside(harness.robot.camera, detector(), executor)
+    vision = Vision(harness.robot.camera, detector(), executor)
     harness.context.vision = vision
     return harness, executor, vision
 
 
 def test_a_frame_is_new_in_one_tick_only_and_for_all_who_ask_in_it():
     harness = over_a_block()
-    vision = VisionInStep(harness.robot.camera, detector())
+    vision = Vision(harness.robot.camera, detector())
     vision.begin_tick()
     frame = vision.new_frame()
     assert frame is not None
@@ -138,7 +138,7 @@ class Given:
 @pytest.mark.parametrize("forgets", ["nothing", "reset", "relocalise late"])
 def test_what_was_seen_on_the_way_counts_as_long_as_a_grasp_is_followed(forgets):
     camera = Given()
-    vision = VisionInStep(camera, detector())
+    vision = Vision(camera, detector())
     camera.look(0.0, above=0.5)
     vision.begin_tick()
     assert vision.track(ON_TABLE, 0.0) is not None
@@ -157,10 +157,9 @@ def test_what_was_seen_on_the_way_counts_as_long_as_a_grasp_is_followed(forgets)
     assert bool(likely) == (forgets == "nothing")
 
 
-@pytest.mark.parametrize("where", [VisionInStep, VisionBeside])
-def test_a_frame_that_is_not_what_it_claims_to_be_counts_as_none_for_whoever_looks(where):
+def test_a_frame_that_is_not_what_it_claims_to_be_counts_as_none_for_whoever_looks():
     camera = Given()
-    vision = where(camera, detector())
+    vision = Vision(camera, detector())
     camera.look(0.0, above=0.5)
     vision.begin_tick()
     good = vision.new_frame()

@@ -1,8 +1,10 @@
 """Clocks: simulated, paced and real time, and task time with pauses."""
 
+from threading import Event
+
 import pytest
 
-from hw import SimClock, TaskClock, TaskTime
+from hw import SimClock, TaskClock, TaskTime, Worker
 
 
 def test_simulated_time_jumps_and_never_goes_back():
@@ -10,6 +12,24 @@ def test_simulated_time_jumps_and_never_goes_back():
     clock.sleep_until(3600.0)
     clock.sleep_until(10.0)
     assert clock.now() == 3600.0
+
+
+def test_work_in_a_thread_is_done_when_simulated_time_says_so_whatever_it_takes():
+    clock, quick, slow = SimClock(), Event(), Event()
+    worker = Worker(clock, 0.03)
+    first, second = worker.submit(quick.set), worker.submit(slow.wait, 60.0)
+    assert quick.wait(60.0)
+    clock.sleep_until(0.02)
+    assert not first.done()
+    slow.set()
+    failed = worker.submit(int, "no number")
+    clock.sleep_until(0.03)
+    assert first.done()
+    assert second.result(0.0)
+    assert not failed.done()
+    clock.sleep_until(0.05)
+    assert isinstance(failed.exception(0.0), ValueError)
+    worker.shutdown()
 
 
 def test_task_time_is_never_compared_with_session_time():

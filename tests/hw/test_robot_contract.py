@@ -1,6 +1,5 @@
 """Contract of every robot, in every world: readings, motion, gripper, camera, closing."""
 
-import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import inf
@@ -16,20 +15,14 @@ from robots import robot_names
 PERIOD = 0.01
 PATIENCE = 5.0  # longest blocking operation [s]
 
-QUICK = (
-    ("frankie", "kinematic", True),
-    ("frankie", "physics", False),
-    ("omni", "kinematic", False),
-)
 KINDS = [
     pytest.param(
-        (robot, world, beside),
-        id=f"{robot}-{world}{'-beside' if beside else ''}",
-        marks=() if (robot, world, beside) in QUICK else pytest.mark.slow,
+        (robot, world),
+        id=f"{robot}-{world}",
+        marks=pytest.mark.slow if (robot, world) == ("omni", "physics") else (),
     )
     for world in WORLDS
     for robot in robot_names()
-    for beside in (False, True)
 ]
 
 
@@ -58,14 +51,13 @@ class Driven:
             if done():
                 return
             self.run(PERIOD)
-            time.sleep(1e-4)  # for the threads beside a loop whose time is simulated
         raise AssertionError(f"not within {PATIENCE:g} s")
 
 
 @pytest.fixture(params=KINDS)
 def unconnected(request) -> Backend:
-    robot, world, beside = request.param
-    return open_backend(robot, world, WorldOptions(scene="single", seed=1, beside=beside))
+    robot, world = request.param
+    return open_backend(robot, world, WorldOptions(scene="single", seed=1))
 
 
 @pytest.fixture
@@ -170,11 +162,7 @@ def test_recovering_a_healthy_robot_ends_and_leaves_it_healthy(driven):
 
 
 def wait_for_frame(driven: Driven, after=None):
-    def there() -> bool:
-        time.sleep(0.002)  # what runs beside the loop gets its turn
-        return driven.robot.camera.latest(inf) not in (None, after)
-
-    driven.run_until(there)
+    driven.run_until(lambda: driven.robot.camera.latest(inf) not in (None, after))
     return driven.robot.camera.latest(inf)
 
 
@@ -200,7 +188,6 @@ def test_a_frame_knows_where_it_was_captured(driven):
     while (frame := driven.robot.camera.latest(inf)) is first or len(states) <= 40:
         driven.robot.send(forward(driven.robot))
         driven.run(PERIOD)
-        time.sleep(0.002)  # what runs beside the loop gets its turn
         states.append(driven.robot.read())
         assert len(states) < PATIENCE / PERIOD, "no other frame came"
     then = min(states, key=lambda state: abs(state.stamp - frame.stamp))

@@ -9,9 +9,9 @@ from perception.grasps.network_input import (
     METRES_PER_PIXEL,
     WIDTH_SCALE,
     Crop,
-    central_crop,
     fill,
     prepare,
+    scaled_crop,
 )
 from perception.networks.output_maps import bin_candidates, find_candidates, grasp_maps
 from robots import Intrinsics
@@ -23,7 +23,7 @@ ALL = np.ones((300, 300), dtype=np.bool_)
 
 @pytest.mark.parametrize("depth", [0.01, 0.36, 0.6, 100.0])
 def test_the_crop_is_inside_the_image_and_of_constant_scale_where_it_can_be(depth: float) -> None:
-    crop = central_crop((480, 640), CAMERA, depth)
+    crop = scaled_crop((480, 640), CAMERA, depth)
     assert min(crop.u0, crop.v0) >= 0
     assert crop.u0 + crop.size <= 640
     assert crop.v0 + crop.size <= 480
@@ -57,7 +57,7 @@ def test_preparing_keeps_depth_marks_holes_and_takes_the_mean_away() -> None:
     depth[200:280, 300:340] = 0.40
     depth[100:140, 240:280] = np.nan
     depth[150:160, 240:280] = 0.0
-    crop = central_crop(depth.shape, CAMERA, 0.45)
+    crop = scaled_crop(depth.shape, CAMERA, 0.45)
     prepared = prepare(depth, crop, CAMERA, SE3(DOWN, np.zeros(3)))
     u, v = to_input(crop, 320.0, 240.0)
     assert prepared.depth[v, u] == pytest.approx(0.40)
@@ -101,7 +101,7 @@ def test_a_tilted_camera_gives_a_level_image() -> None:
     v, u = np.mgrid[0:480, 0:640].astype(float)
     ray = np.stack([(u - 319.5) / 383.0, (v - 239.5) / 383.0, np.ones_like(u)], -1) @ rotation.T
     depth = (-0.5 / ray[..., 2]).astype(np.float32)
-    crop = central_crop(depth.shape, CAMERA, 0.5)
+    crop = scaled_crop(depth.shape, CAMERA, 0.5)
     prepared = prepare(depth, crop, CAMERA, SE3(rotation, np.array([1.0, 2.0, 3.0])))
     assert np.ptp(prepared.depth) > 0.1
     assert prepared.below == pytest.approx(0.5, abs=2e-3)

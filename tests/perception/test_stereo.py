@@ -8,7 +8,7 @@ from test_detector import CAMERA, FLOOR, GRIPPER, box_world, frame, looking_down
 from hw.sim import World
 from perception.grasps.feasibility import assess
 from perception.grasps.height_map import HeightMap, local_heights
-from perception.grasps.network_input import central_crop
+from perception.grasps.network_input import scaled_crop
 from perception.grasps.stereo import BASELINE, smoothed, unknown_pixels
 from robots import Box, Geom
 
@@ -49,7 +49,7 @@ def seen_from(wTc: SE3, hole: int = 0) -> HeightMap:
     rows, columns = (slice(n // 2 - hole // 2, n // 2 + hole // 2) for n in depth.shape)
     depth[rows, columns] = np.nan
     support = float((FLOOR - wTc.translation[2]) / wTc.rotation[2, 2])
-    return local_heights(seen, depth, central_crop(depth.shape, CAMERA, support), support).scene
+    return local_heights(seen, depth, scaled_crop(depth.shape, CAMERA, support), support).scene
 
 
 def unknown_at(found: HeightMap, x: float, y: float) -> bool:
@@ -91,7 +91,7 @@ def beside_a_column(height: float) -> tuple[HeightMap, float]:
     wTc = looking_down(0.3)
     wTc.translation[1] -= 0.02  # so that the side of the column is seen
     seen = frame(World([floor, *boxes], []), wTc)
-    around = local_heights(seen, np.array(seen.depth), central_crop((480, 640), CAMERA, 0.3), 0.3)
+    around = local_heights(seen, np.array(seen.depth), scaled_crop((480, 640), CAMERA, 0.3), 0.3)
     at = 3.0 * np.ones(1), np.zeros(1), 0.5 * np.pi * np.ones(1)
     return around.scene, float(assess(around.scene, *at, FLOOR, GRIPPER).score[0])
 

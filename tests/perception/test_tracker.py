@@ -33,7 +33,6 @@ def seen(*grasps: GraspEstimate, reason: str = "", at: float = 0.0) -> Detection
         reason=reason,
         quality=np.zeros((300, 300), dtype=np.float32),
         crop=(0.0, 0.0, 300.0),
-        occupied_area=0.0,
         stamp=at,
     )
 

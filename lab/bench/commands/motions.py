@@ -9,6 +9,7 @@ import typer
 from app.commands import refuse
 from lab.bench.commands.options import (
     BOTH,
+    Cluster,
     Json,
     Period,
     ReverseSpeed,
@@ -66,6 +67,7 @@ def reach(
     sweep: Annotated[Sweep | None, typer.Option(help="Vary a setting of the preset.")] = None,
     period: Period = 0.01,
     workers: Workers = None,
+    cluster: Cluster = None,
     json: Json = None,
 ) -> None:
     """Experiment 2: reach many goals from rest; count failures, limit violations and contacts."""
@@ -99,7 +101,7 @@ def reach(
                     changes=changes,
                 )
                 targets = generate_goals(configuration.model(), count, seed)
-                rows.append(_reach(configuration, conditions, targets, workers))
+                rows.append(_reach(configuration, conditions, targets, cluster or workers))
     show(reach_table(rows), *reach_notes(rows))
     write_results(json, rows, seed=seed)
 
@@ -119,7 +121,10 @@ def _parse_jitter(given: str | None) -> tuple[float, float] | None:
 
 
 def _reach(
-    configuration: Configuration, conditions: Conditions, goals: Sequence[SE3], workers: int | None
+    configuration: Configuration,
+    conditions: Conditions,
+    goals: Sequence[SE3],
+    workers: int | str | None,
 ) -> Reach:
     from lab.bench.reach import aggregate_trials, run_trials
     from lab.shared import progress
@@ -182,7 +187,9 @@ def poses(
     write_results(json, results[:split])
 
 
-def moving(robot: Robot = BOTH, workers: Workers = None, json: Json = None) -> None:
+def moving(
+    robot: Robot = BOTH, workers: Workers = None, cluster: Cluster = None, json: Json = None
+) -> None:
     """Follow goals at 0.3 m/s that never stop: largest errors after catching up."""
     from lab.bench.configuration import Configuration
     from lab.bench.moving import PATHS, Following, moving_table, run_following
@@ -197,7 +204,7 @@ def moving(robot: Robot = BOTH, workers: Workers = None, json: Json = None) -> N
     rows = []
     for name in chosen_robots(robot):
         configuration = Configuration(robot=name, base_speed=1.0)
-        rows += run_following(configuration, followings, workers)
+        rows += run_following(configuration, followings, cluster or workers)
     show(moving_table(rows))
     write_results(json, rows)
 
@@ -216,6 +223,7 @@ def obstacles(
     ] = None,
     limit: Annotated[float, typer.Option(help="Longest time per goal in seconds.", min=0.1)] = 40.0,
     workers: Workers = None,
+    cluster: Cluster = None,
     json: Json = None,
 ) -> None:
     """Reach goals among furniture and walkers; count failures and contacts, compare the times."""
@@ -231,7 +239,7 @@ def obstacles(
         setup = Setup(robot=name, controllers=controllers, seed=seed, limit=limit)
         with progress(f"{name} obstacles", len(names)) as advance:
             trials = run_worlds(
-                setup, names, lambda world: advance(world[0].reason is not None), workers
+                setup, names, lambda world: advance(world[0].reason is not None), cluster or workers
             )
         rows += obstacle_rows(setup, trials)
     show(obstacle_table(rows), *obstacle_notes(rows))

@@ -27,6 +27,10 @@ Seeds = Annotated[str, typer.Option(help="First and last seed; a run for each.",
 Record = Annotated[Path, typer.Option(help="Folder for the folders of runs.")]
 Json = Annotated[Path | None, typer.Option("--json", help="Also write the figures to this file.")]
 Workers = Annotated[int | None, typer.Option(help="Processes; default: one per core.", min=1)]
+Cluster = Annotated[
+    str | None,
+    typer.Option(help="Address of a dask.distributed scheduler; instead of processes here."),
+]
 Period = Annotated[float, typer.Option(help="Control period in seconds.", min=0.001, max=0.1)]
 ReverseSpeed = Annotated[
     float | None,

@@ -9,6 +9,7 @@ import typer
 from app.choices import RegistrationForm
 from app.commands import find_tree
 from lab.bench.commands.options import (
+    Cluster,
     Json,
     OneRobot,
     Record,
@@ -51,6 +52,7 @@ def pick_place(
     seeds: Seeds = "0-9",
     record: Record = Path("runs"),
     workers: Workers = None,
+    cluster: Cluster = None,
     json: Json = None,
 ) -> None:
     """Run the main task for several seeds, and print Table IV beside the paper's figures."""
@@ -74,7 +76,7 @@ def pick_place(
         record=record,
     )
     done = counted(len(wanted) * len(motions))
-    runs = bench.run_pick_place(options, wanted, done, motions=motions, workers=workers)
+    runs = bench.run_pick_place(options, wanted, done, motions=motions, workers=cluster or workers)
     figures = bench.pick_place_figures(runs)
     show(bench.table_iv(figures), *bench.pick_place_notes(figures))
     summaries = [asdict(run.summary) | {"motion": run.motion} for run in runs]
@@ -89,6 +91,7 @@ def on_the_move(
     seeds: Seeds = "0-39",
     record: Record = Path("runs"),
     workers: Workers = None,
+    cluster: Cluster = None,
     json: Json = None,
 ) -> None:
     """Take an object from a table beside the way, once standing and once while driving on."""
@@ -107,7 +110,7 @@ def on_the_move(
         recording=False,
     )
     done = counted(2 * len(wanted))
-    runs = bench.run_on_the_move(options, wanted, done, workers=workers)
+    runs = bench.run_on_the_move(options, wanted, done, workers=cluster or workers)
     figures, saved = bench.passing_figures(runs), bench.saving(runs)
     show(bench.on_the_move_table(figures))
     if saved is not None:
@@ -138,6 +141,7 @@ def uncertainty(
     seeds: Seeds = "0-9",
     record: Record = Path("runs"),
     workers: Workers = None,
+    cluster: Cluster = None,
     json: Json = None,
 ) -> None:
     """Run a task with a robot that is wrong about where it is."""
@@ -154,7 +158,9 @@ def uncertainty(
     )
     rows = len(levels) * len(forms) - levels.count("exact") * (len(forms) - 1)
     done = counted(rows * len(scenes) * len(wanted))
-    runs = bench.run_uncertainty(options, levels, forms, scenes, wanted, done, workers=workers)
+    runs = bench.run_uncertainty(
+        options, levels, forms, scenes, wanted, done, workers=cluster or workers
+    )
     figures = bench.uncertainty_figures(runs)
     show(bench.uncertainty_table(figures))
     write_results(json, figures, runs=[asdict(run.summary) for run in runs])

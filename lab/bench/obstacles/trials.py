@@ -126,7 +126,7 @@ def run_worlds(
     setup: Setup,
     names: Sequence[tuple[str, int]],
     done: Callable[[list[WorldTrial]], None],
-    workers: int | None,
+    workers: int | str | None,
 ) -> list[list[WorldTrial]]:
     """The trials of all controllers in every world; `done` is called after each world."""
     tasks = [(setup, *name) for name in names]

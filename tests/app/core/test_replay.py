@@ -111,10 +111,10 @@ def test_a_run_that_looked_at_images_needs_them_and_not_beside_the_loop(tmp_path
     assert code == 2
     assert "run it with --replayable" in text
     options = json.loads((folder / "options.json").read_text())
-    (folder / "options.json").write_text(json.dumps(options | {"vision": "beside"}))
+    (folder / "options.json").write_text(json.dumps(options | {"world": "emulated"}))
     code, text = replayed(folder)
     assert code == 2
-    assert "with --vision step only" in text
+    assert "in real time" in text
 
 
 @pytest.mark.slow

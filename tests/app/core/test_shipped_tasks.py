@@ -178,13 +178,3 @@ def test_the_container_is_emptied(tmp_path, robot):
     assert code == 0
     assert summary["placed"] >= 8
     assert summary["limit_violations"] == 0
-
-
-@pytest.mark.slow
-def test_an_object_is_placed_with_vision_beside_the_loop(tmp_path):
-    code, summary, _ = run(
-        tmp_path, "pick_one", "--scene", "single", "--vision", "beside", "--speed", "real"
-    )
-    assert code == 0
-    assert summary["placed"] == 1
-    assert summary["limit_violations"] == 0

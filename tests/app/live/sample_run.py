@@ -140,7 +140,6 @@ def detection(seen: DepthFrame) -> Detection:
         reason="",
         quality=np.exp(-distance / (0.003 * size**2)).astype(np.float32),
         crop=crop,
-        occupied_area=0.02,
         stamp=seen.stamp,
     )
 

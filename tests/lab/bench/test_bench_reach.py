@@ -1,5 +1,8 @@
 """`bench reach`, `bench poses` and `bench moving`."""
 
+import json
+import sys
+
 import pytest
 from bench_call import call, refused, report
 
@@ -90,3 +93,22 @@ def test_help_names_every_bench():
     out = call("--help")[1]
     names = "reach poses moving obstacles pick-place on-the-move faults timing"
     assert all(name in out for name in (*names.split(), "experiments"))
+
+
+def test_a_cluster_needs_its_extra(monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    options = ("--count", 1, "--robot", "omni", "--cluster", "tcp://127.0.0.1:1")
+    refused('pip install "frankie-task[cluster]"', "reach", *options)
+
+
+@pytest.mark.slow
+def test_a_cluster_gives_the_same_figures_as_this_computer(tmp_path):
+    distributed = pytest.importorskip("distributed")
+    common = ("--robot", "omni", "--count", 7, "--base-speed", 1.5, "--limit", 1.0)
+    here, there = tmp_path / "here.json", tmp_path / "there.json"
+    options = {"n_workers": 1, "threads_per_worker": 1, "dashboard_address": None}
+    with distributed.LocalCluster(processes=False, **options) as cluster:
+        address = cluster.scheduler_address
+        assert call("reach", *common, "--cluster", address, "--json", there)[0] == 0
+    assert call("reach", *common, "--workers", 1, "--json", here)[0] == 0
+    assert json.loads(here.read_text()) == json.loads(there.read_text())

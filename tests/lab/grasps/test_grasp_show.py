@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 import pytest
 import rerun as rr
+import trimesh
 from command_line import call
 from pinocchio import SE3
 
@@ -57,6 +58,36 @@ def test_grasps_in_an_image_are_drawn(tmp_path: Path, depth: np.ndarray) -> None
     picture = cv2.imread(str(tmp_path / "mine_grasps.png"))
     assert picture.shape[1] == 640
     assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 50
+
+
+def test_a_point_cloud_is_a_depth_image_too(tmp_path: Path, depth: np.ndarray) -> None:
+    v, u = np.nonzero(depth)
+    z = depth[v, u]
+    points = np.stack([(u - CAMERA.cx) / CAMERA.fx * z, (v - CAMERA.cy) / CAMERA.fy * z, z], axis=1)
+    trimesh.PointCloud(points * [1, -1, -1]).export(tmp_path / "viewer.ply")
+    head = f"VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nPOINTS {len(z)}\n"
+    binary = points.astype("<f4").tobytes()
+    (tmp_path / "binary.pcd").write_bytes(f"{head}DATA binary\n".encode() + binary)
+    text = "\n".join(" ".join(map(str, row)) for row in points.astype("f4"))
+    (tmp_path / "text.pcd").write_text(f"{head}DATA ascii\n{text}\n")
+    for name in ("viewer.ply", "binary.pcd", "text.pcd"):
+        code, out, err = call("grasp", "show", tmp_path / name)
+        assert code == 0, err
+        assert "mm wide" in out
+
+
+def test_neither_scale_nor_focal_length_is_guessed_silently(tmp_path, depth) -> None:
+    np.save(tmp_path / "mm.npy", 1000 * depth)
+    code, _, err = call("grasp", "show", tmp_path / "mm.npy")
+    assert (code, "--scale" in err) == (2, True)
+    info = tmp_path / "info.yaml"
+    info.write_text(f"height: 480\nK: [{CAMERA.fx}, 0, 319.5, 0, {CAMERA.fy}, 239.5, 0, 0, 1]\n")
+    arguments = ("grasp", "show", tmp_path / "mm.npy", "--scale", 0.001)
+    assert "focal length of a D435" in call(*arguments)[1]
+    code, out, err = call(*arguments, "--camera", info)
+    assert ("mm wide" in out, "D435" in out) == (True, False), err
+    info.write_text("height: 720\nfx: 1\nfy: 1\ncx: 0\ncy: 0\n")
+    assert "720 rows" in call(*arguments, "--camera", info)[2]
 
 
 def test_grasps_in_a_recording_are_shown(tmp_path: Path, depth: np.ndarray) -> None:
