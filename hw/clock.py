@@ -12,6 +12,8 @@ from typing import Any, ParamSpec, Protocol, TypeVar
 P = ParamSpec("P")
 Result = TypeVar("Result")
 
+_ROUNDING = 1e-9  # of stamps, which are sums of periods [s]
+
 
 class Clock(Protocol):
     """Session time."""
@@ -57,7 +59,6 @@ class Deliveries:
                 delivered.set_result(work.result())
 
 
-_ROUNDING = 1e-9  # of stamps, which are sums of periods [s]
 _SLACK = 0.02  # a paced clock that lags behind real time by more than this skips the lag [s]
 
 

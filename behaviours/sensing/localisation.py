@@ -33,8 +33,10 @@ from perception.registration import Localisation as Filter
 SENSORS = ("laser", "camera")
 """What is registered to the map."""
 
-_INTERVAL = 0.1  # between two registrations [s]
-_FRAME_INTERVAL = 0.2  # the camera is asked for a frame that nobody asked for this long [s]
+_INTERVAL = 0.2  # between two registrations [s]
+_FRAME_LEAD = 0.03  # before one the camera is asked for a frame [s] ...
+_FRAME_AGE = 0.1  # ... unless there is one that will not be older then [s]
+_SCAN_WAIT = 0.1  # a frame waits for a scan this long [s]
 _MAX_AGE = 0.3  # of a scan or frame that is registered [s]
 _HISTORY = 1.0  # how far back odometry is kept [s]
 _SPEED, _TURN = 0.2, radians(12.0)  # at which a correction moves the robot on the map
@@ -173,8 +175,11 @@ class Localiser:
             self._replaced(before, oTb, ": nothing in sight speaks against it")
         if not len(self.surfaces):
             return
+        frame = None
+        if "camera" in self.sensors and self._stamp >= self._due - _FRAME_LEAD:
+            frame = vision.newest(self._due - _FRAME_AGE)
         if self._job is None and self._stamp >= self._due:
-            self._begin(robot, vision)
+            self._begin(robot, frame)
         if self._job is not None and self._job.result.done():
             (oTb, result), self._job = self._job, None
             self._take(*result.result(), oTb)
@@ -227,14 +232,14 @@ class Localiser:
         """End the thread."""
         self.executor.shutdown(wait=False, cancel_futures=True)
 
-    def _begin(self, robot: Robot, vision: Vision) -> None:
+    def _begin(self, robot: Robot, frame: DepthFrame | None) -> None:
         assert self._filter is not None
         scan = robot.laser.latest(_MAX_AGE) if "laser" in self.sensors else None
-        frame = vision.newest(self._stamp - _FRAME_INTERVAL) if "camera" in self.sensors else None
         scan = None if scan is self.scan else scan
         if frame is self._frame or (frame and self._stamp - frame.stamp > _MAX_AGE):
             frame = None
-        if scan is None and frame is None:
+        waits = "laser" in self.sensors and self._stamp < self._due + _SCAN_WAIT
+        if scan is None and (frame is None or waits):
             return
         self._due = self._stamp + _INTERVAL
         self.scan, self._frame = scan or self.scan, frame or self._frame

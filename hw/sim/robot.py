@@ -131,6 +131,7 @@ class _SimCamera(_SimPart):
         """The newest image that is ready."""
         body = self._body
         body.advance()
+        self._collect()
         number = int(body.now * self._camera.rate + 1e-9)
         if self._pending is None and number != self._number:
             self._number = number
@@ -138,8 +139,7 @@ class _SimCamera(_SimPart):
             self._pending = self._executor.submit(
                 self._capture, body.shapes(), wTc, number, body.now
             )
-        if self._pending is not None and self._pending.done():
-            self._image, self._pending = self._pending.result(), None
+            self._collect()
         return self._image
 
     def faults(self) -> tuple[Fault, ...]:
@@ -150,6 +150,10 @@ class _SimCamera(_SimPart):
         """Stop rendering."""
         super().close()
         self._executor.shutdown(wait=False, cancel_futures=True)
+
+    def _collect(self) -> None:
+        if self._pending is not None and self._pending.done():
+            self._image, self._pending = self._pending.result(), None
 
     def _capture(self, shapes: list[Visible], wTc: SE3, number: int, stamp: float) -> DepthImage:
         # One generator a frame, so that it does not depend on earlier frames.

@@ -103,10 +103,8 @@ def ends_as_defined(key: str, ways: tuple[str, ...]) -> None:
     for options in policies:
         children = [claimed(ways[i], f"c{i}") for i in range(count)]
         ends = word.outcomes(children, options, frozenset())
-        world = ToyContext(clock=HastyClock())
-        seen = observe(
-            lambda made, o=options, w=world: word.node.built(key, made, o, w), count, ways
-        )
+        options |= word.node.from_context(ToyContext(clock=HastyClock()))
+        seen = observe(lambda made, o=options: word.node(key, made, **o), count, ways)
         judge(ends, seen)
 
 

@@ -43,6 +43,7 @@ REGISTRATION = Registration(
     alone=frozenset(),
     confirmed=True,
     explained=1.0,
+    trial=None,
     displaced=(MOVED,),
     uncertain=(),
 )
