@@ -58,7 +58,7 @@ log=$VENV/install.log
 terminal=0
 if [ -t 1 ]; then terminal=1; fi
 {
-    "$VENV/bin/python" -m pip install --progress-bar off --disable-pip-version-check \
+    "$VENV/bin/python" -m pip install --no-compile --progress-bar off --disable-pip-version-check \
         --editable ".[$extras]" --constraint constraints.txt 2>&1
     echo "exit code: $?"
 } | tee "$log" | awk -v terminal=$terminal '

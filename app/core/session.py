@@ -280,7 +280,6 @@ def _still_moving() -> Outcome:
 @contextmanager
 def _frozen_garbage() -> Iterator[None]:
     """Exclude existing objects from garbage collection, which would delay ticks by up to 0.1 s."""
-    gc.collect()
     gc.freeze()
     try:
         yield
