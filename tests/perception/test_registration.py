@@ -79,7 +79,7 @@ def nees(errors: np.ndarray, results: list[Registration]) -> float:
     ],
 )
 def test_four_centimetres_become_millimetres(sensors, clutter, median, yaw_deg):
-    errors, results = trials(25, sensors, clutter=clutter)
+    errors, results = trials(12, sensors, clutter=clutter)
     assert np.median(np.hypot(errors[:, 0], errors[:, 1])) < median
     assert np.rad2deg(np.median(np.abs(errors[:, 2]))) < yaw_deg
     assert 0.2 < nees(errors, results) < 2.0

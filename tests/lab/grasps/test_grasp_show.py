@@ -11,6 +11,7 @@ from command_line import call
 from pinocchio import SE3
 
 from hw.sim import DepthRenderer
+from lab.grasps.depth_files import load_depth_file
 from lab.grasps.scenes import FLOOR, HELDOUT_CLASSES, ROBOT, random_world
 from lab.grasps.show import NoTableError, camera_above_table
 
@@ -70,10 +71,13 @@ def test_a_point_cloud_is_a_depth_image_too(tmp_path: Path, depth: np.ndarray) -
     (tmp_path / "binary.pcd").write_bytes(f"{head}DATA binary\n".encode() + binary)
     text = "\n".join(" ".join(map(str, row)) for row in points.astype("f4"))
     (tmp_path / "text.pcd").write_text(f"{head}DATA ascii\n{text}\n")
-    for name in ("viewer.ply", "binary.pcd", "text.pcd"):
-        code, out, err = call("grasp", "show", tmp_path / name)
-        assert code == 0, err
-        assert "mm wide" in out
+    code, out, err = call("grasp", "show", tmp_path / "viewer.ply")
+    assert code == 0, err
+    assert "mm wide" in out
+    shown = [load_depth_file(tmp_path / name) for name in ("viewer.ply", "binary.pcd", "text.pcd")]
+    for one in shown:
+        assert np.nanmedian(one.depth) == pytest.approx(np.median(z), abs=1e-3)
+        assert one.intrinsics.fx == pytest.approx(CAMERA.fx, rel=0.03)
 
 
 def test_neither_scale_nor_focal_length_is_guessed_silently(tmp_path, depth) -> None:

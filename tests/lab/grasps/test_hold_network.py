@@ -83,6 +83,7 @@ def test_the_fit_finds_what_the_check_does_not_see() -> None:
     assert auc(hold(learnt.patches), good) > 0.95
 
 
+@pytest.mark.slow
 def test_what_is_fitted_can_be_judged_and_used(tmp_path: Path) -> None:
     for kinds in ("trained", "heldout"):
         outcomes._write(outcomes._file(tmp_path, kinds, 0), drawn(60))
