@@ -8,7 +8,7 @@ import numpy as np
 from pinocchio import SE3, utils
 
 from controller import Array
-from perception.registration import Displacement, Judge, MatchSettings, Registration, Surfaces
+from perception.registration import Displacement, MatchSettings, Registration, Surfaces
 from robots import Geom, half_extents
 
 _UNKNOWN = np.diag(np.square(MatchSettings.displaced))
@@ -16,7 +16,6 @@ _UNKNOWN = np.diag(np.square(MatchSettings.displaced))
 _WALK = np.diag(np.square([0.001, 0.001, radians(0.05)]))
 """What its covariance grows by from one registration to the next: a piece may be moved again."""
 _PERSISTS = 5  # registrations that must show a displacement before it counts
-_VAGUE = 0.01  # a piece of which less is known may have been moved [m]
 _LONGEST = 2.5  # what is longer is a wall [m]
 _NOTICEABLE, _TURN = 0.005, radians(0.5)  # of displacements, and of their changes [m, rad]
 
@@ -61,7 +60,6 @@ class Furniture:
         self._shown: dict[str, _Standing] = {}
         """Those that count; another dictionary when one of them changes."""
         self._placed: tuple[object, object, tuple[Geom, ...]] = None, None, ()
-        self.judge = Judge()
 
     @property
     def names(self) -> list[str]:
@@ -86,15 +84,15 @@ class Furniture:
 
     def forget(self) -> None:
         """Everything stands in its place: what was seen rests on a pose that was wrong."""
-        self._pieces, self._shown, self.judge = {}, {}, Judge()
+        self._pieces, self._shown = {}, {}
 
     def suspect(self, pieces: Iterable[str]) -> None:
         """Let no pose rest on these pieces until a registration shows where they are."""
         for name in pieces:
             self._pieces.setdefault(name, _Piece(np.zeros(2), np.zeros(3), _UNKNOWN))
 
-    def note(self, result: Registration) -> frozenset[str]:
-        """Take what a registration says of the furniture; what may have been moved, since now."""
+    def note(self, result: Registration) -> None:
+        """Take what a registration says of the furniture."""
         for one in result.displaced:
             self.suspect([one.piece])
             self._pieces[one.piece].take(one)
@@ -102,11 +100,7 @@ class Furniture:
         for one in result.uncertain:
             if (piece := self._pieces.get(one.piece)) is not None:
                 piece.take(one)
-        self._pieces = {
-            name: one
-            for name, one in self._pieces.items()
-            if _is_noticeable(one.by) or one.covariance[0, 0] + one.covariance[1, 1] > _VAGUE**2
-        }
+        self._pieces = {name: one for name, one in self._pieces.items() if _is_noticeable(one.by)}
         shown = {
             name: self._show(name, one)
             for name, one in self._pieces.items()
@@ -114,9 +108,6 @@ class Furniture:
         }
         if shown != self._shown:
             self._shown = shown
-        found = self.judge.take(result.trial)
-        self.suspect(found)
-        return found
 
     def _show(self, name: str, piece: _Piece) -> _Standing:
         before = self._shown.get(name)

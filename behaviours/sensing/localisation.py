@@ -30,13 +30,13 @@ from perception.registration import (
 )
 from perception.registration import Localisation as Filter
 
-SENSORS = ("laser", "camera")
-"""What is registered to the map."""
+SENSORS = ("laser", "camera")  # what is registered to the map
 
 _INTERVAL = 0.2  # between two registrations [s]
 _FRAME_LEAD = 0.03  # before one the camera is asked for a frame [s] ...
 _FRAME_AGE = 0.1  # ... unless there is one that will not be older then [s]
 _SCAN_WAIT = 0.1  # a frame waits for a scan this long [s]
+_JUDGE_INTERVAL = 1.0  # between two that also judge the furniture, which takes longer [s]
 _MAX_AGE = 0.3  # of a scan or frame that is registered [s]
 _HISTORY = 1.0  # how far back odometry is kept [s]
 _SPEED, _TURN = 0.2, radians(12.0)  # at which a correction moves the robot on the map
@@ -62,12 +62,9 @@ class Localiser:
     localised pose of its own.
     """
 
-    surfaces: Surfaces = field(default_factory=lambda: Surfaces({}))
-    """Of the map."""
-    sensors: Collection[str] = SENSORS
-    """Those that are registered to it."""
-    executor: Executor = field(default_factory=InlineExecutor)
-    """Registers beside the loop."""
+    surfaces: Surfaces = field(default_factory=lambda: Surfaces({}))  # of the map
+    sensors: Collection[str] = SENSORS  # those that are registered to it
+    executor: Executor = field(default_factory=InlineExecutor)  # registers beside the loop
 
     def __post_init__(self) -> None:
         self.wTm: SE3 | None = None
@@ -100,7 +97,7 @@ class Localiser:
         self._localised: object = None
         self._job: _Job | None = None
         self._frame: DepthFrame | None = None
-        self._due = -inf
+        self._due = self._judge_due = -inf
 
     @property
     def estimate(self) -> tuple[Array, Array] | None:
@@ -199,8 +196,7 @@ class Localiser:
                 self.registrations += 1
                 self.largest = max(self.largest[0], off), max(self.largest[1], turn)
             moved = self.updates[-1].moved
-        if self.furniture.note(self.registration):
-            self._filter.mistrusted(oTb)
+        self.furniture.note(self.registration)
         self.furniture.suspect(moved)
 
     def _replaced(self, before: Array, oTb: Array, how: str = "") -> None:
@@ -246,7 +242,9 @@ class Localiser:
         oTb = self._odometry(scan.stamp if scan else frame.stamp if frame else self._stamp)
         here = self._filter.pose(oTb), self._filter.covariance(oTb)
         there = self._filter.proposal(oTb)
-        moved, tried = self.furniture.names, self.furniture.judge.tried
+        moved, judge = self.furniture.names, self._stamp >= self._judge_due
+        if judge:
+            self._judge_due = self._stamp + _JUDGE_INTERVAL
 
         def work() -> tuple[Registration, Registration | None]:
             bTw = in_space(oTb).inverse()
@@ -257,10 +255,12 @@ class Localiser:
             if frame is not None:
                 bTc = bTw * frame.wTc
                 clouds.append(depth_cloud(frame.depth, frame.intrinsics, bTc))
-            first = register(self.surfaces, clouds, *here, moved=moved, tried=tried)
-            if there is None:
-                return first, None
-            return first, register(self.surfaces, clouds, *there, moved=moved, tried=None)
+            both = [
+                register(self.surfaces, clouds, *prior, moved=moved, judge_furniture=judge)
+                for prior in (here, there)
+                if prior is not None
+            ]
+            return both[0], both[1] if there is not None else None
 
         self._job = _Job(oTb, self.executor.submit(work))
 

@@ -1,6 +1,5 @@
 """Where the base is: laser scan and depth image against the surfaces of the map."""
 
-from perception.registration.judging import Judge
 from perception.registration.localisation import Localisation, LocalisationSettings, Update
 from perception.registration.matching import MatchSettings
 from perception.registration.planar import (

@@ -102,7 +102,6 @@ class Localisation:
         self._without: _Without | None = None
         self.mTo = compose(mTb, inverse(oTb))
         """(3,) the newest estimate; it steps when a measurement comes (see `smoothed`)."""
-        self._reading = self.mTo, covariance
         self._bias = np.zeros(3)
         """(3,) error of the reading, in axes of the map."""
         self._slip = np.zeros(3)
@@ -123,6 +122,9 @@ class Localisation:
         arm = self._arm(oTb)
         covariance: Array = arm @ self._P[:3, :3] @ arm.T
         return covariance
+
+    def _information(self, oTb: Array) -> Array:
+        return np.asarray(np.linalg.inv(self.covariance(oTb)), dtype=np.float64)
 
     def travelled(self, oTb: Array) -> None:
         """Follow odometry since the last call; call it often."""
@@ -150,7 +152,6 @@ class Localisation:
             stamp: of the reading [s].
             oTb: (3,) odometry at that stamp.
         """
-        self._reading = compose(mTb, inverse(oTb)), covariance
         if self._without is not None:
             self._without.estimate.localised(mTb, covariance, stamp, oTb)
         settings, P = self._settings, self._P
@@ -166,7 +167,7 @@ class Localisation:
         gain = np.linalg.solve(S, H @ P).T
         nis = float(innovation @ np.linalg.solve(S, innovation))
         if nis > CHI2_3:
-            self._contradict(*self._reading, stamp, oTb)
+            self._contradict(compose(mTb, inverse(oTb)), covariance, stamp, oTb)
             self._without = None  # it rests on readings that may have jumped
             return Update(nis, accepted=False)
         self._contradiction = None
@@ -177,18 +178,19 @@ class Localisation:
         """Take a registration, whose prior was an estimate of this filter; oTb (3,) at capture."""
         if moved := self._contradicted(result, oTb):
             return Update(inf, accepted=False, moved=moved)
-        P, arm, spread, data = self._P, self._arm(oTb), self.covariance(oTb), result.information
-        prior = np.linalg.inv(spread)
-        innovation, nis = result.innovation(self.pose(oTb), spread)
+        P, arm, prior = self._P, self._arm(oTb), self._information(oTb)
+        innovation, nis = result.innovation(self.pose(oTb), prior)
+        data = result.information
+        rounding = _ROUNDING * np.diag(np.diag(data + prior))
         if nis > CHI2_3 or result.explained < self._settings.lost:
             if len(result.points):
                 self._widen(np.square(self._settings.doubt), oTb)
             return Update(nis, accepted=False)
         values, vectors = np.linalg.eigh(result.limit - prior)
         unsaid = (vectors * np.maximum(values, 0.0)) @ vectors.T
-        news = parallel(data, unsaid + _ROUNDING * np.diag(np.diag(data + prior)))
+        news = parallel(data, unsaid + rounding)
         H = np.concatenate([arm, np.zeros((3, 6))], axis=1)
-        gain = P @ H.T @ np.linalg.inv(np.eye(3) + news @ spread)
+        gain = P @ H.T @ np.linalg.inv(np.eye(3) + news @ self.covariance(oTb))
         self._correct(gain @ news @ innovation, gain @ news @ H @ P, oTb)
         return Update(nis, accepted=True)
 
@@ -206,7 +208,7 @@ class Localisation:
             known._P, known._without = self._P.copy(), None
             self._without = _Without(result.alone, known)
         known = self._without.estimate
-        _, nis = result.innovation(known.pose(oTb), known.covariance(oTb))
+        nis = result.innovation(known.pose(oTb), known._information(oTb))[1]
         against = nis > self._settings.moved
         count = max(self._without.against + (1 if against else -1), 0)
         self._without = self._without._replace(against=count)
@@ -262,10 +264,6 @@ class Localisation:
             return False
         self.restart(compose(other.mTo, oTb), other.covariance, self._stamp, oTb)
         return True
-
-    def mistrusted(self, oTb: Array) -> None:
-        """Registrations may have rested on moved furniture: believe the last reading alone."""
-        self.restart(compose(self._reading[0], oTb), self._reading[1], self._stamp, oTb)
 
     def unlocalised(self) -> None:
         """The base's own localisation is lost: it insists on nothing."""

@@ -27,6 +27,8 @@ _NARROW = 0.01
 """Widening by less than this is left out [m]."""
 _SETTLED = 2e-4
 """A step smaller than this is the last [m, rad]."""
+_STRAINED = 11.3
+"""A displacement whose squared Mahalanobis distance is larger is doubted (chi-squared, 1 %)."""
 _ERRORS = 7
 """Of a sensor: offset (3), turn (3), scale."""
 
@@ -43,8 +45,8 @@ class MatchSettings:
     """The same of a piece that was moved."""
     reach: float = 0.15
     """A point farther than this from all surfaces is not used, beyond what the prior allows [m]."""
-    price: float = 40.0
-    """A stack counts as moved if that lowers the cost, a squared Mahalanobis distance, by this."""
+    price: float = 25.0
+    """A piece counts as moved if that lowers the cost, a squared Mahalanobis distance, by this."""
     support: int = 12
     """Points on a piece of furniture without which nothing is said of it."""
 
@@ -90,7 +92,7 @@ class Solution(NamedTuple):
     data: Array
     """(n, n) of data."""
     cost: float
-    """Squared Mahalanobis distance of data and priors."""
+    """Squared Mahalanobis distance of data and priors, and the price of the loose pieces."""
     losses: Array
     """(N,) part of each point in the cost."""
     match: Match
@@ -134,6 +136,20 @@ class Problem:
         self.n = self._first + 3 * len(self.pieces)
         self._start = self.matched(np.zeros(self.n))
 
+    def suspects(self, solution: Solution) -> set[int]:
+        """Columns of the furniture in sight that does not lie on its surfaces.
+
+        By chi-squared of its displacement, and of the points that one sensor has on it.
+        """
+        strained = solution.x[self._first :].reshape(-1, 3) / self._deviations(solution.loose)
+        suspects = set(np.flatnonzero((strained**2).sum(axis=1) > _STRAINED).tolist())
+        for some in self._slices:
+            column, losses = solution.match.column[some], solution.losses[some]
+            counts = np.bincount(column, minlength=len(self.pieces))
+            sums = np.bincount(column, losses, minlength=len(self.pieces))
+            suspects |= set(np.flatnonzero(sums > counts + 4.0 * np.sqrt(2.0 * counts)).tolist())
+        return suspects
+
     def displacement(self, column: int) -> slice:
         """The unknowns of a piece."""
         return slice(self._first + 3 * column, self._first + 3 * column + 3)
@@ -159,12 +175,12 @@ class Problem:
             x = x - step
             if spread == 0.0 and np.abs(step[:3]).max() < _SETTLED:
                 break
-        match = match._replace(residuals=match.residuals - match.J @ step)
+        match = self.matched(x, tries)
         data = match.J.T @ (self._weights(match)[:, None] * match.J)
         squares = np.where(match.seen, match.residuals**2 / self._variance, np.inf)
         most = settings.loss_scale**2
         losses = most / (1.0 + most / np.maximum(squares, 1e-12))
-        cost = float(losses.sum() + x @ known @ x)
+        cost = float(losses.sum() + x @ known @ x) + settings.price * len(loose)
         return Solution(loose, x, data + known, data, cost, losses, match)
 
     def marginal(self, solution: Solution, times: float = 1.0) -> Array:

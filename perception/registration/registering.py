@@ -2,13 +2,12 @@
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from perception.frame import Array, Mask
 from perception.registration.matching import MatchSettings, Problem, Solution
-from perception.registration.planar import difference
+from perception.registration.planar import difference, wrap
 from perception.registration.sensors import Cloud
 from perception.registration.surfaces import Surfaces
 
@@ -33,18 +32,6 @@ class Displacement:
     """(3,) x, y [m] of its centre and heading [rad] about it, in the map."""
     covariance: Array
     """(3, 3)."""
-
-
-class Trial(NamedTuple):
-    """What it explains if furniture that touches each other was moved."""
-
-    stack: int
-    """Of `Surfaces.stacks`."""
-    pieces: frozenset[str]
-    """Of that stack, in sight."""
-    gain: float
-    """By how much that lowers the squared Mahalanobis distance of points and priors, less what a
-    stack that counts as moved must gain; at 0 or less it is in its place."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -79,22 +66,19 @@ class Registration:
     """Furniture that was moved; the pose does not rest on it."""
     uncertain: tuple[Displacement, ...]
     """Furniture that may have been moved, or other furniture was; the pose does not rest on it."""
-    trial: Trial | None
-    """Of one stack, without effect on the rest; None if nothing in sight could outvote one."""
 
     @property
     def consistent(self) -> bool:
         """Whether the prior explains the correction."""
         return self.mahalanobis < CHI2_3
 
-    def innovation(self, mTb: Array, covariance: Array) -> tuple[Array, float]:
+    def innovation(self, mTb: Array, information: Array) -> tuple[Array, float]:
         """(3,) what the points alone say, less a pose, and its normalised square.
 
         Args:
             mTb: (3,) the pose.
-            covariance: (3, 3) of it.
+            information: (3, 3) on it.
         """
-        information = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
         # Undone from the prior that they were matched with.
         shift = np.linalg.solve(self.covariance, difference(self.pose, self.prior))
         # What is known next to nothing of stays where the prior has it.
@@ -111,15 +95,14 @@ def register(
     covariance: Array,
     *,
     moved: Collection[str] = (),
-    tried: Sequence[int] | None = (),
+    judge_furniture: bool = True,
     settings: MatchSettings = _DEFAULT,
 ) -> Registration:
     """Match what was measured at one time to the map.
 
-    What does not fit is an outlier. Whether furniture was moved is tried of one stack at a time,
-    for `Judge`: only another piece in sight can outvote it. Of one piece alone, a pose error and a
-    displacement look the same, and it is taken to be the pose. What was known before tells them
-    apart (`Localisation.registered`).
+    A piece counts as moved only if another piece in sight outvotes it: of one piece alone, a pose
+    error and a displacement look the same, and it is taken to be the pose. What was known before
+    tells them apart (`Localisation.registered`).
 
     Args:
         surfaces: the map.
@@ -127,13 +110,15 @@ def register(
         prior: (3,) mTb expected at capture.
         covariance: (3, 3) of it, positive definite.
         moved: pieces that are known to have been moved, as of the last registration.
-        tried: stacks that were tried, the newest last; None for no trial.
+        judge_furniture: also find out what else was moved, which may take several times as long;
+            without it, what does not fit is an outlier.
         settings: what is assumed of noise and furniture.
     """
     problem = Problem(surfaces, clouds, prior, covariance, settings)
     known = [k for k, piece in enumerate(problem.pieces) if surfaces.names[piece] in moved]
     solution = problem.solve(frozenset(known))
-    trial = None if tried is None else _trial(problem, surfaces, solution, tried, settings)
+    if judge_furniture:
+        solution = _with_furniture(problem, surfaces, solution, settings)
     shift = solution.x[:3]
     spread = np.asarray(np.linalg.inv(solution.information), dtype=np.float64)
     displaced: list[Displacement] = []
@@ -146,9 +131,10 @@ def register(
         one = Displacement(piece=name, centre=centre, by=by, covariance=its)
         (displaced if by @ np.linalg.solve(its, by) > CHI2_3 else uncertain).append(one)
     used = solution.losses < 0.5 * settings.loss_scale**2
+    pose = prior + shift
     alone, confirmed = _witnesses(problem, surfaces, solution, used, settings)
     return Registration(
-        pose=difference(prior, -shift),
+        pose=np.array([pose[0], pose[1], wrap(float(pose[2]))]),
         covariance=spread[:3, :3],
         prior=prior,
         mahalanobis=float(shift @ np.linalg.solve(covariance, shift)),
@@ -161,7 +147,6 @@ def register(
         explained=float(used.mean()) if len(used) else 0.0,
         displaced=tuple(displaced),
         uncertain=tuple(uncertain),
-        trial=trial,
     )
 
 
@@ -180,26 +165,30 @@ def _witnesses(
     return frozenset(surfaces.names[piece] for piece in pieces), False
 
 
-def _trial(
-    problem: Problem,
-    surfaces: Surfaces,
-    best: Solution,
-    tried: Sequence[int],
-    settings: MatchSettings,
-) -> Trial | None:
-    """`Registration.trial`, of the stack in sight whose turn it is."""
+def _with_furniture(
+    problem: Problem, surfaces: Surfaces, best: Solution, settings: MatchSettings
+) -> Solution:
+    """The solution in which as little furniture as possible was moved.
+
+    A first trial costs time but no suspicion: errors of the sensors can hide a displacement.
+    """
     counts = np.bincount(best.match.column, minlength=len(problem.pieces))
-    counts[list(best.loose)] = 0
-    (seen,) = np.nonzero(counts >= settings.support)
-    stacks = surfaces.stacks[problem.pieces]
-    free = set(stacks[seen[~surfaces.fixed[problem.pieces[seen]]]].tolist())
-    if (counts > 0).sum() < 2 or not free:
-        return None
-    turns = {stack: turn for turn, stack in enumerate(tried)}
-    stack = min(sorted(free), key=lambda one: turns.get(one, -1))
-    columns = frozenset(np.flatnonzero((stacks == stack) & (counts > 0)).tolist())
-    gain = best.cost - problem.solve(best.loose | columns).cost - settings.price
-    return Trial(stack, frozenset(surfaces.names[k] for k in problem.pieces[list(columns)]), gain)
+    if (counts >= settings.support).sum() < 2:
+        return best
+    movable = set(
+        np.flatnonzero((counts >= settings.support) & ~surfaces.fixed[problem.pieces]).tolist()
+    )
+    while trials := [problem.solve(best.loose | {column}) for column in movable - best.loose]:
+        first = min(trials, key=lambda trial: trial.cost)
+        if first.cost >= best.cost:
+            break
+        # Of pieces that contradict each other alike, none can be believed.
+        worth = min(first.cost + settings.price, best.cost)
+        rivals = [trial.loose for trial in trials if trial.cost < worth]
+        best = first if len(rivals) < 2 else problem.solve(frozenset().union(*rivals))
+        if not problem.suspects(best):
+            break
+    return best
 
 
 def parallel(A: Array, B: Array) -> Array:

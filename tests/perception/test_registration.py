@@ -7,7 +7,7 @@ import pytest
 from pinocchio import SE3, exp3
 from synthetic_room import MAP, SURFACES, Pieces, Robot, box, displaced
 
-from perception.registration import Cloud, Judge, Registration, Surfaces, register
+from perception.registration import Cloud, Registration, Surfaces, register
 from perception.registration.matching import MatchSettings, Problem
 from robots import Box, Capsule, Cylinder, Geom, Sphere, hull_of
 
@@ -34,19 +34,6 @@ def cluttered(cloud: Cloud, share: float, rng: np.random.Generator) -> Cloud:
     return Cloud(points, cloud.eye, cloud.errors)
 
 
-def judged(
-    surfaces: Surfaces, clouds: list[Cloud], expected: np.ndarray, prior: np.ndarray
-) -> Registration:
-    """The registration after every stack had two turns."""
-    judge = Judge()
-    moved: set[str] = set()
-    for _ in range(2 * len(surfaces.names)):
-        known = {"moved": moved, "tried": judge.tried}
-        result = register(surfaces, clouds, expected, prior, **known)
-        moved |= judge.take(result.trial)
-    return register(surfaces, clouds, expected, prior, moved=moved)
-
-
 def trials(
     count: int, sensors: str, pieces: Pieces = MAP, clutter: float = 0.0, prior: np.ndarray = PRIOR
 ) -> tuple[np.ndarray, list[Registration]]:
@@ -58,7 +45,7 @@ def trials(
         clouds += [robot.image(world, mTb)] if "camera" in sensors else []
         clouds = [cluttered(cloud, clutter, rng) for cloud in clouds]
         expected = mTb + rng.multivariate_normal(np.zeros(3), prior)
-        results.append(judged(SURFACES, clouds, expected, prior))
+        results.append(register(SURFACES, clouds, expected, prior))
         errors.append(results[-1].pose - mTb)
     return np.array(errors), results
 
@@ -153,23 +140,10 @@ def test_of_two_pieces_that_contradict_each_other_none_is_believed():
     moved = {**pieces, "near table": displaced(pieces["near table"], BY)}
     robot, mTb = Robot(np.random.default_rng(3)), np.array([-0.6, 0.6, 0.2])
     clouds = [robot.scan(moved, mTb), robot.image(moved, mTb)]
-    result = judged(Surfaces(pieces), clouds, mTb, PRIOR)
+    result = register(Surfaces(pieces), clouds, mTb, PRIOR)
     error = result.pose - mTb
     assert error @ np.linalg.solve(result.covariance, error) < 16.0
     assert result.uncertain or {piece.piece for piece in result.displaced} <= {"near table"}
-
-
-def test_a_stack_that_moved_together_is_one_displacement():
-    on_top = [box((0.3, 0.3, 0.1), (0.9, 1.5, 0.65))]
-    pieces = {**MAP, "bin": on_top}
-    moved = {**pieces, **{name: displaced(pieces[name], BY) for name in ("bin", "pedestal")}}
-    robot, mTb = Robot(np.random.default_rng(3)), np.array([0.1, 0.9, 0.6])
-    clouds = [robot.scan(moved, mTb), robot.image(moved, mTb)]
-    result = judged(Surfaces(pieces, fixed={"walls"}), clouds, mTb, PRIOR)
-    assert {piece.piece for piece in result.displaced} == {"bin", "pedestal"}
-    for piece in result.displaced:
-        assert np.hypot(*(piece.by - BY)[:2]) < 0.02
-    assert np.hypot(*(result.pose - mTb)[:2]) < 0.01
 
 
 def test_what_stands_on_something_is_one_stack_with_it():

@@ -43,7 +43,6 @@ REGISTRATION = Registration(
     alone=frozenset(),
     confirmed=True,
     explained=1.0,
-    trial=None,
     displaced=(MOVED,),
     uncertain=(),
 )
