@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import dataclass
@@ -38,7 +37,7 @@ class Deliveries:
     """Results of work in threads, each due at a moment of simulated time."""
 
     def __init__(self) -> None:
-        self._waiting: deque[tuple[float, Future[Any], Future[Any]]] = deque()
+        self._waiting: list[tuple[float, Future[Any], Future[Any]]] = []
 
     def add(self, work: Future[Result], stamp: float) -> Future[Result]:
         """A future that is done from session time `stamp` on [s]."""

@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from concurrent.futures import Executor, Future
 from contextlib import contextmanager
 from math import inf
-from typing import NamedTuple
 
 from hw import Camera, DepthFrame, InlineExecutor, stopwatch
 from perception import (
@@ -24,12 +23,6 @@ from perception import (
 _OLDEST_FRAME = 0.15  # an older frame is outdated [s]
 _AHEAD = 0.25  # a frame may be newer than the reading of the robot by this [s]
 _LOST_FRAME = 1.0  # frames that are older are not late but missing [s]
-
-
-class _Search(NamedTuple):
-    frame: DepthFrame
-    workspace: Workspace
-    result: Future[Detection]
 
 
 class Vision:
@@ -49,8 +42,8 @@ class Vision:
     ) -> None:
         self._camera, self._detector = camera, detector
         self._executor = executor or InlineExecutor()
-        self._search: _Search | None = None
-        self._searched: tuple[DepthFrame, Workspace] | None = None
+        self._searched: tuple[DepthFrame, Workspace] | None = None  # last
+        self._result: Future[Detection] | None = None  # of that search, until it is taken
         self._found: tuple[Workspace, Detection] | None = None
         self._judge, self._mistake = FrameChecker(), ""
         self._delivered: DepthFrame | None = None
@@ -82,28 +75,26 @@ class Vision:
         if self._found is None or self._found[0] is not workspace:
             self._take()
             self._take_result(workspace)
-            newest, search = self._newest, self._search
-            is_idle = search is None or search.result.done()
+            newest, is_idle = self._newest, self._result is None
             if newest is not None and is_idle and self._searched != (newest, workspace):
                 self._searched = newest, workspace
                 with self.timed():
-                    result = self._executor.submit(
+                    self._result = self._executor.submit(
                         self._detector.detect, newest, workspace, self._memory
                     )
-                self._search = _Search(newest, workspace, result)
                 self._take_result(workspace)
         found = self._found
         return found[1] if found is not None and found[0] is workspace else None
 
     def _take_result(self, workspace: Workspace) -> None:
         """The result of the search; an old one, or one of another region, is dropped."""
-        newest, search = self._newest, self._search
-        if newest is None or search is None or not search.result.done():
+        result, searched, newest = self._result, self._searched, self._newest
+        if result is None or not result.done() or searched is None or newest is None:
             return
-        self._search = None
-        is_recent = newest.stamp - search.frame.stamp <= _OLDEST_FRAME
-        if search.workspace is workspace and is_recent:
-            self.frame, self.detection = search.frame, search.result.result()
+        self._result = None
+        frame, where = searched
+        if where is workspace and newest.stamp - frame.stamp <= _OLDEST_FRAME:
+            self.frame, self.detection = frame, result.result()
             self._found = workspace, self.detection
 
     @contextmanager

@@ -138,9 +138,10 @@ def _pcd(path: Path) -> Array:
         key, *words = line.split()
         fields[key] = words
     form, _, data = body.partition(b"\n")
-    names, counts = fields["FIELDS"], [int(n) for n in fields.get("COUNT", [])] or None
+    names = fields["FIELDS"]
+    counts = [int(number) for number in fields.get("COUNT", ["1"] * len(names))]
     if form.strip() == b"ascii":
-        at = np.concatenate([[0], np.cumsum(counts or [1] * len(names))])
+        at = np.concatenate([[0], np.cumsum(counts)])
         table = np.array([line.split() for line in data.decode("ascii").splitlines()], dtype=float)
         return table[:, [int(at[names.index(axis)]) for axis in "xyz"]]
     if form.strip() != b"binary":
@@ -149,7 +150,7 @@ def _pcd(path: Path) -> Array:
     sizes, types = fields["SIZE"], fields["TYPE"]
     row = np.dtype(
         [
-            (f"{name} {k}", f"<{_NUMPY_TYPES[types[k]]}{sizes[k]}", (counts or [1] * len(names))[k])
+            (f"{name} {k}", f"<{_NUMPY_TYPES[types[k]]}{sizes[k]}", counts[k])
             for k, name in enumerate(names)
         ]
     )
