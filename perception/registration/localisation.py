@@ -32,11 +32,9 @@ class LocalisationSettings:
     """Part of that error which is independent from reading to reading: x, y [m], heading [rad]."""
     doubt: tuple[float, float, float] = (0.01, 0.01, radians(0.3))
     """Uncertainty that a registration adds which contradicts the estimate: x, y [m], heading."""
-    moved: float = 11.3
-    """Squared Mahalanobis distance to what was known without a piece of furniture, beyond which
-    that piece, and not the base, is elsewhere (chi-squared, 1 %)."""
     agreeing: int = 4
-    """How many more registrations must say so than not."""
+    """How many more registrations than not must contradict what was known without a piece of
+    furniture, until that piece, and not the base, is taken to be elsewhere."""
     lost: float = 0.3
     """A registration that explains a smaller share of its points contradicts the estimate."""
     persistence: float = 1.0
@@ -209,7 +207,7 @@ class Localisation:
             self._without = _Without(result.alone, known)
         known = self._without.estimate
         nis = result.innovation(known.pose(oTb), known._information(oTb))[1]
-        against = nis > self._settings.moved
+        against = nis > CHI2_3
         count = max(self._without.against + (1 if against else -1), 0)
         self._without = self._without._replace(against=count)
         if count < self._settings.agreeing:
