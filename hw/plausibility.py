@@ -1,7 +1,6 @@
 """Plausibility of a reading: its numbers, its stamp, and the reading before."""
 
 from enum import Enum
-from math import isfinite
 
 import numpy as np
 
@@ -79,7 +78,7 @@ def _is_complete(state: RobotState) -> bool:
     rotation = state.wTb.rotation
     numbers = (*state.base_twist, *state.q, *state.qd, *state.wTb.translation, state.gripper_width)
     return bool(
-        all(map(isfinite, numbers))
+        np.isfinite(numbers).all()
         and np.abs(rotation @ rotation.T - np.eye(3)).max() < _ROTATION_TOLERANCE
         and np.linalg.det(rotation) > 0.0
     )

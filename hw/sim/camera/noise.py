@@ -6,6 +6,7 @@ one imager sees are missing, and so are depth edges, speckles, and what is too n
 """
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +14,9 @@ import numpy.typing as npt
 from robots import CameraDescription
 
 DepthImage = npt.NDArray[np.float32]
+Value = TypeVar("Value", bound=np.generic)
+
+_FARTHEST = np.float32(1e3)  # what is farther, or not there, counts as this far [m]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,19 +33,26 @@ class D435Noise:
         self, depth: DepthImage, camera: CameraDescription, rng: np.random.Generator
     ) -> DepthImage:
         """A noisy copy of a depth image (H, W) [m], in whole millimetres; NaN where missing."""
-        far = np.nan_to_num(depth, nan=1e3)
-        scale = np.float32(camera.intrinsics.fx * camera.baseline)
-        disparity: DepthImage = scale / far
+        far: DepthImage = np.fmin(depth, _FARTHEST)
+        scale, step = np.float32(camera.intrinsics.fx * camera.baseline), self.disparity_step
+        values: DepthImage = scale / far  # disparities [px], later millimetres
         seen = (far >= camera.min_range) & (far <= camera.max_range)
-        seen &= ~_hidden_from_the_other_imager(disparity)
-        lost = _edges(far, self.edge_step) & (_uniform(rng, depth.shape, 1) < self.edge_loss)
-        lost |= _uniform(rng, depth.shape, 4) < self.speckle
+        seen &= ~_hidden_from_the_other_imager(values)
+        lost = _edges(far, self.edge_step)
+        lost &= rng.random(far.shape, dtype=np.float32) < self.edge_loss
+        lost |= _spread(rng.random(_blocks(far.shape, 4), dtype=np.float32) < self.speckle, far, 4)
         seen &= ~lost
-        disparity += np.float32(self.disparity_noise) * _normal(rng, depth.shape, 2)
-        step = np.float32(self.disparity_step)
-        disparity = np.maximum(np.rint(disparity / step), np.float32(1.0)) * step
-        millimetres = np.rint(scale / disparity * np.float32(1000.0))
-        return np.where(seen, millimetres / np.float32(1000.0), np.float32(np.nan))
+        noise = rng.standard_normal(_blocks(far.shape, 2), dtype=np.float32)
+        values += _spread(np.float32(self.disparity_noise) * noise, far, 2)
+        values /= step
+        np.maximum(np.rint(values, out=values), 1.0, out=values)
+        values *= step
+        np.divide(scale, values, out=values)
+        values *= 1000.0
+        np.rint(values, out=values)
+        values /= 1000.0
+        np.copyto(values, np.nan, where=~seen)
+        return values
 
 
 def _hidden_from_the_other_imager(disparity: DepthImage) -> npt.NDArray[np.bool_]:
@@ -56,30 +67,19 @@ def _hidden_from_the_other_imager(disparity: DepthImage) -> npt.NDArray[np.bool_
 def _edges(depth: DepthImage, step: float) -> npt.NDArray[np.bool_]:
     """Pixels on either side of a jump in depth of more than `step` [m]."""
     edges = np.zeros(depth.shape, dtype=np.bool_)
-    jump = np.abs(np.diff(depth, axis=1)) > step
-    edges[:, 1:] |= jump
-    edges[:, :-1] |= jump
-    jump = np.abs(np.diff(depth, axis=0)) > step
-    edges[1:] |= jump
-    edges[:-1] |= jump
+    for jumped, away in ((edges, depth), (edges.T, depth.T)):
+        difference = away[1:] - away[:-1]
+        jump = np.abs(difference, out=difference) > step
+        jumped[1:] |= jump
+        jumped[:-1] |= jump
     return edges
 
 
-def _uniform(rng: np.random.Generator, shape: tuple[int, ...], block: int) -> DepthImage:
-    """(H, W) uniform numbers in [0, 1), equal within square blocks."""
-    return _spread(rng.random(_blocks(shape, block), dtype=np.float32), shape, block)
-
-
-def _normal(rng: np.random.Generator, shape: tuple[int, ...], block: int) -> DepthImage:
-    """(H, W) standard normal numbers, equal within square blocks."""
-    return _spread(rng.standard_normal(_blocks(shape, block), dtype=np.float32), shape, block)
-
-
 def _blocks(shape: tuple[int, ...], block: int) -> tuple[int, int]:
+    """How many square blocks cover an image, along rows and columns."""
     return -(-shape[0] // block), -(-shape[1] // block)
 
 
-def _spread(values: DepthImage, shape: tuple[int, ...], block: int) -> DepthImage:
-    if block == 1:
-        return values
-    return np.repeat(np.repeat(values, block, 0), block, 1)[: shape[0], : shape[1]]
+def _spread(values: npt.NDArray[Value], like: DepthImage, block: int) -> npt.NDArray[Value]:
+    """Values of square blocks at each of their pixels."""
+    return values.repeat(block, 0)[: like.shape[0]].repeat(block, 1)[:, : like.shape[1]]

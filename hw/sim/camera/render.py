@@ -6,6 +6,7 @@ quadratic equation in t. The image is processed in strips of rows, whose tempora
 """
 
 from collections.abc import Callable, Sequence
+from functools import reduce
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -78,7 +79,8 @@ class DepthRenderer:
                     along = [r[0] * x + (r[1] * y + r[2]) for r in rotation]
                     entry = _ENTRY[type(shape)](shape, origin, *along)
                     window = depth[rows, u0:u1]
-                    nearest = (entry > NEAR) & (entry < window)
+                    nearest = entry < window
+                    nearest &= entry > NEAR
                     np.copyto(window, entry, where=nearest)
                     if ids is not None:
                         np.copyto(ids[rows, u0:u1], np.int16(index), where=nearest)
@@ -89,7 +91,7 @@ class DepthRenderer:
             ]
             if bodies:
                 draw(depth, ids, bodies, self._intrinsics, NEAR)
-        depth[np.isinf(depth)] = np.nan
+        np.copyto(depth, np.nan, where=np.isinf(depth))
         return depth
 
     def _visible(
@@ -154,13 +156,21 @@ def _in_camera(number: int, shape: Hull | Mesh, cTs: SE3) -> Body:
 
 
 def _box(box: Box, o: Image, dx: Image, dy: Image, dz: Image) -> Image:
-    entry, leave = np.full_like(dx, -np.inf), np.full_like(dx, np.inf)
+    """The last of the planes through which a ray enters; the directions are overwritten."""
+    lows, highs = [], []
     for start, along, half in zip(o, (dx, dy, dz), box.half, strict=True):
-        inverse = 1.0 / along
-        one, two = (-np.float32(half) - start) * inverse, (np.float32(half) - start) * inverse
-        np.maximum(entry, np.minimum(one, two), out=entry)
-        np.minimum(leave, np.maximum(one, two), out=leave)
-    entry[entry > leave] = np.inf
+        inverse = np.divide(np.float32(1.0), along, out=along)
+        low = (-np.float32(half) - start) * inverse
+        high = np.multiply(np.float32(half) - start, inverse, out=inverse)
+        if start > half:  # rays that go up miss the box: both are behind the camera
+            low, high = high, low
+        elif start >= -half:
+            low, high = np.minimum(low, high), np.maximum(low, high, out=high)
+        lows.append(low)
+        highs.append(high)
+    entry: Image = reduce(np.maximum, lows)
+    leave = reduce(np.minimum, highs)
+    np.copyto(entry, np.inf, where=entry > leave)
     return entry
 
 
