@@ -8,6 +8,7 @@ labels training scenes, where heights are exact.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 from math import ceil
 
 import cv2
@@ -197,7 +198,20 @@ def _lowest(
     sine: Array,
     floor: float,
 ) -> Array:
-    """(N,) height of the grasp centre below which palm or camera would collide [m].
+    """(N,) height of the grasp centre below which palm or camera would collide [m]."""
+    highest = _highest(scene, floor)
+    x, y, c, s = (each[:, None] for each in (x, y, cosine, sine))
+    lowest = np.full(len(x), -np.inf)
+    for height, along, across in hand.overhead:
+        at = x + c * along - s * across, y + s * along + c * across
+        under = look_up(highest, scene.origin, scene.cell, *at).max(axis=1)
+        lowest = np.maximum(lowest, under + _PALM_CLEARANCE - height)
+    return lowest
+
+
+@lru_cache(maxsize=1)
+def _highest(scene: HeightMap, floor: float) -> Image:
+    """(rows, columns) the highest around each cell [m].
 
     Hidden objects are as high as `TALLEST`, or as the camera.
     """
@@ -208,14 +222,8 @@ def _lowest(
             tallest[scene.rising] = np.inf
         heights = np.maximum(heights, tallest)
     square = np.ones((_PALM_CELLS, _PALM_CELLS), dtype=np.uint8)
-    highest = np.asarray(cv2.dilate(heights, square), dtype=np.float32)
-    x, y, c, s = (each[:, None] for each in (x, y, cosine, sine))
-    lowest = np.full(len(x), -np.inf)
-    for height, along, across in hand.overhead:
-        at = x + c * along - s * across, y + s * along + c * across
-        under = look_up(highest, scene.origin, scene.cell, *at).max(axis=1)
-        lowest = np.maximum(lowest, under + _PALM_CLEARANCE - height)
-    return lowest
+    highest: Image = np.asarray(cv2.dilate(heights, square), dtype=np.float32)
+    return highest
 
 
 def _room(

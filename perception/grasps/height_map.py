@@ -97,7 +97,9 @@ def build_height_map(
     if not near.any():
         near[0] = True
     if not near.all():
-        x, y, z = x[near], y[near], z[near]
+        some, others = near.argmax(), ~near
+        for each, value in ((x, x[some]), (y, y[some]), (z, -np.inf)):
+            np.copyto(each, value, where=others)
     # Cells lie where those of any other map do. A margin of one stands for all that is outside.
     corner = np.array([x.min(), y.min()], dtype=float) + wTc.translation[:2]
     origin = CELL * (np.rint(corner / CELL) - 1.0)
@@ -183,6 +185,6 @@ def _border(frame: Frame, depth: Image, unseen: Mask, u: Array, v: Array) -> Arr
     row = np.concatenate([rows, rows, np.repeat(rows[[0, -1]], len(columns))])
     column = np.concatenate([np.repeat(columns[[0, -1]], len(rows)), columns, columns])
     wider = cv2.dilate(unseen.astype(np.uint8), np.ones((2 * _INSIDE + 1,) * 2, dtype=np.uint8))
-    beside_row, beside_column = np.nonzero((wider > 0) & ~unseen)
+    beside_row, beside_column = np.divmod(np.flatnonzero(wider > unseen), depth.shape[1])
     row, column = np.append(row, beside_row), np.append(column, beside_column)
     return world_points(depth[row, column], frame.intrinsics, frame.wTc, u[0, column], v[row, 0])

@@ -14,7 +14,7 @@ import numpy as np
 from pinocchio import SE3
 
 from config import UserError
-from perception.frame import Array, Image, Mask
+from perception.frame import Array, Image, Indices, Mask
 from perception.geometry import world_maps
 from robots import Intrinsics
 
@@ -131,22 +131,26 @@ def fill(depth: Image, missing: Mask) -> Image:
     if missing.all():
         raise NoDepthError("no pixel of the depth image has a depth")
     filled: Image = np.array(depth, dtype=np.float32)
-    pixel = np.flatnonzero(missing)
-    if len(pixel) == 0:
+    first, last = holes(missing)
+    if len(first) == 0:
         return filled
-    width = depth.shape[1]
-    follows = (np.diff(pixel) == 1) & (pixel[1:] % width != 0)
-    begin = np.flatnonzero(np.concatenate([[True], ~follows]))  # of each hole in its row
-    end = np.append(begin[1:], len(pixel))
-    first, last = pixel[begin], pixel[end - 1]
+    width, values = depth.shape[1], filled.ravel()
     value = np.maximum(
-        np.where(first % width > 0, filled.ravel()[first - 1], -np.inf),
-        np.where((last + 1) % width > 0, filled.ravel()[(last + 1) % filled.size], -np.inf),
+        np.where(first % width > 0, values[first - 1], -np.inf),
+        np.where((last + 1) % width > 0, values[(last + 1) % filled.size], -np.inf),
     )
-    filled.ravel()[pixel] = np.repeat(value, end - begin)
+    filled[missing] = np.repeat(value, last - first + 1)
     empty = np.asarray(missing.all(axis=1))
     if empty.any():
-        rows = np.flatnonzero(~empty)
-        nearest = np.abs(np.arange(len(empty))[:, None] - rows[None, :]).argmin(axis=1)
-        filled = filled[rows[nearest]]
+        blank, rows = np.flatnonzero(empty), np.flatnonzero(~empty)
+        nearest = np.abs(blank[:, None] - rows).argmin(axis=1)
+        filled[blank] = filled[rows[nearest]]
     return filled
+
+
+def holes(missing: Mask) -> tuple[Indices, Indices]:
+    """Flat numbers (N,) of the first and of the last pixel of each hole in a row, in order."""
+    begins, ends = missing.copy(), missing.copy()
+    np.greater(missing[:, 1:], missing[:, :-1], out=begins[:, 1:])
+    np.greater(missing[:, :-1], missing[:, 1:], out=ends[:, :-1])
+    return np.flatnonzero(begins), np.flatnonzero(ends)

@@ -14,7 +14,7 @@ from pinocchio import SE3
 
 from perception.frame import Array, Image, Indices, Mask
 from perception.geometry import world_points
-from perception.grasps.network_input import valid_depth
+from perception.grasps.network_input import holes, valid_depth
 from robots import Intrinsics
 
 BASELINE = 0.05  # between the imagers of a RealSense D435 [m]
@@ -56,22 +56,14 @@ def unknown_pixels(depth: Image, missing: Mask, fx: float, farthest: float) -> M
     `fx` is the focal length along the rows [px], `farthest` the depth of the background beyond the
     border of the image [m].
     """
-    width = depth.shape[1]
-    pixel = np.flatnonzero(missing)
-    unknown = np.zeros(depth.shape, dtype=np.uint8)
-    if len(pixel) == 0:
-        return unknown.astype(np.bool_)
-    column = pixel % width
-    starts = np.concatenate([[True], (np.diff(pixel) > 1) | (column[1:] == 0)])
-    first = np.flatnonzero(starts)  # of each hole in its row
-    last = np.append(first[1:], len(pixel)) - 1
-    values = depth.ravel()
-    left = np.where(column[first] > 0, values[pixel[first] - 1], farthest)
-    after = np.minimum(pixel[last] + 1, depth.size - 1)
-    right = np.where(column[last] + 1 < width, values[after], farthest)
+    width, values = depth.shape[1], depth.ravel()
+    first, last = holes(missing)
+    left = np.where(first % width > 0, values[first - 1], farthest)
+    right = np.where((last + 1) % width > 0, values[(last + 1) % depth.size], farthest)
     shadow = fx * BASELINE * np.abs(1.0 / left - 1.0 / right)
     wide = last + 1 - first > shadow + _MARGIN
-    unknown.ravel()[pixel[wide[np.cumsum(starts) - 1]]] = 1
+    unknown = np.zeros(depth.shape, dtype=np.uint8)
+    unknown[missing] = np.repeat(wide, last + 1 - first)
     square = np.ones((_SMALLEST, _SMALLEST), dtype=np.uint8)
     opened: Mask = np.asarray(cv2.morphologyEx(unknown, cv2.MORPH_OPEN, square)) > 0
     return opened

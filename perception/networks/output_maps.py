@@ -83,7 +83,7 @@ def bin_candidates(output: Image, allowed: Mask) -> tuple[Candidates, Image]:
     nearby = np.asarray(cv2.dilate(quality, neighbourhood), dtype=np.float32)
     highest = np.maximum(nearby, _both_neighbours(nearby, np.maximum))
     peak = (quality >= highest) & (quality > max(_BINS_LEAST, 0.05 * float(best.max())))
-    v, u, k = (found.astype(np.int64) for found in np.nonzero(peak))
+    v, u, k = np.unravel_index(np.flatnonzero(peak), peak.shape)
     order = np.argsort(-quality[v, u, k], kind="stable")[:_COUNT]
     v, u, k = v[order], u[order], k[order]
     here = quality[v, u, k].astype(float)
