@@ -1,6 +1,7 @@
 """Plausibility of a reading: its numbers, its stamp, and the reading before."""
 
 from enum import Enum
+from math import isfinite
 
 import numpy as np
 
@@ -78,7 +79,7 @@ def _is_complete(state: RobotState) -> bool:
     rotation = state.wTb.rotation
     numbers = (*state.base_twist, *state.q, *state.qd, *state.wTb.translation, state.gripper_width)
     return bool(
-        np.isfinite(numbers).all()
+        all(map(isfinite, numbers))
         and np.abs(rotation @ rotation.T - np.eye(3)).max() < _ROTATION_TOLERANCE
         and np.linalg.det(rotation) > 0.0
     )

@@ -3,7 +3,7 @@
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from math import degrees, radians
+from math import degrees, hypot, radians
 from typing import NamedTuple
 
 import numpy as np
@@ -80,8 +80,8 @@ class Relocalisation:
             self._readings.popleft()
         first = self._readings[0]
         jump = (first.wTb * first.oTb.actInv(oTb)).actInv(state.wTb)
-        distance = float(np.linalg.norm(jump.translation))
-        turn = float(np.linalg.norm(pin.log3(jump.rotation)))
+        distance = hypot(*jump.translation.tolist())
+        turn = hypot(*pin.log3(jump.rotation).tolist())
         if distance <= _DISTANCE and turn <= _TURN:
             return ""
         self._readings.clear()

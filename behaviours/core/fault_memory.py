@@ -252,7 +252,7 @@ def _back(trail: deque[SE3], here: SE3, distance: float) -> SE3 | None:
 
 
 def _gap(a: SE3, b: SE3) -> float:
-    return float(np.linalg.norm(a.translation - b.translation))
+    return hypot(*(a.translation - b.translation).tolist())
 
 
 def _is_near(moving: Geom, point: Array | None) -> bool:

@@ -1,9 +1,9 @@
 """Places on the map what the robot remembers in the world."""
 
 from collections.abc import Callable
+from math import hypot
 from typing import Generic, TypeVar
 
-import numpy as np
 from pinocchio import SE3
 
 from behaviours.sensing.localisation import Localiser
@@ -29,8 +29,9 @@ class OnMap(Generic[Thing]):
         if (mTw := here.mTw) is None:
             return thing
         if self._placed is not None and self._placed[0] is thing:
-            shift = self._placed[1] * mTw.actInv(here.mTb)
-            if np.linalg.norm(shift.translation - here.mTb.translation) < _STILL:
+            base = here.mTb.translation
+            shift = self._placed[1].act(mTw.actInv(base)) - base
+            if hypot(*shift.tolist()) < _STILL:
                 return self._placed[2]
         self._placed = thing, mTw, self._moved(thing, mTw)
         return self._placed[2]

@@ -229,7 +229,7 @@ class CollisionAvoidance:
         """
         mapped = self._proximity.is_mapped(near.pair)
         if isinstance(goal, PoseGoal) and (goal.straight or goal.hand_may_touch):
-            mapped &= ~np.isin(near.kind, [PairKind.HAND, PairKind.PALM])
+            mapped &= (near.kind != PairKind.HAND) & (near.kind != PairKind.PALM)
         return mapped
 
     def give_way(

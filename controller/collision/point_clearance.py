@@ -35,7 +35,10 @@ class NearPoints(NamedTuple):
 class PointClearance:
     """Tracks the distances of one robot's shapes to a point cloud."""
 
-    def __init__(self, collision: CollisionModel) -> None:
+    def __init__(
+        self, collision: CollisionModel, within: Callable[[Numbers], Callable[[Array], Array]]
+    ) -> None:
+        """`within`: of kinds (F,), the function from speeds (F,) to distances that matter (F,)."""
         self._collision = collision
         bodies = collision.bodies
         rounded = [rounded_box(body.geom.shape) for body in bodies]
@@ -48,8 +51,9 @@ class PointClearance:
         self._covers = np.repeat([covers for _, covers in places], counts)
         """(F,) a point may be nearer to the shape than to the probe by this much [m]."""
         self._shape = np.array([body.number for body in bodies])
-        self.kind = np.array([body.kind for body in bodies], dtype=np.int64)[self._body]
+        self._kind = np.array([body.kind for body in bodies], dtype=np.int64)[self._body]
         """(F,) `PairKind`."""
+        self._within = within(self._kind)
         self._reach = collision.reach[self._shape][self._body]
         """(F, n) largest displacement of a point of the shape per degree of freedom [m/rad]."""
         self._cloud: PointCloud | None = None
@@ -57,19 +61,17 @@ class PointClearance:
         """(F,) lower bound of the distances of points that a probe finds to its shape [m]."""
         self._matters = self._at_least  # (F,) distance that matters now [m]
 
-    def due(
-        self, cloud: PointCloud, motion: Array, within: Callable[[Array], Array]
-    ) -> Numbers | None:
+    def due(self, cloud: PointCloud, motion: Array) -> Numbers | None:
         """The probes that may be near enough to a point to matter; None if none is.
 
         `motion` (n, 2) are the largest motion of every degree of freedom since the last call and
-        its largest speed; `within` gives the distances (F,) that matter at speeds (F,).
+        its largest speed.
         """
         if cloud is not self._cloud:
             self._cloud, self._at_least = cloud, np.full(len(self._body), -np.inf)
         changes = self._reach @ motion
         self._at_least -= changes[:, 0]
-        self._matters = within(changes[:, 1])
+        self._matters = self._within(changes[:, 1])
         (some,) = np.nonzero(self._at_least <= self._matters)
         return some if len(some) and len(cloud.points) else None
 
@@ -94,8 +96,16 @@ class PointClearance:
         kept = kept[_ranks(body[kept]) < _MAX_POINTS]
         kept = kept[d[kept] <= self._matters[some[kept]]]
         n, p = (R[kept] @ out[kept][:, :, None])[:, :, 0], points[kept]
-        lines = np.concatenate([n, np.cross(p, n)], axis=1)
-        return NearPoints(d[kept], lines, self._shape[body[kept]], self.kind[some[kept]])
+        return NearPoints(
+            d[kept], lines_along(n, p), self._shape[body[kept]], self._kind[some[kept]]
+        )
+
+
+def lines_along(n: Array, p: Array) -> Array:
+    """Plücker lines (K, 6) along n (K, 3) through p (K, 3): direction, moment about the origin."""
+    (nx, ny, nz), (x, y, z) = n.T, p.T
+    lines = np.array([nx, ny, nz, y * nz - z * ny, z * nx - x * nz, x * ny - y * nx])
+    return lines.T.copy()
 
 
 def _ranks(groups: Numbers) -> Numbers:

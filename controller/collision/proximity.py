@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import hypot, inf
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 from pinocchio import SE3
 
 from controller.collision.collision_model import CollisionModels, PairKind
-from controller.collision.point_clearance import NearPoints, PointClearance
+from controller.collision.point_clearance import NearPoints, PointClearance, lines_along
 from controller.command import Array
 from controller.floor.base_drive import Pose2D, wrap
 from controller.model import RobotModel
@@ -145,8 +145,8 @@ class Proximity:
         (some,) = np.nonzero(self._at_least <= matters)
         points = None
         if cloud is not None:
-            depth = self._depth = self._depth or PointClearance(collision)
-            points = depth.due(cloud, self._motion, self._ranges.of(depth.kind))
+            depth = self._depth = self._depth or PointClearance(collision, self._ranges.of)
+            points = depth.due(cloud, self._motion)
         self._motion[:, 0] = 0.0
         if not len(some) and points is None:
             return self._none
@@ -162,8 +162,11 @@ class Proximity:
         (near,) = np.nonzero(d <= matters)
         if not len(near):
             return self._none
-        some = some[near]
-        lines = np.array([_line(results[k]) for k in near.tolist()])
+        some, results = some[near], [results[k] for k in near.tolist()]
+        lines = lines_along(
+            np.array([one.normal for one in results]),
+            np.array([one.getNearestPoint1() for one in results]),
+        )
         return Distances(
             d[near],
             (lines @ collision.jacobian()) * self._moves[some],
@@ -218,13 +221,6 @@ class Proximity:
         self._velocities[moving] = [one.velocity for one in surroundings.moving]
         speeds: Array = np.linalg.norm(self._velocities, axis=1)[second]
         return speeds
-
-
-def _line(result: Any) -> tuple[float, ...]:
-    """The normal at the nearest points as a Plücker line: direction, moment about the origin."""
-    nx, ny, nz = result.normal.tolist()
-    x, y, z = result.getNearestPoint1().tolist()
-    return nx, ny, nz, y * nz - z * ny, z * nx - x * nz, x * ny - y * nx
 
 
 def _centres(surroundings: Surroundings) -> Array:

@@ -104,7 +104,7 @@ class KinematicBody(SimBody):
         """A step towards the wanted width; slipping fingers slide along the object."""
         if self._holds and self.world.held is None:  # somebody took it out of the hand
             self._holds, self._width_goal = False, self._wanted_width
-        width = self.width + float(np.clip(self._width_goal - self.width, -step, step))
+        width = self.width + min(max(self._width_goal - self.width, -step), step)
         # They touch it within the tolerance of a contact.
         pressed = max(0.0, width - 2.0 * HAND_TOLERANCE)
         if self._slipping and self.world.collision(self.hand, pressed):

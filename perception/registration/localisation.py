@@ -32,11 +32,9 @@ class LocalisationSettings:
     """Part of that error which is independent from reading to reading: x, y [m], heading [rad]."""
     doubt: tuple[float, float, float] = (0.01, 0.01, radians(0.3))
     """Uncertainty that a registration adds which contradicts the estimate: x, y [m], heading."""
-    moved: float = 11.3
-    """Squared Mahalanobis distance to what was known without a piece of furniture, beyond which
-    that piece, and not the base, is elsewhere (chi-squared, 1 %)."""
     agreeing: int = 4
-    """How many more registrations must say so than not."""
+    """How many more registrations than not must contradict what was known without a piece of
+    furniture, until that piece, and not the base, is taken to be elsewhere."""
     lost: float = 0.3
     """A registration that explains a smaller share of its points contradicts the estimate."""
     persistence: float = 1.0
@@ -107,7 +105,7 @@ class Localisation:
         self._slip = np.zeros(3)
         """(3,) by which the base moves farther than odometry tells, as in the settings."""
         # The error of the estimate is that of the reading, with the other sign.
-        back = np.linalg.inv(self._arm(oTb))
+        back = self._back(oTb)
         both = np.concatenate([-back, np.eye(3)])
         self._P = np.diag(np.square([0.0] * 6 + [*self._settings.slip]))
         self._P[:6, :6] = both @ covariance @ both.T
@@ -137,11 +135,11 @@ class Localisation:
         self.mTo = compose(mTb + slipping @ self._slip, inverse(oTb))
         kept = np.exp(-np.array([way, abs(turned), way]) / settings.alike)
         self._slip = kept * self._slip
-        F = np.diag(np.concatenate([np.ones(6), kept]))
-        F[:3, 6:] = np.linalg.inv(self._arm(oTb)) @ slipping
+        back, F = self._back(oTb), np.eye(9)
+        F[:3, 6:], F[6:, 6:] = back @ slipping, np.diag(kept)
         self._P = F @ self._P @ F.T
         self._P[6:, 6:] += np.diag((1.0 - kept**2) * np.square(settings.slip))
-        self._widen((way + abs(turned)) * np.square(settings.drift), oTb)
+        self._widen((way + abs(turned)) * np.square(settings.drift), back)
 
     def localised(self, mTb: Array, covariance: Array, stamp: float, oTb: Array) -> Update:
         """Take a reading of the base's own localisation.
@@ -184,7 +182,7 @@ class Localisation:
         rounding = _ROUNDING * np.diag(np.diag(data + prior))
         if nis > CHI2_3 or result.explained < self._settings.lost:
             if len(result.points):
-                self._widen(np.square(self._settings.doubt), oTb)
+                self._widen(np.square(self._settings.doubt), self._back(oTb))
             return Update(nis, accepted=False)
         values, vectors = np.linalg.eigh(result.limit - prior)
         unsaid = (vectors * np.maximum(values, 0.0)) @ vectors.T
@@ -209,7 +207,7 @@ class Localisation:
             self._without = _Without(result.alone, known)
         known = self._without.estimate
         nis = result.innovation(known.pose(oTb), known._information(oTb))[1]
-        against = nis > self._settings.moved
+        against = nis > CHI2_3
         count = max(self._without.against + (1 if against else -1), 0)
         self._without = self._without._replace(against=count)
         if count < self._settings.agreeing:
@@ -281,12 +279,15 @@ class Localisation:
 
     def _arm(self, oTb: Array) -> Array:
         """(3, 3) from an error of `mTo` to that of mTb."""
-        x, y, _ = compose(self.mTo, oTb) - self.mTo
+        x, y, _ = (compose(self.mTo, oTb) - self.mTo).tolist()
         return np.array([[1.0, 0.0, -y], [0.0, 1.0, x], [0.0, 0.0, 1.0]])
 
-    def _widen(self, variances: Array, oTb: Array) -> None:
-        """Add variances (3,) of mTb."""
-        back = np.linalg.inv(self._arm(oTb))
+    def _back(self, oTb: Array) -> Array:
+        """The inverse of `_arm`."""
+        return 2.0 * np.eye(3) - self._arm(oTb)
+
+    def _widen(self, variances: Array, back: Array) -> None:
+        """Add variances (3,) of mTb where `_back` is (3, 3)."""
         self._P[:3, :3] += (back * variances) @ back.T
 
     def _correct(self, step: Array, less: Array, oTb: Array) -> None:

@@ -18,16 +18,15 @@ def wrap(angle: Angle) -> Angle:
 
 def compose(aTb: Array, bTc: Array) -> Array:
     """The pose (3,) of c in a; the heading in [-pi, pi)."""
-    c, s = cos(aTb[2]), sin(aTb[2])
-    x, y, heading = bTc
-    turned = wrap(float(aTb[2] + heading))
-    return np.array([aTb[0] + c * x - s * y, aTb[1] + s * x + c * y, turned])
+    (a, b, heading), (x, y, turn) = aTb.tolist(), bTc.tolist()
+    c, s = cos(heading), sin(heading)
+    return np.array([a + c * x - s * y, b + s * x + c * y, wrap(heading + turn)])
 
 
 def inverse(aTb: Array) -> Array:
     """The pose (3,) of a in b."""
-    c, s = cos(aTb[2]), sin(aTb[2])
-    x, y, heading = aTb
+    x, y, heading = aTb.tolist()
+    c, s = cos(heading), sin(heading)
     return np.array([-c * x - s * y, s * x - c * y, -heading])
 
 
@@ -46,9 +45,10 @@ def on_floor(aTb: SE3) -> Array:
 
 def in_space(aTb: Array) -> SE3:
     """The pose in space, at height 0, of a pose on the floor (3,)."""
-    c, s = cos(aTb[2]), sin(aTb[2])
+    x, y, heading = aTb.tolist()
+    c, s = cos(heading), sin(heading)
     R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    return SE3(R, np.array([aTb[0], aTb[1], 0.0]))
+    return SE3(R, np.array([x, y, 0.0]))
 
 
 def smoothed(
