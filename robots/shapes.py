@@ -155,8 +155,8 @@ def rounded_box(shape: Shape) -> tuple[Array, float]:
 
 def from_rounded_boxes(points: Array, half: Array, radius: Array | float) -> tuple[Array, Array]:
     """Signed distances (N,) of points (N, 3) to rounded boxes [m], and gradients (N, 3)."""
-    away = points - np.clip(points, -half, half)
-    distance: Array = np.linalg.norm(away, axis=1)
+    away = points - np.minimum(np.maximum(points, -half), half)
+    distance: Array = np.sqrt((away * away).sum(axis=1))
     direction = away / np.maximum(distance, 1e-12)[:, None]
     (inside,) = np.nonzero(distance == 0.0)
     if len(inside):

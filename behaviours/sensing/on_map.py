@@ -26,7 +26,7 @@ class OnMap(Generic[Thing]):
 
     def __call__(self, thing: Thing, here: Localiser) -> Thing:
         """The same object until what is remembered changes or the map has moved noticeably."""
-        if (mTw := here.mTw) is None:
+        if (mTw := here.mTw) is None or not thing:
             return thing
         if self._placed is not None and self._placed[0] is thing:
             base = here.mTb.translation

@@ -132,7 +132,7 @@ class LocalisationProcess:
         if steps is not None and jump < GRID / steps.interval:
             angle = 2.0 * pi * direction
             self._errors[:2] += steps.size * np.array([cos(angle), sin(angle)])
-        self._errors = np.clip(self._errors, -self._bound, self._bound)
+        self._errors = np.minimum(np.maximum(self._errors, -self._bound), self._bound)
         if outages is not None and outage < GRID / outages.interval:
             self._outage_end = self._step + round(outages.duration / GRID)
         if self._step < self._outage_end:
