@@ -17,7 +17,7 @@ LEAST_SEEN = 0.98  # share of a region that must be seen to call it empty
 _LEAST_SEEN_AROUND_OBJECTS = 0.9  # the same to count objects, which hide a part
 _MOST_OVERLOOKED = 0.01  # a region where higher objects may be overlooked is not empty [m]
 _WIDTH_PER_HEIGHT = 0.8  # of the square that one picture shows well, per height of the camera
-_MOVED = 0.008  # by which a region moves on what was seen of it, so that it is looked at anew [m]
+_MOVED = 0.008  # by which a region moves on what was seen of it, so that it is mapped anew [m]
 _CERTAIN = 0.02  # uncertainty of the base beyond which a registration is awaited [m], ...
 _AWAITED = 0.5  # ... this long at most [s]
 _CELL, _STRIDE = 0.003, 2  # of a map in which objects are counted [m, pixels]
@@ -54,7 +54,6 @@ class Survey:
         self._height, self._frames, self._timeout = height, frames, timeout
         self._smallest, self._patience = smallest, patience
         self._like = camera_pose(leaf.context)
-        self._views = views(region, _WIDTH_PER_HEIGHT * height)
         self._next = 0
         self._approach: Approach | None = None
         self._there = from_here
@@ -63,9 +62,13 @@ class Survey:
         self._begin()
 
     def _begin(self) -> None:
-        self.map, self._wTr = region_map(self._region), self._region.wTr
+        self._seen: list[DepthFrame] = []
         self._since = self._leaf.context.state.stamp
+        self._map_anew()
         self._arrive()
+
+    def _map_anew(self) -> None:
+        self.map, self._wTr = region_map(self._region, *self._seen), self._region.wTr
 
     def _arrive(self) -> None:
         context = self._leaf.context
@@ -83,8 +86,10 @@ class Survey:
         if fault := leaf.fault():
             return leaf.failure(fault)
         moved = np.linalg.norm(self._region.wTr.translation - self._wTr.translation) > _MOVED
-        if leaf.context.relocalised or moved:
+        if leaf.context.relocalised:
             self._begin()  # what was seen is not where it was
+        elif moved:
+            self._map_anew()
         if not self._there:
             status = self._go()
             if status is not Status.SUCCESS:
@@ -95,16 +100,20 @@ class Survey:
 
     def another_view(self) -> bool:
         """Go to the next viewpoint; whether there is one."""
-        if self._next == len(self._views):
+        if self._next == len(self._views()):
             return False
         self._next += 1
         self._approach, self._there = None, False
         return True
 
+    def _views(self) -> list[np.ndarray]:
+        return views(self._region, _WIDTH_PER_HEIGHT * self._height)
+
     def _go(self) -> Status:
         if self._approach is None:
-            wTc = straight_down(self._views[self._next - 1], self._height, like=self._like)
-            target = f"view {self._next} of {len(self._views)} of {self._region.name}"
+            every = self._views()
+            wTc = straight_down(every[self._next - 1], self._height, like=self._like)
+            target = f"view {self._next} of {len(every)} of {self._region.name}"
             goal = PoseGoal(wTe=hand_for(self._leaf.context, wTc))
             self._approach = Approach(self._leaf, lambda: goal, target, self._timeout)
         return self._approach.tick()
@@ -119,6 +128,7 @@ class Survey:
         if not awaited and frame and frame.stamp >= self._since and not blindness:
             with vision.timed():
                 self.map.add(frame)
+            self._seen.append(frame)
             self._taken, self._waiting_since = self._taken + 1, now
         elif not awaited and now - self._waiting_since > self._patience:
             return leaf.failure(blindness or "no camera frame")
