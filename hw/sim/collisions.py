@@ -58,7 +58,7 @@ class _Thing:
     def travel(self) -> float:
         """Largest motion of any of its points since the last call [m]."""
         pose, seen = self.one.pose, self.seen
-        self.seen = pose
+        self.seen = pose.copy()
         if seen is None:
             return 0.0
         moved = float(np.linalg.norm(pose.translation - seen.translation))
@@ -106,7 +106,7 @@ class Collisions:
         if self._world.held is not self._held or self._world.eTo is not self._eTo:
             self._update_held(self._world.held)
         for thing in self._things:
-            if thing.one is not self._held and thing.one.pose is not thing.seen:
+            if thing.one is not self._held and thing.one.pose != thing.seen:
                 self._gaps[:, thing.columns] -= thing.travel()
                 for column in range(thing.columns.start, thing.columns.stop):
                     pose = thing.one.pose * self._shapes[column].pose
