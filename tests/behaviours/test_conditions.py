@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
-from harness import BUTTON, REFLEX, TABLE_TOP, Harness, block, looking_down, table_world
+from harness import BUTTON, REFLEX, TABLE_TOP, Harness, block, over_the_table, table_world
 from pinocchio import SE3
 from py_trees.common import Status
 
@@ -91,8 +91,7 @@ SPOT = Region(
 
 
 def test_object_visible_answers_anew_when_the_object_is_gone_and_when_the_camera_is_blind():
-    harness = Harness(table_world(block()))
-    harness.reach_over(looking_down(0.68, 0.0, TABLE_TOP + 0.35))
+    harness = over_the_table(block())
     condition = ObjectVisible("object_visible", harness.context, within=SPOT)
     assert asked(harness, condition)[0]
     harness.world.objects.clear()

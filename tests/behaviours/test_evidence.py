@@ -12,9 +12,9 @@ from harness import (
     Harness,
     block,
     held_block,
-    looking_down,
     over_the_table,
     table_world,
+    with_the_hand_at,
 )
 from pinocchio import SE3
 from py_trees.common import Status
@@ -105,8 +105,8 @@ def test_fingers_that_opened_again_hold_nothing():
 
 def test_something_nearly_as_wide_as_the_hand_is_held():
     thing = block(half=(0.0385, 0.03, 0.025), x=1.0)
-    harness = Harness(table_world(thing))
-    harness.reach_over(looking_down(0.7, 0.0, TABLE_TOP + 0.03, yaw=np.pi / 2))
+    harness = with_the_hand_at(table_world(thing), 0.7, 0.0, TABLE_TOP + 0.03, np.pi / 2)
+    harness.tick(None)
     thing.pose.translation = np.array([*harness.context.wTe.translation[:2], TABLE_TOP + 0.025])
     harness.grip(0.0)
     assert harness.context.state.gripper_width > 0.076

@@ -12,7 +12,7 @@ from trees.site import check
 
 TASK = """\
 task: corpus
-scene: household
+scene: single
 poses:
   above: {xyz: [2.935, 0.0, 0.85], rpy_deg: [180, 0, 0]}
 PLACE
@@ -164,7 +164,7 @@ objects:
     assert "it overlaps can 2" in str(second)
 
 
-@pytest.mark.parametrize(("named", "code"), [("scene: household\n", 2), ("", 0)])
+@pytest.mark.parametrize(("named", "code"), [("scene: single\n", 2), ("", 0)])
 def test_a_run_refuses_what_check_refuses_and_warns_in_other_scenes(tmp_path, named, code):
     path = tmp_path / "t.yaml"
     path.write_text(

@@ -5,7 +5,7 @@ import sys
 
 import numpy as np
 import pytest
-from harness import ON_TABLE, TABLE_TOP, Harness, block, looking_down, table_world
+from harness import ON_TABLE, TABLE_TOP, Harness, block, table_world, with_the_hand_at
 from py_trees.common import Status
 
 from behaviours import Detect, DetectedObjects, Grasp, Key
@@ -72,9 +72,7 @@ def table() -> Harness:
         name="can", parts=(round_part,), mass=can.mass, friction=can.friction, pose=can.pose
     )
     other = block((0.018, 0.03, 0.02), x=0.66, y=-0.08, name="block")
-    harness = Harness(table_world(can, other))
-    harness.reach_over(looking_down(0.6, 0.0, TABLE_TOP + 0.45))
-    return harness
+    return with_the_hand_at(table_world(can, other), 0.6, 0.0, TABLE_TOP + 0.45)
 
 
 def kinds_seen(harness: Harness, kind: str) -> dict[str, tuple[float, ...]]:

@@ -35,7 +35,7 @@ def task(tmp_path):
 
 
 def run(tmp_path, tree, *options: object) -> tuple[int, str, str]:
-    return call("run", tree, "--record", tmp_path / "runs", *options)
+    return call("run", tree, "--scene", "single", "--record", tmp_path / "runs", *options)
 
 
 def the_folder(tmp_path) -> Path:

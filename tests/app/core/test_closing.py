@@ -68,7 +68,7 @@ def test_a_run_tells_that_its_robot_could_not_be_closed(tmp_path, monkeypatch):
 
     monkeypatch.setattr("hw.composition.ComposedRobot.close", gone)
     task = tmp_path / "toy.yaml"
-    task.write_text("task: toy\ntree: {wait: {duration_s: 0.1}}\n")
+    task.write_text("task: toy\nscene: single\ntree: {wait: {duration_s: 0.1}}\n")
     code, out, _ = call("run", task, "--record", tmp_path / "runs", "--view", "none", "--json")
     assert code == 0
     assert "closing the robot failed (ConnectionResetError: gone)" in out

@@ -6,12 +6,14 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 TASK = """\
 task: drive_on
+scene: single
 poses:
   away: {base: [30, 0], heading_deg: 0}
 tree: {drive: {to: away}}
@@ -26,15 +28,20 @@ def run(tmp_path):
     command += ["--view", "none", "--speed", "real", "--record", str(tmp_path / "runs")]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
         deadline = time.monotonic() + 60.0
-        while time.monotonic() < deadline:
-            folders = list((tmp_path / "runs").glob("*/states.npy"))
-            if folders and folders[0].stat().st_size:
-                states = np.load(folders[0])
-                if len(states) and states[-1, 4] > 0.5:
-                    break
+        while (speed := speed_in(tmp_path / "runs")) < 0.2 and time.monotonic() < deadline:
             time.sleep(0.05)
-        yield process, folders[0].parent
+        assert speed >= 0.2, "it does not move"
+        (folder,) = (tmp_path / "runs").iterdir()
+        yield process, folder
         process.kill()
+
+
+def speed_in(runs: Path) -> float:
+    """The last forward speed of the base that a run has written [m/s]; 0 before it writes."""
+    for states in runs.glob("*/states.npy"):
+        if states.stat().st_size and len(rows := np.load(states)):
+            return rows[-1, 4]
+    return 0.0
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ from command_line import call
 
 TASK = """\
 task: t
+scene: single
 poses:
   there: {xyz: [1.5, 0.3, 0.8], rpy_deg: [180, 0, 0]}
 tree:
@@ -21,7 +22,7 @@ def test_two_movers_side_by_side_are_refused_before_anything_moves(tmp_path):
     path.write_text(TASK)
     code, _, err = call("run", path, "--view", "none")
     assert code == 2
-    assert "t.yaml:8:7: `go there` and `drive` would both move the robot" in err
+    assert "t.yaml:9:7: `go there` and `drive` would both move the robot" in err
 
 
 def test_leaves_that_move_and_do_not_say_so_end_the_run(tmp_path, monkeypatch):

@@ -21,6 +21,7 @@ from trees import find
 
 TOY = """\
 task: toy
+scene: single
 poses:
   near: {xyz: [0.9, 0.2, 0.7], rpy_deg: [180, 0, 0]}
 tree:

@@ -14,7 +14,7 @@ import pytest
 FOLDER = Path(__file__).parents[3]
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 WAITING = (
-    "task: toy\ntree:\n  sequence:\n"
+    "task: toy\nscene: single\ntree:\n  sequence:\n"
     "    - wait: {duration_s: 1000}\n    - name: the end\n      wait: {duration_s: 1}\n"
 )
 

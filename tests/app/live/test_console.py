@@ -17,6 +17,7 @@ from trees.language import build, load, nodes_in_order
 
 TREE = """\
 task: toy
+scene: single
 tree:
   sequence:
     - name: first
