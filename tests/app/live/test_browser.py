@@ -4,7 +4,9 @@ One session is quick; what the page says when its data stop coming, or its run d
 """
 
 import re
+import socket
 import time
+from urllib.parse import urlsplit
 
 import pytest
 from browsers import (
@@ -93,6 +95,8 @@ def test_a_person_sets_breakpoints_steps_forces_outcomes_and_reads_how_it_ended(
         assert run.process.poll() is None, "the page stays"
         assert run.end() == 1
         expect_run(page, "the run has ended")
+        with socket.create_server(("127.0.0.1", urlsplit(run.url).port)):
+            pass  # its port is free again
 
 
 @pytest.mark.slow

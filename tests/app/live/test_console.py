@@ -54,6 +54,7 @@ def test_bad_options_are_one_line_before_anything_is_made(tmp_path, task, option
     assert not (tmp_path / "runs").exists()
 
 
+@pytest.mark.slow  # quick in a browser
 def test_the_page_stays_after_the_run_until_it_is_ended_and_closes_its_port(tmp_path, task):
     with socket.create_server(("127.0.0.1", 0)) as probe:
         port = probe.getsockname()[1]
