@@ -33,16 +33,16 @@ def test_arm_healthy_sees_every_fault():
 
 
 def test_the_battery_runs_down_with_the_time():
-    harness = Harness(table_world(), dynamics=Dynamics(battery_life=10.0))
+    harness = Harness(table_world(), dynamics=Dynamics(battery_life=5.0))
     condition = BatteryAbove("battery_above", harness.context, percent=80.0)
     assert asked(harness, condition) == (True, "battery at 100.0 %")
-    harness.run_for(None, 1.5)
+    harness.run_for(None, 0.75)
     assert asked(harness, condition)[0]
-    harness.run_for(None, 1.0)
+    harness.run_for(None, 0.5)
     answer, text = asked(harness, condition)
     assert not answer
     assert text.startswith("battery at 74.")
-    harness.run_for(None, 10.0)
+    harness.run_for(None, 5.0)
     assert asked(harness, condition) == (False, "battery at 0.0 %")
 
 
