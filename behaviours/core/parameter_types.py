@@ -5,7 +5,7 @@ A task file that gives a number outside of its bounds is refused before the run.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Generic, Protocol, TypeAlias, TypeVar, cast
 
 if TYPE_CHECKING:
@@ -139,6 +139,10 @@ class Region(MapPlace):
         x, y, z = self.size / 2.0
         inside: npt.NDArray[np.bool_] = (local[:, 0] <= x) & (local[:, 1] <= y) & (local[:, 2] <= z)
         return inside
+
+    def fixed(self) -> Region:
+        """As it stands in the world now."""
+        return replace(self, mTr=self.wTr, frame=None)
 
     @property
     def floor(self) -> float:

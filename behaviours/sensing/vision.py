@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from concurrent.futures import Executor, Future
 from contextlib import contextmanager
 from math import inf
+from typing import Protocol
 
 from hw import Camera, DepthFrame, InlineExecutor, stopwatch
 from perception import (
@@ -23,6 +24,13 @@ from perception import (
 _OLDEST_FRAME = 0.15  # an older frame is outdated [s]
 _AHEAD = 0.25  # a frame may be newer than the reading of the robot by this [s]
 _LOST_FRAME = 1.0  # frames that are older are not late but missing [s]
+
+
+class Target(Workspace, Protocol):
+    """A workspace that may follow the map."""
+
+    def fixed(self) -> Workspace:
+        """As it stands in the world now."""
 
 
 class Vision:
@@ -42,9 +50,9 @@ class Vision:
     ) -> None:
         self._camera, self._detector = camera, detector
         self._executor = executor or InlineExecutor()
-        self._searched: tuple[DepthFrame, Workspace] | None = None  # last
+        self._searched: tuple[DepthFrame, Target] | None = None  # last
         self._result: Future[Detection] | None = None  # of that search, until it is taken
-        self._found: tuple[Workspace, Detection] | None = None
+        self._found: tuple[Target, Detection] | None = None
         self._judge, self._mistake = FrameChecker(), ""
         self._delivered: DepthFrame | None = None
         self._newest: DepthFrame | None = None
@@ -70,7 +78,7 @@ class Vision:
         """End the executor."""
         self._executor.shutdown(wait=False, cancel_futures=True)
 
-    def detect(self, workspace: Workspace) -> Detection | None:
+    def detect(self, workspace: Target) -> Detection | None:
         """Grasps in a workspace; None if there is no new result in this tick."""
         if self._found is None or self._found[0] is not workspace:
             self._take()
@@ -79,14 +87,16 @@ class Vision:
             if newest is not None and is_idle and self._searched != (newest, workspace):
                 self._searched = newest, workspace
                 with self.timed():
+                    if self.grasp is not None and self.grasp.velocity.any():
+                        self._memory = self._memory.without(self.grasp, workspace.floor)
                     self._result = self._executor.submit(
-                        self._detector.detect, newest, workspace, self._memory
+                        self._detector.detect, newest, workspace.fixed(), self._memory
                     )
                 self._take_result(workspace)
         found = self._found
         return found[1] if found is not None and found[0] is workspace else None
 
-    def _take_result(self, workspace: Workspace) -> None:
+    def _take_result(self, workspace: Target) -> None:
         """The result of the search; an old one, or one of another region, is dropped."""
         result, searched, newest = self._result, self._searched, self._newest
         if result is None or not result.done() or searched is None or newest is None:
@@ -117,7 +127,7 @@ class Vision:
             self._take()
         return self._newest
 
-    def track(self, workspace: Workspace, now: float) -> GraspEstimate | None:
+    def track(self, workspace: Target, now: float) -> GraspEstimate | None:
         """Track one grasp from frame to frame.
 
         Args:
@@ -132,13 +142,10 @@ class Vision:
             if not self.tracker.locked:
                 self.reset()
         elif detection is not None and frame is not None:
-            is_known = frame.stamp >= self._known_since
-            if is_known:
+            if frame.stamp >= self._known_since:
                 self.grasp = self.tracker.update(detection, frame.wTc)
-            if not is_known:
+            else:
                 self._memory = SceneMemory()  # that frame is outdated
-            elif self.grasp is not None and self.grasp.velocity.any():
-                self._memory = self._memory.without(self.grasp, workspace.floor)
         return self.grasp
 
     def blindness(self, now: float) -> str:

@@ -116,6 +116,10 @@ class Chosen:
         """Height of the surface below them, in the world [m]."""
         return self.objects[0].floor
 
+    def fixed(self) -> Chosen:
+        """Itself: it does not follow the map."""
+        return self
+
     def contains(self, points: Array) -> npt.NDArray[np.bool_]:
         """Which of (N, 3) points of the world [m] belong to one of them, or are right beside it."""
         inside: npt.NDArray[np.bool_] = np.any(
