@@ -37,6 +37,7 @@ _DISTANCE, _TURN = 0.03, radians(2.0)  # a larger difference is a jump [m, rad] 
 _WINDOW = 0.25  # ... within this time [s]
 _CORRECTION, _CORRECTION_TURN = 0.1, radians(8.0)  # a larger jump may be an error [m, rad]
 _SCAN_AGE = 0.3  # of a scan whose points are obstacles [s]
+_HIT_STILL = 0.02  # a smaller correction leaves the spot of a contact on the map where it is [m]
 
 
 class _Reading(NamedTuple):
@@ -140,7 +141,8 @@ class Context:
         self._jump = self._relocalisation.note(self.state)
         self.fault_memory = FaultMemory(self.robot.description)
         self._joined = self.fixtures, self.fault_memory.hit, self.fixtures
-        self._hit, self._loose, self._cloud = OnMap(_moved), OnMap(_moved), OnMap(PointCloud.moved)
+        self._hit = OnMap(_moved, still=_HIT_STILL)
+        self._loose, self._cloud = OnMap(_moved), OnMap(PointCloud.moved)
         self._laser_obstacles = LaserObstacles()
         self._seen: tuple[PointCloud, Array, PointCloud] = NO_POINTS, np.zeros((0, 3)), NO_POINTS
         self._places: dict[int, tuple[MapPlace, MapPlace]] = {}

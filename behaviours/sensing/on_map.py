@@ -10,18 +10,17 @@ from behaviours.sensing.localisation import Localiser
 
 Thing = TypeVar("Thing")
 
-_STILL = 0.002  # correction, at the robot, that moves nothing on the map yet [m]
-
 
 class OnMap(Generic[Thing]):
     """Places on the map what the robot remembers in the world.
 
     Args:
         moved: (what, T) to what T moves it to.
+        still: a smaller correction, at the robot, moves nothing on the map yet [m].
     """
 
-    def __init__(self, moved: Callable[[Thing, SE3], Thing]) -> None:
-        self._moved = moved
+    def __init__(self, moved: Callable[[Thing, SE3], Thing], *, still: float = 0.002) -> None:
+        self._moved, self._still = moved, still
         self._placed: tuple[Thing, SE3, Thing] | None = None
 
     def __call__(self, thing: Thing, here: Localiser) -> Thing:
@@ -31,7 +30,7 @@ class OnMap(Generic[Thing]):
         if self._placed is not None and self._placed[0] is thing:
             base = here.mTb.translation
             shift = self._placed[1].act(mTw.actInv(base)) - base
-            if hypot(*shift.tolist()) < _STILL:
+            if hypot(*shift.tolist()) < self._still:
                 return self._placed[2]
         self._placed = thing, mTw, self._moved(thing, mTw)
         return self._placed[2]

@@ -192,3 +192,16 @@ def test_what_was_hit_is_forgotten_after_a_time_and_when_the_base_is_relocalised
     assert harness.context.surroundings.fixtures is same  # or the map would be made at every tick
     harness.context.fault_memory.relocalise()
     assert harness.context.surroundings.fixtures is harness.context.fixtures
+
+
+def test_a_small_correction_leaves_a_contact_where_it_is_on_the_map():
+    harness = unknown_pedestal()
+    drive(harness, 1.5)
+    here, seen = harness.context.localisation, []
+    for correction in (0.0, 0.01, 0.04):
+        here.mTw = SE3(np.eye(3), np.array([-correction, 0.0, 0.0]))
+        here.mTb = here.mTw * harness.context.state.wTb
+        seen.append(harness.context.surroundings.fixtures)
+    assert seen[1] is seen[0]  # another tuple starts the search for a stance anew
+    moved = seen[0][-1].pose.translation - seen[2][-1].pose.translation
+    np.testing.assert_allclose(moved, [0.04, 0.0, 0.0], atol=1e-9)
