@@ -23,8 +23,8 @@ _NO_NEARER = 0.005  # by which an arc may be nearer to obstacles than its ends [
 _TURNS = np.deg2rad([10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 75.0, 90.0]).tolist()
 """Turns on the spot that may come before a straight line out of a place [rad]."""
 _RUN_UP = 0.25
-"""Extra length of a straight line into a place, where there is room, and of one out of it, where the
-carried hand then has more room to turn [m]."""
+"""Extra length of a straight line into a place, where there is room, and of one out of it, where
+the carried hand then has more room to turn [m]."""
 _HAND = 0.1  # reach of a hand beyond its grasp centre [m]
 
 
