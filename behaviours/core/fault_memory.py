@@ -18,7 +18,8 @@ _NEAR_MOVER = 0.2  # a contact nearer than this to a moving obstacle is with tha
 _MOST = 3  # recoveries at the same place, after which a person has to help
 _SAME_PLACE = 0.5  # of the base [m]
 _SAME_PLACE_OF_HAND = 0.1  # [m]
-_REMEMBERED = 300.0  # a contact counts and blocks this long: it may have been a person [s]
+_REMEMBERED = 300.0  # a contact counts and blocks this long: it may have been a person [s], ...
+_HAND_BLOCKS = 60.0  # ... and one of the hand blocks so long: where it touched is a guess [s]
 _HIT_RADIUS = 0.08  # of the upright cylinder at a contact of the base [m]
 _HIT_HALF = 0.02  # half edge of the box at a contact of the hand [m]
 _WAY_BACK = 0.05  # along its path, before the hand rises [m]
@@ -54,8 +55,8 @@ class FaultMemory:
 
     A contact is one of the base (bumper) or the arm (reflex). It leaves an obstacle: an upright
     cylinder beside the base, a small box at the hand; unless a moving obstacle was there, or the
-    hand was allowed to touch. A relocalisation removes the obstacles; after five minutes, and when
-    a person acknowledges, everything is forgotten.
+    hand was allowed to touch. A relocalisation removes the obstacles; after a minute that at the
+    hand is forgotten; after five minutes, and when a person acknowledges, everything.
 
     Args:
         robot: its description.
@@ -97,7 +98,10 @@ class FaultMemory:
             at_work: whether the hand was allowed to touch.
         """
         kept = [one for one in self._places if now.since(one.last) < _REMEMBERED]
-        if len(kept) < len(self._places):
+        for one in kept:
+            if one.kind is FaultKind.REFLEX and now.since(one.last) > _HAND_BLOCKS:
+                one.shapes = ()
+        if self._places:
             self._keep(kept)
         if not state.faults:
             self._since = None

@@ -181,6 +181,10 @@ def test_a_hand_goes_back_the_way_that_it_came_before_it_rises():
     assert harness.context.wTe.translation[2] > hit[2] + 0.1
     [stands] = harness.context.fault_memory.hit
     np.testing.assert_allclose(stands.pose.translation, hit, atol=0.01)
+    harness.robot.faults = ()
+    harness.clock.sleep_until(harness.clock.now() + 61.0)
+    harness.tick(None)
+    assert harness.context.fault_memory.hit == ()
 
 
 def test_what_was_hit_is_forgotten_after_a_time_and_when_the_base_is_relocalised():
