@@ -32,7 +32,7 @@ class LocalisationSettings:
     """Part of that error which is independent from reading to reading: x, y [m], heading [rad]."""
     doubt: tuple[float, float, float] = (0.01, 0.01, radians(0.3))
     """Uncertainty that a registration adds which contradicts the estimate: x, y [m], heading."""
-    agreeing: int = 4
+    agreeing: int = 8
     """How many more registrations than not must contradict what was known without a piece of
     furniture, until that piece, and not the base, is taken to be elsewhere."""
     lost: float = 0.3
