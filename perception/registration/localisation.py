@@ -34,7 +34,8 @@ class LocalisationSettings:
     """Uncertainty that a registration adds which contradicts the estimate: x, y [m], heading."""
     agreeing: int = 8
     """How many more registrations than not must contradict what was known without a piece of
-    furniture, until that piece, and not the base, is taken to be elsewhere."""
+    furniture, until that piece, and not the base, is taken to be elsewhere; and twice as many more
+    must agree with it, until that piece is known to stand in its place."""
     lost: float = 0.3
     """A registration that explains a smaller share of its points contradicts the estimate."""
     persistence: float = 1.0
@@ -75,7 +76,7 @@ class _Without(NamedTuple):
     pieces: frozenset[str]
     estimate: Localisation
     against: int = 0
-    """How many more registrations have contradicted it than not."""
+    """How many more registrations have contradicted it than not; negative if fewer."""
 
 
 class Localisation:
@@ -98,6 +99,8 @@ class Localisation:
         self._stamp, self._oTb = stamp, oTb
         self._contradiction: _Contradiction | None = None
         self._without: _Without | None = None
+        self._in_place: set[str] = set()
+        """Furniture that agreed with what was known without it."""
         self.mTo = compose(mTb, inverse(oTb))
         """(3,) the newest estimate; it steps when a measurement comes (see `smoothed`)."""
         self._bias = np.zeros(3)
@@ -199,7 +202,7 @@ class Localisation:
         """
         if result.confirmed:
             self._without = None
-        if not result.alone:
+        if not result.alone or result.alone <= self._in_place:
             return frozenset()
         if self._without is None or self._without.pieces.isdisjoint(result.alone):
             known = copy(self)
@@ -207,9 +210,11 @@ class Localisation:
             self._without = _Without(result.alone, known)
         known = self._without.estimate
         nis = result.innovation(known.pose(oTb), known._information(oTb))[1]
-        against = nis > CHI2_3
-        count = max(self._without.against + (1 if against else -1), 0)
+        count = self._without.against + (1 if nis > CHI2_3 else -1)
         self._without = self._without._replace(against=count)
+        if count <= -2 * self._settings.agreeing:
+            self._in_place |= result.alone
+            self._without = None
         if count < self._settings.agreeing:
             return frozenset()
         vars(self).update(vars(known))
