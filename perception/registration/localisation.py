@@ -34,8 +34,7 @@ class LocalisationSettings:
     """Uncertainty that a registration adds which contradicts the estimate: x, y [m], heading."""
     agreeing: int = 8
     """How many more registrations than not must contradict what was known without a piece of
-    furniture, until that piece, and not the base, is taken to be elsewhere; and twice as many more
-    must agree with it, until that piece is known to stand in its place."""
+    furniture, until that is taken to be elsewhere; twice as many agree, and it is in its place."""
     lost: float = 0.3
     """A registration that explains a smaller share of its points contradicts the estimate."""
     persistence: float = 1.0
@@ -43,8 +42,7 @@ class LocalisationSettings:
     better: float = 1.1
     """How many times as many points must then lie on the map."""
     doubtful: float = 1.5
-    """How long they must, without points that speak against them, until it is doubtful where the
-    base is [s]."""
+    """How long they must, unrefuted by points, until it is doubtful where the base is [s]."""
     carried: float = 5.0
     """How long, until they replace the estimate though no points speak for them [s]."""
 
@@ -57,7 +55,7 @@ class Update(NamedTuple):
     accepted: bool
     """Whether the estimate explains it; otherwise it did not move it."""
     moved: frozenset[str] = frozenset()
-    """Furniture that must have been moved, else the estimate would be wrong."""
+    """Furniture that was moved, else the estimate would be wrong."""
 
 
 class _Contradiction(NamedTuple):
@@ -99,8 +97,7 @@ class Localisation:
         self._stamp, self._oTb = stamp, oTb
         self._contradiction: _Contradiction | None = None
         self._without: _Without | None = None
-        self._in_place: set[str] = set()
-        """Furniture that agreed with what was known without it."""
+        self._in_place: set[str] = set()  # furniture that agreed with what was known without it
         self.mTo = compose(mTb, inverse(oTb))
         """(3,) the newest estimate; it steps when a measurement comes (see `smoothed`)."""
         self._bias = np.zeros(3)
@@ -121,11 +118,10 @@ class Localisation:
     def covariance(self, oTb: Array) -> Array:
         """(3, 3) of `pose`."""
         arm = self._arm(oTb)
-        covariance: Array = arm @ self._P[:3, :3] @ arm.T
-        return covariance
+        return np.asarray(arm @ self._P[:3, :3] @ arm.T)
 
     def _information(self, oTb: Array) -> Array:
-        return np.asarray(np.linalg.inv(self.covariance(oTb)), dtype=np.float64)
+        return np.asarray(np.linalg.inv(self.covariance(oTb)))
 
     def travelled(self, oTb: Array) -> None:
         """Follow odometry since the last call; call it often."""
@@ -257,8 +253,8 @@ class Localisation:
         other, settings = self._contradiction, self._settings
         if other is None or self._stamp - other.unrefuted < settings.doubtful:
             return None
-        off = difference(compose(other.mTo, self._oTb), self.pose(self._oTb))
-        return hypot(off[0], off[1]), abs(float(off[2]))
+        x, y, turn = difference(compose(other.mTo, self._oTb), self.pose(self._oTb)).tolist()
+        return hypot(x, y), abs(turn)
 
     def carried(self, oTb: Array) -> bool:
         """Take the proposal over if nothing has refuted it for long; whether it did."""
