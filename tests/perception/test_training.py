@@ -95,14 +95,18 @@ def test_however_a_window_is_turned_closing_stays_across_the_bar(tmp_path: Path)
     assert len(seen) >= 4  # two ways round, mirrored or not
 
 
-@pytest.mark.parametrize("network", [AngleBinNetwork, pytest.param(GGCNN, marks=pytest.mark.slow)])
-def test_training_learns(network: type, shards: list[Path]) -> None:
+@pytest.mark.parametrize(
+    ("network", "rounds"), [(AngleBinNetwork, 2), pytest.param(GGCNN, 4, marks=pytest.mark.slow)]
+)
+def test_training_learns(network: type, rounds: int, shards: list[Path]) -> None:
     torch.set_num_threads(1)
     torch.manual_seed(0)
     reports: list[RoundReport] = []
-    recipe = TrainingSettings(seed=1, rounds=2, steps=12, batch=2, learning_rate=8e-3, in_memory=3)
+    recipe = TrainingSettings(
+        seed=1, rounds=rounds, steps=12, batch=2, learning_rate=8e-3, in_memory=3
+    )
     train(network(), shards[:2], shards[2:], recipe, report=reports.append)
-    assert len(reports) == 2
+    assert len(reports) == rounds
     assert reports[-1].loss < 0.8 * reports[0].loss
     assert reports[-1].best == min(each.validation for each in reports)
 
