@@ -19,7 +19,6 @@ _RESOLUTION = 0.05  # grid spacing [m]
 _FLAT = 0.002  # lower obstacles belong to the floor [m]
 _OVER_BASE = 0.02  # clearance that the base needs above it [m]
 COLUMN = 0.70  # height of the arm's column, which stands above its foot in every posture [m]
-_HAND = 0.35  # height over the foot from which the hand is carried [m]
 _SPARE = 0.01  # the base fits where its inscribed circle has this much clearance [m]
 _TURNING_ROOM = 0.04  # it turns where its circumscribed circle has this much clearance [m]
 _PASSAGE = 1.5  # width of the free strip around the obstacles, besides `FAR` [m]
@@ -33,8 +32,7 @@ class FloorMap:
         self.fixtures = fixtures
         length, width, height = description.base.size
         foot = description.bTa.translation
-        z = float(foot[2])
-        bands = ((_FLAT, height + _OVER_BASE), (z, z + COLUMN), (z + _HAND, z + COLUMN))
+        bands = ((_FLAT, height + _OVER_BASE), (float(foot[2]), float(foot[2]) + COLUMN))
         standing = [[footprint(fixture, *band) for band in bands] for fixture in fixtures]
         known = [found for both in standing for found in both if found is not None]
         self.free = not known  # whether there are no obstacles
@@ -44,7 +42,7 @@ class FloorMap:
         """Distance of obstacles from the base's centre at which it can turn [m]."""
         self._low, self._high = _around(known)
         layers = _distances(standing, self._low, self._high)
-        self._base, self._column, self._hand = (_Grid(self._low, layer) for layer in layers)
+        self._base, self._column = (_Grid(self._low, layer) for layer in layers)
         self._both = _Grid(self._low, layers.min(axis=0))
         self._footprint = _base_discs(length, width)
         self._foot = _column_discs(description)
@@ -54,10 +52,6 @@ class FloorMap:
         """Distances (N,) from points (N, 2) to obstacles of any height, at most `FAR` [m]."""
         points = np.asarray(points, dtype=float).reshape(-1, 2)
         return self._both.at(points[:, 0], points[:, 1])
-
-    def hand_clearance(self, points: Array) -> Array:
-        """Distances (N,) from points (N, 2) to obstacles as high as a carried hand [m]."""
-        return self._hand.at(points[:, 0], points[:, 1])
 
     def stands_free(self, bases: Array) -> Array:
         """Distances (N,) of base and arm column at poses x, y, heading (N, 3) to obstacles [m].
@@ -128,7 +122,7 @@ def _around(footprints: list[Footprint]) -> tuple[Array, Array]:
 def _distances(standing: list[list[Footprint | None]], low: Array, high: Array) -> Array:
     """Distances (layers, n, m) to the nearest footprint of each layer, negative inside [m]."""
     n, m = np.ceil((high - low) / _RESOLUTION).astype(int) + 1
-    distances = np.full((len(standing[0]) if standing else 3, n, m), FAR)
+    distances = np.full((len(standing[0]) if standing else 2, n, m), FAR)
     x = low[0] + _RESOLUTION * np.arange(n)
     y = low[1] + _RESOLUTION * np.arange(m)
     for layers in standing:

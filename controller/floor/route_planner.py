@@ -22,10 +22,7 @@ _NO_CHOICE = 0.15  # ... except this near to its ends [m]
 _NO_NEARER = 0.005  # by which an arc may be nearer to obstacles than its ends [m]
 _TURNS = np.deg2rad([10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 75.0, 90.0]).tolist()
 """Turns on the spot that may come before a straight line out of a place [rad]."""
-_RUN_UP = 0.25
-"""Extra length of a straight line into a place, where there is room, and of one out of it, where
-the carried hand then has more room to turn [m]."""
-_HAND = 0.1  # reach of a hand beyond its grasp centre [m]
+_RUN_UP = 0.25  # extra length of a straight line into a place, where there is room [m]
 
 
 class Leg(NamedTuple):
@@ -57,9 +54,6 @@ class Planner:
         self._room = room
         self._holonomic = model.n_base == 3
         self._flip = pi if reverse and not self._holonomic else 0.0
-        ready = model.bTe(model.description.arm.ready).translation
-        self._swept = float(np.hypot(*ready[:2])) + _HAND
-        """Radius of what a hand that is carried sweeps when the base turns [m]."""
         limits = model.limits
         speeds = float(limits.base_twist[0]), limits.base_reverse
         self._ahead, self._back = speeds[::-1] if self._flip else speeds
@@ -178,11 +172,9 @@ class Planner:
             lengths, around = self._free_line(pose, sign)
             turns = np.flatnonzero(around >= room.turning)
             if len(turns):
-                some = turns[turns <= turns[0] + round(_RUN_UP / SPACING)]
-                ends = np.array([_moved(pose, length)[:2] for length in lengths[some].tolist()])
-                room_of_hand = np.minimum(room.hand_clearance(ends), self._swept)
-                runs_up = signs[0] < 0 and sign < 0
-                found.append(float(lengths[some[-1 if runs_up else int(room_of_hand.argmax())]]))
+                first = int(turns[0])
+                run_up = [int(t) for t in turns if t <= first + round(_RUN_UP / SPACING)]
+                found.append(float(lengths[run_up[-1] if signs[0] < 0 and sign < 0 else first]))
         return found
 
     def _along(

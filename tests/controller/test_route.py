@@ -11,7 +11,6 @@ from controller import RobotModel
 from controller.floor.base_drive import Pose2D, drive_along
 from controller.floor.floor_map import FloorMap
 from controller.floor.route import Route
-from controller.floor.route_planner import Planner
 from controller.settings import ControllerSettings
 from robots import Geom, load_robot
 
@@ -155,14 +154,3 @@ def test_a_goal_that_creeps_keeps_its_way_and_one_that_jumps_gets_another():
     other, thought = time_of_the_way(Pose2D(5.0, 0.0, 0.0))
     assert thought > 0
     assert other > first + 0.3
-
-
-def test_a_base_that_backs_out_between_walls_turns_where_its_hand_has_room():
-    model, turns_at = ROBOTS["frankie"], {}
-    for height in (0.3, 1.6):
-        walls = tuple(box(1.25, side * 2.55, 1.0, 4.0, height=height) for side in (-1.0, 1.0))
-        planner = Planner(model, FloorMap(walls, model.description), reverse=False)
-        *_, legs = planner.search(Pose2D(1.3, -0.13, 0.0), Pose2D(0.16, 0.69, 2.38))
-        assert legs is not None
-        turns_at[height] = legs[0].path.points[-1, 0]
-    assert turns_at[1.6] > turns_at[0.3] + 0.1
