@@ -87,6 +87,7 @@ class Vision:
             if newest is not None and is_idle and self._searched != (newest, workspace):
                 self._searched = newest, workspace
                 with self.timed():
+                    # Before the search: it changes its memory.
                     if self.grasp is not None and self.grasp.velocity.any():
                         self._memory = self._memory.without(self.grasp, workspace.floor)
                     self._result = self._executor.submit(

@@ -97,6 +97,7 @@ def build_height_map(
     if not near.any():
         near[0] = True
     if not near.all():
+        # Others become a near point, infinitely low: leaving them out would copy all.
         some, others = near.argmax(), ~near
         for each, value in ((x, x[some]), (y, y[some]), (z, -np.inf)):
             np.copyto(each, value, where=others)

@@ -219,7 +219,7 @@ def test_a_table_alone_in_sight_is_suspected_unless_it_stood_in_its_place(in_pla
     off = {"near table": displaced(MAP["near table"], [0.05, 0.0, np.deg2rad(3.0)])}
     moved: set[str] = set()
     for number in range(in_place + 10):
-        base.drive(0.2, speed=0.0 if number < in_place else 0.5)
+        base.drive(0.2, speed=0.0 if number < in_place else 0.3)
         base.localise()
         estimate, oTb = base.estimate, base.oTb
         prior = estimate.pose(oTb), estimate.covariance(oTb)
