@@ -22,6 +22,7 @@ COLUMN = 0.70  # height of the arm's column, which stands above its foot in ever
 _SPARE = 0.01  # the base fits where its inscribed circle has this much clearance [m]
 _TURNING_ROOM = 0.04  # it turns where its circumscribed circle has this much clearance [m]
 _PASSAGE = 1.5  # width of the free strip around the obstacles, besides `FAR` [m]
+_ON_LINE = 24  # number of points at which a line is checked
 _SPACING = 0.05  # spacing of the points on the edge of the base [m]
 
 
@@ -52,6 +53,17 @@ class FloorMap:
         """Distances (N,) from points (N, 2) to obstacles of any height, at most `FAR` [m]."""
         points = np.asarray(points, dtype=float).reshape(-1, 2)
         return self._both.at(points[:, 0], points[:, 1])
+
+    def has_straight_way(self, here: tuple[float, float], places: Array) -> npt.NDArray[np.bool_]:
+        """Whether lines (N,) to places (N, 2) come no nearer to obstacles than their ends.
+
+        Nearer does not count where the base can turn.
+        """
+        lines = np.linspace(np.broadcast_to(here, places.shape), places, _ON_LINE)
+        room = self._both.at(lines[..., 0], lines[..., 1])
+        enough = np.minimum(np.minimum(room[0], room[-1]), self.turning)
+        free: npt.NDArray[np.bool_] = room.min(axis=0) >= enough - _SPARE
+        return free
 
     def stands_free(self, bases: Array) -> Array:
         """Distances (N,) of base and arm column at poses x, y, heading (N, 3) to obstacles [m].

@@ -23,6 +23,7 @@ from controller.stance.transport_posture import TransportPosture
 
 _AT_DOCK = 0.1  # the base drives in when nearer than this to the line from the dock [m and rad] ...
 _TURNED = 1.0  # ... or, past its middle, turned by less than this [rad] ...
+_PAST = 0.05  # ... it backs out to a dock that it has passed by more than this [m] ...
 _UNFOLDED = 0.5  # ... and when no joint is farther than this from the posture of the stance [rad]
 
 
@@ -40,7 +41,7 @@ class Approach:
         """Forget the stance."""
         self._stance: Stance | None = None
         self.docks = False  # whether the base is led to the dock
-        self._goes_in = False
+        self._goes_in = self._backs_out = False
         self._transport.reset()
 
     def remaining(
@@ -62,13 +63,14 @@ class Approach:
         in 3D, None on an open floor. If it `follows` a moving goal, there is no transport posture.
         """
         if stance is not self._stance:
-            self.docks = self._goes_in = False
+            self.docks = self._goes_in = self._backs_out = False
             self._stance = stance
         if self.docks and self._is_docked(stance, base, wTb, q):
             self.docks, self._goes_in = False, True
         dock = stance.dock if self.docks and not follows else None
         target = base if dock is None else moved(base, dock)
-        lead = self._route.lead(floor, wTb, target, stance.reverse)
+        self._backs_out = dock is not None and (self._backs_out or _is_past(dock, base, wTb))
+        lead = self._route.lead(floor, wTb, target, stance.reverse != self._backs_out)
         joint_error, transport = stance.q - q, None
         size = np.abs(joint_error)
         joint_time = float((size / self._model.limits.qd).max())
@@ -104,3 +106,11 @@ class Approach:
         near = hypot(x - share * dx, y - share * dy) < _AT_DOCK
         turned = _AT_DOCK if share > 0.5 else _TURNED
         return near and abs(turn) < turned and bool(np.abs(stance.q - q).max() < _UNFOLDED)
+
+
+def _is_past(dock: tuple[float, float], base: Pose2D, wTb: Pose2D) -> bool:
+    """Whether the base stands between the dock and its place."""
+    x, y, turn = wTb.relative_to(base)
+    (dx, dy), length = dock, hypot(*dock)
+    along, beside = (x * dx + y * dy) / length, abs(x * dy - y * dx) / length
+    return abs(along) < length - _PAST and beside < _AT_DOCK and abs(turn) < _TURNED

@@ -117,7 +117,9 @@ class StanceSearch:
         """The whole search, a piece of bounded work before every `yield`."""
         space = self._space
         if space is not None:
-            self._start = self._start._replace(way=self._way(space.floor, self._start.wTb[:2]))
+            self._start = self._start._replace(
+                floor=space.floor, way=self._way(space.floor, self._start.wTb[:2])
+            )
             yield
         if self._next_goal is not None:
             x, y, _ = self._next_goal.translation.tolist()

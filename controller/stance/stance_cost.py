@@ -10,6 +10,7 @@ from controller.collision.self_collision import SelfCollision
 from controller.command import Array
 from controller.floor.base_drive import Pose2D, wrap
 from controller.floor.cost_field import CostField
+from controller.floor.floor_map import FloorMap
 from controller.model import RobotModel
 from controller.stance.free_space import ARM, HAND, FreeSpace, se3_of
 from controller.stance.posture_bank import ToolPoses
@@ -37,6 +38,7 @@ class Start(NamedTuple):
 
     wTb: Pose2D
     q: Array  # (7,) joint positions [rad]
+    floor: FloorMap | None = None  # None on an open floor
     way: CostField | None = None  # cost to drive from anywhere to here; None on an open floor
     next_goal: CostField | None = None  # cost to drive from anywhere to the next goal, if known
 
@@ -59,12 +61,24 @@ def driving_times(
         share = np.maximum(-np.cos(bearing), backward / forward)
         speed = np.minimum(forward, backward / share)
         return np.maximum(distance / speed, np.abs(turn) / turn_rate), np.zeros(len(bases), bool)
-    back = wrap(bearing + pi)
-    ahead_turns = (np.abs(bearing) + np.abs(wrap(turn - bearing))) / turn_rate
-    back_turns = (np.abs(back) + np.abs(wrap(turn - back))) / turn_rate + _REVERSE_COST
+    arrival = bearing if start.way is None else _arrival(start, bases)
+    last = np.abs(wrap(turn - arrival))
+    ahead_turns = (np.abs(bearing) + last) / turn_rate
+    back_turns = (pi - np.abs(bearing) + pi - last) / turn_rate + _REVERSE_COST
     ahead = distance / forward + TURN_WEIGHT * ahead_turns
     behind = distance / backward + TURN_WEIGHT * back_turns
     return np.minimum(ahead, behind), behind < ahead
+
+
+def _arrival(start: Start, bases: Array) -> Array:
+    """Directions (N,) in which paths end at bases (N, 3), seen from the base [rad]."""
+    here, places = start.wTb, bases[:, :2]
+    assert start.way is not None
+    assert start.floor is not None
+    straight = start.floor.has_straight_way(here[:2], places)[:, None]
+    before = np.where(straight, here[:2], start.way.ahead_of(places))
+    dx, dy = (places - before).T
+    return wrap(np.arctan2(dy, dx) - here.heading)
 
 
 def leaving_times(model: RobotModel, next_goal: CostField, bases: Array) -> Array:
