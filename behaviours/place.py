@@ -247,12 +247,12 @@ class Place(Leaf):
     def _let_go(self) -> Status:
         status = self._releasing.tick()
         if status is Status.SUCCESS:
-            self.feedback_message = f"placed on {self._on.name}, place {self._number}"
+            self.feedback_message = f"placed on {self._on.name}, {self._places.name(self._number)}"
         return status
 
     @property
     def _place(self) -> str:
-        return f"place {self._number} of {self._on.name}"
+        return f"{self._places.name(self._number)} of {self._on.name}"
 
     def _block(self) -> None:
         """Remember a place at which lowering failed."""

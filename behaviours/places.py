@@ -81,6 +81,11 @@ class Places:
         centre: Array = self._region.wTr.act(self._slots[number - 1])
         return centre
 
+    def name(self, number: int | None) -> str:
+        """What a person reads of a place: those in rows have numbers."""
+        in_row = number is not None and number <= self._regular
+        return f"place {number}" if in_row else "a place between the rows"
+
     def begin(self) -> None:
         """Forget the places that were passed over."""
         self._passed_over: set[int] = set()

@@ -11,6 +11,7 @@ from config.diagnostics import (
     Severity,
     TooManyErrorsError,
     UserError,
+    nearest,
     quoted,
     suggest,
 )

@@ -28,10 +28,15 @@ def quoted(words: Iterable[object]) -> str:
 def suggest(word: str, known: Iterable[str]) -> str:
     """The hint for an unknown word: the nearest known one, else all of them."""
     words = sorted(known)
-    close = difflib.get_close_matches(word, words, n=1)
-    if close:
-        return f"did you mean `{close[0]}`?"
+    if meant := nearest(word, words):
+        return meant
     return f"known: {quoted(words)}" if words else "remove it"
+
+
+def nearest(word: str, known: Iterable[str]) -> str:
+    """Asks whether the nearest known word was meant; empty if none is near."""
+    close = difflib.get_close_matches(word, sorted(known), n=1)
+    return f"did you mean `{close[0]}`?" if close else ""
 
 
 @dataclass(frozen=True, kw_only=True, order=True)

@@ -9,7 +9,7 @@ from os.path import isfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from config import UserError, lazy_face, quoted, suggest
+from config import UserError, lazy_face, nearest, quoted
 
 if TYPE_CHECKING:
     from trees.schema import SCHEMA_FILE, schema_text
@@ -35,15 +35,17 @@ def shipped(name: str) -> Path:
     names = shipped_names()
     if name in names:
         return _FOLDER / f"{name}.yaml"
-    hint = f"{suggest(name, names)} Give a file or one of {quoted(names)}"
+    hint = " ".join([nearest(name, names), f"Give a file or one of {quoted(names)}"]).strip()
     raise UnknownTreeError(f"no tree is called `{name}`; {hint}")
 
 
 def find(tree: str) -> Path:
     """The file for a path or for the name of a shipped task.
 
-    A text with a folder or an ending is a path, whether or not the file exists. Raises
-    UnknownTreeError: it is neither.
+    A text with a folder or an ending is a path, whether or not the file exists; `.yaml` may be left
+    out. Raises UnknownTreeError: it is neither.
     """
-    path = Path(tree)
-    return path if path.suffix or len(path.parts) > 1 or isfile(path) else shipped(tree)
+    path, beside = Path(tree), Path(f"{tree}.yaml")
+    if path.suffix or len(path.parts) > 1 or isfile(path):
+        return path
+    return beside if tree not in shipped_names() and isfile(beside) else shipped(tree)

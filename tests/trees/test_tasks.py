@@ -109,6 +109,8 @@ def test_a_tree_is_found_by_name_or_by_path(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "plain").write_text("task: toy\n")
     assert trees.find("plain").as_posix() == "plain"
+    (tmp_path / "mine.yaml").write_text("task: mine\n")
+    assert trees.find("mine").as_posix() == "mine.yaml"
     with pytest.raises(
         trees.UnknownTreeError,
         match=r"^no tree is called `pick_plce`; did you mean `pick_place`\? Give a file or one of",
