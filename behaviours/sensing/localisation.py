@@ -98,6 +98,7 @@ class Localiser:
         self._job: _Job | None = None
         self._frame: DepthFrame | None = None
         self._due = self._judge_due = -inf
+        self._judgements = 0
 
     @property
     def estimate(self) -> tuple[Array, Array] | None:
@@ -242,9 +243,10 @@ class Localiser:
         oTb = self._odometry(scan.stamp if scan else frame.stamp if frame else self._stamp)
         here = self._filter.pose(oTb), self._filter.covariance(oTb)
         there = self._filter.proposal(oTb)
-        moved, judge = self.furniture.names, self._stamp >= self._judge_due
-        if judge:
+        moved, judgement = self.furniture.names, None
+        if self._stamp >= self._judge_due:
             self._judge_due = self._stamp + _JUDGE_INTERVAL
+            judgement, self._judgements = self._judgements, self._judgements + 1
 
         def work() -> tuple[Registration, Registration | None]:
             bTw = in_space(oTb).inverse()
@@ -255,12 +257,10 @@ class Localiser:
             if frame is not None:
                 bTc = bTw * frame.wTc
                 clouds.append(depth_cloud(frame.depth, frame.intrinsics, bTc))
-            both = [
-                register(self.surfaces, clouds, *prior, moved=moved, judge_furniture=judge)
-                for prior in (here, there)
-                if prior is not None
-            ]
-            return both[0], both[1] if there is not None else None
+            found = register(self.surfaces, clouds, *here, moved=moved, judgement=judgement)
+            if there is None:
+                return found, None
+            return found, register(self.surfaces, clouds, *there, moved=moved, judgement=None)
 
         self._job = _Job(oTb, self.executor.submit(work))
 

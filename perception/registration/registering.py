@@ -95,7 +95,7 @@ def register(
     covariance: Array,
     *,
     moved: Collection[str] = (),
-    judge_furniture: bool = True,
+    judgement: int | None = 0,
     settings: MatchSettings = _DEFAULT,
 ) -> Registration:
     """Match what was measured at one time to the map.
@@ -110,15 +110,15 @@ def register(
         prior: (3,) mTb expected at capture.
         covariance: (3, 3) of it, positive definite.
         moved: pieces that are known to have been moved, as of the last registration.
-        judge_furniture: also find out what else was moved, which may take several times as long;
-            without it, what does not fit is an outlier.
+        judgement: how often the furniture was judged before, to find out what else was moved; None
+            judges nothing, and what does not fit is an outlier.
         settings: what is assumed of noise and furniture.
     """
     problem = Problem(surfaces, clouds, prior, covariance, settings)
     known = [k for k, piece in enumerate(problem.pieces) if surfaces.names[piece] in moved]
     solution = problem.solve(frozenset(known))
-    if judge_furniture:
-        solution = _with_furniture(problem, surfaces, solution, settings)
+    if judgement is not None:
+        solution = _with_furniture(problem, surfaces, solution, settings, judgement)
     shift = solution.x[:3]
     spread = np.asarray(np.linalg.inv(solution.information), dtype=np.float64)
     displaced: list[Displacement] = []
@@ -166,19 +166,28 @@ def _witnesses(
 
 
 def _with_furniture(
-    problem: Problem, surfaces: Surfaces, best: Solution, settings: MatchSettings
+    problem: Problem,
+    surfaces: Surfaces,
+    best: Solution,
+    settings: MatchSettings,
+    judgement: int,
 ) -> Solution:
     """The solution in which as little furniture as possible was moved.
 
-    A first trial costs time but no suspicion: errors of the sensors can hide a displacement.
+    Errors of the sensors can hide a displacement: where nothing is suspected, one piece in turn is
+    tried all the same.
     """
     counts = np.bincount(best.match.column, minlength=len(problem.pieces))
     if (counts >= settings.support).sum() < 2:
         return best
-    movable = set(
-        np.flatnonzero((counts >= settings.support) & ~surfaces.fixed[problem.pieces]).tolist()
-    )
-    while trials := [problem.solve(best.loose | {column}) for column in movable - best.loose]:
+    movable = np.flatnonzero((counts >= settings.support) & ~surfaces.fixed[problem.pieces])
+    left = [column for column in movable.tolist() if column not in best.loose]
+    if left and not problem.suspects(best):
+        trial = problem.solve(best.loose | {left[judgement % len(left)]})
+        if trial.cost >= best.cost:
+            return best
+    while left:
+        trials = [problem.solve(best.loose | {column}) for column in left]
         first = min(trials, key=lambda trial: trial.cost)
         if first.cost >= best.cost:
             break
@@ -188,6 +197,7 @@ def _with_furniture(
         best = first if len(rivals) < 2 else problem.solve(frozenset().union(*rivals))
         if not problem.suspects(best):
             break
+        left = [column for column in left if column not in best.loose]
     return best
 
 

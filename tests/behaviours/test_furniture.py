@@ -94,8 +94,8 @@ def test_laser_and_camera_find_where_a_table_stands_by_now():
     for number in range(8):
         clouds = [robot.scan(world, mTb), robot.image(world, mTb)]
         expected = mTb + rng.multivariate_normal(np.zeros(3), prior)
-        moved, judge = furniture.names, number == 0
-        result = register(SURFACES, clouds, expected, prior, moved=moved, judge_furniture=judge)
+        moved, judgement = furniture.names, None if number else 0
+        result = register(SURFACES, clouds, expected, prior, moved=moved, judgement=judgement)
         furniture.note(result)
     top = ROOM["near table"][0].pose
     found = furniture.motion("near table") * top
