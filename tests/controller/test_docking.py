@@ -3,11 +3,12 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-from motion import State, move
+from motion import READY, State, move
 from pinocchio import SE3
 
 from controller import (
     Command,
+    ControllerSettings,
     HolisticController,
     PoseGoal,
     RobotModel,
@@ -17,6 +18,9 @@ from controller import (
 )
 from controller.collision.collision_model import CollisionModel, CollisionModels
 from controller.floor.base_drive import Pose2D
+from controller.floor.floor_map import FloorMap
+from controller.floor.route import Route
+from controller.stance.approach import Approach
 from controller.stance.docking import PARTS, ROOM, YIELD, moved
 from controller.stance.finder import StanceFinder
 from controller.stance.free_space import FreeSpace, se3_of
@@ -104,3 +108,16 @@ def test_where_the_base_goes_in_the_arm_has_room_and_keeps_it(robot):
         assert space.nearest(se3_of(place), stance.q, PARTS, ROOM).distance > room - 2.0 * YIELD
     if robot == "frankie":
         assert abs(stance.dock[1]) < 1e-9  # it cannot drive sideways
+
+
+@pytest.mark.parametrize(("x", "backs_out"), [(0.0, True), (-0.3, False)])
+def test_a_base_that_has_passed_its_dock_backs_out_to_it(x, backs_out):
+    """It turned round to drive there forwards."""
+    model, settings, q = robot_model("frankie"), ControllerSettings(), READY
+    approach = Approach(model, settings.guidance, Route(model, settings))
+    stance = Stance(q + 1.0, model.bTe(q + 1.0), reverse=False, dock=(-0.2, 0.0))
+    place, floor = Pose2D(0.0, 0.0, 0.0), FloorMap((), model.description)
+    here = stance, place, 1.0, Pose2D(x, 0.02, 0.5), q, floor, None
+    approach.remaining(*here)
+    approach.docks = True
+    assert approach.remaining(*here).lead.reverse == backs_out
