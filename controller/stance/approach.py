@@ -23,8 +23,8 @@ from controller.stance.transport_posture import TransportPosture
 
 _AT_DOCK = 0.1  # the base drives in when nearer than this to the line from the dock [m and rad] ...
 _TURNED = 1.0  # ... or, past its middle, turned by less than this [rad] ...
-_PAST = 0.05  # ... it backs out to a dock that it has passed by more than this [m] ...
 _UNFOLDED = 0.5  # ... and when no joint is farther than this from the posture of the stance [rad]
+_PAST = 0.05  # it backs out to a dock that it has passed by more than this [m]
 
 
 class Approach:

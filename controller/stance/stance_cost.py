@@ -71,7 +71,7 @@ def driving_times(
 
 
 def _arrival(start: Start, bases: Array) -> Array:
-    """Directions (N,) in which paths end at bases (N, 3), seen from the base [rad]."""
+    """Directions (N,) in which paths arrive at bases (N, 3), from the present heading [rad]."""
     here, places = start.wTb, bases[:, :2]
     assert start.way is not None
     assert start.floor is not None

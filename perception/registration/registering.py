@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -182,19 +183,20 @@ def _with_furniture(
         return best
     movable = np.flatnonzero((counts >= settings.support) & ~surfaces.fixed[problem.pieces])
     left = [column for column in movable.tolist() if column not in best.loose]
+    solve = cache(problem.solve)
     if left and not problem.suspects(best):
-        trial = problem.solve(best.loose | {left[judgement % len(left)]})
+        trial = solve(best.loose | {left[judgement % len(left)]})
         if trial.cost >= best.cost:
             return best
     while left:
-        trials = [problem.solve(best.loose | {column}) for column in left]
+        trials = [solve(best.loose | {column}) for column in left]
         first = min(trials, key=lambda trial: trial.cost)
         if first.cost >= best.cost:
             break
         # Of pieces that contradict each other alike, none can be believed.
         worth = min(first.cost + settings.price, best.cost)
         rivals = [trial.loose for trial in trials if trial.cost < worth]
-        best = first if len(rivals) < 2 else problem.solve(frozenset().union(*rivals))
+        best = first if len(rivals) < 2 else solve(frozenset().union(*rivals))
         if not problem.suspects(best):
             break
         left = [column for column in left if column not in best.loose]
