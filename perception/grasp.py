@@ -29,6 +29,10 @@ class GraspEstimate:
     volume: float = 0.0  # of the object, below its upper surface [m^3]
     middle: tuple[float, float] | None = None
     """x, y of the middle of the object in the world [m]; None if the image does not show it all."""
+    outline: npt.NDArray[np.float64] | None = None
+    """(K, 3) corners in g, at z = 0, of the convex hull of the object and of what touches it [m];
+    None if the image does not show it all.
+    """
     velocity: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
     """(3,) of the object in the world [m/s]; zeros as long as it was not seen to move."""
 

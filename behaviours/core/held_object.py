@@ -1,7 +1,4 @@
-"""Shapes of the held object, and of objects that the robot has set down.
-
-Nothing measures an object along the finger pads: its length there is assumed.
-"""
+"""Shapes of the held object, and of objects that the robot has set down."""
 
 from collections.abc import Sequence
 
@@ -12,10 +9,12 @@ from pinocchio import SE3
 from behaviours.core.log import Carried, TaskLog
 from robots import Box, Geom, half_extents, reach
 
-_LEAST_HALF = 0.14  # assumed reach of a held object along the pads: 16 cm, gripped at its end [m]
+_LEAST_HALF = 0.14  # assumed reach along the pads of an object that was not seen whole [m]
+_MOST = 0.16  # what was seen to reach farther than this touches something else [m]
+_SEEN = 0.01  # error of what was seen: the object may turn as it is gripped [m]
 _ABOVE = 0.02  # and above the grasp centre [m]
 _RESOLUTION = 0.005  # widths that differ by less are the same shape [m]
-_MOST_HALF = 0.08  # assumed along the pads once it is set down: more hides the next place [m]
+_MOST_HALF = 0.08  # assumed of an object once it is set down: more hides the next place [m]
 _NEAR = 0.03  # fingers that close this near to an object may move it [m]
 
 
@@ -43,7 +42,8 @@ class HeldObject:
             return self._shape
         of = (carried, round(width / _RESOLUTION) * _RESOLUTION)
         if of != self._of:
-            self._of, self._shape = of, (_box(width, self._log.grip_height),)
+            outline = self._log.grip_outline
+            self._of, self._shape = of, (_box(width, self._log.grip_height, outline),)
         return self._shape
 
 
@@ -74,17 +74,25 @@ def reach_on_surface(held: Sequence[Geom], direction: npt.NDArray[np.float64]) -
     return max((reach(_shortened(one), direction) for one in held), default=0.0)
 
 
-def _box(width: float, height: float) -> Geom:
-    """From above the grasp centre down to the surface that the object stood on."""
-    below = max(height, 0.0)
-    half = (max(_LEAST_HALF, width / 2.0), width / 2.0, (below + _ABOVE) / 2.0)
-    centre = np.array([0.0, 0.0, (below - _ABOVE) / 2.0])
-    return Geom(Box(half), SE3(np.eye(3), centre), "held")
+def _box(width: float, height: float, outline: npt.NDArray[np.float64] | None) -> Geom:
+    """From above the grasp centre down to the surface that the object stood on.
+
+    As wide as it was seen to be from above; else a bar as wide as the fingers are apart.
+    """
+    least = np.array([-_LEAST_HALF, -width / 2.0, -_ABOVE])
+    most = np.array([_LEAST_HALF, width / 2.0, max(height, 0.0)])
+    if outline is not None and np.abs(outline).max() <= _MOST:
+        between_pads = np.array([0.0, width / 2.0])
+        least[:2] = np.minimum(outline.min(axis=0)[:2] - _SEEN, -between_pads)
+        most[:2] = np.maximum(outline.max(axis=0)[:2] + _SEEN, between_pads)
+    half = (most - least) / 2.0
+    centre = (most + least) / 2.0
+    return Geom(Box((half[0], half[1], half[2])), SE3(np.eye(3), centre), "held")
 
 
 def _shortened(held: Geom) -> Geom:
     x, y, z = half_extents(held.shape)
-    return Geom(Box((min(x, _MOST_HALF), y, z)), held.pose, "what was set down")
+    return Geom(Box((min(x, _MOST_HALF), min(y, _MOST_HALF), z)), held.pose, "what was set down")
 
 
 def _is_at(one: Geom, point: npt.NDArray[np.float64]) -> bool:

@@ -3,6 +3,8 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+import numpy as np
+import numpy.typing as npt
 from pinocchio import SE3
 
 from hw import TaskTime
@@ -72,6 +74,8 @@ class TaskLog:
     """The objects in order; the last one may still be carried."""
     grip_height: float = 0.0
     """Height of the grasp above the surface that the held object stood on [m]."""
+    grip_outline: npt.NDArray[np.float64] | None = None
+    """(K, 3) corners in e, at z = 0, of what was grasped [m]; None if the image did not show it."""
     floor_error: float | None = None
     """How much higher the camera saw that surface than the map has it [m]; None: not seen."""
     last_grasp: SE3 | None = None

@@ -119,10 +119,10 @@ class DepthObstacles:
 def _enlarged(held: Geom) -> Geom:
     """The space in e that a held object may fill."""
     half, _ = rounded_box(held.shape)
-    along, across = np.maximum(half[:2], _HELD)
-    z = held.pose.translation[2]
+    x, y, z = held.pose.translation
+    along, across = np.maximum(half[:2] + np.abs([x, y]), _HELD)
     top, bottom = z - half[2] - _HELD_ABOVE, z + half[2] + _HELD_BELOW
-    centre = np.array([*held.pose.translation[:2], (top + bottom) / 2.0])
+    centre = np.array([0.0, 0.0, (top + bottom) / 2.0])
     return Geom(Box((along, across, (bottom - top) / 2.0)), SE3(np.eye(3), centre), held.name)
 
 

@@ -1,4 +1,4 @@
-"""Objects in a height map and their centroids, for the lever arm of a grasp.
+"""Objects in a height map: their centroids, for the lever arm of a grasp, and their outlines.
 
 The weight of an object turns it about the line between the pads; the farther the grasp is from its
 centroid, the easier it slips. An object is a connected region above the floor; its centroid is that
@@ -86,6 +86,14 @@ class ObjectCentroids:
         """Of the objects at (N,) positions, below their upper surface [m^3]; 0 for none."""
         number = self._object_at(x, y)
         return np.where(number > 0, self._volume[number], 0.0)
+
+    def outline(self, x: float, y: float) -> Array:
+        """(K, 2) x, y of the corners of the convex hull of the object there, in the world [m]."""
+        number = self._object_at(np.array([x]), np.array([y]))[0]
+        row, column = np.nonzero(self._objects == number)
+        cells = np.stack([column, row], axis=1).astype(np.int32)
+        corners: Array = self._origin + self._cell * cv2.convexHull(cells)[:, 0]
+        return corners
 
     def preference(self, x: Array, y: Array) -> Array:
         """(N,) 1 for grasps at the centroid of an object, less for those farther from it."""

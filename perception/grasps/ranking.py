@@ -1,6 +1,7 @@
 """Ranking of grasps: feasible grasps at the candidates of an image, best first, in the world."""
 
 import numpy as np
+from pinocchio import SE3
 
 from perception.frame import Array, Frame, Mask, ObjectRegion, Workspace
 from perception.geometry import Camera, closing_direction, grasp_pose, world_points
@@ -111,6 +112,14 @@ class GraspRanking:
         aside *= 0.5 * found.width[:, None]
         return self._workspace.owns(centres, np.stack([centres - aside, centres + aside], axis=1))
 
+    def _outline(self, wTg: SE3) -> Array:
+        """(K, 3) corners in g, at z = 0, of the object that a grasp is on [m]."""
+        x, y, z = wTg.translation
+        corners = self._centroids.outline(x, y)
+        level = np.column_stack([corners, np.full(len(corners), z)])
+        in_grasp: Array = (level - wTg.translation) @ wTg.rotation
+        return in_grasp
+
     def _estimates(self, found: RefinedGrasps) -> tuple[GraspEstimate, ...]:
         frame = self._frame
         camera = Camera(intrinsics=frame.intrinsics, wTc=frame.wTc)
@@ -125,9 +134,13 @@ class GraspRanking:
         lever = self._centroids.at(found.x, found.y)
         to_x, to_y = self._centroids.to_middle(found.x, found.y)
         volume = self._centroids.volume(found.x, found.y)
+        wTg = [
+            grasp_pose(found.x[i], found.y[i], found.z[i], found.direction[i], frame.wTc)
+            for i in range(len(centre))
+        ]
         return tuple(
             GraspEstimate(
-                wTg=grasp_pose(found.x[i], found.y[i], found.z[i], found.direction[i], frame.wTc),
+                wTg=wTg[i],
                 width=float(found.width[i]),
                 opening=float(found.opening[i]),
                 quality=float(found.score[i]),
@@ -138,6 +151,7 @@ class GraspRanking:
                 middle=(float(found.x[i] + to_x[i]), float(found.y[i] + to_y[i]))
                 if is_middle[i]
                 else None,
+                outline=self._outline(wTg[i]) if is_middle[i] else None,
                 stamp=frame.stamp,
                 pixel=(float(pixel[i, 0]), float(pixel[i, 1])),
                 angle=float(np.arctan2(line[i, 1], line[i, 0])),

@@ -28,6 +28,8 @@ from behaviours.place import Place
 from behaviours.places import Places
 from behaviours.recover import Recover
 from behaviours.retreat_check import RetreatCheck
+from hw import TaskTime
+from robots import reach
 
 FAR = Region(
     name="table",
@@ -154,6 +156,19 @@ def test_what_is_let_go_is_placed_though_a_reflex_ends_the_placing():
     assert log.placed == 1, "seen while the hand rises"
     assert log.places_used == {"table": {2}}
     assert len(harness.context.set_down.shapes) == 1
+
+
+def test_what_is_held_reaches_as_far_as_it_was_seen_to():
+    harness = held_block()
+    (bar,) = harness.context.held
+    assert reach(bar, np.array([1.0, 0.0, 0.0])) == pytest.approx(0.14)
+    log = harness.context.log
+    for farthest, reaches in ((0.09, 0.1), (0.3, 0.02)):  # more than the hand can hold: it touches
+        log.grip_outline = np.array([(-0.03, 0.0, 0.0), (0.01, farthest, 0.0)])
+        log.carried[-1].let_go = TaskTime(2.0)
+        log.attempt(TaskTime(3.0), TaskTime(4.0))
+        (box,) = harness.context.held
+        assert reach(box, np.array([0.0, 1.0, 0.0])) == pytest.approx(reaches, abs=0.003)
 
 
 def lowest_pad(harness: Harness) -> float:

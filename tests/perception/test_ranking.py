@@ -1,11 +1,15 @@
-"""Ranking of grasps by how likely they hold, and the fallback when a network proposes none."""
+"""Ranking of grasps by how likely they hold, the fallback, and what a grasp knows of its object."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from pinocchio import SE3, exp3
 from test_detector import GRIPPER, WORKSPACE, box_world, frame, looking_down
 from test_region_map import world
+from test_tracker import FAR, seen
 
-from perception import NUMBERS, Candidates, GraspDetector, GraspPatches, Proposals
+from perception import NUMBERS, Candidates, GraspDetector, GraspPatches, GraspTracker, Proposals
 from perception.frame import Array, Image, Mask
 
 MIDDLE = NUMBERS.index("middle_along")
@@ -18,9 +22,9 @@ def test_grasps_are_ranked_by_how_likely_they_hold_if_that_is_told() -> None:
     def in_the_middle(patches: GraspPatches) -> Array:
         return 10.0 - at_the_far_end(patches)
 
-    seen = frame(box_world(), looking_down(0.45))
+    view = frame(box_world(), looking_down(0.45))
     far, near = (
-        GraspDetector(gripper=GRIPPER, hold=hold).detect(seen, WORKSPACE).grasps
+        GraspDetector(gripper=GRIPPER, hold=hold).detect(view, WORKSPACE).grasps
         for hold in (at_the_far_end, in_the_middle)
     )
     assert far[0].lever == max(grasp.lever for grasp in far)
@@ -53,19 +57,37 @@ class Nothing:
 
 
 def test_where_a_network_proposes_nothing_points_all_over_are_looked_at() -> None:
-    seen = frame(box_world(), looking_down(0.45))
+    view = frame(box_world(), looking_down(0.45))
     told, alone = GraspDetector(gripper=GRIPPER), GraspDetector(gripper=GRIPPER, by_check=True)
     told.proposer = alone.proposer = Nothing()
-    found = told.detect(seen, WORKSPACE)
+    found = told.detect(view, WORKSPACE)
     assert found.grasps[0].wTg.translation[:2] == pytest.approx([3.03, -0.02], abs=0.01)
-    assert alone.detect(seen, WORKSPACE).reason == "the network sees no grasp in the workspace"
+    assert alone.detect(view, WORKSPACE).reason == "the network sees no grasp in the workspace"
+
+
+def test_a_grasp_knows_how_far_its_object_reaches_however_it_is_tracked() -> None:
+    view = frame(box_world(), looking_down(0.45))
+    first = GraspDetector(gripper=GRIPPER).detect(view, WORKSPACE).grasps[0]
+    other_way_round = first.wTg * SE3(exp3(np.array([0.0, 0.0, np.pi])), np.zeros(3))
+    assert first.outline is not None
+    same_object = first.outline * np.array([-1.0, -1.0, 1.0])
+    tracker = GraspTracker(lock_distance=0.1)
+    for one in (first, replace(first, wTg=other_way_round, outline=same_object)):
+        tracker.update(seen(one), FAR)
+    tracked = tracker.update(seen(replace(first, outline=None)), FAR)
+    assert tracked is not None
+    assert tracked.outline is not None
+    outline = np.array([tracked.wTg.act(corner)[:2] for corner in tracked.outline])
+    box = np.array([(0.06, 0.02), (0.06, -0.02), (-0.06, -0.02), (-0.06, 0.02)])
+    for corner in box @ exp3(np.array([0.0, 0.0, 0.5]))[:2, :2].T + [3.03, -0.02]:
+        assert np.linalg.norm(outline - corner, axis=1).min() < 0.006
 
 
 def test_what_is_not_likely_to_hold_is_no_grasp() -> None:
     def hardly(patches: GraspPatches) -> Array:
         return np.full(len(patches.numbers), 0.2)
 
-    seen = frame(box_world(), looking_down(0.45))
-    found = GraspDetector(gripper=GRIPPER, hold=hardly).detect(seen, WORKSPACE)
+    view = frame(box_world(), looking_down(0.45))
+    found = GraspDetector(gripper=GRIPPER, hold=hardly).detect(view, WORKSPACE)
     assert not found.grasps
     assert found.reason == "the hand fits, but is not likely to hold anything"
