@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import pairwise, takewhile
 from math import radians
 from typing import TypeAlias
 
@@ -90,19 +90,33 @@ class ArmPlanner:
         self, state: KinematicState, goal: PoseGoal, surroundings: Surroundings
     ) -> Trajectory | None:
         """The hand to a pose, straight if the goal asks for it; None if no path was found."""
-        settings, model, wTb = self._settings, self._model, state.wTb
+        model, wTb = self._model, state.wTb
         space, touch = self._space(wTb, surroundings), goal.hand_may_touch
         if goal.straight:
-            step, jump = settings.straight_step, settings.straight_jump
-            path = straight_postures(model, wTb, goal.wTe, state.q, step, jump)
-            is_free = space.test(state.q, hand_may_touch=touch)
-            if path is not None and self._all_free(path, is_free):
-                return self._along(path, goal.speed)
+            line, is_whole = self._straight(state, goal)
+            if is_whole and self._all_free(line, space.test(state.q, hand_may_touch=touch)):
+                return self._along(line, goal.speed)
         postures = postures_at(model, self._bank, wTb, goal.wTe, state.q)
         path = self._first(
             state.q, postures, lambda q: space.test(state.q, q, hand_may_touch=touch)
         )
         return self._along(path, goal.speed)
+
+    def towards(
+        self, state: KinematicState, goal: PoseGoal, surroundings: Surroundings
+    ) -> Trajectory | None:
+        """The hand straight towards a pose, as far as it gets; None if it cannot set out."""
+        space = self._space(state.wTb, surroundings)
+        is_free = space.test(state.q, hand_may_touch=goal.hand_may_touch)
+        line, _ = self._straight(state, goal)
+        steps = takewhile(lambda step: self._all_free(np.array(step), is_free), pairwise(line))
+        part = np.array([line[0], *(end for _, end in steps)])
+        return self._along(part, goal.speed) if len(part) > 1 else None
+
+    def _straight(self, state: KinematicState, goal: PoseGoal) -> tuple[Array, bool]:
+        settings = self._settings
+        step, jump = settings.straight_step, settings.straight_jump
+        return straight_postures(self._model, state.wTb, goal.wTe, state.q, step, jump)
 
     def _first(
         self, start: Array, goals: Iterable[Array], test_for: Callable[[Array], _IsFree]
@@ -227,8 +241,8 @@ def postures_at(model: RobotModel, bank: PostureBank, wTb: SE3, wTe: SE3, q: Arr
 
 def straight_postures(
     model: RobotModel, wTb: SE3, wTe: SE3, q: Array, step: float, jump: float
-) -> Array | None:
-    """Postures (M, 7) from q (7,) on the straight line of the hand to `wTe`; None if there is none.
+) -> tuple[Array, bool]:
+    """Postures (M, 7) from q (7,) on the straight line of the hand to `wTe`; if they get there.
 
     `step` [m] and `jump` [rad] are the largest distance of the hand and the largest joint
     difference between two of them.
@@ -243,9 +257,9 @@ def straight_postures(
         pose = SE3(here.rotation @ pin.exp3(share * turn), between)
         found = _solved(model, wTb, pose, path[-1][None])
         if not len(found) or np.abs(found[0] - path[-1]).max() > jump:
-            return None
+            return np.array(path), False
         path.append(found[0])
-    return np.array(path)
+    return np.array(path), True
 
 
 def _solved(model: RobotModel, wTb: SE3, wTe: SE3, seeds: Array) -> Array:

@@ -155,8 +155,7 @@ class PlanningController:
                 yield from self._think()
                 yield from self._follow(plan)
             elif goal.straight and goal.hand_may_touch:
-                yield from self._think()
-                raise _NoWayError("the arm finds no way there from here")
+                yield from self._straight_towards(goal)
             else:
                 yield from self._drive_and_reach(goal)
         except _NoWayError as error:
@@ -165,6 +164,15 @@ class PlanningController:
     def _plan_to(self, goal: PoseGoal) -> Trajectory | None:
         state, _, surroundings = self._now
         return self._arm.to_pose(state, goal, surroundings)
+
+    def _straight_towards(self, goal: PoseGoal) -> _Commands:
+        """A part of the straight line, as the hand is among things that it may touch."""
+        state, _, surroundings = self._now
+        part = self._arm.towards(state, goal, surroundings)
+        yield from self._think()
+        if part is not None:
+            yield from self._follow(part)
+        raise _NoWayError("the arm finds no way there from here")
 
     def _posture(self, q: Array) -> _Commands:
         """The arm to joint positions (7,)."""

@@ -115,5 +115,6 @@ def test_what_is_out_of_reach_is_said():
     _, reports = go(PoseGoal(wTe=at(1.0, 0.0, 4.0)), limit=5.0)
     assert reports[-1].unreachable
     straight = PoseGoal(wTe=at(2.5, 0.0, 0.6), straight=True, hand_may_touch=True)
-    _, reports = go(straight, limit=5.0)
+    motion, reports = go(straight, limit=5.0)
     assert "no way" in reports[-1].unreachable
+    assert motion.tool[-1, 0] > motion.tool[0, 0] + 0.1, "as far as the arm gets"
