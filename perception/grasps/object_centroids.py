@@ -53,6 +53,7 @@ class ObjectCentroids:
         self._volume = volume * self._cell**2
         self._middle_x = np.bincount(number, above * x, count) / volume
         self._middle_y = np.bincount(number, above * y, count) / volume
+        self._outlines: dict[int, Array] = {}
         self._cut_off = np.zeros(count, dtype=np.bool_)
         self._hidden = np.zeros(count, dtype=np.bool_)
         if scene.unknown is not None:  # what is beside it may be more of it
@@ -89,11 +90,11 @@ class ObjectCentroids:
 
     def outline(self, x: float, y: float) -> Array:
         """(K, 2) x, y of the corners of the convex hull of the object there, in the world [m]."""
-        number = self._object_at(np.array([x]), np.array([y]))[0]
-        row, column = np.nonzero(self._objects == number)
-        cells = np.stack([column, row], axis=1).astype(np.int32)
-        corners: Array = self._origin + self._cell * cv2.convexHull(cells)[:, 0]
-        return corners
+        number = int(self._object_at(np.array([x]), np.array([y]))[0])
+        if number not in self._outlines:
+            cells = cv2.findNonZero((self._objects == number).astype(np.uint8))
+            self._outlines[number] = self._origin + self._cell * cv2.convexHull(cells)[:, 0]
+        return self._outlines[number]
 
     def preference(self, x: Array, y: Array) -> Array:
         """(N,) 1 for grasps at the centroid of an object, less for those farther from it."""
