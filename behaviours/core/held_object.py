@@ -19,7 +19,7 @@ _NEAR = 0.03  # fingers that close this near to an object may move it [m]
 
 
 class HeldObject:
-    """Keeps the shape of the held object while object and width are the same.
+    """Keeps the shape of the held object while grip and width are the same.
 
     Args:
         log: of the task.
@@ -28,7 +28,7 @@ class HeldObject:
     def __init__(self, log: TaskLog) -> None:
         self._log = log
         self._shape: tuple[Geom, ...] = ()
-        self._of: tuple[Carried, float] | None = None
+        self._of: tuple[Carried, int, float] | None = None
 
     def shape(self, width: float) -> tuple[Geom, ...]:
         """In e; empty for an empty hand.
@@ -40,7 +40,7 @@ class HeldObject:
         if carried is None:
             self._of, self._shape = None, ()
             return self._shape
-        of = (carried, round(width / _RESOLUTION) * _RESOLUTION)
+        of = (carried, carried.attempts, round(width / _RESOLUTION) * _RESOLUTION)
         if of != self._of:
             outline = self._log.grip_outline
             self._of, self._shape = of, (_box(width, self._log.grip_height, outline),)

@@ -165,7 +165,6 @@ def test_what_is_held_reaches_as_far_as_it_was_seen_to():
     log = harness.context.log
     for farthest, reaches in ((0.09, 0.1), (0.3, 0.02)):  # more than the hand can hold: it touches
         log.grip_outline = np.array([(-0.03, 0.0, 0.0), (0.01, farthest, 0.0)])
-        log.carried[-1].let_go = TaskTime(2.0)
         log.attempt(TaskTime(3.0), TaskTime(4.0))
         (box,) = harness.context.held
         assert reach(box, np.array([0.0, 1.0, 0.0])) == pytest.approx(reaches, abs=0.003)
