@@ -35,7 +35,8 @@ def shipped(name: str) -> Path:
     names = shipped_names()
     if name in names:
         return _FOLDER / f"{name}.yaml"
-    meant, known = nearest(name, names), f"a file or one of {quoted(names)}"
+    here = (path.stem for path in Path().glob("*.yaml"))
+    meant, known = nearest(name, (*names, *here)), f"a file or one of {quoted(names)}"
     hint = f"{meant} Give {known}" if meant else f"give {known}"
     raise UnknownTreeError(f"no tree is called `{name}`; {hint}")
 

@@ -116,3 +116,5 @@ def test_a_tree_is_found_by_name_or_by_path(tmp_path, monkeypatch):
         match=r"^no tree is called `pick_plce`; did you mean `pick_place`\? Give a file or one of",
     ):
         trees.find("pick_plce")
+    with pytest.raises(trees.UnknownTreeError, match="did you mean `mine`"):
+        trees.find("mien")
