@@ -24,11 +24,12 @@ class Recover(Leaf):
 
     With nothing to clear and no posture to come back to it succeeds at once. A fault is cleared
     after a pause: 0.5 s for the first one, at least 2 s and then 8 s after the one before. Then a
-    base that was touched drives slowly away from that side, or back along where it came from, and a
-    hand goes back the way that it came and up; what was hit counts as standing there for five
-    minutes. What comes back at the same place after three times waits for a person: the run
-    pauses, or ends where nobody is there. Where furniture is in the arm's way, the base backs off
-    from it. Fails on a fault that a person must clear, and when the arm cannot reach the posture.
+    base that was touched drives slowly away from that side, or back along where it came from, as
+    does one that drove the arm into something; else a hand goes back the way that it came, and up.
+    What was hit counts as standing there for five minutes. What comes back at the same place after
+    three times waits for a person: the run pauses, or ends where nobody is there. Where furniture
+    is in the arm's way, the base backs off from it. Fails on a fault that a person must clear, and
+    when the arm cannot reach the posture.
 
     Args:
         arm: joint positions to come back to; `ready` is always there. Without it the hand is only

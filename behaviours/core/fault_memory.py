@@ -23,6 +23,8 @@ _HAND_BLOCKS = 60.0  # ... and one of the hand blocks so long: where it touched 
 _HIT_RADIUS = 0.08  # of the upright cylinder at a contact of the base [m]
 _HIT_HALF = 0.02  # half edge of the box at a contact of the hand [m]
 _WAY_BACK = 0.05  # along its path, before the hand rises [m]
+_LEFT = 0.1  # the hand has left what it touched, which is a guess, from here on [m]
+_DRIVING = 0.1  # a faster base has brought the arm to what it touched [m/s]
 _WHAT = "what was hit"
 """Name of the shape at a contact."""
 
@@ -38,6 +40,8 @@ class _Place:
     times: int = 0
     shapes: tuple[Geom, ...] = ()
     """Obstacles there, in the world."""
+    left_behind: Geom | None = None
+    """The obstacle at the hand, until the hand has left it: it would be pushed out anywhere."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -45,9 +49,11 @@ class WayOut:
     """How to leave a contact."""
 
     base: Array | None
-    """(2,) unit vector in the base frame; None if the base was not touched."""
+    """(2,) unit vector in the base frame; None if the base stood still and was not touched."""
     hand: SE3 | None
-    """Where the hand came from, in the world; None if the arm was not touched."""
+    """Where the hand came from, in the world; None if the base brought it there, or nothing touched
+    the arm.
+    """
 
 
 class FaultMemory:
@@ -73,6 +79,8 @@ class FaultMemory:
         """Whether the present or last faults have been cleared."""
         self._bases: deque[SE3] = deque(maxlen=_STEPS)
         self._hands: deque[SE3] = deque(maxlen=_STEPS)
+        self._drove = False
+        """Whether the base was driving before the present faults."""
         self._way_out: tuple[WayOut, SE3] | None = None
         self.given_up = ""
         """The fault that came back too often; empty as long as a program may clear it."""
@@ -100,7 +108,9 @@ class FaultMemory:
         kept = [one for one in self._places if now.since(one.last) < _REMEMBERED]
         for one in kept:
             if one.kind is FaultKind.REFLEX and now.since(one.last) > _HAND_BLOCKS:
-                one.shapes = ()
+                one.shapes, one.left_behind = (), None
+            elif (box := one.left_behind) is not None and _gap(box.pose, wTe) > _LEFT:
+                one.shapes, one.left_behind = (*one.shapes, box), None
         if self._places:
             self._keep(kept)
         if not state.faults:
@@ -108,6 +118,7 @@ class FaultMemory:
             self._present.clear()
             _trace(self._bases, state.wTb)
             _trace(self._hands, wTe)
+            self._drove = hypot(*state.base_twist[:2].tolist()) > _DRIVING
             return
         if state.recovering:
             self._cleared[-1:] = [now]  # what counts is when that has ended
@@ -149,7 +160,7 @@ class FaultMemory:
     def relocalise(self) -> None:
         """Forget the obstacles, whose places are no longer known, but not the counts."""
         for place in self._places:
-            place.shapes = ()
+            place.shapes, place.left_behind = (), None
         self._keep(self._places)
         self._bases.clear()
         self._hands.clear()
@@ -183,7 +194,10 @@ class FaultMemory:
             return wTb.translation, _SAME_PLACE, cylinder
         if fault.kind is FaultKind.REFLEX:
             back = _back(self._hands, wTe, _WAY_BACK)
-            self._way_out = WayOut(base=before.base, hand=wTe if back is None else back), wTb
+            way = WayOut(base=before.base, hand=wTe if back is None else back)
+            if self._drove and before.base is None:
+                way = WayOut(base=self._away(None, wTb), hand=None)
+            self._way_out = way, wTb
             here = wTe.translation
             box = Geom(Box((_HIT_HALF,) * 3), SE3(np.eye(3), here), _WHAT)
             return here, _SAME_PLACE_OF_HAND, box
@@ -203,7 +217,9 @@ class FaultMemory:
         self._present.add(fault.kind)
         same = (one for one in self._places if _is_same(one, fault.kind, point, radius))
         place = next(same, None) or _Place(fault.kind, point, now)
-        if shape is not None:
+        if shape is not None and fault.kind is FaultKind.REFLEX:
+            place.left_behind = shape
+        elif shape is not None:
             place.shapes += (shape,)
         if is_again or point is not None or place.times == 0:
             place.times, place.last = place.times + 1, now

@@ -50,6 +50,19 @@ def drive(harness: Harness, ahead: float, heading: float = 0.0) -> None:
     raise AssertionError("nothing was hit")
 
 
+def pursue(harness: Harness, goal: BaseGoal | PoseGoal, seconds: float) -> None:
+    """Go after a goal, until it is reached, without a leaf."""
+    for _ in range(round(seconds * 100)):
+        state = harness.robot.read()
+        harness.context.read(state)
+        command, report = harness.controller.step(state, goal, harness.gate.applied)
+        harness.gate.send(command, state, harness.clock.now())
+        harness.clock.sleep_until(harness.clock.now() + 0.01)
+        if report.arrived:
+            break
+    harness._ticks = round(harness.clock.now() * 100)
+
+
 def unknown_pedestal(robot: str = "frankie") -> Harness:
     """Something stands in the way that is on no map."""
     harness = Harness(World([FLOOR, PEDESTAL], []), robot)
@@ -93,14 +106,7 @@ def test_the_base_goes_away_from_the_side_that_was_touched(ahead, heading):
 def test_where_the_side_is_not_told_the_base_goes_back_along_where_it_came_from(ahead):
     harness = Harness(World([FLOOR], []))
     goal = BaseGoal(wTb=SE3(np.eye(3), np.array([ahead, 0.0, 0.0])), reverse=ahead < 0.0)
-    for _ in range(300):
-        harness.context.goal = goal
-        state = harness.robot.read()
-        harness.context.read(state)
-        command, _ = harness.controller.step(state, goal, harness.gate.applied)
-        harness.gate.send(command, state, harness.clock.now())
-        harness.clock.sleep_until(harness.clock.now() + 0.01)
-    harness._ticks = round(harness.clock.now() * 100)
+    pursue(harness, goal, 3.0)
     before = harness.robot.read().wTb.translation[0]
     bumped = Fault(kind=FaultKind.BUMPER, text="bumped", clearable=True)
     recover = Recover("recover", harness.context)
@@ -154,16 +160,7 @@ def test_a_hand_goes_back_the_way_that_it_came_before_it_rises():
     harness.run_for(None, 0.1)
     wTe = harness.context.wTe
     ahead = SE3(wTe.rotation, wTe.translation + np.array([0.0, 0.25, 0.0]))
-    goal = PoseGoal(wTe=ahead, straight=True, speed=0.3)
-    for _ in range(300):
-        state = harness.robot.read()
-        harness.context.read(state)
-        command, report = harness.controller.step(state, goal, harness.gate.applied)
-        harness.gate.send(command, state, harness.clock.now())
-        harness.clock.sleep_until(harness.clock.now() + 0.01)
-        if report.arrived:
-            break
-    harness._ticks = round(harness.clock.now() * 100)
+    pursue(harness, PoseGoal(wTe=ahead, straight=True, speed=0.3), 3.0)
     harness.run_for(None, 0.3)
     hit = harness.context.wTe.translation
     harness.robot.faults = (REFLEX,)
@@ -185,6 +182,17 @@ def test_a_hand_goes_back_the_way_that_it_came_before_it_rises():
     harness.clock.sleep_until(harness.clock.now() + 61.0)
     harness.tick(None)
     assert harness.context.fault_memory.hit == ()
+
+
+def test_a_base_that_has_driven_the_arm_into_something_goes_back_before_the_hand_rises():
+    harness = Harness(World([FLOOR], []))
+    pursue(harness, BaseGoal(wTb=SE3(np.eye(3), np.array([2.0, 0.0, 0.0]))), 1.5)
+    harness.robot.faults = (REFLEX,)
+    recover, hands = Recover("recover", harness.context), []
+    while not hands or recover.phase != "rise":
+        harness.tick(recover)
+        hands.append(harness.context.wTe.translation)
+    assert hands[-1][0] < max(hand[0] for hand in hands) - 0.2
 
 
 def test_what_was_hit_is_forgotten_after_a_time_and_when_the_base_is_relocalised():
