@@ -258,7 +258,7 @@ class Grasp(Leaf):
         wTg, log = self._locked.wTg_at(self.context.state.stamp), self.context.log
         log.last_grasp = wTg
         log.grip_height = float(wTg.translation[2]) - self._within.floor
-        log.grip_outline = self._locked.outline
+        log.grip_outline, log.grip_opening = self._locked.outline, self._locked.opening
         self.context.set_down.grasp(wTg.translation)
         self.grip(0.0, self._force)
         self._step = self._close

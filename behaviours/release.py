@@ -21,6 +21,8 @@ from robots import reach
 TILT = radians(2.0)  # of the hand at the release [rad]
 _CLEARANCE = 0.004  # of object and finger tips over the surface at the release [m]
 _LET_GO = 0.02  # opening of the fingers from which the hand rises [m]
+_LEAST_OPENING = 0.01  # [m]
+_CLEAR = 0.04  # the fingers open fully once the hand is this high [m]
 _RISE_SPEED = 0.5  # [m/s]
 _RISE_TOLERANCE = 0.03  # [m]
 _LOOK_ABOVE = 0.12  # the hand rises this much higher until the object is seen to stand [m]
@@ -79,7 +81,7 @@ class Release:
         self._up, self._backs_off = up, backs_off
         context = leaf.context
         assert context.log.in_hand is not None
-        self._held, self._carried = context.held, context.log.in_hand
+        self._width, self._carried = context.state.gripper_width, context.log.in_hand
         self._watch: PlacedObjectWatch | None = None
         self._back_off: BackOff | None = None
         self._looking_since: TaskTime | None = None
@@ -93,8 +95,10 @@ class Release:
         )
         lower = self._rising.wTe.translation - np.array([0.0, 0.0, _DOWN])
         self._lower = replace(self._rising, wTe=SE3(goal.wTe.rotation, lower))
-        leaf.open_gripper()
-        context.log.when_let_go(leaf.opens_by(_LET_GO), self._set_down)
+        # What is gripped by its rim or handle has a part outside the fingers.
+        room = context.log.grip_opening
+        opens_by = leaf.open_gripper(room and max(room, self._width + _LEAST_OPENING))
+        context.log.when_let_go(min(_LET_GO, opens_by), self._set_down)
 
     @property
     def phase(self) -> str:
@@ -112,13 +116,13 @@ class Release:
         if self._watch is None:
             self._set_down()
         self._progress = Progress(self._leaf.context, straight=True)
-        self._step = self._rise
+        self._is_clear, self._step = False, self._rise
         return self._leaf.running("rising")
 
     def _set_down(self) -> None:
         context, spot = self._leaf.context, self._spot
         self._used()
-        context.set_down.add(self._held, context.wTe)
+        context.set_down.add(self._width, context.log.grip_height, context.wTe)
         self._carried.let_go = context.clock.now()
         where = spot.centre, spot.radius, spot.heights
         self._watch = context.placed_object = PlacedObjectWatch(context, self._carried, *where)
@@ -128,6 +132,9 @@ class Release:
         leaf = self._leaf
         risen = float(leaf.context.wTe.translation[2] - self._goal.wTe.translation[2])
         is_up = risen >= self._up - min(_RISE_TOLERANCE, self._up / 3.0)
+        if risen >= _CLEAR and not self._is_clear:
+            self._is_clear = True
+            leaf.open_gripper()
         report = leaf.pursue(self._rising, "rising")
         if not (is_up and self._verdict is not Verdict.UNSEEN):
             if report is None or not (report.arrived or self._progress.is_stuck(report)):

@@ -51,8 +51,8 @@ class WayOut:
     base: Array | None
     """(2,) unit vector in the base frame; None if the base stood still and was not touched."""
     hand: SE3 | None
-    """Where the hand came from, in the world; None if the base brought it there, or nothing touched
-    the arm.
+    """Where the hand came from, in the world; None if the base brought it there, not at work, or
+    nothing touched the arm.
     """
 
 
@@ -129,7 +129,7 @@ class FaultMemory:
         self._since = self._since or now
         for fault in state.faults:
             if fault.clearable and fault.kind not in self._present:
-                where, radius, shape = self._contact(fault, state, wTe)
+                where, radius, shape = self._contact(fault, state, wTe, at_work=at_work)
                 touched = where if shape is None else shape.pose.translation
                 if any(_is_near(one.geom, touched) for one in moving):
                     shape = None  # who tells of it tells where it is now
@@ -178,7 +178,7 @@ class FaultMemory:
         return way if gone < _SAME_PLACE else None
 
     def _contact(
-        self, fault: Fault, state: RobotState, wTe: SE3
+        self, fault: Fault, state: RobotState, wTe: SE3, *, at_work: bool
     ) -> tuple[Array | None, float, Geom | None]:
         """Place (3,), radius of the same place [m] and obstacle of a contact; sets the way out.
 
@@ -195,7 +195,7 @@ class FaultMemory:
         if fault.kind is FaultKind.REFLEX:
             back = _back(self._hands, wTe, _WAY_BACK)
             way = WayOut(base=before.base, hand=wTe if back is None else back)
-            if self._drove and before.base is None:
+            if self._drove and not at_work and before.base is None:
                 way = WayOut(base=self._away(None, wTb), hand=None)
             self._way_out = way, wTb
             here = wTe.translation

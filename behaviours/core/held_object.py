@@ -42,8 +42,8 @@ class HeldObject:
             return self._shape
         of = (carried, carried.attempts, round(width / _RESOLUTION) * _RESOLUTION)
         if of != self._of:
-            outline = self._log.grip_outline
-            self._of, self._shape = of, (_box(width, self._log.grip_height, outline),)
+            log = self._log
+            self._of, self._shape = of, (_box(width, log.grip_height, log.grip_outline),)
         return self._shape
 
 
@@ -54,9 +54,16 @@ class SetDownObjects:
         self.shapes: tuple[Geom, ...] = ()
         """In the world; the same tuple until it changes."""
 
-    def add(self, held: Sequence[Geom], wTe: SE3) -> None:
-        """Add the held shapes (in e), released at an end-effector pose."""
-        self.shapes += tuple(_shortened(one).moved(wTe) for one in held)
+    def add(self, width: float, height: float, wTe: SE3) -> None:
+        """Add what was released at an end-effector pose.
+
+        Args:
+            width: distance between the finger pads that held it [m].
+            height: of the grasp above the surface [m].
+            wTe: the pose.
+        """
+        # No wider than it was gripped: what was seen with something else hides places beside it.
+        self.shapes += (_shortened(_box(width, height)).moved(wTe),)
 
     def grasp(self, point: npt.NDArray[np.float64]) -> None:
         """Forget what the fingers may move that close at a point (3,) in the world."""
@@ -74,7 +81,7 @@ def reach_on_surface(held: Sequence[Geom], direction: npt.NDArray[np.float64]) -
     return max((reach(_shortened(one), direction) for one in held), default=0.0)
 
 
-def _box(width: float, height: float, outline: npt.NDArray[np.float64] | None) -> Geom:
+def _box(width: float, height: float, outline: npt.NDArray[np.float64] | None = None) -> Geom:
     """From above the grasp centre down to the surface that the object stood on.
 
     As wide as it was seen to be from above; else a bar as wide as the fingers are apart.

@@ -139,15 +139,15 @@ class Leaf(py_trees.behaviour.Behaviour):
             return "the fingers have opened"
         return "nothing stopped the fingers" if width - closing.target < LEAST_MOTION else None
 
-    def open_gripper(self) -> None:
-        """Start to open the fingers fully; `fingers` tells when they rest."""
-        self.grip(self.context.robot.description.gripper.opening, OPENING_FORCE)
+    def open_gripper(self, most: float | None = None) -> float:
+        """Start to open the fingers, to a width [m] or fully; `fingers` tells when they rest.
 
-    def opens_by(self, enough: float) -> float:
-        """How far the fingers can still open, at most `enough` [m]."""
+        Returns how far they are sure to open [m].
+        """
         opening = self.context.robot.description.gripper.opening
-        remaining = OPEN_SHARE * opening - self.context.state.gripper_width
-        return max(min(enough, remaining), LEAST_MOTION)
+        width = opening if most is None else min(most, opening)
+        self.grip(width, OPENING_FORCE)
+        return max(OPEN_SHARE * width - self.context.state.gripper_width, LEAST_MOTION)
 
     def grip(self, width: float, force: float) -> None:
         """Start to move the fingers to a width [m] by a force [N]; see `fingers`."""

@@ -76,6 +76,8 @@ class TaskLog:
     """Height of the grasp above the surface that the held object stood on [m]."""
     grip_outline: npt.NDArray[np.float64] | None = None
     """(K, 3) corners in e, at z = 0, of what was grasped [m]; None if the image did not show it."""
+    grip_opening: float | None = None
+    """Distance between the finger pads that left room around it then [m]; None before a grasp."""
     floor_error: float | None = None
     """How much higher the camera saw that surface than the map has it [m]; None: not seen."""
     last_grasp: SE3 | None = None

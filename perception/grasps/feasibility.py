@@ -84,6 +84,7 @@ def assess(
     direction: Array,
     floor: float,
     gripper: GripperDescription,
+    margin: float = 0.0,
 ) -> Assessment:
     """Assess grasps from straight above, each at the best of `DEPTHS`.
 
@@ -94,8 +95,9 @@ def assess(
         direction: (N,) closing direction in the world, from x towards y [rad].
         floor: height of the support surface [m].
         gripper: the hand.
+        margin: around its fingers [m].
     """
-    hand = hand_dimensions(gripper)
+    hand = hand_dimensions(gripper, margin)
     cosine, sine = np.cos(direction), np.sin(direction)
     top = scene.at(x, y).astype(float)
     along, across = ALONG[None, None, :], hand.lines[None, :, None]

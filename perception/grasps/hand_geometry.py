@@ -50,12 +50,12 @@ def hand_sizes(gripper: GripperDescription) -> dict[str, float]:
 
 
 @cache
-def hand_dimensions(gripper: GripperDescription) -> HandDimensions:
-    """The dimensions of a gripper."""
+def hand_dimensions(gripper: GripperDescription, margin: float = 0.0) -> HandDimensions:
+    """The dimensions of a gripper, with a margin around its fingers [m]."""
     finger, pad = (half_extents(part.shape) for part in (gripper.finger, gripper.pad))
     overhead = tuple(_overhead(gripper))
     n_pad = floor(pad[0] / LINE_SPACING)
-    n_finger = ceil(finger[0] / LINE_SPACING)
+    n_finger = ceil((finger[0] + margin) / LINE_SPACING)
     millimetres = np.arange(-n_finger, n_finger + 1, dtype=np.float32) * np.float32(
         1e3 * LINE_SPACING
     )
@@ -64,8 +64,10 @@ def hand_dimensions(gripper: GripperDescription) -> HandDimensions:
         tip=_rounded(gripper.tip + TIP_MARGIN),
         palm=overhead[0].height,
         finger=_rounded(-gripper.finger.pose.translation[2] - finger[2] - FINGER_END_MARGIN),
-        pad_thickness=_rounded(gripper.pad.pose.translation[1] + pad[1]),
-        finger_thickness=_rounded(gripper.finger.pose.translation[1] + finger[1] + FINGER_MARGIN),
+        pad_thickness=_rounded(gripper.pad.pose.translation[1] + pad[1] + margin),
+        finger_thickness=_rounded(
+            gripper.finger.pose.translation[1] + finger[1] + FINGER_MARGIN + margin
+        ),
         lines=millimetres * np.float32(1e-3),
         pad_lines=slice(n_finger - n_pad, n_finger + n_pad + 1),
         overhead=overhead,

@@ -7,7 +7,7 @@ from perception.frame import Array, Frame, Mask, ObjectRegion, Workspace
 from perception.geometry import Camera, closing_direction, grasp_pose, world_points
 from perception.grasp import GraspEstimate
 from perception.grasps.candidates import Proposals
-from perception.grasps.feasibility import Assessment
+from perception.grasps.feasibility import Assessment, assess
 from perception.grasps.height_map import LocalHeights
 from perception.grasps.network_input import INPUT_SIZE, Prepared
 from perception.grasps.object_centroids import ObjectCentroids
@@ -19,6 +19,8 @@ MIN_OBJECT_HEIGHT = 0.008  # surfaces lower than this above the floor are not gr
 LEAST_HOLD = 0.25  # grasps less likely to hold than this are discarded
 ROOMY = 0.045  # objects wider than this leave an inaccurate hand little room [m] ...
 LOSS_BY_WIDTH = 1.5  # ... and lose this against equally likely ones [1/m]: 3 % at 65 mm
+MARGIN = 0.0035  # errors of arm and camera; where fingers this much wider do not fit, ... [m]
+LOSS_BY_TIGHTNESS = 0.1  # ... a grasp is less likely by this share: they may hit a neighbour
 LOSS_BY_LEVER = 0.3  # loss with the distance from the middle of the object [1/m]
 _ANGLE_STEP = 0.005  # to either side of a grasp, for its direction in the image [m]
 
@@ -87,6 +89,9 @@ class GraspRanking:
             return found
         camera = self._frame.wTc.translation
         likely = self._hold(grasp_patches(self._scene, found, self._centroids, camera, self._floor))
+        at = found.x, found.y, found.direction
+        tight = assess(self._scene, *at, self._floor, self._gripper, MARGIN).score == 0.0
+        likely = likely * np.where(tight, 1.0 - LOSS_BY_TIGHTNESS, 1.0)
         self.unlikely = self.unlikely or bool((likely < LEAST_HOLD).all())
         loss = LOSS_BY_LEVER * self._centroids.at(found.x, found.y)
         loss += LOSS_BY_WIDTH * np.maximum(found.width - ROOMY, 0.0)
