@@ -51,15 +51,13 @@ def drive(harness: Harness, ahead: float, heading: float = 0.0) -> None:
 
 
 def pursue(harness: Harness, goal: BaseGoal | PoseGoal, seconds: float) -> None:
-    """Go after a goal, until it is reached, without a leaf."""
+    """Go after a goal without a leaf."""
     for _ in range(round(seconds * 100)):
         state = harness.robot.read()
         harness.context.read(state)
-        command, report = harness.controller.step(state, goal, harness.gate.applied)
+        command, _ = harness.controller.step(state, goal, harness.gate.applied)
         harness.gate.send(command, state, harness.clock.now())
         harness.clock.sleep_until(harness.clock.now() + 0.01)
-        if report.arrived:
-            break
     harness._ticks = round(harness.clock.now() * 100)
 
 
