@@ -3,7 +3,16 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-from harness import ON_TABLE, Harness, block, looking_down, over_the_table
+from harness import (
+    ON_TABLE,
+    TABLE_TOP,
+    Harness,
+    block,
+    looking_down,
+    over_the_table,
+    table_world,
+    with_the_hand_at,
+)
 from pinocchio import SE3
 from pinocchio.utils import rotate
 from py_trees.common import Status
@@ -120,9 +129,10 @@ def test_after_an_attempt_in_vain_the_base_stands_while_the_hand_grasps():
 def test_what_moves_is_gripped_where_it_has_come():
     velocity = np.array([0.0, 0.1, 0.0])
     thing = block(x=0.7, y=0.0)
-    start = thing.pose.translation - velocity
+    start = thing.pose.translation - 2.0 * velocity
+    thing.pose = SE3(thing.pose.rotation, start)
     thing.motion = Motion(start=start, along=4.0 * velocity, period=8.0, steady=True)
-    harness = over_the_table(thing)
+    harness = with_the_hand_at(table_world(thing), 0.6, -0.1, TABLE_TOP + 0.5)
     leaf = Grasp("grasp", harness.context, within=ON_TABLE)
     harness.run_into(leaf, "close")
     away = thing.pose.translation - harness.context.wTe.translation
