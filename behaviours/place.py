@@ -39,10 +39,10 @@ class Place(Leaf):
     stands, or that is not seen. Rows far from the base are filled first, on what is higher than the
     shoulder near ones. The hand stops as high above the floor as it was above what the object stood
     on when it was grasped, as the camera saw both where the map is wrong, and a little higher, so
-    that neither object nor finger tips touch it. A place at which lowering failed, or that was not
-    seen, is not tried again. Fails when nothing is held, no place is free, there is no surface at
-    the place, it is not seen, the hand does not get there, the fingers do not open, or the robot
-    has a fault.
+    that neither object nor finger tips touch it. A place at which lowering failed is not tried
+    again, one that was not seen only after the others. Fails when nothing is held, no place is
+    free, there is no surface at the place, it is not seen, the hand does not get there, the fingers
+    do not open, or the robot has a fault.
 
     Args:
         on: region of the task file whose floor is the surface to place on.
@@ -207,7 +207,7 @@ class Place(Leaf):
             reason = context.vision.blindness(context.state.stamp)
             here, self._unseen = self._place, self._unseen + 1
             if not reason:
-                self._note(self.context.log.places_blocked)
+                self._note(self.context.log.places_unseen)
             if reason or self._unseen > _MOST_UNSEEN or self._pass_over():
                 return self.failure(reason or f"{here} is not seen")
             return self.running(f"{here} is not seen, going to {self._place}")

@@ -91,12 +91,17 @@ class Places:
         self._passed_over: set[int] = set()
 
     def next_free(self) -> int | None:
-        """The number of the first free place, or between full rows the one with the most room."""
+        """The number of the first free place, or between full rows the one with the most room.
+
+        Places that were not seen come after the others of the rows.
+        """
         log, name = self._context.log, self._region.name
         taken = log.places_used.get(name, set()) | log.places_blocked.get(name, set())
         taken |= self._passed_over
-        free = next((n for n in self._in_order() if n not in taken), None)
-        return self._between(taken) if free is None else free
+        unseen = log.places_unseen.get(name, set())
+        free = [n for n in self._in_order() if n not in taken]
+        free.sort(key=unseen.__contains__)
+        return free[0] if free else self._between(taken)
 
     def _between(self, numbers: set[int]) -> int | None:
         here = np.array(self.slots)[:, :2]

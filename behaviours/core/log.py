@@ -90,6 +90,8 @@ class TaskLog:
     """Numbers of the used places of every region; the first is 1."""
     places_blocked: dict[str, set[int]] = field(default_factory=dict)
     """The same of places at which lowering an object failed."""
+    places_unseen: dict[str, set[int]] = field(default_factory=dict)
+    """The same of places that the camera did not see: another object may hide them less."""
     stocks: dict[str, Stock] = field(default_factory=dict)
     """By the name of the region."""
     _release: tuple[Grip, float, Callable[[], None]] | None = None

@@ -206,10 +206,16 @@ def test_a_place_at_which_lowering_failed_is_not_tried_again():
     assert leaf.feedback_message == "placed on table, place 4"
 
 
-def test_places_that_are_taken_or_blocked_are_counted():
+def test_places_that_are_taken_or_blocked_are_counted_and_unseen_ones_come_last():
     harness = Harness(table_world())
     log = harness.context.log
-    every = set(range(1, len(Places(harness.context, FAR, 0.13).slots) + 1))  # those between, too
+    places = Places(harness.context, FAR, 0.13)
+    first = places.next_free()
+    log.places_unseen["table"] = {first}
+    assert places.next_free() != first
+    every = set(range(1, len(places.slots) + 1))  # those between, too
+    log.places_used["table"] = set(range(1, 7)) - {first}
+    assert places.next_free() == first, "before those between the rows"
     log.places_used["table"], log.places_blocked["table"] = every - {3, 5, 6}, {3, 5, 6}
     leaf = place(harness)
     harness.tick(leaf)
