@@ -188,6 +188,20 @@ def test_the_finger_tips_stay_above_the_surface():
     assert 0.003 < lowest < 0.03
 
 
+def test_the_fingers_open_no_farther_beside_what_was_set_down_than_they_did_to_grip_it():
+    harness = held_block()
+    harness.context.log.grip_opening = 0.06
+    leaf = place(harness)
+    harness.run_into(leaf, "rise")
+    floor, widest = harness.context.wTe.translation[2], 0.0
+    while leaf.status is Status.RUNNING:
+        harness.tick(leaf)
+        if harness.context.wTe.translation[2] < floor + 0.03:
+            widest = max(widest, harness.context.state.gripper_width)
+    assert leaf.status is Status.SUCCESS
+    assert widest < 0.062 < 0.075 < harness.context.state.gripper_width
+
+
 def test_a_place_at_which_lowering_failed_is_not_tried_again():
     harness = held_block()
     leaf = place(harness)
