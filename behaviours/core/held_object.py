@@ -10,7 +10,8 @@ from behaviours.core.log import Carried, TaskLog
 from robots import Box, Geom, half_extents, reach
 
 _LEAST_HALF = 0.14  # assumed reach along the pads of an object that was not seen whole [m]
-_MOST = 0.16  # what was seen to reach farther than this touches something else [m]
+_MOST = 0.16  # what was seen to reach farther than this touches something else [m] ...
+_MOST_AREA = 0.007  # ... and so does what covers more than this, seen from above [m^2]
 _SEEN = 0.01  # error of what was seen: the object may turn as it is gripped [m]
 _ABOVE = 0.02  # and above the grasp centre [m]
 _RESOLUTION = 0.005  # widths that differ by less are the same shape [m]
@@ -84,17 +85,24 @@ def reach_on_surface(held: Sequence[Geom], direction: npt.NDArray[np.float64]) -
 def _box(width: float, height: float, outline: npt.NDArray[np.float64] | None = None) -> Geom:
     """From above the grasp centre down to the surface that the object stood on.
 
-    As wide as it was seen to be from above; else a bar as wide as the fingers are apart.
+    As wide as it was seen to be from above, if that is one object; else a bar as wide as the
+    fingers are apart.
     """
     least = np.array([-_LEAST_HALF, -width / 2.0, -_ABOVE])
     most = np.array([_LEAST_HALF, width / 2.0, max(height, 0.0)])
-    if outline is not None and np.abs(outline).max() <= _MOST:
+    if outline is not None and np.abs(outline).max() <= _MOST and _area(outline) <= _MOST_AREA:
         between_pads = np.array([0.0, width / 2.0])
         least[:2] = np.minimum(outline.min(axis=0)[:2] - _SEEN, -between_pads)
         most[:2] = np.maximum(outline.max(axis=0)[:2] + _SEEN, between_pads)
     half = (most - least) / 2.0
     centre = (most + least) / 2.0
     return Geom(Box((half[0], half[1], half[2])), SE3(np.eye(3), centre), "held")
+
+
+def _area(outline: npt.NDArray[np.float64]) -> float:
+    """Of a convex outline (K, 3) at z = 0 [m^2]."""
+    corners = np.vstack([outline, outline[:1]])
+    return 0.5 * float(np.abs(np.cross(corners[:-1], corners[1:]).sum(axis=0)[2]))
 
 
 def _shortened(held: Geom) -> Geom:
