@@ -85,7 +85,6 @@ def test_poses_reports_times_beside_those_of_the_paper(tmp_path):
 def test_moving_follows_every_path(tmp_path):
     for row in report(tmp_path, "moving", "--workers", 2)["results"]:
         assert row["error_max_mm"] < (10.0 if row["known"] else 40.0), row
-        assert row["tilt_max_deg"] < 2.0
         assert (row["limit_violations"], row["contact_samples"]) == (0, 0)
 
 
