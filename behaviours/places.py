@@ -99,9 +99,9 @@ class Places:
         taken = log.places_used.get(name, set()) | log.places_blocked.get(name, set())
         taken |= self._passed_over
         unseen = log.places_unseen.get(name, set())
-        free = [n for n in self._in_order() if n not in taken]
-        free.sort(key=unseen.__contains__)
-        return free[0] if free else self._between(taken)
+        free = (n for n in self._in_order() if n not in taken)
+        first = min(free, key=unseen.__contains__, default=None)
+        return self._between(taken) if first is None else first
 
     def _between(self, numbers: set[int]) -> int | None:
         here = np.array(self.slots)[:, :2]

@@ -21,7 +21,7 @@ from robots import reach
 TILT = radians(2.0)  # of the hand at the release [rad]
 _CLEARANCE = 0.004  # of object and finger tips over the surface at the release [m]
 _LET_GO = 0.02  # opening of the fingers from which the hand rises [m]
-_LEAST_OPENING = 0.01  # [m]
+_LEAST_OPENING = 0.01  # of the fingers beyond the width of what they held [m]
 _CLEAR = 0.04  # the fingers open fully once the hand is this high [m]
 _RISE_SPEED = 0.5  # [m/s]
 _RISE_TOLERANCE = 0.03  # [m]
@@ -97,7 +97,8 @@ class Release:
         self._lower = replace(self._rising, wTe=SE3(goal.wTe.rotation, lower))
         # What is gripped by its rim or handle has a part outside the fingers.
         room = context.log.grip_opening
-        opens_by = leaf.open_gripper(room and max(room, self._width + _LEAST_OPENING))
+        enough = None if room is None else max(room, self._width + _LEAST_OPENING)
+        opens_by = leaf.open_gripper(enough)
         context.log.when_let_go(min(_LET_GO, opens_by), self._set_down)
 
     @property
@@ -116,7 +117,7 @@ class Release:
         if self._watch is None:
             self._set_down()
         self._progress = Progress(self._leaf.context, straight=True)
-        self._is_clear, self._step = False, self._rise
+        self._step = self._rise
         return self._leaf.running("rising")
 
     def _set_down(self) -> None:
@@ -132,8 +133,8 @@ class Release:
         leaf = self._leaf
         risen = float(leaf.context.wTe.translation[2] - self._goal.wTe.translation[2])
         is_up = risen >= self._up - min(_RISE_TOLERANCE, self._up / 3.0)
-        if risen >= _CLEAR and not self._is_clear:
-            self._is_clear = True
+        grip, opening = leaf.context.log.grip, leaf.context.robot.description.gripper.opening
+        if risen >= _CLEAR and grip is not None and grip.target < opening:
             leaf.open_gripper()
         report = leaf.pursue(self._rising, "rising")
         if not (is_up and self._verdict is not Verdict.UNSEEN):

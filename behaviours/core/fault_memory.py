@@ -41,7 +41,11 @@ class _Place:
     shapes: tuple[Geom, ...] = ()
     """Obstacles there, in the world."""
     left_behind: Geom | None = None
-    """The obstacle at the hand, until the hand has left it: it would be pushed out anywhere."""
+    """The obstacle at the hand until the hand, which it would push anywhere, has left it."""
+
+    def clear(self) -> None:
+        """Forget the obstacles, not the count."""
+        self.shapes, self.left_behind = (), None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -49,10 +53,10 @@ class WayOut:
     """How to leave a contact."""
 
     base: Array | None
-    """(2,) unit vector in the base frame; None if the base stood still and was not touched."""
+    """(2,) unit vector in the base frame; None if the base stays."""
     hand: SE3 | None
-    """Where the hand came from, in the world; None if the base brought it there, not at work, or
-    nothing touched the arm.
+    """Where the hand came from, in the world; None if the arm was not touched, or the base drove it
+    into something: then the base takes it back.
     """
 
 
@@ -108,7 +112,7 @@ class FaultMemory:
         kept = [one for one in self._places if now.since(one.last) < _REMEMBERED]
         for one in kept:
             if one.kind is FaultKind.REFLEX and now.since(one.last) > _HAND_BLOCKS:
-                one.shapes, one.left_behind = (), None
+                one.clear()
             elif (box := one.left_behind) is not None and _gap(box.pose, wTe) > _LEFT:
                 one.shapes, one.left_behind = (*one.shapes, box), None
         if self._places:
@@ -160,7 +164,7 @@ class FaultMemory:
     def relocalise(self) -> None:
         """Forget the obstacles, whose places are no longer known, but not the counts."""
         for place in self._places:
-            place.shapes, place.left_behind = (), None
+            place.clear()
         self._keep(self._places)
         self._bases.clear()
         self._hands.clear()
@@ -193,10 +197,11 @@ class FaultMemory:
             self._way_out = WayOut(base=away, hand=before.hand), wTb
             return wTb.translation, _SAME_PLACE, cylinder
         if fault.kind is FaultKind.REFLEX:
-            back = _back(self._hands, wTe, _WAY_BACK)
-            way = WayOut(base=before.base, hand=wTe if back is None else back)
             if self._drove and not at_work and before.base is None:
                 way = WayOut(base=self._away(None, wTb), hand=None)
+            else:
+                back = _back(self._hands, wTe, _WAY_BACK)
+                way = WayOut(base=before.base, hand=wTe if back is None else back)
             self._way_out = way, wTb
             here = wTe.translation
             box = Geom(Box((_HIT_HALF,) * 3), SE3(np.eye(3), here), _WHAT)

@@ -75,7 +75,7 @@ class TaskLog:
     grip_height: float = 0.0
     """Height of the grasp above the surface that the held object stood on [m]."""
     grip_outline: npt.NDArray[np.float64] | None = None
-    """(K, 3) corners in e, at z = 0, of what was grasped [m]; None if the image did not show it."""
+    """(K, 3) in e, see `GraspEstimate.outline`; None if the image did not show it all."""
     grip_opening: float | None = None
     """Distance between the finger pads that left room around it then [m]; None before a grasp."""
     floor_error: float | None = None

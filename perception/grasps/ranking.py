@@ -119,11 +119,9 @@ class GraspRanking:
 
     def _outline(self, wTg: SE3) -> Array:
         """(K, 3) corners in g, at z = 0, of the object that a grasp is on [m]."""
-        x, y, z = wTg.translation
-        corners = self._centroids.outline(x, y)
-        level = np.column_stack([corners, np.full(len(corners), z)])
-        in_grasp: Array = (level - wTg.translation) @ wTg.rotation
-        return in_grasp
+        here = wTg.translation[:2]
+        corners: Array = (self._centroids.outline(*here) - here) @ wTg.rotation[:2]
+        return corners
 
     def _estimates(self, found: RefinedGrasps) -> tuple[GraspEstimate, ...]:
         frame = self._frame

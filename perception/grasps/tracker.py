@@ -147,15 +147,11 @@ def _blend(tracked: GraspEstimate, newest: GraspEstimate, weight: float) -> Gras
     width = tracked.width + weight * (newest.width - tracked.width)
     quality = tracked.quality + weight * (newest.quality - tracked.quality)
     shown = tracked if newest.outline is None else newest
-    outline = None if shown.outline is None else _in(wTg, shown.wTg, shown.outline)
+    outline = shown.outline
+    if outline is not None:
+        T = wTg.actInv(shown.wTg)
+        outline = outline @ T.rotation.T + T.translation
     return replace(newest, wTg=wTg, width=width, quality=quality, outline=outline)
-
-
-def _in(wTa: SE3, wTb: SE3, points: Array) -> Array:
-    """(K, 3) points in b, in a [m]."""
-    aTb = wTa.actInv(wTb)
-    moved: Array = points @ aTb.rotation.T + aTb.translation
-    return moved
 
 
 def _same_way_round(wTg: SE3, reference: SE3) -> SE3:

@@ -187,10 +187,13 @@ def test_a_base_that_has_driven_the_arm_into_something_goes_back_before_the_hand
     pursue(harness, BaseGoal(wTb=SE3(np.eye(3), np.array([2.0, 0.0, 0.0]))), 1.5)
     harness.robot.faults = (REFLEX,)
     recover, hands = Recover("recover", harness.context), []
+    memory, stands = harness.context.fault_memory, []
     while not hands or recover.phase != "rise":
         harness.tick(recover)
         hands.append(harness.context.wTe.translation)
+        stands.append(len(memory.hit))
     assert hands[-1][0] < max(hand[0] for hand in hands) - 0.2
+    assert (stands[0], stands[-1]) == (0, 1), "no obstacle in the hand itself"
 
 
 def test_what_was_hit_is_forgotten_after_a_time_and_when_the_base_is_relocalised():
