@@ -207,7 +207,7 @@ def main() -> None:
 
 
 def _work(hand: HandProcess, parent: Parent) -> None:
-    while True:
+    while not parent.is_gone:
         if request := parent.request(patience=1.0):
             try:
                 if request["do"] == "home":

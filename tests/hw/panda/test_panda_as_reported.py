@@ -8,10 +8,12 @@ import time
 
 import pytest
 from emulated_panda import connected, drive, emulated, moves, needs_library, until
+from stepped_panda import SteppedHand
 
 from hw import FaultKind, HardwareError, WallClock
 from hw.emulators.panda import AS_REPORTED
 from hw.panda import PandaArm, PandaHand
+from hw.panda.hand_process import NOT_HOMED
 
 BLOCK, OPENING, FORCE = 0.031, 0.08, 20.0
 REFUSED = {
@@ -93,6 +95,48 @@ def test_a_hand_grips_holds_and_opens(reported):
         assert time.monotonic() - begun < 3.0
         assert width_of(hand) == pytest.approx(OPENING, abs=1e-3)
         assert hand.read().faults == ()
+
+
+@pytest.mark.parametrize("reported", ["", *HANDS])
+def test_in_simulated_time_a_hand_grips_holds_and_opens(monkeypatch, reported):
+    hand = SteppedHand(monkeypatch, reported)
+    body, process = hand.body, hand.process
+    if not body.is_homed:
+        assert process.grip(OPENING, FORCE) == NOT_HOMED
+        assert (body.number, body.homings) == (0, 0)
+        assert process.home() == ""
+    assert process.grip(OPENING, FORCE) == ""
+    hand.fingers.block = BLOCK
+    for _ in range(2):  # what is held already is held
+        begun = body.number
+        assert process.grip(0.0, FORCE) == ""
+        assert body.number - begun < 3000
+        assert (hand.fingers.width, body.stops) == (BLOCK, 0)
+    assert process.grip(OPENING, FORCE) == ""
+    begun = body.number
+    if reported == "stop-unheeded":
+        with pytest.raises(SystemExit, match="do not listen to a stop"):
+            process.grip(0.02, FORCE)
+        process = hand.connect()
+    else:
+        assert process.grip(0.02, FORCE) == ""
+    assert body.number - begun < 4500
+    assert hand.fingers.width == BLOCK
+    assert process.grip(OPENING, FORCE) == ""
+    assert hand.fingers.width == OPENING
+
+
+def test_in_simulated_time_a_hand_may_be_silent_while_homing_and_stops_at_once(monkeypatch):
+    hand = SteppedHand(monkeypatch, "unhomed")
+    hand.at = {300: lambda: setattr(hand, "is_silent", True)}
+    hand.at[900] = lambda: setattr(hand, "is_silent", False)
+    assert hand.process.home() == ""
+    hand.at[200] = hand.process.stop
+    assert "stopped on their way" in hand.process.grip(0.03, FORCE)
+    assert hand.fingers.width == pytest.approx(0.06, abs=1e-3)
+    hand.at[20] = lambda: setattr(hand, "is_silent", True)
+    with pytest.raises(SystemExit, match="UDP receive"):
+        hand.process.grip(0.03, FORCE)
 
 
 @needs_library

@@ -6,10 +6,13 @@ import threading
 import time
 
 import pytest
-from emulated_panda import needs_library, until
+from child_in_thread import child_in_thread
+from emulated_panda import free_address, needs_library, until
+from stepped_panda import SteppedHand
 
 from hw import FaultKind, HardwareError, WallClock
-from hw.panda import PandaHand
+from hw.panda import PandaHand, hand_process
+from hw.processes.mailbox import share_memory
 
 pytestmark = needs_library
 OPENING = 0.08
@@ -80,3 +83,20 @@ def test_a_hand_that_falls_silent_is_a_fault_and_a_grip_connects_again(hand, emu
     hand.grip(0.04, 20.0)
     assert width_of(hand) == pytest.approx(0.04, abs=1e-3)
     assert hand.read().faults == ()
+
+
+def test_one_process_does_what_it_is_asked_and_a_second_is_refused(monkeypatch):
+    hand = SteppedHand(monkeypatch, "unhomed")
+    monkeypatch.setattr(hand_process, "load_library", lambda: hand)
+    arguments = hand_process, free_address(), {"speed": 0.1}, share_memory(1)
+    with child_in_thread(monkeypatch, *arguments) as (ask, told):
+        for number, do in enumerate(("grip", "home", "grip")):
+            ask(id=number, do=do, width=0.03, force=20.0)
+        until(lambda: len(told()) == 5)
+        assert [one.get("error") for one in told()] == [None, None, hand_process.NOT_HOMED, "", ""]
+        assert hand.fingers.width == pytest.approx(0.03)
+        ask(do="stop")
+        until(lambda: hand.body.stops)
+    with child_in_thread(monkeypatch, *arguments) as (_, told):
+        until(lambda: len(told()) == 2)
+        assert "another program on this computer commands it already" in told()[1]["error"]

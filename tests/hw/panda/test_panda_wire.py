@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import select
 import socket
 import struct
 import subprocess
@@ -10,9 +11,14 @@ import sys
 import threading
 import time
 
+import pytest
 from emulated_panda import free_address, needs_library
 
-from hw.emulators.panda import wire
+from hw.clock import stopwatch
+from hw.emulators.panda import LaggedJoints, wire
+from hw.emulators.panda.parts import FreeFingers
+from hw.emulators.panda.server import PandaServer
+from hw.emulators.panda.wire import Command, HandCommand, HandStatus, MoveStatus
 from hw.panda import Mode
 
 POSE = tuple(float(i) for i in range(16))
@@ -139,3 +145,116 @@ def test_the_real_library_reads_our_hand():
     )
     assert text == "3 0.0421 0.08 True 31\n"
     assert recorder.received[:12].hex() == "0000" + "00000000" + "0e000000" + "0300"
+
+
+class Client:
+    """A client of one port of an emulated robot, which goes on while an answer is awaited."""
+
+    def __init__(self, robot: PandaServer, address: str, port: int, header: struct.Struct) -> None:
+        self.robot, self.header = robot, header
+        self.tcp = socket.create_connection((address, port))
+        self.udp = socket.socket(type=socket.SOCK_DGRAM)
+        self.udp.bind(("127.0.0.1", 0))
+
+    def connect(self, version: int) -> dict[int, int]:
+        return self.ask(Command.CONNECT, wire.CONNECT.pack(version, self.udp.getsockname()[1]))
+
+    def ask(self, command: int, payload: bytes = b"") -> dict[int, int]:
+        """The status of every answer to a request; none if the connection is closed instead."""
+        self.tcp.sendall(self.header.pack(command, 7, self.header.size + len(payload)) + payload)
+        return self.answers()
+
+    def answers(self) -> dict[int, int]:
+        while not select.select([self.tcp], (), (), 0.0)[0]:
+            self.robot.tick(stopwatch())
+        data, found = self.tcp.recv(4096), {}
+        while data:
+            command, number, size = self.header.unpack_from(data)
+            assert number == 7
+            found[command], data = data[self.header.size], data[size:]
+        return found
+
+    def follow(self, qd: float, finished: bool = False) -> None:
+        """Answer the newest state with a velocity of joint 7."""
+        self.robot.tick(stopwatch())
+        packet, sender = self.udp.recvfrom(4096)
+        assert packet[-9] == Mode.MOVE
+        motion = packet[:8] + bytes(56) + struct.pack("<7d", *(0.0,) * 6, qd) + bytes(193)
+        self.udp.sendto(motion + bytes([finished]) + bytes(56), sender)
+
+
+@pytest.fixture
+def clients():
+    address = free_address()
+    robot = PandaServer(address, LaggedJoints(), FreeFingers())
+    arm = Client(robot, address, wire.PORT, wire.HEADER)
+    hand = Client(robot, address, wire.HAND_PORT, wire.HAND_HEADER)
+    yield robot, arm, hand
+    for one in (arm.tcp, arm.udp, hand.tcp, hand.udp, robot):
+        one.close()
+
+
+MOVE = wire.MOVE.pack(wire.JOINT_IMPEDANCE, wire.JOINT_VELOCITY, *(0.0,) * 6)
+SETTER = 5
+REQUESTS = [
+    (Command.MOVE, bytes(wire.MOVE.size), {Command.MOVE: MoveStatus.INVALID_ARGUMENT}),
+    (Command.MOVE, MOVE, {Command.MOVE: MoveStatus.STARTED}),
+    (Command.MOVE, MOVE, {Command.MOVE: MoveStatus.NOT_POSSIBLE}),
+    (SETTER, b"", {SETTER: wire.NOT_POSSIBLE}),
+    (Command.STOP_MOVE, b"", {Command.STOP_MOVE: 0, Command.MOVE: MoveStatus.PREEMPTED}),
+    (SETTER, b"", {SETTER: wire.SUCCESS}),
+    (Command.LOAD_MODEL_LIBRARY, b"", {Command.LOAD_MODEL_LIBRARY: wire.NOT_POSSIBLE}),
+    (Command.GET_CARTESIAN_LIMIT, b"", {Command.GET_CARTESIAN_LIMIT: wire.SUCCESS}),
+]
+
+
+def test_the_emulated_arm_answers_every_request(clients):
+    robot, arm, _ = clients
+    assert arm.connect(4) == {Command.CONNECT: 1}
+    assert arm.connect(5) == {Command.CONNECT: 0}
+    for command, payload, answers in REQUESTS:
+        assert arm.ask(command, payload) == answers
+    recover = Command.AUTOMATIC_ERROR_RECOVERY
+    robot.arm.reflex("joint_reflex")
+    assert arm.ask(recover) == {recover: wire.SUCCESS}
+    assert robot.arm.mode is Mode.IDLE
+    robot.arm.switch(Mode.USER_STOPPED)
+    assert arm.ask(recover) == {recover: wire.NOT_POSSIBLE}
+    robot.arm.reflex("self_collision_avoidance_violation")
+    assert arm.ask(recover) == {recover: wire.MANUAL_RECOVERY}
+    assert arm.ask(Command.MOVE, b"123") == {}
+    assert not robot.has_commander
+
+
+def test_the_emulated_arm_follows_velocities_until_the_motion_or_the_line_ends(clients):
+    robot, arm, _ = clients
+    arm.connect(5)
+    for is_cut, status in ((False, MoveStatus.SUCCESS), (True, MoveStatus.REFLEX_ABORTED)):
+        arm.ask(Command.MOVE, MOVE)
+        while arm.udp.recv(4096)[-9] != Mode.MOVE:
+            pass  # states of the time before
+        for qd in (0.002, 0.006, 0.01, 0.012, 0.01, 0.006, 0.002, 0.0, 0.0):
+            arm.follow(qd)
+        assert robot.arm.seen.speed == pytest.approx(0.012 / 2.61)
+        if is_cut:
+            robot.line.unplugged_until = stopwatch() + 0.05
+        else:
+            arm.follow(0.0, finished=True)
+        assert arm.answers() == {Command.MOVE: status}
+    assert robot.arm.errors == {"communication_constraints_violation"}
+
+
+def test_the_emulated_hand_answers_every_request(clients):
+    robot, _, hand = clients
+    assert hand.connect(2) == {HandCommand.CONNECT: 1}
+    assert hand.connect(3) == {HandCommand.CONNECT: 0}
+    move, grasp, stop = HandCommand.MOVE, HandCommand.GRASP, HandCommand.STOP
+    assert hand.ask(move, struct.pack("<2d", 0.03, 0.1)) == {move: HandStatus.SUCCESS}
+    assert robot.hand.fingers.width == pytest.approx(0.03)
+    assert hand.ask(move, struct.pack("<2d", 0.2, 0.1)) == {move: HandStatus.FAIL}
+    nothing = struct.pack("<5d", 0.05, 0.01, 0.01, 0.1, 20.0)
+    assert hand.ask(grasp, nothing) == {grasp: HandStatus.UNSUCCESSFUL}
+    hand.tcp.sendall(hand.header.pack(HandCommand.HOMING, 7, hand.header.size))
+    robot.tick(stopwatch())
+    assert hand.ask(stop) == {HandCommand.HOMING: HandStatus.ABORTED, stop: HandStatus.SUCCESS}
+    assert hand.ask(move, b"123") == {}
