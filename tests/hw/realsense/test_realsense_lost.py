@@ -1,5 +1,6 @@
 """Cameras that are not there, go, come back or hang; programs that are killed."""
 
+import json
 import os
 import signal
 import subprocess
@@ -7,12 +8,15 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
+from child_in_thread import child_in_thread
 from emulated_camera import D435, Counting, needs_library, picture, plugged_in, until
 
 from hw import FaultKind, HardwareError, WallClock
-from hw.emulators.realsense import RealSenseEmulator, still
-from hw.realsense import RealSenseCamera, RealSenseSettings
+from hw.emulators.realsense import Options, RealSenseEmulator, still
+from hw.realsense import RealSenseCamera, RealSenseSettings, camera_process
+from hw.realsense.settings import Status
 
 ROOT = Path(__file__).parents[3]
 
@@ -106,6 +110,37 @@ def test_a_process_that_hangs_is_ended_by_a_recovery_and_replaced_by_the_next(mo
             camera.recover()
         camera.recover()
         assert camera.faults() == ()
+
+
+@needs_library
+def test_the_process_tells_why_no_images_come_and_resets_a_camera_that_hangs(monkeypatch):
+    monkeypatch.setattr("hw.realsense.stream._FIRST", 0.3)
+    monkeypatch.setattr("hw.realsense.stream._PATIENCE", 0.2)
+    grey = np.arange(480 * 640, dtype=np.uint32).reshape(480, 640).astype(np.uint8)
+    with RealSenseEmulator(still(picture(), grey), Options(infrared=True)) as emulator:
+        settings = RealSenseSettings(emulator=emulator.address, infrared=True)
+        camera = RealSenseCamera(D435, WallClock(), settings)
+        *_, address, values = camera._process._command
+        arguments = camera_process, address, json.loads(values), camera._process._memory
+
+        def why() -> str:
+            return Status.get(camera._status).trouble
+
+        with child_in_thread(monkeypatch, *arguments) as (_, told):
+            until(lambda: {"ready": True} in told())
+            assert camera.report().status.serial == emulator.options.serial
+            np.testing.assert_allclose(camera.latest().depth, picture(), atol=1e-6)
+            np.testing.assert_array_equal(camera.latest_grey().grey, grey)
+            emulator.unplug()
+            until(lambda: "the emulated camera was unplugged" in why())
+            emulator.plug_in()
+            until(lambda: not why())
+            emulator.options.frozen = True
+            until(lambda: "it is plugged in and sends no images" in why())
+            until(lambda: emulator.resets)
+            emulator.options.frozen = False
+            until(lambda: not why())
+            assert told() == [{"loaded": True}, {"ready": True}]
 
 
 @needs_library
