@@ -132,9 +132,8 @@ def test_the_command_line_exports(folders, tmp_path):
     assert (out / "meta/info.json").is_file()
 
 
-@pytest.mark.slow
 def test_kept_images_become_a_video_with_a_picture_for_every_frame(tmp_path):
-    (tmp_path / "task.yaml").write_text(TASK.format(name="a", text="Go near.", seconds=0.3))
+    (tmp_path / "task.yaml").write_text(TASK.format(name="a", text="Go near.", seconds=0.1))
     run = run_task(
         RunOptions(
             tree=tmp_path / "task.yaml",

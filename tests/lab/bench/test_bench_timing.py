@@ -11,7 +11,6 @@ tree: {navigate: {to: near}}
 """
 
 
-@pytest.mark.slow
 def test_steps_ticks_and_the_steps_of_a_task_are_timed(tmp_path):
     task = tmp_path / "quick.yaml"
     task.write_text(QUICK)

@@ -128,6 +128,12 @@ def test_training_from_a_recipe_writes_weights(tmp_path: Path) -> None:
     assert GraspDetector(weights, gripper=ROBOT.gripper).proposer.name == "bins"
 
 
+def test_a_seam_is_right_only_where_a_piece_is_more_than_one_object() -> None:
+    seams = [one for seed in (100_003, 100_009) for one in scene_seams(seed)]
+    assert {one.right for one in seams} == {True, False}
+    assert not any(one.right for one in seams if not one.many)
+
+
 @pytest.mark.slow
 def test_the_training_finds_seams_between_objects_and_is_repeatable() -> None:
     seams = [one for seed in range(100_000, 100_024) for one in scene_seams(seed)]
