@@ -248,7 +248,8 @@ class Guidance:
     def _has_stalled(self, remaining: Remaining, goal: PoseGoal) -> bool:
         """Whether end effector, base and arm have made no progress for a while.
 
-        A robot that follows a moving goal or waits for a moving obstacle never stalls.
+        On a way among obstacles only progress of the base counts. A robot that follows a moving
+        goal or waits for a moving obstacle never stalls.
         """
         g = self._guidance
         if remaining.distance < g.close or goal.is_moving:
@@ -258,8 +259,12 @@ class Guidance:
         stage = remaining.in_transport, remaining.docks
         if stage != self._stage:
             self._stage, self._best = stage, (inf, inf, inf)
-        left = remaining.distance, remaining.base_time, remaining.max_joint_error
-        if max(best - now for best, now in zip(self._best, left, strict=True)) > g.progress:
+        drives_far = remaining.lead is not None and not remaining.lead.final
+        if drives_far and not remaining.in_transport:  # whatever the arm does meanwhile
+            left = inf, remaining.base_time, inf
+        else:
+            left = remaining.distance, remaining.base_time, remaining.max_joint_error
+        if any(now < best - g.progress for best, now in zip(self._best, left, strict=True)):
             a, b, c = map(min, self._best, left)
             self._best = a, b, c
             self._waited = 0

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from itertools import pairwise
-from math import cos, pi, sin
+from math import cos, hypot, pi, sin
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +22,7 @@ _NO_CHOICE = 0.15  # ... except this near to its ends [m]
 _NO_NEARER = 0.005  # by which an arc may be nearer to obstacles than its ends [m]
 _TURNS = np.deg2rad([10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 75.0, 90.0]).tolist()
 """Turns on the spot that may come before a straight line out of a place [rad]."""
+_LESS_TO_TURN = 0.02  # less room is enough for a base that has only to turn [m]
 _RUN_UP = 0.25  # extra length of a straight line into a place, where there is room [m]
 
 
@@ -58,6 +59,7 @@ class Planner:
         speeds = float(limits.base_twist[0]), limits.base_reverse
         self._ahead, self._back = speeds[::-1] if self._flip else speeds
         self._turn_rate = float(limits.base_twist[2])
+        self._turns_from = room.turning  # distance of obstacles from which a base can turn [m]
 
     def search(self, start: Pose2D, goal: Pose2D) -> Iterator[list[Leg] | None]:
         """Yields None after every bounded piece of work, and the legs at the end.
@@ -66,6 +68,8 @@ class Planner:
         wide enough, the widest is taken. There are no legs if there is no path.
         """
         b = self._facing(goal)
+        only_turns = hypot(goal.x - start.x, goal.y - start.y) < SPACING
+        self._turns_from = self._room.turning - (_LESS_TO_TURN if only_turns else 0.0)
         a, outs = self._way_out(self._facing(start))
         widest: tuple[float, list[Leg]] = (-np.inf, [])
         for into in self._straights(b, (-1, 1)) or [self._widest(b, (-1, 1))]:
@@ -165,7 +169,7 @@ class Planner:
         """Signed lengths of straight lines to places where the base can turn, best first."""
         room = self._room
         (here,) = room.clearance(np.array([pose[:2]]))
-        if here >= room.turning - 0.02:
+        if here >= self._turns_from:
             return [0.0]
         found = []
         for sign in signs:

@@ -14,6 +14,7 @@ from controller import (
     HolisticController,
     PoseGoal,
     SelfCollision,
+    Surroundings,
     robot_model,
 )
 from controller.floor.base_drive import Pose2D
@@ -21,7 +22,7 @@ from controller.guidance import Guidance
 from controller.servo import pose_error
 from controller.stance.posture_bank import BANK, SEED, bank, draw, forward_kinematics
 from controller.stance.search import StanceSearch
-from robots import load_robot, robot_names
+from robots import Box, Geom, load_robot, robot_names
 
 READY = load_robot("frankie").arm.ready
 
@@ -97,6 +98,22 @@ def test_a_robot_that_makes_no_progress_tries_a_detour_within_about_a_second():
     assert biases[-1] is not None
     assert biases[-1].blend == 1.0
     assert biases[-1].min_tracking == 0.0  # the end effector waits
+
+
+def test_a_base_that_stands_on_its_way_is_stuck_though_the_arm_moves_on():
+    model = robot_model("frankie")
+    guide = Guidance(model, ControllerSettings(), SelfCollision(model))
+    wall = Geom(Box((0.1, 2.0, 0.5)), SE3(np.eye(3), np.array([1.5, 0.5, 0.5])), "wall")
+    goal, around, q = PoseGoal(wTe=tool_pose(3.0, 0.0, 0.7)), Surroundings(fixtures=(wall,)), READY
+    tried = []
+    for _ in range(250):
+        error = pose_error(model.wTe(SE3.Identity(), q), goal.wTe)
+        guide.bias(goal, error, ORIGIN, q, around)
+        if guide.stance is not None:
+            tried.append(guide.stance)
+            q = q + 0.01 * (guide.stance.q - q)
+    assert tried[-1] is not tried[20]
+    assert np.abs(tried[20].q - q).max() > 0.01
 
 
 def test_a_goal_that_is_near_gets_a_stance_where_that_is_asked_for():

@@ -154,3 +154,10 @@ def test_a_goal_that_creeps_keeps_its_way_and_one_that_jumps_gets_another():
     other, thought = time_of_the_way(Pose2D(5.0, 0.0, 0.0))
     assert thought > 0
     assert other > first + 0.3
+
+
+def test_a_base_that_can_hardly_turn_leaves_its_place_first():
+    chair = box(0.45, -0.36, 0.12, 0.24)
+    run = drive(ROBOTS["frankie"], (chair,), Pose2D(0.0, 0.0, 0.32), Pose2D(-1.0, -2.5, -1.8))
+    assert run.arrived
+    assert run.clearance > 0.04
