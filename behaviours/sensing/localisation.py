@@ -18,6 +18,7 @@ from hw import DepthFrame, InlineExecutor, LaserScan, Robot, RobotState
 from perception.registration import (
     LASER,
     Cloud,
+    Judge,
     Registration,
     Surfaces,
     Update,
@@ -36,7 +37,6 @@ _INTERVAL = 0.2  # between two registrations [s]
 _FRAME_LEAD = 0.03  # before one the camera is asked for a frame [s] ...
 _FRAME_AGE = 0.1  # ... unless there is one that will not be older then [s]
 _SCAN_WAIT = 0.1  # a frame waits for a scan this long [s]
-_JUDGE_INTERVAL = 1.0  # between two that also judge the furniture, which takes longer [s]
 _MAX_AGE = 0.3  # of a scan or frame that is registered [s]
 _HISTORY = 1.0  # how far back odometry is kept [s]
 _SPEED, _TURN = 0.2, radians(12.0)  # at which a correction moves the robot on the map
@@ -97,8 +97,8 @@ class Localiser:
         self._localised: object = None
         self._job: _Job | None = None
         self._frame: DepthFrame | None = None
-        self._due = self._judge_due = -inf
-        self._judgements = 0
+        self._due = -inf
+        self._judge = Judge()
 
     @property
     def estimate(self) -> tuple[Array, Array] | None:
@@ -205,6 +205,7 @@ class Localiser:
         assert self._filter is not None
         self._applied = self._filter.mTo
         self.furniture.forget()
+        self._judge = Judge()
         off, turn = _between(before, self._filter.pose(oTb))
         self.relocalised = f"the base was relocalised by {off:.2f} m and {degrees(turn):.0f}°{how}"
 
@@ -243,10 +244,7 @@ class Localiser:
         oTb = self._odometry(scan.stamp if scan else frame.stamp if frame else self._stamp)
         here = self._filter.pose(oTb), self._filter.covariance(oTb)
         there = self._filter.proposal(oTb)
-        moved, judgement = self.furniture.names, None
-        if self._stamp >= self._judge_due:
-            self._judge_due = self._stamp + _JUDGE_INTERVAL
-            judgement, self._judgements = self._judgements, self._judgements + 1
+        moved, judge = self.furniture.names, self._judge
 
         def work() -> tuple[Registration, Registration | None]:
             bTw = in_space(oTb).inverse()
@@ -257,10 +255,10 @@ class Localiser:
             if frame is not None:
                 bTc = bTw * frame.wTc
                 clouds.append(depth_cloud(frame.depth, frame.intrinsics, bTc))
-            found = register(self.surfaces, clouds, *here, moved=moved, judgement=judgement)
+            found = register(self.surfaces, clouds, *here, moved=moved, judge=judge)
             if there is None:
                 return found, None
-            return found, register(self.surfaces, clouds, *there, moved=moved, judgement=None)
+            return found, register(self.surfaces, clouds, *there, moved=moved)
 
         self._job = _Job(oTb, self.executor.submit(work))
 

@@ -10,7 +10,7 @@ from perception.registration.planar import (
     on_floor,
     smoothed,
 )
-from perception.registration.registering import Displacement, Registration, register
+from perception.registration.registering import Displacement, Judge, Registration, register
 from perception.registration.sensors import (
     DEPTH_CAMERA,
     LASER,

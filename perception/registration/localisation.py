@@ -120,9 +120,6 @@ class Localisation:
         arm = self._arm(oTb)
         return np.asarray(arm @ self._P[:3, :3] @ arm.T)
 
-    def _information(self, oTb: Array) -> Array:
-        return np.asarray(np.linalg.inv(self.covariance(oTb)))
-
     def travelled(self, oTb: Array) -> None:
         """Follow odometry since the last call; call it often."""
         if self._without is not None:
@@ -175,7 +172,9 @@ class Localisation:
         """Take a registration, whose prior was an estimate of this filter; oTb (3,) at capture."""
         if moved := self._contradicted(result, oTb):
             return Update(inf, accepted=False, moved=moved)
-        P, arm, prior = self._P, self._arm(oTb), self._information(oTb)
+        across = self._P[:, :3] @ self._arm(oTb).T
+        covariance = self._arm(oTb) @ across[:3]
+        prior: Array = np.asarray(np.linalg.inv(covariance))
         innovation, nis = result.innovation(self.pose(oTb), prior)
         data = result.information
         rounding = _ROUNDING * np.diag(np.diag(data + prior))
@@ -186,9 +185,8 @@ class Localisation:
         values, vectors = np.linalg.eigh(result.limit - prior)
         unsaid = (vectors * np.maximum(values, 0.0)) @ vectors.T
         news = parallel(data, unsaid + rounding)
-        H = np.concatenate([arm, np.zeros((3, 6))], axis=1)
-        gain = P @ H.T @ np.linalg.inv(np.eye(3) + news @ self.covariance(oTb))
-        self._correct(gain @ news @ innovation, gain @ news @ H @ P, oTb)
+        gain = across @ np.linalg.inv(np.eye(3) + news @ covariance)
+        self._correct(gain @ news @ innovation, gain @ news @ across.T, oTb)
         return Update(nis, accepted=True)
 
     def _contradicted(self, result: Registration, oTb: Array) -> frozenset[str]:
@@ -205,7 +203,8 @@ class Localisation:
             known._P, known._without = self._P.copy(), None
             self._without = _Without(result.alone, known)
         known = self._without.estimate
-        nis = result.innovation(known.pose(oTb), known._information(oTb))[1]
+        information: Array = np.asarray(np.linalg.inv(known.covariance(oTb)))
+        nis = result.innovation(known.pose(oTb), information)[1]
         count = self._without.against + (1 if nis > CHI2_3 else -1)
         self._without = self._without._replace(against=count)
         if count <= -2 * self._settings.agreeing:

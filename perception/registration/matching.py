@@ -110,7 +110,7 @@ class Problem:
         settings: MatchSettings,
     ) -> None:
         """Choose the points that can lie on a surface; arguments as of `register`."""
-        self._surfaces, self._prior, self._settings = surfaces, prior, settings
+        self.surfaces, self._prior, self.settings = surfaces, prior, settings
         self._prior_information = np.linalg.inv(covariance)
         self._errors = [cloud.errors for cloud in clouds]
         points = np.concatenate([np.zeros((0, 3)), *(cloud.points for cloud in clouds)])
@@ -150,13 +150,17 @@ class Problem:
             suspects |= set(np.flatnonzero(sums > counts + 4.0 * np.sqrt(2.0 * counts)).tolist())
         return suspects
 
+    def name(self, column: int) -> str:
+        """Of a piece in sight."""
+        return self.surfaces.names[int(self.pieces[column])]
+
     def displacement(self, column: int) -> slice:
         """The unknowns of a piece."""
         return slice(self._first + 3 * column, self._first + 3 * column + 3)
 
     def solve(self, loose: frozenset[int] = frozenset()) -> Solution:
         """The optimum if the pieces of these columns may have been moved, from the prior on."""
-        settings, x, known = self._settings, np.zeros(self.n), self._known(loose)
+        settings, x, known = self.settings, np.zeros(self.n), self._known(loose)
         free = np.zeros(len(self.pieces))
         free[list(loose)] = settings.displaced[0]
         tries = self._tries
@@ -206,13 +210,13 @@ class Problem:
 
     def _deviations(self, loose: frozenset[int]) -> Array:
         """(K, 3) standard deviations of where the pieces stand."""
-        places = np.tile(self._settings.in_place, (len(self.pieces), 1))
-        places[list(loose)] = self._settings.displaced
+        places = np.tile(self.settings.in_place, (len(self.pieces), 1))
+        places[list(loose)] = self.settings.displaced
         return places
 
     def _weights(self, match: Match, widening: Array | float = 0.0) -> Array:
         """(N,) of the squared residuals: Geman-McClure over the variance [1/m²]."""
-        scale = self._settings.loss_scale**2 * self._variance + widening
+        scale = self.settings.loss_scale**2 * self._variance + widening
         weights: Array = match.seen / (1.0 + match.residuals**2 / scale) ** 2 / self._variance
         return weights
 
@@ -220,23 +224,22 @@ class Problem:
         """Each point on the nearest of the shapes that are tried, if the unknowns are x (n,)."""
         tries = tries or self._tries
         pose = self._prior + x[:3]
-        p, eyes = _moved(self._points, pose), _moved(self._eyes, pose)
+        p, eyes = _moved(self._points, pose), _moved(self._eyes, pose).take(self._sensor, axis=0)
         count, width = tries.shapes.shape
-        ray = p - eyes[self._sensor]
-        for number, some in enumerate(self._slices):
-            errors, along = x[3 + _ERRORS * number :], ray[some]
-            p[some] += errors[:3] + errors[6] * along + _cross(errors[None, 3:6], along)
+        ray = p - eyes
+        errors = x[3 : self._first].reshape(-1, _ERRORS).take(self._sensor, axis=0)
+        p += errors[:, :3] + errors[:, 6:] * ray + _cross(errors[:, 3:6], ray)
         # Where the point would lie if the piece stood in its place.
         columns = tries.columns.reshape(-1)
-        place = x[self._first :].reshape(-1, 3)[columns]
-        centre = self._centres[columns]
+        place = x[self._first :].reshape(-1, 3)
+        c, s = (f(place[:, 2]).take(columns) for f in (np.cos, np.sin))
+        centre = self._centres.take(columns, axis=0)
         beside = np.repeat(p, width, axis=0)
-        flat = beside[:, :2] - centre - place[:, :2]
-        c, s = np.cos(place[:, 2]), np.sin(place[:, 2])
+        flat = beside[:, :2] - centre - place[:, :2].take(columns, axis=0)
         beside[:, 0] = centre[:, 0] + c * flat[:, 0] + s * flat[:, 1]
         beside[:, 1] = centre[:, 1] - s * flat[:, 0] + c * flat[:, 1]
-        from_eyes = np.repeat(eyes[self._sensor], width, axis=0)
-        d, n, seen = self._surfaces.distances(beside, tries.shapes.reshape(-1), from_eyes)
+        from_eyes = np.repeat(eyes, width, axis=0)
+        d, n, seen = self.surfaces.distances(beside, tries.shapes.reshape(-1), from_eyes)
         rows = np.arange(count)
         best = np.abs(d).reshape(count, width).argmin(axis=1)
         chosen = rows * width + best
@@ -249,11 +252,9 @@ class Problem:
         """(N, n) of the distances of points p, seen along rays, from surfaces with normals n."""
         J = np.zeros((len(p), self.n))
         J[:, :3] = _planar_rows(n, p[:, :2] - pose[:2])
+        of_errors = _columns(*n.T, *_cross(ray, n).T, np.einsum("ij,ij->i", n, ray))
         for number, some in enumerate(self._slices):
-            at = 3 + _ERRORS * number
-            J[some, at : at + 3] = n[some]
-            J[some, at + 3 : at + 6] = _cross(ray[some], n[some])
-            J[some, at + 6] = np.einsum("ij,ij->i", n[some], ray[some])
+            J[some, 3 + _ERRORS * number : 3 + _ERRORS * (number + 1)] = of_errors[some]
         of_piece = self._first + 3 * column[:, None] + np.arange(3)
         J[np.arange(len(p))[:, None], of_piece] = -_planar_rows(n, p[:, :2] - self._centres[column])
         return J

@@ -1,8 +1,8 @@
 """Registration of a scan and a depth image to the map: the pose, and which furniture was moved."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Generator, Iterable, Sequence
 from dataclasses import dataclass
-from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,6 +19,8 @@ _REPEATS = 3.0
 errors are of the place (edges, materials, the map) as much as of chance."""
 _LEAST = 1e-3
 """What points say of a direction, as a share of what was known, that is no rounding error."""
+_JUDGED = 5
+"""One registration in so many is judged by what it shows of the furniture."""
 _DEFAULT = MatchSettings()
 
 
@@ -64,7 +66,8 @@ class Registration:
     explained: float
     """Share of the points near a surface that lie on it; 0 if there are none."""
     displaced: tuple[Displacement, ...]
-    """Furniture that was moved; the pose does not rest on it."""
+    """Furniture that was moved, by this registration or one before it that was judged meanwhile;
+    the pose does not rest on it."""
     uncertain: tuple[Displacement, ...]
     """Furniture that may have been moved, or other furniture was; the pose does not rest on it."""
 
@@ -89,6 +92,39 @@ class Registration:
         return off, float(off @ parallel(data, information) @ off)
 
 
+class _Verdict(NamedTuple):
+    """Furniture that was moved, and such that may have been."""
+
+    displaced: tuple[Displacement, ...] = ()
+    uncertain: tuple[Displacement, ...] = ()
+
+
+class Judge:
+    """Finds out which furniture was moved, by at most one trial at each registration."""
+
+    def __init__(self) -> None:
+        self._turn = self._waited = 0
+        self._trials: Generator[None, None, _Verdict] | None = None
+
+    def go_on(self) -> _Verdict:
+        """Make the next trial; until the last of a registration the verdict is empty."""
+        if self._trials is not None:
+            try:
+                next(self._trials)
+            except StopIteration as end:
+                self._trials, verdict = None, end.value
+                assert isinstance(verdict, _Verdict)
+                return verdict
+        return _Verdict()
+
+    def consider(self, problem: Problem, solution: Solution) -> None:
+        """Judge from now on what this registration shows, if it is time to."""
+        if self._trials is None and self._waited <= 0:
+            self._trials = _trials(problem, solution, self._turn)
+            self._turn, self._waited = self._turn + 1, _JUDGED
+        self._waited -= 1
+
+
 def register(
     surfaces: Surfaces,
     clouds: Sequence[Cloud],
@@ -96,7 +132,7 @@ def register(
     covariance: Array,
     *,
     moved: Collection[str] = (),
-    judgement: int | None = 0,
+    judge: Judge | None = None,
     settings: MatchSettings = _DEFAULT,
 ) -> Registration:
     """Match what was measured at one time to the map.
@@ -111,32 +147,25 @@ def register(
         prior: (3,) mTb expected at capture.
         covariance: (3, 3) of it, positive definite.
         moved: pieces that are known to have been moved, as of the last registration.
-        judgement: how often the furniture was judged before, to find out what else was moved; None
-            judges nothing, and what does not fit is an outlier.
+        judge: finds out over registrations what else was moved; None judges nothing. What does not
+            fit until then is an outlier.
         settings: what is assumed of noise and furniture.
     """
+    verdict = _Verdict() if judge is None else judge.go_on()
     problem = Problem(surfaces, clouds, prior, covariance, settings)
-    known = [k for k, piece in enumerate(problem.pieces) if surfaces.names[piece] in moved]
-    solution = problem.solve(frozenset(known))
-    if judgement is not None:
-        solution = _with_furniture(problem, surfaces, solution, settings, judgement)
+    judged = {one.piece for some in verdict for one in some}
+    loose = [k for k in range(len(problem.pieces)) if problem.name(k) in judged.union(moved)]
+    solution = problem.solve(frozenset(loose))
+    if judge is not None:
+        judge.consider(problem, solution)
+    here = _verdict(problem, solution, [k for k in loose if problem.name(k) not in judged])
     shift = solution.x[:3]
-    spread = np.asarray(np.linalg.inv(solution.information), dtype=np.float64)
-    displaced: list[Displacement] = []
-    uncertain: list[Displacement] = []
-    for column in sorted(solution.loose):
-        name = surfaces.names[problem.pieces[column]]
-        at = problem.displacement(column)
-        by, its = solution.x[at], spread[at, at]
-        centre = surfaces.centres[problem.pieces[column]]
-        one = Displacement(piece=name, centre=centre, by=by, covariance=its)
-        (displaced if by @ np.linalg.solve(its, by) > CHI2_3 else uncertain).append(one)
     used = solution.losses < 0.5 * settings.loss_scale**2
     pose = prior + shift
     alone, confirmed = _witnesses(problem, surfaces, solution, used, settings)
     return Registration(
         pose=np.array([pose[0], pose[1], wrap(float(pose[2]))]),
-        covariance=spread[:3, :3],
+        covariance=np.asarray(np.linalg.inv(solution.information)[:3, :3]),
         prior=prior,
         mahalanobis=float(shift @ np.linalg.solve(covariance, shift)),
         information=problem.marginal(solution),
@@ -146,8 +175,8 @@ def register(
         alone=alone,
         confirmed=confirmed,
         explained=float(used.mean()) if len(used) else 0.0,
-        displaced=tuple(displaced),
-        uncertain=tuple(uncertain),
+        displaced=verdict.displaced + here.displaced,
+        uncertain=verdict.uncertain + here.uncertain,
     )
 
 
@@ -166,41 +195,61 @@ def _witnesses(
     return frozenset(surfaces.names[piece] for piece in pieces), False
 
 
-def _with_furniture(
-    problem: Problem,
-    surfaces: Surfaces,
-    best: Solution,
-    settings: MatchSettings,
-    judgement: int,
-) -> Solution:
-    """The solution in which as little furniture as possible was moved.
+def _verdict(problem: Problem, solution: Solution, columns: Iterable[int]) -> _Verdict:
+    """Where the pieces of these columns stand, which may have been moved."""
+    surfaces = problem.surfaces
+    spread = np.asarray(np.linalg.inv(solution.information), dtype=np.float64)
+    displaced: list[Displacement] = []
+    uncertain: list[Displacement] = []
+    for column in columns:
+        at = problem.displacement(column)
+        by, its = solution.x[at], spread[at, at]
+        centre = surfaces.centres[problem.pieces[column]]
+        one = Displacement(piece=problem.name(column), centre=centre, by=by, covariance=its)
+        (displaced if by @ np.linalg.solve(its, by) > CHI2_3 else uncertain).append(one)
+    return _Verdict(tuple(displaced), tuple(uncertain))
+
+
+def _trials(problem: Problem, first: Solution, turn: int) -> Generator[None, None, _Verdict]:
+    """Find the solution in which as little more furniture as possible was moved.
 
     Errors of the sensors can hide a displacement: where nothing is suspected, one piece in turn is
     tried all the same.
     """
+    solved: dict[frozenset[int], Solution] = {}
+
+    def solve(loose: frozenset[int]) -> Generator[None, None, Solution]:
+        if loose not in solved:
+            solved[loose] = problem.solve(loose)
+            yield
+        return solved[loose]
+
+    best = first
     counts = np.bincount(best.match.column, minlength=len(problem.pieces))
-    if (counts >= settings.support).sum() < 2:
-        return best
-    movable = np.flatnonzero((counts >= settings.support) & ~surfaces.fixed[problem.pieces])
+    many = counts >= problem.settings.support
+    movable = np.flatnonzero(many & ~problem.surfaces.fixed[problem.pieces])
     left = [column for column in movable.tolist() if column not in best.loose]
-    solve = cache(problem.solve)
-    if left and not problem.suspects(best):
-        trial = solve(best.loose | {left[judgement % len(left)]})
+    if many.sum() < 2 or not left:
+        return _Verdict()
+    if not problem.suspects(best):
+        trial = yield from solve(best.loose | {left[turn % len(left)]})
         if trial.cost >= best.cost:
-            return best
+            return _Verdict()
     while left:
-        trials = [solve(best.loose | {column}) for column in left]
-        first = min(trials, key=lambda trial: trial.cost)
-        if first.cost >= best.cost:
+        trials: list[Solution] = []
+        for column in left:
+            trials.append((yield from solve(best.loose | {column})))
+        least = min(trials, key=lambda trial: trial.cost)
+        if least.cost >= best.cost:
             break
         # Of pieces that contradict each other alike, none can be believed.
-        worth = min(first.cost + settings.price, best.cost)
+        worth = min(least.cost + problem.settings.price, best.cost)
         rivals = [trial.loose for trial in trials if trial.cost < worth]
-        best = first if len(rivals) < 2 else solve(frozenset().union(*rivals))
+        best = yield from solve(frozenset().union(*rivals))
         if not problem.suspects(best):
             break
         left = [column for column in left if column not in best.loose]
-    return best
+    return _verdict(problem, best, sorted(best.loose - first.loose))
 
 
 def parallel(A: Array, B: Array) -> Array:

@@ -105,10 +105,11 @@ class Surfaces:
             shapes: indices.
             eyes: (N, 3) from where each point was measured, in the map [m].
         """
-        R, origins = self._rotations[shapes], self._origins[shapes]
+        R, origins, half = (
+            table.take(shapes, axis=0) for table in (self._rotations, self._origins, self._half)
+        )
         local = np.einsum("nij,ni->nj", R, points - origins)
         eye = np.einsum("nij,ni->nj", R, eyes - origins)
-        half = self._half[shapes]
         behind = _pierced(eye, local, half)
         (boxes,) = np.nonzero(behind & self._is_box[shapes])
         in_front = _from_visible_faces(local[boxes], eye[boxes], half[boxes])

@@ -10,7 +10,7 @@ from synthetic_room import SURFACES, Robot, displaced
 
 from behaviours import Localiser, Region
 from behaviours.sensing.furniture import Furniture
-from perception.registration import Displacement, register
+from perception.registration import Displacement, Judge, register
 from robots import Box, Geom
 
 TOP = Geom(Box((0.6, 0.3, 0.015)), SE3(np.eye(3), np.array([1.0, 2.0, 0.5])), "table/top")
@@ -91,11 +91,12 @@ def test_laser_and_camera_find_where_a_table_stands_by_now():
     world = {**ROOM, "near table": displaced(ROOM["near table"], by)}
     rng, mTb, furniture = np.random.default_rng(2), np.array([-0.6, 0.2, 0.1]), Furniture()
     robot, prior = Robot(rng), np.diag(np.square([0.01, 0.01, np.deg2rad(0.5)]))
-    for number in range(8):
+    judge = Judge()
+    for _ in range(12):
         clouds = [robot.scan(world, mTb), robot.image(world, mTb)]
         expected = mTb + rng.multivariate_normal(np.zeros(3), prior)
-        moved, judgement = furniture.names, None if number else 0
-        result = register(SURFACES, clouds, expected, prior, moved=moved, judgement=judgement)
+        moved = furniture.names
+        result = register(SURFACES, clouds, expected, prior, moved=moved, judge=judge)
         furniture.note(result)
     top = ROOM["near table"][0].pose
     found = furniture.motion("near table") * top

@@ -59,7 +59,7 @@ class Base:
 
     def match(self, prior: np.ndarray, covariance: np.ndarray) -> Registration:
         scan = self.robot.scan(self.world, self.mTb, step=3)
-        return register(SURFACES, [scan], prior, covariance, judgement=None)
+        return register(SURFACES, [scan], prior, covariance)
 
     def register(self) -> bool:
         estimate, oTb = self.estimate, self.oTb
