@@ -29,7 +29,8 @@ if TYPE_CHECKING:
     from controller.planning.rrt import PlanningError, planning_library
     from controller.report import MotionController, StepReport
     from controller.settings import PAPER, PRESETS, ControllerSettings
-    from controller.stance.finder import out_of_reach
+    from controller.stance.finder import why_no_stance
+    from controller.stance.reach import farthest, out_of_reach, reached_instead
     from controller.surroundings import OPEN_FLOOR, Obstacle, PointCloud, Surroundings
     from controller.validation import GoalError
 else:

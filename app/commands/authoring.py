@@ -1,4 +1,4 @@
-"""Commands for authors of tasks: nodes, draw, schema, new, teach, export, dry."""
+"""Commands for authors of tasks: nodes, draw, schema, new, teach, reach, export, dry."""
 
 from __future__ import annotations
 
@@ -21,6 +21,10 @@ Tree = Annotated[str, typer.Argument(help="A task file, or the name of a shipped
 Output = Annotated[
     Path | None, typer.Option("--output", "-o", help="A file, instead of the screen.")
 ]
+
+
+_TILTS = (0, 20, 40, 60, 90)  # of a hand, in the table of what it reaches [deg]
+_HEIGHTS = (0.1, 0.3, 0.5, 0.7, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4)  # [m]
 
 
 @authoring.command()
@@ -99,6 +103,36 @@ def teach(
         Terminal(stderr=True).say(str(error))
         raise typer.Exit(End.HARDWARE.exit_code) from None
     typer.echo(f"{places}: {line}")
+
+
+@authoring.command()
+def reach(
+    robot: Annotated[str, typer.Option(help="Whose: a shipped robot or a robot file.")] = "frankie",
+    height: Annotated[
+        float | None, typer.Option(help="Of the point between the finger tips [m].", min=0.0)
+    ] = None,
+) -> None:
+    """How far from the middle of the base the hand gets, by its height and tilt."""
+    import numpy as np
+    from rich.table import Table
+
+    from controller import farthest
+    from robots import load_robot
+
+    description = load_robot(robot)
+    heights = _HEIGHTS if height is None else (height,)
+    table = Table("height [m]", *(f"{tilt}°" for tilt in _TILTS), box=None, pad_edge=False)
+    for up in heights:
+        far = (farthest(description, up, float(np.deg2rad(tilt))) for tilt in _TILTS)
+        table.add_row(f"{up:.2f}", *(f"{most:.2f}" if most > 0.0 else "-" for most in far))
+    front = description.base.size[0] / 2.0
+    terminal = Terminal()
+    terminal.print(table)
+    terminal.say(
+        f"Metres from the middle of the base of {description.name} to the point between the finger "
+        f"tips; the hand is tilted outwards by 0° (straight down) to 90° (level). The base itself "
+        f"reaches {front:.2f} m forwards."
+    )
 
 
 @authoring.command("export")

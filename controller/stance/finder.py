@@ -12,17 +12,16 @@ from controller.floor.base_drive import Pose2D
 from controller.floor.floor_map import FloorMap
 from controller.model import RobotModel
 from controller.stance.free_space import FreeSpace, group_names
-from controller.stance.posture_bank import PostureBank, bank, forward_kinematics, stored_postures
+from controller.stance.posture_bank import bank
+from controller.stance.reach import REACHED, out_of_reach
 from controller.stance.search import StanceSearch
 from controller.stance.stance import Stance
 from controller.surroundings import OPEN_FLOOR, Surroundings
 from robots import Geom, RobotDescription
 
 _BESIDE = 0.06  # largest distance to the base of obstacles that are named where it cannot stand [m]
-_SAME_TILT = 0.96  # cosine between the verticals of postures with the same tilt
-_BANK_GAP = 0.25  # least distance beyond the bank's highest and lowest posture out of reach [m]
-_FEW_GAP = 0.3  # the same for a quarter of the bank [m]
-_UNREACHED = 0.02  # least error of the best posture for a goal that is out of reach [m + rad]
+_FAR = 0.25  # the same for straight motion, which goes as far as it gets [m + rad]
+_UNREACHED = 0.02  # least error of a search that reaches nothing [m + rad]
 _INSIDE = 0.01  # penetration of a hand from which it is inside an obstacle [m] ...
 _INSIDE_STRAIGHT = 0.03  # ... and for straight motion: its shapes reach beyond the finger tips [m]
 _SPOKEN = {"link7": "the wrist", "held": "what the hand holds"}
@@ -67,9 +66,9 @@ class StanceFinder:
         height = float(goal.wTe.translation[2])
         if height < -_INSIDE - goal.position_tolerance:
             return f"{-height:.2f} m below the floor"
-        low, high = _heights(self._bank, goal.wTe.rotation[2])
-        if height > high + _BANK_GAP or height < low - _BANK_GAP:
-            return _out_of_reach(height, low, high)
+        least = _FAR if goal.straight else REACHED
+        if reason := out_of_reach(self._model.description, goal.wTe, least):
+            return reason
         if self.space is None or goal.hand_may_touch:
             return ""
         hand = self.space.hand_at(goal.wTe)
@@ -103,8 +102,7 @@ class StanceFinder:
     def why_none(self, search: StanceSearch) -> str:
         """Why a finished search has found no stance; empty if it has found one."""
         if _UNREACHED < search.error < np.inf:
-            height = float(search.wTe.translation[2])
-            return _out_of_reach(height, *_heights(self._bank, search.wTe.rotation[2]))
+            return out_of_reach(self._model.description, search.wTe, 0.0)
         if search.best is not None:
             return ""
         if search.base_stands and not search.base_gets_there:
@@ -112,34 +110,23 @@ class StanceFinder:
         return f"no stance stands free of {search.blocked}"
 
 
-def out_of_reach(robot: RobotDescription, wTe: SE3) -> str:
-    """Why a pose is too high or low for the hand with its tilt; empty if it is not.
+def why_no_stance(robot: RobotDescription, wTe: SE3, fixtures: tuple[Geom, ...]) -> str:
+    """Why no stance reaches a pose among fixtures, from the origin of the world; empty if one does.
 
-    Quick, for checks before a robot moves: it looks at a quarter of the posture bank.
+    What the controller says at the start of a run, as to a goal for which it may take any way.
     """
-    height, (low, high) = float(wTe.translation[2]), _heights(_few(robot), wTe.rotation[2])
-    inside = low - _FEW_GAP <= height <= high + _FEW_GAP
-    return "" if inside else _out_of_reach(height, low, high)
+    finder = _among(robot, fixtures)
+    goal = PoseGoal(wTe=wTe)
+    if reason := finder.obstacle_to(goal):
+        return reason
+    search = finder.search(wTe, Pose2D(0.0, 0.0, 0.0), robot.arm.ready)
+    search.finish()
+    return finder.why_none(search)
 
 
-@lru_cache(maxsize=4)
-def _few(robot: RobotDescription) -> PostureBank:
-    q = stored_postures(robot, every=4)
-    return PostureBank(q, forward_kinematics(robot, q))
-
-
-def _heights(bank: PostureBank, vertical: Array) -> tuple[float, float]:
-    """Least and largest height [m] of hands that see the world's vertical (3,) like this."""
-    same = np.flatnonzero(bank.tools.rotations[:, 2] @ vertical > _SAME_TILT)
-    if len(same) == 0:
-        return np.inf, -np.inf
-    heights = bank.tools.positions[same, 2]
-    return float(heights.min()), float(heights.max())
-
-
-def _out_of_reach(height: float, low: float, high: float) -> str:
-    if height > high:
-        return f"{height:.2f} m up: tilted like this the hand reaches {high:.1f} m"
-    if height < low:
-        return f"{height:.2f} m up: tilted like this the hand reaches down to {low:.1f} m"
-    return f"{height:.2f} m up: the arm has no posture of that height and tilt"
+@lru_cache(maxsize=2)
+def _among(robot: RobotDescription, fixtures: tuple[Geom, ...]) -> StanceFinder:
+    model = RobotModel(robot)
+    finder = StanceFinder(model, SelfCollision(model), CollisionModels(model))
+    finder.update(Surroundings(fixtures=fixtures))
+    return finder

@@ -183,8 +183,7 @@ def candidates(
         if len(found) >= _MIN_CANDIDATES:
             windows.append(found)
     if not windows:
-        distance = np.abs(heights - height) - _METRES_PER_TILT * (verticals @ vertical)
-        windows.append(np.argpartition(distance, _FALLBACK_CANDIDATES)[:_FALLBACK_CANDIDATES])
+        windows.append(nearest(bank, wTe, _FALLBACK_CANDIDATES))
     near = windows[0]
     some = near[:: 1 + len(near) // _MAX_TURNED]
     turned = Candidates(np.tile(some, len(_TURNS)), np.repeat(_TURNS, len(some)))
@@ -193,6 +192,14 @@ def candidates(
     if among_fixtures:
         far = windows[1][:: 1 + len(windows[1]) // _MAX_FAR] if len(windows) > 1 else near[:0]
         yield _both(Candidates(far, np.zeros(len(far))), turned)
+
+
+def nearest(bank: PostureBank, wTe: SE3, count: int) -> npt.NDArray[np.int64]:
+    """Indices (count,) of the postures nearest to height and tilt of a pose."""
+    heights, verticals = bank.tools.positions[:, 2], bank.tools.rotations[:, 2]
+    away = np.abs(heights - wTe.translation[2])
+    distance = away - _METRES_PER_TILT * (verticals @ wTe.rotation[2])
+    return np.argpartition(distance, count)[:count]
 
 
 def sideways(wTe: SE3) -> float:

@@ -13,6 +13,7 @@ from controller import (
     RobotModel,
     SelfCollision,
     Surroundings,
+    out_of_reach,
     robot_model,
 )
 from controller.floor.base_drive import Pose2D
@@ -122,7 +123,7 @@ def test_stances_among_furniture_reach_the_goal_and_stand_free(robot, goal):
 
 UNREACHABLE = {
     "2.60 m up": tool_pose(2.0, -1.0, 2.6),
-    "up: tilted like this the hand reaches": tool_pose(2.0, -1.0, 1.35),
+    "1.35 m up: tilted like this": tool_pose(2.0, -1.0, 1.35),
     "0.50 m below the floor": tool_pose(2.0, -1.0, -0.5),
     "inside table/top": tool_pose(0.0, 1.6, 0.70),
     "the hand would be inside table/top": tool_pose(0.0, 1.6, 0.62),
@@ -154,3 +155,19 @@ def test_the_hand_may_be_told_that_it_may_touch():
         goal = PoseGoal(wTe=wTe, straight=True, hand_may_touch=may)
         _, report = controller.step(State(), goal, Command.stop(), around)
         assert bool(report.unreachable) == said
+
+
+@pytest.mark.parametrize("robot", ["frankie", "omni"])
+def test_what_is_within_reach_has_a_stance_and_what_is_not_has_none(robot):
+    model, rng, reached = robot_model(robot), np.random.default_rng(3), 0
+    for _ in range(60):
+        turn, tilt = rng.uniform(-np.pi, np.pi), rng.uniform(0.0, 1.6)
+        wTe = tool_pose(2.0, 0.0, rng.uniform(0.9, 1.6), yaw=turn, tilt=tilt)
+        found = search(model, wTe, ())
+        found.finish()
+        if out_of_reach(model.description, wTe):
+            assert found.error > 0.005
+        else:
+            assert found.error < 0.02
+            reached += 1
+    assert 15 < reached < 45

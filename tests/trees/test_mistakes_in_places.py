@@ -23,6 +23,8 @@ tree:
 """
 POSES = (
     ("{xyz: [2, 0, 1.85], rpy_deg: [180, 0, 0]}", "out of reach: 1.85 m up: tilted like this"),
+    ("{xyz: [2, 0, 1.3], rpy_deg: [180, 0, 0]}", "give it a height of 1.22 m, or tilt the hand by"),
+    ("{xyz: [0, 1.6, 0.25], rpy_deg: [180, 90, 90]}", "no stance stands free of table"),
     ("{xyz: [2, 0, -0.2], rpy_deg: [180, 0, 0]}", "0.21 m below the floor"),
     ("{xyz: [0, 1.6, 0.45], rpy_deg: [180, 0, 0]}", "inside `table/top`"),
     ("{base: [0, 1.6], heading_deg: 0}", "the base would be inside `table/top`"),

@@ -147,12 +147,22 @@ def _of_use(
     robot: RobotDescription,
     fixtures: Sequence[Geom],
 ) -> Iterator[Diagnostic]:
-    from trees.site.reach import bare_places, points_up, what_is_in_the_way, why_not_reached
+    from trees.site.reach import (
+        bare_places,
+        points_up,
+        what_is_in_the_way,
+        why_no_stance_is_free,
+        why_not_reached,
+    )
 
     leaf, value = use.leaf, use.value
     if defined is not None and use.parameter in leaf.type.goes_to:
         path, location = defined
-        why = why_not_reached(value, robot) or what_is_in_the_way(value, robot, fixtures)
+        why = (
+            why_not_reached(value, robot)
+            or what_is_in_the_way(value, robot, fixtures)
+            or why_no_stance_is_free(value, robot, fixtures)
+        )
         severity = Severity.ERROR
         if why is None and points_up(value):
             why, severity = ("the hand points up", "roll 180 lets it look down"), Severity.WARNING

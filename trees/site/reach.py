@@ -9,7 +9,7 @@ import numpy as np
 from pinocchio import SE3
 
 from behaviours import BasePose, Posture, Region, ToolPose, slots
-from controller import Array, out_of_reach
+from controller import Array, out_of_reach, reached_instead, why_no_stance
 from robots import Box, Geom, Plane, RobotDescription, coal_geometry
 
 _ROUNDING = 1e-3  # of degrees in files [rad]
@@ -31,9 +31,9 @@ def why_not_reached(value: object, robot: RobotDescription) -> tuple[str, str] |
     lowest = min(tip[2], value.wTe.translation[2])
     if lowest < -_DIPS:
         return f"the hand would be {-lowest:.2f} m below the floor", "give it another height"
-    why = out_of_reach(robot, value.wTe)
-    tilt = "change its height or tilt; roll 180 looks down"
-    return (f"out of reach: {why}", tilt) if why else None
+    if why := out_of_reach(robot, value.wTe):
+        return f"out of reach: {why}", reached_instead(robot, value.wTe)
+    return None
 
 
 def points_up(value: object) -> bool:
@@ -75,6 +75,16 @@ def what_is_in_the_way(
     if depth < _DEEP:
         return None
     return f"{who} would be inside `{name}` of the scene", "move the pose, or the furniture"
+
+
+def why_no_stance_is_free(
+    value: object, robot: RobotDescription, fixtures: Sequence[Geom]
+) -> tuple[str, str] | None:
+    """Message and hint about a pose that the robot cannot reach among the furniture; else None."""
+    if not fixtures or not isinstance(value, ToolPose):
+        return None
+    why = why_no_stance(robot, value.wTe, tuple(fixtures))
+    return (f"out of reach in the scene: {why}", "move the pose, or the furniture") if why else None
 
 
 class Bare(NamedTuple):

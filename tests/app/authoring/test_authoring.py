@@ -140,3 +140,13 @@ def test_every_shipped_task_is_drawn_and_exported_by_name():
             code, out, err = call(command, name)
             assert (code, err) == (0, "")
             assert out
+
+
+def test_reach_shows_that_a_tilted_hand_gets_higher_and_farther():
+    code, out, _ = call("reach", "--height", 1.2)
+    height, *far = out.splitlines()[1].split()
+    assert (code, height) == (0, "1.20")
+    assert [float(metres) for metres in far] == sorted(map(float, far))
+    assert 0.3 < float(far[0]) < 0.55
+    assert 0.9 < float(far[-1]) < 1.0
+    assert call("reach", "--height", 1.35)[1].splitlines()[1].split()[1] == "-"

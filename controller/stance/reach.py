@@ -1,0 +1,101 @@
+"""Reach: which poses of the hand a robot reaches on an open floor, and what would do instead.
+
+The base stands wherever it has to, so only height and tilt of the hand count: a pose is within
+reach if inverse kinematics has them from one of the nearest postures of the bank.
+"""
+
+from collections.abc import Sequence
+from functools import lru_cache
+from itertools import islice
+
+import numpy as np
+from pinocchio import SE3, exp3
+
+from controller.model import RobotModel
+from controller.stance.posture_bank import (
+    PostureBank,
+    forward_kinematics,
+    nearest,
+    stored_postures,
+)
+from controller.stance.stance import refine
+from robots import RobotDescription
+
+REACHED = 0.01  # largest error of a pose that is within reach [m + rad]
+_TRIED = 40  # postures from which inverse kinematics starts
+_EVERY = 4  # one in so many stored postures is enough to start from
+_STEP, _TURN = 0.02, np.deg2rad(10.0)  # of the heights and tilts that are tried instead [m, rad]
+_WAYS = 8  # directions in which a hand is tilted
+_DRAWN = 400  # postures of which the farthest counts
+_OUTWARDS = 0.95  # least cosine between the direction of a tilted hand and that away from the base
+
+
+def reach_error(robot: RobotDescription, wTe: SE3) -> float:
+    """Least error of height and tilt with which any posture has the hand at a pose [m + rad]."""
+    model, postures = _tools_of(robot)
+    return float(refine(model, wTe, postures.q[nearest(postures, wTe, _TRIED)])[1].min())
+
+
+@lru_cache(maxsize=4)
+def _tools_of(robot: RobotDescription) -> tuple[RobotModel, PostureBank]:
+    q = stored_postures(robot, every=_EVERY)
+    return RobotModel(robot), PostureBank(q, forward_kinematics(robot, q))
+
+
+def out_of_reach(robot: RobotDescription, wTe: SE3, error: float = REACHED) -> str:
+    """Why no base pose lets the hand reach a pose with at most this error; empty if one does."""
+    if reach_error(robot, wTe) <= error:
+        return ""
+    return f"{wTe.translation[2]:.2f} m up: tilted like this the hand does not get there"
+
+
+def reached_instead(robot: RobotDescription, wTe: SE3) -> str:
+    """What would do instead of a pose that is out of reach: the nearest height, the least tilt."""
+    x, y, z = wTe.translation
+    heights = (z + way * rise for rise in _STEP * np.arange(1, 101) for way in (-1.0, 1.0))
+    at_heights = (SE3(wTe.rotation, np.array([x, y, height])) for height in heights if height > 0.0)
+    turns = (turn for turn in _TURN * np.arange(1, 10))
+    found = [
+        f"give it a height of {pose.translation[2]:.2f} m"
+        for pose in islice((one for one in at_heights if not out_of_reach(robot, one)), 1)
+    ]
+    found += [
+        f"tilt the hand by {np.rad2deg(turn):.0f}°"
+        for turn in islice((t for t in turns if _is_reached(robot, _tilted(wTe, t))), 1)
+    ]
+    return ", or ".join(found) or "give it another height and tilt"
+
+
+def _is_reached(robot: RobotDescription, poses: Sequence[SE3]) -> bool:
+    return any(not out_of_reach(robot, pose) for pose in poses)
+
+
+def _tilted(wTe: SE3, turn: float) -> list[SE3]:
+    """The pose tilted by an angle, in several directions."""
+    ways = np.linspace(0.0, 2.0 * np.pi, _WAYS, endpoint=False)
+    axes = np.column_stack([np.cos(ways), np.sin(ways), np.zeros(_WAYS)])
+    return [SE3(wTe.rotation @ exp3(turn * axis), wTe.translation) for axis in axes]
+
+
+def farthest(robot: RobotDescription, height: float, tilt: float) -> float:
+    """How far from the middle of the base the hand gets, pointing away from it.
+
+    Args:
+        robot: the robot.
+        height: of the end effector [m].
+        tilt: between its approach and straight down [rad].
+
+    Returns:
+        The largest horizontal distance that was found [m]; 0 where there is none.
+    """
+    model, postures = _tools_of(robot)
+    down = SE3(np.diag([1.0, -1.0, -1.0]), np.array([0.0, 0.0, height]))
+    most = 0.0
+    for wTe in _tilted(down, tilt):
+        q, errors = refine(model, wTe, postures.q[nearest(postures, wTe, _DRAWN)])
+        tools = forward_kinematics(robot, q[errors <= REACHED])
+        away = np.linalg.norm(tools.positions[:, :2], axis=1)
+        along = np.sum(tools.rotations[:, :2, 2] * tools.positions[:, :2], axis=1)
+        outwards = along >= (_OUTWARDS * np.sin(tilt) - 0.05) * away
+        most = max(most, float(away[outwards].max(initial=0.0)))
+    return most
