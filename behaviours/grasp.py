@@ -259,7 +259,7 @@ class Grasp(Leaf):
         log.last_grasp = wTg
         log.grip_height = float(wTg.translation[2]) - self._within.floor
         log.grip_outline, log.grip_opening = self._locked.outline, self._locked.opening
-        self.context.set_down.grasp(wTg.translation)
+        self.context.set_down.grasp(self.context.to_map(wTg).translation)
         self.grip(0.0, self._force)
         self._step = self._close
         return self.running("closing")

@@ -123,7 +123,8 @@ class Release:
     def _set_down(self) -> None:
         context, spot = self._leaf.context, self._spot
         self._used()
-        context.set_down.add(self._width, context.log.grip_height, context.wTe)
+        mTe = context.to_map(context.wTe)
+        context.set_down.add(self._width, context.log.grip_height, mTe)
         self._carried.let_go = context.clock.now()
         where = spot.centre, spot.radius, spot.heights
         self._watch = context.placed_object = PlacedObjectWatch(context, self._carried, *where)
@@ -156,7 +157,8 @@ class Release:
         if self._verdict is Verdict.STANDS:
             return leaf.success(f"it stands at {self._spot.name}")
         if self._verdict is Verdict.GONE:
-            leaf.context.set_down.grasp(self._spot.centre)
+            here = SE3(np.eye(3), self._spot.centre)
+            leaf.context.set_down.grasp(leaf.context.to_map(here).translation)
             return leaf.failure(f"let go, but nothing stands at {self._spot.name}")
         now = leaf.context.clock.now()
         self._looking_since = self._looking_since or now

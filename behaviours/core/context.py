@@ -37,7 +37,6 @@ _DISTANCE, _TURN = 0.03, radians(2.0)  # a larger difference is a jump [m, rad] 
 _WINDOW = 0.25  # ... within this time [s]
 _CORRECTION, _CORRECTION_TURN = 0.1, radians(8.0)  # a larger jump may be an error [m, rad]
 _SCAN_AGE = 0.3  # of a scan whose points are obstacles [s]
-_HIT_STILL = 0.02  # a smaller correction leaves the spot of a contact on the map where it is [m]
 
 
 class _Reading(NamedTuple):
@@ -141,8 +140,7 @@ class Context:
         self._jump = self._relocalisation.note(self.state)
         self.fault_memory = FaultMemory(self.robot.description)
         self._joined = self.fixtures, self.fault_memory.hit, self.fixtures
-        self._hit = OnMap(_moved, still=_HIT_STILL)
-        self._loose, self._cloud = OnMap(_moved), OnMap(PointCloud.moved)
+        self._cloud = OnMap(PointCloud.moved)
         self._laser_obstacles = LaserObstacles()
         self._seen: tuple[PointCloud, Array, PointCloud] = NO_POINTS, np.zeros((0, 3)), NO_POINTS
         self._places: dict[int, tuple[MapPlace, MapPlace]] = {}
@@ -159,7 +157,7 @@ class Context:
         return Surroundings(
             fixtures=self._around(),
             moving=tuple(self.obstacles(self.state.stamp)),
-            loose=self._loose(self.set_down.shapes, self.localisation),
+            loose=self.set_down.shapes,
             depth_points=self.depth_points,
             held=self.held,
             wTo=self.localisation.mTw,
@@ -183,9 +181,8 @@ class Context:
 
     def _around(self) -> tuple[Geom, ...]:
         """Fixtures and contacts on the map; the same tuple until one of them changes."""
-        here = self.localisation
-        fixtures = here.furniture.standing(self.fixtures)
-        hit = self._hit(self.fault_memory.hit, here)
+        fixtures = self.localisation.furniture.standing(self.fixtures)
+        hit = self.fault_memory.hit
         if self._joined[0] is not fixtures or self._joined[1] is not hit:
             self._joined = fixtures, hit, (fixtures + hit if hit else fixtures)
         return self._joined[2]
@@ -207,6 +204,11 @@ class Context:
         """End effector in the world, as read this tick."""
         return self.model.wTe(self.state.wTb, self.state.q)
 
+    def to_map(self, wT: SE3) -> SE3:
+        """Where a pose of the world is on the map now."""
+        mTw = self.localisation.mTw
+        return wT if mTw is None else mTw * wT
+
     def read(self, state: RobotState) -> None:
         """Take a reading without a tick of the tree, as while the run is paused."""
         self.state = state
@@ -217,7 +219,8 @@ class Context:
         self._jump = relocalised or self._relocalisation.note(state) or self._jump
         moving = self._moving() if state.faults else ()
         at_work = isinstance(self.goal, PoseGoal) and self.goal.hand_may_touch
-        self.fault_memory.note(state, self.wTe, self.clock.now(), moving, at_work=at_work)
+        mTw = self.to_map(SE3.Identity())
+        self.fault_memory.note(state, self.wTe, self.clock.now(), moving, mTw=mTw, at_work=at_work)
 
     def begin_tick(self, state: RobotState) -> None:
         """Take a reading; without a new goal the robot will come to rest."""
@@ -245,7 +248,3 @@ class Context:
     def end_tick(self, report: StepReport) -> None:
         """Take the report of the controller about the goal of the tick."""
         self.report, self.report_of = report, self.goal_of
-
-
-def _moved(shapes: tuple[Geom, ...], T: SE3) -> tuple[Geom, ...]:
-    return tuple(shape.moved(T) for shape in shapes)

@@ -25,6 +25,7 @@ _HIT_HALF = 0.02  # half edge of the box at a contact of the hand [m]
 _WAY_BACK = 0.05  # along its path, before the hand rises [m]
 _LEFT = 0.1  # the hand has left what it touched, which is a guess, from here on [m]
 _DRIVING = 0.1  # a faster base has brought the arm to what it touched [m/s]
+_THE_SAME = SE3.Identity()
 _WHAT = "what was hit"
 """Name of the shape at a contact."""
 
@@ -39,9 +40,9 @@ class _Place:
     last: TaskTime
     times: int = 0
     shapes: tuple[Geom, ...] = ()
-    """Obstacles there, in the world."""
+    """Obstacles there, on the map: odometry is off by far before they are forgotten."""
     left_behind: Geom | None = None
-    """The obstacle at the hand until the hand, which it would push anywhere, has left it."""
+    """That at the hand, in the world, until the hand, which it would push anywhere, has left it."""
 
     def clear(self) -> None:
         """Forget the obstacles, not the count."""
@@ -89,7 +90,7 @@ class FaultMemory:
         self.given_up = ""
         """The fault that came back too often; empty as long as a program may clear it."""
         self.hit: tuple[Geom, ...] = ()
-        """Obstacles at contacts, in the world; the same tuple until it changes."""
+        """Obstacles at contacts, on the map; the same tuple until it changes."""
 
     def note(
         self,
@@ -98,6 +99,7 @@ class FaultMemory:
         now: TaskTime,
         moving: Sequence[Obstacle] = (),
         *,
+        mTw: SE3 = _THE_SAME,
         at_work: bool = False,
     ) -> None:
         """Take a reading.
@@ -107,6 +109,7 @@ class FaultMemory:
             wTe: of the end effector then.
             now: the task's time.
             moving: obstacles.
+            mTw: where the world is on the map.
             at_work: whether the hand was allowed to touch.
         """
         kept = [one for one in self._places if now.since(one.last) < _REMEMBERED]
@@ -114,7 +117,7 @@ class FaultMemory:
             if one.kind is FaultKind.REFLEX and now.since(one.last) > _HAND_BLOCKS:
                 one.clear()
             elif (box := one.left_behind) is not None and _gap(box.pose, wTe) > _LEFT:
-                one.shapes, one.left_behind = (*one.shapes, box), None
+                one.shapes, one.left_behind = (*one.shapes, box.moved(mTw)), None
         if self._places:
             self._keep(kept)
         if not state.faults:
@@ -139,7 +142,7 @@ class FaultMemory:
                     shape = None  # who tells of it tells where it is now
                 elif at_work and fault.kind is FaultKind.REFLEX:
                     shape = None
-                self._count(fault, now, where, radius, shape, is_again=is_again)
+                self._count(fault, now, where, radius, shape, mTw, is_again=is_again)
 
     def wait(self, now: TaskTime) -> float:
         """How long to wait before the present faults may be cleared [s]."""
@@ -215,6 +218,7 @@ class FaultMemory:
         point: Array | None,
         radius: float,
         shape: Geom | None,
+        mTw: SE3,
         *,
         is_again: bool,
     ) -> None:
@@ -225,7 +229,7 @@ class FaultMemory:
         if shape is not None and fault.kind is FaultKind.REFLEX:
             place.left_behind = shape
         elif shape is not None:
-            place.shapes += (shape,)
+            place.shapes += (shape.moved(mTw),)
         if is_again or point is not None or place.times == 0:
             place.times, place.last = place.times + 1, now
         self._keep([*(one for one in self._places if one is not place), place])

@@ -49,25 +49,28 @@ class HeldObject:
 
 
 class SetDownObjects:
-    """Remembers released objects, until the fingers close there again."""
+    """Remembers released objects, until the fingers close there again.
+
+    They stand on the map: after some minutes odometry is off by half a metre.
+    """
 
     def __init__(self) -> None:
         self.shapes: tuple[Geom, ...] = ()
-        """In the world; the same tuple until it changes."""
+        """On the map; the same tuple until it changes."""
 
-    def add(self, width: float, height: float, wTe: SE3) -> None:
+    def add(self, width: float, height: float, mTe: SE3) -> None:
         """Add what was released at an end-effector pose.
 
         Args:
             width: distance between the finger pads that held it [m].
             height: of the grasp above the surface [m].
-            wTe: the pose.
+            mTe: the pose.
         """
         # No wider than it was gripped: what was seen with something else hides places beside it.
-        self.shapes += (_shortened(_box(width, height)).moved(wTe),)
+        self.shapes += (_shortened(_box(width, height)).moved(mTe),)
 
     def grasp(self, point: npt.NDArray[np.float64]) -> None:
-        """Forget what the fingers may move that close at a point (3,) in the world."""
+        """Forget what the fingers may move that close at a point (3,) of the map."""
         remaining = tuple(one for one in self.shapes if not _is_at(one, point))
         if len(remaining) < len(self.shapes):
             self.shapes = remaining

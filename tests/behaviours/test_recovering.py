@@ -207,14 +207,19 @@ def test_what_was_hit_is_forgotten_after_a_time_and_when_the_base_is_relocalised
     assert harness.context.surroundings.fixtures is harness.context.fixtures
 
 
-def test_a_small_correction_leaves_a_contact_where_it_is_on_the_map():
+def test_what_was_hit_and_set_down_stays_on_the_map_while_odometry_drifts():
     harness = unknown_pedestal()
-    drive(harness, 1.5)
-    here, seen = harness.context.localisation, []
-    for correction in (0.0, 0.01, 0.04):
-        here.mTw = SE3(np.eye(3), np.array([-correction, 0.0, 0.0]))
-        here.mTb = here.mTw * harness.context.state.wTb
-        seen.append(harness.context.surroundings.fixtures)
-    assert seen[1] is seen[0]  # another tuple starts the search for a stance anew
-    moved = seen[0][-1].pose.translation - seen[2][-1].pose.translation
-    np.testing.assert_allclose(moved, [0.04, 0.0, 0.0], atol=1e-9)
+    context = harness.context
+    here, seen = context.localisation, []
+    for drift in (0.2, 0.7):
+        here.mTw = SE3(np.eye(3), np.array([drift, 0.0, 0.0]))
+        here.mTb = here.mTw * context.state.wTb
+        if not seen:
+            drive(harness, 1.5)
+            context.set_down.add(0.04, 0.03, context.to_map(context.wTe))
+        seen.append((context.surroundings.fixtures[-1], context.surroundings.loose[0]))
+    assert seen[1] == seen[0]
+    hit, set_down = (one.pose.translation[0] for one in seen[0])
+    assert set_down == pytest.approx(context.wTe.translation[0] + 0.2, abs=0.15)
+    assert hit > context.state.wTb.translation[0] + 0.2
+
