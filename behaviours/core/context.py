@@ -219,7 +219,7 @@ class Context:
         self._jump = relocalised or self._relocalisation.note(state) or self._jump
         moving = self._moving() if state.faults else ()
         at_work = isinstance(self.goal, PoseGoal) and self.goal.hand_may_touch
-        mTw = self.to_map(SE3.Identity())
+        mTw = self.vision.tracker.mTw = self.to_map(SE3.Identity())
         self.fault_memory.note(state, self.wTe, self.clock.now(), moving, mTw=mTw, at_work=at_work)
 
     def begin_tick(self, state: RobotState) -> None:

@@ -40,6 +40,8 @@ class GraspTracker:
 
     def __init__(self, lock_distance: float = 0.25) -> None:
         self.lock_distance = lock_distance
+        self.mTw = SE3.Identity()
+        """Where the world is on the map now: failed grasps are remembered there."""
         self.reason = ""  # why the last `update` returned None
         self._rejected: deque[SE3] = deque(maxlen=_REMEMBERED)
         self.reset()
@@ -60,7 +62,7 @@ class GraspTracker:
 
     def reject(self, wTg: SE3) -> None:
         """Remember a failed grasp; similar candidates are avoided."""
-        self._rejected.append(wTg)
+        self._rejected.append(self.mTw * wTg)
 
     def forget(self) -> None:
         """Forget the failed grasps."""
@@ -132,7 +134,8 @@ class GraspTracker:
         self._frames_missed = self._frames_outdone = 0
 
     def _is_rejected(self, grasp: GraspEstimate) -> bool:
-        return any(_close(grasp.wTg, failed, *_REJECTED) for failed in self._rejected)
+        mTg = self.mTw * grasp.wTg
+        return any(_close(mTg, failed, *_REJECTED) for failed in self._rejected)
 
 
 def _blend(tracked: GraspEstimate, newest: GraspEstimate, weight: float) -> GraspEstimate:

@@ -148,3 +148,10 @@ def test_a_failed_grasp_is_avoided_until_forgotten() -> None:
     assert "failed before" in tracker.reason
     tracker.forget()
     assert position(tracker.update(seen(bad, other), FAR))[0] == pytest.approx(0.0)
+
+
+def test_a_failed_grasp_is_avoided_where_it_is_on_the_map_while_odometry_drifts():
+    tracker, other = GraspTracker(), grasp(0.1, 0.0, quality=0.8)
+    tracker.reject(grasp(0.0, 0.0).wTg)
+    tracker.mTw = SE3(np.eye(3), np.array([-0.1, 0.0, 0.0]))
+    assert position(tracker.update(seen(other, grasp(0.2, 0.0, quality=0.5)), FAR))[0] > 0.15
