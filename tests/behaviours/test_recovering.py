@@ -222,4 +222,3 @@ def test_what_was_hit_and_set_down_stays_on_the_map_while_odometry_drifts():
     hit, set_down = (one.pose.translation[0] for one in seen[0])
     assert set_down == pytest.approx(context.wTe.translation[0] + 0.2, abs=0.15)
     assert hit > context.state.wTb.translation[0] + 0.2
-
