@@ -1,5 +1,6 @@
 """Behaviour `detect`: tell apart the objects in a region."""
 
+from dataclasses import replace
 from typing import ClassVar
 
 from py_trees.common import Status
@@ -78,7 +79,8 @@ class Detect(Leaf):
         if (self._count is not None or not found) and (unseen := self._detection.unseen):
             return self.failure(unseen)
         if self._list is not None:
-            self._list.write(found)
+            drift = self.context.drift()
+            self._list.write(DetectedObjects(replace(one, drift=drift) for one in found))
         if self._count is not None:
             self._count.write(len(found))
         return self.success(f"{len(found)} of {len(objects)}: {found}")

@@ -2,7 +2,6 @@
 
 from typing import Annotated, ClassVar
 
-from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours.core.context import Context
@@ -54,11 +53,7 @@ class Navigate(Leaf):
 
     def initialise(self) -> None:
         """Start anew."""
-        self._over_object: SE3 | None = None
-        if isinstance(self._to, DetectedObject):
-            like = camera_pose(self.context)
-            wTc = straight_down(self._to.position, _OVER_OBJECT, like=like)
-            self._over_object = hand_for(self.context, wTc)
+        self._like = camera_pose(self.context)
         self._approach = Approach(self, self._goal, self._to.name, self._timeout)
         self._back_off: BackOff | None = None
         self._has_backed_off = False
@@ -81,8 +76,11 @@ class Navigate(Leaf):
         to = self._to
         if isinstance(to, BasePose):
             return BaseGoal(wTb=to.wTb)
-        wTe = to.wTe if isinstance(to, ToolPose) else self._over_object
-        assert wTe is not None
+        if isinstance(to, ToolPose):
+            wTe = to.wTe
+        else:
+            over = straight_down(to.position, _OVER_OBJECT, like=self._like)
+            wTe = hand_for(self.context, over)
         return PoseGoal(
             wTe=wTe,
             speed=self._speed,

@@ -209,6 +209,13 @@ class Context:
         mTw = self.localisation.mTw
         return wT if mTw is None else mTw * wT
 
+    def drift(self) -> Callable[[], SE3] | None:
+        """From now on tells where what was in the world is in it by then; None: in its place."""
+        here, mTw = self.localisation, self.localisation.mTw
+        if mTw is None:
+            return None
+        return lambda: SE3.Identity() if here.wTm is None else here.wTm * mTw
+
     def read(self, state: RobotState) -> None:
         """Take a reading without a tick of the tree, as while the run is paused."""
         self.state = state

@@ -137,7 +137,7 @@ class Chosen:
         owned = np.zeros(len(centres), dtype=np.bool_)
         for one in self.objects:
             on = one.contains(contacts.reshape(-1, 3)).reshape(-1, 2).all(axis=1)
-            owned |= on & one.footprint.holds(centres[:, 0], centres[:, 1])
+            owned |= on & one.covers(centres)
         return owned
 
 

@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from pinocchio import SE3
 
     from perception.frame import Array, Mask
@@ -18,7 +20,9 @@ REACH = 0.008  # grasps and points this far beside an object still belong to it 
 class DetectedObject:
     """One object of a region; it is a `Workspace` without the grasps of its neighbours."""
 
-    wTo: SE3  # middle of its box, turned about z only: x along its longer edge from above
+    seen_at: SE3
+    """Middle of its box, turned about z only, x along its longer edge from above; as all that
+    follows in the world in which it was seen."""
     size: tuple[float, float, float]
     """Length, width (the shorter edge from above) and height of that box [m]."""
     area: float  # seen from above [m^2]
@@ -29,12 +33,14 @@ class DetectedObject:
     floor: float  # height of what it stands on, in the world [m]
     footprint: Footprint
     around: Footprint = field(repr=False)  # with `REACH` around it
+    drift: Callable[[], SE3] | None = field(default=None, repr=False)
+    """Where that world is in the world now, which drifts; None if they are the same."""
 
     @property
     def position(self) -> Array:
-        """(3,) of its middle, in the world [m]."""
-        position: Array = self.wTo.translation
-        return position
+        """(3,) of its middle, in the world now [m]."""
+        here: Array = self.seen_at.translation
+        return here if self.drift is None else self.drift().act(here)
 
     @property
     def width(self) -> float:
@@ -51,8 +57,18 @@ class DetectedObject:
         return f"{self.name} at {x:.2f}, {y:.2f}, {1000 * self.width:.0f} mm wide"
 
     def contains(self, points: Array) -> Mask:
-        """Which of (N, 3) points of the world [m] belong to it, or are right beside it."""
-        return self.around.holds(points[:, 0], points[:, 1])
+        """Which of (N, 3) points of the world now [m] belong to it, or are right beside it."""
+        return self._holds(self.around, points)
+
+    def covers(self, points: Array) -> Mask:
+        """Which of (N, 3) points of the world now [m] it covers, seen from above."""
+        return self._holds(self.footprint, points)
+
+    def _holds(self, cells: Footprint, points: Array) -> Mask:
+        if self.drift is not None:
+            then = self.drift().inverse()
+            points = points @ then.rotation.T + then.translation
+        return cells.holds(points[:, 0], points[:, 1])
 
 
 class DetectedObjects(tuple[DetectedObject, ...]):

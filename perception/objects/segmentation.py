@@ -157,7 +157,7 @@ def _object(
     footprint, around = _footprints(cells, grid)
     colour = None if frame.colour is None else np.median(frame.colour[v, u], axis=0)
     return DetectedObject(
-        wTo=SE3(exp3(np.array([0.0, 0.0, yaw])), middle),
+        seen_at=SE3(exp3(np.array([0.0, 0.0, yaw])), middle),
         size=(length, width, height),
         area=int(cells.sum()) * grid.cell**2,
         colour="" if colour is None else colour_name(*colour.tolist()),

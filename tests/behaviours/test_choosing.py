@@ -95,6 +95,19 @@ def test_what_is_detected_is_a_goal(three):
 
 
 @pytest.mark.slow
+def test_what_was_detected_stays_on_the_map_while_odometry_drifts(three):
+    here, key = three.context.localisation, Key[DetectedObjects]("found")
+    here.mTw = here.wTm = SE3.Identity()
+    assert three.run(Detect("detect", three.context, region=ON_TABLE, list=key)) is Status.SUCCESS
+    one = key.read()[0]
+    then = one.position
+    drift = SE3(np.eye(3), np.array([0.3, 0.2, 0.0]))
+    here.mTw, here.wTm = drift.inverse(), drift
+    np.testing.assert_allclose(one.position, then + drift.translation)
+    assert one.contains(one.position[None]).all()
+    assert not one.contains(then[None]).any()
+
+
 def test_what_stands_in_the_way_can_be_taken_first():
     """One block 10 mm before another that is meant, and one far away."""
     world = table_world(
