@@ -25,7 +25,6 @@ _HIT_HALF = 0.02  # half edge of the box at a contact of the hand [m]
 _WAY_BACK = 0.05  # along its path, before the hand rises [m]
 _LEFT = 0.1  # the hand has left what it touched, which is a guess, from here on [m]
 _DRIVING = 0.1  # a faster base has brought the arm to what it touched [m/s]
-_THE_SAME = SE3.Identity()
 _WHAT = "what was hit"
 """Name of the shape at a contact."""
 
@@ -36,11 +35,11 @@ class _Place:
 
     kind: FaultKind
     point: Array | None
-    """(3,) in the world [m]; None if it was no contact."""
+    """(3,) on the map [m]; None if it was no contact."""
     last: TaskTime
     times: int = 0
     shapes: tuple[Geom, ...] = ()
-    """Obstacles there, on the map: odometry is off by far before they are forgotten."""
+    """Obstacles there, on the map, from which odometry drifts."""
     left_behind: Geom | None = None
     """That at the hand, in the world, until the hand, which it would push anywhere, has left it."""
 
@@ -99,7 +98,7 @@ class FaultMemory:
         now: TaskTime,
         moving: Sequence[Obstacle] = (),
         *,
-        mTw: SE3 = _THE_SAME,
+        mTw: SE3,
         at_work: bool = False,
     ) -> None:
         """Take a reading.
@@ -224,6 +223,7 @@ class FaultMemory:
     ) -> None:
         """Count a fault that is new, or was cleared and is still present."""
         self._present.add(fault.kind)
+        point = None if point is None else mTw.act(point)
         same = (one for one in self._places if _is_same(one, fault.kind, point, radius))
         place = next(same, None) or _Place(fault.kind, point, now)
         if shape is not None and fault.kind is FaultKind.REFLEX:
