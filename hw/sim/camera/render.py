@@ -2,11 +2,10 @@
 
 A ray through pixel (u, v) is t·(x, y, 1) in the camera frame, so t is the depth. In a primitive's
 frame the ray starts at o and runs along d, and the entry is the smaller root of a linear or
-quadratic equation in t. The image is processed in strips of rows, whose temporaries fit the cache.
+quadratic equation in t. A shape is processed in strips of rows, whose temporaries fit the cache.
 """
 
 from collections.abc import Callable, Sequence
-from functools import reduce
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -30,11 +29,11 @@ from robots import (
 
 Image: TypeAlias = npt.NDArray[np.float32]
 Ids: TypeAlias = npt.NDArray[np.int16]
-Entry: TypeAlias = Callable[[Any, Image, Image, Image, Image], Image]
+Entry: TypeAlias = Callable[[Any, Image, Image], Image]
 
 NEAR = 0.01  # smallest depth that is rendered [m]
 
-STRIP_ROWS = 120  # rows processed at a time
+STRIP = 32768  # pixels processed at a time
 
 _SIGNS = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)], dtype=float)
 _EDGES = np.array(
@@ -67,23 +66,23 @@ class DepthRenderer:
         depth = np.full(size, np.inf, dtype=np.float32)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             visible = self._visible(shapes, wTc)
-            for top in range(0, size[0], STRIP_ROWS):
-                bottom = min(top + STRIP_ROWS, size[0])
-                for index, shape, rotation, origin, (u0, u1, v0, v1) in visible:
-                    if isinstance(shape, Hull | Mesh):
-                        continue
-                    rows = slice(max(v0, top), min(v1, bottom))
-                    if rows.start >= rows.stop:
-                        continue
-                    x, y = self._x[:, u0:u1], self._y[rows]
-                    along = [r[0] * x + (r[1] * y + r[2]) for r in rotation]
-                    entry = _ENTRY[type(shape)](shape, origin, *along)
-                    window = depth[rows, u0:u1]
+            for index, shape, rotation, origin, (u0, u1, v0, v1) in visible:
+                if isinstance(shape, Hull | Mesh):
+                    continue
+                sides = rotation[2:] if isinstance(shape, Plane) else rotation
+                rx, ry, rz = sides.T[:, :, None, None]
+                across, down = rx * self._x[:, u0:u1], ry * self._y[v0:v1] + rz
+                rows = max(1, STRIP // (u1 - u0))
+                for top in range(v0, v1, rows):
+                    strip = slice(top, min(top + rows, v1)), slice(u0, u1)
+                    along = across + down[:, top - v0 : top - v0 + rows]
+                    entry = _ENTRY[type(shape)](shape, origin, along)
+                    window = depth[strip]
                     nearest = entry < window
                     nearest &= entry > NEAR
                     np.copyto(window, entry, where=nearest)
                     if ids is not None:
-                        np.copyto(ids[rows, u0:u1], np.int16(index), where=nearest)
+                        np.copyto(ids[strip], np.int16(index), where=nearest)
             bodies = [
                 _in_camera(index, shape, wTc.actInv(shapes[index].pose))
                 for index, shape, *_ in visible
@@ -155,22 +154,18 @@ def _in_camera(number: int, shape: Hull | Mesh, cTs: SE3) -> Body:
     return Body(number, corners, shape.triangles, isinstance(shape, Hull) or shape.closed)
 
 
-def _box(box: Box, o: Image, dx: Image, dy: Image, dz: Image) -> Image:
+def _box(box: Box, o: Image, along: Image) -> Image:
     """The last of the planes through which a ray enters; the directions are overwritten."""
-    lows, highs = [], []
-    for start, along, half in zip(o, (dx, dy, dz), box.half, strict=True):
-        inverse = np.divide(np.float32(1.0), along, out=along)
-        low = (-np.float32(half) - start) * inverse
-        high = np.multiply(np.float32(half) - start, inverse, out=inverse)
-        if start > half:  # rays that go up miss the box: both are behind the camera
-            low, high = high, low
-        elif start >= -half:
-            low, high = np.minimum(low, high), np.maximum(low, high, out=high)
-        lows.append(low)
-        highs.append(high)
-    entry: Image = reduce(np.maximum, lows)
-    leave = reduce(np.minimum, highs)
-    np.copyto(entry, np.inf, where=entry > leave)
+    half = np.array(box.half, dtype=np.float32)
+    near = np.where(o >= half, half, -half)  # rays that go away from it miss the box
+    inverse = np.divide(np.float32(1.0), along, out=along)
+    low = (near - o)[:, None, None] * inverse
+    high = np.multiply((-near - o)[:, None, None], inverse, out=inverse)
+    for axis in np.flatnonzero(np.abs(o) < half):  # it is between the planes: one is behind it
+        np.maximum(low[axis], high[axis], out=high[axis])
+        low[axis] = -np.inf
+    entry: Image = np.maximum.reduce(low)
+    np.copyto(entry, np.inf, where=entry > np.minimum.reduce(high))
     return entry
 
 
@@ -193,11 +188,12 @@ def _tube(radius: float, half: float, o: Image, dx: Image, dy: Image, dz: Image)
     return entry
 
 
-def _sphere(sphere: Sphere, o: Image, dx: Image, dy: Image, dz: Image) -> Image:
-    return _ball(sphere.radius, o, dx, dy, dz)
+def _sphere(sphere: Sphere, o: Image, along: Image) -> Image:
+    return _ball(sphere.radius, o, *along)
 
 
-def _cylinder(cylinder: Cylinder, o: Image, dx: Image, dy: Image, dz: Image) -> Image:
+def _cylinder(cylinder: Cylinder, o: Image, along: Image) -> Image:
+    dx, dy, dz = along
     entry = _tube(cylinder.radius, cylinder.half_length, o, dx, dy, dz)
     half = np.float32(cylinder.half_length)
     if abs(o[2]) > half:  # only then can a ray come in through an end, and only the near one
@@ -208,18 +204,19 @@ def _cylinder(cylinder: Cylinder, o: Image, dx: Image, dy: Image, dz: Image) -> 
     return entry
 
 
-def _capsule(capsule: Capsule, o: Image, dx: Image, dy: Image, dz: Image) -> Image:
-    entry = _tube(capsule.radius, capsule.half_length, o, dx, dy, dz)
+def _capsule(capsule: Capsule, o: Image, along: Image) -> Image:
+    entry = _tube(capsule.radius, capsule.half_length, o, *along)
     for end in (-capsule.half_length, capsule.half_length):
         from_end = o - np.array([0.0, 0.0, end], dtype=np.float32)
-        np.minimum(entry, _ball(capsule.radius, from_end, dx, dy, dz), out=entry)
+        np.minimum(entry, _ball(capsule.radius, from_end, *along), out=entry)
     return entry
 
 
-def _plane(_: Plane, o: Image, dx: Image, dy: Image, dz: Image) -> Image:
+def _plane(_: Plane, o: Image, along: Image) -> Image:
+    """Only the direction along its normal counts."""
     if o[2] <= 0.0:
-        return np.full_like(dz, np.inf)
-    entry: Image = -o[2] / dz
+        return np.full_like(along[-1], np.inf)
+    entry: Image = -o[2] / along[-1]
     return entry
 
 
