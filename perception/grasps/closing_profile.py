@@ -17,12 +17,11 @@ _CONTACT_ZONE = 0.003  # edge points this near to the outermost one belong to th
 
 def runs(occupied: Mask) -> tuple[Array, Array, Mask]:
     """Ends of the solid run around the middle of each line [m], and whether there is one."""
-    free = ~occupied
-    to_right = free[..., _CENTRE:]
-    right = np.where(to_right.any(-1), to_right.argmax(-1), to_right.shape[-1])
-    to_left = free[..., _CENTRE::-1]
-    left = np.where(to_left.any(-1), to_left.argmax(-1), to_left.shape[-1])
-    return -(left - 0.5) * STEP, (right - 0.5) * STEP, occupied[..., _CENTRE]
+    free, solid = ~occupied, occupied[..., _CENTRE]
+    # Nothing free on a side of a solid middle is a run to the end.
+    right, left = free[..., _CENTRE:].argmax(-1), free[..., _CENTRE::-1].argmax(-1)
+    right[solid & (right == 0)] = left[solid & (left == 0)] = _CENTRE + 1
+    return -(left - 0.5) * STEP, (right - 0.5) * STEP, solid
 
 
 def free_distances(

@@ -14,7 +14,7 @@ from math import ceil
 import cv2
 import numpy as np
 
-from perception.frame import Array, Image, Mask
+from perception.frame import Array, Image, Indices, Mask
 from perception.grasps.closing_profile import ALONG, contact_edge, flare, free_distances, runs
 from perception.grasps.hand_geometry import PALM_SPACING, HandDimensions, hand_dimensions
 from perception.grasps.height_map import CELL, HeightMap, look_up
@@ -100,50 +100,56 @@ def assess(
     hand = hand_dimensions(gripper, margin)
     cosine, sine = np.cos(direction), np.sin(direction)
     top = scene.at(x, y).astype(float)
-    along, across = ALONG[None, None, :], hand.lines[None, :, None]
-    c, s = (a.astype(np.float32)[:, None, None] for a in (cosine, sine))
-    east, north = (a.astype(np.float32)[:, None, None] for a in (x, y))
-    cells = scene.cells(east + c * along - s * across, north + s * along + c * across)
-    heights = scene.heights.ravel().take(cells)
-    unknown = np.zeros((len(x), len(ALONG)), dtype=np.bool_)
-    if scene.unknown is not None:
-        unknown = np.asarray(scene.unknown.ravel().take(cells).any(axis=1))
-    lowest = _lowest(scene, hand, x, y, cosine, sine, floor)
     deepest = np.maximum(0.5 * (top + floor), floor + FLOOR_CLEARANCE)
     # All depths at once: with so few grasps the overhead of numpy's calls dominates.
-    n = len(DEPTHS)
-    found = _assess_at(
-        np.concatenate([heights] * n),
-        np.tile(unknown, (n, 1)),
-        np.tile(top, n),
-        np.concatenate([np.maximum(top - depth, deepest) for depth in DEPTHS]),
-        np.tile(lowest, n),
-        hand,
+    deep = np.maximum(top - np.array(DEPTHS)[:, None], deepest)
+    z = np.maximum(deep, _lowest(scene, hand, x, y, cosine, sine, floor))
+    possible = (top - (z - hand.tip) >= _ENGAGEMENT.worst) & (deep - z >= _LIFT.worst)
+    # Only where the hand fits over the middle line, the others are looked up.
+    n = len(hand.lines) // 2
+    middle = scene.heights.ravel().take(_cells(scene, x, y, cosine, sine, hand.lines[n : n + 1]))
+    left, right, solid = runs(middle[:, 0] > _contact_level(z)[..., None])
+    depth, grasp = np.nonzero(possible & solid & (right - left < hand.opening))
+    some, which = np.unique(grasp, return_inverse=True)
+    cells = _cells(scene, x[some], y[some], cosine[some], sine[some], hand.lines)
+    unknown = np.zeros((len(some), len(ALONG)), dtype=np.bool_)
+    if scene.unknown is not None:
+        unknown = np.asarray(scene.unknown.ravel().take(cells).any(axis=1))
+    heights = scene.heights.ravel().take(cells)
+    fits, found = _assess_at(
+        heights, unknown, which, top[grasp], deep[depth, grasp], z[depth, grasp], hand
     )
-    scores = found["score"].reshape(n, -1) * (1.0 - _DEPTH_COST * np.arange(n))[:, None]
+    chosen = {name: np.zeros(z.shape) for name in found}
+    for name, values in found.items():
+        chosen[name][depth[fits], grasp[fits]] = values
+    scores = chosen["score"] * (1.0 - _DEPTH_COST * np.arange(len(DEPTHS)))[:, None]
     best = scores.argmax(axis=0), np.arange(len(top))
-    chosen = {name: values.reshape(n, -1)[best] for name, values in found.items()}
+    chosen = {name: values[best] for name, values in chosen.items()}
     offset = chosen["offset"]
     return Assessment(x=x + cosine * offset, y=y + sine * offset, top=top, **chosen)
 
 
 def _assess_at(
-    heights: Image, unknown: Mask, top: Array, deep: Array, lowest: Array, hand: HandDimensions
-) -> dict[str, Array]:
-    """Fields of `Assessment` of grasps at one depth each.
+    heights: Image,
+    unknown: Mask,
+    which: Indices,
+    top: Array,
+    deep: Array,
+    z: Array,
+    hand: HandDimensions,
+) -> tuple[Mask, dict[str, Array]]:
+    """Which of K grasps, at one depth each, the hand fits at; the fields of `Assessment` of those.
 
     Args:
-        heights: (N, across, along) around each grasp, in the world [m].
+        heights: (N, across, along) around places, in the world [m].
         unknown: (N, along) where something hidden may be in the way of the fingers.
-        top: (N,) height of the surface at the grasp [m].
-        deep: (N,) desired height of the grasp centre [m].
-        lowest: (N,) height below which palm or camera would collide [m].
+        which: (K,) the number of each grasp's place.
+        top: (K,) height of the surface at the grasp [m].
+        deep: (K,) desired height of the grasp centre [m].
+        z: (K,) height of the grasp centre, at which neither palm nor camera collides [m].
         hand: dimensions of the hand.
     """
-    z = np.maximum(deep, lowest)
-    engagement = top - (z - hand.tip)
-    level = z.astype(np.float32)[:, None, None]
-    low = heights > level - np.float32(_CONTACT_BELOW)
+    low = heights[which] > _contact_level(z)[:, None, None]
     left, right, solid = runs(low)
     body_first = np.where(solid, left, np.inf).min(axis=1)
     body_last = np.where(solid, right, -np.inf).max(axis=1)
@@ -151,27 +157,31 @@ def _assess_at(
     left, right, solid = left[:, pads], right[:, pads], solid[:, pads]
     first = np.where(solid, left, np.inf).min(axis=1)
     last = np.where(solid, right, -np.inf).max(axis=1)
-    whole = solid[:, solid.shape[1] // 2] & (body_first > ALONG[0]) & (body_last < ALONG[-1])
-    first, last, body_first, body_last = (
-        np.where(whole, end, 0.0) for end in (first, last, body_first, body_last)
-    )
     width, offset = last - first, 0.5 * (first + last)
+    highest = heights.max(axis=1)[which]
+    high = highest > z.astype(np.float32)[:, None] + np.float32(hand.finger)
+    low = highest > _contact_level(z)[:, None]
+    spare, opening = _room(low, high, unknown[which], body_first, body_last, offset, hand)
+    fits = (body_first > ALONG[0]) & (body_last < ALONG[-1]) & (width > _MIN_WIDTH)
+    fits &= spare >= _ROOM_LEFT.worst
 
-    high = heights > level + np.float32(hand.finger)
-    spare, opening = _room(low, high, unknown, body_first, body_last, offset, hand)
-
+    # The rest is only measured where the hand fits.
+    left, right, solid = left[fits], right[fits], solid[fits]
+    top, deep, z, first, last, width, offset, spare, opening = np.stack(
+        [top, deep, z, first, last, width, offset, spare, opening]
+    )[:, fits]
     across = hand.lines[None, pads]
     turn_left, lines_left, at_left = contact_edge(left, solid, first, across)
     turn_right, lines_right, at_right = contact_edge(right, solid, last, across)
     above = np.minimum(z + _CONTACT_ABOVE, top - 0.002)
-    widening = flare(heights[:, pads] > above.astype(np.float32)[:, None, None], first, last)
-    widening /= np.maximum(above - (z - _CONTACT_BELOW), 1e-3)
+    higher = heights[which[fits], pads] > above.astype(np.float32)[:, None, None]
+    widening = flare(higher, first, last) / np.maximum(above - (z - _CONTACT_BELOW), 1e-3)
 
     skew = np.arctan2(np.abs(at_right - at_left), np.maximum(width, 1e-3))
     steepest = np.maximum(np.abs(turn_left), np.abs(turn_right))
     taper = 0.5 * np.abs(turn_left - turn_right)
     factors = (
-        _ENGAGEMENT(engagement),
+        _ENGAGEMENT(top - (z - hand.tip)),
         _LIFT(deep - z),
         _ROOM_LEFT(spare),
         _SLOPE(-steepest),
@@ -179,16 +189,30 @@ def _assess_at(
         _SKEW(-skew),
         _FLARE(-widening),
         _CONTACT_LINES(np.minimum(lines_left, lines_right)),
-        whole & (width > _MIN_WIDTH),
     )
-    return {
-        "score": np.prod(np.stack([np.asarray(f, dtype=float) for f in factors]), axis=0),
+    return fits, {
+        "score": np.prod(np.stack(factors), axis=0),
         "z": z,
         "width": width,
         "opening": opening,
         "offset": offset,
         "turn": -0.5 * (turn_left + turn_right),
     }
+
+
+def _cells(
+    scene: HeightMap, x: Array, y: Array, cosine: Array, sine: Array, lines: Image
+) -> Indices:
+    """(N, across, along) cells of a map along lines in the closing direction of N grasps."""
+    east, north, c, s = (each.astype(np.float32)[:, None, None] for each in (x, y, cosine, sine))
+    across = lines[:, None]
+    return scene.cells(east + c * ALONG - s * across, north + s * ALONG + c * across)
+
+
+def _contact_level(z: Array) -> Image:
+    """Height over which something is between or in the way of the pads [m]."""
+    level: Image = z.astype(np.float32) - np.float32(_CONTACT_BELOW)
+    return level
 
 
 def _lowest(
@@ -240,8 +264,8 @@ def _room(
     """The room of each finger beyond what it needs, and the opening for the descent [m].
 
     Args:
-        low: (N, across, along) what is in the way of the pads.
-        high: (N, across, along) what is in the way of the fingers above them.
+        low: (N, along) where anything is in the way of the pads.
+        high: (N, along) where anything is in the way of the fingers above them.
         unknown: (N, along) where anything may be in the way of both.
         body_first: (N,) start of the body between the fingers, along the closing direction [m].
         body_last: (N,) its end [m].
@@ -253,9 +277,7 @@ def _room(
         [
             distance - thickness
             for occupied, thickness in ((low, hand.pad_thickness), (high, hand.finger_thickness))
-            for distance in free_distances(
-                unknown | np.asarray(occupied.any(axis=1)), body_first, body_last, centre
-            )
+            for distance in free_distances(unknown | occupied, body_first, body_last, centre)
         ]
     )
     spare = np.minimum(free - _FINGER_CLEARANCE, 0.5 * hand.opening) - needed
