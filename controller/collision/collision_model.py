@@ -85,7 +85,10 @@ class CollisionModel:
         every model with the same fixtures."""
         self.mapped = np.isin(pairs.second, [*self.fixed, *edges])
         """(P,) whether the second is a fixture."""
-        self._results = pin.GeometryData(self._shapes)
+        self._results = results = pin.GeometryData(self._shapes)
+        placed = [results.oMg[shape] for shape in range(len(self._moves))]
+        self._placed = [(one.rotation, one.translation) for one in placed]
+        """Rotation (3, 3) and origin (3,) of every shape in the world: views of the results."""
         self.reach = self._reach()
         """(G, n) largest displacement of a point of a shape per degree of freedom [m/rad]."""
         self.masks = np.arange(model.n) < np.array(self._moves)[:, None]
@@ -110,12 +113,12 @@ class CollisionModel:
 
     def poses(self, shapes: npt.NDArray[np.int64]) -> tuple[Array, Array]:
         """Rotations (S, 3, 3) and origins (S, 3) of shapes in the world."""
-        placed = [self._results.oMg[shape] for shape in shapes.tolist()]
-        return np.array([one.rotation for one in placed]), np.array([p.translation for p in placed])
+        placed = [self._placed[shape] for shape in shapes.tolist()]
+        return np.array([R for R, _ in placed]), np.array([origin for _, origin in placed])
 
     def ball(self, shape: int) -> tuple[Array, float]:
         """Centre (3,) and radius of the bounding ball of a shape [m]."""
-        return self._results.oMg[shape].translation, self._radius[shape]
+        return self._placed[shape][1], self._radius[shape]
 
     def jacobian(self) -> Array:
         """(6, n) screws of the joints in the world, linear first."""

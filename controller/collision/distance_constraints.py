@@ -52,7 +52,9 @@ class DistanceConstraints:
         self._settings = collision
         self._acceleration = model.acceleration_limits
         robot = model.description
-        self._turns = robot.base.axes[2] != 0.0
+        turns = robot.base.axes[2] != 0.0
+        self._turns_and_drives = np.array([turns, ~turns]).T.astype(float)
+        """(n_base, 2) 1 where a degree of freedom of the base turns it, and where it drives it."""
         self._lag = np.concatenate(
             [np.full(model.n_base, robot.base.lag), np.full(len(robot.arm.joints), robot.arm.lag)]
         )
@@ -60,7 +62,7 @@ class DistanceConstraints:
         self.velocities = np.zeros(model.n)  # (n,) present velocities as predicted from the lags
         self._last = np.zeros(model.n)
         wait = collision.delay_periods * settings.period
-        drive = self._acceleration[: model.n_base][~self._turns]
+        drive = self._acceleration[: model.n_base][~turns]
         base_braking = min(_ASSUMED_DECELERATION, collision.braking * float(drive.min()))
         self._delay = _by_kind(robot.base.lag + wait, SELF=robot.arm.lag + wait)
         near_stop = collision.near_stop_distance
@@ -146,9 +148,9 @@ class DistanceConstraints:
         The base alone brakes by driving or turning, whichever is more: a turn that compensates for
         speed brings its next corner there.
         """
-        base = shares[:, : len(self._turns)]
-        turn, drive = base[:, self._turns].sum(axis=1), base[:, ~self._turns].sum(axis=1)
-        arm = shares[:, len(self._turns) :].sum(axis=1)
+        n_base = len(self._turns_and_drives)
+        turn, drive = (shares[:, :n_base] @ self._turns_and_drives).T
+        arm = shares[:, n_base:].sum(axis=1)
         both: Array = np.where(arm > 0.0, turn + drive + arm, np.maximum(turn, drive))
         return both
 

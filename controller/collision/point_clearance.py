@@ -19,6 +19,7 @@ from robots import Box, Hull, Shape, from_rounded_boxes, rounded_box
 _FAR = 1.0  # points farther than this from a probe are ignored [m]
 _FACE = 0.4  # largest spacing of probes on the faces of boxes [m]
 _MAX_POINTS = 2  # number of nearest points that are kept for one shape
+_YZX, _ZXY = np.array([1, 2, 0]), np.array([2, 0, 1])  # axes of the two products in a cross product
 
 Numbers = npt.NDArray[np.int64]
 
@@ -79,13 +80,11 @@ class PointClearance:
         """The nearest points found by probes (S,) of `due`, for the placed collision model."""
         cloud, body = self._cloud, self._body[some]
         assert cloud is not None
-        bodies, which = np.unique(body, return_inverse=True)
-        rotations, origins = self._collision.poses(self._shape[bodies])
-        R, origin = rotations[which], origins[which]
+        R, origin = self._collision.poses(self._shape[body])
         places = (R @ self._places[some][:, :, None])[:, :, 0] + origin
         distances, found = cloud.nearest(places, _FAR)
-        self._at_least[some] = np.minimum(distances, _FAR) - self._covers[some]
-        (near,) = np.nonzero(self._at_least[some] <= self._matters[some])
+        self._at_least[some] = at_least = np.minimum(distances, _FAR) - self._covers[some]
+        (near,) = np.nonzero(at_least <= self._matters[some])
         # Probes of one shape may find the same point.
         _, first = np.unique(body[near] * (len(cloud.points) + 1) + found[near], return_index=True)
         near = near[first]
@@ -103,9 +102,8 @@ class PointClearance:
 
 def lines_along(n: Array, p: Array) -> Array:
     """Plücker lines (K, 6) along n (K, 3) through p (K, 3): direction, moment about the origin."""
-    (nx, ny, nz), (x, y, z) = n.T, p.T
-    lines = np.array([nx, ny, nz, y * nz - z * ny, z * nx - x * nz, x * ny - y * nx])
-    return lines.T.copy()
+    moments = p.take(_YZX, 1) * n.take(_ZXY, 1) - p.take(_ZXY, 1) * n.take(_YZX, 1)
+    return np.concatenate([n, moments], axis=1)
 
 
 def _ranks(groups: Numbers) -> Numbers:

@@ -151,10 +151,11 @@ class Proximity:
         if not len(some) and points is None:
             return self._none
         collision.place(wTb, q, [one.geom for one in surroundings.moving])
-        near = self._measure(some, matters[some])
-        return near if points is None else near.joined(self._points(depth.measure(points)))
+        screws = collision.jacobian()
+        near = self._measure(some, matters[some], screws)
+        return near if points is None else near.joined(self._points(depth.measure(points), screws))
 
-    def _measure(self, some: npt.NDArray[np.int64], matters: Array) -> Distances:
+    def _measure(self, some: npt.NDArray[np.int64], matters: Array, screws: Array) -> Distances:
         collision, pairs = self._collision, self._collision.pairs
         results = [collision.measure(pair) for pair in some.tolist()]
         d = np.array([result.min_distance for result in results])
@@ -169,18 +170,18 @@ class Proximity:
         )
         return Distances(
             d[near],
-            (lines @ collision.jacobian()) * self._moves[some],
+            (lines @ screws) * self._moves[some],
             (lines[:, :3] * self._velocities[pairs.second[some]]).sum(axis=1),
             pairs.kind[some],
             some,
         )
 
-    def _points(self, points: NearPoints) -> Distances:
+    def _points(self, points: NearPoints, screws: Array) -> Distances:
         """Distances to depth points; their indices follow those of the pairs."""
         collision = self._collision
         return Distances(
             points.d - _POINT_MARGIN,
-            -(points.lines @ collision.jacobian()) * collision.masks[points.shape],
+            -(points.lines @ screws) * collision.masks[points.shape],
             np.zeros(len(points.d)),
             points.kind,
             len(collision.pairs.first) + points.shape,
@@ -189,7 +190,7 @@ class Proximity:
     def is_mapped(self, pairs: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
         """(K,) which pairs (K,) are with a fixture of the map."""
         mapped = self._collision.mapped
-        return np.asarray(mapped[np.minimum(pairs, len(mapped) - 1)] & (pairs < len(mapped)))
+        return mapped.take(pairs, mode="clip") & (pairs < len(mapped))
 
     def pair_name(self, pair: int) -> str:
         """The names of the shapes of a pair."""
