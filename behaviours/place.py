@@ -91,10 +91,11 @@ class Place(Leaf):
         return self._step()
 
     def _choose(self) -> None:
-        """Aim at the next free place."""
+        """Aim at the next free place, moved off what was set down beside it."""
         self._number = self._places.next_free()
         self._up = _ABOVE
-        self._inwards, self._moved = np.zeros(3), 0.0
+        self._inwards = self._places.beside(self._number, self._rotation, self._most_moved)
+        self._moved = float(np.linalg.norm(self._inwards))
         self._watch_place()
         self._looking_since: TaskTime | None = None
 

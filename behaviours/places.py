@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from pinocchio import SE3
 
+from behaviours.core.held_object import way_off
 from behaviours.core.parameter_types import Region
 from controller import Array
 
@@ -80,6 +82,18 @@ class Places:
         """(3,) of one place, in the world, now [m]."""
         centre: Array = self._region.wTr.act(self._slots[number - 1])
         return centre
+
+    def beside(self, number: int | None, wRe: Array, most: float) -> Array:
+        """By how much (3,) a place is moved off what was set down beside it, in the world [m].
+
+        Zero if what the hand holds needs more room than `most` [m] gives it.
+        """
+        if number is None:
+            return np.zeros(3)
+        context, wTe = self._context, SE3(wRe, self.centre(number))
+        mTe = context.to_map(wTe)
+        off = wRe @ mTe.rotation.T @ way_off(context.held, context.set_down.shapes, mTe)
+        return off if np.linalg.norm(off) <= most else np.zeros(3)
 
     def name(self, number: int | None) -> str:
         """What a person reads of a place: those in rows have numbers."""

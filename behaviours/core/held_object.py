@@ -16,6 +16,7 @@ _SEEN = 0.01  # error of what was seen: the object may turn as it is gripped [m]
 _ABOVE = 0.02  # and above the grasp centre [m]
 _RESOLUTION = 0.005  # widths that differ by less are the same shape [m]
 _MOST_HALF = 0.08  # assumed of an object once it is set down: more hides the next place [m]
+_BESIDE = 0.005  # room between what is set down and what stands there [m]
 _NEAR = 0.03  # fingers that close this near to an object may move it [m]
 
 
@@ -83,6 +84,37 @@ class SetDownObjects:
 def reach_on_surface(held: Sequence[Geom], direction: npt.NDArray[np.float64]) -> float:
     """How far held shapes, set down, may reach from the hand in a direction (3,), all in e [m]."""
     return max((reach(_shortened(one), direction) for one in held), default=0.0)
+
+
+def way_off(held: Sequence[Geom], set_down: Sequence[Geom], mTe: SE3) -> npt.NDArray[np.float64]:
+    """(3,) horizontal, on the map, by which held shapes get off what was set down [m].
+
+    All are boxes seen from above; from each the shorter way is taken, one after the other.
+
+    Args:
+        held: in e.
+        set_down: on the map.
+        mTe: where the hand would set down what it holds.
+    """
+    off = np.zeros(3)
+    for one in held:
+        for other in set_down:
+            off += _apart(one.moved(SE3(mTe.rotation, mTe.translation + off)), other)
+    return off
+
+
+def _apart(one: Geom, other: Geom) -> npt.NDArray[np.float64]:
+    """(3,) the shortest horizontal way of a box out of another one; zero if they are apart."""
+    between = (one.pose.translation - other.pose.translation)[:2]
+    shapes = [(g.pose.rotation[:2], half_extents(g.shape)) for g in (one, other)]
+    axes = np.concatenate([rotation[:, :2].T for rotation, _ in shapes])
+    axes /= np.linalg.norm(axes, axis=1)[:, None]
+    reaches = sum(np.abs(axes @ rotation) @ half for rotation, half in shapes)
+    along = axes @ between
+    depths = reaches + _BESIDE - np.abs(along)
+    least = int(depths.argmin())
+    way = axes[least] * (depths[least] if along[least] >= 0.0 else -depths[least])
+    return np.array([*way, 0.0]) if depths[least] > 0.0 else np.zeros(3)
 
 
 def _box(width: float, height: float, outline: npt.NDArray[np.float64] | None = None) -> Geom:
