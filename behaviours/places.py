@@ -92,7 +92,7 @@ class Places:
             return np.zeros(3)
         context, wTe = self._context, SE3(wRe, self.centre(number))
         mTe = context.to_map(wTe)
-        off = wRe @ mTe.rotation.T @ way_off(context.held, context.set_down.shapes, mTe)
+        off = wRe @ mTe.rotation.T @ way_off(context.held, context.set_down.extents, mTe)
         return off if np.linalg.norm(off) <= most else np.zeros(3)
 
     def name(self, number: int | None) -> str:

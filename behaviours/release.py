@@ -124,7 +124,8 @@ class Release:
         context, spot = self._leaf.context, self._spot
         self._used()
         mTe = context.to_map(context.wTe)
-        context.set_down.add(self._width, context.log.grip_height, mTe)
+        log = context.log
+        context.set_down.add(self._width, log.grip_height, mTe, log.grip_outline)
         self._carried.let_go = context.clock.now()
         where = spot.centre, spot.radius, spot.heights
         self._watch = context.placed_object = PlacedObjectWatch(context, self._carried, *where)

@@ -1,6 +1,7 @@
 """Shapes of the held object, and of objects that the robot has set down."""
 
 from collections.abc import Sequence
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +19,8 @@ _RESOLUTION = 0.005  # widths that differ by less are the same shape [m]
 _MOST_HALF = 0.08  # assumed of an object once it is set down: more hides the next place [m]
 _BESIDE = 0.005  # room between what is set down and what stands there [m]
 _NEAR = 0.03  # fingers that close this near to an object may move it [m]
+
+Outline: TypeAlias = npt.NDArray[np.float64] | None
 
 
 class HeldObject:
@@ -58,27 +61,34 @@ class SetDownObjects:
     def __init__(self) -> None:
         self.shapes: tuple[Geom, ...] = ()
         """On the map; the same tuple until it changes."""
+        self.extents: tuple[Geom, ...] = ()
+        """The same as far as they were seen to reach; nothing is set down there."""
 
-    def add(self, width: float, height: float, mTe: SE3) -> None:
+    def add(self, width: float, height: float, mTe: SE3, outline: Outline = None) -> None:
         """Add what was released at an end-effector pose.
 
         Args:
             width: distance between the finger pads that held it [m].
             height: of the grasp above the surface [m].
             mTe: the pose.
+            outline: (K, 3) in e [m], see `TaskLog.grip_outline`; None if it was not seen.
         """
         # No wider than it was gripped: what was seen with something else hides places beside it.
-        self.shapes += (_shortened(_box(width, height)).moved(mTe),)
+        narrow = _shortened(_box(width, height))
+        seen = _box(width, height, outline) if _shows_one(outline) else narrow
+        self.shapes += (narrow.moved(mTe),)
+        self.extents += (seen.moved(mTe),)
 
     def grasp(self, point: npt.NDArray[np.float64]) -> None:
         """Forget what the fingers may move that close at a point (3,) of the map."""
-        remaining = tuple(one for one in self.shapes if not _is_at(one, point))
-        if len(remaining) < len(self.shapes):
-            self.shapes = remaining
+        kept = [k for k, one in enumerate(self.shapes) if not _is_at(one, point)]
+        if len(kept) < len(self.shapes):
+            self.shapes = tuple(self.shapes[k] for k in kept)
+            self.extents = tuple(self.extents[k] for k in kept)
 
     def forget(self) -> None:
         """Forget all, after a relocalisation."""
-        self.shapes = ()
+        self.shapes = self.extents = ()
 
 
 def reach_on_surface(held: Sequence[Geom], direction: npt.NDArray[np.float64]) -> float:
@@ -117,7 +127,7 @@ def _apart(one: Geom, other: Geom) -> npt.NDArray[np.float64]:
     return np.array([*way, 0.0]) if depths[least] > 0.0 else np.zeros(3)
 
 
-def _box(width: float, height: float, outline: npt.NDArray[np.float64] | None = None) -> Geom:
+def _box(width: float, height: float, outline: Outline = None) -> Geom:
     """From above the grasp centre down to the surface that the object stood on.
 
     As wide as it was seen to be from above, if that is one object; else a bar as wide as the
@@ -125,13 +135,22 @@ def _box(width: float, height: float, outline: npt.NDArray[np.float64] | None = 
     """
     least = np.array([-_LEAST_HALF, -width / 2.0, -_ABOVE])
     most = np.array([_LEAST_HALF, width / 2.0, max(height, 0.0)])
-    if outline is not None and np.abs(outline).max() <= _MOST and _area(outline) <= _MOST_AREA:
+    if outline is not None and _shows_one(outline):
         between_pads = np.array([0.0, width / 2.0])
         least[:2] = np.minimum(outline.min(axis=0)[:2] - _SEEN, -between_pads)
         most[:2] = np.maximum(outline.max(axis=0)[:2] + _SEEN, between_pads)
     half = (most - least) / 2.0
     centre = (most + least) / 2.0
     return Geom(Box((half[0], half[1], half[2])), SE3(np.eye(3), centre), "held")
+
+
+def _shows_one(outline: Outline) -> bool:
+    """Whether what was seen is one object that the hand can hold, not several that touch."""
+    return (
+        outline is not None
+        and bool(np.abs(outline).max() <= _MOST)
+        and _area(outline) <= _MOST_AREA
+    )
 
 
 def _area(outline: npt.NDArray[np.float64]) -> float:

@@ -181,6 +181,10 @@ def test_what_may_be_long_is_set_down_off_what_stands_beside_its_place():
         context.set_down.forget()
         context.set_down.add(0.04, 0.03, SE3(down, here + away * down[:, 0]))
         np.testing.assert_allclose(places.beside(2, down, 0.09), -off * down[:, 0], atol=1e-3)
+    context.set_down.forget()
+    long = np.array([(-0.15, -0.01, 0.0), (0.01, -0.01, 0.0), (0.01, 0.01, 0.0)])
+    context.set_down.add(0.04, 0.03, SE3(down, here + 0.25 * down[:, 0]), long)
+    assert np.linalg.norm(places.beside(2, down, 0.09)) > 0.04  # sideways
 
 
 def lowest_pad(harness: Harness) -> float:
