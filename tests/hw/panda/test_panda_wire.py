@@ -153,7 +153,7 @@ class Client:
     def __init__(self, robot: PandaServer, address: str, port: int, header: struct.Struct) -> None:
         self.robot, self.header = robot, header
         self.tcp = socket.create_connection((address, port))
-        self.tcp.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)  # else a second request waits
+        self.tcp.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)  # no waiting
         self.udp = socket.socket(type=socket.SOCK_DGRAM)
         self.udp.bind(("127.0.0.1", 0))
 
