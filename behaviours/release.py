@@ -121,10 +121,9 @@ class Release:
         return self._leaf.running("rising")
 
     def _set_down(self) -> None:
-        context, spot = self._leaf.context, self._spot
+        context, log, spot = self._leaf.context, self._leaf.context.log, self._spot
         self._used()
         mTe = context.to_map(context.wTe)
-        log = context.log
         context.set_down.add(self._width, log.grip_height, mTe, log.grip_outline)
         self._carried.let_go = context.clock.now()
         where = spot.centre, spot.radius, spot.heights

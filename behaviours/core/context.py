@@ -18,7 +18,7 @@ from behaviours.core.placed_object import PlacedObjectWatch
 from behaviours.sensing.depth_obstacles import NO_POINTS, DepthObstacles
 from behaviours.sensing.laser_obstacles import LaserObstacles
 from behaviours.sensing.localisation import Localiser
-from behaviours.sensing.on_map import OnMap
+from behaviours.sensing.on_map import CloudOnMap
 from behaviours.sensing.vision import Vision
 from controller import (
     Array,
@@ -140,7 +140,7 @@ class Context:
         self._jump = self._relocalisation.note(self.state)
         self.fault_memory = FaultMemory(self.robot.description)
         self._joined = self.fixtures, self.fault_memory.hit, self.fixtures
-        self._cloud = OnMap(PointCloud.moved)
+        self._cloud = CloudOnMap()
         self._laser_obstacles = LaserObstacles()
         self._seen: tuple[PointCloud, Array, PointCloud] = NO_POINTS, np.zeros((0, 3)), NO_POINTS
         self._places: dict[int, tuple[MapPlace, MapPlace]] = {}

@@ -75,7 +75,7 @@ class SetDownObjects:
         """
         # No wider than it was gripped: what was seen with something else hides places beside it.
         narrow = _shortened(_box(width, height))
-        seen = _box(width, height, outline) if _shows_one(outline) else narrow
+        seen = narrow if _of_one(outline) is None else _box(width, height, outline)
         self.shapes += (narrow.moved(mTe),)
         self.extents += (seen.moved(mTe),)
 
@@ -115,16 +115,13 @@ def way_off(held: Sequence[Geom], set_down: Sequence[Geom], mTe: SE3) -> npt.NDA
 
 def _apart(one: Geom, other: Geom) -> npt.NDArray[np.float64]:
     """(3,) the shortest horizontal way of a box out of another one; zero if they are apart."""
-    between = (one.pose.translation - other.pose.translation)[:2]
-    shapes = [(g.pose.rotation[:2], half_extents(g.shape)) for g in (one, other)]
-    axes = np.concatenate([rotation[:, :2].T for rotation, _ in shapes])
+    axes = np.concatenate([g.pose.rotation[:, :2].T for g in (one, other)]) * [1.0, 1.0, 0.0]
     axes /= np.linalg.norm(axes, axis=1)[:, None]
-    reaches = sum(np.abs(axes @ rotation) @ half for rotation, half in shapes)
-    along = axes @ between
-    depths = reaches + _BESIDE - np.abs(along)
-    least = int(depths.argmin())
-    way = axes[least] * (depths[least] if along[least] >= 0.0 else -depths[least])
-    return np.array([*way, 0.0]) if depths[least] > 0.0 else np.zeros(3)
+    ways = np.concatenate([axes, -axes])
+    lengths = [reach(other, way) + reach(one, -way) + _BESIDE for way in ways]
+    least = int(np.argmin(lengths))
+    shortest: npt.NDArray[np.float64] = ways[least] * max(0.0, lengths[least])
+    return shortest
 
 
 def _box(width: float, height: float, outline: Outline = None) -> Geom:
@@ -135,7 +132,7 @@ def _box(width: float, height: float, outline: Outline = None) -> Geom:
     """
     least = np.array([-_LEAST_HALF, -width / 2.0, -_ABOVE])
     most = np.array([_LEAST_HALF, width / 2.0, max(height, 0.0)])
-    if outline is not None and _shows_one(outline):
+    if (outline := _of_one(outline)) is not None:
         between_pads = np.array([0.0, width / 2.0])
         least[:2] = np.minimum(outline.min(axis=0)[:2] - _SEEN, -between_pads)
         most[:2] = np.maximum(outline.max(axis=0)[:2] + _SEEN, between_pads)
@@ -144,13 +141,11 @@ def _box(width: float, height: float, outline: Outline = None) -> Geom:
     return Geom(Box((half[0], half[1], half[2])), SE3(np.eye(3), centre), "held")
 
 
-def _shows_one(outline: Outline) -> bool:
-    """Whether what was seen is one object that the hand can hold, not several that touch."""
-    return (
-        outline is not None
-        and bool(np.abs(outline).max() <= _MOST)
-        and _area(outline) <= _MOST_AREA
-    )
+def _of_one(outline: Outline) -> Outline:
+    """What was seen if it is one object that the hand can hold; None if several touch."""
+    if outline is None or np.abs(outline).max() > _MOST or _area(outline) > _MOST_AREA:
+        return None
+    return outline
 
 
 def _area(outline: npt.NDArray[np.float64]) -> float:

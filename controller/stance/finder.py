@@ -13,14 +13,14 @@ from controller.floor.floor_map import FloorMap
 from controller.model import RobotModel
 from controller.stance.free_space import FreeSpace, group_names
 from controller.stance.posture_bank import bank
-from controller.stance.reach import REACHED, out_of_reach
+from controller.stance.reach import REACHED, beyond_reach, out_of_reach, reach_postures
 from controller.stance.search import StanceSearch
 from controller.stance.stance import Stance
 from controller.surroundings import OPEN_FLOOR, Surroundings
 from robots import Geom, RobotDescription
 
 _BESIDE = 0.06  # largest distance to the base of obstacles that are named where it cannot stand [m]
-_FAR = 0.25  # the same for straight motion, which goes as far as it gets [m + rad]
+_FAR = 0.25  # error of a straight motion that is out of reach: it goes as far as it gets [m + rad]
 _UNREACHED = 0.02  # least error of a search that reaches nothing [m + rad]
 _INSIDE = 0.01  # penetration of a hand from which it is inside an obstacle [m] ...
 _INSIDE_STRAIGHT = 0.03  # ... and for straight motion: its shapes reach beyond the finger tips [m]
@@ -37,6 +37,7 @@ class StanceFinder:
         self._models = models
         self._collision = collision
         self._bank = bank(model.description)
+        reach_postures(model.description)  # cached here, not in the first period
         self._surroundings = OPEN_FLOOR
         self.floor = FloorMap((), model.description)  # map of the static obstacles
         self.space: FreeSpace | None = None  # static obstacles in 3D; None on an open floor
@@ -102,7 +103,7 @@ class StanceFinder:
     def why_none(self, search: StanceSearch) -> str:
         """Why a finished search has found no stance; empty if it has found one."""
         if _UNREACHED < search.error < np.inf:
-            return out_of_reach(self._model.description, search.wTe, 0.0)
+            return beyond_reach(search.wTe)
         if search.best is not None:
             return ""
         if search.base_stands and not search.base_gets_there:

@@ -23,7 +23,7 @@ from robots import RobotDescription
 
 REACHED = 0.01  # largest error of a pose that is within reach [m + rad]
 _TRIED = 40  # postures from which inverse kinematics starts
-_EVERY = 4  # one in so many stored postures is enough to start from
+_EVERY = 4  # inverse kinematics starts from every fourth stored posture
 _STEP, _TURN = 0.02, np.deg2rad(10.0)  # of the heights and tilts that are tried instead [m, rad]
 _WAYS = 8  # directions in which a hand is tilted
 _DRAWN = 400  # postures of which the farthest counts
@@ -32,20 +32,24 @@ _OUTWARDS = 0.95  # least cosine between the direction of a tilted hand and that
 
 def reach_error(robot: RobotDescription, wTe: SE3) -> float:
     """Least error of height and tilt with which any posture has the hand at a pose [m + rad]."""
-    model, postures = _tools_of(robot)
+    model, postures = reach_postures(robot)
     return float(refine(model, wTe, postures.q[nearest(postures, wTe, _TRIED)])[1].min())
 
 
 @lru_cache(maxsize=4)
-def _tools_of(robot: RobotDescription) -> tuple[RobotModel, PostureBank]:
+def reach_postures(robot: RobotDescription) -> tuple[RobotModel, PostureBank]:
+    """The model of a robot, and the postures from which inverse kinematics starts."""
     q = stored_postures(robot, every=_EVERY)
     return RobotModel(robot), PostureBank(q, forward_kinematics(robot, q))
 
 
 def out_of_reach(robot: RobotDescription, wTe: SE3, error: float = REACHED) -> str:
     """Why no base pose lets the hand reach a pose with at most this error; empty if one does."""
-    if reach_error(robot, wTe) <= error:
-        return ""
+    return "" if reach_error(robot, wTe) <= error else beyond_reach(wTe)
+
+
+def beyond_reach(wTe: SE3) -> str:
+    """The message about a pose that is out of reach."""
     return f"{wTe.translation[2]:.2f} m up: tilted like this the hand does not get there"
 
 
@@ -88,7 +92,7 @@ def farthest(robot: RobotDescription, height: float, tilt: float) -> float:
     Returns:
         The largest horizontal distance that was found [m]; 0 where there is none.
     """
-    model, postures = _tools_of(robot)
+    model, postures = reach_postures(robot)
     down = SE3(np.diag([1.0, -1.0, -1.0]), np.array([0.0, 0.0, height]))
     most = 0.0
     for wTe in _tilted(down, tilt):

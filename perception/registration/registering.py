@@ -20,7 +20,7 @@ errors are of the place (edges, materials, the map) as much as of chance."""
 _LEAST = 1e-3
 """What points say of a direction, as a share of what was known, that is no rounding error."""
 _JUDGED = 5
-"""One registration in so many is judged by what it shows of the furniture."""
+"""Every fifth registration is judged by what it shows of the furniture."""
 _DEFAULT = MatchSettings()
 
 
