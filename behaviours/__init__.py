@@ -10,6 +10,7 @@ from config import lazy_face
 
 if TYPE_CHECKING:
     from behaviours.core.context import Context
+    from behaviours.core.directions import ApproachWord
     from behaviours.core.errors import LeafCrashedError
     from behaviours.core.leaf import Condition, Leaf
     from behaviours.core.log import Carried, TaskLog
@@ -27,8 +28,9 @@ if TYPE_CHECKING:
         Region,
         ToolPose,
     )
+    from behaviours.core.reachable_directions import region_direction, tilted_if_needed
     from behaviours.detect import Detect
-    from behaviours.grasp import DOUBTFUL, LOOK_HEIGHT, LOOKS, Grasp
+    from behaviours.grasp import DOUBTFUL, Grasp
     from behaviours.leaves import LEAVES
     from behaviours.navigate import Navigate
     from behaviours.open_gripper import OpenGripper
@@ -40,7 +42,8 @@ if TYPE_CHECKING:
     from behaviours.sensing.furniture import map_surfaces
     from behaviours.sensing.localisation import SENSORS, Localiser
     from behaviours.sensing.vision import Vision
-    from behaviours.views.viewpoint import straight_down
+    from behaviours.views.grasp_target import LOOK_HEIGHT, LOOKS
+    from behaviours.views.viewpoint import looking_along, straight_down
     from perception import DetectedObject, DetectedObjects
 else:
     __getattr__ = lazy_face(__name__)

@@ -58,6 +58,7 @@ class Detect(Leaf):
         self._list, self._count = list, count
         self._choice = Choice.of(choose, kind, colour, min_width_mm, max_width_mm)
         self._detection = ObjectDetection(context, region, self._choice)
+        context.direction(region)  # in which what it finds is come to
         self._patience = patience_s
 
     def initialise(self) -> None:

@@ -8,19 +8,25 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours.core.context import Context
+from behaviours.core.directions import ApproachWord
 from behaviours.core.leaf import Leaf
-from behaviours.core.motion import Approach, Progress, Rise, over_grasp, sinking_speed
-from behaviours.core.parameter_types import Distance, Force, Millimetres, Region, Timeout, ToolPose
+from behaviours.core.motion import Approach, Progress, Rise, closing_in_speed, over_grasp
+from behaviours.core.parameter_types import (
+    Distance,
+    Force,
+    Millimetres,
+    Region,
+    Tilt,
+    Timeout,
+    ToolPose,
+)
 from behaviours.core.validation import validate_grasp
-from behaviours.views.grasp_target import GraspTarget
+from behaviours.views.grasp_target import GraspTarget, OtherViews, ways_into
 from behaviours.views.objects import Choice, Choose
 from behaviours.views.surface import floor_error
-from behaviours.views.viewpoint import MoveCamera, camera_pose, straight_down
 from controller import Array, PoseGoal, StepReport
 from perception import ColourName, DetectedObject, GraspEstimate
 
-LOOKS = 2  # attempts look again from above this often, where no grasp, or a doubtful one, is seen
-LOOK_HEIGHT = 0.4  # of the camera then [m]
 DOUBTFUL = 0.1  # grasp quality below which it looks again
 _STANDOFF = 0.12  # height over the grasp at which the hand waits for the lock [m]
 _ABOVE_POSITION, _ABOVE_ANGLE = 0.009, radians(3.0)  # errors there from which it goes down [m, rad]
@@ -38,7 +44,7 @@ class Grasp(Leaf):
 
     It may be chosen by size, place, width and colour, among those that the camera sees when it
     begins; else it has the best grasp. Where no grasp, or only a doubtful one, is seen, the camera
-    looks again from straight above. A steadily moving object is gripped where it will be.
+    looks again, a tilted one from the sides, too. What moves steadily is gripped where it will be.
 
     Ends when the fingers have closed; `retreat_check` checks what they hold. Fails when no grasp is
     seen, frames come too late, the hand does not get there, the base was relocalised on the way
@@ -55,6 +61,9 @@ class Grasp(Leaf):
         max_width_mm: only those whose shorter edge is at most this [mm].
         neighbour: take something that stands beside what is chosen instead of it, so that there is
             room for the hand.
+        approach: how the hand comes: straight `down`, `tilted` by 15 to 75 degrees, `level` (75 or
+            more), or `auto`, by the least tilt that reaches all of the region.
+        least_tilt_deg: at least this tilt from straight down [deg], as to set down under a board.
         lock_distance_m: nearer than this to the camera the goal no longer moves [m].
         force_n: force of the fingers [N].
         next_goal: where the task goes next; once the grasp is locked, the base sets out for it.
@@ -80,6 +89,8 @@ class Grasp(Leaf):
         min_width_mm: Millimetres | None = None,
         max_width_mm: Millimetres | None = None,
         neighbour: bool = False,
+        approach: ApproachWord = "auto",
+        least_tilt_deg: Tilt = 0.0,
         lock_distance_m: Distance = 0.25,
         force_n: Force = 20.0,
         next_goal: ToolPose | None = None,
@@ -89,7 +100,8 @@ class Grasp(Leaf):
         super().__init__(name, context)
         self._within = within
         choice = Choice.of(choose, kind, colour, min_width_mm, max_width_mm)
-        self._target_object = GraspTarget(context, within, choice, neighbour=neighbour)
+        self._sought = GraspTarget(context, within, choice, neighbour=neighbour)
+        self._ways = ways_into(context, within, approach, radians(least_tilt_deg))
         self._lock_distance, self._force = lock_distance_m, force_n
         self._next = next_goal
         self._placed_before = -1
@@ -110,12 +122,12 @@ class Grasp(Leaf):
         self._next_now, self._placed_before = self._next if is_first else None, placed
         self._step = self._follow
         self._came_nearer = False
-        self._looks = 0
-        self._target_object.begin()
+        self._sought.begin()
         self._go_after(_NOWHERE)
-        follows = self.context.follows_goals
-        self.context.vision.tracker.lock_distance = self._lock_distance if follows else inf
-        self.context.vision.reset()
+        ways, vision = self._ways, self.context.vision
+        self._views = OtherViews(self, self._sought, self._within, ways, self._timeout)
+        vision.tracker.lock_distance = self._lock_distance if self.context.follows_goals else inf
+        vision.reset(self._views.wRa)
 
     def update(self) -> Status:
         """One tick of the phase that the grasp is in."""
@@ -139,19 +151,17 @@ class Grasp(Leaf):
         read = self.context.state.stamp  # frames have the session's time, which a pause adds to
         if self.context.relocalised:  # what was seen before is not where it was
             vision.relocalise(read)
-            self._target_object.begin(read)
-        grasp = self._target_object.track(read)
+            self._sought.begin(read)
+        grasp = self._sought.track(read)
         if grasp is None:
+            if self._views.begin_if_lost(self._target):
+                return self._look()
             if now - self._seen > self._patience:
                 if vision.detection is not None and vision.detection.grasps:
                     vision.tracker.forget()  # every grasp in sight failed once: try them again
-                if self._looks_again(
-                    None if vision.is_blind(read) else self._target_object.centre()
-                ):
+                if self._views.begin():
                     return self._look()
-                reason = (
-                    vision.blindness(read) or self._target_object.reason or vision.tracker.reason
-                )
+                reason = vision.blindness(read) or self._sought.reason or vision.tracker.reason
                 return self.failure(f"no grasp for {self._patience:g} s: {reason}")
             return self.running("looking for a grasp")
         self._seen = now
@@ -183,7 +193,7 @@ class Grasp(Leaf):
         is_above = report.position_error <= _ABOVE_POSITION
         if not is_above or report.orientation_error > _ABOVE_ANGLE:
             return self.running(f"locked, {report.position_error:.3f} m to go")
-        if grasp.quality < DOUBTFUL and self._looks_again(grasp.wTg.translation):
+        if grasp.quality < DOUBTFUL and self._views.begin(grasp.wTg.translation):
             return self._look()
         self.grip(grasp.opening, self._force)
         self.context.log.floor_error = floor_error(vision.frame, wTg.translation, self._within)
@@ -192,26 +202,17 @@ class Grasp(Leaf):
         self._step = self._descend
         return self._descend()
 
-    def _looks_again(self, point: Array | None) -> bool:
-        """Start to look at a point (3,) in the world [m] from above; whether that is possible."""
-        if point is None or self._looks == LOOKS:
-            return False
-        self._looks += 1
-        wTc = straight_down(point, LOOK_HEIGHT, like=camera_pose(self.context))
-        self._view = MoveCamera(self, lambda: wTc, "another view", self._timeout)
-        self._step = self._look
-        return True
-
     def _look(self) -> Status:
-        """Move the camera above the point, as far as it gets."""
-        if self._view.tick() is Status.RUNNING:
+        """Move the camera to another view, as far as it gets."""
+        self._step = self._look
+        if self._views.tick() is Status.RUNNING:
             return Status.RUNNING
         self._look_anew()
         return self._follow()
 
     def _look_anew(self) -> None:
         """Track what is seen from here."""
-        self.context.vision.reset()
+        self.context.vision.reset(self._views.wRa)
         self._seen = self.context.clock.now()
         self._go_after(_NOWHERE)
         self._step = self._follow
@@ -249,7 +250,7 @@ class Grasp(Leaf):
         if self.context.relocalised:
             return self._give_up(self.context.relocalised)
         report = self._go_down()
-        if report is None or not report.arrived or sinking_speed(self.context) > _CLOSING_SPEED:
+        if report is None or not report.arrived or closing_in_speed(self.context) > _CLOSING_SPEED:
             if report is not None and self._progress.is_stuck(report):
                 self.context.vision.reject()
                 short = f"stopped {report.position_error:.3f} m before the grasp"

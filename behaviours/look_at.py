@@ -8,9 +8,16 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours.core.context import Context
+from behaviours.core.directions import DOWN
 from behaviours.core.leaf import Leaf
 from behaviours.core.parameter_types import Distance, Region, Timeout, ToolPose
-from behaviours.views.viewpoint import CAMERA_PATIENCE, MoveCamera, camera_pose, turned_towards
+from behaviours.views.viewpoint import (
+    CAMERA_PATIENCE,
+    MoveCamera,
+    camera_pose,
+    looking_along,
+    turned_towards,
+)
 from perception import DetectedObject
 
 
@@ -41,16 +48,19 @@ class LookAt(Leaf):
     ) -> None:
         super().__init__(name, context)
         self._at, self._distance, self._timeout = at, distance_m, timeout_s
+        self._way_in = context.direction(at) if isinstance(at, Region) else DOWN
 
     def initialise(self) -> None:
         """Start from the camera's present pose."""
         point = _centre(self._at)
+        now, is_far = camera_pose(self.context), self._distance is not None
         wTc = turned_towards(
-            camera_pose(self.context),
-            point,
-            self._distance,
-            from_above=self._distance is not None and not isinstance(self._at, ToolPose),
+            now, point, self._distance, from_above=is_far and not isinstance(self._at, ToolPose)
         )
+        if self._distance is not None and not isinstance(self._at, ToolPose):
+            direction = self.context.direction_now(self._at, self._way_in)
+            if not direction.is_straight:
+                wTc = looking_along(direction, point, self._distance, like=now)
 
         def view() -> SE3:  # places of the task move in the world as it is corrected
             return SE3(wTc.rotation, wTc.translation + _centre(self._at) - point)

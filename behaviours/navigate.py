@@ -8,11 +8,11 @@ from behaviours.core.context import Context
 from behaviours.core.leaf import Leaf
 from behaviours.core.motion import METRES_PER_RADIAN, Approach, BackOff
 from behaviours.core.parameter_types import BasePose, Bounds, Speed, Timeout, ToolPose
-from behaviours.views.viewpoint import camera_pose, hand_for, straight_down
+from behaviours.views.viewpoint import camera_pose, hand_for, looking_along
 from controller import BaseGoal, MotionGoal, PoseGoal
 from perception import DetectedObject
 
-_OVER_OBJECT = 0.4  # height of the camera over a detected object [m]
+_OVER_OBJECT = 0.4  # distance of the camera from a detected object [m]
 
 
 class Navigate(Leaf):
@@ -23,10 +23,12 @@ class Navigate(Leaf):
 
     Args:
         to: a pose of the task file; a tool pose moves base and arm as one, a base pose the base.
-            Or an object that `detect` found: the camera gets over it, and looks straight down.
+            Or an object that `detect` found: the camera gets over it, and looks down on it as the
+            hand comes to its region.
         speed_m_s: largest speed of the end effector [m/s].
         within_m: a tool this near to its pose is there, and what follows begins on the move [m]; it
-            may then be turned by as much as swings a hand's length that far.
+            may then be turned by as much as swings a hand's length that far. From 5 cm on, a hand
+            that looks down is tilted as far as it must be for a stance to reach its pose.
         next_goal: where the task goes next; the base stands so that it is soon on its way there.
         timeout_s: give up after this [s].
     """
@@ -46,7 +48,7 @@ class Navigate(Leaf):
         timeout_s: Timeout = 60.0,
     ) -> None:
         super().__init__(name, context)
-        self._to = to
+        self._to = context.reached(to, within_m) if isinstance(to, ToolPose) else to
         self._next = next_goal
         self._timeout = timeout_s
         self._speed, self._within = speed_m_s, within_m
@@ -54,6 +56,8 @@ class Navigate(Leaf):
     def initialise(self) -> None:
         """Start anew."""
         self._like = camera_pose(self.context)
+        if isinstance(self._to, DetectedObject):
+            self._direction = self.context.direction_now(self._to)
         self._approach = Approach(self, self._goal, self._to.name, self._timeout)
         self._back_off: BackOff | None = None
         self._has_backed_off = False
@@ -79,7 +83,7 @@ class Navigate(Leaf):
         if isinstance(to, ToolPose):
             wTe = to.wTe
         else:
-            over = straight_down(to.position, _OVER_OBJECT, like=self._like)
+            over = looking_along(self._direction, to.position, _OVER_OBJECT, like=self._like)
             wTe = hand_for(self.context, over)
         return PoseGoal(
             wTe=wTe,

@@ -8,14 +8,16 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours.core.context import Context
+from behaviours.core.directions import upright, way_out
 from behaviours.core.held_object import reach_on_surface
 from behaviours.core.leaf import Leaf
 from behaviours.core.motion import Progress
 from behaviours.core.parameter_types import Pitch, Region
+from behaviours.core.reachable_directions import room_above
 from behaviours.places import Places
 from behaviours.release import TILT, Release, Spot, reach_down, release_height
 from behaviours.views.surface import Edge, Shows, SurfaceWatch
-from behaviours.views.viewpoint import CAMERA_PATIENCE, looking_down
+from behaviours.views.viewpoint import CAMERA_PATIENCE, out_of_view
 from controller import Array, PoseGoal, StepReport
 from hw import FaultKind, TaskTime
 
@@ -23,12 +25,12 @@ _MOST_RELOCALISATIONS = 3  # after which the hand goes back over the place
 _MOST_UNSEEN = 1  # places that are skipped as they are not seen
 _MOST_STUCK = 1  # places that are skipped as the hand does not get there
 _ABOVE, _LEAST_ABOVE = 0.12, 0.06  # height over the place, and where that is out of reach [m]
+_BOARD, _BARELY = 0.5, np.array([0.0, 0.0, 0.03])  # below what is so near, it comes in so high [m]
 _APPROACH_SPEED, _APPROACH_TOLERANCE = 0.6, 0.015  # [m/s, m]
 _LOWER_SPEED, _LOWER_TOLERANCE = 0.25, 0.007  # [m/s, m]
 _RADIUS = 0.06  # of the disc around the place that has to be free [m] ...
 _PITCH_SHARE = 0.45  # ... and most of the distance between places, by which one is moved, too
 _OFF_EDGE = 0.005  # by which a place that is too near to an edge is moved farther [m]
-_ASIDE = 0.18  # how far the hand moves to let the camera see the place [m]
 
 
 class Place(Leaf):
@@ -36,13 +38,12 @@ class Place(Leaf):
 
     The camera has to see nearly all of the floor at the place before the hand is lowered. A place
     at a seen edge is moved off it, and passed over if that is too far; so is one on which something
-    stands, or that is not seen. Rows far from the base are filled first, on what is higher than the
-    shoulder near ones. The hand stops as high above the floor as it was above what the object stood
-    on when it was grasped, as the camera saw both where the map is wrong, and a little higher, so
-    that neither object nor finger tips touch it. A place at which lowering failed is not tried
-    again, one that was not seen only after the others. Fails when nothing is held, no place is
-    free, there is no surface at the place, it is not seen, the hand does not get there, the fingers
-    do not open, or the robot has a fault.
+    stands, or that is not seen. Rows far from the base are filled first, near ones if a hand that
+    points down works above the shoulder. What a tilted hand gripped is set down with that tilt;
+    below a board the base carries it in. The hand stops as high above the floor as it was above
+    what the object stood on, by the camera where the map is wrong, and a little higher. A place at
+    which lowering failed is not tried again, one that was not seen only after the others. Fails
+    when nothing is held, no place is free, seen or reached, the fingers do not open, or on a fault.
 
     Args:
         on: region of the task file whose floor is the surface to place on.
@@ -54,12 +55,13 @@ class Place(Leaf):
 
     def __init__(self, name: str, context: Context, *, on: Region, pitch_m: Pitch = 0.2) -> None:
         super().__init__(name, context)
-        self._on = on
+        self._on, self._way_in = on, context.direction(on)
         robot = context.robot.description
-        self._is_high = bool(on.floor > (robot.bTa * robot.arm.joints[0]).translation[2])
-        """Whether the surface is above the shoulder, where the arm depends on its stance."""
-        self._goes_straight = not self._is_high
-        """Whether the hand goes over the place straight, until it gets stuck."""
+        shoulder = float((robot.bTa * robot.arm.joints[0]).translation[2])
+        self._is_high = self._way_in.is_straight and on.floor > shoulder
+        """Whether the arm depends on its stance: straight down on what is above the shoulder."""
+        self._is_below = room_above(on, context.fixtures) < _BOARD
+        self._goes_straight = not (self._is_high or self._is_below)  # until it gets stuck
         self._places = Places(context, on, pitch_m, far_first=not self._is_high)
         self._most_moved = _PITCH_SHARE * min(pitch_m, *on.size[:2])
         self._radius = min(_RADIUS, self._most_moved)
@@ -72,12 +74,13 @@ class Place(Leaf):
         return "lower" if self._step == self._lower else "approach"
 
     def initialise(self) -> None:
-        """Choose the place; the hand keeps its turn about the vertical."""
+        """Choose the place."""
         self._step = self._begin
         self._progress = Progress(self.context)
         self._relocalised = self._unseen = self._stuck = 0
         self._places.begin()
-        self._rotation = looking_down(self.context.wTe.rotation[:, 0])
+        now, way_in = self.context.wTe.rotation, self._way_in.turned(self._on.wTm)
+        self._rotation = upright(self.context.log.last_grasp, now, way_in)
         self._choose()
 
     def update(self) -> Status:
@@ -113,7 +116,8 @@ class Place(Leaf):
     @property
     def _above(self) -> SE3:
         """Where the hand comes from and goes back to."""
-        return SE3(self._rotation, self._down.translation + np.array([0.0, 0.0, self._up]))
+        out = _BARELY if self._is_below else self._up * way_out(self._rotation)
+        return SE3(self._rotation, self._down.translation + out)
 
     def _begin(self) -> Status:
         """Set out, if there is an object and a place for it."""
@@ -138,9 +142,7 @@ class Place(Leaf):
                 return self._pass_over()
         if look.shows is Shows.LOWER:
             return f"no surface at {self._place}: it is {-look.height:.2f} m lower"
-        if look.shows is Shows.HIGHER:
-            return self._pass_over()
-        return None
+        return self._pass_over() if look.shows is Shows.HIGHER else None
 
     def _too_near(self, edge: Edge) -> float:
         """How much nearer to an edge the place is than the held object may be [m]."""
@@ -212,9 +214,7 @@ class Place(Leaf):
             if reason or self._unseen > _MOST_UNSEEN or self._pass_over():
                 return self.failure(reason or f"{here} is not seen")
             return self.running(f"{here} is not seen, going to {self._place}")
-        camera = context.robot.description.camera.eTc.translation[:2]
-        back = -_ASIDE * camera / max(float(np.linalg.norm(camera)), 1e-6)
-        aside = self._above * SE3(np.eye(3), np.array([*back, 0.0]))
+        aside = out_of_view(self._above, context.robot.description.camera.eTc)
         goal = PoseGoal(wTe=aside, speed=_APPROACH_SPEED, straight=True)
         self.pursue(goal, "looking at the place")
         return self.running("looking at the place")

@@ -17,6 +17,7 @@ from controller import PostureGoal
 
 _FOLDED = 0.05  # an arm that is nearer to the posture need not rise first [rad]
 _MOST_BACK_OFFS = 2
+_REST = 0.5  # of an arm that folds: what is in its way stays there [s]
 
 
 class Recover(Leaf):
@@ -62,7 +63,7 @@ class Recover(Leaf):
         self._ways: list[Callable[[], BackOff | Rise]] = []
         if self._arm is not None and not self._folded(self._arm):
             self._ways.append(partial(Rise, self, self._height))
-        self._progress = Progress(self.context)
+        self._progress = Progress(self.context, rest=_REST)
 
     def update(self) -> Status:
         """One tick."""
@@ -82,7 +83,7 @@ class Recover(Leaf):
         if self._way is not None:
             doing = "rising" if isinstance(self._way, Rise) else "backing off"
             if self._way.tick():
-                self._way, self._progress = None, Progress(context)
+                self._way, self._progress = None, Progress(context, rest=_REST)
             return self.running(doing)
         if self._arm is None:
             return self.success(f"cleared {self._faults} faults" if self._faults else "healthy")

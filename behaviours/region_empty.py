@@ -7,7 +7,7 @@ from py_trees.common import Status
 from behaviours.core.context import Context
 from behaviours.core.leaf import Leaf
 from behaviours.core.parameter_types import Area, Count, Region, Timeout
-from behaviours.views.survey import Survey
+from behaviours.views.survey import Survey, view_directions
 
 
 class RegionEmpty(Leaf):
@@ -40,6 +40,7 @@ class RegionEmpty(Leaf):
     ) -> None:
         super().__init__(name, context)
         self._region = region
+        self._directions = view_directions(context, region)
         self._smallest = 1e-4 * smallest_cm2
         self._frames, self._patience = frames, patience_s
 
@@ -51,6 +52,7 @@ class RegionEmpty(Leaf):
             frames=self._frames,
             patience=self._patience,
             smallest=self._smallest,
+            directions=self._directions,
             from_here=True,
         )
 

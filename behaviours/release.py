@@ -10,6 +10,7 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours.core.context import Context
+from behaviours.core.directions import way_out
 from behaviours.core.leaf import Leaf
 from behaviours.core.motion import BackOff, Progress
 from behaviours.core.placed_object import PlacedObjectWatch, Verdict
@@ -86,15 +87,15 @@ class Release:
         self._back_off: BackOff | None = None
         self._looking_since: TaskTime | None = None
         self._step = self._open
-        high = np.array([0.0, 0.0, up + _LOOK_ABOVE])
+        self._out = way_out(goal.wTe.rotation)
+        high = goal.wTe.translation + (up + _LOOK_ABOVE) * self._out
         self._rising = replace(
             goal,
-            wTe=SE3(goal.wTe.rotation, goal.wTe.translation + high),
+            wTe=SE3(goal.wTe.rotation, high),
             speed=_RISE_SPEED,
             hand_may_touch=True,
         )
-        lower = self._rising.wTe.translation - np.array([0.0, 0.0, _DOWN])
-        self._lower = replace(self._rising, wTe=SE3(goal.wTe.rotation, lower))
+        self._lower = replace(self._rising, wTe=SE3(goal.wTe.rotation, high - _DOWN * self._out))
         # What is gripped by its rim or handle has a part outside the fingers.
         room = context.log.grip_opening
         enough = None if room is None else max(room, self._width + _LEAST_OPENING)
@@ -132,7 +133,7 @@ class Release:
     def _rise(self) -> Status:
         """Up, and further up until the verdict is known, or the hand can rise no more."""
         leaf = self._leaf
-        risen = float(leaf.context.wTe.translation[2] - self._goal.wTe.translation[2])
+        risen = float((leaf.context.wTe.translation - self._goal.wTe.translation) @ self._out)
         is_up = risen >= self._up - min(_RISE_TOLERANCE, self._up / 3.0)
         grip, opening = leaf.context.log.grip, leaf.context.robot.description.gripper.opening
         if risen >= _CLEAR and grip is not None and grip.target < opening:

@@ -6,7 +6,7 @@ from py_trees.common import Status
 
 from behaviours.core.context import Context
 from behaviours.core.leaf import FINGER_PATIENCE, Leaf
-from behaviours.core.motion import Progress, straight_up
+from behaviours.core.motion import Progress, straight_out
 from behaviours.core.parameter_types import Lift, ToolPose
 from hw import TaskTime
 
@@ -14,7 +14,7 @@ _SPEED = 0.5  # of the rising hand [m/s]
 
 
 class RetreatCheck(Leaf):
-    """Rise, and check on the way that the hand holds something.
+    """Rise, or go back the way the hand came, and check on the way that it holds something.
 
     It holds something if the fingers have moved since they were told to close, and stopped between
     closed and as far apart as they were before. Fails otherwise and when the arm has a fault
@@ -23,7 +23,7 @@ class RetreatCheck(Leaf):
     there are others.
 
     Args:
-        rise_m: how far to lift the hand [m].
+        rise_m: how far the hand goes [m].
         next_goal: where the task goes next; the base sets out for it meanwhile.
     """
 
@@ -38,7 +38,9 @@ class RetreatCheck(Leaf):
 
     def initialise(self) -> None:
         """Rise from wherever the hand is now."""
-        self._goal = straight_up(self.context, self._rise, _SPEED, getattr(self._next, "wTe", None))
+        self._goal = straight_out(
+            self.context, self._rise, _SPEED, getattr(self._next, "wTe", None)
+        )
         self._progress = Progress(self.context, straight=True)
         self._up_since: TaskTime | None = None
 

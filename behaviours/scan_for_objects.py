@@ -7,7 +7,7 @@ from py_trees.common import Status
 from behaviours.core.context import Context
 from behaviours.core.leaf import Leaf
 from behaviours.core.parameter_types import Area, Count, Distance, Key, Region, Timeout
-from behaviours.views.survey import Survey
+from behaviours.views.survey import Survey, view_directions
 
 
 class ScanForObjects(Leaf):
@@ -43,6 +43,7 @@ class ScanForObjects(Leaf):
     ) -> None:
         super().__init__(name, context)
         self._region, self._count, self._height, self._frames = region, count, height_m, frames
+        self._directions = view_directions(context, region, height_m)
         self._smallest = 1e-4 * smallest_cm2
         self._timeout = timeout_s
 
@@ -53,6 +54,7 @@ class ScanForObjects(Leaf):
             self._region,
             frames=self._frames,
             smallest=self._smallest,
+            directions=self._directions,
             from_here=False,
             height=self._height,
             timeout=self._timeout,

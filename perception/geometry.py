@@ -9,6 +9,10 @@ from pinocchio import SE3
 from perception.frame import Array, FloatArray, Frame, Image
 from robots import Intrinsics
 
+CAMERA_UP = 0.17
+"""Where one side of a tilted hand is higher than this share of their distance, it has the camera.
+"""
+
 
 def world_points(depth: Image, intrinsics: Intrinsics, wTc: SE3, u: Array, v: Array) -> Array:
     """(..., 3) world points of pixels [m]; NaN where the depth is.
@@ -83,13 +87,20 @@ def closing_direction(
     return np.arctan2(line[:, 1], line[:, 0])
 
 
-def grasp_pose(x: float, y: float, z: float, direction: float, wTc: SE3) -> SE3:
+def grasp_pose(
+    x: float, y: float, z: float, direction: float, wTc: SE3, up: Array | None = None
+) -> SE3:
     """WTg of a grasp from straight above, turned by half a turn if that turns the camera less.
 
-    `direction` is the closing direction, from x towards y of the world [rad].
+    `direction` is the closing direction, from x towards y of the world [rad]. Of a tilted grasp all
+    is in a; its camera shall be above the hand, if `up` (3,) tells so: the world's vertical in a,
+    or its opposite for a camera at -x of the hand.
     """
     x_closing, y_closing = np.cos(direction), np.sin(direction)
-    if x_closing * wTc.rotation[0, 0] + y_closing * wTc.rotation[1, 0] < 0.0:
+    better = x_closing * wTc.rotation[0, 0] + y_closing * wTc.rotation[1, 0]
+    if up is not None and abs(upwards := x_closing * up[1] - y_closing * up[0]) > CAMERA_UP:
+        better = upwards
+    if better < 0.0:
         x_closing, y_closing = -x_closing, -y_closing
     rotation = np.array(
         [[-y_closing, x_closing, 0.0], [x_closing, y_closing, 0.0], [0.0, 0.0, -1.0]]

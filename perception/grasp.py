@@ -25,10 +25,12 @@ class GraspEstimate:
     opening: float  # distance between the pads at which the fingers touch nothing [m]
     whole: bool = True  # whether the image shows all of the object, and so its middle
     depth: float = 0.0  # of the grasp centre below the surface [m]
-    lever: float = 0.0  # horizontal distance from the middle of the object [m]
-    volume: float = 0.0  # of the object, below its upper surface [m^3]
+    lever: float = 0.0  # distance from the middle of the object, across the approach [m]
+    volume: float = 0.0  # of the object, behind the surface that the hand meets [m^3]
     middle: tuple[float, float] | None = None
-    """x, y of the middle of the object in the world [m]; None if the image does not show it all."""
+    """x, y of the middle of the object in the world [m]; None if the image does not show it all,
+    and of a grasp that is not from straight above: only so are objects followed that move.
+    """
     outline: npt.NDArray[np.float64] | None = None
     """(K, 3) corners in g, at z = 0, of the convex hull of the object and of what touches it [m];
     None if the image does not show it all.

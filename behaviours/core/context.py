@@ -10,11 +10,13 @@ import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
 
+from behaviours.core.directions import DOWN, ApproachWord, Direction
 from behaviours.core.fault_memory import FaultMemory
 from behaviours.core.held_object import HeldObject, SetDownObjects
 from behaviours.core.log import TaskLog
-from behaviours.core.parameter_types import Key, MapPlace
+from behaviours.core.parameter_types import Key, MapPlace, Region, ToolPose
 from behaviours.core.placed_object import PlacedObjectWatch
+from behaviours.core.reachable_directions import region_direction, sideways, tilted_if_needed
 from behaviours.sensing.depth_obstacles import NO_POINTS, DepthObstacles
 from behaviours.sensing.laser_obstacles import LaserObstacles
 from behaviours.sensing.localisation import Localiser
@@ -31,6 +33,7 @@ from controller import (
     Surroundings,
 )
 from hw import Robot, RobotState, TaskClock
+from perception import DetectedObject
 from robots import Geom
 
 _DISTANCE, _TURN = 0.03, radians(2.0)  # a larger difference is a jump [m, rad] ...
@@ -144,12 +147,42 @@ class Context:
         self._laser_obstacles = LaserObstacles()
         self._seen: tuple[PointCloud, Array, PointCloud] = NO_POINTS, np.zeros((0, 3)), NO_POINTS
         self._places: dict[int, tuple[MapPlace, MapPlace]] = {}
+        self._regions: list[tuple[Region, Direction]] = []
 
     def on_map(self, place: MapPlace) -> MapPlace:
         """A pose or region of the task where the map is; the same object for the same one."""
         if id(place) not in self._places:
             self._places[id(place)] = place, replace(place, frame=self.localisation)
         return self._places[id(place)][1]
+
+    def direction(
+        self, region: Region, word: ApproachWord = "auto", least_tilt: float = 0.0
+    ) -> Direction:
+        """On the map, see `region_direction`; straight down if the hand gets there in none.
+
+        It may take seconds: leaves ask when they are made.
+        """
+        robot = self.robot.description
+        found = region_direction(robot, self.fixtures, region, word, least_tilt) or DOWN
+        self._regions.append((region, found))
+        return found
+
+    def sideways(self, region: Region, direction: Direction) -> tuple[Direction, ...]:
+        """See `directions.sideways`; leaves ask when they are made."""
+        return sideways(self.robot.description, self.fixtures, region, direction)
+
+    def direction_now(self, to: Region | DetectedObject, on_map: Direction = DOWN) -> Direction:
+        """In the world: one on the map for a region, or for an object that of its region."""
+        if isinstance(to, Region):
+            return on_map.turned(to.wTm)
+        for region, direction in self._regions:
+            if region.contains(to.position[None])[0]:
+                return direction.turned(region.wTm)
+        return DOWN
+
+    def reached(self, pose: ToolPose, within: float) -> ToolPose:
+        """The pose, tilted where no stance reaches it as it is; see `tilted_if_needed`."""
+        return tilted_if_needed(self.robot.description, self.fixtures, pose, within)
 
     @property
     def surroundings(self) -> Surroundings:

@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 from pinocchio import SE3
 
+from behaviours.core.directions import STRAIGHT, tilt_of
 from behaviours.core.log import Carried, TaskLog
 from robots import Box, Geom, half_extents, reach
 
@@ -15,6 +16,8 @@ _MOST = 0.16  # what was seen to reach farther than this touches something else 
 _MOST_AREA = 0.007  # ... and so does what covers more than this, seen from above [m^2]
 _SEEN = 0.01  # error of what was seen: the object may turn as it is gripped [m]
 _ABOVE = 0.02  # and above the grasp centre [m]
+_UNSEEN_HALF, _UNSEEN_ABOVE = 0.05, 0.08  # of what a tilted hand holds and did not see whole [m]
+_STRAIGHT_DOWN = np.diag([1.0, -1.0, -1.0])
 _RESOLUTION = 0.005  # widths that differ by less are the same shape [m]
 _MOST_HALF = 0.08  # assumed of an object once it is set down: more hides the next place [m]
 _BESIDE = 0.005  # room between what is set down and what stands there [m]
@@ -48,7 +51,9 @@ class HeldObject:
         of = (carried, carried.attempts, round(width / _RESOLUTION) * _RESOLUTION)
         if of != self._of:
             log = self._log
-            self._of, self._shape = of, (_box(width, log.grip_height, log.grip_outline),)
+            wRe = _STRAIGHT_DOWN if log.last_grasp is None else log.last_grasp.rotation
+            held = _box(width, log.grip_height, wRe, log.grip_outline)
+            self._of, self._shape = of, (held,)
         return self._shape
 
 
@@ -74,8 +79,8 @@ class SetDownObjects:
             outline: (K, 3) in e [m], see `TaskLog.grip_outline`; None if it was not seen.
         """
         # No wider than it was gripped: what was seen with something else hides places beside it.
-        narrow = _shortened(_box(width, height))
-        seen = narrow if _of_one(outline) is None else _box(width, height, outline)
+        narrow = _shortened(_box(width, height, mTe.rotation))
+        seen = narrow if _of_one(outline) is None else _box(width, height, mTe.rotation, outline)
         self.shapes += (narrow.moved(mTe),)
         self.extents += (seen.moved(mTe),)
 
@@ -124,12 +129,16 @@ def _apart(one: Geom, other: Geom) -> npt.NDArray[np.float64]:
     return shortest
 
 
-def _box(width: float, height: float, outline: Outline = None) -> Geom:
+def _box(
+    width: float, height: float, wRe: npt.NDArray[np.float64], outline: Outline = None
+) -> Geom:
     """From above the grasp centre down to the surface that the object stood on.
 
     As wide as it was seen to be from above, if that is one object; else a bar as wide as the
-    fingers are apart.
+    fingers are apart. `wRe` is how the hand was turned.
     """
+    if tilt_of(wRe) >= STRAIGHT:
+        return _upright_box(height, wRe, _of_one(outline))
     least = np.array([-_LEAST_HALF, -width / 2.0, -_ABOVE])
     most = np.array([_LEAST_HALF, width / 2.0, max(height, 0.0)])
     if (outline := _of_one(outline)) is not None:
@@ -139,6 +148,20 @@ def _box(width: float, height: float, outline: Outline = None) -> Geom:
     half = (most - least) / 2.0
     centre = (most + least) / 2.0
     return Geom(Box((half[0], half[1], half[2])), SE3(np.eye(3), centre), "held")
+
+
+def _upright_box(height: float, wRe: npt.NDArray[np.float64], outline: Outline) -> Geom:
+    """What a tilted hand holds: as deep as it is wide, since it was seen from one side alone."""
+    down, approach = -wRe[2], np.array([0.0, 0.0, 1.0])
+    side = np.cross(down, approach)
+    side /= np.linalg.norm(side)
+    half, above = _UNSEEN_HALF, _UNSEEN_ABOVE
+    if outline is not None:
+        half = float(np.abs(outline @ side).max()) + _SEEN
+        above = float((outline @ -down).max()) / max(float(np.hypot(*down[:2])), 0.5) + _SEEN
+    centre = 0.5 * (height - above) * down
+    axes = np.column_stack([np.cross(side, down), side, down])
+    return Geom(Box((half, half, 0.5 * (height + above))), SE3(axes, centre), "held")
 
 
 def _of_one(outline: Outline) -> Outline:

@@ -5,10 +5,11 @@ from dataclasses import replace
 from math import degrees, hypot, inf
 
 import numpy as np
-from pinocchio import SE3
+from pinocchio import SE3, exp6
 from py_trees.common import Status
 
 from behaviours.core.context import Context
+from behaviours.core.directions import way_out
 from behaviours.core.leaf import Leaf
 from controller import Array, BaseGoal, MotionGoal, PoseGoal, PostureGoal, StepReport
 
@@ -35,18 +36,22 @@ class Progress:
     """Detects that a motion makes no progress.
 
     A motion makes progress while hand, base or arm come nearer to their references than ever
-    before. Without progress it is stuck once the robot has stood still for 2.5 s, or has moved for
+    before. Without progress it is stuck once the robot has stood still for `rest`, or has moved for
     12 s (2 s on a straight path, which has no detour). Only time between two calls counts, and
     not while the robot waits for a moving obstacle. An unreachable goal is stuck at once.
 
     Args:
         context: shared by the leaves.
         straight: whether the goal is approached on a straight line.
+        rest: how long the robot may stand still [s].
     """
 
-    def __init__(self, context: Context, *, straight: bool = False) -> None:
+    def __init__(
+        self, context: Context, *, straight: bool = False, rest: float = _PATIENCE
+    ) -> None:
         self._context = context
         self._patience = _STRAIGHT_PATIENCE if straight else _DETOUR_PATIENCE
+        self._rest = rest
         self._best = np.full(3, np.inf)
         self._last = context.clock.now()
         self._without = self._at_rest = 0.0
@@ -70,7 +75,7 @@ class Progress:
         if (remaining < self._best - _STEP).any():
             self._best = np.minimum(remaining, self._best)
             self._without = self._at_rest = 0.0
-        return self._at_rest > _PATIENCE or self._without > self._patience
+        return self._at_rest > self._rest or self._without > self._patience
 
     @property
     def _moves(self) -> bool:
@@ -164,20 +169,20 @@ class BackOff:
         return report is not None and (report.arrived or self._progress.is_stuck(report))
 
 
-def straight_up(
-    context: Context, height: float, speed: float, next_goal: SE3 | None = None
+def straight_out(
+    context: Context, distance: float, speed: float, next_goal: SE3 | None = None
 ) -> PoseGoal:
-    """The goal of a hand that rises from its present pose.
+    """The goal of a hand that rises from its present pose, or goes back the way it came.
 
     Args:
         context: shared by the leaves.
-        height: how far to lift the hand [m].
+        distance: how far it goes [m].
         speed: of the hand [m/s].
         next_goal: the next pose of the end effector in the world; the base sets out for it.
     """
     here = context.wTe
     return PoseGoal(
-        wTe=SE3(here.rotation, here.translation + np.array([0.0, 0.0, height])),
+        wTe=SE3(here.rotation, here.translation + distance * way_out(here.rotation)),
         speed=speed,
         position_tolerance=_RISE_TOLERANCE,
         straight=True,
@@ -187,11 +192,11 @@ def straight_up(
 
 
 class Rise:
-    """The hand rises slowly, as furniture may be near.
+    """The hand leaves slowly, as furniture may be near, upwards or the way it came.
 
     Args:
         leaf: sets the goal.
-        height: how far to lift the hand [m].
+        height: how far it goes [m].
         back: where the hand goes first, in the world: away from a contact.
     """
 
@@ -216,7 +221,7 @@ class Rise:
 
     def _go(self, back: SE3 | None = None) -> None:
         context = self._leaf.context
-        self._goal = straight_up(context, self._height, _RISE_SPEED)
+        self._goal = straight_out(context, self._height, _RISE_SPEED)
         if back is not None:
             tolerance = _BACK_TOLERANCE
             self._goal = replace(
@@ -233,8 +238,11 @@ def over_grasp(wTg: SE3, context: Context) -> SE3:
     return wTg * SE3(np.eye(3), np.array([0.0, 0.0, z]))
 
 
-def sinking_speed(context: Context) -> float:
-    """How fast the arm lowers the hand, as read this tick [m/s]."""
+def closing_in_speed(context: Context) -> float:
+    """How fast the hand moves against its way out, as read this tick [m/s]."""
     model, state = context.model, context.state
-    soon = model.bTe(state.q + _SOON * state.qd).translation
-    return float(model.bTe(state.q).translation[2] - soon[2]) / _SOON
+    now = model.bTe(state.q)
+    vx, vy, w = _SOON * state.base_twist
+    moved = exp6(np.array([vx, vy, 0.0, 0.0, 0.0, w]))
+    soon = moved.act(model.bTe(state.q + _SOON * state.qd).translation)
+    return float((now.translation - soon) @ way_out(now.rotation)) / _SOON

@@ -127,11 +127,18 @@ class Region(MapPlace):
     """Centre of the box on the map, turned about z only."""
     size: npt.NDArray[np.float64]
     """(3,) full edge lengths [m]."""
+    front: float | None = None
+    """Direction on the map in which the hand reaches in [rad]; None for any."""
 
     @property
     def wTr(self) -> SE3:
         """Its centre in the world, now."""
         return self._placed(self.mTr)
+
+    @property
+    def wTm(self) -> SE3:
+        """The map with which it moves, in the world, now."""
+        return self.wTr * self.mTr.inverse()
 
     def contains(self, points: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
         """Which of the (N, 3) world points [m] lie inside: (N,) booleans."""
@@ -139,6 +146,10 @@ class Region(MapPlace):
         x, y, z = self.size / 2.0
         inside: npt.NDArray[np.bool_] = (local[:, 0] <= x) & (local[:, 1] <= y) & (local[:, 2] <= z)
         return inside
+
+    def on_map(self) -> Region:
+        """As it stands on the map."""
+        return replace(self, frame=None)
 
     def fixed(self) -> Region:
         """As it stands in the world now."""
@@ -171,6 +182,7 @@ Lift: TypeAlias = Annotated[float, Bounds(least=0.0, most=1.0)]  # of the hand [
 Speed: TypeAlias = Annotated[float, Bounds(least=0.01, most=2.0)]  # [m/s]
 BaseDistance: TypeAlias = Annotated[float, Bounds(least=-20.0, most=20.0)]  # forwards [m]
 Turn: TypeAlias = Annotated[float, Bounds(least=-360.0, most=360.0)]  # to the left [deg]
+Tilt: TypeAlias = Annotated[float, Bounds(least=0.0, most=90.0)]  # from straight down [deg]
 Deviation: TypeAlias = Annotated[float, Bounds(least=0.0, most=180.0)]  # an angle error [deg]
 Force: TypeAlias = Annotated[float, Bounds(least=1.0, most=140.0)]  # of the fingers [N]
 Area: TypeAlias = Annotated[float, Bounds(least=0.0, most=10_000.0)]  # of an object [cm^2]

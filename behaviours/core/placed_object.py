@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from behaviours.core.directions import way_out
 from behaviours.core.log import Carried
 from hw import DepthFrame
 from perception import disc, points_along_rays
@@ -37,7 +38,7 @@ class Verdict(Enum):
 
 class _Look(NamedTuple):
     hand: float
-    """Height of the hand in the world [m]."""
+    """Position of the hand along its way out [m]."""
     height: float
     """Of the object over the surface, the median [m]."""
 
@@ -64,6 +65,7 @@ class PlacedObjectWatch:
         self._bare = before
         self._since, self._before = context.state.stamp, context.state.wTb
         self._released = context.wTe.translation.copy()
+        self._out = way_out(context.wTe.rotation)
         self._looks: list[_Look] = []
         self._empty = 0
         self.verdict = Verdict.UNSEEN
@@ -94,7 +96,7 @@ class PlacedObjectWatch:
     def _verdict(self, frame: DepthFrame, context: Context) -> Verdict:
         """By this frame and those before it."""
         eye = context.robot.description.camera.eTc.inverse().translation
-        hand = float(frame.wTc.act(eye)[2])
+        hand = float(frame.wTc.act(eye) @ self._out)
         points = disc(self._centre, self._radius, len(self._bare))
         seen = points_along_rays(frame, points)
         height = seen[:, 2] - self._centre[2]
@@ -106,7 +108,7 @@ class PlacedObjectWatch:
             self._looks.append(look := _Look(hand, float(np.median(height[high]))))
             if any(_is_still(look, before) for before in self._looks):
                 return Verdict.STANDS
-        elif bare.sum() >= _EMPTY * len(points) and hand - self._released[2] > _CLEAR:
+        elif bare.sum() >= _EMPTY * len(points) and hand - self._released @ self._out > _CLEAR:
             self._empty += 1
             if self._empty >= _AGREE:
                 return Verdict.GONE

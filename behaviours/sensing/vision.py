@@ -10,6 +10,9 @@ from contextlib import contextmanager
 from math import inf
 from typing import Protocol
 
+import numpy as np
+import numpy.typing as npt
+
 from hw import Camera, DepthFrame, InlineExecutor, stopwatch
 from perception import (
     Detection,
@@ -24,6 +27,9 @@ from perception import (
 _OLDEST_FRAME = 0.15  # an older frame is outdated [s]
 _AHEAD = 0.25  # a frame may be newer than the reading of the robot by this [s]
 _LOST_FRAME = 1.0  # frames that are older are not late but missing [s]
+
+
+Array = npt.NDArray[np.float64]
 
 
 class Target(Workspace, Protocol):
@@ -64,6 +70,9 @@ class Vision:
         """Grasps in `frame`; None if it was not searched."""
         self.grasp: GraspEstimate | None = None
         """The tracked grasp, if any."""
+        self._wRa: Array | None = None
+        """(3, 3) axes in which grasps are straight down, z against the approach; None for those of
+        the world."""
         self._known_since = -inf
         self._memory = SceneMemory()
         self.seconds = 0.0
@@ -91,7 +100,7 @@ class Vision:
                     if self.grasp is not None and self.grasp.velocity.any():
                         self._memory = self._memory.without(self.grasp, workspace.floor)
                     self._result = self._executor.submit(
-                        self._detector.detect, newest, workspace.fixed(), self._memory
+                        self._detector.detect, newest, workspace.fixed(), self._memory, self._wRa
                     )
                 self._take_result(workspace)
         found = self._found
@@ -141,7 +150,7 @@ class Vision:
         detection, frame = self.detect(workspace), self.frame
         if self.is_blind(now):
             if not self.tracker.locked:
-                self.reset()
+                self.reset(self._wRa)
         elif detection is not None and frame is not None:
             if frame.stamp >= self._known_since:
                 self.grasp = self.tracker.update(detection, frame.wTc)
@@ -167,8 +176,9 @@ class Vision:
         if self.grasp is not None:
             self.tracker.reject(self.grasp.wTg)
 
-    def reset(self) -> None:
-        """Stop tracking, and forget earlier frames."""
+    def reset(self, wRa: Array | None = None) -> None:
+        """Stop tracking, and forget earlier frames; grasps are then straight down in axes `wRa`."""
+        self._wRa = wRa
         self.tracker.reset()
         self.grasp = None
         self._memory = SceneMemory()
@@ -177,7 +187,7 @@ class Vision:
         """Drop all grasps of frames before session time `now` [s]."""
         self._known_since = now
         self._judge.relocalise()
-        self.reset()
+        self.reset(self._wRa)
 
     def _take(self) -> DepthFrame | None:
         """The camera's newest frame if it is new in this tick and plausible."""

@@ -1,12 +1,26 @@
-"""The target of a grasp: any object in a region, or one that is chosen once and then followed."""
+"""What a grasp is looked for on, and other views of it.
+
+Any object in a region, or one that is chosen once and then followed.
+"""
+
+from collections.abc import Sequence
 
 import numpy as np
+from py_trees.common import Status
 
 from behaviours.core.context import Context
+from behaviours.core.directions import DOWN, ApproachWord, Direction
+from behaviours.core.leaf import Leaf
 from behaviours.core.parameter_types import Region
 from behaviours.views.objects import Choice, Chosen, ObjectDetection, detect_once, neighbours
+from behaviours.views.survey import views
+from behaviours.views.viewpoint import MoveCamera, camera_pose, looking_along
 from controller import Array
 from perception import DetectedObject, GraspEstimate
+
+LOOKS = 2  # attempts look again this often, where no grasp, or a doubtful one, is seen
+LOOK_HEIGHT = 0.4  # distance of the camera then [m]
+_VIEW = 0.36  # side of the part of a region that it shows then [m]
 
 
 class GraspTarget:
@@ -90,3 +104,81 @@ class GraspTarget:
             self.reason = "nothing stands beside what is meant"
             return
         self._chosen, self.reason = Chosen(objects=tuple(meant)), ""
+
+
+def ways_into(
+    context: Context, within: Region | DetectedObject, word: ApproachWord, least_tilt: float
+) -> tuple[Direction, ...]:
+    """Directions on the map in which the hand may come to a target, the best first.
+
+    See `Context.direction`; of an object they are those of its region, during the run.
+    """
+    if not isinstance(within, Region):
+        return (DOWN,)
+    way_in = context.direction(within, word, least_tilt)
+    return way_in, *context.sideways(within, way_in)
+
+
+class OtherViews:
+    """Views of the target, or of a region in which nothing is seen.
+
+    Args:
+        leaf: sets the goals and gets the feedback message.
+        target: what is looked at.
+        within: the region, or the object.
+        ways: directions of the camera on the map: from the second view on, another one each.
+        timeout: to reach a view [s].
+    """
+
+    def __init__(
+        self,
+        leaf: Leaf,
+        target: GraspTarget,
+        within: Region | DetectedObject,
+        ways: Sequence[Direction],
+        timeout: float,
+    ) -> None:
+        self._leaf, self._target, self._timeout = leaf, target, timeout
+        self._ways = [leaf.context.direction_now(within, way) for way in ways]
+        self._left, self._begun = LOOKS + len(ways) - 1, False
+        # Straight down, the way point of the task shows what a hand can reach.
+        self._parts: list[Array] = []
+        if isinstance(within, Region) and not ways[0].is_straight:
+            self._parts = views(within, _VIEW)
+
+    @property
+    def wRa(self) -> Array | None:
+        """(3, 3) the axes of the present direction; None for straight down."""
+        return None if self._ways[0].is_straight else self._ways[0].rotation
+
+    def begin(self, point: Array | None = None) -> bool:
+        """Start to look at a point (3,) in the world [m]; whether there is another view.
+
+        None is the target, or the next part of a region in which nothing is seen.
+        """
+        context = self._leaf.context
+        if point is None and not context.vision.is_blind(context.state.stamp):
+            point = self._target.centre()
+            if point is None and self._parts:
+                point = self._parts.pop(0)
+        if point is None or self._left == 0:
+            return False
+        self._left -= 1
+        if self._begun and len(self._ways) > 1:
+            self._ways.pop(0)
+        self._begun = True
+        wTc = looking_along(self._ways[0], point, LOOK_HEIGHT, like=camera_pose(context))
+        self._camera = MoveCamera(self._leaf, lambda: wTc, "another view", self._timeout)
+        return True
+
+    def begin_if_lost(self, target: Array) -> bool:
+        """Start to look at a grasp (3,) that was lost on the way to it; whether that is so.
+
+        It is not locked at its next sight from near. Without a grasp, `target` is infinite.
+        """
+        is_lost = self.wRa is not None and bool(np.isfinite(target).all())
+        return is_lost and self.begin(target)
+
+    def tick(self) -> Status:
+        """RUNNING until the camera is there, or as far as it gets."""
+        return self._camera.tick()

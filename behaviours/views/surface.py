@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from behaviours.core.context import Context
+from behaviours.core.directions import way_out
 from behaviours.views.viewpoint import camera_pose
 from hw import DepthFrame
 from perception import Workspace, disc, points_along_rays
@@ -144,8 +145,9 @@ class SurfaceWatch:
     def _can_see(self) -> bool:
         """Whether the camera is within range of the place."""
         camera = camera_pose(self._context).translation - self.centre
+        away = camera @ way_out(self._context.wTe.rotation)
         least = self._context.robot.description.camera.min_range
-        return bool(camera[2] > least and np.linalg.norm(camera) < _FAR)
+        return bool(away > least and np.linalg.norm(camera) < _FAR)
 
 
 def _noticeable(height: float) -> float:

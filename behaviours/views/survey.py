@@ -1,18 +1,24 @@
 """Surveys of a region: pictures from one or more viewpoints, as one map."""
 
+from collections.abc import Sequence
 from math import ceil
 
 import numpy as np
+from pinocchio import SE3
 from py_trees.common import Status
 
+from behaviours.core.context import Context
+from behaviours.core.directions import DOWN, Direction
 from behaviours.core.leaf import Leaf
 from behaviours.core.motion import Approach
 from behaviours.core.parameter_types import Region
-from behaviours.views.viewpoint import CAMERA_PATIENCE, camera_pose, hand_for, straight_down
+from behaviours.core.reachable_directions import first_reached, headings_into, is_high
+from behaviours.views.viewpoint import CAMERA_PATIENCE, camera_pose, hand_for, looking_along
 from controller import PoseGoal
 from hw import DepthFrame
 from perception import RegionMap
 
+VIEW_HEIGHT = 0.45  # of the camera over the floor [m]
 LEAST_SEEN = 0.98  # share of a region that must be seen to call it empty
 _LEAST_SEEN_AROUND_OBJECTS = 0.9  # the same to count objects, which hide a part
 _MOST_OVERLOOKED = 0.01  # a region where higher objects may be overlooked is not empty [m]
@@ -33,6 +39,7 @@ class Survey:
         frames: pictures from each viewpoint.
         smallest: an unseen part that covers less than this does not count [m^2].
         from_here: begin with the present viewpoint.
+        directions: of the other viewpoints on the map, see `view_directions`.
         height: of the camera over the floor, in the other viewpoints [m].
         timeout: to reach a viewpoint [s].
         patience: without a picture [s].
@@ -46,11 +53,12 @@ class Survey:
         frames: int,
         smallest: float,
         from_here: bool,
-        height: float = 0.45,
+        directions: Sequence[Direction],
+        height: float = VIEW_HEIGHT,
         timeout: float = 30.0,
         patience: float = CAMERA_PATIENCE,
     ) -> None:
-        self._leaf, self._region = leaf, region
+        self._leaf, self._region, self._directions = leaf, region, directions
         self._height, self._frames, self._timeout = height, frames, timeout
         self._smallest, self._patience = smallest, patience
         self._like = camera_pose(leaf.context)
@@ -112,7 +120,9 @@ class Survey:
     def _go(self) -> Status:
         if self._approach is None:
             every = self._views()
-            wTc = straight_down(every[self._next - 1], self._height, like=self._like)
+            direction = self._directions[self._next - 1].turned(self._region.wTm)
+            point = every[self._next - 1]
+            wTc = looking_along(direction, point, self._height, like=self._like)
             target = f"view {self._next} of {len(every)} of {self._region.name}"
             goal = PoseGoal(wTe=hand_for(self._leaf.context, wTc))
             self._approach = Approach(self._leaf, lambda: goal, target, self._timeout)
@@ -139,6 +149,30 @@ class Survey:
         if (vague or here.pending > _MOVED) and now - self._waiting_since < _AWAITED:
             return leaf.running("waiting to know better where the base is")
         return leaf.success(f"looked at {self._region.name}")
+
+
+def view_directions(
+    context: Context, region: Region, height: float = VIEW_HEIGHT
+) -> tuple[Direction, ...]:
+    """The direction of each viewpoint of a survey, on the map; it may take seconds.
+
+    Straight down, or with the least tilt for which a stance reaches it.
+    """
+    context.direction(region)
+    on_map = region.on_map()
+    points = views(on_map, _WIDTH_PER_HEIGHT * height)
+    if not is_high(region, context.fixtures):
+        return (DOWN,) * len(points)
+    robot, start = context.robot.description, SE3.Identity()
+
+    def best(point: np.ndarray) -> Direction:
+        def hand(direction: Direction) -> SE3:
+            return hand_for(context, looking_along(direction, point, height, like=start))
+
+        headings = headings_into(region)
+        return first_reached(robot, context.fixtures, headings, hand) or DOWN
+
+    return tuple(best(point) for point in points)
 
 
 def region_map(region: Region, *frames: DepthFrame) -> RegionMap:

@@ -1,7 +1,7 @@
 """Viewpoints of the wrist camera: poses of camera and hand, and the motion to one."""
 
 from collections.abc import Callable
-from math import atan2, radians, tan
+from math import atan2, cos, radians, sin, tan
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +10,7 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours.core.context import Context
+from behaviours.core.directions import STRAIGHT, Direction, heading_of, tilt_of
 from behaviours.core.leaf import Leaf
 from behaviours.core.motion import Approach
 from controller import Array, Command, PoseGoal
@@ -17,7 +18,10 @@ from controller import Array, Command, PoseGoal
 LOOK_SPEED = 0.5  # of the hand that moves the camera [m/s]
 CAMERA_PATIENCE = 2.0  # a camera without a frame for longer is blind [s]
 _STEEP = tan(radians(75.0))  # a flatter view shows less of a floor, and objects hide more of it
+_ASIDE = 0.18  # how far the hand moves to let the camera see what it is above [m]
 _AT_REST = 0.05  # a slower hand stands still [m/s and rad/s]
+_IMAGE_UP = np.array([[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
+"""Camera in the axes of a direction: x to the side, so that up in the image is up in the world."""
 
 
 def camera_pose(context: Context) -> SE3:
@@ -47,6 +51,21 @@ def straight_down(point: Array, height: float, like: SE3) -> SE3:
     return SE3(looking_down(like.rotation[:, 0]), point + np.array([0.0, 0.0, height]))
 
 
+def looking_along(direction: Direction, point: Array, distance: float, like: SE3) -> SE3:
+    """A camera that looks in a direction, in the world.
+
+    Args:
+        direction: in the world.
+        point: (3,) what it looks at, in the world [m].
+        distance: from that [m].
+        like: camera in the world whose turn it keeps where it looks straight down.
+    """
+    if direction.is_straight:
+        return straight_down(point, distance, like)
+    wRa = direction.rotation
+    return SE3(wRa @ _IMAGE_UP, point + distance * wRa[:, 2])
+
+
 def turned_towards(
     wTc: SE3, point: Array, distance: float | None = None, *, from_above: bool = False
 ) -> SE3:
@@ -65,6 +84,22 @@ def turned_towards(
     turn = pin.Quaternion.FromTwoVectors(wTc.rotation[:, 2], sight).toRotationMatrix()
     eye = wTc.translation if distance is None else point - distance * sight
     return SE3(turn @ wTc.rotation, eye)
+
+
+def out_of_view(above: SE3, eTc: SE3) -> SE3:
+    """A hand that has moved aside, so that what it holds no longer hides what it is above.
+
+    Args:
+        above: the hand before, in the world.
+        eTc: camera in the end effector.
+    """
+    camera = eTc.translation[:2]
+    back = -_ASIDE * camera / max(float(np.linalg.norm(camera)), 1e-6)
+    if tilt_of(above.rotation) < STRAIGHT:
+        return above * SE3(np.eye(3), np.array([*back, 0.0]))
+    heading = heading_of(above.rotation)
+    level = _ASIDE * np.array([cos(heading), sin(heading), 0.0])
+    return SE3(above.rotation, above.translation - level)
 
 
 def is_at_rest(context: Context) -> bool:

@@ -111,13 +111,19 @@ class StanceFinder:
         return f"no stance stands free of {search.blocked}"
 
 
-def why_no_stance(robot: RobotDescription, wTe: SE3, fixtures: tuple[Geom, ...]) -> str:
+def why_no_stance(
+    robot: RobotDescription,
+    wTe: SE3,
+    fixtures: tuple[Geom, ...],
+    *,
+    hand_may_touch: bool = False,
+) -> str:
     """Why no stance reaches a pose among fixtures, from the origin of the world; empty if one does.
 
     What the controller says at the start of a run, as to a goal for which it may take any way.
     """
     finder = _among(robot, fixtures)
-    goal = PoseGoal(wTe=wTe)
+    goal = PoseGoal(wTe=wTe, hand_may_touch=hand_may_touch)
     if reason := finder.obstacle_to(goal):
         return reason
     search = finder.search(wTe, Pose2D(0.0, 0.0, 0.0), robot.arm.ready)

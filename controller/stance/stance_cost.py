@@ -25,6 +25,9 @@ _MANIPULABILITY_COST = 60.0  # ... this much per missing manipulability [s]
 _BEARING_COST, _BEARING_COST_DOWN = 4.0, 0.3
 """Cost per |θ_ε| of an end effector that points sideways, which the base carries in, and of one
 that points down [s/rad]."""
+_POINTING_COST = 2.0
+"""Cost per angle between a hand that points sideways and the way ahead, among fixtures: the base
+turns beside them, the hand ahead of it [s/rad]."""
 _LIMIT_MARGIN = 0.35  # distance to a joint limit below which a posture costs [rad] ...
 _LIMIT_COST = 2.0  # ... this much per missing distance [s/rad]
 _SAMPLES = np.linspace(0.0, 1.0, 17)[1:, None]  # shares of the arm's motion that are checked
@@ -121,6 +124,9 @@ def stance_costs(
         + (_BEARING_COST_DOWN + sideways * (_BEARING_COST - _BEARING_COST_DOWN)) * bearing
         + _LIMIT_COST * np.maximum(0.0, _LIMIT_MARGIN - margin)
     )
+    if start.floor is not None:
+        pointing = np.abs(np.arctan2(tools.rotations[:, 1, 2], tools.rotations[:, 0, 2]))
+        costs += _POINTING_COST * sideways * pointing
     if start.next_goal is not None:
         costs += leaving_times(model, start.next_goal, bases)
     return costs, reverse

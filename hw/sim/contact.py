@@ -13,7 +13,7 @@ import numpy as np
 from pinocchio import SE3
 
 from hw.sim.sim_object import SimObject
-from robots import Array, Geom, coal_geometry, half_extents
+from robots import Array, Geom, Plane, coal_geometry, half_extents, reach
 
 TOUCH = 2e-5  # largest gap that counts as a touch [m]
 GRAZE = 0.1  # smallest cosine between normal and motion at a touch; below it shapes slide past
@@ -100,13 +100,14 @@ class Resting:
         return self._support(obj, held, frozenset())
 
     def drop(self, obj: SimObject, held: SimObject | None) -> None:
-        """Let an object fall to its first contact, lifted until it is free."""
+        """Let an object fall to its first contact, lifted until it is free of what is below it."""
         below = [
             *self._fixtures,
             *(part for o in self._others_below(obj, held, _MAX_FALL) for part in o.placed()),
         ]
+        lifting = [one for one in below if _bottom(one) < obj.pose.translation[2]]
         for _ in range(_MAX_LIFTS):
-            if not any(_overlapping(a, b) for a in obj.placed() for b in below):
+            if not any(_overlapping(a, b) for a in obj.placed() for b in lifting):
                 break
             obj.pose = _moved(obj.pose, -_LIFT_STEP * _DOWN)
         falls = [travel(part, _DOWN, below, _MAX_FALL) for part in obj.placed()]
@@ -204,6 +205,11 @@ def _presses_down(a: Geom, b: Geom) -> bool:
     """Whether b carries a, however steep the contact is."""
     gap, normal = separation(a, b)
     return gap < 0.0 and normal[2] < -GRAZE
+
+
+def _bottom(geom: Geom) -> float:
+    """Height of its lowest point [m]; a plane has none."""
+    return -np.inf if isinstance(geom.shape, Plane) else -reach(geom, _DOWN)
 
 
 def _moved(pose: SE3, way: Array) -> SE3:

@@ -23,13 +23,13 @@ _STONE: Colour = (150, 150, 150)
 
 
 def furniture_shapes(
-    container: Container, table: Table, side_tables: Sequence[SideTable]
+    container: Container | None, table: Table | None, side_tables: Sequence[SideTable]
 ) -> list[Geom]:
     """The shapes of floor, container and tables, in the world."""
     return [
         Geom(Plane(), SE3.Identity(), "floor", _FLOOR),
-        *_container(container),
-        *_table(table, "table"),
+        *(_container(container) if container else ()),
+        *(_table(table, "table") if table else ()),
         *(part for side in side_tables for part in _table(side, side.name)),
     ]
 

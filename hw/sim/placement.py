@@ -9,7 +9,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from pinocchio import SE3, exp3
 
-from hw.sim.contact import separation
+from hw.sim.contact import Vicinity, separation
 from hw.sim.meshes import MeshError, convex_parts, fewer
 from hw.sim.objects import OBJECT_CLASSES
 from hw.sim.objects.making import PAINT, body_of, fitting, make_object, mass_properties
@@ -19,6 +19,7 @@ from robots import Array, Geom, bounding_radius
 
 GAP = 0.006  # between two objects, at least [m]
 WALL_GAP = 0.022  # to walls and edges, at least; a finger just fits in between [m]
+_INSIDE = 1e-4  # overlap with furniture that counts [m]
 _EXTRA_GAPS = np.repeat([0.035, 0.025, 0.015, 0.008, 0.0, 0.0], 6)  # at each try [m]
 _POSITIONS = 10  # tried for each orientation of an object
 _LAYOUTS = 30  # tried, each with new objects
@@ -43,6 +44,7 @@ class Area(NamedTuple):
     size: tuple[float, float]  # along x and y [m]
     height: float
     keys: Keys  # of its objects
+    around: Vicinity  # furniture, some of which may stand on it or hang above
 
 
 class _Unplaced(NamedTuple):
@@ -115,6 +117,9 @@ def _items(wanted: Objects, area: Area, before: int, rng: np.random.Generator) -
             if not _apart(obj, other, 0.0):
                 text = f"items.{number}: it overlaps {other.name}; move one of them"
                 problems.append(LayoutError(text, (*keys, "at")))
+        if (furniture := _inside(obj, area)) is not None:
+            text = f"items.{number}: it is inside {furniture}; move one of them"
+            problems.append(LayoutError(text, (*keys, "at")))
         placed.append(obj)
     if problems:
         problems[0].all = tuple(problems)
@@ -177,7 +182,7 @@ def _try_turned(
     extra: float,
     rng: np.random.Generator,
 ) -> bool:
-    """Turn an object, randomly if no yaw is given, and try positions clear of rim and others."""
+    """Turn an object, randomly if no yaw is given, and try positions clear of all else."""
     half = np.array(area.size) / 2.0 - WALL_GAP - extra
     low, high = _turned(obj, rng.uniform(-np.pi, np.pi) if yaw is None else yaw)
     low, high = -half - low, half - high
@@ -185,7 +190,8 @@ def _try_turned(
         return False
     for position in area.centre + rng.uniform(low, high, (_POSITIONS, 2)):
         _put(obj, position, area)
-        if all(_apart(obj, other, GAP + extra) for other in placed):
+        is_apart = all(_apart(obj, other, GAP + extra) for other in placed)
+        if is_apart and _inside(obj, area) is None:
             return True
     return False
 
@@ -202,6 +208,13 @@ def _put(obj: SimObject, position: Array, area: Area) -> None:
     obj.pose = SE3(obj.pose.rotation, np.zeros(3))
     height = area.height + obj.reach(np.array([0.0, 0.0, -1.0]))
     obj.pose = SE3(obj.pose.rotation, np.array([*position, height]))
+
+
+def _inside(obj: SimObject, area: Area) -> str | None:
+    """The furniture that an object overlaps, as the board above it."""
+    near = area.around.near(obj.pose.translation, obj.radius)
+    pairs = ((part, one) for one in near for part in obj.placed())
+    return next((one.name for part, one in pairs if separation(part, one)[0] < -_INSIDE), None)
 
 
 def _apart(a: SimObject, b: SimObject, gap: float) -> bool:

@@ -1,12 +1,12 @@
 """Scenes: find and read a scene file, and build its world."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from os.path import isfile
 from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
-from pydantic import field_validator
+from pydantic import ValidationInfo, field_validator
 
 from config import (
     ConfigError,
@@ -23,6 +23,7 @@ from config import (
     suggest,
     validate,
 )
+from hw.sim.contact import Vicinity
 from hw.sim.furniture import NOTHING_MOVED, fixture_shapes, furniture_shapes, with_moved
 from hw.sim.placement import Area, LayoutError, place_objects
 from hw.sim.scene_schema import (
@@ -36,6 +37,7 @@ from hw.sim.scene_schema import (
     SideTable,
     Table,
 )
+from hw.sim.scene_schema import Motion as _Motion
 from hw.sim.scene_schema import Walker as _Walker
 from hw.sim.sim_object import Motion, SimObject
 from hw.sim.walker import Walker
@@ -51,8 +53,8 @@ class Scene(StrictModel):
     """A scene file."""
 
     description: str = ""
-    container: Container
-    table: Table
+    container: Container | None = None
+    table: Table | None = None
     side_tables: Limited[SideTable] = ()
     fixtures: Limited[Fixture] = ()
     walkers: Limited[_Walker] = ()
@@ -65,6 +67,16 @@ class Scene(StrictModel):
         if twice := {name for name in names if names.count(name) > 1}:
             raise ValueError(f"two of them are called {quoted(sorted(twice))}; rename one")
         return items
+
+    @field_validator("objects")
+    @classmethod
+    def _lie_in_a_container(cls, objects: Objects, info: ValidationInfo) -> Objects:
+        if info.data.get("container", objects) is None:
+            raise ValueError(
+                "lie in a container, and there is none; add `container`, or write `objects` at a "
+                "side table or a fixture"
+            )
+        return objects
 
 
 def scene_names() -> list[str]:
@@ -171,19 +183,32 @@ def build_world(scene: Scene, rng: np.random.Generator) -> World:
         fixtures += shapes
         surfaces += visual
         unmapped += [] if fixture.on_map else shapes
-    box = scene.container
-    inside = Area("into the container", box.centre, box.inner_size, box.floor_height, ("objects",))
-    objects = place_objects(scene.objects, inside, 0, rng)
-    for number, table in enumerate(scene.side_tables):
-        placed = place_objects(table.objects, _table_top(table, number), len(objects), rng)
+    objects: list[SimObject] = []
+    for area, wanted, motion in _areas(scene, Vicinity(fixtures)):
+        placed = place_objects(wanted, area, len(objects), rng)
         for obj in placed:
-            obj.motion = _motion(obj, table)
+            obj.motion = _motion(obj, motion)
         objects += placed
     walkers = [Walker(w.name, w.radius, w.height, w.way, w.speed) for w in scene.walkers]
     return World(fixtures, objects, walkers, unmapped, surfaces)
 
 
-def _table_top(table: SideTable, number: int) -> Area:
+def _areas(scene: Scene, around: Vicinity) -> Iterator[tuple[Area, Objects, _Motion | None]]:
+    """What carries objects, which, and how they move on it."""
+    if (box := scene.container) is not None:
+        name, keys = "into the container", ("objects",)
+        area = Area(name, box.centre, box.inner_size, box.floor_height, keys, around)
+        yield area, scene.objects, None
+    for number, table in enumerate(scene.side_tables):
+        yield _table_top(table, number, around), table.objects, table.motion
+    for number, one in enumerate(scene.fixtures):
+        if one.objects is not None and one.size is not None:
+            top, where = one.centre[2] + one.size[2] / 2.0, ("fixtures", number, "objects")
+            on = Area(f"on {one.name}", one.centre[:2], one.size[:2], top, where, around)
+            yield on, one.objects, None
+
+
+def _table_top(table: SideTable, number: int, around: Vicinity) -> Area:
     """The part of a table top that its moving objects never leave."""
     (x, y), (wide, deep) = table.centre, table.size
     dx, dy = table.motion.along if table.motion else (0.0, 0.0)
@@ -193,11 +218,12 @@ def _table_top(table: SideTable, number: int) -> Area:
         (wide - abs(dx), deep - abs(dy)),
         table.height,
         ("side_tables", number, "objects"),
+        around,
     )
 
 
-def _motion(obj: SimObject, table: SideTable) -> Motion | None:
-    if (motion := table.motion) is None:
+def _motion(obj: SimObject, motion: _Motion | None) -> Motion | None:
+    if motion is None:
         return None
     return Motion(
         start=obj.pose.translation.copy(),

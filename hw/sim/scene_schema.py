@@ -167,35 +167,6 @@ class Table(_Furniture):
         return self.centre, self.size, 0.0
 
 
-class Fixture(_Furniture, MeshFile):
-    """A static box or mesh."""
-
-    name: Name
-    centre: tuple[Coordinate, Coordinate, Coordinate]  # of its bounding box
-    size: tuple[Length, Length, Length] | None = None  # of a box
-    yaw_deg: Degrees = 0.0
-    on_map: bool = True  # whether the robot's map contains it
-
-    @model_validator(mode="after")
-    def _is_box_or_mesh(self) -> Fixture:
-        if (self.size is None) == (self.mesh is None):
-            raise ValueError("is neither a box nor a mesh, or both; write `size` or `mesh`")
-        return self
-
-    def _edges(self) -> tuple[float, float, float]:
-        """Of its bounding box before it is turned [m]."""
-        if self.size is not None:
-            return self.size
-        x, y, z = self.read().half if self.mesh else (0.0, 0.0, 0.0)
-        return 2.0 * x, 2.0 * y, 2.0 * z
-
-    def _low(self) -> float:
-        return self.centre[2] - self._edges()[2] / 2.0
-
-    def _outline(self) -> _Rectangle:
-        return self.centre[:2], self._edges()[:2], radians(self.yaw_deg)
-
-
 class Item(MeshFile):
     """One object with given properties; those that are None are drawn at random."""
 
@@ -216,7 +187,7 @@ class Item(MeshFile):
 
 
 class Objects(StrictModel):
-    """The objects in the container, or on a table."""
+    """The objects in the container, on a table or on a fixture."""
 
     items: Limited[Item] = ()
     count: Annotated[int, Field(ge=0, le=40)] = 10  # random ones; if not given, with items none
@@ -257,6 +228,45 @@ class SideTable(Table):
     name: Name
     objects: Objects
     motion: Motion | None = None
+
+
+class Fixture(_Furniture, MeshFile):
+    """A static box or mesh."""
+
+    name: Name
+    centre: tuple[Coordinate, Coordinate, Coordinate]  # of its bounding box
+    size: tuple[Length, Length, Length] | None = None  # of a box
+    yaw_deg: Degrees = 0.0
+    on_map: bool = True  # whether the robot's map contains it
+    objects: Objects | None = None  # on the top of a box, as on a counter or a board of a shelf
+
+    @model_validator(mode="after")
+    def _is_box_or_mesh(self) -> Fixture:
+        if (self.size is None) == (self.mesh is None):
+            raise ValueError("is neither a box nor a mesh, or both; write `size` or `mesh`")
+        return self
+
+    @field_validator("objects")
+    @classmethod
+    def _lie_on_a_straight_box(
+        cls, objects: Objects | None, info: ValidationInfo
+    ) -> Objects | None:
+        if info.data.get("mesh") or info.data.get("yaw_deg"):
+            raise ValueError("lie on boxes along x and y only; use `size`, without `yaw_deg`")
+        return objects
+
+    def _edges(self) -> tuple[float, float, float]:
+        """Of its bounding box before it is turned [m]."""
+        if self.size is not None:
+            return self.size
+        x, y, z = self.read().half if self.mesh else (0.0, 0.0, 0.0)
+        return 2.0 * x, 2.0 * y, 2.0 * z
+
+    def _low(self) -> float:
+        return self.centre[2] - self._edges()[2] / 2.0
+
+    def _outline(self) -> _Rectangle:
+        return self.centre[:2], self._edges()[:2], radians(self.yaw_deg)
 
 
 class Walker(_Furniture):

@@ -68,6 +68,13 @@ def evaluate(
             help="Scenes of one object from 36 tilts and distances of the camera instead.",
         ),
     ] = False,
+    tilts: Annotated[
+        str | None,
+        typer.Option(
+            help="Scenes of one object, each grasped along approaches that are tilted so much from "
+            "straight down [deg], instead: 0,30,60,90."
+        ),
+    ] = None,
     workers: Workers = None,
     json: Annotated[Path | None, typer.Option(help="Write all figures to this file.")] = None,
 ) -> None:
@@ -88,9 +95,16 @@ def evaluate(
         views = grasps.evaluate_views(choice, scenes=scenes, workers=workers)
         Terminal().print(grasps.views_table(views))
         return
-    evaluation = grasps.evaluate_grasps(
-        choice, scenes=scenes, bins=bins, meshes=meshes, by_chance=by_chance, workers=workers
-    )
+    if tilts is not None:
+        if meshes:
+            refuse("--tilts: goes without --meshes")
+        evaluation = grasps.evaluate_tilts(
+            choice, _tilts(tilts), scenes=scenes, by_chance=by_chance, workers=workers
+        )
+    else:
+        evaluation = grasps.evaluate_grasps(
+            choice, scenes=scenes, bins=bins, meshes=meshes, by_chance=by_chance, workers=workers
+        )
     for table in grasps.evaluation_tables(evaluation):
         Terminal().print(table)
     for note in grasps.evaluation_notes(evaluation):
@@ -98,6 +112,17 @@ def evaluate(
     if json is not None:
         figures = asdict(evaluation) | machine()
         json.write_text(json_format.dumps(figures, indent=1), encoding="utf-8")
+
+
+def _tilts(text: str) -> list[float]:
+    """Angles of a list in degrees."""
+    try:
+        tilts = [float(each) for each in text.split(",")]
+    except ValueError:
+        tilts = []
+    if not tilts or not all(0.0 <= tilt <= 90.0 for tilt in tilts):
+        refuse(f"--tilts {text}: not angles of 0 to 90 degrees, like 0,30,60,90")
+    return tilts
 
 
 @app.command()

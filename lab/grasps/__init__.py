@@ -8,5 +8,6 @@ from lab.grasps.outcomes import collect_outcomes, read_outcomes
 from lab.grasps.results import evaluation_notes, evaluation_tables
 from lab.grasps.scenes import ROBOT, noisy_frame
 from lab.grasps.show import show_grasps
+from lab.grasps.tilts import evaluate_tilts
 from lab.grasps.train import read_recipe, train_weights
 from lab.grasps.views import evaluate_views, views_table

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from pinocchio import SE3, Quaternion
+from pinocchio import SE3, Quaternion, exp3
 
 from behaviours import Region
 from config import ConfigError
@@ -32,6 +32,7 @@ GROUPS = {"shapes": HELDOUT_CLASSES, "modelled": tuple(MODELLED), "large": tuple
 """Classes of objects; in a bin only two are large."""
 PARKED = SE3(np.diag([1.0, -1.0, -1.0]), np.array([0.0, 0.0, FLOOR + 1.5]))
 """Pose of the hand while the camera captures; it is not in the image."""
+UPRIGHT = np.eye(3)  # rotation of the frame a, along whose -z a hand points straight down
 
 _CLASSES = {
     **GROUPS,
@@ -61,26 +62,33 @@ class DroppedScene:
     world: World
     region: Region
 
-    def hand(self) -> tuple[FloatingHand, World]:
-        """A hand in a copy of the world, so that these objects stay where they are."""
+    def hand(self, wRa: Array = UPRIGHT) -> tuple[FloatingHand, World]:
+        """A hand along -z of a in a copy of the world: these objects stay where they are."""
         objects = [replace(obj) for obj in self.world.objects]
         world = World(self.world.fixtures, objects, surfaces=self.world.surfaces)
-        return at_rest(world), world
+        return at_rest(world, wRa), world
 
 
 def drop_scene(
-    seed: int, count: int, meshes: Sequence[Path] = (), group: str | None = None
+    seed: int,
+    count: int,
+    meshes: Sequence[Path] = (),
+    group: str | None = None,
+    *,
+    bare: bool = False,
+    standing: bool = False,
 ) -> DroppedScene:
     """The scene of a seed: objects fallen in any orientation, all within the walls.
 
-    They are of a `group`, None for one of `GROUPS` in turn, or from `meshes`. Raises SceneError: a
+    They are of a `group`, None for one of `GROUPS` in turn, or from `meshes`; if `bare`, there are
+    no walls; `standing` ones were put down with their longest side upright. Raises SceneError: a
     mesh cannot be read.
     """
     if group is None:
         group = "meshes" if meshes else tuple(GROUPS)[seed % len(GROUPS)]
     for attempt in range(_TRIES):
         rng = np.random.default_rng((EVALUATION_SEED, 2, seed, count, attempt))
-        world, region = world_with(_objects(group, count, meshes, seed, rng), rng)
+        world, region = world_with(_objects(group, count, meshes, seed, rng), rng, bare=bare)
         if group in _VARIED:
             varied = [_varied(obj, rng) for obj in world.objects]
             world = World(world.fixtures, varied, surfaces=world.surfaces)
@@ -90,7 +98,7 @@ def drop_scene(
         if group in _HEAVIER:
             heavier = [_heavier(obj, rng) for obj in world.objects]
             world = World(world.fixtures, heavier, surfaces=world.surfaces)
-        _stack(world.objects, region, rng)
+        _stack(world.objects, region, rng, standing)
         hand = FloatingHand(ROBOT, world, PARKED)
         if hand.settle(_FALLING) and all(is_inside(obj, region) for obj in world.objects):
             return DroppedScene(group=group, world=world, region=region)
@@ -104,9 +112,9 @@ def is_inside(obj: SimObject, region: Region) -> bool:
     return bool(region.contains(np.array([where + side * room for side in (-1.0, 1.0)])).all())
 
 
-def at_rest(world: World) -> FloatingHand:
-    """A parked hand in a world of objects at rest."""
-    hand = FloatingHand(ROBOT, world, PARKED)
+def at_rest(world: World, wRa: Array = UPRIGHT) -> FloatingHand:
+    """A parked hand along -z of a in a world of objects at rest."""
+    hand = FloatingHand(ROBOT, world, SE3(wRa @ PARKED.rotation, PARKED.translation))
     hand.settle(_RESTING)
     return hand
 
@@ -182,11 +190,13 @@ _CUBE = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)],
 _BALL, _SIDES = _sphere_points(60), 20
 
 
-def _stack(objects: Sequence[SimObject], region: Region, rng: np.random.Generator) -> None:
+def _stack(
+    objects: Sequence[SimObject], region: Region, rng: np.random.Generator, standing: bool
+) -> None:
     """Place the objects one above the other, randomly turned, over the middle of the region."""
     height = FLOOR
     for obj in objects:
-        turn = _random_rotation(rng)
+        turn = _upright(obj, rng) if standing else _random_rotation(rng)
         spread = np.maximum(region.size[:2] / 2.0 - obj.radius - 0.03, 0.0)
         xy = region.wTr.translation[:2] + rng.uniform(-spread, spread)
         obj.pose = SE3(turn, np.zeros(3))
@@ -194,6 +204,15 @@ def _stack(objects: Sequence[SimObject], region: Region, rng: np.random.Generato
         high = obj.reach(np.array([0.0, 0.0, 1.0]))
         obj.pose = SE3(turn, np.array([*xy, height + _CLEARANCE + low]))
         height += _CLEARANCE + low + high
+
+
+def _upright(obj: SimObject, rng: np.random.Generator) -> Array:
+    """(3, 3) with the longest side upright, randomly turned about it."""
+    obj.pose = SE3.Identity()
+    extent = [obj.reach(axis) + obj.reach(-axis) for axis in np.eye(3)]
+    longest = np.roll(np.eye(3), 2 - int(np.argmax(extent)), axis=0)
+    turn: Array = exp3(np.array([0.0, 0.0, rng.uniform(-np.pi, np.pi)])) @ longest
+    return turn
 
 
 def _random_rotation(rng: np.random.Generator) -> Array:

@@ -3,6 +3,7 @@
 Importing this does not import MuJoCo.
 """
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -66,12 +67,9 @@ def evaluate_grasps(
     ]
     lost = [n for n in range(scenes) if not any(row.held[n] for row in rows)] if by_chance else []
     held = all_results("lost", partial(random_grasp_holds, by_chance, files), lost, workers, bool)
-    return GraspEvaluation(
-        scenes=names,
-        rows=tuple(rows),
-        hopeless=tuple(n for n, any_held in zip(lost, held, strict=True) if not any_held),
-        by_chance=by_chance,
-    )
+    hopeless = tuple(n for n, any_held in zip(lost, held, strict=True) if not any_held)
+    rows = [replace(row, hopeless=hopeless) for row in rows]
+    return GraspEvaluation(scenes=names, rows=tuple(rows), by_chance=by_chance)
 
 
 def _mesh_files(folder: Path) -> tuple[Path, ...]:

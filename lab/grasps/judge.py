@@ -11,15 +11,16 @@ import numpy as np
 from pinocchio import SE3, exp3
 
 from behaviours import DOUBTFUL, LOOK_HEIGHT, LOOKS, Region, straight_down
-from hw.sim import D435Noise, SimObject, World
+from hw.sim import D435Noise, Hand, SimObject, World
 from hw.sim.physics import FloatingHand
 from lab.grasps.choice import NetworkChoice
-from lab.grasps.dropped_scenes import PARKED, DroppedScene, drop_scene, is_inside
+from lab.grasps.dropped_scenes import PARKED, UPRIGHT, DroppedScene, drop_scene, is_inside
 from lab.grasps.results import BIN, HELD, NO_GRASP, Attempt, BinResult
 from lab.grasps.scenes import (
     EVALUATION_SEED,
     FLOOR,
     ROBOT,
+    Array,
     class_of,
     nearest_object,
     noisy_frame,
@@ -39,6 +40,8 @@ _RATE, _SHAKING = 3.0, 1.5  # [Hz, s]
 _VIEW_STREAM, _GRASP_STREAM = 3, 6  # of random numbers
 _UP = np.array([0.0, 0.0, 1.0])
 _DOWN = np.diag([1.0, -1.0, -1.0])
+_HALF_TURN = SE3(np.diag([-1.0, -1.0, 1.0]), np.zeros(3))
+_DRAWS = 100  # of a random grasp
 
 
 def judge_single(
@@ -102,15 +105,17 @@ def best_grasp(
     rng: np.random.Generator,
     *,
     looks: int,
+    wRa: Array | None = None,
 ) -> GraspEstimate | None:
     """The best grasp in a scene; None if there is none.
 
     `wTc` is the camera of the first frame. While there is no grasp or only a doubtful one, up to
-    `looks` further frames come from straight above, as in the behaviour `grasp`.
+    `looks` further frames come from straight above, as in the behaviour `grasp`; or, for an
+    approach `wRa` (see `GraspDetector`), from the same direction as the first.
     """
     for remaining in reversed(range(looks + 1)):
         frame = noisy_frame(world.shapes(), wTc, noise, rng)
-        grasps = detector.detect(frame, region).grasps
+        grasps = detector.detect(frame, region, wRa=wRa).grasps
         if not remaining or (grasps and grasps[0].quality >= DOUBTFUL):
             break
         if grasps:
@@ -119,17 +124,20 @@ def best_grasp(
             point = max(objects, key=lambda one: one.area).position
         else:
             break
-        wTc = straight_down(point, LOOK_HEIGHT, like=wTc)
+        if wRa is None:
+            wTc = straight_down(point, LOOK_HEIGHT, like=wTc)
+        else:
+            wTc = SE3(wTc.rotation, point - LOOK_HEIGHT * wTc.rotation[:, 2])
     return grasps[0] if grasps else None
 
 
 def execute(hand: FloatingHand, world: World, grasp: GraspEstimate) -> Attempt:
-    """Descend to a grasp, close, lift and shake."""
+    """Approach to a grasp, close, lift and shake."""
     wTg = grasp.wTg
     target = class_of(nearest_object(world, wTg.translation))
-    over = max(FLOOR + _ABOVE - wTg.translation[2], _NEAR)
-    hand.put(_raised(wTg, over), grasp.opening)
-    hand.move(_raised(wTg, _NEAR), _FAST)
+    over = max(FLOOR + _ABOVE - wTg.translation[2], 2.0 * _NEAR)
+    hand.put(_before(wTg, over), grasp.opening)
+    hand.move(_before(wTg, _NEAR), _FAST)
     hand.move(wTg, _SLOW)
     hand.close(_FORCE, _HOLDING)
     gripped, force = hand.pinched(), hand.hardest
@@ -150,20 +158,35 @@ def execute(hand: FloatingHand, world: World, grasp: GraspEstimate) -> Attempt:
 
 
 def random_grasp_holds(tries: int, meshes: Sequence[Path], seed: int) -> bool:
-    """Whether any of many random grasps holds the object of a scene.
+    """Whether any of many random grasps from straight above holds the object of a scene."""
+    return holds_by_chance(drop_scene(seed, 1, meshes), tries, seed)
 
-    The grasps come from straight above with the hand wide open, anywhere over the box around the
-    object, in any direction, and at any height down to where the finger tips meet the floor.
+
+def holds_by_chance(scene: DroppedScene, tries: int, seed: int, wRa: Array = UPRIGHT) -> bool:
+    """Whether any of many random grasps along -z of a holds the object of a scene.
+
+    The hand comes wide open, anywhere over the box around the object in a, in any closing
+    direction, and to any depth down to where the finger tips meet the floor of that box. Only
+    tries count for which the hand, its camera above, meets no furniture, and to find each
+    `_DRAWS` are drawn at most.
     """
-    scene = drop_scene(seed, 1, meshes)
     (obj,) = scene.world.objects
-    high = np.array([obj.reach(axis) for axis in np.eye(3)])
-    low = np.array([*(-obj.reach(-axis) for axis in np.eye(3)[:2]), FLOOR + ROBOT.gripper.tip])
+    high, low = (np.array([side * obj.reach(side * axis) for axis in wRa.T]) for side in (1, -1))
+    low[2] += ROBOT.gripper.tip
     rng = np.random.default_rng((EVALUATION_SEED, _GRASP_STREAM, seed))
+    furniture = World(scene.world.fixtures, [], surfaces=scene.world.surfaces)
     for _ in range(tries):
-        centre, direction = rng.uniform(low, np.maximum(high, low)), rng.uniform(0.0, np.pi)
+        for _ in range(_DRAWS):
+            centre, direction = rng.uniform(low, np.maximum(high, low)), rng.uniform(0.0, np.pi)
+            wTg = SE3(wRa @ exp3(direction * _UP) @ _DOWN, wRa @ centre)
+            if wTg.rotation[2, 0] < 0.0:
+                wTg = wTg * _HALF_TURN
+            if furniture.collision(Hand(ROBOT.gripper, wTg), ROBOT.gripper.opening) is None:
+                break
+        else:
+            return False
         grasp = GraspEstimate(
-            wTg=SE3(exp3(direction * _UP) @ _DOWN, centre),
+            wTg=wTg,
             width=0.0,
             opening=ROBOT.gripper.opening,
             quality=0.0,
@@ -171,9 +194,14 @@ def random_grasp_holds(tries: int, meshes: Sequence[Path], seed: int) -> bool:
             pixel=(0.0, 0.0),
             angle=0.0,
         )
-        if execute(*scene.hand(), grasp).held:
+        if execute(*scene.hand(wRa), grasp).held:
             return True
     return False
+
+
+def _before(wTe: SE3, distance: float) -> SE3:
+    """The pose from which a hand comes along its approach."""
+    return SE3(wTe.rotation, wTe.translation - distance * wTe.rotation[:, 2])
 
 
 def _raised(wTe: SE3, height: float) -> SE3:

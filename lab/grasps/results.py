@@ -52,6 +52,16 @@ class Row:
     name: str
     singles: tuple[Attempt, ...]
     bins: tuple[BinResult, ...]
+    hopeless: tuple[int, ...] = ()
+    """Numbers of the single scenes in which neither a row nor a random grasp held the object, from
+    where this row grasps it."""
+
+    @property
+    def feasible(self) -> npt.NDArray[np.bool_]:
+        """(N,) single scenes in which some grasp held, or random grasps were not tried."""
+        feasible = np.ones(len(self.singles), dtype=np.bool_)
+        feasible[list(self.hopeless)] = False
+        return feasible
 
     @property
     def held(self) -> list[bool]:
@@ -75,16 +85,7 @@ class GraspEvaluation:
 
     scenes: tuple[str, ...]  # group and class of each single scene
     rows: tuple[Row, ...]  # all others are compared with the first
-    hopeless: tuple[int, ...] = ()
-    """Numbers of the single scenes in which neither a row nor a random grasp held the object."""
     by_chance: int = 0  # random grasps tried in each scene in which no row held the object
-
-    @property
-    def feasible(self) -> npt.NDArray[np.bool_]:
-        """(N,) single scenes in which some grasp held, or random grasps were not tried."""
-        feasible = np.ones(len(self.scenes), dtype=np.bool_)
-        feasible[list(self.hopeless)] = False
-        return feasible
 
 
 def evaluation_tables(evaluation: GraspEvaluation) -> list[Table]:
@@ -102,7 +103,7 @@ def evaluation_tables(evaluation: GraspEvaluation) -> list[Table]:
     if evaluation.by_chance:
         single.add_section()
         for row in evaluation.rows:
-            held = percent(_only(row.held, evaluation.feasible))
+            held = percent(_only(row.held, row.feasible))
             single.add_row(f"{row.name}, where any grasp holds", held)
     if not first.bins:
         return [single]
@@ -123,7 +124,7 @@ def evaluation_notes(evaluation: GraspEvaluation) -> list[str]:
         for each, scene in zip(first.singles, evaluation.scenes, strict=True)
         if not each.held
     )
-    hopeless = Counter(evaluation.scenes[number] for number in evaluation.hopeless)
+    hopeless = Counter(evaluation.scenes[number] for number in first.hopeless)
     return [
         *(
             f"{scene}: in {count} scenes none of {evaluation.by_chance} grasps by chance held"

@@ -67,20 +67,23 @@ def random_world(
     return world_with(Objects(count=count, kinds=tuple(classes), width_mm=OBJECT_WIDTHS), rng)
 
 
-def world_with(objects: Objects, rng: np.random.Generator) -> tuple[World, Region]:
+def world_with(
+    objects: Objects, rng: np.random.Generator, *, bare: bool = False
+) -> tuple[World, Region]:
     """Objects around the origin, in a container or on a bare surface, on a pedestal or a table.
 
-    Returns the world and the region in which to grasp: inside the walls.
+    If `bare`, never in a container. Returns the world and the region in which to grasp: inside the
+    walls.
     """
     while True:
-        bare, on_table = rng.random() < _BARE, rng.random() < _ON_TABLE
+        open_sides, on_table = rng.random() < _BARE or bare, rng.random() < _ON_TABLE
         inner = rng.uniform((0.32, 0.30), (0.56, 0.50))
         scene = Scene(
             container=Container(
                 centre=(0.0, 0.0),
                 inner_size=(inner[0], inner[1]),
                 floor_height=FLOOR,
-                wall_height=0.001 if bare else rng.uniform(0.02, 0.08),
+                wall_height=0.001 if open_sides else rng.uniform(0.02, 0.08),
             ),
             table=Table(centre=(0.0, 3.0)),
             fixtures=(_AROUND,) if on_table else (),

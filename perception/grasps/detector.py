@@ -5,14 +5,14 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from pinocchio import SE3
 
 from perception.frame import Array, Frame, Image, Indices, Mask, ObjectRegion, Workspace
 from perception.frame_check import frame_problem
 from perception.geometry import world_points
 from perception.grasp import Detection
+from perception.grasps.approach import frame_along, workspace_along
 from perception.grasps.candidates import WITHOUT_NETWORK, CandidateSource, SpreadPoints
-from perception.grasps.height_map import local_heights
+from perception.grasps.height_map import local_heights, with_floor
 from perception.grasps.network_input import (
     INPUT_SIZE,
     OUTPUT_STRIDE,
@@ -26,13 +26,14 @@ from perception.grasps.network_input import (
 from perception.grasps.patches import HoldProbability
 from perception.grasps.ranking import MIN_OBJECT_HEIGHT, GraspRanking
 from perception.grasps.scene_memory import SceneMemory
-from perception.grasps.stereo import FAR, smoothed
+from perception.grasps.stereo import FAR, near_floor_filled, smoothed
 from perception.region_map import WALL_MARGIN
 from robots import GripperDescription
 
 OCCUPIED_HEIGHT = 0.010  # surfaces lower than this above the floor are not occupied [m]
 _MIN_VALID = 0.02  # share of pixels with a depth in a usable frame
-_MAX_CAMERA_AXIS_Z = -0.5  # the optical axis is within 60 degrees of straight down
+_MAX_CAMERA_AXIS_Z = -0.5  # the optical axis is within 60 degrees of the approach
+_FAR_END = 90.0  # of the depths in the workspace that a level camera sees [percent]
 _LEVEL_BIN = 0.005  # of the histogram of heights that finds the support surface [m]
 _STEP = 3  # only every third row and column of the image is looked at for what stands out [px]
 _RIM = 0.025  # where walls stand if the workspace is that wrong on the map [m]
@@ -88,27 +89,42 @@ class GraspDetector:
         self._hold = hold
 
     def detect(
-        self, frame: Frame, workspace: Workspace | None = None, memory: SceneMemory | None = None
+        self,
+        frame: Frame,
+        workspace: Workspace | None = None,
+        memory: SceneMemory | None = None,
+        wRa: Array | None = None,
     ) -> Detection:
-        """Find grasps from straight above: best first, or none and the reason.
+        """Find grasps along an approach: best first, or none and the reason.
 
         Without a workspace they are sought everywhere above the largest level surface. What stands
         out beside the middle of the image is searched where the middle has no grasp. The frame is
         added to the memory, and what it does not show is taken from there.
+
+        Args:
+            frame: of a camera that looks along the approach, by less than 60 degrees.
+            workspace: where to grasp.
+            memory: of earlier frames.
+            wRa: (3, 3) rotation in the world of the frame a, along whose -z the hand approaches,
+                at most level; None is from straight above.
         """
-        if reason := _unusable(frame):
+        if wRa is not None and np.array_equal(wRa, np.eye(3)):
+            wRa = None
+        if reason := _unusable(frame, wRa):
             return _no_grasp(frame, reason)
         depth = np.asarray(frame.depth, dtype=np.float32)
-        support = _support_depth(depth, frame.wTc, workspace)
+        support = _support_depth(depth, frame, workspace)
         if support > FAR:
             depth = smoothed(depth, frame.intrinsics.fx)
         floor = _level(frame) if workspace is None else workspace.floor
+        if wRa is not None:
+            depth = near_floor_filled(depth, frame.intrinsics, frame.wTc, floor)
         middle = scaled_crop(depth.shape, frame.intrinsics, support)
-        found = self._search(frame, depth, middle, support, workspace, floor, memory)
+        found = self._search(frame, depth, middle, support, workspace, floor, memory, wRa)
         if found.grasps or (aside := _stands_out_beside(middle, frame, workspace, floor)) is None:
             return found
         crop = scaled_crop(depth.shape, frame.intrinsics, support, aside)
-        beside = self._search(frame, depth, crop, support, workspace, floor, memory)
+        beside = self._search(frame, depth, crop, support, workspace, floor, memory, wRa)
         return found if found.reason != NOTHING and not beside.grasps else beside
 
     def _search(
@@ -120,22 +136,34 @@ class GraspDetector:
         workspace: Workspace | None,
         floor: float,
         memory: SceneMemory | None,
+        wRa: Array | None,
     ) -> Detection:
         """Find grasps in a crop of an image whose support surface is at a depth [m]."""
+        along = frame_along(frame, wRa)
         try:
-            prepared = prepare(depth, crop, frame.intrinsics, frame.wTc)
+            prepared = prepare(depth, crop, frame.intrinsics, along.wTc)
         except NoDepthError:
             return _no_grasp(frame, "no depth was measured in the middle of the image")
-        around = local_heights(frame, depth, crop, support)
+        around = local_heights(along, depth, crop, support, wRa)
         allowed = _allowed(prepared, frame, workspace, floor)
         covered = (float(crop.u0), float(crop.v0), float(crop.size))
+        scene = around.scene
         if memory is not None:
-            around = replace(around, scene=memory.completed(around.scene, frame.stamp))
+            scene = memory.completed(scene, frame.stamp)
+        around = replace(around, scene=with_floor(scene, floor))
         if not allowed.any():
             return _no_grasp(frame, NOTHING, covered)
         proposals = self.proposer.propose(prepared.network_input, allowed)
         is_meant = isinstance(workspace, ObjectRegion)
-        ranking = GraspRanking(frame, prepared, around, workspace, floor, self._gripper, self._hold)
+        ranking = GraspRanking(
+            along,
+            prepared,
+            around,
+            workspace_along(workspace, wRa),
+            floor,
+            self._gripper,
+            self._hold,
+        )
         grasps = ranking.among(proposals)
         # Without a hold estimate, spread points find chords at the rims of objects that are too
         # wide, so then they are tried only on given objects.
@@ -160,15 +188,15 @@ class GraspDetector:
         )
 
 
-def _unusable(frame: Frame) -> str:
+def _unusable(frame: Frame, wRa: Array | None) -> str:
     """Why a frame is unusable; empty if it is usable."""
     if mistake := frame_problem(frame):
         return mistake
     depth = np.asarray(frame.depth)
     if min(depth.shape) < 16:
         return f"the depth image has {depth.shape} pixels: too few to grasp by"
-    if frame.wTc.rotation[2, 2] > _MAX_CAMERA_AXIS_Z:
-        return "the camera does not look down"
+    if frame_along(frame, wRa).wTc.rotation[2, 2] > _MAX_CAMERA_AXIS_Z:
+        return "the camera does not look along the approach"
     valid = valid_depth(depth)
     count = np.count_nonzero(valid)
     if count < _MIN_VALID * valid.size:
@@ -192,12 +220,18 @@ def _no_grasp(
     )
 
 
-def _support_depth(depth: Image, wTc: SE3, workspace: Workspace | None) -> float:
-    """Depth of the support surface along the optical axis [m]."""
-    if workspace is not None:
+def _support_depth(depth: Image, frame: Frame, workspace: Workspace | None) -> float:
+    """Depth of the support surface along the optical axis; or of its far end, seen level [m]."""
+    wTc = frame.wTc
+    if workspace is not None and wTc.rotation[2, 2] <= _MAX_CAMERA_AXIS_Z:
         along_axis = float((workspace.floor - wTc.translation[2]) / wTc.rotation[2, 2])
         if along_axis > 0.0:
             return along_axis
+    elif workspace is not None:
+        row, column, points = _coarse(frame)
+        inside = workspace.contains(points)
+        if inside.any():
+            return float(np.percentile(depth[row[inside], column[inside]], _FAR_END))
     return float(np.median(depth[valid_depth(depth)]))
 
 

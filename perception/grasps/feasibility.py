@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 
 from perception.frame import Array, Image, Indices, Mask
+from perception.geometry import CAMERA_UP
 from perception.grasps.closing_profile import ALONG, contact_edge, flare, free_distances, runs
 from perception.grasps.hand_geometry import PALM_SPACING, HandDimensions, hand_dimensions
 from perception.grasps.height_map import CELL, HeightMap, look_up
@@ -90,17 +91,21 @@ def assess(
 
     Args:
         scene: heights, measured or exact.
-        x: (N,) grasp centres in the world [m].
+        x: (N,) grasp centres, as all that follows in the frame of the map [m].
         y: (N,) [m].
-        direction: (N,) closing direction in the world, from x towards y [rad].
-        floor: height of the support surface [m].
+        direction: (N,) closing direction, from x towards y [rad].
+        floor: height of the support surface in the world [m].
         gripper: the hand.
         margin: around its fingers [m].
     """
     hand = hand_dimensions(gripper, margin)
     cosine, sine = np.cos(direction), np.sin(direction)
     top = scene.at(x, y).astype(float)
-    deepest = np.maximum(0.5 * (top + floor), floor + FLOOR_CLEARANCE)
+    # Under both edges of the fingers: a tilted hand meets the floor with one of them.
+    edge = float(hand.lines[-1])
+    left = scene.plane(floor, x - edge * sine, y + edge * cosine)
+    below = np.maximum(left, scene.plane(floor, x + edge * sine, y - edge * cosine))
+    deepest = np.maximum(0.5 * (top + scene.plane(floor, x, y)), below + FLOOR_CLEARANCE)
     # All depths at once: with so few grasps the overhead of numpy's calls dominates.
     deep = np.maximum(top - np.array(DEPTHS)[:, None], deepest)
     z = np.maximum(deep, _lowest(scene, hand, x, y, cosine, sine, floor))
@@ -228,9 +233,14 @@ def _lowest(
     highest = _highest(scene, floor)
     x, y, c, s = (each[:, None] for each in (x, y, cosine, sine))
     lowest = np.full(len(x), -np.inf)
-    for height, along, across in hand.overhead:
+    upwards = None if scene.wRa is None else c * scene.wRa[2, 1] - s * scene.wRa[2, 0]
+    for part, (height, along, across) in enumerate(hand.overhead):
         at = x + c * along - s * across, y + s * along + c * across
-        under = look_up(highest, scene.origin, scene.cell, *at).max(axis=1)
+        at_each = look_up(highest, scene.origin, scene.cell, *at)
+        if part and upwards is not None:  # the camera
+            is_clear = (np.abs(upwards) > CAMERA_UP) & (upwards * across < 0.0)
+            at_each = np.where(is_clear, -np.inf, at_each)
+        under = at_each.max(axis=1)
         lowest = np.maximum(lowest, under + _PALM_CLEARANCE - height)
     return lowest
 
@@ -243,7 +253,8 @@ def _highest(scene: HeightMap, floor: float) -> Image:
     """
     heights = scene.heights
     if scene.unknown is not None:
-        tallest = np.where(scene.unknown, np.float32(floor + TALLEST), np.float32(-np.inf))
+        tall = np.asarray(scene.plane(floor + TALLEST, *scene.positions()), dtype=np.float32)
+        tallest = np.where(scene.unknown, tall, np.float32(-np.inf))
         if scene.rising is not None:
             tallest[scene.rising] = np.inf
         heights = np.maximum(heights, tallest)

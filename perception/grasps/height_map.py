@@ -1,6 +1,9 @@
-"""Height map of the scene: its upper surface on a regular grid of the world."""
+"""Height map of the scene: its upper surface on a regular grid, as seen along the approach.
 
-from dataclasses import dataclass
+From straight above that is a map of the world; else of the frame a of `approach`.
+"""
+
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -19,29 +22,62 @@ MAX_OFFSET = 0.36
 
 REACH = 0.07  # of the image beside a crop: the fingers reach no farther from a grasp [m]
 _INSIDE = 2  # of the border [px]
+_BEHIND = 0.05  # as far behind the ground of a tilted view the camera must see [m]
+_EDGE_ON = 1e-6  # cosine of a surface that is seen edge-on: everything is far above or below it
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class HeightMap:
-    """Heights on a grid whose rows run along y of the world and columns along x."""
+    """Heights on a grid whose rows run along y and columns along x, of the world or of a."""
 
-    heights: Image  # (rows, columns) in the world [m]
+    heights: Image  # (rows, columns) [m]
     origin: Array  # (2,) x and y of the centre of cell (0, 0) [m]
     cell: float = CELL  # side of a cell [m]
     unknown: Mask | None = None  # (rows, columns) where something hidden may stand; None is nowhere
     rising: Mask | None = None  # (rows, columns) where that may be as high as the camera
+    wRa: Array | None = None  # (3, 3) rotation of a in the world; None is a map of the world
 
     def at(self, x: Array | Image, y: Array | Image) -> Image:
-        """Heights at world positions of any shape [m]; outside the grid, those of its border."""
+        """Heights at positions of any shape [m]; outside the grid, those of its border."""
         return look_up(self.heights, self.origin, self.cell, x, y)
 
     def cells(self, x: Array | Image, y: Array | Image) -> Indices:
-        """Flat indices of the cells at world positions [m]; outside the grid, of its border."""
+        """Flat indices of the cells at positions [m]; outside the grid, of its border."""
         return _cells(self.heights.shape, self.origin, self.cell, x, y)
+
+    def above(self, level: float) -> Mask:
+        """(rows, columns) which heights are above a level of the world [m]."""
+        if self.wRa is None:
+            return np.asarray(self.heights > level)
+        return np.asarray(self.heights > self.plane(level, *self.positions()))
+
+    def over(self, level: float, x: Array, y: Array, z: Array) -> Array:
+        """(N,) how high points are over a level of the world, there [m]."""
+        if self.wRa is None:
+            return z - level
+        height: Array = np.stack([x, y, z], axis=1) @ self.wRa[2] - level
+        return height
+
+    def positions(self) -> tuple[Array, Array]:
+        """The x (1, columns) and y (rows, 1) of the cells [m]."""
+        rows, columns = self.heights.shape
+        x, y = (self.origin[i] + self.cell * np.arange(n) for i, n in ((0, columns), (1, rows)))
+        return x[None, :], y[:, None]
+
+    def plane(self, level: float, x: Array, y: Array) -> Array | float:
+        """Heights at positions of what lies at a level of the world [m]; a slope seen from a.
+
+        Seen edge-on, it is infinitely far below what is above it.
+        """
+        if self.wRa is None:
+            return level
+        up = self.wRa[2]
+        below: Array = (level - up[0] * x - up[1] * y) / max(float(up[2]), _EDGE_ON)
+        return below
 
 
 def look_up(values: Image, origin: Array, cell: float, x: Array | Image, y: Array | Image) -> Image:
-    """Values of the cells at world positions [m]; outside the grid, those of its border."""
+    """Values of the cells at positions [m]; outside the grid, those of its border."""
     found: Image = values.ravel().take(_cells(values.shape, origin, cell, x, y))
     return found
 
@@ -72,19 +108,22 @@ def build_height_map(
     u: Array,
     v: Array,
     unseen: Occlusion | None = None,
+    wRa: Array | None = None,
 ) -> HeightMap:
     """The upper surface of a depth image.
 
     A cell without a point takes the lower of its two neighbours in the row: behind something higher
-    lies the background. A 3x3 median then removes single outliers.
+    lies the background. In a the background may be far away, and what shows it far aside: there a
+    cell also counts as low if the camera sees past it. A 3x3 median then removes single outliers.
 
     Args:
         depth: (H, W) without holes [m].
         intrinsics: the camera's pinhole model.
-        wTc: camera in the world.
+        wTc: camera in the world, or in a.
         u: (1, W) columns in the full image [px].
         v: (H, 1) rows in the full image [px].
         unseen: what the image does not show; None if it shows all.
+        wRa: (3, 3) rotation of a in the world; None is a map of the world.
     """
     # Relative to the camera, single precision is exact to a micrometre.
     here = SE3(wTc.rotation, np.array([0.0, 0.0, wTc.translation[2]]))
@@ -111,7 +150,6 @@ def build_height_map(
     heights = np.full(shape, -np.inf, dtype=np.float32)
     np.maximum.at(heights.ravel(), row * np.int32(shape[1]) + column, z)
     empty = np.isinf(heights)
-    heights = -fill(-heights, empty)
     unknown = rising = None
     if unseen is not None:
         row, column = np.nonzero(empty)
@@ -120,6 +158,13 @@ def build_height_map(
         at_x, at_y = at_x + wTc.translation[0], at_y + wTc.translation[1]
         unknown = np.zeros(shape, dtype=np.bool_)
         unknown[row, column] = left_out | unseen.hides(at_x, at_y, intrinsics, wTc)
+        if wRa is not None:
+            level = unseen.ground - _BEHIND
+            free = unseen.sees_past(at_x, at_y, level, z.reshape(depth.shape), intrinsics, wTc)
+            heights[row[free], column[free]] = level
+            empty[row[free], column[free]] = False
+    heights = -fill(-heights, empty)
+    if unseen is not None and unknown is not None:
         hide_outside(unknown)
         if unseen.rising.any():
             rising = _filled(shape, origin, unseen.within_range(intrinsics, wTc))
@@ -129,7 +174,19 @@ def build_height_map(
         origin=origin,
         unknown=unknown,
         rising=rising,
+        wRa=wRa,
     )
+
+
+def with_floor(scene: HeightMap, floor: float) -> HeightMap:
+    """A tilted map in which the support surface is solid, also where nothing shows it.
+
+    `floor` is its height in the world [m]. From straight above everything lies on it anyway.
+    """
+    if scene.wRa is None:
+        return scene
+    lowest = scene.plane(floor, *scene.positions())
+    return replace(scene, heights=np.maximum(scene.heights, lowest).astype(np.float32))
 
 
 def _filled(shape: tuple[int, int], origin: Array, at: Array) -> Mask:
@@ -151,10 +208,13 @@ class LocalHeights:
     [m]."""
 
 
-def local_heights(frame: Frame, depth: Image, crop: Crop, support: float) -> LocalHeights:
+def local_heights(
+    frame: Frame, depth: Image, crop: Crop, support: float, wRa: Array | None = None
+) -> LocalHeights:
     """The heights of a crop and, as far as the image shows it, of `REACH` around it.
 
-    `support` is the depth of the support surface along the optical axis [m].
+    `support` is the depth of the support surface along the optical axis [m]; the frame is in a if
+    there is a `wRa`, the (3, 3) rotation of a in the world.
 
     Raises:
         NoDepthError: no pixel has a depth.
@@ -176,7 +236,7 @@ def local_heights(frame: Frame, depth: Image, crop: Crop, support: float) -> Loc
     )
     u, v = u.astype(float)[None, :], v.astype(float)[:, None]
     return LocalHeights(
-        scene=build_height_map(filled, frame.intrinsics, frame.wTc, u, v, unseen),
+        scene=build_height_map(filled, frame.intrinsics, frame.wTc, u, v, unseen, wRa),
         border=_border(frame, filled, unseen.pixels, u, v),
     )
 

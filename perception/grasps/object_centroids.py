@@ -10,6 +10,7 @@ import numpy as np
 
 from perception.frame import Array, Indices, Mask, Workspace
 from perception.grasps.height_map import HeightMap, look_up
+from perception.grasps.stereo import TALLEST
 
 LONGEST = 0.08  # a lever arm of this length or more counts as ... [m]
 LEAST = 0.2  # ... this share of a grasp at the centroid
@@ -21,10 +22,10 @@ class ObjectCentroids:
 
     Args:
         scene: measured heights.
-        lowest: height above which points belong to objects [m].
+        lowest: height in the world above which points belong to objects [m].
         workspace: limits the objects; None is everywhere.
         border: (B, 3) points along the border of the image, in the world [m]. The centroid
-            of an object that it cuts off is unknown.
+            of an object that it cuts off is unknown. As all else in a if the map is.
     """
 
     def __init__(
@@ -37,7 +38,7 @@ class ObjectCentroids:
         heights = scene.heights[::_STEP, ::_STEP]
         self._cell = _STEP * scene.cell
         self._origin = scene.origin
-        raised = heights > lowest
+        raised = scene.above(lowest)[::_STEP, ::_STEP]
         if scene.unknown is not None:  # there the map goes on as high as what it ends with
             raised &= ~scene.unknown[::_STEP, ::_STEP]
         row, column = np.nonzero(raised)
@@ -48,7 +49,9 @@ class ObjectCentroids:
             row, column, x, y = row[inside], column[inside], x[inside], y[inside]
         count, objects = cv2.connectedComponents(raised.astype(np.uint8), connectivity=8)
         self._objects = np.asarray(objects, dtype=np.float32)
-        number, above = objects[row, column], heights[row, column] - lowest
+        number, above = objects[row, column], heights[row, column] - scene.plane(lowest, x, y)
+        if scene.wRa is not None:  # the floor may be far behind the object
+            above = np.minimum(above, TALLEST)
         volume = np.maximum(np.bincount(number, above, count), 1e-9)
         self._volume = volume * self._cell**2
         self._middle_x = np.bincount(number, above * x, count) / volume
@@ -61,8 +64,9 @@ class ObjectCentroids:
             self._hidden[beside[scene.unknown[::_STEP, ::_STEP]].astype(np.int64)] = True
             self._hidden[0] = False
         if border is not None:
-            leaving = border[border[:, 2] > lowest]
-            self._cut_off[self._object_at(leaving[:, 0], leaving[:, 1])] = True
+            x, y, z = border.T
+            leaving = z > scene.plane(lowest, x, y)
+            self._cut_off[self._object_at(x[leaving], y[leaving])] = True
             self._cut_off[0] = False
 
     def _object_at(self, x: Array, y: Array) -> Indices:

@@ -47,9 +47,9 @@ class GraspPatches:
     far_unknown: Mask  # (N, 32, 32) as `near_unknown`
     numbers: Image
     """(N, 11) see `NUMBERS`: score of the check; lengths in m, of the grasp over the floor and
-    below the surface, from it to the centroid along and across, and to the camera; volume of the
-    object in m^3; whether it is all in the image; cosine between the way to the camera and the
-    vertical.
+    below the surface, from it to the centroid along and across, and to the
+    camera; volume of the object in m^3; whether it is all in the image; cosine between the way to
+    the camera and that from which the hand comes.
     """
 
     def only(self, which: Indices) -> GraspPatches:
@@ -74,7 +74,7 @@ HoldProbability: TypeAlias = Callable[[GraspPatches], Array]
 def grasp_patches(
     scene: HeightMap, found: RefinedGrasps, centroids: ObjectCentroids, camera: Array, floor: float
 ) -> GraspPatches:
-    """Height patches and scalars of grasps; `camera` (3,) is in the world [m]."""
+    """Height patches and scalars of grasps; `camera` (3,) is in the frame of the map [m]."""
     cosine, sine = np.cos(found.direction), np.sin(found.direction)
     near, near_unknown = _around(scene, found, cosine, sine, NEAR_CELL, NEAR_SHAPE)
     far, far_unknown = _around(scene, found, cosine, sine, FAR_CELL, FAR_SHAPE)
@@ -86,7 +86,7 @@ def grasp_patches(
         "width": found.width,
         "opening": found.opening,
         "depth": found.top - found.z,
-        "height": found.z - floor,
+        "height": scene.over(floor, found.x, found.y, found.z),
         "middle_along": cosine * x + sine * y,
         "middle_across": cosine * y - sine * x,
         "volume": centroids.volume(found.x, found.y),

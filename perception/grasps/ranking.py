@@ -1,4 +1,7 @@
-"""Ranking of grasps: feasible grasps at the candidates of an image, best first, in the world."""
+"""Ranking of grasps: feasible grasps at the candidates of an image, best first, in the world.
+
+All is computed as from straight above: in the world, or in the frame a of `approach`.
+"""
 
 import numpy as np
 from pinocchio import SE3
@@ -6,6 +9,7 @@ from pinocchio import SE3
 from perception.frame import Array, Frame, Mask, ObjectRegion, Workspace
 from perception.geometry import Camera, closing_direction, grasp_pose, world_points
 from perception.grasp import GraspEstimate
+from perception.grasps.approach import level_direction, uprightness
 from perception.grasps.candidates import Proposals
 from perception.grasps.feasibility import Assessment, assess
 from perception.grasps.height_map import LocalHeights
@@ -17,6 +21,8 @@ from robots import GripperDescription
 
 MIN_OBJECT_HEIGHT = 0.008  # surfaces lower than this above the floor are not grasped [m]
 LEAST_HOLD = 0.25  # grasps less likely to hold than this are discarded
+LOSS_BY_DEPTH = 1.0  # a tilted hand reaches over what stands before others: that goes first [1/m]
+LOSS_BY_SLANT = 0.4  # loss of closing directions that are not level, see `uprightness`
 ROOMY = 0.045  # objects wider than this leave an inaccurate hand little room [m] ...
 LOSS_BY_WIDTH = 1.5  # ... and lose this against equally likely ones [1/m]: 3 % at 65 mm
 MARGIN = 0.0035  # errors of arm and camera; where fingers this much wider do not fit, ... [m]
@@ -33,7 +39,7 @@ class GraspRanking:
         prepared: its crop.
         around: its heights.
         workspace: where to grasp; None is everywhere.
-        floor: height of the support surface [m].
+        floor: height of the support surface in the world [m].
         gripper: the hand.
         hold: how likely grasps hold, which is then their quality; None ranks by check and network.
     """
@@ -54,6 +60,11 @@ class GraspRanking:
         self.unlikely = False  # whether the hand fits somewhere, but is not likely to hold
         lowest = floor + MIN_OBJECT_HEIGHT
         self._centroids = ObjectCentroids(around.scene, lowest, workspace, around.border)
+        self._up: Array | None = None  # see `grasp_pose`
+        if around.scene.wRa is not None:
+            camera = gripper.camera
+            side = 1.0 if camera is None else np.sign(camera.pose.translation[0])
+            self._up = side * around.scene.wRa[2]
 
     def among(self, proposals: Proposals) -> tuple[GraspEstimate, ...]:
         """The feasible grasps at candidates, in all directions if the preferred ones have none."""
@@ -61,7 +72,11 @@ class GraspRanking:
         if len(candidates.quality) == 0:
             return ()
         x, y, direction = self._in_world(candidates.pixel, candidates.angle)
-        for directions in sorted({proposals.directions, ALL_DIRECTIONS}):
+        some, turn_cost, wRa = proposals.directions, proposals.turn_cost, self._scene.wRa
+        if wRa is not None:  # the network knows nothing of what is level
+            direction, some = np.full(len(direction), level_direction(wRa)), ALL_DIRECTIONS
+            turn_cost = 0.0
+        for directions in sorted({some, ALL_DIRECTIONS}):
             found = refine(
                 self._scene,
                 x,
@@ -71,7 +86,7 @@ class GraspRanking:
                 self._floor,
                 self._gripper,
                 directions=directions,
-                turn_cost=proposals.turn_cost,
+                turn_cost=turn_cost,
                 count=proposals.most,
                 centroids=self._centroids,
                 owned=self._owned if isinstance(self._workspace, ObjectRegion) else None,
@@ -94,6 +109,9 @@ class GraspRanking:
         likely = likely * np.where(tight, 1.0 - LOSS_BY_TIGHTNESS, 1.0)
         self.unlikely = self.unlikely or bool((likely < LEAST_HOLD).all())
         loss = LOSS_BY_LEVER * self._centroids.at(found.x, found.y)
+        if self._scene.wRa is not None:
+            loss += LOSS_BY_SLANT * (1.0 - uprightness(found.direction, self._scene.wRa))
+            loss += LOSS_BY_DEPTH * (found.x - found.x.min())
         loss += LOSS_BY_WIDTH * np.maximum(found.width - ROOMY, 0.0)
         ranked = found.ranked(likely, likely - loss)
         return ranked.only(ranked.score >= LEAST_HOLD)
@@ -117,10 +135,10 @@ class GraspRanking:
         aside *= 0.5 * found.width[:, None]
         return self._workspace.owns(centres, np.stack([centres - aside, centres + aside], axis=1))
 
-    def _outline(self, wTg: SE3) -> Array:
+    def _outline(self, aTg: SE3) -> Array:
         """(K, 3) corners in g, at z = 0, of the object that a grasp is on [m]."""
-        here = wTg.translation[:2]
-        corners: Array = (self._centroids.outline(*here) - here) @ wTg.rotation[:2]
+        here = aTg.translation[:2]
+        corners: Array = (self._centroids.outline(*here) - here) @ aTg.rotation[:2]
         return corners
 
     def _estimates(self, found: RefinedGrasps) -> tuple[GraspEstimate, ...]:
@@ -137,10 +155,12 @@ class GraspRanking:
         lever = self._centroids.at(found.x, found.y)
         to_x, to_y = self._centroids.to_middle(found.x, found.y)
         volume = self._centroids.volume(found.x, found.y)
-        wTg = [
-            grasp_pose(found.x[i], found.y[i], found.z[i], found.direction[i], frame.wTc)
+        wRa, up = self._scene.wRa, self._up
+        aTg = [
+            grasp_pose(found.x[i], found.y[i], found.z[i], found.direction[i], frame.wTc, up)
             for i in range(len(centre))
         ]
+        wTg = aTg if wRa is None else [SE3(wRa, np.zeros(3)) * pose for pose in aTg]
         return tuple(
             GraspEstimate(
                 wTg=wTg[i],
@@ -152,9 +172,9 @@ class GraspRanking:
                 lever=float(lever[i]),
                 volume=float(volume[i]),
                 middle=(float(found.x[i] + to_x[i]), float(found.y[i] + to_y[i]))
-                if is_middle[i]
+                if is_middle[i] and wRa is None
                 else None,
-                outline=self._outline(wTg[i]) if is_middle[i] else None,
+                outline=self._outline(aTg[i]) if is_middle[i] else None,
                 stamp=frame.stamp,
                 pixel=(float(pixel[i, 0]), float(pixel[i, 1])),
                 angle=float(np.arctan2(line[i, 1], line[i, 0])),

@@ -12,6 +12,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from perception.frame import Array, Indices, Mask
+from perception.grasps.approach import uprightness
 from perception.grasps.feasibility import Assessment, assess
 from perception.grasps.height_map import HeightMap
 from perception.grasps.object_centroids import ObjectCentroids
@@ -85,6 +86,7 @@ def refine(
     )
     first = assess(scene, x, y, tried, floor, gripper)
     score = first.score * prior * _preference(tried - proposed, turn_cost)
+    score *= uprightness(tried, scene.wRa)
     if centroids is not None:
         score *= centroids.preference(first.x, first.y)
     if owned is not None:
@@ -98,7 +100,7 @@ def refine(
     found = assess(scene, first.x[again], first.y[again], tried, floor, gripper)
     off_centre = np.clip(1.2 - np.abs(found.offset) / _CENTRED, 0.1, 1.0)
     score = found.score * prior[again] * off_centre
-    score *= _preference(tried - proposed[again], turn_cost)
+    score *= _preference(tried - proposed[again], turn_cost) * uprightness(tried, scene.wRa)
     if centroids is not None:
         score *= centroids.preference(found.x, found.y)
     if owned is not None:

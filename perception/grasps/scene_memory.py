@@ -39,6 +39,8 @@ class SceneMemory:
 
     def completed(self, scene: HeightMap, stamp: float) -> HeightMap:
         """Remember the newest height map, and complete it by earlier ones."""
+        if self._shown and not _same_frame(self._shown[0].scene, scene):
+            self._shown.clear()  # seen along another approach
         while self._shown and not 0.0 <= stamp - self._shown[-1].stamp <= OLDEST:
             self._shown.pop()
         earlier = [shown.scene for shown in self._shown]
@@ -55,15 +57,23 @@ class SceneMemory:
         return left
 
 
+def _same_frame(one: HeightMap, other: HeightMap) -> bool:
+    if one.wRa is None or other.wRa is None:
+        return one.wRa is other.wRa
+    return np.array_equal(one.wRa, other.wRa)
+
+
 def _without(scene: HeightMap, point: Array, lowest: float) -> HeightMap:
-    """A map in which the objects at or near a point are unknown."""
+    """A map in which the objects at or near a point of the world are unknown."""
     if scene.unknown is None:
         return scene
+    if scene.wRa is not None:
+        point = point @ scene.wRa
+    raised = scene.above(lowest) & ~scene.unknown
     reach = np.arange(-_NEAR, _NEAR + scene.cell, scene.cell)
     near = scene.cells(point[0] + reach[None, :], point[1] + reach[:, None])
-    if not ((scene.heights.ravel()[near] > lowest) & ~scene.unknown.ravel()[near]).any():
+    if not raised.ravel()[near].any():
         return scene
-    raised = (scene.heights > lowest) & ~scene.unknown
     _, objects = cv2.connectedComponents(raised.astype(np.uint8), connectivity=8)
     there = np.setdiff1d(objects.ravel()[near], [0])
     gone = cv2.dilate(np.isin(objects, there).astype(np.uint8), np.ones((5, 5), dtype=np.uint8))

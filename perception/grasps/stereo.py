@@ -13,7 +13,7 @@ import numpy as np
 from pinocchio import SE3
 
 from perception.frame import Array, Image, Indices, Mask
-from perception.geometry import world_points
+from perception.geometry import world_maps, world_points
 from perception.grasps.network_input import holes, valid_depth
 from robots import Intrinsics
 
@@ -69,6 +69,23 @@ def unknown_pixels(depth: Image, missing: Mask, fx: float, farthest: float) -> M
     return opened
 
 
+def near_floor_filled(depth: Image, intrinsics: Intrinsics, wTc: SE3, floor: float) -> Image:
+    """(H, W) depth [m] with the support surface where it is within the minimum range of the camera.
+
+    A camera beside an object looks over that: its hole hides nothing. `floor` is the height of the
+    surface in the world [m].
+    """
+    row, column = np.nonzero(~valid_depth(depth))
+    u, v = column.astype(float), row.astype(float)
+    direction = SE3(wTc.rotation, np.zeros(3))
+    (rise,) = world_maps(np.ones(len(row)), intrinsics, direction, u, v, axes=(2,))
+    there = (floor - wTc.translation[2]) / np.minimum(rise, -1e-6)
+    shown = (there > 0.0) & (there < NEAREST + _RISING)
+    filled = np.array(depth)
+    filled[row[shown], column[shown]] = there[shown]
+    return filled
+
+
 def rising_holes(depth: Image, missing: Mask, unknown: Mask) -> Mask:
     """Which of the unknown pixels may show an object within the minimum range of the camera.
 
@@ -120,6 +137,19 @@ class Occlusion:
         hidden: Mask = ~inside
         hidden[inside] = self.pixels[row[inside], column[inside]]
         return hidden
+
+    def sees_past(
+        self, x: Array, y: Array, height: float, seen: Image, intrinsics: Intrinsics, wTc: SE3
+    ) -> Mask:
+        """(N,) at which positions at a height the image shows what is lower.
+
+        `seen` (H, W) are the heights that the pixels show [m].
+        """
+        column, row = self._pixel(x, y, height, intrinsics, wTc.inverse())
+        past = self._inside(column, row)
+        row, column = row[past], column[past]
+        past[past] = ~self.pixels[row, column] & (seen[row, column] < height)
+        return past
 
     def _pixel(
         self, x: Array, y: Array, height: float, intrinsics: Intrinsics, cTw: SE3

@@ -168,8 +168,10 @@ def _turn(a: SE3, b: SE3) -> float:
 
 
 def _close(a: SE3, b: SE3, distance: float, angle: float) -> bool:
-    apart = np.linalg.norm((a.translation - b.translation)[:2])
-    return bool(apart <= distance) and _turn(_same_way_round(a, b), b) <= angle
+    """Whether two grasps are about the same, at any depth along the approach of b."""
+    apart, approach = a.translation - b.translation, b.rotation[:, 2]
+    across = np.linalg.norm(apart - approach * (approach @ apart))
+    return bool(across <= distance) and _turn(_same_way_round(a, b), b) <= angle
 
 
 def _difference(a: SE3, b: SE3) -> float:

@@ -155,3 +155,15 @@ def test_a_failed_grasp_is_avoided_where_it_is_on_the_map_while_odometry_drifts(
     tracker.reject(grasp(0.0, 0.0).wTg)
     tracker.mTw = SE3(np.eye(3), np.array([-0.1, 0.0, 0.0]))
     assert position(tracker.update(seen(other, grasp(0.2, 0.0, quality=0.5)), FAR))[0] > 0.15
+
+
+def test_at_another_depth_along_its_approach_it_is_the_same_grasp() -> None:
+    level = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]) @ DOWN
+
+    def at(x: float, z: float) -> GraspEstimate:
+        return replace(grasp(0.0, 0.0), wTg=SE3(level, np.array([x, 0.0, z])), middle=None)
+
+    tracker = GraspTracker()
+    tracker.update(seen(at(0.0, 0.5)), FAR)
+    assert position(tracker.update(seen(at(0.05, 0.5)), FAR))[0] == pytest.approx(0.02)
+    assert position(tracker.update(seen(at(0.05, 0.55)), FAR))[2] == pytest.approx(0.5)

@@ -190,3 +190,25 @@ def test_a_pose_of_the_base_is_on_no_furniture(tmp_path):
     at, [one] = mistakes(tmp_path, place, "drive: {to: x}")
     assert (one.location.line, one.location.column) == at
     assert "`on` is for poses of the hand; leave it out" in str(one)
+
+
+@pytest.mark.parametrize(("tilt", "warned"), [("", True), (", least_tilt_deg: 45", False)])
+def test_a_place_in_a_shelf_for_what_is_gripped_straight_down_is_warned_of(tmp_path, tilt, warned):
+    path = tmp_path / "t.yaml"
+    path.write_text(
+        "task: corpus\n"
+        "scene: shelf\n"
+        "regions:\n"
+        "  trolley: {centre: [0.0, 1.6, 0.85], size: [0.5, 0.4, 0.2]}\n"
+        "  middle: {centre: [2.52, 0.0, 0.85], size: [0.2, 0.44, 0.2]}\n"
+        "tree:\n"
+        "  sequence:\n"
+        f"    - grasp: {{within: trolley{tilt}}}\n"
+        "    - place: {on: middle}\n"
+    )
+    found = [(one.location.line, one.severity, one.hint) for one in check(path) if one.location]
+    assert bool(found) == warned
+    if warned:
+        [(line, severity, hint)] = found
+        assert (line, severity) == (9, Severity.WARNING)
+        assert "least_tilt_deg: 45" in hint

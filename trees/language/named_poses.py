@@ -149,6 +149,10 @@ class RegionSection(StrictModel):
     centre: _Triple = Field(description="Middle of the box in the world [m].")
     size: _Edges = Field(description="Full length of each edge [m].")
     yaw_deg: _Angle = Field(default=0.0, description="Turn about the vertical [°].")
+    front_deg: _Angle = Field(
+        default=ABSENT,
+        description="Where a hand points that reaches in, from the world's x axis [°].",
+    )
     on: str = Field(default=ABSENT, description="Furniture of the map with which the box moves.")
 
     def make(self, name: str) -> Region:
@@ -156,7 +160,8 @@ class RegionSection(StrictModel):
         import numpy as np
 
         mTr = _upright(self.centre, self.yaw_deg)
-        return Region(name=name, mTr=mTr, size=np.array(self.size), on=self.on or "")
+        front = math.radians(self.front_deg) if "front_deg" in self.model_fields_set else None
+        return Region(name=name, mTr=mTr, size=np.array(self.size), front=front, on=self.on or "")
 
 
 def _upright(xyz: list[float], yaw_deg: float) -> SE3:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from math import radians
 from os.path import isfile
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeVar, cast
 
-from behaviours import MapPlace, Region
+from behaviours import MapPlace, Region, ToolPose
 from config import Diagnostic, Diagnostics, Location, Severity, YamlMap, read_yaml, suggest
 from trees.language import (
     SCENE,
+    KeyRead,
     LeafNode,
     NamedValue,
     SubtreeNode,
@@ -21,9 +23,12 @@ from trees.language import (
 )
 
 if TYPE_CHECKING:
+    from behaviours import ApproachWord
     from robots import Geom, RobotDescription
 
 _USUAL = "frankie"
+_ANY_APPROACH: ApproachWord = "auto"
+_T = TypeVar("_T")
 
 
 class _Use(NamedTuple):
@@ -133,12 +138,42 @@ def place_diagnostics(
     the world, only the robot counts.
     """
     defined = {id(value): (path, location) for value, path, location in _definitions(task)}
-    found = (
+    uses = list(_uses(task))
+    found = [
         diagnostic
-        for use in _uses(task)
+        for use in uses
         for diagnostic in _of_use(use, defined.get(id(use.value)), robot, fixtures)
+    ]
+    return list(dict.fromkeys([*found, *_not_set_down(uses, robot, fixtures)]))
+
+
+def _not_set_down(
+    uses: Sequence[_Use], robot: RobotDescription, fixtures: Sequence[Geom]
+) -> Iterator[Diagnostic]:
+    """Regions where things are to be set down by a hand that is tilted more than it grasps."""
+    regions = (
+        [(use, use.value) for use in uses if isinstance(use.value, Region)] if fixtures else []
     )
-    return list(dict.fromkeys(found))
+    if not regions:
+        return
+    from trees.site.reach import tilt_into, why_not_set_down
+
+    tilts = [
+        tilt_into(region, robot, fixtures, *_approach(use))
+        for use, region in regions
+        if use.leaf.type.key == "grasp"
+    ]
+    for use, region in regions:
+        if use.leaf.type.key != "place":
+            continue
+        if (why := why_not_set_down(region, robot, fixtures, tilts)) is not None:
+            yield Diagnostic(
+                path=use.path,
+                location=use.leaf.location,
+                message=why[0],
+                hint=why[1],
+                severity=Severity.WARNING,
+            )
 
 
 def _of_use(
@@ -147,15 +182,20 @@ def _of_use(
     robot: RobotDescription,
     fixtures: Sequence[Geom],
 ) -> Iterator[Diagnostic]:
+    from behaviours import tilted_if_needed
     from trees.site.reach import (
         bare_places,
         points_up,
         what_is_in_the_way,
         why_no_stance_is_free,
+        why_not_come_to,
         why_not_reached,
     )
 
     leaf, value = use.leaf, use.value
+    if isinstance(value, ToolPose):
+        within = _given(use, "within_m", 0.0)
+        value = tilted_if_needed(robot, tuple(fixtures), value, within)
     if defined is not None and use.parameter in leaf.type.goes_to:
         path, location = defined
         why = (
@@ -172,7 +212,9 @@ def _of_use(
                 path=path, location=location, message=message, hint=hint, severity=severity
             )
     if fixtures and isinstance(value, Region) and use.parameter in leaf.type.surfaces:
-        bare = bare_places(value, _pitch(use), fixtures)
+        if (why := why_not_come_to(value, robot, fixtures, *_approach(use))) is not None:
+            yield Diagnostic(path=use.path, location=leaf.location, message=why[0], hint=why[1])
+        bare = bare_places(value, _given(use, "pitch_m", None), fixtures)
         if bare.missing:
             yield Diagnostic(
                 path=use.path,
@@ -184,11 +226,17 @@ def _of_use(
             )
 
 
-def _pitch(use: _Use) -> float | None:
-    """Between the places on which a leaf puts things; None if it puts nothing anywhere."""
-    parameter = use.leaf.type.parameters.get("pitch_m")
-    given = use.leaf.arguments.get("pitch_m", parameter and parameter.default)
-    return given if isinstance(given, float) else None
+def _approach(use: _Use) -> tuple[ApproachWord, float]:
+    """How the hand may come to a region: the word, and the least tilt [rad]."""
+    return _given(use, "approach", _ANY_APPROACH), radians(_given(use, "least_tilt_deg", 0.0))
+
+
+def _given(use: _Use, name: str, otherwise: _T) -> _T:
+    """A parameter of a leaf, or its default; `otherwise` where it has none, or not yet a value."""
+    parameter = use.leaf.type.parameters.get(name)
+    given = use.leaf.arguments.get(name, parameter and parameter.default)
+    is_value = given is not None and not isinstance(given, KeyRead)
+    return cast(_T, given) if is_value else otherwise
 
 
 def _furniture(task: Task, robot: RobotDescription) -> tuple[Sequence[Geom], list[Diagnostic]]:

@@ -1,14 +1,22 @@
 """Reachability of poses and postures for a robot, and collisions with the furniture of a scene."""
 
 from collections.abc import Iterator, Sequence
-from math import degrees, pi
+from math import degrees, pi, radians
 from typing import NamedTuple
 
 import coal
 import numpy as np
 from pinocchio import SE3
 
-from behaviours import BasePose, Posture, Region, ToolPose, slots
+from behaviours import (
+    ApproachWord,
+    BasePose,
+    Posture,
+    Region,
+    ToolPose,
+    region_direction,
+    slots,
+)
 from controller import Array, out_of_reach, reached_instead, why_no_stance
 from robots import Box, Geom, Plane, RobotDescription, coal_geometry
 
@@ -18,6 +26,7 @@ _DIPS = 0.005  # finger tips this far below the floor are below it [m]
 _DEEP = 0.01  # penetration of furniture that counts [m]
 _NEAR = 0.03  # distance between a surface and the floor of a region that counts as none [m]
 _COLUMN = 0.12  # width of the foot of an arm [m]
+_SAME_TILT = radians(1.0)  # largest difference of tilts that are the same [rad]
 _SPACING = 0.1  # between the tested points of a region's floor [m]
 
 
@@ -85,6 +94,51 @@ def why_no_stance_is_free(
         return None
     why = why_no_stance(robot, value.wTe, tuple(fixtures))
     return (f"out of reach in the scene: {why}", "move the pose, or the furniture") if why else None
+
+
+def why_not_come_to(
+    region: Region,
+    robot: RobotDescription,
+    fixtures: Sequence[Geom],
+    word: ApproachWord,
+    least_tilt: float,
+) -> tuple[str, str] | None:
+    """Message and hint about a region that the hand does not reach as it may come; else None."""
+    if region_direction(robot, tuple(fixtures), region, word, least_tilt) is not None:
+        return None
+    anyhow = region_direction(robot, tuple(fixtures), region)
+    if anyhow is None:
+        hint = "lower it, or move what is in the way"
+        return f"`{region.name}`: no stance lets the hand get to it", hint
+    hint = f"tilted by {degrees(anyhow.tilt):.0f}° it does; allow `approach: auto`"
+    return f"`{region.name}`: no stance lets the hand come to it like this", hint
+
+
+def tilt_into(
+    region: Region,
+    robot: RobotDescription,
+    fixtures: Sequence[Geom],
+    word: ApproachWord,
+    least_tilt: float,
+) -> float:
+    """The tilt with which the hand comes to a region [rad]; 0 if it does not."""
+    direction = region_direction(robot, tuple(fixtures), region, word, least_tilt)
+    return 0.0 if direction is None else direction.tilt
+
+
+def why_not_set_down(
+    region: Region, robot: RobotDescription, fixtures: Sequence[Geom], tilts: Sequence[float]
+) -> tuple[str, str] | None:
+    """Message and hint about a region below or above which no hand of the task is tilted enough.
+
+    What is gripped is set down with the tilt of its grasp; `tilts` are those of all grasps [rad].
+    """
+    needed = region_direction(robot, tuple(fixtures), region)
+    if needed is None or not tilts or max(tilts) > needed.tilt - _SAME_TILT:
+        return None
+    least = degrees(needed.tilt)
+    message = f"`{region.name}` is reached with the hand tilted by {least:.0f}°, and no grasp is"
+    return message, f"add `least_tilt_deg: {least:.0f}` to `grasp`: things are set down as gripped"
 
 
 class Bare(NamedTuple):

@@ -21,10 +21,14 @@ _INTERVAL = 0.1  # between two checks for rest [s]
 
 
 class FloatingHand(Simulation):
-    """The hand of a robot in a world, pointing down; HardwareError: the simulation diverged."""
+    """The hand of a robot in a world, which keeps its direction: it turns about that alone.
+
+    HardwareError: the simulation diverged.
+    """
 
     def __init__(self, description: RobotDescription, world: World, wTe: SE3) -> None:
-        super().__init__(hand_model_in(description, world), world)
+        self._wTa = SE3(wTe.rotation @ DOWN.rotation.T, np.zeros(3))
+        super().__init__(hand_model_in(description, world, self._wTa), world)
         self._objects = tuple(world.objects)
         self._q, self._v = addresses(self._model, CARRIER)
         self._motors = [self._model.actuator(name).id for name in CARRIER]
@@ -38,11 +42,12 @@ class FloatingHand(Simulation):
     def wTe(self) -> SE3:
         """The end effector in the world."""
         x, y, z, yaw = self._data.qpos[self._q]
-        return SE3(exp3(np.array([0.0, 0.0, yaw])) @ DOWN.rotation, np.array([x, y, z]))
+        aRe = exp3(np.array([0.0, 0.0, yaw])) @ DOWN.rotation
+        return self._wTa * SE3(aRe, np.array([x, y, z]))
 
     def put(self, wTe: SE3, width: float) -> None:
         """Put the hand somewhere at rest, its pads at a width [m]."""
-        goal = _coordinates(wTe)
+        goal = self._on_carrier(wTe)
         self._data.qpos[self._q] = self._data.ctrl[self._motors] = goal
         self._data.qvel[self._v] = 0.0
         self._data.qpos[self._finger_q] = width / 2.0
@@ -53,7 +58,7 @@ class FloatingHand(Simulation):
 
     def move(self, wTe: SE3, speed: float) -> None:
         """Move the hand straight to a pose at a speed [m/s]; obstacles are only pressed."""
-        start, goal = self._data.ctrl[self._motors].copy(), _coordinates(wTe)
+        start, goal = self._data.ctrl[self._motors].copy(), self._on_carrier(wTe)
         goal[3] = start[3] + remainder(goal[3] - start[3], tau)
         duration = max(
             float(np.linalg.norm(goal[:3] - start[:3])) / speed,
@@ -62,7 +67,7 @@ class FloatingHand(Simulation):
         self._lead(lambda t: start + (goal - start) * _smooth(t / duration), duration)
 
     def shake(self, size: Array, rate: float, duration: float) -> None:
-        """Shake the hand by (4,) amplitudes along x, y, z and about z [m, rad], at a rate [Hz]."""
+        """Shake the hand by (4,) amplitudes along x, y, z and about z of a [m, rad]; rate in Hz."""
         start = self._data.ctrl[self._motors].copy()
         phases = np.array([0.0, 0.5, 0.25, 0.75]) * np.pi
 
@@ -128,15 +133,15 @@ class FloatingHand(Simulation):
         pressed = float(np.linalg.norm(self._data.qfrc_constraint[self._v[:3]]))
         self.hardest = max(self.hardest, pressed)
 
+    def _on_carrier(self, wTe: SE3) -> Array:
+        """(4,) x, y, z, yaw of the carrier for a pose along the approach."""
+        aTe = self._wTa.actInv(wTe)
+        x_axis = aTe.rotation[:, 0]
+        return np.array([*aTe.translation, np.arctan2(x_axis[1], x_axis[0])])
+
     def _update_objects(self) -> None:
         for number, obj in enumerate(self._objects):
             obj.pose = self.object_pose(number)
-
-
-def _coordinates(wTe: SE3) -> Array:
-    """(4,) x, y, z, yaw of the carrier for a pose that points straight down."""
-    x_axis = wTe.rotation[:, 0]
-    return np.array([*wTe.translation, np.arctan2(x_axis[1], x_axis[0])])
 
 
 def _smooth(share: float) -> float:

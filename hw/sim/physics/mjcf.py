@@ -19,7 +19,7 @@ TIMESTEP = 0.002  # [s]
 _IMPRATIO = 10.0  # stiffness of friction relative to pressure
 _FRICTION = 0.5  # Of furniture and walkers
 _MEMORY = 64 * 2**20  # for contacts, most of it never touched [bytes]
-CARRIER = ("x", "y", "z", "yaw")  # joints and motors along and about the world's axes
+CARRIER = ("x", "y", "z", "yaw")  # joints and motors along and about the axes of the approach
 DOWN = SE3(np.diag([1.0, -1.0, -1.0]), np.zeros(3))  # end effector on its carrier: it points down
 
 _MASS, _TURNING = 4.0, 0.05  # of the missing arm, as felt at the tool [kg, kg m²]
@@ -32,9 +32,9 @@ def robot_model_in(description: RobotDescription, world: World) -> mujoco.MjMode
     return _model(world, lambda spec: add_robot(spec, description))
 
 
-def hand_model_in(description: RobotDescription, world: World) -> mujoco.MjModel:
-    """The same world around the hand of a robot alone."""
-    return _model(world, lambda spec: _add_floating_hand(spec, description))
+def hand_model_in(description: RobotDescription, world: World, wTa: SE3) -> mujoco.MjModel:
+    """The same world around the hand of a robot alone, which approaches along -z of a."""
+    return _model(world, lambda spec: _add_floating_hand(spec, description, wTa))
 
 
 def _model(world: World, add: Callable[[Any], None]) -> mujoco.MjModel:
@@ -74,9 +74,9 @@ def _object(spec: Any, name: str, obj: SimObject) -> None:
             geom.condim = 6  # it may roll
 
 
-def _add_floating_hand(spec: Any, description: RobotDescription) -> None:
-    """Add the hand of a robot, pointing down, its end effector at the origin; joints: `CARRIER`."""
-    carrier = add_body(spec.worldbody, "carrier", SE3.Identity())
+def _add_floating_hand(spec: Any, description: RobotDescription, wTa: SE3) -> None:
+    """Add the hand of a robot, along -z of a, its end effector at the origin; joints: `CARRIER`."""
+    carrier = add_body(spec.worldbody, "carrier", wTa)
     carrier.gravcomp = 1.0
     weigh(carrier, Inertia.FromSphere(0.1, 0.05))
     for name, axis in zip(CARRIER, (*np.eye(3), np.eye(3)[2]), strict=True):

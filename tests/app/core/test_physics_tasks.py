@@ -35,6 +35,13 @@ def test_two_tables_are_tidied(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("task", "objects"), [("clear_counter", 5), ("restock_shelf", 6)])
+def test_a_tilted_hand_works_on_a_counter_and_in_a_shelf(tmp_path, task, objects):
+    summary = physically(tmp_path, task, "--seed", 1)
+    assert (summary["placed"], summary["objects"]) == (objects, objects)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("task", "message"),
     [

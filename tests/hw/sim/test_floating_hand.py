@@ -66,3 +66,21 @@ def test_what_the_hand_is_driven_into_is_felt():
     assert hand.hardest > 60.0
     hand.put(at(0.0, 0.4), hand.opening)
     assert hand.hardest == 0.0
+
+
+def test_a_hand_that_comes_level_lifts_what_it_grips() -> None:
+    from hw.sim.physics import FloatingHand
+
+    world = world_with()
+    level = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]) @ DOWN
+    at_box = SE3(level, np.array([-0.005, 0.0, TOP + 0.045]))
+    before, above = (SE3(level, at_box.translation + d) for d in np.diag([-0.2, 0.0, 0.2])[[0, 2]])
+    hand = FloatingHand(FRANKIE, world, before)
+    hand.settle(1.0)
+    hand.move(at_box, 0.2)
+    assert hand.wTe.isApprox(at_box, 2e-3)
+    assert hand.hardest < 20.0
+    hand.close(40.0, 0.3)
+    hand.move(above, 0.2)
+    assert hand.pinched() is world.objects[0]
+    assert world.objects[0].pose.translation[2] > TOP + 0.2

@@ -36,6 +36,7 @@ MISTAKES = [
     "objects: {items: [{mass_g: 10}]} => 3:19: objects.items.0: is of no kind and no mesh",
     "objects: {items: [{kind: can, at: [3.3, 0]}]} => 3:31: items.0: at [3.3, 0.0] it does not fit",
     "objects:\n  items:" + 2 * "\n  - {kind: can, at: [3, 0]}" + " => 6:17: items.1: it overlaps",
+    "fixtures: [{name: a, centre: [2, 1, 1], size: [1, 1, 1], yaw_deg: 9, objects: {}}] => lie on",
     "objects: {items: [{mesh: a.stl, units: km}]} => 3:40: objects.items.0.units: expected `m`",
     "objects: {items: [{mesh: /dev/zero}]} => there is no file",
     'objects: {items: [{mesh: "a\\0b"}]} => is no name of a file',
@@ -52,7 +53,8 @@ def test_a_mistake_is_reported_with_its_place_and_a_hint(number, tmp_path):
 
 def test_mistakes_in_the_furniture_of_every_scene(tmp_path):
     for text, told in (
-        ("table: {centre: [0, 0]}\n", "1:1: container: is missing; add it at the top level"),
+        ("table: {}\n", "1:1: table.centre: is missing"),
+        ("objects: {count: 1}\n", "1:1: objects: lie in a container, and there is none; add"),
         (GOOD.replace("3.0", "0.2"), "1:1: container: it stands"),
         (GOOD.replace("1.6", "0.5"), "2:1: table: it stands where the robot"),
         (GOOD.replace("3.0", "2935"), "1:22: container.centre.0: is 2935 m"),

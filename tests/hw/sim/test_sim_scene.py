@@ -43,9 +43,11 @@ def narrowest(parts: list[Geom]) -> float:
 def test_the_shipped_scenes_have_the_objects_that_they_speak_of():
     counts = {name: len(load_scene(name, 0).objects) for name in scene_names()}
     assert counts == {
+        "bar": 4,
         "belt": 1,
         "clutter": 15,
         "corridor": 10,
+        "counter": 5,
         "crossing": 10,
         "follow_moving_object": 1,
         "household": 10,
@@ -54,6 +56,7 @@ def test_the_shipped_scenes_have_the_objects_that_they_speak_of():
         "long_table": 12,
         "on_the_move": 1,
         "shapes": 8,
+        "shelf": 6,
         "single": 1,
         "tidy_two_tables": 4,
     }
@@ -153,6 +156,21 @@ def test_objects_stand_on_side_tables_and_stay_on_them_as_they_move(tmp_path):
     np.testing.assert_allclose(stopped, start + np.array([0.05, -0.25]), atol=1e-9)
     np.testing.assert_array_equal(later, stopped)
     assert all(a.pose == b for a, b in zip(world.objects[:3], still, strict=True))
+
+
+def test_objects_lie_on_any_box_and_below_another_one(tmp_path):
+    path = tmp_path / "shelf.yaml"
+    path.write_text(
+        "fixtures:\n"
+        "  - {name: shelf, centre: [1, 0, 0.74], size: [0.3, 0.8, 0.02], objects: {count: 3}}\n"
+        "  - {name: shelf, centre: [1, 0, 0.82], size: [0.3, 0.8, 0.02], objects: {count: 3}}\n"
+    )
+    for seed in range(4):
+        world = load_scene(path, seed)
+        assert set(world.supports().values()) == {"shelf"}
+        assert [one.pose.translation[2] > 0.82 for one in world.objects] == 3 * [False] + 3 * [True]
+        boards = list(world.fixtures[1:])
+        assert all(gap(one.placed(), boards) > -2e-4 for one in world.objects)
 
 
 def test_what_the_hand_has_taken_no_longer_moves_by_itself(tmp_path):

@@ -71,6 +71,14 @@ def test_a_released_object_falls_onto_what_is_below(x, top, support):
     assert world.resting_on(thing) == support
 
 
+def test_an_object_released_against_the_board_above_it_falls_and_is_not_lifted_over_it():
+    board = Geom(Box((0.3, 0.2, 0.01)), SE3(np.eye(3), np.array([0.0, 0.0, 0.84])), "shelf")
+    thing = box(0.0, 0.0, 0.812)
+    world = World([FLOOR, TABLE, board], [thing])
+    world.put("box", thing.pose)  # 2 mm inside the board
+    assert thing.pose.translation[2] == pytest.approx(TABLE_TOP + 0.02, abs=2e-4)
+
+
 def test_an_object_in_the_air_or_leaning_on_a_wall_has_no_support_there():
     thing = box(0.0, 0.0, 0.3)
     assert World([FLOOR], [thing]).resting_on(thing) == ""

@@ -15,8 +15,15 @@ from hw.sim import SimObject, World
 from lab.grasps import evaluation, views
 from lab.grasps.choice import NetworkChoice
 from lab.grasps.scenes import FLOOR, ROBOT, random_view
-from perception import Detection, GraspDetector, GraspEstimate, GraspPatches, Workspace
-from perception.frame import Frame
+from perception import (
+    Detection,
+    GraspDetector,
+    GraspEstimate,
+    GraspPatches,
+    SceneMemory,
+    Workspace,
+)
+from perception.frame import Array, Frame
 from robots import Box, Geom
 
 pytest.importorskip("mujoco", reason="needs the extra `physics`")
@@ -63,9 +70,15 @@ def test_the_judge_looks_again_from_straight_above_where_nothing_is_likely_to_ho
     frames = []
 
     class Doubting(GraspDetector):
-        def detect(self, frame: Frame, workspace: Workspace | None = None) -> Detection:
+        def detect(
+            self,
+            frame: Frame,
+            workspace: Workspace | None = None,
+            memory: SceneMemory | None = None,
+            wRa: Array | None = None,
+        ) -> Detection:
             frames.append(frame)
-            return super().detect(frame, workspace)
+            return super().detect(frame, workspace, memory, wRa)
 
     def never(patches: GraspPatches) -> npt.NDArray[np.float64]:
         return np.zeros(len(patches.numbers))
@@ -141,6 +154,18 @@ def test_every_view_of_a_scene_is_judged(monkeypatch: pytest.MonkeyPatch) -> Non
     assert "0.45 m" in str([column.header for column in views.views_table(seen).columns])
 
 
+def test_the_same_scenes_are_judged_along_every_tilt(tmp_path: Path) -> None:
+    file = tmp_path / "tilts.json"
+    few = ("--scenes", 2, "--by-chance", 2, "--workers", 1, "--json", file)
+    code, out, err = call("grasp", "eval", "--network", "check", "--tilts", "0,90", *few)
+    assert code == 0, err
+    rows = json.loads(file.read_text())["rows"]
+    assert [row["name"] for row in rows] == ["check, 0°", "check, 90°"]
+    assert any(one["end"] == "held" for one in rows[0]["singles"])
+    assert rows[1]["hopeless"]  # what lies is lower than the palm
+    assert "any grasp holds" in out
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
@@ -150,6 +175,7 @@ def test_every_view_of_a_scene_is_judged(monkeypatch: pytest.MonkeyPatch) -> Non
         (("--json", "/nowhere/x.json"), "no folder"),
         (("--meshes", "/nowhere"), "no mesh"),
         (("--by-view", "--by-chance", "3"), "--by-view"),
+        (("--tilts", "30,120"), "0 to 90 degrees"),
     ],
 )
 def test_bad_input_is_one_line(arguments: tuple[str, ...], says: str) -> None:

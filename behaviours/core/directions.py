@@ -1,0 +1,90 @@
+"""Directions of approach: how the hand comes to a place and leaves it, straight down to level."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import acos, atan2, pi, radians
+from typing import Literal, TypeAlias
+
+import numpy as np
+import pinocchio as pin
+from pinocchio import SE3
+
+from controller import Array
+
+ApproachWord: TypeAlias = Literal["auto", "down", "tilted", "level"]
+"""Of directions: any, straight down, 15 to 75 degrees of tilt, 75 degrees or more."""
+
+STRAIGHT = radians(8.0)  # a hand that is tilted by less points straight down [rad]
+_LEAST_RISE = 0.2  # share of the way out that leads up, at least
+
+
+@dataclass(frozen=True)
+class Direction:
+    """A direction in which the hand points."""
+
+    tilt: float
+    """From straight down [rad]."""
+    heading: float
+    """Of the tilt, from the x axis of the map [rad]."""
+
+    @property
+    def is_straight(self) -> bool:
+        """Whether it is straight down."""
+        return self.tilt < STRAIGHT
+
+    @property
+    def rotation(self) -> Array:
+        """(3, 3) mRa: of axes that are upright for a hand that points down.
+
+        z is against the approach, x in the upright plane of the tilt.
+        """
+        turned: Array = pin.utils.rotate("z", self.heading) @ pin.utils.rotate("y", -self.tilt)
+        return turned
+
+    def turned(self, wTm: SE3) -> Direction:
+        """The same in the world."""
+        return Direction(self.tilt, self.heading + atan2(wTm.rotation[1, 0], wTm.rotation[0, 0]))
+
+
+DOWN = Direction(0.0, 0.0)
+
+
+def tilt_of(wRe: Array) -> float:
+    """Angle between the approach of a hand and straight down [rad]."""
+    return acos(float(np.clip(-wRe[2, 2], -1.0, 1.0)))
+
+
+def heading_of(wRe: Array) -> float:
+    """Direction in which a tilted hand points, from the world's x axis [rad]."""
+    return atan2(wRe[1, 2], wRe[0, 2])
+
+
+def way_out(wRe: Array) -> Array:
+    """(3,) unit vector in the world, in which a hand leaves what it has come to.
+
+    Straight up, or back the way it came, rising a little.
+    """
+    up = np.array([0.0, 0.0, 1.0])
+    if tilt_of(wRe) < STRAIGHT:
+        return up
+    back = -wRe[:, 2]
+    back = back + max(0.0, _LEAST_RISE - back[2]) * up
+    out: Array = back / np.linalg.norm(back)
+    return out
+
+
+def upright(grasp: SE3 | None, now: Array, way_in: Direction) -> Array:
+    """(3, 3) of the hand in the world with which what it holds stands as it has stood.
+
+    Args:
+        grasp: hand when it gripped, in the world; None if that is not known.
+        now: (3, 3) of the hand, whose turn about the vertical is kept where any will do.
+        way_in: where it points, if it must be tilted, in the world.
+    """
+    if grasp is None or tilt_of(grasp.rotation) < STRAIGHT:
+        down: Array = pin.rpy.rpyToMatrix(pi, 0.0, atan2(now[1, 0], now[0, 0]))
+        return down
+    heading = heading_of(now) if way_in.is_straight else way_in.heading
+    turned: Array = pin.utils.rotate("z", heading - heading_of(grasp.rotation)) @ grasp.rotation
+    return turned

@@ -1,0 +1,77 @@
+"""Directions of approach: those that are chosen on the map, and what a tilted hand does."""
+
+import numpy as np
+import pytest
+from harness import looking_down
+from pinocchio import SE3
+from pinocchio.utils import rotate
+
+from behaviours import Region, ToolPose, region_direction, tilted_if_needed
+from behaviours.core.directions import Direction, tilt_of, upright, way_out
+from behaviours.core.held_object import SetDownObjects
+from hw.sim import load_fixtures
+from robots import half_extents, load_robot
+
+FRANKIE = load_robot("frankie")
+COUNTER = load_fixtures("counter")
+
+
+def region(x: float, floor: float, depth: float) -> Region:
+    centre = np.array([x, 0.0, floor + 0.1])
+    return Region(name="there", mTr=SE3(np.eye(3), centre), size=np.array([depth, 0.5, 0.2]))
+
+
+def test_the_hand_tilts_towards_the_wall_only_where_furniture_asks_for_it() -> None:
+    low = region_direction(FRANKIE, COUNTER, region(2.61, 0.4, 0.42))
+    assert low is not None
+    assert low.is_straight
+    high = region_direction(FRANKIE, COUNTER, region(2.61, 0.9, 0.42))
+    assert high is not None
+    assert np.radians(15.0) <= high.tilt <= np.radians(60.0)
+    assert high.heading == pytest.approx(0.0)
+    level = region_direction(FRANKIE, COUNTER, region(2.61, 0.9, 0.42), "level")
+    assert level is not None
+    assert level.tilt >= np.radians(75.0)
+    assert region_direction(FRANKIE, COUNTER, region(2.61, 1.9, 0.42)) is None
+
+
+def test_a_way_point_is_tilted_about_the_finger_tips_if_it_is_no_place_to_be_met() -> None:
+    pose = ToolPose(name="over", mTe=looking_down(2.6, 0.0, 1.15))
+    tilted = tilted_if_needed(FRANKIE, COUNTER, pose, 0.15)
+    assert tilt_of(tilted.mTe.rotation) > np.radians(10.0)
+    assert tilted.mTe.rotation[0, 2] > 0.0  # it points away from the robot
+    assert tilted.mTe.rotation[2, 0] > 0.0  # with the camera above
+    assert tilted.mTe.translation == pytest.approx(pose.mTe.translation)
+    assert tilted_if_needed(FRANKIE, COUNTER, pose, 0.01) is pose
+
+
+def hand(tilt_deg: float, heading: float = 0.0) -> SE3:
+    wRe = Direction(np.radians(tilt_deg), heading).rotation @ np.diag([1.0, -1.0, -1.0])
+    return SE3(wRe, np.array([0.5, 0.2, 0.95]))
+
+
+@pytest.mark.parametrize("tilt_deg", [0.0, 30.0, 60.0, 90.0])
+def test_a_hand_goes_back_the_way_it_came_and_upwards(tilt_deg: float) -> None:
+    wRe = hand(tilt_deg).rotation
+    out = way_out(wRe)
+    assert np.linalg.norm(out) == pytest.approx(1.0)
+    assert out[2] > 0.15
+    assert out @ -wRe[:, 2] > 0.95
+
+
+def test_what_was_gripped_tilted_stands_upright_again_wherever_the_hand_points() -> None:
+    grasp = hand(50.0, heading=0.3) * SE3(rotate("z", 0.2), np.zeros(3))
+    way_in = Direction(np.radians(30.0), 2.0)
+    wRe = upright(grasp, np.eye(3), way_in)
+    turn = wRe @ grasp.rotation.T  # of the object, from where it stood
+    assert turn[:, 2] == pytest.approx([0.0, 0.0, 1.0])
+    assert np.arctan2(wRe[1, 2], wRe[0, 2]) == pytest.approx(2.0)
+
+
+def test_what_a_tilted_hand_has_set_down_is_upright_and_on_the_surface() -> None:
+    objects, mTe = SetDownObjects(), hand(60.0)
+    outline = np.array([[x, y, 0.0] for x in (-0.03, 0.03) for y in (-0.02, 0.02)])
+    objects.add(0.04, 0.05, mTe, outline)
+    (box,) = objects.extents
+    assert abs(box.pose.rotation[2, 2]) == pytest.approx(1.0)
+    assert box.pose.translation[2] - half_extents(box.shape)[2] == pytest.approx(0.95 - 0.05)

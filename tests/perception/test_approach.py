@@ -1,0 +1,106 @@
+"""Grasps along any approach: as from straight above in a turned scene, and over the table."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from pinocchio import SE3, exp3
+from test_detector import FLOOR, GRIPPER, WORKSPACE, box_world, frame, looking_down
+
+from hw import DepthFrame
+from hw.sim import Hand, SimObject, World
+from perception import Detection, GraspDetector, SceneMemory, Workspace
+from perception.frame import Array, Mask
+from robots import Box, Geom
+
+DETECTOR = GraspDetector(gripper=GRIPPER, network="check")
+MIDDLE = np.array([3.0, 0.0, FLOOR])
+
+
+@dataclass
+class Turned:
+    """A workspace that was turned about the origin with all in it, over a floor far below."""
+
+    turn: SE3
+    floor: float = FLOOR - 20.0
+
+    def contains(self, points: Array) -> Mask:
+        before = (points - self.turn.translation) @ self.turn.rotation
+        return np.asarray(WORKSPACE.contains(before) & (before[:, 2] > FLOOR + 0.01))
+
+
+def turned_scene(turn: SE3) -> tuple[DepthFrame, Workspace]:
+    world = box_world()
+    for obj in world.objects:
+        obj.pose = turn * obj.pose
+    fixtures = [geom.moved(turn) for geom in world.fixtures]
+    seen = frame(World(fixtures, world.objects), turn * looking_down(0.42, yaw=0.3))
+    return seen, Turned(turn)
+
+
+@pytest.mark.parametrize("tilt", [0.6, -0.8, 1.5])
+def test_a_scene_turned_with_the_approach_has_the_same_grasps(tilt: float) -> None:
+    before = DETECTOR.detect(*turned_scene(SE3.Identity())).grasps
+    turn = exp3(tilt * before[0].wTg.rotation[:, 1])  # the hand closes level as before
+    wTa = SE3(turn, MIDDLE - turn @ MIDDLE + np.array([0.0, 0.0, 1.0]))
+    after = DETECTOR.detect(*turned_scene(wTa), wRa=turn).grasps
+    assert before
+    best = wTa * before[0].wTg
+    nearest = min(after, key=lambda one: np.linalg.norm(one.wTg.translation - best.translation))
+    apart = best.actInv(nearest.wTg).translation  # on a long box grasps are alike along x
+    assert apart == pytest.approx([0.0, 0.0, 0.0], abs=0.016)
+    assert apart[1:] == pytest.approx([0.0, 0.0], abs=0.002)
+    assert abs(nearest.wTg.rotation[:, 1] @ best.rotation[:, 1]) > np.cos(0.05)
+    assert nearest.wTg.rotation[:, 2] == pytest.approx(-turn[:, 2])
+    assert (nearest.width, nearest.depth) == pytest.approx(
+        (before[0].width, before[0].depth), abs=0.002
+    )
+    assert nearest.middle is None
+
+
+def along(tilt_deg: float, height: float) -> tuple[World, Detection, Array]:
+    """What is found along a tilted approach on a box of a height on a wide table."""
+    table = Geom(Box((1.0, 1.0, 0.1)), SE3(np.eye(3), MIDDLE - [0.0, 0.0, 0.1]), "table")
+    wall = Geom(Box((0.1, 3.0, 3.0)), SE3(np.eye(3), MIDDLE - [2.0, 0.0, 0.0]), "wall")
+    pose = SE3(exp3(np.array([0.0, 0.0, 0.2])), MIDDLE + np.array([0.0, 0.0, height / 2.0]))
+    half = (0.02, 0.03, height / 2.0)
+    box = SimObject(name="box", parts=(Geom(Box(half), SE3.Identity()),), mass=0.2, pose=pose)
+    world = World([table, wall], [box])
+    wRa = exp3(np.array([0.0, np.radians(tilt_deg), 0.0]))
+    at = pose.translation + 0.42 * wRa[:, 2]
+    at[2] = max(at[2], FLOOR + 0.1)
+    sight, level = pose.translation - at, np.array([0.0, 1.0, 0.0])
+    sight /= np.linalg.norm(sight)
+    camera = SE3(np.stack([level, np.cross(sight, level), sight], axis=1), at)
+    return world, DETECTOR.detect(frame(world, camera), WORKSPACE, wRa=wRa), wRa
+
+
+@pytest.mark.parametrize(("tilt_deg", "height"), [(30.0, 0.05), (60.0, 0.12), (90.0, 0.18)])
+def test_the_hand_never_enters_the_table(tilt_deg: float, height: float) -> None:
+    world, found, wRa = along(tilt_deg, height)
+    assert found.grasps, found.reason
+    for grasp in found.grasps:
+        assert grasp.wTg.rotation[:, 2] == pytest.approx(-wRa[:, 2])
+        assert world.collision(Hand(GRIPPER, grasp.wTg), grasp.opening) is None
+        assert grasp.wTg.rotation[2, 0] > -0.18  # with the camera above
+
+
+def test_what_is_lower_than_the_palm_is_not_grasped_level() -> None:
+    _, found, _ = along(90.0, 0.03)
+    assert found.grasps == ()
+    assert "does not fit" in found.reason
+
+
+def test_a_camera_that_looks_elsewhere_is_of_no_use() -> None:
+    away = exp3(np.array([0.0, -1.5, 0.0]))
+    found = DETECTOR.detect(frame(box_world(), looking_down(0.42)), WORKSPACE, wRa=away)
+    assert found.reason == "the camera does not look along the approach"
+
+
+def test_what_was_seen_along_another_approach_is_forgotten() -> None:
+    memory, fresh = SceneMemory(), SceneMemory()
+    seen = frame(box_world(), looking_down(0.26))
+    wRa = exp3(np.array([0.2, 0.0, 0.0]))
+    DETECTOR.detect(frame(box_world(), looking_down(0.5)), WORKSPACE, memory)
+    one, other = (DETECTOR.detect(seen, WORKSPACE, of, wRa) for of in (memory, fresh))
+    assert [g.quality for g in one.grasps] == [g.quality for g in other.grasps]
