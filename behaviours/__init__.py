@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from behaviours.sensing.localisation import SENSORS, Localiser
     from behaviours.sensing.vision import Vision
     from behaviours.views.grasp_target import LOOK_HEIGHT, LOOKS
-    from behaviours.views.viewpoint import looking_along, straight_down
+    from behaviours.views.viewpoint import straight_down
     from perception import DetectedObject, DetectedObjects
 else:
     __getattr__ = lazy_face(__name__)

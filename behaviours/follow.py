@@ -7,11 +7,11 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours.core.context import Context
+from behaviours.core.directions import looking_down
 from behaviours.core.leaf import Leaf
 from behaviours.core.motion import Progress
 from behaviours.core.parameter_types import Distance, Duration, Region, Timeout
 from behaviours.views.survey import glance
-from behaviours.views.viewpoint import looking_down
 from controller import Array, PoseGoal
 from perception import Segment
 

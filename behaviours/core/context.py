@@ -168,7 +168,7 @@ class Context:
         return found
 
     def sideways(self, region: Region, direction: Direction) -> tuple[Direction, ...]:
-        """See `directions.sideways`; leaves ask when they are made."""
+        """See `reachable_directions.sideways`; leaves ask when they are made."""
         return sideways(self.robot.description, self.fixtures, region, direction)
 
     def direction_now(self, to: Region | DetectedObject, on_map: Direction = DOWN) -> Direction:

@@ -15,7 +15,7 @@ from controller import Array
 ApproachWord: TypeAlias = Literal["auto", "down", "tilted", "level"]
 """Of directions: any, straight down, 15 to 75 degrees of tilt, 75 degrees or more."""
 
-STRAIGHT = radians(8.0)  # a hand that is tilted by less points straight down [rad]
+_STRAIGHT = radians(8.0)  # a hand that is tilted by less points straight down [rad]
 _LEAST_RISE = 0.2  # share of the way out that leads up, at least
 
 
@@ -31,7 +31,7 @@ class Direction:
     @property
     def is_straight(self) -> bool:
         """Whether it is straight down."""
-        return self.tilt < STRAIGHT
+        return self.tilt < _STRAIGHT
 
     @property
     def rotation(self) -> Array:
@@ -41,6 +41,11 @@ class Direction:
         """
         turned: Array = pin.utils.rotate("z", self.heading) @ pin.utils.rotate("y", -self.tilt)
         return turned
+
+    @property
+    def hand(self) -> Array:
+        """(3, 3) of a hand on the map that points there, its x axis up or ahead."""
+        return self.rotation @ np.diag([1.0, -1.0, -1.0])
 
     def turned(self, wTm: SE3) -> Direction:
         """The same in the world."""
@@ -55,6 +60,17 @@ def tilt_of(wRe: Array) -> float:
     return acos(float(np.clip(-wRe[2, 2], -1.0, 1.0)))
 
 
+def points_down(wRe: Array) -> bool:
+    """Whether a hand counts as pointing straight down."""
+    return tilt_of(wRe) < _STRAIGHT
+
+
+def looking_down(x_axis: Array) -> Array:
+    """(3, 3) rotation with z down and the heading of an x axis (3,), in the world."""
+    down: Array = pin.rpy.rpyToMatrix(pi, 0.0, atan2(x_axis[1], x_axis[0]))
+    return down
+
+
 def heading_of(wRe: Array) -> float:
     """Direction in which a tilted hand points, from the world's x axis [rad]."""
     return atan2(wRe[1, 2], wRe[0, 2])
@@ -66,7 +82,7 @@ def way_out(wRe: Array) -> Array:
     Straight up, or back the way it came, rising a little.
     """
     up = np.array([0.0, 0.0, 1.0])
-    if tilt_of(wRe) < STRAIGHT:
+    if points_down(wRe):
         return up
     back = -wRe[:, 2]
     back = back + max(0.0, _LEAST_RISE - back[2]) * up
@@ -82,9 +98,8 @@ def upright(grasp: SE3 | None, now: Array, way_in: Direction) -> Array:
         now: (3, 3) of the hand, whose turn about the vertical is kept where any will do.
         way_in: where it points, if it must be tilted, in the world.
     """
-    if grasp is None or tilt_of(grasp.rotation) < STRAIGHT:
-        down: Array = pin.rpy.rpyToMatrix(pi, 0.0, atan2(now[1, 0], now[0, 0]))
-        return down
+    if grasp is None or points_down(grasp.rotation):
+        return looking_down(now[:, 0])
     heading = heading_of(now) if way_in.is_straight else way_in.heading
     turned: Array = pin.utils.rotate("z", heading - heading_of(grasp.rotation)) @ grasp.rotation
     return turned

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 from pinocchio import SE3
 
-from behaviours.core.directions import STRAIGHT, tilt_of
+from behaviours.core.directions import DOWN, points_down
 from behaviours.core.log import Carried, TaskLog
 from robots import Box, Geom, half_extents, reach
 
@@ -17,7 +17,6 @@ _MOST_AREA = 0.007  # ... and so does what covers more than this, seen from abov
 _SEEN = 0.01  # error of what was seen: the object may turn as it is gripped [m]
 _ABOVE = 0.02  # and above the grasp centre [m]
 _UNSEEN_HALF, _UNSEEN_ABOVE = 0.05, 0.08  # of what a tilted hand holds and did not see whole [m]
-_STRAIGHT_DOWN = np.diag([1.0, -1.0, -1.0])
 _RESOLUTION = 0.005  # widths that differ by less are the same shape [m]
 _MOST_HALF = 0.08  # assumed of an object once it is set down: more hides the next place [m]
 _BESIDE = 0.005  # room between what is set down and what stands there [m]
@@ -51,7 +50,7 @@ class HeldObject:
         of = (carried, carried.attempts, round(width / _RESOLUTION) * _RESOLUTION)
         if of != self._of:
             log = self._log
-            wRe = _STRAIGHT_DOWN if log.last_grasp is None else log.last_grasp.rotation
+            wRe = DOWN.hand if log.last_grasp is None else log.last_grasp.rotation
             held = _box(width, log.grip_height, wRe, log.grip_outline)
             self._of, self._shape = of, (held,)
         return self._shape
@@ -137,7 +136,7 @@ def _box(
     As wide as it was seen to be from above, if that is one object; else a bar as wide as the
     fingers are apart. `wRe` is how the hand was turned.
     """
-    if tilt_of(wRe) >= STRAIGHT:
+    if not points_down(wRe):
         return _upright_box(height, wRe, _of_one(outline))
     least = np.array([-_LEAST_HALF, -width / 2.0, -_ABOVE])
     most = np.array([_LEAST_HALF, width / 2.0, max(height, 0.0)])

@@ -5,13 +5,13 @@ from dataclasses import replace
 from math import degrees, hypot, inf
 
 import numpy as np
-from pinocchio import SE3, exp6
+from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours.core.context import Context
 from behaviours.core.directions import way_out
 from behaviours.core.leaf import Leaf
-from controller import Array, BaseGoal, MotionGoal, PoseGoal, PostureGoal, StepReport
+from controller import Array, BaseGoal, Command, MotionGoal, PoseGoal, PostureGoal, StepReport
 
 METRES_PER_RADIAN = 0.3  # weight of a rotation error: about the length of the hand [m/rad]
 _STEP = 0.005  # a smaller improvement does not count [m, s or rad]
@@ -28,7 +28,6 @@ _RISE_TOLERANCE = 0.03  # [m]
 _BACK_TOLERANCE = 0.01  # of the hand that goes back where it came from [m]
 _ASTRAY = 0.012  # a hand this far beside its way down goes back over the grasp [m] ...
 _ASTRAY_ABOVE = 0.02  # ... unless it is nearer than this to the grasp [m]
-_SOON = 0.01  # velocities count as constant over this time [s]
 _BACKWARDS = np.array([-1.0, 0.0])
 
 
@@ -238,11 +237,15 @@ def over_grasp(wTg: SE3, context: Context) -> SE3:
     return wTg * SE3(np.eye(3), np.array([0.0, 0.0, z]))
 
 
+def hand_twist(context: Context) -> Array:
+    """(6,) of the hand, which base and arm move, in base axes, as read this tick [m/s, rad/s]."""
+    model, state = context.model, context.state
+    moves = Command(base_twist=state.base_twist, qd=state.qd)
+    twist: Array = model.kinematics(state.q).J @ model.velocities(moves)
+    return twist
+
+
 def closing_in_speed(context: Context) -> float:
     """How fast the hand moves against its way out, as read this tick [m/s]."""
-    model, state = context.model, context.state
-    now = model.bTe(state.q)
-    vx, vy, w = _SOON * state.base_twist
-    moved = exp6(np.array([vx, vy, 0.0, 0.0, 0.0, w]))
-    soon = moved.act(model.bTe(state.q + _SOON * state.qd).translation)
-    return float((now.translation - soon) @ way_out(now.rotation)) / _SOON
+    out = way_out(context.model.bTe(context.state.q).rotation)
+    return -float(hand_twist(context)[:3] @ out)

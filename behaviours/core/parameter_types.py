@@ -147,10 +147,6 @@ class Region(MapPlace):
         inside: npt.NDArray[np.bool_] = (local[:, 0] <= x) & (local[:, 1] <= y) & (local[:, 2] <= z)
         return inside
 
-    def on_map(self) -> Region:
-        """As it stands on the map."""
-        return replace(self, frame=None)
-
     def fixed(self) -> Region:
         """As it stands in the world now."""
         return replace(self, mTr=self.wTr, frame=None)

@@ -16,7 +16,7 @@ import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
 
-from behaviours.core.directions import DOWN, STRAIGHT, ApproachWord, Direction, tilt_of
+from behaviours.core.directions import DOWN, ApproachWord, Direction, points_down
 from controller import Array, why_no_stance
 from robots import Geom, Plane, RobotDescription, reach
 
@@ -60,7 +60,7 @@ def region_direction(
     """
     least, most = (radians(end) for end in _RANGES[word])
     least = max(least, least_tilt)
-    if least < STRAIGHT and not is_high(region, fixtures):
+    if Direction(least, 0.0).is_straight and not is_high(region, fixtures):
         return DOWN
     return _chosen(robot, fixtures, region, round(least, 6), most)
 
@@ -162,8 +162,11 @@ def _directions(least: float, most: float, headings: Sequence[float]) -> Iterato
     """Those with a tilt between two bounds [rad], the least tilt first."""
     tilts = {least, *(radians(tilt) for tilt in _TILTS if least <= radians(tilt) <= most)}
     for tilt in sorted(tilts):
-        for heading in headings[:1] if tilt < STRAIGHT else headings:
-            yield Direction(tilt, heading)
+        for heading in headings:
+            direction = Direction(tilt, heading)
+            yield direction
+            if direction.is_straight:
+                break
 
 
 def _inside(region: Region, direction: Direction) -> Iterator[tuple[SE3, bool]]:
@@ -174,7 +177,7 @@ def _inside(region: Region, direction: Direction) -> Iterator[tuple[SE3, bool]]:
     floor = np.array([0.0, 0.0, _OVER_FLOOR - region.size[2] / 2.0])
     way = region.mTr.rotation.T @ np.array([cos(direction.heading), sin(direction.heading), 0.0])
     spread = _SPREAD * float(np.abs(way) @ region.size) * way
-    mRe = direction.rotation @ np.diag([1.0, -1.0, -1.0])  # the camera is over the hand
+    mRe = direction.hand  # the camera is over it
     quarter = pin.utils.rotate("z", pi / 2.0)
     for aside in (np.zeros(3), spread, -spread):
         at = region.mTr.act(floor + aside)
@@ -192,7 +195,7 @@ def tilted_if_needed(
     be met nearer than `PASSES`: within `within` [m].
     """
     mTe = pose.mTe
-    if within < PASSES or mTe.translation[2] < _EASY or tilt_of(mTe.rotation) >= STRAIGHT:
+    if within < PASSES or mTe.translation[2] < _EASY or not points_down(mTe.rotation):
         return pose
     ahead = atan2(mTe.translation[1], mTe.translation[0])
     headings = [ahead + turn * pi / 4.0 for turn in (0, 1, -1, 2, -2, 3, -3, 4)]

@@ -1,6 +1,7 @@
 """Surveys of a region: pictures from one or more viewpoints, as one map."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import ceil
 
 import numpy as np
@@ -158,9 +159,8 @@ def view_directions(
 
     Straight down, or with the least tilt for which a stance reaches it.
     """
-    context.direction(region)
-    on_map = region.on_map()
-    points = views(on_map, _WIDTH_PER_HEIGHT * height)
+    context.direction(region)  # in which what is found there is come to
+    points = views(replace(region, frame=None), _WIDTH_PER_HEIGHT * height)
     if not is_high(region, context.fixtures):
         return (DOWN,) * len(points)
     robot, start = context.robot.description, SE3.Identity()

@@ -1,19 +1,18 @@
 """Viewpoints of the wrist camera: poses of camera and hand, and the motion to one."""
 
 from collections.abc import Callable
-from math import atan2, cos, radians, sin, tan
+from math import cos, radians, sin, tan
 
 import numpy as np
-import numpy.typing as npt
 import pinocchio as pin
 from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours.core.context import Context
-from behaviours.core.directions import STRAIGHT, Direction, heading_of, tilt_of
+from behaviours.core.directions import Direction, heading_of, looking_down, points_down
 from behaviours.core.leaf import Leaf
-from behaviours.core.motion import Approach
-from controller import Array, Command, PoseGoal
+from behaviours.core.motion import Approach, hand_twist
+from controller import Array, PoseGoal
 
 LOOK_SPEED = 0.5  # of the hand that moves the camera [m/s]
 CAMERA_PATIENCE = 2.0  # a camera without a frame for longer is blind [s]
@@ -32,12 +31,6 @@ def camera_pose(context: Context) -> SE3:
 def hand_for(context: Context, wTc: SE3) -> SE3:
     """End effector in the world when the camera is at `wTc`."""
     return wTc * context.robot.description.camera.eTc.inverse()
-
-
-def looking_down(x_axis: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """(3, 3) rotation with z down and the heading of an x axis (3,), in the world."""
-    down: npt.NDArray[np.float64] = pin.rpy.rpyToMatrix(np.pi, 0.0, atan2(x_axis[1], x_axis[0]))
-    return down
 
 
 def straight_down(point: Array, height: float, like: SE3) -> SE3:
@@ -95,7 +88,7 @@ def out_of_view(above: SE3, eTc: SE3) -> SE3:
     """
     camera = eTc.translation[:2]
     back = -_ASIDE * camera / max(float(np.linalg.norm(camera)), 1e-6)
-    if tilt_of(above.rotation) < STRAIGHT:
+    if points_down(above.rotation):
         return above * SE3(np.eye(3), np.array([*back, 0.0]))
     heading = heading_of(above.rotation)
     level = _ASIDE * np.array([cos(heading), sin(heading), 0.0])
@@ -104,10 +97,7 @@ def out_of_view(above: SE3, eTc: SE3) -> SE3:
 
 def is_at_rest(context: Context) -> bool:
     """Whether the hand stands still, as read this tick, even if base and arm move."""
-    state, model = context.state, context.model
-    moves = Command(base_twist=state.base_twist, qd=state.qd)
-    twist = model.kinematics(state.q).J @ model.velocities(moves)
-    return bool(np.abs(twist).max() <= _AT_REST)
+    return bool(np.abs(hand_twist(context)).max() <= _AT_REST)
 
 
 class MoveCamera:

@@ -47,9 +47,9 @@ class GraspPatches:
     far_unknown: Mask  # (N, 32, 32) as `near_unknown`
     numbers: Image
     """(N, 11) see `NUMBERS`: score of the check; lengths in m, of the grasp over the floor and
-    below the surface, from it to the centroid along and across, and to the
-    camera; volume of the object in m^3; whether it is all in the image; cosine between the way to
-    the camera and that from which the hand comes.
+    below the surface, from it to the centroid along and across, and to the camera; volume of the
+    object in m^3; whether it is all in the image; cosine between the way to the camera and that
+    from which the hand comes.
     """
 
     def only(self, which: Indices) -> GraspPatches:

@@ -193,11 +193,11 @@ def _of_use(
     )
 
     leaf, value = use.leaf, use.value
-    if isinstance(value, ToolPose):
-        within = _given(use, "within_m", 0.0)
-        value = tilted_if_needed(robot, tuple(fixtures), value, within)
     if defined is not None and use.parameter in leaf.type.goes_to:
         path, location = defined
+        if isinstance(value, ToolPose):
+            within = _given(use, "within_m", 0.0)
+            value = tilted_if_needed(robot, tuple(fixtures), value, within)
         why = (
             why_not_reached(value, robot)
             or what_is_in_the_way(value, robot, fixtures)
