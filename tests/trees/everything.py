@@ -98,7 +98,7 @@ tree:
 
 def write_everything(folder: Path) -> Path:
     """Write the task and the file that it includes; returns the task."""
-    (folder / "parts").mkdir()
+    (folder / "parts").mkdir(exist_ok=True)
     (folder / "parts" / "count.yaml").write_text(COUNT, encoding="utf-8")
     path = folder / "everything.yaml"
     path.write_text(EVERYTHING, encoding="utf-8")

@@ -6,7 +6,6 @@ import re
 from pathlib import Path
 
 import pytest
-from command_line import call
 
 from trees.language import check
 
@@ -27,14 +26,3 @@ def test_every_mistake_is_found_where_it_is(path):
     for text, match in zip(found, expected, strict=True):
         assert text.startswith(f"{FOLDER / (match['file'] or path.name)}:{match['place']}: ")
         assert match["message"] in text
-
-
-def test_the_command_names_them_all_and_ends_with_code_2():
-    code, out, _ = call("check", *FILES)
-    assert code == 2
-    lines = out.splitlines()
-    for path in FILES:
-        assert any(
-            line.startswith(f"{path}:") or line.startswith(f"{FOLDER}/parts") for line in lines
-        )
-    assert not any(line.endswith(": good") for line in lines)

@@ -7,12 +7,12 @@ is never read before it is written.
 from __future__ import annotations
 
 import random
-import re
 import shutil
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import pytest
+from everything import write_everything
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from tree_toys import ToyContext
@@ -20,62 +20,12 @@ from tree_toys import ToyContext
 import trees
 from behaviours import DetectedObjects, Key
 from config import Diagnostic
-from trees.language import (
-    COMPOSITES,
-    FILE_KEYS,
-    MODIFIERS,
-    Task,
-    TaskFileError,
-    build,
-    known_leaves,
-    load,
-)
+from trees.language import Task, TaskFileError, build, known_leaves, load
 from trees.words import SEEN_LIST
 
-HEAD = """\
-task: some_words
-params:
-  count: {type: int, default: 3, min: 1, max: 5, description: how many}
-  side: {type: [left, right], default: left}
-  goal: {type: pose, default: home}
+CHOOSING = """\
+task: choosing
 poses: {home: {xyz: [1, 2, 3], rpy_deg: [180, 0, 0]}}
-"""
-SOME_WORDS = {
-    "keys": """\
-description: Keys and conditions on them.
-outputs: {found: how many there were}
-tree:
-  sequence:
-    - set: {found: 0, pause: 1.5, word: $side}
-    - fallback:
-        - {retry: $count, delay_s: 0.1, wait: {duration_s: $pause}}
-        - {timeout_s: 3, navigate: {to: $goal}}
-    - {unless: {at_least: {value: $found, least: 1}}, wait: {duration_s: $pause}}
-    - reactive_fallback: [equals: {value: $word, to: left}, set: {found: 2}]
-""",
-    "composites": """\
-regions: {box: {centre: [0, 0, 0.5], size: [1, 1, 0.2], yaw_deg: 5}}
-tree:
-  while: {any_of: [arm_healthy, {not: {all_of: [holding_object]}}]}
-  forever:
-    sequence:
-      - set: {tries: 0}
-      - add: {tries: 1}
-      - resuming_sequence: [open_gripper]
-      - for_each: {item: one, in: [box], do: {look_at: {at: $one}}}
-      - switch: {value: $tries, cases: {"1": open_gripper, "2": {say: {text: two}}}, else: recover}
-      - until: [holding_object, {repeat: 2, grasp: {within: box}}]
-      - fallback:
-          - {retry: $count, scan_for_objects: {region: box, count: found}}
-          - set: {found: 0}
-      - parallel:
-          policy: any
-          children:
-            - {once: true, cooldown_s: 2, invert: true, navigate: {to: $goal}}
-            - {force_failure: true, say: {text: $side}}
-            - {force_success: true, reactive_sequence: [at_least: {value: $found, least: 2}]}
-""",
-    "choosing": """\
 regions: {box: {centre: [0, 0, 0.5], size: [1, 1, 0.2], yaw_deg: 5}}
 tree:
   sequence:
@@ -91,25 +41,9 @@ tree:
             - grasp: {within: $thing}
     - unless: {at_least: {value: $found, least: 1}}
       grasp: {within: box, colour: blue, choose: largest, min_width_mm: 20, max_width_mm: 40}
-""",
-    "subtrees": """\
-scene: single
-tree:
-  sequence:
-    - set: {pause: 1}
-    - subtree: {file: parts/bit.yaml, with: {to: $goal, pause_s: $pause}, out: {done: more}}
-    - {name: again, subtree: {file: parts/bit.yaml, with: {to: home, pause_s: $more}}}
-    - {delay_s: 1.5, wait: {duration_s: $more}}
-""",
-}
-"""Between them every word of the language."""
-BIT = """\
-task: bit
-params: {to: {type: pose}, pause_s: {type: float}}
-outputs: {done: how long}
-tree:
-  sequence: [navigate: {to: $to}, wait: {duration_s: $pause_s}, set: {done: 2.5}]
+    - navigate: {to: home}
 """
+"""What is seen and its choice, besides the task with every word."""
 
 SNIPPETS = (
     *("{type: object}", "$thing", "list: things, ", "in: $things", "colour: red, "),
@@ -118,7 +52,7 @@ SNIPPETS = (
     *("sequence:", "fallback: ", "forever: ", "until: ", "parallel: ", "policy: 2, children: "),
     *("retry: 2, ", "while: arm_healthy, ", "unless: holding_object, ", "invert: true, "),
     *("set: {found: 1}", "$found", "$pause", "$count", "count: found", "subtree: ", "with: "),
-    *("out: ", "{file: parts/bit.yaml}", "{file: ../x.yaml}", "{type: pose}", "default: ", "min: "),
+    *("out: ", "{file: parts/count.yaml}", "{file: ../x.yaml}", "{type: pose}", "default: ", "min: "),
 )
 LEAVES = known_leaves()
 
@@ -159,15 +93,6 @@ def damaged(text: str, rng: random.Random) -> str:
     return text
 
 
-def write_samples(folder: Path) -> list[Path]:
-    """The samples as files, with the subtree that one of them has."""
-    (folder / "parts").mkdir(exist_ok=True)
-    (folder / "parts" / "bit.yaml").write_text(BIT)
-    for name, text in SOME_WORDS.items():
-        (folder / f"{name}.yaml").write_text(HEAD + text)
-    return [folder / f"{name}.yaml" for name in SOME_WORDS]
-
-
 def cases(folder: Path, count: int, seed: int) -> Iterator[Path]:
     """Paths of task files, each time with another damage in it or in its subtree."""
     rng = random.Random(seed)
@@ -175,11 +100,12 @@ def cases(folder: Path, count: int, seed: int) -> Iterator[Path]:
     for path in (*shipped.glob("*.yaml"), *shipped.glob("parts/*.yaml")):
         (folder / path.relative_to(shipped)).parent.mkdir(exist_ok=True)
         shutil.copy(path, folder / path.relative_to(shipped))
-    write_samples(folder)
+    samples = (write_everything(folder), folder / "choosing.yaml")
+    samples[1].write_text(CHOOSING)
     whole = {path: path.read_text() for path in sorted(folder.rglob("*.yaml"))}
     tops = [path for path in whole if path.parent == folder]
     parts = [path for path in whole if path.parent != folder]
-    weights = [5 if path.stem in SOME_WORDS else 1 for path in tops]
+    weights = [10 if path in samples else 1 for path in tops]
     for _ in range(count):
         [top] = rng.choices(tops, weights)
         broken = rng.choice([top, top, top, *parts])
@@ -233,14 +159,6 @@ def run(task: Task, rng: random.Random) -> None:
         context.clock.sleep_until(context.clock.now() + 0.1)
     root.stop(Status.INVALID)
     assert not any(node.status is Status.RUNNING for node in root.iterate())
-
-
-def test_the_samples_are_sound_and_have_every_word(tmp_path):
-    words: set[str] = set()
-    for path in write_samples(tmp_path):
-        run(load(path, leaves=LEAVES), random.Random(0))
-        words |= set(re.findall(r"[a-z_]+", path.read_text()))
-    assert {*COMPOSITES, *MODIFIERS, *FILE_KEYS, "subtree", "set", "with", "out"} <= words
 
 
 def test_three_hundred_damaged_files(tmp_path):

@@ -32,12 +32,6 @@ def diagnostics(tmp_path):
     return found
 
 
-def test_a_leaf_is_given_what_an_earlier_one_wrote(run):
-    tree = run("sequence: [count: {times: n}, note: {value: $n}]")
-    assert tree.ticks(2) == "RS"
-    assert tree.events == ["note begins with 1.0", "note ends S"]
-
-
 def test_the_value_is_that_at_the_start_of_the_reader(run):
     tree = run("repeat: 2\nsequence: [count: {times: n}, note: {value: $n}]")
     assert tree.ticks(4) == "RRRS"

@@ -39,6 +39,7 @@ ERRORS = (
     # values that never fit
     ("- ¦equals: {value: $count, to: six}", "compares a number (`value`) with a text (`to`)"),
     ("- ¦equals: {value: true, to: 1}", "a truth value (`value`) with a number"),
+    ("- sequence: [set: {v: true}, ¦equals: {value: $v, to: 1}]", "which are never equal"),
     ("- ¦say: {text: 'I saw {count}'}", "`{count}` in the text is filled by nothing"),
     ("- ¦say: {text: 'I saw', value: $count}", "has only one of {value} and `value`"),
     ("- ¦drive: {to: door, forward_m: 1}", "say either where `to`, or how far"),

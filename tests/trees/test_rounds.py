@@ -8,7 +8,7 @@ from py_trees.common import Status
 from tree_toys import LETTER, TOYS, ToyContext
 
 from behaviours import DetectedObjects, Key
-from trees.language import TaskFileError, build, load
+from trees.language import build, load
 
 BOXES = "regions: {left: {centre: [0, 1, 1], size: [1, 1, 1]}, right: {centre: [0, 2, 1], size: "
 BOXES += "[1, 1, 1]}}\n"
@@ -70,11 +70,6 @@ def test_values_are_compared(toy, question, status):
     root, _ = toy(f"sequence: [set: {{left: left, three: 3}}, {question}]", leaves=None)
     root.tick_once()
     assert LETTER[root.status] == status
-
-
-def test_values_of_different_kinds_cannot_be_compared(toy):
-    with pytest.raises(TaskFileError, match="which are never equal"):
-        toy("sequence: [set: {v: true}, equals: {value: $v, to: 1}]", leaves=None)
 
 
 def test_a_resuming_sequence_goes_on_where_a_guard_has_halted_it(toy):

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from tree_toys import TOYS, ToyContext
+from tree_toys import TOYS
 
-from trees.language import TaskFileError, build, check, load
+from trees.language import TaskFileError, check, load
 
 HEAD = """\
 task: toy
@@ -20,8 +20,6 @@ regions:
   box: {centre: [0, 0, 0.5], size: [1, 1, 0.2]}
 tree:
 """
-FIRST = HEAD.count("\n") + 1
-"""The line of the file on which the tree begins."""
 
 
 def test_all_mistakes_of_a_file_are_reported_at_once_in_its_order(tmp_path):
@@ -72,18 +70,6 @@ def test_files_that_cannot_be_read(tmp_path):
     large = tmp_path / "large.yaml"
     large.write_text("#" * 64_001)
     assert only(large) == f"{large}: the file is larger than 64 kB; split it into smaller files"
-
-
-def test_a_leaf_may_refuse_its_parameters_when_the_tree_is_built(tmp_path):
-    path = tmp_path / "t.yaml"
-    path.write_text(HEAD + "  grasp: {within: box, lock_distance_m: 2}\n")
-    task = load(path, leaves=TOYS)
-    with pytest.raises(TaskFileError) as raised:
-        build(task, ToyContext())
-    assert str(raised.value) == (
-        f"{path}:{FIRST}:3: `grasp` refuses its parameters: the lock distance is longer than the"
-        " arm; change them"
-    )
 
 
 def test_what_nothing_uses_is_a_warning_and_the_task_still_loads(tmp_path):
