@@ -6,7 +6,7 @@ TASK ?= trees/pick_place.yaml
 SEED ?= 0
 WORLD ?= kinematic
 
-.PHONY: run test test-all lint system declarations experiments film language-server clean
+.PHONY: run test test-all lint system declarations experiments film clean
 
 run: .venv/installed
 	@$(BIN)/frankie-task run $(TASK) --seed $(SEED) --world $(WORLD)
@@ -45,10 +45,6 @@ experiments: .venv/developing
 film: .venv/installed
 	$(BIN)/frankie-task run trees/pick_place.yaml --seed 0 --view none
 	$(BIN)/frankie-task film last docs/images/pick_place.webp --to 17
-
-# What editors check task files with, for the tests of the schema; needs npm.
-language-server: .venv/installed
-	npm install --silent --no-audit --no-fund --prefix .venv/node yaml-language-server@1.25.0
 
 .venv/installed: pyproject.toml constraints.txt
 	@PYTHON="$(PYTHON)" ./install.sh
