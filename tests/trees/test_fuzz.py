@@ -52,7 +52,14 @@ SNIPPETS = (
     *("sequence:", "fallback: ", "forever: ", "until: ", "parallel: ", "policy: 2, children: "),
     *("retry: 2, ", "while: arm_healthy, ", "unless: holding_object, ", "invert: true, "),
     *("set: {found: 1}", "$found", "$pause", "$count", "count: found", "subtree: ", "with: "),
-    *("out: ", "{file: parts/count.yaml}", "{file: ../x.yaml}", "{type: pose}", "default: ", "min: "),
+    *(
+        "out: ",
+        "{file: parts/count.yaml}",
+        "{file: ../x.yaml}",
+        "{type: pose}",
+        "default: ",
+        "min: ",
+    ),
 )
 LEAVES = known_leaves()
 

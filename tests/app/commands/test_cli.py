@@ -8,8 +8,6 @@ import pytest
 from command_line import call
 from rerun.chunk import RrdReader
 
-from hw import ComposedRobot, HardwareError
-
 TREE = """\
 task: toy
 poses:
@@ -136,17 +134,6 @@ def test_a_folder_that_cannot_be_written_is_said_before_anything_moves(tmp_path,
     code, _, err = call("run", task("navigate: {to: near}"), "--record", tmp_path / "file")
     assert code == 2
     assert "--record" in err
-
-
-def test_a_robot_that_cannot_be_connected_is_one_line_and_exit_code_3(tmp_path, task, monkeypatch):
-    def unreachable(robot) -> None:
-        raise HardwareError("the arm does not answer at 172.16.0.2: is it switched on?")
-
-    monkeypatch.setattr(ComposedRobot, "connect", unreachable)
-    code, _, err = call("run", task("recover"), "--record", tmp_path / "runs", "--view", "none")
-    assert code == 3
-    assert err == "the arm does not answer at 172.16.0.2: is it switched on?\n"
-    assert not (tmp_path / "runs").exists()
 
 
 def test_check_names_every_mistake_of_a_file(task):

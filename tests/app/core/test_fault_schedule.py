@@ -7,7 +7,7 @@ import pytest
 from harness import Harness
 from py_trees.common import Status
 
-from app.core import RunOptions, ScheduledFault, parse_fault, phases_of, run_task
+from app.core import ScheduledFault, parse_fault, phases_of
 from app.core.fault_schedule import FaultSchedule, ScheduleError
 from behaviours import LEAVES, Leaf
 
@@ -96,16 +96,3 @@ def test_a_fault_that_says_nothing_is_refused(text, told):
         parse_fault(text)
     assert str(error.value).startswith(f"--fault {text}: ")
     assert told in str(error.value)
-
-
-@pytest.mark.slow
-def test_a_run_with_faults_says_what_happened_and_is_the_same_every_time(tmp_path):
-    task = tmp_path / "go.yaml"
-    task.write_text("task: go\ntree: {retry: 2, sequence: [recover, {drive: {forward_m: 0.3}}]}\n")
-    logs = []
-    for _ in range(2):
-        faults = (parse_fault("reflex@drive"),)
-        options = RunOptions(tree=task, faults=faults, record=tmp_path, recording=False)
-        logs.append((run_task(options).folder / "events.jsonl").read_text())
-    assert "reflex of the arm, injected" in logs[0]
-    assert logs[0] == logs[1]

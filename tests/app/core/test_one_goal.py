@@ -17,14 +17,6 @@ tree:
 """
 
 
-def test_two_movers_side_by_side_are_refused_before_anything_moves(tmp_path):
-    path = tmp_path / "t.yaml"
-    path.write_text(TASK)
-    code, _, err = call("run", path, "--view", "none")
-    assert code == 2
-    assert "t.yaml:9:7: `go there` and `drive` would both move the robot" in err
-
-
 def test_leaves_that_move_and_do_not_say_so_end_the_run(tmp_path, monkeypatch):
     monkeypatch.setattr("trees.language.lint._note_movers", lambda node, diagnostics: False)
     path = tmp_path / "t.yaml"

@@ -2,18 +2,16 @@
 
 import json
 import os
-import resource
 import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 import pytest
 from command_line import call
+from test_disk import largest_file
 
 from app.core import RunOptions, run_task
 from app.core.outcome import End
@@ -69,17 +67,6 @@ def test_a_killed_run_leaves_all_but_the_last_second(tmp_path):
     events = [json.loads(line) for line in found[0].with_name("events.jsonl").open()]
     assert events[0]["event"] == "begin"
     assert events[-1]["time"] >= seen + elapsed - 2.0  # one a second, besides
-
-
-@contextmanager
-def largest_file(size: int) -> Iterator[None]:
-    """No file of this process grows beyond this: as on a full disk."""
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 def test_a_disk_that_is_full_before_the_run_is_told_in_a_line_and_nothing_moves(tmp_path):

@@ -9,7 +9,6 @@ import pytest
 import robots
 from app.core import RunOptions, run_task
 from app.live import View, ViewOptions
-from config import UserError
 
 SHIPPED = Path(robots.__file__).parent
 TASK = """\
@@ -44,12 +43,3 @@ def test_the_ready_posture_is_that_of_the_robot(tmp_path: Path, task: Path) -> N
     q = np.load(result.folder / "states.npy")[-1, 7:14]
     np.testing.assert_allclose(q[[1, 3]], [-0.5, -2.4], atol=0.02)
     assert result.summary.robot == "frankie"
-
-
-def test_a_robot_file_with_a_mistake_is_refused_with_its_place(tmp_path: Path, task: Path) -> None:
-    shutil.copytree(SHIPPED, tmp_path / "mine")
-    file = tmp_path / "mine" / "frankie.yaml"
-    file.write_text(file.read_text().replace("reverse: 0.25", "revers: 0.25"))
-    with pytest.raises(UserError, match=r"frankie\.yaml:\d+:\d+: .*did you mean `reverse`"):
-        run_task(options(tmp_path, task, str(file)))
-    assert not (tmp_path / "runs").exists()

@@ -2,7 +2,6 @@
 
 import json
 import os
-import resource
 import shutil
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -12,12 +11,6 @@ import pytest
 from command_line import call
 
 from app.core import RunOptions, run_task
-from app.core.files.disk import Disk
-from app.core.files.events import EventLog
-from app.core.outcome import End, Outcome
-from app.review import explain
-from trees.language import nodes_in_order
-from trees.words.composites import Sequence
 
 Damage = Callable[[Path], object]
 EVENTS, SUMMARY, STATES = "events.jsonl", "summary.json", "states.npy"
@@ -235,22 +228,6 @@ def test_replay_refuses_what_no_run_writes(run, tmp_path, file):
         folder = damaged(run, tmp_path, file, damage)
         if (file, kind) != ("readings.jsonl", "empty"):  # as of a run that was killed at once
             assert refusal("replay", folder).startswith(f"{folder}/{file}: "), kind
-
-
-def test_a_full_disk_ends_the_log_and_not_the_run(tmp_path):
-    nodes = nodes_in_order(Sequence("sequence", []))
-    disk = Disk(tmp_path, lossless=True)
-    log = EventLog(disk.file("events.jsonl"), "toy", nodes)
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (200, limits[1]))
-    try:
-        log.end(Outcome(end=End.SUCCESS, reason="done"), 1.0)
-        log.end(Outcome(end=End.SUCCESS, reason="done"), 1.0)
-        wrong = disk.close()
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-    assert wrong == ["events.jsonl ends early (File too large)"]
-    assert explain(tmp_path).history == []  # the rest can still be read
 
 
 def test_folders_that_are_no_runs(tmp_path):
