@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from concurrent.futures import Future
 from dataclasses import replace
 from functools import cache
 
@@ -11,8 +13,8 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from app.core.world_model import load_world_model
-from behaviours import Context, Leaf, Region, Vision
-from controller import HolisticController, PoseGoal, robot_model
+from behaviours import Context, Leaf, Place, Region, Vision
+from controller import HolisticController, PoseGoal, StepReport, robot_model
 from hw import (
     Camera,
     Fault,
@@ -33,6 +35,17 @@ TABLE_TOP = 0.5
 ON_TABLE = Region(
     name="table",
     mTr=SE3(np.eye(3), np.array([0.7, 0.0, TABLE_TOP + 0.1])),
+    size=np.array([0.4, 0.4, 0.2]),
+)
+FAR = Region(
+    name="table",
+    mTr=SE3(np.eye(3), np.array([0.85, 0.0, TABLE_TOP + 0.1])),
+    size=np.array([0.3, 0.4, 0.2]),
+)
+"""Six places in two rows; the far one has those with even numbers, and is filled first."""
+SPOT = Region(
+    name="spot",
+    mTr=SE3(np.eye(3), np.array([0.75, 0.0, TABLE_TOP + 0.1])),
     size=np.array([0.4, 0.4, 0.2]),
 )
 
@@ -119,6 +132,24 @@ class Eyelid:
         return self._robot.camera.latest(max_age)
 
 
+class ByHand:
+    """An executor whose work is done when the test says so."""
+
+    def __init__(self) -> None:
+        self.waiting: list[tuple[Future, Callable, tuple]] = []
+
+    def submit(self, fn, *args) -> Future:
+        self.waiting.append((Future(), fn, args))
+        return self.waiting[-1][0]
+
+    def work(self) -> None:
+        future, fn, args = self.waiting.pop()
+        future.set_result(fn(*args))
+
+    def shutdown(self, **_) -> None:
+        self.waiting.clear()
+
+
 REFLEX = Fault(kind=FaultKind.REFLEX, text="the arm hit something", clearable=True)
 BUTTON = Fault(kind=FaultKind.EMERGENCY_STOP, text="emergency stop pressed", clearable=False)
 
@@ -166,7 +197,7 @@ class Harness:
             leaf.tick_once()
         self.step(state)
 
-    def step(self, state: RobotState) -> None:
+    def step(self, state: RobotState) -> StepReport:
         """The end of a tick: the controller goes for the goal of the context."""
         context = self.context
         here, goal = context.localisation.on_map(state, context.goal)
@@ -176,6 +207,7 @@ class Harness:
         context.end_tick(report)
         self._ticks += 1
         self.clock.sleep_until(self._ticks * 0.01)
+        return report
 
     def grip(self, width: float, force: float = 20.0) -> None:
         """Set the fingers moving as a leaf does, and wait for them."""
@@ -255,3 +287,7 @@ def held_block(thing: SimObject | None = None) -> Harness:
     harness.context.log.grip_height = 0.03
     harness.context.log.attempt(TaskTime(0.0), TaskTime(1.0))
     return harness
+
+
+def place(harness: Harness, on: Region = FAR) -> Place:
+    return Place("place", harness.context, on=on, pitch_m=0.13)

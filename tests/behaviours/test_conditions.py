@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
-from harness import BUTTON, REFLEX, TABLE_TOP, Harness, block, over_the_table, table_world
+from harness import BUTTON, REFLEX, SPOT, TABLE_TOP, Harness, block, over_the_table, table_world
 from pinocchio import SE3
 from py_trees.common import Status
 
-from behaviours import BasePose, Condition, Posture, Region, ToolPose
+from behaviours import BasePose, Condition, Posture, ToolPose
 from behaviours.conditions import ArmAt, ArmHealthy, BatteryAbove, Near, ObjectVisible
 from hw.sim.body import Dynamics
 from robots import load_robot
@@ -81,13 +81,6 @@ def test_arm_at_compares_every_joint():
         "5.0° from bent",
     )
     assert asked(harness, ArmAt("arm_at", harness.context, posture=bent, within_deg=5.1))[0]
-
-
-SPOT = Region(
-    name="spot",
-    mTr=SE3(np.eye(3), np.array([0.75, 0.0, TABLE_TOP + 0.1])),
-    size=np.array([0.4, 0.4, 0.2]),
-)
 
 
 def test_object_visible_answers_anew_when_the_object_is_gone_and_when_the_camera_is_blind():

@@ -1,18 +1,15 @@
 """What nobody has told the robot about is not hit if its camera has seen it."""
 
-from concurrent.futures import Future
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from harness import TABLE_TOP, block, detector, looking_down
+from harness import TABLE_TOP, ByHand, Harness, block, looking_down
 from pinocchio import SE3
 
-from behaviours import Context, DepthObstacles, Vision
-from controller import BaseGoal, HolisticController, PoseGoal, robot_model
-from hw import Gate, SimClock, TaskClock, TaskTime
-from hw.sim import World, kinematic_robot
-from robots import Box, Geom, Plane, load_robot
+from behaviours import DepthObstacles
+from controller import BaseGoal, PoseGoal
+from hw import TaskTime
+from hw.sim import World
+from robots import Box, Geom, Plane
 
 FLOOR = Geom(Plane(), SE3.Identity(), "floor")
 
@@ -26,75 +23,29 @@ CRATE = box("crate", (2.2, 0.05, 0.15), (0.15, 0.15, 0.15))
 POST = box("post", (0.7, 0.05, 0.62), (0.04, 0.04, 0.12))
 
 
-class Seeing:
+class Seeing(Harness):
     """The simulated robot among things, some of which are on no map."""
 
     def __init__(self, *unknown, known=(), objects=(), sees=True, executor=None) -> None:
-        self.clock = SimClock()
-        described = load_robot("frankie")
-        # Rendering takes most of the time of a test.
-        description = replace(described, camera=replace(described.camera, rate=10.0))
-        self.world = World([FLOOR, *known, *unknown], list(objects))
-        self.robot = kinematic_robot(description, self.world, self.clock, seed=1)
-        self.robot.connect()
-        self.model = robot_model("frankie")
-        self.controller = HolisticController(robot_model("frankie"))
-        self.gate = Gate(self.robot, description, 0.01)
-        self.context = Context(
-            robot=self.robot,
-            model=self.model,
-            clock=TaskClock(self.clock),
-            vision=Vision(self.robot.camera, detector()),
-            state=self.robot.read(),
-            fixtures=tuple(known),
-            depth_obstacles=DepthObstacles(description, executor) if sees else None,
-        )
-        self.reports = []
-        self._ticks = 0
+        super().__init__(World([FLOOR, *known, *unknown], list(objects)))
+        self.context.fixtures = tuple(known)
+        if sees:
+            self.context.depth_obstacles = DepthObstacles(self.robot.description, executor)
 
     @property
     def cloud(self) -> np.ndarray:
         return self.context.depth_obstacles.cloud.points
 
-    def hold(self, thing) -> bool:
-        """Close the fingers; whether the hand holds it now."""
-        log, state = self.context.log, self.robot.read()
-        log.gripped(0.0, state.gripper_width)
-        self.robot.grip(0.0, 20.0)
-        self.go(None, 1.0)
-        log.grip_height = 0.02
-        log.attempt(TaskTime(0.0), TaskTime(1.0))
-        return self.world.held is thing
-
     def go(self, goal, seconds, each=lambda state: None):
         for _ in range(round(seconds * 100)):
             state = self.robot.read()
             self.context.begin_tick(state)
-            around = self.context.surroundings
-            command, report = self.controller.step(state, goal, self.gate.applied, around)
-            self.gate.send(command, state, self.clock.now())
-            self._ticks += 1
-            self.clock.sleep_until(self._ticks * 0.01)
-            self.reports.append(report)
+            self.context.goal = goal
+            report = self.step(state)
             each(state)
             if report.arrived:
                 break
         return report
-
-
-class ByHand:
-    """An executor whose work is done when the test says so."""
-
-    def __init__(self) -> None:
-        self.work = []
-
-    def submit(self, fn, *args) -> Future:
-        self.work.append((Future(), fn, args))
-        return self.work[-1][0]
-
-    def do(self) -> None:
-        future, fn, args = self.work.pop()
-        future.set_result(fn(*args))
 
 
 def over(y: float, z: float) -> SE3:
@@ -152,7 +103,7 @@ def swept_at_the_post(sees: bool) -> tuple[float, list[str]]:
     robot.go(PoseGoal(wTe=over(-0.2, 1.0)), 5.0)
     robot.go(PoseGoal(wTe=over(-0.2, 0.62), straight=True, speed=0.3), 5.0)
     low = PoseGoal(wTe=over(0.3, 0.62), straight=True, speed=0.3)
-    robot.go(low, 5.0, lambda state: gaps.append(hand_gap(robot.model, state, POST)))
+    robot.go(low, 5.0, lambda state: gaps.append(hand_gap(robot.context.model, state, POST)))
     return min(gaps), [fault.text for fault in robot.robot.read().faults]
 
 
@@ -172,7 +123,10 @@ def test_neither_the_hand_nor_what_it_holds_is_an_obstacle():
     robot.go(PoseGoal(wTe=looking_down(0.7, 0.0, 0.7)), 6.0)
     down = PoseGoal(wTe=looking_down(0.7, 0.0, 0.52), straight=True, hand_may_touch=True, speed=0.3)
     robot.go(down, 6.0)
-    assert robot.hold(rod)
+    robot.grip(0.0)
+    assert robot.world.held is rod
+    robot.context.log.grip_height = 0.02
+    robot.context.log.attempt(TaskTime(0.0), TaskTime(1.0))
     up = PoseGoal(wTe=looking_down(0.7, 0.0, 0.8), straight=True, hand_may_touch=True, speed=0.3)
     robot.go(up, 4.0)
     report = robot.go(PoseGoal(wTe=looking_down(0.9, 0.1, 0.8)), 6.0)
@@ -195,8 +149,8 @@ def test_frames_that_are_worked_on_beside_the_loop_come_later():
     robot = Seeing(known=(TABLE,), executor=waiting)
     robot.go(None, 0.3)
     assert not len(robot.cloud)
-    assert len(waiting.work) == 1
+    assert len(waiting.waiting) == 1
     for _ in range(3):
-        waiting.do()
+        waiting.work()
         robot.go(None, 0.2)
     assert len(robot.cloud) > 50

@@ -4,13 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from harness import (
-    TABLE_TOP,
-    Harness,
-    block,
-    looking_down,
-    table_world,
-)
+from harness import TABLE_TOP, Harness, block, looking_down, place, table_world
 from pinocchio import SE3
 from py_trees.common import Status
 
@@ -28,11 +22,6 @@ from hw.sim import World
 from robots import Box, Geom
 
 HIGH = 0.9
-FAR = Region(
-    name="table",
-    mTr=SE3(np.eye(3), np.array([0.85, 0.0, TABLE_TOP + 0.1])),
-    size=np.array([0.3, 0.4, 0.2]),
-)
 ON_HIGH = Region(
     name="high table",
     mTr=SE3(np.eye(3), np.array([0.0, 2.0, HIGH + 0.1])),
@@ -79,7 +68,7 @@ def test_a_table_higher_than_the_shoulder_is_reached_from_a_stance():
 @pytest.mark.slow
 def test_a_place_out_of_reach_is_left_for_another_and_may_be_in_reach_the_next_time():
     harness = held_among(box("shelf", (0.925, 0.0, TABLE_TOP + 0.2), (0.05, 0.06, 0.1)))
-    leaf = Place("place", harness.context, on=FAR, pitch_m=0.13)
+    leaf = place(harness)
     assert harness.run(leaf) is Status.SUCCESS, leaf.feedback_message
     assert leaf.feedback_message != "placed on table, place 4"  # below the shelf
     assert harness.context.log.places_blocked == {}

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from harness import (
     BUTTON,
+    FAR,
     ON_TABLE,
     REFLEX,
     TABLE_TOP,
@@ -14,6 +15,7 @@ from harness import (
     block,
     held_block,
     over_the_table,
+    place,
     table_world,
     with_the_hand_at,
 )
@@ -25,28 +27,17 @@ from behaviours.conditions import HoldingObject
 from behaviours.core.parameter_types import Posture
 from behaviours.grasp import Grasp
 from behaviours.open_gripper import OpenGripper
-from behaviours.place import Place
 from behaviours.places import Places
 from behaviours.recover import Recover
 from behaviours.retreat_check import RetreatCheck
 from hw import TaskTime
 from robots import reach
 
-FAR = Region(
-    name="table",
-    mTr=SE3(np.eye(3), np.array([0.85, 0.0, TABLE_TOP + 0.1])),
-    size=np.array([0.3, 0.4, 0.2]),
-)
-
 
 def kill_gripper(harness: Harness, says_it_moves: bool = False) -> None:
     """From now on the fingers stay where they are, whatever they are told."""
     harness.robot.grip = lambda width, force: None
     harness.robot.restless = says_it_moves
-
-
-def place(harness: Harness, on: Region = FAR) -> Place:
-    return Place("place", harness.context, on=on, pitch_m=0.13)
 
 
 def ready(harness: Harness) -> Posture:

@@ -5,22 +5,22 @@ import re
 import numpy as np
 import pytest
 from harness import (
+    FAR,
     ON_TABLE,
     REFLEX,
     TABLE_TOP,
     Harness,
     block,
     held_block,
+    place,
     table_world,
     with_the_hand_at,
 )
-from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours import Region
 from behaviours.conditions import HoldingObject
 from behaviours.open_gripper import OpenGripper
-from behaviours.place import Place
 from behaviours.places import Places, slots
 from behaviours.retreat_check import RetreatCheck
 from hw.sim.contact import separation
@@ -65,14 +65,6 @@ def test_retreat_check_lifts_what_is_held():
     assert harness.world.find("block").pose.translation[2] > TABLE_TOP + 0.17
 
 
-def test_retreat_check_fails_when_the_fingers_closed_fully():
-    harness = Harness(table_world())
-    harness.grip(0.0)
-    leaf = RetreatCheck("retreat_check", harness.context)
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message == "the fingers closed on nothing"
-
-
 def test_retreat_check_fails_when_the_object_slips_on_the_way_up():
     """What is too heavy slips, and the fingers may still be closing when the hand is up."""
     heavy = table_world(block(half=(0.03, 0.03, 0.025), mass=20.0))
@@ -92,19 +84,12 @@ def test_retreat_check_fails_when_the_hand_does_not_rise():
     assert "stuck" in leaf.feedback_message
 
 
-FAR = Region(
-    name="table",
-    mTr=SE3(np.eye(3), np.array([0.85, 0.0, TABLE_TOP + 0.1])),
-    size=np.array([0.3, 0.4, 0.2]),
-)
-
-
 @pytest.fixture(scope="module")
 def placed():
     """The harness after an object was set down, and the leaf that did it."""
     harness = held_block()
     harness.run(RetreatCheck("retreat_check", harness.context))
-    leaf = Place("place", harness.context, on=FAR, pitch_m=0.13)
+    leaf = place(harness)
     assert harness.run(leaf) is Status.SUCCESS
     return harness, leaf
 
@@ -153,7 +138,7 @@ def test_when_the_rows_are_full_places_between_them_are_used():
 @pytest.mark.slow
 def test_place_fails_on_a_fault_and_when_it_cannot_get_there():
     harness = held_block()
-    leaf = Place("place", harness.context, on=FAR, pitch_m=0.13)
+    leaf = place(harness)
     harness.run_for(leaf, 0.1)
     harness.robot.faults = (REFLEX,)
     assert harness.run(leaf) is Status.FAILURE

@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from harness import Harness, block, held_block, over_the_table
+from harness import FAR, Harness, block, held_block, over_the_table, place
 from pinocchio import SE3
 from py_trees.common import Status
-from test_evidence import FAR, place
 
 from behaviours import Carried
 from behaviours.conditions import AllPlaced

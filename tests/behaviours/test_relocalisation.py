@@ -6,22 +6,16 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
-from harness import TABLE_TOP, Harness, block, held_block, open_floor, over_the_table, table_world
+from harness import SPOT, Harness, block, held_block, open_floor, over_the_table, table_world
 from pinocchio import SE3
 from py_trees.common import Status
 
-from behaviours import BasePose, Region
+from behaviours import BasePose
 from behaviours.core.context import Relocalisation
 from behaviours.drive import Drive
 from behaviours.grasp import Grasp
 from behaviours.place import Place
 from hw.state import LocalisedPose
-
-REGION = Region(
-    name="spot",
-    mTr=SE3(np.eye(3), np.array([0.75, 0.0, TABLE_TOP + 0.1])),
-    size=np.array([0.4, 0.4, 0.2]),
-)
 
 
 class LateCamera:
@@ -53,7 +47,7 @@ def with_late_frames(late: float) -> Harness:
 def test_frames_that_come_late_are_a_reason_of_their_own():
     harness = with_late_frames(0.3)
     begun = harness.clock.now()
-    leaf = Grasp("grasp", harness.context, within=REGION)
+    leaf = Grasp("grasp", harness.context, within=SPOT)
     assert harness.run(leaf) is Status.FAILURE
     assert "frames come 0.3" in leaf.feedback_message
     assert harness.clock.now() - begun < 2.0
@@ -70,7 +64,7 @@ def displace(harness: Harness, metres: float, degrees: float = 0.0) -> None:
 @pytest.mark.slow
 def test_a_grasp_that_was_locked_is_looked_for_again_after_a_jump():
     harness = over_the_table(block(x=0.75))
-    leaf = Grasp("grasp", harness.context, within=REGION)
+    leaf = Grasp("grasp", harness.context, within=SPOT)
     harness.run_into(leaf, "lock")
     displace(harness, 0.1)
     harness.tick(leaf)
@@ -80,7 +74,7 @@ def test_a_grasp_that_was_locked_is_looked_for_again_after_a_jump():
 
 def test_a_hand_that_goes_down_stops_after_a_jump():
     harness = over_the_table(block(x=0.75))
-    leaf = Grasp("grasp", harness.context, within=REGION)
+    leaf = Grasp("grasp", harness.context, within=SPOT)
     harness.run_into(leaf, "descend")
     displace(harness, 0.0, 5.0)
     before = harness.context.wTe.translation[2]
@@ -94,7 +88,7 @@ def test_a_hand_that_goes_down_stops_after_a_jump():
 
 def test_an_object_is_not_lowered_where_the_place_is_no_longer():
     harness = held_block()
-    leaf = Place("place", harness.context, on=REGION, pitch_m=0.13)
+    leaf = Place("place", harness.context, on=SPOT, pitch_m=0.13)
     harness.run_into(leaf, "lower")
     displace(harness, 0.05)
     harness.tick(leaf)

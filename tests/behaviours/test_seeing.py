@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from harness import (
+    SPOT,
     TABLE_TOP,
     Harness,
     block,
@@ -24,12 +25,6 @@ from behaviours.region_empty import RegionEmpty
 from hw.sim import SimObject
 from robots import Cylinder, Geom
 
-REGION = Region(
-    name="spot",
-    mTr=SE3(np.eye(3), np.array([0.75, 0.0, TABLE_TOP + 0.1])),
-    size=np.array([0.4, 0.4, 0.2]),
-)
-
 
 def looking_stage(*objects: SimObject) -> Harness:
     """The hand 0.35 m above the table, looking at the region, after it has driven there."""
@@ -40,7 +35,7 @@ def looking_stage(*objects: SimObject) -> Harness:
 
 
 def grasp(harness: Harness, **options) -> Grasp:
-    return Grasp("grasp", harness.context, within=REGION, **options)
+    return Grasp("grasp", harness.context, within=SPOT, **options)
 
 
 def test_grasp_finds_follows_and_holds_a_block():
@@ -166,7 +161,7 @@ def test_a_hand_looks_again_before_it_goes_down_on_a_doubtful_grasp(monkeypatch)
 
 def test_an_empty_region_is_seen_to_be_empty():
     harness = over_the_table()
-    leaf = RegionEmpty("region_empty", harness.context, region=REGION)
+    leaf = RegionEmpty("region_empty", harness.context, region=SPOT)
     assert harness.run(leaf) is Status.SUCCESS
     assert re.fullmatch(r"nothing over \d mm on the 100 % seen", leaf.feedback_message)
     assert harness.clock.now() > 0.2
@@ -174,7 +169,7 @@ def test_an_empty_region_is_seen_to_be_empty():
 
 def test_a_region_with_something_in_it_is_not_empty():
     harness = looking_stage(block(half=(0.02, 0.03, 0.0015)))
-    leaf = RegionEmpty("region_empty", harness.context, region=REGION)
+    leaf = RegionEmpty("region_empty", harness.context, region=SPOT)
     assert harness.run(leaf) is Status.FAILURE
     area = float(leaf.feedback_message.split()[0])
     assert area == pytest.approx(24.0, abs=6.0)  # 4 cm x 6 cm, and what noise adds
@@ -184,7 +179,7 @@ def test_a_region_is_counted_where_the_map_has_it_in_the_end():
     harness = looking_stage(block(y=0.215, half=(0.02, 0.02, 0.02)))  # just outside
     here = harness.context.localisation
     here.wTm = SE3(np.eye(3), np.array([0.0, 0.03, 0.0]))  # just after a jump
-    leaf = RegionEmpty("region_empty", harness.context, region=replace(REGION, frame=here))
+    leaf = RegionEmpty("region_empty", harness.context, region=replace(SPOT, frame=here))
     harness.run_for(leaf, 0.08)
     assert leaf.status is Status.RUNNING
     here.wTm = None
@@ -196,7 +191,7 @@ def test_a_region_is_counted_where_the_map_has_it_in_the_end():
 def test_what_is_not_in_the_picture_is_looked_at_from_another_view(things):
     world = table_world(*[block(x=0.85, y=0.1)] * things)
     harness = with_the_hand_at(world, 0.5, -0.4, TABLE_TOP + 0.3)
-    leaf = RegionEmpty("region_empty", harness.context, region=REGION)
+    leaf = RegionEmpty("region_empty", harness.context, region=SPOT)
     harness.run_for(leaf, 0.5)
     assert leaf.status is Status.RUNNING
     assert harness.run(leaf) is (Status.FAILURE if things else Status.SUCCESS)
@@ -205,6 +200,6 @@ def test_what_is_not_in_the_picture_is_looked_at_from_another_view(things):
 def test_a_blind_camera_does_not_make_a_region_empty():
     harness = over_the_table()
     harness.robot.blind = True
-    leaf = RegionEmpty("region_empty", harness.context, region=REGION)
+    leaf = RegionEmpty("region_empty", harness.context, region=SPOT)
     assert harness.run(leaf) is Status.FAILURE
     assert leaf.feedback_message == "no camera frame"

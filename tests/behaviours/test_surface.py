@@ -5,11 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from harness import (
+    FAR,
     TABLE_TOP,
     Harness,
     block,
     held_block,
     looking_down,
+    place,
     table_world,
     with_the_hand_at,
 )
@@ -17,7 +19,6 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours import Region
-from behaviours.place import Place
 from behaviours.places import Places, slots
 from behaviours.views.surface import Shows, floor_error, look_at
 from hw import DepthFrame
@@ -32,12 +33,6 @@ from hw.sim import (
 from robots import Box, Geom, Plane, load_robot
 
 RADIUS = 0.06
-FAR = Region(
-    name="table",
-    mTr=SE3(np.eye(3), np.array([0.85, 0.0, TABLE_TOP + 0.1])),
-    size=np.array([0.3, 0.4, 0.2]),
-)
-"""Six places in two rows; the far one has those with even numbers, and is filled first."""
 PLACES = slots(FAR, 0.13)
 
 
@@ -138,10 +133,6 @@ def test_a_place_out_of_the_picture_or_without_depth_is_unseen():
     dark = replace(frame, depth=np.full_like(frame.depth, np.nan))
     seen = look_at(dark, np.array([0.7, 0.0, TABLE_TOP]), RADIUS, np.inf)
     assert seen.shows is Shows.UNSEEN
-
-
-def place(harness: Harness, on: Region = FAR) -> Place:
-    return Place("place", harness.context, on=on, pitch_m=0.13)
 
 
 def with_things_at(*numbers: int) -> Harness:

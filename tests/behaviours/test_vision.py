@@ -1,6 +1,5 @@
 """Searching for grasps beside the loop."""
 
-from concurrent.futures import Future
 from dataclasses import replace
 from math import inf
 
@@ -9,6 +8,7 @@ import pytest
 from harness import (
     ON_TABLE,
     TABLE_TOP,
+    ByHand,
     Harness,
     block,
     detector,
@@ -30,25 +30,6 @@ LONG = block(half=(0.06, 0.02, 0.025))
 
 def over_a_block() -> Harness:
     return with_the_hand_at(table_world(block()), 0.65, 0.0, 0.85)
-
-
-class ByHand:
-    """An executor whose work is done when the test says so."""
-
-    def __init__(self) -> None:
-        self.waiting: list[tuple[Future, object, tuple]] = []
-
-    def submit(self, fn, *args):
-        future: Future = Future()
-        self.waiting.append((future, fn, args))
-        return future
-
-    def work(self) -> None:
-        future, fn, args = self.waiting.pop()
-        future.set_result(fn(*args))
-
-    def shutdown(self, **_) -> None:
-        self.waiting.clear()
 
 
 @pytest.fixture
