@@ -6,7 +6,6 @@ The judge integrates the robot by itself and shares no code with the gate.
 from math import exp
 
 import numpy as np
-import pytest
 from pinocchio import SE3
 
 from controller import Command
@@ -140,11 +139,4 @@ def run_stream(seed: int) -> None:
 
 def test_random_streams_keep_every_limit():
     for seed in range(60):
-        run_stream(seed)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("block", range(20))
-def test_a_hundred_thousand_random_streams_keep_every_limit(block):
-    for seed in range(1000 + 5000 * block, 1000 + 5000 * (block + 1)):
         run_stream(seed)

@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import pytest
-from command_line import call
 
 from hw.sim import SceneError, load_scene
 from robots import load_robot
@@ -74,16 +73,6 @@ def check(text, told, path):
         assert "; " in line
         assert line.isprintable()
         assert len(line) < 700
-
-
-def test_a_run_with_a_mistake_exits_with_2_and_writes_nothing(tmp_path):
-    path, runs = tmp_path / "bad.yaml", tmp_path / "runs"
-    path.write_text(GOOD.replace("3.0", "0.2"))
-    options = ["--scene", str(path), "--view", "none", "--record", str(runs)]
-    code, out, err = call("run", "pick_one", *options)
-    assert (code, out) == (2, "")
-    assert f"{path}:" in err
-    assert not runs.exists()
 
 
 def test_a_scene_that_is_not_found_or_not_readable_is_refused(tmp_path):

@@ -8,7 +8,6 @@ import pytest
 from harness import TABLE_TOP, block, table_world
 from solid_world import TOOL, Solid, box_at_the_hand, turning
 
-from controller import Command
 from hw.sim import kinematic_robot
 from robots import load_robot
 
@@ -113,22 +112,3 @@ def test_fingers_that_cannot_hold_an_object_stop_and_slip_off_when_the_hand_rise
     assert state.gripper_width == 0.0
     assert not state.gripper_moving
     assert state.faults == ()
-
-
-def test_a_collision_trips_the_reflex_until_it_is_cleared():
-    sim = gripping(width=0.06)
-    sim.body.q = sim.body.q + np.array([0.1, 0, 0, 0, 0, 0, 0])
-    sim.body._integrate(Command.stop(), 0.01)
-    state = sim.robot.read()
-    assert [(fault.kind.value, fault.text) for fault in state.faults] == [
-        ("reflex", "the hand hit box")
-    ]
-    assert state.faults[0].clearable
-    applied = sim.robot.send(Command(base_twist=np.zeros(3), qd=np.full(7, 0.2)))
-    assert not applied.qd.any()
-    sim.clock.sleep_until(sim.clock.now() + 0.1)
-    np.testing.assert_array_equal(sim.robot.read().q, state.q)
-    sim.robot.recover()
-    assert sim.robot.read().faults == ()
-    sim.rise()
-    assert sim.robot.read().faults == ()  # leaving the contact is allowed

@@ -1,15 +1,15 @@
 """The judge of obstacles: exact distances, constructed contacts, avoidable or not."""
 
-import coal
 import numpy as np
 import pinocchio as pin
 import pytest
 from pinocchio import SE3
 
+from hw.sim.contact import separation
 from lab.bench.obstacles.judge import Judge
 from lab.bench.obstacles.shapes import Placed, distances
 from lab.bench.obstacles.walkers import Walker
-from robots import Box, Capsule, Cylinder, Geom, coal_geometry, load_robot
+from robots import Box, Capsule, Cylinder, Geom, load_robot
 
 PERIOD = 0.01
 FRANKIE = load_robot("frankie")
@@ -53,18 +53,7 @@ def test_distances_agree_with_another_implementation():
         part = Geom(parts[number % 3], SE3(turned, rng.uniform(-0.6, 0.6, 3)))
         place = upright(*rng.uniform(-0.5, 0.5, 3), rng.uniform(-np.pi, np.pi))
         around = Geom(obstacles[number // 3 % 3], place)
-        other = coal.distance(
-            *(
-                argument
-                for geom in (part, around)
-                for argument in (
-                    coal_geometry(geom.shape),
-                    coal.Transform3s(geom.pose.rotation, geom.pose.translation),
-                )
-            ),
-            coal.DistanceRequest(),
-            coal.DistanceResult(),
-        )
+        other = separation(part, around)[0]
         if other > 1e-3:
             assert distance(part, around) == pytest.approx(other, abs=1e-4)
             compared += 1
