@@ -1,8 +1,9 @@
 """What the author of a behaviour, a robot or a script needs, in one place.
 
 A behaviour derives from `Leaf` or `Condition` and is offered by an entry point of the group
-`frankie_task.behaviours`, a `Recogniser` by one of `frankie_task.recognisers`. A robot is made of
-an `Arm`, a `Base`, a `Gripper` and a `DepthCamera`: `ComposedRobot`. A script calls `run_task`.
+`frankie_task.behaviours`, a `Recogniser` by one of `frankie_task.recognisers`. A driver is an
+`Arm`, `Base`, `Gripper`, `DepthCamera` or `LaserScanner` that a function of `DriverOptions` and
+`DriverContext` makes, offered in `frankie_task.drivers`. A script calls `run_task`.
 What is not here may change without notice.
 """
 
@@ -44,17 +45,21 @@ from hw import (
     DepthCamera,
     DepthFrame,
     DepthImage,
+    DriverContext,
     Fault,
     FaultKind,
     Gripper,
     GripperState,
     HardwareError,
+    LaserReading,
+    LaserScanner,
+    PassivePart,
     Robot,
     RobotState,
     TaskTime,
 )
 from perception import DetectedObjects, Labelled, Recogniser
-from robots import RobotDescription, load_robot
+from robots import DriverOptions, RobotDescription, load_robot
 
 if TYPE_CHECKING:
     from app.core import Result
@@ -78,6 +83,8 @@ __all__ = [
     "DepthFrame",
     "DepthImage",
     "DetectedObjects",
+    "DriverContext",
+    "DriverOptions",
     "Fault",
     "FaultKind",
     "Gripper",
@@ -85,9 +92,12 @@ __all__ = [
     "HardwareError",
     "Key",
     "Labelled",
+    "LaserReading",
+    "LaserScanner",
     "Leaf",
     "MotionGoal",
     "NotNegative",
+    "PassivePart",
     "Percent",
     "PoseGoal",
     "Positive",

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Generic, Protocol, Self, TypeAlias, TypeVar
+from typing import Generic, Protocol, Self, TypeAlias, TypeVar, runtime_checkable
 
 from controller import Command
 from hw.state import (
@@ -157,6 +157,14 @@ class Part(Protocol):
 
     def close(self) -> None:
         """Stop and release the hardware. May be called twice."""
+
+
+@runtime_checkable
+class Preparing(Protocol):
+    """A part that has to move before its first use, as a hand that is homed."""
+
+    def prepare(self, announce: Callable[[str], None]) -> None:
+        """Move now, if it must, and say so before; at the beginning of a run, once connected."""
 
 
 class PassivePart:

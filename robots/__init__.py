@@ -17,8 +17,18 @@ if TYPE_CHECKING:
         at_pace,
         with_base_speeds,
     )
+    from robots.drivers import (
+        KINDS,
+        Driver,
+        DriverError,
+        DriverOptions,
+        find_driver,
+        has_driver,
+        installed_drivers,
+    )
     from robots.load import RealRobot, load_real_robot, load_robot, robot_names
-    from robots.schema_hardware import FullScaleFile, HardwareFile, PandaFile
+    from robots.schema_geometry import NotNegative, Positive
+    from robots.schema_hardware import HardwareFile, Port, Text
     from robots.shapes import (
         GREY,
         Array,

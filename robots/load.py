@@ -28,7 +28,7 @@ from robots.description import (
 )
 from robots.schema import N_LINKS, ArmFile, BaseFile, CameraFile, GripperFile, LaserFile, RobotFile
 from robots.schema_geometry import PoseFile
-from robots.schema_hardware import HardwareFile, RealRobotFile
+from robots.schema_hardware import HardwareFile, RealRobotFile, read_real_robot
 from robots.shapes import Box, Colour, Geom, half_extents
 
 SHIPPED = Path(__file__).parent
@@ -65,7 +65,7 @@ def load_robot(robot: str | Path) -> RobotDescription:
     path = _path(robot)
     if not _is_real(path):
         return _load(path)
-    file = read_config(path, RealRobotFile, context=path.parent)
+    file = read_real_robot(path)
     return _as_it_is(_load(Path(file.robot).resolve()), file, path.stem)
 
 
@@ -74,7 +74,7 @@ def load_real_robot(robot: str | Path) -> RealRobot | None:
     path = _path(robot)
     if not _is_real(path):
         return None
-    file = read_config(path, RealRobotFile, context=path.parent)
+    file = read_real_robot(path)
     beside = path.parent / (file.map or "")
     site = str(beside) if file.map and isfile(beside) else file.map
     mounts = {"arm_mount": file.arm_mount, "camera_mount": file.camera_mount}

@@ -6,127 +6,40 @@ import re
 from ipaddress import ip_address
 from os.path import isfile
 from pathlib import Path
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, Any, TypeAlias
 
-from pydantic import AfterValidator, Field, ValidationInfo, model_validator
+from pydantic import AfterValidator, Field, ValidationInfo, create_model, model_validator
 
-from config import StrictModel, read_config, suggest
+from config import Diagnostics, StrictModel, content, read_config, read_yaml, suggest
+from robots.drivers import KINDS, DriverOptions, options_model
 from robots.schema import BaseLimitsFile
 from robots.schema_geometry import NotNegative, PoseFile, Positive
 
 Text: TypeAlias = Annotated[str, Field(min_length=1, max_length=200)]
 Port: TypeAlias = Annotated[int, Field(ge=1, le=65535)]
 Percent: TypeAlias = Annotated[float, Field(ge=1.0, le=100.0)]
-Share: TypeAlias = Annotated[float, Field(ge=0.0, le=1.0)]
-Six: TypeAlias = tuple[Positive, Positive, Positive, Positive, Positive, Positive]
-SevenPositive: TypeAlias = tuple[
-    Positive, Positive, Positive, Positive, Positive, Positive, Positive
-]
 
 
-class ArclFile(StrictModel):
-    """The text interface of the base."""
+class NamedDriver(DriverOptions):
+    """A part without the name of its driver."""
 
-    password: str
-    port: Port = 7171
-
-
-class FullScaleFile(StrictModel):
-    """The "Teleop settings" of the base: speeds at 100 %, and dead zones."""
-
-    forward: Positive = 1.0  # [m/s]
-    reverse: Positive = 0.25  # [m/s]
-    turn_deg: Positive = 50.0  # at rest [deg/s]
-    turn_at_forward_deg: Positive | None = None
-    turn_at_reverse_deg: Positive | None = None
-    dead_translation: NotNegative = 10.0  # [%]
-    dead_rotation: NotNegative = 5.0  # [%]
-
-
-def _scale(value: FullScaleFile | str, info: ValidationInfo) -> FullScaleFile:
-    """The values, or those of a file; the context is the folder of the robot file."""
-    if not isinstance(value, str):
-        return value
-    path = Path(info.context or ".") / value
-    if not isfile(path):
-        raise ValueError(f"there is no file {path}; `frankie-task doctor --write-site` writes one")
-    return read_config(path, FullScaleFile)
-
-
-ScaleFile: TypeAlias = Annotated[FullScaleFile | str, AfterValidator(_scale)]
-
-
-class SiteAccuracyFile(StrictModel):
-    """Deviations of where a base takes itself to be on its map."""
-
-    sigma: Positive = 0.02  # along x, and along y [m]
-    sigma_deg: Positive = 0.5
-
-
-class OmronFile(StrictModel):
-    """An Omron LD-60."""
-
-    driver: Literal["omron"]
-    address: Text
-    port: Port = 7272
-    user: Text
-    password: str = ""
-    arcl: ArclFile | None = None
-    full_scale: ScaleFile = FullScaleFile()  # or the file by `doctor --write-site`
-    pose_delay: NotNegative = 0.0  # age of a pose on arrival [s]
-    laser_delay: NotNegative = 0.0  # age of a scan of the laser on arrival [s]
-    localisation: SiteAccuracyFile = SiteAccuracyFile()
-    least_score: Share | None = None
-    score_scale: Literal[100, 1000] | None = None
-
-    @property
-    def scale(self) -> FullScaleFile:
-        """The values of `full_scale`, once the file is read."""
-        assert isinstance(self.full_scale, FullScaleFile)
-        return self.full_scale
-
-
-class PandaFile(StrictModel):
-    """A Franka Panda."""
-
-    driver: Literal["panda"]
-    address: Text
-    torques: SevenPositive = (20.0, 20.0, 18.0, 18.0, 16.0, 14.0, 12.0)
-    """Contact thresholds at which the arm stops [Nm]."""
-    forces: Six = (20.0, 20.0, 20.0, 25.0, 25.0, 25.0)  # [N, Nm]
-    lead: Annotated[float, Field(ge=0.0, le=0.1)] = 0.0  # delay of the joints, compensated [s]
-
-
-class HandFile(StrictModel):
-    """A Franka Hand, at the address of the arm."""
-
-    driver: Literal["franka_hand"]
-    speed: Positive = 0.1  # [m/s]
-
-
-class RealSenseFile(StrictModel):
-    """An Intel RealSense D435."""
-
-    driver: Literal["realsense"]
-    serial: str = ""  # empty for the only camera
-    rate: Literal[6, 15, 30, 60, 90] = 30  # [Hz]
-    preset: str = "High Density"
-    delay: NotNegative = 0.0  # age of an image at its stamp [s]
+    driver: Text
 
 
 class HardwareFile(StrictModel):
-    """How the parts of one robot are reached."""
+    """How the parts of one robot are reached; each has the options of its driver."""
 
     emulated: Port | None = None  # port of emulators, the camera's next; None: real
     speed_percent: Percent = 10.0  # of the speeds of the description
-    base: OmronFile
-    arm: PandaFile
-    gripper: HandFile
-    camera: RealSenseFile
+    base: DriverOptions
+    arm: DriverOptions
+    gripper: DriverOptions
+    camera: DriverOptions
+    laser: DriverOptions | None = None  # None: the driver of the base offers it, or nobody
 
     @model_validator(mode="after")
     def _emulators_are_here(self) -> HardwareFile:
-        addresses = (self.base.address, self.arm.address)
+        addresses = (str(getattr(one, "address", "")) for one in (self.base, self.arm))
         if self.emulated is not None and not all(map(_is_here, addresses)):
             raise ValueError("an emulated robot has addresses 127.x.y.z only")
         return self
@@ -202,6 +115,27 @@ class RealRobotFile(StrictModel):
     base_lag: Positive | None = None  # time constant of its velocity [s]
     arm_lag: Positive | None = None  # time constant of the joint velocities [s]
     map: Text | None = None  # scene file with the surroundings
+
+
+def read_real_robot(path: Path) -> RealRobotFile:
+    """The file of a real robot, its parts with the options of their drivers; may be ConfigError."""
+    return read_config(path, _with_options(path), context=path.parent)
+
+
+def _with_options(path: Path) -> type[RealRobotFile]:
+    """The schema for a file, by the drivers that it names."""
+    read = read_yaml(Diagnostics(path))
+    file = content(read[1]) if read else None
+    hardware = file.get("hardware") if isinstance(file, dict) else None
+    named = hardware if isinstance(hardware, dict) else {}
+    parts: dict[str, Any] = {}
+    for kind in KINDS:
+        if isinstance(part := named.get(kind), dict):
+            name = part.get("driver")
+            options = options_model(kind, name) if isinstance(name, str) and name else NamedDriver
+            parts[kind] = (options, ...)
+    ours = create_model("HardwareFile", __base__=HardwareFile, **parts)
+    return create_model("RealRobotFile", __base__=RealRobotFile, hardware=(ours, ...))
 
 
 def _is_here(address: str) -> bool:

@@ -10,7 +10,7 @@ import typer
 from typer.main import get_command_name, get_group
 
 from app.commands.authoring import authoring, dry
-from app.commands.doctor import doctor
+from app.commands.doctor import doctor, drivers
 from app.commands.emulate import app as emulate
 from app.commands.refuse import RefusingGroup, find_tree
 from app.commands.review import delays, explain, film, replay, runs, view
@@ -27,7 +27,7 @@ app = typer.Typer(
 )
 
 app.add_typer(authoring)
-for command in (run, dry, runs, view, film, explain, replay, delays, doctor):
+for command in (run, dry, runs, view, film, explain, replay, delays, doctor, drivers):
     app.command()(command)
 app.add_typer(emulate, name="emulate")
 

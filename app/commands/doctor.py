@@ -15,7 +15,7 @@ from app.terminal import Terminal
 
 if TYPE_CHECKING:
     from hw.hardware import Finding
-    from robots import RealRobot
+    from robots import Driver, RealRobot
 
 
 def doctor(
@@ -47,6 +47,32 @@ def doctor(
         console.say("docs/hardware.md lists what only the robot can settle")
     if bad:
         raise typer.Exit(End.HARDWARE.exit_code)
+
+
+def drivers() -> None:
+    """The drivers of the installed packages: kind, name, package, and options with defaults."""
+    from robots import Driver, installed_drivers
+
+    for one in installed_drivers():
+        if isinstance(one, Driver):
+            text = f"{one.kind:8} {one.name:12} {one.package:20} {_options(one)}"
+            Terminal().say(text.rstrip())
+        else:
+            Terminal(stderr=True).say(f"warning: {one}")
+
+
+def _options(driver: Driver) -> str:
+    """Options of a driver; those without a default are required."""
+    fields = {key: one for key, one in driver.options.model_fields.items() if key != "driver"}
+    return ", ".join(
+        key if one.is_required() else f"{key}={_short(one.default)}" for key, one in fields.items()
+    )
+
+
+def _short(default: object) -> str:
+    from config import StrictModel
+
+    return "{...}" if isinstance(default, StrictModel) else repr(default)
 
 
 def _tell(findings: Iterable[Finding], console: Terminal, *, as_json: bool) -> int:

@@ -3,7 +3,6 @@
 from hw.hardware.arming import NotArmedError, check_armed
 from hw.hardware.computer import Finding, Verdict
 from hw.hardware.doctor import examine
-from hw.hardware.drivers import arm_of, base_of, camera_of
 from hw.hardware.emulation import emulating
 from hw.hardware.lock import CommandedError, RobotLock, commander_of
 from hw.hardware.opening import open_hardware

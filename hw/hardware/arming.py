@@ -8,14 +8,13 @@ import hashlib
 import os
 from contextlib import suppress
 from dataclasses import fields
-from math import ceil, degrees
+from math import ceil, degrees, inf
 from pathlib import Path
 
 import numpy as np
 
 from config import UserError
-from hw.hardware.drivers import site_of
-from hw.omron import Velocity
+from hw.omron import OmronOptions, Site, Velocity
 from robots import RealRobot, load_robot
 
 FIRST_START = 10.0  # speed of a robot file that was never driven [%]
@@ -46,9 +45,17 @@ def speed_percent(real: RealRobot) -> float:
     return min(asked, max(FIRST_START, least_percent(real)))
 
 
+def site_of(real: RealRobot) -> Site:
+    """Full scale and dead zones of the base; only those of an Omron are known."""
+    base = real.hardware.base
+    if isinstance(base, OmronOptions):
+        return base.scale.site
+    return Site(forward=inf, reverse=inf, dead_translation=0.0, dead_rotation=0.0)
+
+
 def least_percent(real: RealRobot) -> float:
     """Lowest speed at which the base leaves its dead zones, of that of the description [%]."""
-    site, limits = site_of(real.hardware.base.scale), load_robot(real.path).limits
+    site, limits = site_of(real), load_robot(real.path).limits
     forwards, backwards = (site.least(Velocity(way, 1.0)) for way in (1.0, -1.0))
     speed, _, turn = limits.base_twist
     shares = (forwards.v / speed, backwards.v / limits.base_reverse, forwards.w / turn)
@@ -85,8 +92,7 @@ def speed_note(real: RealRobot) -> str:
 
 def slowness(real: RealRobot) -> str:
     """A note on commands inside the dead zones of the base; empty where there are none."""
-    site = site_of(real.hardware.base.scale)
-    least = site.least(Velocity(1.0, 1.0))
+    least = site_of(real).least(Velocity(1.0, 1.0))
     if not any(least):
         return ""
     speeds = (f"{least.v:.2f} m/s", f"{degrees(least.w):.1f} deg/s")

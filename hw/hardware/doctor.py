@@ -3,10 +3,12 @@
 from collections.abc import Iterator
 from math import degrees
 
-from hw.hardware import parts
-from hw.hardware.arming import is_proven, slowness, speed_note, speed_percent, too_slow
+from hw.clock import WallClock
+from hw.drivers import parts_of
+from hw.hardware.arming import is_proven, site_of, slowness, speed_note, speed_percent, too_slow
 from hw.hardware.computer import Finding, Verdict, computer, is_good
 from hw.hardware.lock import CommandedError, RobotLock
+from hw.hardware.parts import findings_of
 from hw.robot import HardwareError
 from robots import RealRobot, load_robot
 
@@ -24,11 +26,12 @@ def examine(real: RealRobot | None) -> Iterator[Finding]:
         return
     try:
         yield Finding("commander", Verdict.GOOD, "nobody else on this computer commands the robot")
-        for part in (parts.base, parts.arm, parts.hand, parts.camera):
+        clock = WallClock()
+        for kind, part in parts_of(real, load_robot(real.path), clock).items():
             try:
-                yield from part(real)
+                yield from findings_of(kind, part, real, clock)
             except HardwareError as error:
-                yield Finding(part.__name__, Verdict.BAD, str(error))
+                yield Finding(kind, Verdict.BAD, str(error))
     finally:
         lock.release()
 
@@ -54,7 +57,7 @@ def _file(real: RealRobot) -> Iterator[Finding]:
         f"at {100.0 * share:g} % of its speeds: {forward:.2f} m/s, {degrees(turn):.0f} deg/s, "
         f"brakes at {limits.base_acceleration[0]:g} m/s^2"
     )
-    full = real.hardware.base.scale
+    full = site_of(real)
     fits = forward <= full.forward + 1e-9 and share * limits.base_reverse <= full.reverse + 1e-9
     yield is_good("speed", fits, text + ("" if fits else "; the base cannot: full_scale is less"))
     if problem := too_slow(real):

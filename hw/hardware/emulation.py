@@ -73,4 +73,4 @@ def emulating(real: RealRobot | None) -> Iterator[None]:
 def link_to(real: RealRobot) -> EmulatorLink:
     """A connection to the emulators of a robot file; SilentEmulatorError: they do not run."""
     assert real.hardware.emulated is not None
-    return EmulatorLink(real.hardware.base.address, real.hardware.emulated)
+    return EmulatorLink(getattr(real.hardware.base, "address", ""), real.hardware.emulated)

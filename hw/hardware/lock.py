@@ -9,6 +9,8 @@ from config import UserError
 from hw.processes.claims import Claim, holder_of
 from robots import HardwareFile
 
+_MACHINE = ("address", "port", "domain", "namespace")  # options that tell one robot from another
+
 
 class CommandedError(UserError):
     """Another program commands the robot."""
@@ -51,4 +53,5 @@ def _introduction() -> str:
 
 
 def _name(hardware: HardwareFile) -> str:
-    return f"robot {hardware.base.address} {hardware.base.port} {hardware.arm.address}"
+    parts = hardware.base, hardware.arm
+    return " ".join(["robot", *(str(getattr(one, key, "")) for one in parts for key in _MACHINE)])

@@ -1,7 +1,7 @@
 """Opens a real robot from its file: drivers, lock, speed limits, and emulators if emulated."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from functools import partial
 
@@ -9,13 +9,12 @@ from config import UserError
 from controller import Command
 from hw.clock import WallClock
 from hw.composition import ComposedRobot
+from hw.drivers import parts_of
 from hw.hardware.arming import TooSlowError, check_armed, prove, speed_note, speed_percent, too_slow
-from hw.hardware.drivers import arm_of, base_of, camera_of, hand_of, laser_of
 from hw.hardware.emulation import Emulation
 from hw.hardware.lock import RobotLock
-from hw.panda import PandaHand
 from hw.registry import DEFAULT_LEVEL, Backend, WorldOptions
-from hw.robot import Robot, RobotWrapper
+from hw.robot import Preparing, Robot, RobotWrapper
 from hw.state import RobotState
 from robots import RealRobot, at_pace, load_robot
 
@@ -102,22 +101,12 @@ def open_hardware(real: RealRobot, world: str, options: WorldOptions) -> Backend
         lock.release()
         raise
     clock = WallClock()
-    hand = hand_of(hardware, clock)
     description = at_pace(load_robot(real.path), speed_percent(real) / 100.0)
-    base = base_of(hardware, description.limits, clock)
-    robot = ComposedRobot(
-        description,
-        arm=arm_of(hardware, clock),
-        base=base,
-        gripper=hand,
-        camera=camera_of(hardware, description.camera, clock),
-        laser=laser_of(base, description.laser, clock),
-        clock=clock,
-        rest_together=True,
-    )
+    parts = parts_of(real, description, clock)
+    robot = ComposedRobot(description, **parts, clock=clock, rest_together=True)
     after = emulation.close if emulation else lambda: None
     truth = emulation.truth if emulation else None
-    prepare = partial(_home, hand, announce) if announce else lambda: None
+    prepare = partial(_prepare, parts.values(), announce) if announce else lambda: None
     commanded = CommandedRobot(robot, real, lock, after, prepare)
     if announce and (note := speed_note(real)):
         announce(note)
@@ -125,10 +114,10 @@ def open_hardware(real: RealRobot, world: str, options: WorldOptions) -> Backend
     return Backend(robot=commanded, clock=clock, truth=truth, world=name, map=real.map)
 
 
-def _home(hand: PandaHand, announce: Callable[[str], None]) -> None:
-    if not hand.reading().is_homed:
-        announce("the hand was not homed since it was switched on: now its fingers close and open")
-        hand.home()
+def _prepare(parts: Iterable[object], announce: Callable[[str], None]) -> None:
+    for part in parts:
+        if isinstance(part, Preparing):
+            part.prepare(announce)
 
 
 def _check_world(emulation: Emulation, wanted: tuple[str, str, int, str]) -> None:

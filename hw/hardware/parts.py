@@ -5,19 +5,19 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from math import degrees
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 import pinocchio as pin
 
-from hw.clock import WallClock, stopwatch
+from hw.clock import Clock, WallClock, stopwatch
+from hw.drivers import parts_of
 from hw.hardware.computer import Finding, Verdict, is_good
-from hw.hardware.drivers import arm_of, base_of, camera_of, hand_of
-from hw.omron import LASER, POSE, TIMEOUT, OmronBase, Values
+from hw.omron import LASER, POSE, TIMEOUT, OmronBase, OmronLaser, OmronOptions, Values
 from hw.panda import INTERFACE_VERSION, PandaArm, PandaHand
-from hw.realsense import RealSenseCamera
-from hw.robot import HardwareError
-from robots import RealRobot, load_robot
+from hw.realsense import RealSenseCamera, RealSenseOptions
+from hw.robot import HardwareError, Part
+from robots import DriverOptions, RealRobot, load_robot
 
 _LOOKS, _PERIOD = 200, 0.01  # number of readings of a part, and their period [s]
 _OLD_POSE, _OLD_STATE, _OLD_IMAGE = 150.0, 50.0, 100.0  # largest ages of readings [ms]
@@ -26,23 +26,41 @@ _TIMEOUTS = 0.1, 0.35  # good ones: the base checks every 0.1 s, and WLAN is 0.3
 _SET = f"set `{TIMEOUT}` to 0.14 s in its Teleop settings (over WLAN 0.3 s)"
 
 Read = TypeVar("Read")
-Part = TypeVar("Part", OmronBase, PandaArm, PandaHand, RealSenseCamera)
 
 
-def base(real: RealRobot) -> Iterator[Finding]:
-    """Protocol, faults, localisation, battery, age of poses, settings."""
+def findings_of(kind: str, part: Any, real: RealRobot, clock: Clock) -> Iterator[Finding]:
+    """Faults, battery and age of the readings of one part, and what else its driver tells."""
+    if isinstance(part, OmronLaser):
+        return  # over the connection of the base, which tells of it
+    with _connected(part):
+        faults = part.read().faults if hasattr(part, "read") else part.faults()
+        yield from (Finding(kind, Verdict.BAD, fault.text) for fault in faults)
+        if isinstance(part, OmronBase):
+            yield from _omron(part, real)
+        elif isinstance(part, PandaArm):
+            yield from _panda(part, "" if faults else ", ready to move")
+        elif isinstance(part, PandaHand):
+            yield from _hand(part)
+        elif isinstance(part, RealSenseCamera):
+            yield from _realsense(part, real.hardware.camera)
+        else:
+            newest = part.read if hasattr(part, "read") else part.latest
+            yield _ages(kind, "readings", lambda: clock.now() - newest().stamp, _OLD_POSE)
+
+
+def _omron(base: OmronBase, real: RealRobot) -> Iterator[Finding]:
+    """Protocol, localisation, battery, age of poses, settings."""
     file = real.hardware.base
-    with _connected(base_of(real.hardware, load_robot(real.path).limits, WallClock())) as drive:
-        yield Finding("base", Verdict.GOOD, f"ArNetworking {drive.protocol}, everything is offered")
-        if file.arcl is None:
-            text = "no ARCL in the file: nobody tells that the emergency stop is pressed"
-            yield Finding("base", Verdict.BAD, text)
-        yield from (Finding("base", Verdict.BAD, fault.text) for fault in drive.read().faults)
-        if (battery := drive.read().battery) is not None:
-            yield is_good("base", battery > 0.2, f"battery {100.0 * battery:.0f} %")
-        yield from _localisation(drive)
-        yield _ages("base", "poses", lambda: drive.pose_age, _OLD_POSE)
-        yield from _teleop(drive, real)
+    assert isinstance(file, OmronOptions)
+    yield Finding("base", Verdict.GOOD, f"ArNetworking {base.protocol}, everything is offered")
+    if file.arcl is None:
+        text = "no ARCL in the file: nobody tells that the emergency stop is pressed"
+        yield Finding("base", Verdict.BAD, text)
+    if (battery := base.read().battery) is not None:
+        yield is_good("base", battery > 0.2, f"battery {100.0 * battery:.0f} %")
+    yield from _localisation(base)
+    yield _ages("base", "poses", lambda: base.pose_age, _OLD_POSE)
+    yield from _teleop(base, file, float(load_robot(real.path).limits.base_twist[0]))
 
 
 def _localisation(base: OmronBase) -> Iterator[Finding]:
@@ -89,22 +107,22 @@ def _localisation(base: OmronBase) -> Iterator[Finding]:
         yield Finding("base", Verdict.GOOD, text)
 
 
-def _teleop(base: OmronBase, real: RealRobot) -> Iterator[Finding]:
+def _teleop(base: OmronBase, file: OmronOptions, speed: float) -> Iterator[Finding]:
     try:
         values = base.read_teleop()
     except HardwareError as error:
         text = f"its Teleop settings cannot be read ({error}): compare `full_scale` by hand"
         yield Finding("base", Verdict.OPEN, f"{text}, and {_SET}")
         return
-    yield _full_scale(base, values, real)
-    yield _timeout(values.get(TIMEOUT), float(load_robot(real.path).limits.base_twist[0]))
+    yield _full_scale(base, values, file)
+    yield _timeout(values.get(TIMEOUT), speed)
 
 
-def _full_scale(base: OmronBase, values: Values, real: RealRobot) -> Finding:
+def _full_scale(base: OmronBase, values: Values, file: OmronOptions) -> Finding:
     if values.get("FullThrottleForwards") == 0.0:
         text = "its FullThrottleForwards is 0, which stands for its top speed: set a speed there"
         return Finding("base", Verdict.BAD, text)
-    kept, says = _full_scale_of(base), dict(real.hardware.base.scale)
+    kept, says = _full_scale_of(base), dict(file.scale)
     for way in ("forward", "reverse"):
         says[f"turn_at_{way}_deg"] = says[f"turn_at_{way}_deg"] or says["turn_deg"]
     lines = ", ".join(
@@ -149,60 +167,56 @@ def _full_scale_of(base: OmronBase) -> dict[str, float]:
 
 def write_full_scale(real: RealRobot, path: Path) -> None:
     """Write the full-scale values of a base to a file, for `full_scale: FILE`."""
-    with _connected(base_of(real.hardware, load_robot(real.path).limits, WallClock())) as base:
+    base, file = parts_of(real, load_robot(real.path), WallClock())["base"], real.hardware.base
+    if not isinstance(base, OmronBase) or not isinstance(file, OmronOptions):
+        raise HardwareError(f"{real.path.name} has no Omron base, which alone tells its full scale")
+    with _connected(base):
         kept = _full_scale_of(base)
-    lines = [f"# As the base at {real.hardware.base.address} tells; m/s, deg/s and %."]
+    lines = [f"# As the base at {file.address} tells; m/s, deg/s and %."]
     lines += [f"{name}: {round(value, 4)}" for name, value in kept.items()]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def arm(real: RealRobot) -> Iterator[Finding]:
-    """Protocol, faults, masses, age of states."""
-    with _connected(arm_of(real.hardware, WallClock())) as driver:
-        faults = driver.read().faults
-        ready = "" if faults else ", ready to move"
-        yield Finding("arm", Verdict.GOOD, f"interface version {INTERFACE_VERSION}{ready}")
-        yield from (Finding("arm", Verdict.BAD, fault.text) for fault in faults)
-        reading = driver.reading()
-        text = (
-            f"Desk says that the hand weighs {reading.hand_mass:.2f} kg and carries "
-            f"{reading.load:.2f} kg: the camera and its mount count, too"
-        )
-        yield Finding("arm", Verdict.OPEN, text)
-        yield _ages("arm", "states", lambda: stopwatch() - driver.reading().stamp, _OLD_STATE)
+def _panda(arm: PandaArm, ready: str) -> Iterator[Finding]:
+    """Protocol, masses, age of states."""
+    yield Finding("arm", Verdict.GOOD, f"interface version {INTERFACE_VERSION}{ready}")
+    reading = arm.reading()
+    text = (
+        f"Desk says that the hand weighs {reading.hand_mass:.2f} kg and carries "
+        f"{reading.load:.2f} kg: the camera and its mount count, too"
+    )
+    yield Finding("arm", Verdict.OPEN, text)
+    yield _ages("arm", "states", lambda: stopwatch() - arm.reading().stamp, _OLD_STATE)
 
 
-def hand(real: RealRobot) -> Iterator[Finding]:
-    """Width, temperature, whether it was homed."""
-    with _connected(hand_of(real.hardware, WallClock())) as fingers:
-        yield from (Finding("hand", Verdict.BAD, fault.text) for fault in fingers.read().faults)
-        reading = fingers.reading()
-        if reading.is_homed:
-            text = f"{1000.0 * reading.width:.0f} mm open, {reading.temperature} degrees C"
-            yield Finding("hand", Verdict.GOOD, text)
+def _hand(hand: PandaHand) -> Iterator[Finding]:
+    """Width and temperature, once it was homed."""
+    if (reading := hand.reading()).is_homed:
+        text = f"{1000.0 * reading.width:.0f} mm open, {reading.temperature} degrees C"
+        yield Finding("gripper", Verdict.GOOD, text)
 
 
-def camera(real: RealRobot) -> Iterator[Finding]:
+def _realsense(camera: RealSenseCamera, file: DriverOptions) -> Iterator[Finding]:
     """Model, firmware, frame rate, age of images."""
-    with _connected(camera_of(real.hardware, load_robot(real.path).camera, WallClock())) as eye:
-        before = eye.report()
-        time.sleep(_LOOKS * _PERIOD)
-        report = eye.report()
-        status = report.status
-        usb = f", USB {status.usb}" if status.usb else ""
-        firmware = f", firmware {status.firmware}" if status.firmware else ""
-        yield Finding("camera", Verdict.GOOD, f"{status.name} {status.serial}{firmware}{usb}")
-        if status.usb and not status.usb.startswith("3"):
-            text = "it is connected by USB 2: use a cable and a port of USB 3"
-            yield Finding("camera", Verdict.BAD, text)
-        if _version(status.firmware) < _version(status.recommended):
-            text = f"the library is made for firmware {status.recommended} or newer: rs-fw-update"
-            yield Finding("camera", Verdict.OPEN, text)
-        rate = (report.images - before.images) / (_LOOKS * _PERIOD)
-        lost, age = report.lost - before.lost, 1000.0 * report.age
-        good = rate > 0.8 * real.hardware.camera.rate and age < _OLD_IMAGE
-        text = f"{rate:.0f} images/s, {lost} lost, {age:.0f} ms old on arrival"
-        yield is_good("camera", good, text)
+    assert isinstance(file, RealSenseOptions)
+    before = camera.report()
+    time.sleep(_LOOKS * _PERIOD)
+    report = camera.report()
+    status = report.status
+    usb = f", USB {status.usb}" if status.usb else ""
+    firmware = f", firmware {status.firmware}" if status.firmware else ""
+    yield Finding("camera", Verdict.GOOD, f"{status.name} {status.serial}{firmware}{usb}")
+    if status.usb and not status.usb.startswith("3"):
+        text = "it is connected by USB 2: use a cable and a port of USB 3"
+        yield Finding("camera", Verdict.BAD, text)
+    if _version(status.firmware) < _version(status.recommended):
+        text = f"the library is made for firmware {status.recommended} or newer: rs-fw-update"
+        yield Finding("camera", Verdict.OPEN, text)
+    rate = (report.images - before.images) / (_LOOKS * _PERIOD)
+    lost, age = report.lost - before.lost, 1000.0 * report.age
+    good = rate > 0.8 * file.rate and age < _OLD_IMAGE
+    text = f"{rate:.0f} images/s, {lost} lost, {age:.0f} ms old on arrival"
+    yield is_good("camera", good, text)
 
 
 def _ages(about: str, what: str, age: Callable[[], float], most: float) -> Finding:
@@ -225,9 +239,9 @@ def _version(text: str) -> tuple[int, ...]:
 
 
 @contextmanager
-def _connected(part: Part) -> Iterator[Part]:
+def _connected(part: Part) -> Iterator[None]:
     part.connect()
     try:
-        yield part
+        yield
     finally:
         part.close()

@@ -2,8 +2,10 @@
 
 import threading
 from collections.abc import Sequence
+from typing import Annotated, TypeAlias
 
 import numpy as np
+from pydantic import Field
 
 from hw.clock import Clock, stopwatch
 from hw.panda.arm_process import MEMORY
@@ -15,7 +17,7 @@ from hw.processes.mailbox import Mailbox
 from hw.processes.process import DriverProcess, NoAnswerError
 from hw.robot import HardwareError
 from hw.state import ArmState, Array, Fault, FaultKind
-from robots import PandaFile
+from robots import DriverOptions, Positive, Text
 
 _SILENT = 0.15  # without a state for this long the arm does not answer [s]
 _ZERO = (0.0,) * 7
@@ -27,6 +29,20 @@ _MODES = {
     Mode.GUIDING: "it is being guided by hand: let go of the buttons at its wrist",
     Mode.RECOVERING: "its recovery is under way, which takes up to 16 s",
 }
+
+
+_Six: TypeAlias = tuple[Positive, Positive, Positive, Positive, Positive, Positive]
+_Seven: TypeAlias = tuple[Positive, Positive, Positive, Positive, Positive, Positive, Positive]
+
+
+class PandaOptions(DriverOptions):
+    """A Franka Panda."""
+
+    address: Text
+    torques: _Seven = (20.0, 20.0, 18.0, 18.0, 16.0, 14.0, 12.0)
+    """Contact thresholds at which the arm stops [Nm]."""
+    forces: _Six = (20.0, 20.0, 20.0, 25.0, 25.0, 25.0)  # [N, Nm]
+    lead: Annotated[float, Field(ge=0.0, le=0.1)] = 0.0  # delay of the joints, compensated [s]
 
 
 class Lead:
@@ -55,18 +71,23 @@ class PandaArm:
     """A Panda that follows joint velocities; after a stop of its own only once it was recovered."""
 
     def __init__(
-        self, address: str, clock: Clock, file: PandaFile | None = None, connecting: float = 6.0
+        self,
+        address: str,
+        clock: Clock,
+        options: PandaOptions | None = None,
+        connecting: float = 6.0,
     ) -> None:
-        file = file or PandaFile(driver="panda", address=address)
+        options = options or PandaOptions(address=address)
+        self.address = address
         self._clock, self._offset = clock, 0.0
-        contacts = {"torques": file.torques, "forces": file.forces}
+        contacts = {"torques": options.torques, "forces": options.forces}
         self._process = DriverProcess(
             "hw.panda.arm_process", "Panda", address, contacts, MEMORY, connecting, missing
         )
         self._commands = Mailbox(self._process.memory, 0, ARM_COMMAND)
         self._readings = Mailbox(self._process.memory, 1, ARM_READING)
         self._writing = threading.Lock()
-        self._lead = Lead(file.lead, LIMITS.qdd)
+        self._lead = Lead(options.lead, LIMITS.qdd)
         self._given = 0
         self._is_recovering, self._may_recover_at = False, 0.0
 

@@ -1,5 +1,6 @@
 """The Franka Hand as a part of a robot."""
 
+from collections.abc import Callable
 from typing import Any
 
 from hw.clock import Clock, stopwatch
@@ -10,6 +11,7 @@ from hw.processes.mailbox import Mailbox
 from hw.processes.process import DriverProcess, NoAnswerError
 from hw.robot import HardwareError
 from hw.state import Fault, FaultKind, GripperState
+from robots import DriverOptions, Positive, Text
 
 _SILENT = 0.5  # without a state for this long the hand does not answer [s]
 _CONNECTING = 6.0  # timeout of connecting [s]
@@ -18,6 +20,13 @@ _HELD = (
     "it was not homed and may hold something, which homing would drop: take that out, and home it "
     "on its Desk page"
 )
+
+
+class HandOptions(DriverOptions):
+    """A Franka Hand."""
+
+    address: Text | None = None  # None: that of the arm
+    speed: Positive = 0.1  # [m/s]
 
 
 class PandaHand:
@@ -69,6 +78,12 @@ class PandaHand:
             self._is_unsettled, self._holds = False, self.reading().width > width + REACHED
         finally:
             self._gripping -= 1
+
+    def prepare(self, announce: Callable[[str], None]) -> None:
+        """Home it if it was not."""
+        if not self.reading().is_homed:
+            announce("the hand was not homed since it was on: now its fingers close and open")
+            self.home()
 
     def home(self) -> None:
         """Home a hand that was not homed since power-on; HardwareError: it may hold an object."""

@@ -6,17 +6,22 @@ from contextlib import ExitStack, contextmanager
 
 from pinocchio import SE3
 
-from hw import Clock, HardwareError, WallClock
-from hw.hardware import RobotLock, arm_of, base_of, camera_of, check_armed
+from config import UserError
+from hw import Clock, HardwareError, WallClock, context_of, parts_of
+from hw.hardware import RobotLock, check_armed
 from hw.omron import OmronBase
 from hw.panda import PandaArm
-from hw.realsense import RealSenseCamera
+from hw.realsense import RealSenseCamera, RealSenseOptions, realsense_camera
 from lab.calibration.board import Array, Grey
 from robots import RealRobot, load_robot
 
 _SETTLED = 0.5  # after a motion, until nothing swings any more [s]
 _PATIENCE = 3.0  # for an image [s]
 _LOOK = 0.01  # between looks for an image [s]
+
+
+class UncalibratedError(UserError):
+    """No calibration knows the drivers of a robot."""
 
 
 class Eye:
@@ -99,7 +104,7 @@ def live_arm(real: RealRobot, *, armed: bool) -> Iterator[LiveArm]:
     program commands it; HardwareError: a part cannot be reached.
     """
     check_armed(real, armed)
-    with _parts(real) as (arm, camera, clock):
+    with _parts(real) as (arm, _, camera, clock):
         yield LiveArm(arm, camera, clock)
 
 
@@ -109,19 +114,25 @@ def live_base(real: RealRobot, ask: Callable[[], bool]) -> Iterator[LiveBase]:
 
     Raises UserError: another program commands it; HardwareError: a part cannot be reached.
     """
-    with _parts(real) as (arm, camera, clock):
-        limits = load_robot(real.path).limits
-        yield LiveBase(base_of(real.hardware, limits, clock), arm, camera, clock, ask)
+    with _parts(real) as (arm, base, camera, clock):
+        yield LiveBase(base, arm, camera, clock, ask)
 
 
 @contextmanager
-def _parts(real: RealRobot) -> Iterator[tuple[PandaArm, RealSenseCamera, Clock]]:
-    description, clock, lock = load_robot(real.path), WallClock(), RobotLock(real.hardware)
-    with ExitStack() as parts:
-        parts.callback(lock.take().release)
-        arm = arm_of(real.hardware, clock)
-        camera = camera_of(real.hardware, description.camera, clock, for_calibration=True)
+def _parts(real: RealRobot) -> Iterator[tuple[PandaArm, OmronBase, RealSenseCamera, Clock]]:
+    robot, clock, lock = load_robot(real.path), WallClock(), RobotLock(real.hardware)
+    parts, options = parts_of(real, robot, clock), real.hardware.camera
+    arm, base = parts["arm"], parts["base"]
+    if not (
+        isinstance(arm, PandaArm)
+        and isinstance(base, OmronBase)
+        and isinstance(options, RealSenseOptions)
+    ):
+        raise UncalibratedError(f"{real.path.name}: only panda, omron and realsense are calibrated")
+    camera = realsense_camera(options, context_of(real, robot, clock, parts), for_calibration=True)
+    with ExitStack() as undo:
+        undo.callback(lock.take().release)
         for part in (camera, arm):
             part.connect()
-            parts.callback(part.close)
-        yield arm, camera, clock
+            undo.callback(part.close)
+        yield arm, base, camera, clock

@@ -101,7 +101,7 @@ def test_mounts_and_full_scale_may_stand_in_files_of_their_own(file: Path) -> No
     [
         ("address: 10.10.10.10", "adress: 10.10.10.10", "11:5: hardware.base.adress: unknown key"),
         ("    address: 172.16.0.2\n", "", "hardware.arm.address: is missing"),
-        ("driver: omron", "driver: mir", "hardware.base.driver: expected"),
+        ("driver: omron", "driver: mir", "hardware.base.driver: no driver of kind base"),
         ("speed_percent: 25", "speed_percent: 250", "hardware.speed_percent: expected a number of"),
         ("dead_rotation: 5", "dead_rotation: no", "hardware.base.full_scale.dead_rotation"),
         ("torques: [20, 20,", "torques: [20,", "26:5: hardware.arm.torques.6: is missing"),

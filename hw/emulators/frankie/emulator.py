@@ -16,7 +16,10 @@ from hw.emulators.omron import OmronEmulator, Options, Teleop
 from hw.emulators.panda import ArmLink
 from hw.emulators.realsense import Options as CameraOptions
 from hw.emulators.realsense import RealSenseEmulator, Shot
-from robots import FullScaleFile, load_real_robot
+from hw.omron import FullScaleFile, OmronOptions
+from hw.panda import PandaOptions
+from hw.realsense import RealSenseOptions
+from robots import load_real_robot
 
 _TIMEOUT = 0.14  # timeout of the base without commands [s]
 _TABLES: dict[str, Mapping[str, Reported]] = {
@@ -56,8 +59,15 @@ class FrankieEmulator:
         real = load_real_robot(robot)
         if real is None or real.hardware.emulated is None:
             raise NotEmulatedError(f"{robot}: `hardware: {{emulated: PORT}}` is missing")
-        base, arcl = real.hardware.base, real.hardware.base.arcl
-        self.robot, self._arm_at, self._link = real.body, real.hardware.arm.address, ArmLink()
+        base, arm, eye = real.hardware.base, real.hardware.arm, real.hardware.camera
+        if not (
+            isinstance(base, OmronOptions)
+            and isinstance(arm, PandaOptions)
+            and isinstance(eye, RealSenseOptions)
+        ):
+            raise NotEmulatedError(f"{robot}: only omron, panda and realsense have emulators")
+        arcl = base.arcl
+        self.robot, self._arm_at, self._link = real.body, arm.address, ArmLink()
         self.address = base.address, real.hardware.emulated  # of the console
         self.world = EmulatedWorld(self.robot, world, scene, seed, self._link, localisation)
         self.world.on_bump = self._bump
@@ -74,7 +84,7 @@ class FrankieEmulator:
         camera_options = CameraOptions(
             host=base.address,
             port=real.hardware.emulated + 1,
-            rate=real.hardware.camera.rate,
+            rate=eye.rate,
             intrinsics=camera.intrinsics,
             baseline=camera.baseline,
             seed=seed,

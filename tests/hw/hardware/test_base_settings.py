@@ -7,11 +7,13 @@ from pathlib import Path
 import pytest
 from command_line import call
 
+from hw import WallClock, parts_of
 from hw.emulators.omron import OmronEmulator, Options
 from hw.emulators.omron.controller import Teleop
-from hw.hardware import Verdict, parts
+from hw.hardware import Verdict
 from hw.hardware.arming import speed_note, speed_percent
-from robots import RealRobot, load_real_robot
+from hw.hardware.parts import findings_of
+from robots import RealRobot, load_real_robot, load_robot
 from robots.load import SHIPPED
 
 DELIVERED = {"dead_translation: 0 ": "dead_translation: 10 "}
@@ -67,7 +69,9 @@ def test_the_doctor_judges_what_the_base_keeps_and_moves_nothing(
     tmp_path, ways, teleop, verdict, words
 ):
     with emulator_of(*ways, **teleop) as emulator:
-        findings = list(parts.base(robot_of(emulator, tmp_path)))
+        real, clock = robot_of(emulator, tmp_path), WallClock()
+        base = parts_of(real, load_robot(real.path), clock)["base"]
+        findings = list(findings_of("base", base, real, clock))
         assert any(one.verdict is verdict and words in one.text for one in findings), findings
         assert peak(emulator) == 0.0
         assert not emulator.heard

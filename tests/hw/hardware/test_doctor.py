@@ -14,7 +14,7 @@ from hw.hardware import Verdict, examine
 from robots import load_real_robot
 from robots.load import SHIPPED
 
-PARTS = ("base", "arm", "hand", "camera")
+PARTS = ("base", "arm", "gripper", "camera")
 
 
 @pytest.fixture(autouse=True)

@@ -7,7 +7,7 @@ from emulated_robot import emulated, needs_drivers, robot_file
 
 from app.authoring.teach import Form, teach
 from hw import FaultKind, HardwareError, WorldOptions, open_backend
-from hw.hardware import Verdict, parts
+from hw.hardware import Verdict, examine
 from robots import load_real_robot
 
 pytestmark = needs_drivers
@@ -16,6 +16,12 @@ pytestmark = needs_drivers
 def opened(path, announce=None):
     options = WorldOptions(scene="household", seed=0, announce=announce)
     return open_backend(str(path), "kinematic", options).robot
+
+
+def bad_of(path):
+    """What is bad of each part, as the doctor finds."""
+    findings = examine(load_real_robot(path))
+    return {one.about: one.text for one in findings if one.verdict is Verdict.BAD}
 
 
 @pytest.mark.slow
@@ -28,8 +34,7 @@ def test_a_hand_that_was_not_homed_is_homed_by_a_run_alone(tmp_path):
             said.append(text)
 
         before = link.do("arm tell")["width"]
-        bad = [one.text for one in parts.hand(load_real_robot(path)) if one.verdict is Verdict.BAD]
-        assert any("was not homed" in text for text in bad)
+        assert "was not homed" in bad_of(path)["gripper"]
         where = {"robot": str(path), "world": "kinematic", "form": Form.ARM}
         teach("here", places, **where, replace=False, armed=True)
         assert "here" in places.read_text()
@@ -58,7 +63,6 @@ def test_a_hand_that_was_not_homed_is_homed_by_a_run_alone(tmp_path):
 def test_a_firewall_is_told_and_nothing_good_beside_it(tmp_path):
     path = robot_file(tmp_path)
     with emulated(path, "single", 1, "udp-blocked"):
-        for part in (parts.arm, parts.hand):
-            finding = next(part(load_real_robot(path)))
-            assert finding.verdict is Verdict.BAD
-            assert "firewall" in finding.text
+        bad = bad_of(path)
+        assert "firewall" in bad["arm"]
+        assert "firewall" in bad["gripper"]

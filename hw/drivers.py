@@ -1,0 +1,54 @@
+"""The parts of a real robot, made by the drivers that its file names."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from hw.clock import Clock
+from robots import KINDS, DriverError, RealRobot, RobotDescription, find_driver, has_driver
+
+
+@dataclass(frozen=True, kw_only=True)
+class DriverContext:
+    """What a driver is told besides its options."""
+
+    robot: RobotDescription
+    clock: Clock  # on which readings are stamped
+    parts: Mapping[str, Any] = field(default_factory=dict)
+    """Parts of the same robot that were made before, by their kinds, in the order of `KINDS`."""
+    emulator: str = ""  # HOST:PORT of the emulated camera; empty on a real robot
+
+
+def parts_of(real: RealRobot, robot: RobotDescription, clock: Clock) -> dict[str, Any]:
+    """The parts of a real robot by their kinds, not yet connected; DriverError: there is no such.
+
+    Without a driver of its own the laser is that of the base.
+    """
+    parts: dict[str, Any] = {}
+    context = context_of(real, robot, clock, parts)
+    for kind, name, options in _drivers(real, robot):
+        parts[kind] = find_driver(kind, name).make(options, context)
+    return parts
+
+
+def context_of(
+    real: RealRobot, robot: RobotDescription, clock: Clock, parts: Mapping[str, Any]
+) -> DriverContext:
+    """The context of the drivers of a real robot."""
+    hardware, emulator = real.hardware, ""
+    if hardware.emulated is not None:
+        emulator = f"{getattr(hardware.base, 'address', '')}:{hardware.emulated + 1}"
+    return DriverContext(robot=robot, clock=clock, parts=parts, emulator=emulator)
+
+
+def _drivers(real: RealRobot, robot: RobotDescription) -> Iterator[tuple[str, str, Any]]:
+    """Kind, driver and options of each part."""
+    for kind in KINDS:
+        if (options := getattr(real.hardware, kind)) is not None:
+            if kind == "laser" and robot.laser is None:
+                raise DriverError(
+                    f"{real.path}: hardware.laser: its robot has no laser; describe it"
+                )
+            yield kind, options.driver, options
+        elif robot.laser is not None and has_driver(kind, name := real.hardware.base.driver):
+            yield kind, name, find_driver(kind, name).options()
