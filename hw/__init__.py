@@ -7,6 +7,7 @@ from config import lazy_face
 if TYPE_CHECKING:
     from hw.clock import Clock, SimClock, TaskClock, TaskTime, WallClock, Worker, stopwatch
     from hw.composition import ComposedRobot, InlineExecutor, one_thread
+    from hw.contract import BrokenContractError, check_driver
     from hw.drivers import DriverContext, context_of, parts_of
     from hw.faults import INJECTABLE, FaultInjection, InjectionError, injectable
     from hw.gate import Gate, Refusal, UntrustedRobotError

@@ -1,0 +1,285 @@
+"""The contract of drivers, checked on an emulator or a machine that may move."""
+
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+
+from hw.clock import Clock, WallClock
+from hw.drivers import DriverContext
+from hw.robot import HardwareError
+from hw.state import Array, Fault, FaultKind
+from robots import RobotDescription, load_robot
+
+_PERIOD = 0.01  # of the loop [s]
+_BLOCKED = 0.05  # a call that takes longer has waited [s]
+_RESTS = 0.01  # a slower part rests [m/s, rad/s]
+_FORCE = 20.0  # of the fingers [N]
+_WIDTH = 5e-3  # tolerance of a width [m]
+
+
+class BrokenContractError(AssertionError):
+    """What a driver does not keep, a line each."""
+
+
+class _Trial(NamedTuple):
+    """A connected part, and what is expected of it."""
+
+    kind: str
+    part: Any
+    robot: RobotDescription
+    clock: Clock
+    fault: Callable[[], AbstractContextManager[Any]] | None
+    speed: float
+    age: float
+    rest: float
+    patience: float
+
+    @property
+    def command(self) -> Array:
+        """A velocity: of the last joint, or of the base forwards."""
+        axes = np.eye(3 if self.kind == "base" else len(self.robot.arm.ready))
+        return np.asarray(self.speed * axes[0 if self.kind == "base" else -1])
+
+    def newest(self) -> Any:
+        """The newest reading, image or scan."""
+        return self.part.latest() if self.kind in ("camera", "laser") else self.part.read()
+
+    def velocity(self) -> Array:
+        """As measured."""
+        reading = self.part.read()
+        velocity: Array = reading.qd if self.kind == "arm" else reading.twist
+        return velocity
+
+    def faults(self) -> Sequence[Fault]:
+        """Those that the part reports; a laser reports none."""
+        tell = getattr(self.part, "faults", tuple)
+        return self.part.read().faults if hasattr(self.part, "read") else tell()
+
+    def ticks(self, seconds: float) -> Iterator[float]:
+        """The times of a loop on the clock."""
+        end = self.clock.now() + seconds
+        while (now := self.clock.now()) < end:
+            yield now
+            self.clock.sleep_until(now + _PERIOD)
+
+    def wait(self, done: Callable[[], Any]) -> bool:
+        """Whether something comes true in time."""
+        return any(done() for _ in self.ticks(self.patience))
+
+    def drive(self, seconds: float = 1.0) -> float:
+        """Command the velocity for a while; when the last command was given."""
+        given = 0.0
+        for _ in self.ticks(seconds):
+            self.part.read()
+            self.part.send(self.command)
+            given = self.clock.now()
+        return given
+
+
+Check: TypeAlias = Callable[[_Trial], Iterator[str]]
+
+
+def _readings(trial: _Trial) -> Iterator[str]:
+    """Readings come at once, are whole and finite, and their stamps are true."""
+    if not trial.wait(trial.newest):
+        yield f"there is none within {trial.patience:g} s"
+        return
+    slowest, ages, stamps, ahead = 0.0, [], [], 0.0
+    for now in trial.ticks(1.0):
+        reading, after = trial.newest(), trial.clock.now()
+        slowest = max(slowest, after - now)
+        ages.append(after - reading.stamp)
+        ahead = max(ahead, reading.stamp - after)
+        stamps.append(reading.stamp)
+    if slowest > _BLOCKED:
+        yield f"a call took {1e3 * slowest:.0f} ms"
+    if ahead > 1e-3:
+        yield f"a stamp is {1e3 * ahead:.0f} ms ahead of the clock"
+    if np.any(np.diff(stamps) < 0.0):
+        yield "stamps go back"
+    if stamps[-1] == stamps[0]:
+        yield "stamps stand still"
+    if (age := float(np.median(ages))) > trial.age:
+        yield f"they are {1e3 * age:.0f} ms old, of {1e3 * trial.age:.0f}"
+    yield from _shapes(trial, reading)
+    yield from (f"a healthy part reports: {fault.text}" for fault in trial.faults())
+
+
+def _shapes(trial: _Trial, reading: Any) -> Iterator[str]:
+    joints, camera = (len(trial.robot.arm.ready),), trial.robot.camera.intrinsics
+    is_seen = trial.kind in ("camera", "laser")
+    shapes: dict[str, dict[str, tuple[int, ...]]] = {
+        "arm": {"q": joints, "qd": joints},
+        "base": {"twist": (3,)},
+        "gripper": {"width": ()},
+        "camera": {"depth": (camera.height, camera.width)},
+        "laser": {"ranges": (len(getattr(reading, "points", ())),)},
+    }
+    for name, shape in shapes[trial.kind].items():
+        values = np.asarray(getattr(reading, name))
+        if values.shape != shape:
+            yield f"`{name}` has the shape {values.shape}, not {shape}"
+        if is_seen and np.any(values <= 0.0):
+            yield f"`{name}` is not positive; what is missing is NaN"
+        elif not is_seen and not np.isfinite(values).all():
+            yield f"`{name}` is not finite"
+
+
+def _identity(trial: _Trial) -> Iterator[str]:
+    """The same object is the same image or scan, and a newer one is another."""
+    first = trial.newest()
+    if not trial.wait(lambda: trial.newest() is not first):
+        yield f"no other comes within {trial.patience:g} s"
+    elif trial.newest().stamp <= first.stamp:
+        yield "the newer one has no newer stamp"
+    if not any(trial.newest() is trial.newest() for _ in range(5)):
+        yield "each call gives another object"
+
+
+def _follows(trial: _Trial) -> Iterator[str]:
+    """It rests until it is commanded, then follows; `send` returns what was applied."""
+    if np.abs(trial.velocity()).max() > _RESTS:
+        yield "it moves without a command"
+    kept = trial.newest()
+    values = kept.q if trial.kind == "arm" else kept.wTb.homogeneous
+    before = values.copy()
+    trial.drive()
+    applied, velocity = np.asarray(trial.part.send(trial.command)), trial.velocity()
+    if not np.allclose(applied, trial.command, atol=0.5 * trial.speed):
+        yield f"told {trial.command}, it says that it applies {applied}"
+    if np.abs(velocity - trial.command).max() > 0.5 * trial.speed:
+        yield f"told {trial.command} for 1 s, it moves at {velocity.round(3)}"
+    if not np.array_equal(values, before):
+        yield "an earlier reading has changed"
+
+
+def _refuses(trial: _Trial) -> Iterator[str]:
+    """What is not finite is not applied."""
+    for bad in (np.nan, np.inf):
+        applied = np.asarray(trial.part.send(np.full(trial.command.shape, bad)))
+        if np.any(applied):  # NaN counts
+            yield f"told {bad}, it applies {applied}"
+
+
+def _rests_alone(trial: _Trial) -> Iterator[str]:
+    """It rests when commands cease: its own watchdog."""
+    yield from _rests(trial, trial.drive())
+
+
+def _rests_told(trial: _Trial) -> Iterator[str]:
+    """`stop` from another thread brings it to rest."""
+    trial.drive()
+    stopped = trial.clock.now()
+    threading.Thread(target=trial.part.stop).start()
+    yield from _rests(trial, stopped)
+
+
+def _rests(trial: _Trial, since: float) -> Iterator[str]:
+    def rests() -> bool:
+        return bool(np.abs(trial.velocity()).max() < _RESTS)
+
+    if not trial.wait(rests):
+        yield f"it still moves after {trial.patience:g} s"
+    elif (after := trial.part.read().stamp - since) > trial.rest:
+        yield f"it rests after {after:.2f} s, of {trial.rest:g}"
+
+
+def _grips(trial: _Trial) -> Iterator[str]:
+    """The fingers go to a width, and `moving` says so meanwhile."""
+    for share in (1.0, 0.5):
+        width, seen = share * trial.robot.gripper.opening, list[bool]()
+        grip = threading.Thread(target=trial.part.grip, args=(width, _FORCE))
+        grip.start()
+        for _ in trial.ticks(trial.patience):
+            seen.append(trial.part.read().moving)
+            if not grip.is_alive():
+                break
+        if grip.is_alive():
+            yield f"`grip` has not ended after {trial.patience:g} s"
+            return
+        if not any(seen) or trial.part.read().moving:
+            yield "`moving` is wrong"
+        if abs(trial.part.read().width - width) > _WIDTH:
+            yield f"told {width:.3f} m, its fingers are {trial.part.read().width:.3f} m apart"
+
+
+def _faults(trial: _Trial) -> Iterator[str]:
+    """A fault is told in words that stay, moves nothing, and is cleared by `recover`."""
+    if trial.fault is None:
+        return
+    with trial.fault():
+        if not trial.wait(trial.faults):
+            yield f"it is not told within {trial.patience:g} s"
+            return
+        texts = {one.text for _ in trial.ticks(0.5) for one in trial.faults()}
+        if len(texts) > len(trial.faults()) or not all(texts):
+            yield f"its words change, or are empty: {sorted(texts)}"
+        if not all(isinstance(one.kind, FaultKind) for one in trial.faults()):
+            yield "its kind is no FaultKind"
+        if trial.kind in ("arm", "base") and np.any(trial.part.send(trial.command)):
+            yield "commands are applied"
+        trial.part.stop()
+    if not trial.wait(lambda: _recovered(trial)):
+        yield f"it is not cleared: {[one.text for one in trial.faults()]}"
+
+
+def _recovered(trial: _Trial) -> bool:
+    try:
+        if any(one.clearable for one in trial.faults()):
+            trial.part.recover()
+    except HardwareError:
+        return False
+    return not trial.faults()
+
+
+_MOVING: tuple[Check, ...] = (_follows, _refuses, _rests_alone, _rests_told)
+_CHECKS: dict[str, tuple[Check, ...]] = {
+    "arm": (_readings, *_MOVING, _faults),
+    "base": (_readings, *_MOVING, _faults),
+    "gripper": (_readings, _grips, _faults),
+    "camera": (_readings, _identity, _faults),
+    "laser": (_readings, _identity),
+}
+
+
+def check_driver(
+    kind: str,
+    make: Callable[[DriverContext], Any],
+    *,
+    robot: RobotDescription | None = None,
+    fault: Callable[[], AbstractContextManager[Any]] | None = None,
+    speed: float = 0.1,
+    age: float = 0.1,
+    rest: float = 0.3,
+    patience: float = 10.0,
+) -> None:
+    """Check a driver on a machine or emulator, which moves: it needs room for a second each way.
+
+    Args:
+        kind: `arm`, `base`, `gripper`, `camera` or `laser`.
+        make: the driver, not yet connected.
+        robot: what it is a part of; None: Frankie.
+        fault: brings about a fault until its `with` ends, as a cable that is pulled.
+        speed: that it is driven at [m/s, rad/s].
+        age: the greatest age of a reading on arrival, in the middle [s].
+        rest: the longest time to rest from the last command on [s].
+        patience: for everything else [s].
+
+    Raises:
+        BrokenContractError: with a line for each promise that is not kept.
+    """
+    robot, clock = robot or load_robot("frankie"), WallClock()
+    part, broken = make(DriverContext(robot=robot, clock=clock)), []
+    trial = _Trial(kind, part, robot, clock, fault, speed, age, rest, patience)
+    part.connect()
+    try:
+        for check in _CHECKS[kind]:
+            broken += [f"{(check.__doc__ or '').strip()} But {what}" for what in check(trial)]
+    finally:
+        part.close()
+        part.close()
+    if broken:
+        raise BrokenContractError("\n".join(broken))

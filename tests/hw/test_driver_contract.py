@@ -1,0 +1,114 @@
+"""Every shipped driver keeps the contract that drivers of others are checked by."""
+
+import time
+from contextlib import contextmanager, nullcontext
+from dataclasses import replace
+
+import emulated_camera
+import emulated_panda
+import numpy as np
+import pytest
+from emulated import base_of, connected, wait_for
+from pinocchio import SE3
+from test_omron_laser import Beside
+
+from frankie_task.testing import BrokenContractError, check_driver
+from hw.emulators.omron import OmronEmulator
+from hw.emulators.realsense import RealSenseEmulator, still
+from hw.omron import OmronLaser
+from hw.panda.driver import HandOptions, PandaOptions, franka_hand, panda_arm
+from hw.realsense import RealSenseOptions, realsense_camera
+from hw.state import BaseState
+
+SLOW = {"patience": 60.0}  # also on a busy machine
+
+
+@pytest.fixture
+def panda():
+    with emulated_panda.emulated("") as emulator:
+        yield emulator
+
+
+def test_the_base():
+    with OmronEmulator() as emulator:
+        check_driver(
+            "base", lambda _: base_of(emulator, arcl="adept"), fault=emulator.held, rest=1.0, **SLOW
+        )
+
+
+def test_the_laser():
+    with OmronEmulator(None, Beside((0.0, 0.0, 0.0))) as emulator, connected(emulator) as base:
+
+        def make(context):
+            return OmronLaser(lambda: base.echoes, context.robot.laser, context.clock)
+
+        check_driver("laser", make, age=0.3, **SLOW)
+
+
+@emulated_panda.needs_library
+def test_the_arm(panda):
+    @contextmanager
+    def stopped():
+        panda.do("stop")
+        yield
+        panda.do("release")
+
+    options = PandaOptions(address=panda.address)
+    check_driver("arm", lambda context: panda_arm(options, context), fault=stopped, **SLOW)
+
+
+@emulated_panda.needs_library
+def test_the_hand(panda):
+    @contextmanager
+    def unplugged():
+        begun = time.monotonic()
+        panda.do("unplug 3")
+        yield
+        wait_for(lambda: time.monotonic() > begun + 3.0)
+
+    options = HandOptions(address=panda.address)
+    check_driver("gripper", lambda context: franka_hand(options, context), fault=unplugged, **SLOW)
+
+
+@emulated_camera.needs_library
+def test_the_camera():
+    with RealSenseEmulator(still(emulated_camera.picture())) as emulator:
+
+        @contextmanager
+        def unplugged():
+            emulator.unplug()
+            yield
+            emulator.plug_in()
+
+        def make(context):
+            return realsense_camera(RealSenseOptions(), replace(context, emulator=emulator.address))
+
+        check_driver("camera", make, fault=unplugged, age=0.2, **SLOW)
+
+
+class Deaf:
+    """A base that never stops by itself, tells nothing of faults and stamps what it likes."""
+
+    def __init__(self, _, context):
+        self.clock, self.twist = context.clock, np.zeros(3)
+
+    def connect(self): ...
+
+    def read(self):
+        return BaseState(stamp=self.clock.now() + 1.0, wTb=SE3.Identity(), twist=self.twist)
+
+    def send(self, twist):
+        self.twist = twist
+        return twist
+
+    def stop(self): ...
+
+    def close(self): ...
+
+
+def test_what_is_not_kept_is_told():
+    with pytest.raises(BrokenContractError) as broken:
+        check_driver("base", lambda one: Deaf(None, one), fault=nullcontext, patience=0.5)
+    told = str(broken.value)
+    for words in ("ahead of the clock", "told nan", "its own watchdog", "not told within"):
+        assert words in told
