@@ -12,7 +12,6 @@ from config import lazy_face
 if TYPE_CHECKING:
     from controller.collision.self_collision import SelfCollision
     from controller.command import (
-        N_ARM,
         Array,
         BaseGoal,
         Command,

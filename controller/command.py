@@ -1,4 +1,7 @@
-"""Commands, motion goals, and the robot state that the controller reads."""
+"""Commands, motion goals, and the robot state that the controller reads.
+
+An arm has j joints: positions are in rad, those of a sliding joint in m.
+"""
 
 from __future__ import annotations
 
@@ -12,20 +15,18 @@ from pinocchio import SE3
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
-N_ARM = 7  # number of arm joints
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Command:
     """Velocities of base and arm for one control period."""
 
     base_twist: Array  # (3,) vx, vy, ω in the base frame [m/s, m/s, rad/s]; vy is 0 if differential
-    qd: Array  # (7,) arm joint velocities [rad/s]
+    qd: Array  # (j,) arm joint velocities [rad/s]
 
     @classmethod
-    def stop(cls) -> Command:
-        """The command to stand still."""
-        return cls(base_twist=np.zeros(3), qd=np.zeros(N_ARM))
+    def stop(cls, j: int) -> Command:
+        """The command to stand still, for an arm of j joints."""
+        return cls(base_twist=np.zeros(3), qd=np.zeros(j))
 
     def is_finite(self) -> bool:
         """True if every component is a finite number."""
@@ -73,7 +74,7 @@ class PoseGoal:
 class PostureGoal:
     """Bring the arm to joint positions with the base at rest."""
 
-    q: Array  # (7,) desired joint positions [rad]
+    q: Array  # (j,) desired joint positions [rad]
     tolerance: float = 0.01  # arrived when every joint is nearer than this [rad]
 
     def moved(self, T: SE3) -> PostureGoal:
@@ -108,4 +109,4 @@ class KinematicState(Protocol):
 
     @property
     def q(self) -> Array:
-        """(7,) arm joint positions [rad]."""
+        """(j,) arm joint positions [rad]."""

@@ -17,7 +17,7 @@ from controller.settings import ControllerSettings
 from controller.stance.approach import Approach
 from controller.stance.bias import Remaining, StanceBias, bias_towards
 from controller.stance.finder import StanceFinder
-from controller.stance.moving_goal import MovingGoalFollower
+from controller.stance.moving_goal import MovingGoalFollower, is_followed
 from controller.stance.next_goal import NextGoalApproach
 from controller.stance.search import StanceSearch
 from controller.stance.stance import Stance
@@ -45,7 +45,7 @@ class Guidance:
         self._route = Route(model, settings)
         self._base_goal, self._base_obstacle = Pose2D(inf, inf, inf), ""
         self._approach = Approach(model, settings.guidance, self._route)
-        self._follower = MovingGoalFollower(model, settings)
+        self._follower = MovingGoalFollower(model, settings) if is_followed(model) else None
         self.next_goal = NextGoalApproach(model, settings, self._finder)
         self._hand_may_touch = self._follows = False
         self.waits = False  # whether the robot gives way to a moving obstacle, which is no stall
@@ -67,7 +67,8 @@ class Guidance:
         self._base_of: tuple[Stance | None, SE3 | None] = (None, None)
         self._first_goal: SE3 | None = None
         self._searched = 0
-        self._follower.reset()
+        if self._follower is not None:
+            self._follower.reset()
         self.next_goal.reset()
         self._start_goal(None)
         self._set_stance(None)
@@ -122,14 +123,14 @@ class Guidance:
     ) -> StanceBias | None:
         """The bias of one period towards the goal's stance; None without one, or if it `rests`.
 
-        `error` is that of the end effector, `q` are the joint positions (7,) [rad].
+        `error` is that of the end effector, `q` are the joint positions (j,) [rad].
         """
         g = self._guidance
         distance = error.position + g.metres_per_radian * error.orientation
         if moved := self._finder.update(surroundings):
             self.next_goal.reset()
         changed = moved or (bool(self.unreachable) and goal.hand_may_touch != self._hand_may_touch)
-        follows = goal.is_moving and not goal.straight and self._model.n_base == 2
+        follows = goal.is_moving and not goal.straight and self._follower is not None
         changed = changed or (follows and not self._follows)
         self._hand_may_touch, self._follows = goal.hand_may_touch, follows
         if goal.wTe != self._goal or changed:
@@ -158,7 +159,7 @@ class Guidance:
         if self.stance is None or remaining.lead is None:
             return None
         following = None
-        if self._follows:
+        if self._follows and self._follower is not None:
             following = self._follower(self.stance, goal, error, wTb, q)
         model, settings, detour = self._model, self._settings, self.detour
         return bias_towards(

@@ -38,7 +38,7 @@ class Linearisation(NamedTuple):
 
 
 def linearise(model: RobotModel, settings: ControllerSettings, q: Array) -> Linearisation:
-    """Kinematics and gradients at joint positions q (7,) [rad]."""
+    """Kinematics and gradients at joint positions q (j,) [rad]."""
     bTe, J, screws, hessian = model.kinematics(q)
     n_base = model.n_base
     gradient = np.zeros(model.n)

@@ -12,7 +12,7 @@ import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
 
-from controller.command import N_ARM, Array, Command
+from controller.command import Array, Command
 from robots import RobotDescription, load_robot
 
 _SINGULAR = 1e-9  # manipulability below which the gradient is zero
@@ -24,11 +24,12 @@ def _chain(description: RobotDescription) -> pin.Model:
     chain = pin.Model()
     joint = 0
     for number, axis in enumerate(description.base.axes.T, start=1):
-        kind = _BASE_JOINTS[int(np.argmax(axis))]
-        joint = chain.addJoint(joint, kind(), SE3.Identity(), f"base{number}")
+        virtual = _BASE_JOINTS[int(np.argmax(axis))]
+        joint = chain.addJoint(joint, virtual(), SE3.Identity(), f"base{number}")
     arm, foot = description.arm, description.bTa
-    for number, placement in enumerate(arm.joints, start=1):
-        joint = chain.addJoint(joint, pin.JointModelRZ(), foot * placement, f"arm{number}")
+    for number, (placement, slides) in enumerate(zip(arm.joints, arm.slides, strict=True), start=1):
+        kind = pin.JointModelPZ if slides else pin.JointModelRZ
+        joint = chain.addJoint(joint, kind(), foot * placement, f"arm{number}")
         foot = SE3.Identity()
     lTe = arm.lTh * description.gripper.hTe
     chain.addFrame(pin.Frame("tool", joint, 0, lTe, pin.FrameType.OP_FRAME))
@@ -55,7 +56,8 @@ class RobotModel:
         self.name = description.name
         self.limits = description.limits
         self.n_base = description.base.axes.shape[1]
-        self.n = self.n_base + N_ARM
+        self.n_arm = len(description.arm.joints)
+        self.n = self.n_base + self.n_arm
         axes, limits = description.base.axes, description.limits
         back = np.array([limits.base_reverse, *limits.base_twist[1:]])
         self.velocity_limits = np.array(
@@ -91,23 +93,23 @@ class RobotModel:
         return self._joints
 
     def bTe(self, q: Array) -> SE3:
-        """End effector in the base, for joint positions q (7,) [rad]."""
+        """End effector in the base, for joint positions q (j,) [rad]."""
         pin.framesForwardKinematics(self.chain, self._data, self.joints(q))
         return self._data.oMf[self._tool].copy()
 
     def wTe(self, wTb: SE3, q: Array) -> SE3:
-        """End effector in the world, for a base pose and joint positions q (7,) [rad]."""
+        """End effector in the world, for a base pose and joint positions q (j,) [rad]."""
         return wTb * self.bTe(q)
 
     def link_poses(self, wTb: SE3, q: Array) -> tuple[SE3, ...]:
-        """The arm's foot, its seven links and the hand in the world: 9 poses, for q (7,) [rad]."""
+        """The arm's foot, its j links and the hand in the world, for q (j,) [rad]."""
         pin.forwardKinematics(self.chain, self._data, self.joints(q))
         arm = range(self.n_base + 1, self.n + 1)
         links = [wTb * self._data.oMi[joint] for joint in arm]
         return (wTb * self.description.bTa, *links, links[-1] * self.description.arm.lTh)
 
     def kinematics(self, q: Array) -> Kinematics:
-        """Pose, Jacobian and Hessian of the end effector for joint positions q (7,) [rad]."""
+        """Pose, Jacobian and Hessian of the end effector for joint positions q (j,) [rad]."""
         chain, data = self.chain, self._data
         pin.computeJointKinematicHessians(chain, data, self.joints(q))
         pin.updateFramePlacement(chain, data, self._tool)

@@ -5,7 +5,6 @@ from math import hypot
 import numpy as np
 
 from controller.command import (
-    N_ARM,
     Array,
     BaseGoal,
     Command,
@@ -44,8 +43,8 @@ def check_inputs(state: KinematicState, goal: MotionGoal | None, last: Command) 
                 numbers["goal twist"] = goal.twist
         case PostureGoal():
             numbers["goal posture"] = goal.q
-            if np.shape(goal.q) != (N_ARM,):
-                raise GoalError(f"the goal posture must have {N_ARM} joints, got {goal.q}")
+            if np.shape(goal.q) != np.shape(state.q):
+                raise GoalError(f"the goal posture must have {len(state.q)} joints, got {goal.q}")
         case BaseGoal():
             poses["goal base pose"] = goal.wTb
     for names, least in ((_POSITIVE, "above 0"), (_TOLERANCES, "of at least 0")):

@@ -17,6 +17,8 @@ from controller.command import Array
 from controller.model import RobotModel
 from controller.settings import ControllerSettings
 
+_SHORT = 0.4  # share of its range that the distances of a joint get where it is short [1/rad]
+
 
 class VelocityBounds:
     """Computes the bounds of one control period."""
@@ -24,29 +26,31 @@ class VelocityBounds:
     def __init__(self, model: RobotModel, settings: ControllerSettings) -> None:
         limits = model.limits
         self._dampers = settings.joint_limits
-        gap = self._dampers.influence_distance - self._dampers.stop_distance
-        self._slope = self._dampers.damper_gain / gap
         self._limit_acceleration = settings.limit_acceleration
         self._lower, self._upper = model.velocity_limits.tolist()
         self._changes = (model.acceleration_limits * settings.period).tolist()
         self._n_base = model.n_base
         lag = model.description.arm.lag
-        columns = (limits.q_min, limits.q_max, limits.qd, limits.qdd)
+        shares = limits.margins(1.0, _SHORT)
+        columns = (limits.q_min, limits.q_max, limits.qd, limits.qdd, shares)
         rows = zip(*(column.tolist() for column in columns), strict=True)
         self._joints = [self._joint(lag, *row) for row in rows]
 
     def _joint(
-        self, lag: float, low: float, high: float, speed: float, acceleration: float
+        self, lag: float, low: float, high: float, speed: float, acceleration: float, share: float
     ) -> _Joint:
         dampers = self._dampers
+        stop, influence = share * dampers.stop_distance, share * dampers.influence_distance
+        slope = dampers.damper_gain / (influence - stop)
         braking = speed * lag + speed * speed / (2.0 * acceleration)
-        near = max(dampers.influence_distance, dampers.stop_distance + 1.001 * braking)
-        return _Joint(low, high, speed, acceleration, lag, low + near, high - near)
+        near = max(influence, stop + 1.001 * braking)
+        free = low + near, high - near
+        return _Joint(low, high, speed, acceleration, lag, stop, influence, slope, *free)
 
     def __call__(self, q: Array, last: Array, base_share: float = 1.0) -> tuple[Array, Array]:
         """Lower and upper bounds (n,), lower <= upper, [m/s, rad/s].
 
-        `q` are the joint positions (7,) [rad], `last` the velocities (n,) of the previous period,
+        `q` are the joint positions (j,) [rad], `last` the velocities (n,) of the previous period,
         `base_share` is the part of its limits that the base may use.
         """
         # Plain floats: on nine numbers they are faster than arrays.
@@ -72,10 +76,10 @@ class VelocityBounds:
     def _approach_speed(self, joint: _Joint, distance: float) -> float:
         """Speed at which a joint may approach a limit at this distance [rad/s]."""
         dampers = self._dampers
-        room = distance - dampers.stop_distance
+        room = distance - joint.stop
         speed = joint.speed
-        if distance <= dampers.influence_distance:
-            speed = min(speed, self._slope * room)
+        if distance <= joint.influence:
+            speed = min(speed, joint.slope * room)
         if self._limit_acceleration:
             # The speed v from which v lag + v² / 2a is the remaining room.
             delay = joint.acceleration * joint.lag
@@ -96,5 +100,8 @@ class _Joint(NamedTuple):
     speed: float
     acceleration: float
     lag: float
+    stop: float  # ρ_s: distance at which motion towards the limit stops [rad] ...
+    influence: float  # ... and at which the damper begins [rad]
+    slope: float  # of the damper [1/s]
     free_from: float  # between this position and `free_to` no limit is near enough to matter [rad]
     free_to: float

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from hw.drivers import DriverContext, context_of, parts_of
     from hw.faults import INJECTABLE, FaultInjection, InjectionError, injectable
     from hw.gate import Gate, Refusal, UntrustedRobotError
-    from hw.recording import TURN, RecordedRobot, Turn
+    from hw.recording import RecordedRobot, Turn, turn_type
     from hw.registry import (
         DEFAULT_LEVEL,
         WORLDS,

@@ -135,7 +135,7 @@ class ComposedRobot:
     def send(self, command: Command) -> Command:
         """Hand a command on; where parts rest together, a fault commands rest instead."""
         if self._rest_together and self._has_fault:
-            command = Command.stop()
+            command = Command.stop(len(self.description.limits.qd))
         twist = self._base.send(command.base_twist)
         return Command(base_twist=twist, qd=self._arm.send(command.qd))
 

@@ -48,6 +48,7 @@ class Gate:
         self._robot = robot
         self._limits = description.limits
         self._arm_lag = description.arm.lag
+        self._arm = description.arm.ready.shape
         self._period = period
         self._plausibility = Plausibility(description, oldest_state)
         self._monitor = MotionMonitor(description)
@@ -59,7 +60,7 @@ class Gate:
         self._credit = _CREDIT * period
         self._untrusted: UntrustedRobotError | None = None
         self.latched = False  # an emergency stop is not acknowledged yet
-        self.applied = Command.stop()  # by the robot, last
+        self.applied = Command.stop(*self._arm)  # by the robot, last
         self.refusals: dict[Refusal, int] = dict.fromkeys(Refusal, 0)  # commands stopped
 
     def judge(self, state: RobotState, now: float) -> Refusal | None:
@@ -102,7 +103,7 @@ class Gate:
         if state is not None and self._plausibility.doubt(state, now) is None:
             self.continue_from(state, now)
         elif self._is_after_gap(now):
-            self.applied = Command.stop()
+            self.applied = Command.stop(*self._arm)
         return self._brake(now)
 
     def _brake(self, now: float) -> Command:
@@ -145,7 +146,7 @@ class Gate:
     def _violation(self, command: Command, state: RobotState, now: float) -> Refusal | None:
         """Which limit a command breaks on a reading that allows motion."""
         limits = self._limits
-        is_complete = np.shape(command.base_twist) == (3,) and np.shape(command.qd) == (7,)
+        is_complete = np.shape(command.base_twist) == (3,) and np.shape(command.qd) == self._arm
         if not (is_complete and command.is_finite()):
             return Refusal.NOT_FINITE
         base_speed = limits.base_speed(command.base_twist)
@@ -193,7 +194,7 @@ class Gate:
     def _apply(self, command: Command, now: float) -> Command:
         self._credit = max(0.0, self._available(now) - self._needed(command))
         applied = self._robot.send(command)
-        is_complete = np.shape(applied.base_twist) == (3,) and np.shape(applied.qd) == (7,)
+        is_complete = np.shape(applied.base_twist) == (3,) and np.shape(applied.qd) == self._arm
         if not (is_complete and applied.is_finite()):
             raise UntrustedRobotError("the robot tells no finite velocities for what it applied")
         self.applied, self._sent = applied, now

@@ -38,7 +38,7 @@ class _Moment(NamedTuple):
     arm_path: float  # commanded, of the fastest joint in each period [rad]
     base_commanded: Pose2D  # dead reckoning of the commanded twists: x, y, heading
     base_measured: Pose2D
-    arm_commanded: Array  # (7,) integral of the commanded joint velocities [rad]
+    arm_commanded: Array  # (j,) integral of the commanded joint velocities [rad]
     q: Array
 
 
@@ -52,6 +52,7 @@ class MotionMonitor:
         self._fastest = 2.0 * (limits.base_twist[:2].max() + 0.3 * limits.base_twist[2])
         self._moments: deque[_Moment] = deque()
         self._base = _SpeedMonitor(limits.base_acceleration, description.base.lag, _BASE_FASTER)
+        self._slides = description.arm.slides
         self._arm = _SpeedMonitor(
             limits.qdd, description.arm.lag, np.full(len(limits.qd), _ARM_FASTER)
         )
@@ -69,7 +70,7 @@ class MotionMonitor:
         if not self._moments:
             start = (0.0, 0.0, 0.0)
             self._moments.append(
-                _Moment(state.stamp, 0.0, 0.0, start, measured, np.zeros(7), state.q)
+                _Moment(state.stamp, 0.0, 0.0, start, measured, np.zeros(len(state.q)), state.q)
             )
             return ""
         before = self._moments[-1]
@@ -105,8 +106,9 @@ class MotionMonitor:
             verb, unit = ("turns", "rad/s") if axis == 2 else ("drives", "m/s")
             what, own = f"the base {verb}", "its own settings of speed are not those of its file"
         elif (axis := self._arm.faster(state.stamp, state.qd, applied.qd)) is not None:
-            does, told, unit = float(state.qd[axis]), float(applied.qd[axis]), "rad/s"
-            what, own = f"joint {axis + 1} turns", "its limits are not those of its file"
+            does, told = float(state.qd[axis]), float(applied.qd[axis])
+            verb, unit = ("slides", "m/s") if self._slides[axis] else ("turns", "rad/s")
+            what, own = f"joint {axis + 1} {verb}", "its limits are not those of its file"
         else:
             return ""
         cause = f"{own}, or somebody else moves it"

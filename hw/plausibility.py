@@ -39,7 +39,7 @@ class Plausibility:
             return Doubt.STALE
         if state.stamp - now > _AHEAD:
             return Doubt.FUTURE
-        if not _is_complete(state):
+        if not _is_complete(state, self._limits.qd.shape):
             return Doubt.NOT_FINITE
         if not (self._is_within_reason(state) and self._follows(state)):
             return Doubt.IMPLAUSIBLE
@@ -71,10 +71,10 @@ class Plausibility:
         return bool((np.abs(state.q - before.q) <= reach).all())
 
 
-def _is_complete(state: RobotState) -> bool:
+def _is_complete(state: RobotState, arm: tuple[int, ...]) -> bool:
     """Whether all values have their shape and are finite, and wTb is a pose."""
     shapes = (np.shape(state.base_twist), np.shape(state.q), np.shape(state.qd))
-    if shapes != ((3,), (7,), (7,)):
+    if shapes != ((3,), arm, arm):
         return False
     rotation = state.wTb.rotation
     numbers = (*state.base_twist, *state.q, *state.qd, *state.wTb.translation, state.gripper_width)

@@ -16,27 +16,30 @@ from hw.clock import Clock, Result
 from hw.robot import Camera, Laser, Robot, RobotWrapper, Seen, Sensor
 from hw.state import DepthFrame, Fault, LaserScan, LocalisedPose, PartStamps, RobotState
 
-TURN = np.dtype(
-    [
-        *(("number", "u4"), ("time", "f8"), ("stopped", "?"), ("read", "?"), ("turn", "u1")),
-        *(("acknowledged", "?"), ("stamp", "f8"), ("wTb", "f8", (3, 4)), ("base_twist", "f8", 3)),
-        *(("q", "f8", 7), ("qd", "f8", 7), ("width", "f8"), ("moving", "?"), ("recovering", "?")),
-        *(("battery", "f8"), ("parts_told", "?"), ("parts", "f8", 3), ("faults", "u4")),
-        *(("localised", "u4"), ("frame", "i4"), ("scan", "i4"), ("sent", "?")),
-        *(("sent_time", "f8"), ("command", "f8", 10), ("applied", "f8", 10)),
-    ]
-)
-"""One turn of the loop: its number from 0, the time of its reading [s], whether a person had ended
-the run, whether there was a reading, the action of the loop (`Turn`), whether a person
-acknowledged an emergency stop; the reading (`battery` NaN: not reported; `parts` are the stamps
-of arm, base and gripper); the frame of the camera and the scan of the laser; whether a command
-was sent, its time [s], command and applied command (base twist, joint velocities). Sets of faults,
-localised poses, frames and scans are numbers of what `Notes.thing` got (from 1; 0: none, -1: not
-asked for). Times are what the loop got from the session's clock, since the gate decides by them."""
 
-_EMPTY = np.zeros((), TURN)
-_EMPTY["frame"] = _EMPTY["scan"] = -1
-_EMPTY["battery"] = nan
+def turn_type(j: int) -> np.dtype[np.void]:
+    """The type of a turn of the loop, for an arm of j joints.
+
+    Its number from 0, the time of its reading [s], whether a person had ended
+    the run, whether there was a reading, the action of the loop (`Turn`), whether a person
+    acknowledged an emergency stop; the reading (`battery` NaN: not reported; `parts` are the stamps
+    of arm, base and gripper); the frame of the camera and the scan of the laser; whether a command
+    was sent, its time [s], command and applied command (base twist, joint velocities). Sets of
+    faults, localised poses, frames and scans are numbers of what `Notes.thing` got (from 1; 0:
+    none, -1: not asked for). Times are what the loop got from the session's clock, since the gate
+    decides by them.
+    """
+    return np.dtype(
+        [
+            *(("number", "u4"), ("time", "f8"), ("stopped", "?"), ("read", "?"), ("turn", "u1")),
+            *(("acknowledged", "?"), ("stamp", "f8"), ("wTb", "f8", (3, 4))),
+            *(("base_twist", "f8", 3), ("q", "f8", (j,)), ("qd", "f8", (j,)), ("width", "f8")),
+            *(("moving", "?"), ("recovering", "?"), ("battery", "f8"), ("parts_told", "?")),
+            *(("parts", "f8", 3), ("faults", "u4")),
+            *(("localised", "u4"), ("frame", "i4"), ("scan", "i4"), ("sent", "?")),
+            *(("sent_time", "f8"), ("command", "f8", (3 + j,)), ("applied", "f8", (3 + j,))),
+        ]
+    )
 
 
 class Turn(IntEnum):
@@ -55,7 +58,7 @@ class Notes(Protocol):
     """Receiver of a recording; its methods must not raise or block."""
 
     def turn(self, row: npt.NDArray[np.void]) -> None:
-        """A turn is complete: one `TURN`; the array is reused afterwards."""
+        """A turn is complete: a row of `turn_type`; the array is reused afterwards."""
 
     def thing(self, field: str, number: int, thing: Thing) -> None:
         """What a number in `faults`, `localised`, `frame` or `scan` of the turns stands for."""
@@ -109,7 +112,10 @@ class RecordedRobot(RobotWrapper):
         self.inner = robot  # the robot inside
         self.clock = RecordedClock(clock)  # session time for the loop
         self._notes: Notes | None = None
-        self._row = _EMPTY.copy()
+        self._empty = np.zeros((), turn_type(len(robot.description.arm.joints)))
+        self._empty["frame"] = self._empty["scan"] = -1
+        self._empty["battery"] = nan
+        self._row = self._empty.copy()
         self._is_open = False
         self._stopped = False
         self._turns = 0
@@ -194,7 +200,7 @@ class RecordedRobot(RobotWrapper):
         return newest
 
     def _begin(self) -> None:
-        self._row[...] = _EMPTY
+        self._row[...] = self._empty
         self._row["number"], self._turns = self._turns, self._turns + 1
         self._row["stopped"] = self._stopped
         self._is_open = True

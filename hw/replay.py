@@ -16,7 +16,7 @@ from hw.robot import HardwareError, Sensor
 from hw.state import RobotState
 from robots import RobotDescription
 
-_VELOCITIES = (*("base vx", "base vy", "base ω"), *(f"joint {number}" for number in range(1, 8)))
+_BASE = ("base vx", "base vy", "base ω")
 
 
 class RecordEndsError(HardwareError):
@@ -75,7 +75,7 @@ class ReplayClock:
 
 
 class ReplayRobot:
-    """A recording as a robot: `turns` (n,) of `TURN`, `recall` of a thing by field and number."""
+    """A recording as a robot: its `turns` of `turn_type`, `recall` of a thing by field, number."""
 
     def __init__(
         self,
@@ -146,7 +146,7 @@ class ReplayRobot:
             self.difference = Difference(
                 number=self.sent,
                 time=float(row["sent_time"]),
-                velocity=_VELOCITIES[first],
+                velocity=_BASE[first] if first < 3 else f"joint {first - 2}",
                 recorded=float(row["command"][first]),
                 replayed=float(replayed[first]),
             )

@@ -190,7 +190,7 @@ class Arm(Part, Protocol):
         """The newest reading."""
 
     def send(self, qd: Array) -> Array:
-        """Apply joint velocities (7,) [rad/s] for one period; returns what was really applied."""
+        """Apply joint velocities (j,) [rad/s] for one period; returns what was really applied."""
 
 
 class Base(Part, Protocol):

@@ -47,8 +47,8 @@ class ArmState:
     """A reading of the arm. All stamps here are on the session's clock [s]."""
 
     stamp: float
-    q: Array  # (7,) joint positions [rad]
-    qd: Array  # (7,) joint velocities [rad/s]
+    q: Array  # (j,) joint positions [rad]
+    qd: Array  # (j,) joint velocities [rad/s]
     faults: tuple[Fault, ...] = ()
 
 
@@ -98,8 +98,8 @@ class RobotState:
     stamp: float  # of arm and base: the older of their newest readings [s]
     wTb: SE3  # base in the world: odometry, or localised where that is not told apart
     base_twist: Array  # (3,) vx, vy, ω in the base frame [m/s, m/s, rad/s]
-    q: Array  # (7,) arm joint positions [rad]
-    qd: Array  # (7,) arm joint velocities [rad/s]
+    q: Array  # (j,) arm joint positions [rad]
+    qd: Array  # (j,) arm joint velocities [rad/s]
     gripper_width: float  # distance between the finger pads [m]
     gripper_moving: bool  # whether the last grip is still in progress
     recovering: bool = False  # whether a recovery is still in progress

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
         LaserDescription,
         Limits,
         RobotDescription,
+        Swivel,
         at_pace,
         with_base_speeds,
     )

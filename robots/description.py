@@ -4,25 +4,31 @@ Frames: b is the base on the floor below its turning axis, s the laser on it, a 
 l its last link, h the flange of the hand, e the end effector, c the camera. The end effector is the
 grasp centre between the finger tips, z along the approach and y the closing direction. The camera
 looks along z, x right and y down.
+
+An arm has j joints: where they are said in rad, those of a sliding joint are in m.
 """
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from pinocchio import SE3, Inertia
 
 from robots.shapes import Array, Geom
+
+_UPRIGHT = 0.99  # cosine of the largest tilt of an upright axis
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Limits:
     """Limits of the robot, enforced by controller and gate."""
 
-    q_min: Array  # (7,) lower joint positions [rad]
-    q_max: Array  # (7,) upper joint positions [rad]
-    qd: Array  # (7,) joint speeds [rad/s]
-    qdd: Array  # (7,) joint accelerations [rad/s^2]
+    q_min: Array  # (j,) lower joint positions, infinite for a continuous joint [rad]
+    q_max: Array  # (j,) upper joint positions [rad]
+    qd: Array  # (j,) joint speeds [rad/s]
+    qdd: Array  # (j,) joint accelerations [rad/s^2]
     base_twist: Array  # (3,) base speeds along x, y and about z [m/s, m/s, rad/s]
     base_reverse: float  # base speed along -x [m/s]
     base_acceleration: Array  # (3,) accelerations along x, y and about z [m/s^2, m/s^2, rad/s^2]
@@ -33,21 +39,32 @@ class Limits:
         along_x = self.base_reverse if twist[0] < 0.0 else self.base_twist[0]
         return np.array([along_x, *self.base_twist[1:]])
 
+    @property
+    def within_a_turn(self) -> tuple[Array, Array]:
+        """(j,) lower and upper positions between which every posture is met once [rad]."""
+        wide = self.q_max - self.q_min > 2.0 * np.pi
+        return np.where(wide, -np.pi, self.q_min), np.where(wide, np.pi, self.q_max)
+
+    def margins(self, most: float, share: float) -> Array:
+        """(j,) margins to the joint limits [rad]: `most`, or a share of a short range."""
+        return np.minimum(most, share * (self.q_max - self.q_min))
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ArmDescription:
-    """A serial arm of seven joints, each turning about its own z."""
+    """A serial arm of j joints, each turning about its own z or sliding along it."""
 
     joints: tuple[SE3, ...]  # pose of each at zero on the one before, or the foot
+    slides: npt.NDArray[np.bool_]  # (j,) which of them slide
     lTh: SE3  # flange of the hand on the last link
-    ready: Array  # (7,) posture named `ready` in tasks [rad]: the hand in front, pointing down
+    ready: Array  # (j,) posture named `ready` in tasks [rad]: the hand in front, pointing down
     lag: float  # time constant with which the joints follow velocity commands [s]
-    collision: tuple[tuple[Geom, ...], ...]  # 8 tuples of capsules, on foot and links
+    collision: tuple[tuple[Geom, ...], ...]  # j + 1 tuples of shapes, on foot and links
     may_touch: tuple[tuple[str, str], ...]
-    """Pairs of `base`, `floor`, `link0` (the foot) to `link7` and `hand` that can collide; the
-    second of a pair is the outer one."""
-    inertias: tuple[Inertia, ...]  # 8, of the foot and the links, each in the frame of its link
-    torque: Array  # (7,) largest torques of the joints [Nm]
+    """Pairs of `base`, `floor`, `link0` (the foot) to the last link, and `hand` that can collide;
+    the second of a pair is the outer one."""
+    inertias: tuple[Inertia, ...]  # j + 1, of the foot and the links, each in its frame
+    torque: Array  # (j,) largest torques of the joints [Nm]
     visual: str | None  # mesh drawn instead of the collision shapes, if it is installed
 
 
@@ -136,6 +153,14 @@ class LaserDescription:
         return points
 
 
+class Swivel(NamedTuple):
+    """The joint of an arm that turns all of it about the vertical."""
+
+    joint: int
+    sign: float  # -1 where its axis points down
+    pivot: Array  # (3,) a point of its axis, in the base
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RobotDescription:
     """One mobile manipulator: a base, an arm on it, a gripper with a camera at the end."""
@@ -149,6 +174,28 @@ class RobotDescription:
     limits: Limits
     laser: LaserDescription | None = None  # on the base, if there is one
     pace: float = 1.0  # share of the nominal speeds that the limits are scaled to
+
+    @cached_property
+    def swivel(self) -> Swivel | None:
+        """The first joint that turns, if it is upright and those before it slide up and down."""
+        bTj = self.bTa
+        for joint, (placement, slides) in enumerate(
+            zip(self.arm.joints, self.arm.slides, strict=True)
+        ):
+            bTj = bTj * placement
+            up = float(bTj.rotation[2, 2])
+            if abs(up) < _UPRIGHT:
+                return None
+            if not slides:
+                pivot = np.array([*bTj.translation[:2], self.bTa.translation[2]])
+                return Swivel(joint, float(np.sign(up)), pivot)
+        return None
+
+    @cached_property
+    def strokes(self) -> Array:
+        """(j,) how far each sliding joint gets from its zero [m]; 0 for one that turns."""
+        ends = np.maximum(np.abs(self.limits.q_min), np.abs(self.limits.q_max))
+        return np.where(self.arm.slides, ends, 0.0)
 
 
 def with_base_speeds(

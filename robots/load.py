@@ -26,7 +26,7 @@ from robots.description import (
     Limits,
     RobotDescription,
 )
-from robots.schema import N_LINKS, ArmFile, BaseFile, CameraFile, GripperFile, LaserFile, RobotFile
+from robots.schema import ArmFile, BaseFile, CameraFile, GripperFile, LaserFile, RobotFile
 from robots.schema_geometry import PoseFile
 from robots.schema_hardware import HardwareFile, RealRobotFile, read_real_robot
 from robots.shapes import Box, Colour, Geom, half_extents
@@ -160,12 +160,13 @@ def _load(path: Path) -> RobotDescription:
 def _arm(file: ArmFile) -> ArmDescription:
     return ArmDescription(
         joints=tuple(joint.pose() for joint in file.joints),
+        slides=np.array([joint.kind == "prismatic" for joint in file.joints]),
         lTh=file.flange.pose(),
         ready=np.array(file.ready),
         lag=file.lag,
         collision=tuple(
             tuple(part.geom(f"link{link}") for part in file.collision if part.link == link)
-            for link in range(N_LINKS)
+            for link in range(len(file.joints) + 1)
         ),
         may_touch=tuple(pair for ours, theirs in file.may_touch for pair in product(ours, theirs)),
         inertias=tuple(part.inertia() for part in file.inertia),
@@ -229,8 +230,8 @@ def _laser(file: RobotFile) -> LaserDescription | None:
 
 def _limits(arm: ArmFile, base: BaseFile) -> Limits:
     return Limits(
-        q_min=np.array([joint.position[0] for joint in arm.joints]),
-        q_max=np.array([joint.position[1] for joint in arm.joints]),
+        q_min=np.array([joint.limits[0] for joint in arm.joints]),
+        q_max=np.array([joint.limits[1] for joint in arm.joints]),
         qd=np.array([joint.speed for joint in arm.joints]),
         qdd=np.array([joint.acceleration for joint in arm.joints]),
         base_twist=np.array(base.limits.speed),

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from math import isclose
+from math import inf, isclose
 from os.path import isfile
 from pathlib import Path
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, Any, Literal, TypeAlias
 
 import numpy as np
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
@@ -24,59 +24,80 @@ from robots.schema_geometry import (
     Vector,
 )
 
-Seven: TypeAlias = tuple[Finite, Finite, Finite, Finite, Finite, Finite, Finite]
-
-N_LINKS = 8  # of an arm: the foot and seven links
-LINKS = ("base", "floor", *(f"link{number}" for number in range(N_LINKS)), "hand")
-"""Names of the parts that can collide."""
+MOST_JOINTS = 12  # of an arm
 
 
 class LinkCapsuleFile(CapsuleFile):
     """A capsule of one link."""
 
-    link: Annotated[int, Field(ge=0, lt=N_LINKS)]  # 0 is the foot
+    link: Annotated[int, Field(ge=0, le=MOST_JOINTS)]  # 0 is the foot
 
 
 class JointFile(PoseFile):
     """A joint: its pose on the joint before it, and its limits."""
 
-    position: Range  # lower and upper [rad]
-    speed: Positive  # [rad/s]
-    acceleration: Positive  # [rad/s^2]
-    torque: Positive  # of its motor [Nm]
+    kind: Literal["revolute", "continuous", "prismatic"] = "revolute"
+    position: Range | None = None  # lower and upper, none of a continuous joint [rad, or m]
+    speed: Positive  # [rad/s, or m/s]
+    acceleration: Positive  # [rad/s^2, or m/s^2]
+    torque: Positive  # of its motor [Nm, or N]
 
+    @model_validator(mode="after")
+    def _has_its_range(self) -> JointFile:
+        if (self.position is None) != (self.kind == "continuous"):
+            raise ValueError("a joint has a `position`, its range, unless it is continuous")
+        return self
 
-def _known_link(name: str) -> str:
-    if name not in LINKS:
-        raise ValueError(f"no link is called `{name}`; {suggest(name, LINKS)}")
-    return name
-
-
-Link: TypeAlias = Annotated[str, AfterValidator(_known_link)]
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Lower and upper position [rad, or m]."""
+        return self.position or (-inf, inf)
 
 
 class ArmFile(StrictModel):
-    """A serial arm of seven joints, each turning about its own z."""
+    """A serial arm of j joints, each turning about its own z or sliding along it."""
 
-    joints: tuple[JointFile, JointFile, JointFile, JointFile, JointFile, JointFile, JointFile]
+    joints: Annotated[tuple[JointFile, ...], Field(min_length=1, max_length=MOST_JOINTS)]
     flange: PoseFile  # of the hand, on the last link
-    ready: Seven  # posture named `ready` in tasks [rad]
+    ready: tuple[Finite, ...]  # posture named `ready` in tasks [rad, or m]
     lag: Positive  # time constant of the joint velocities [s]
     visual: str | None = None  # mesh that the viewer draws, if it is installed
     collision: tuple[LinkCapsuleFile, ...]
-    may_touch: tuple[tuple[tuple[Link, ...], tuple[Link, ...]], ...]  # all of the first and second
-    inertia: Annotated[tuple[InertiaFile, ...], Field(min_length=N_LINKS, max_length=N_LINKS)]
-    """Of the foot and the seven links, each in the frame of its link."""
+    may_touch: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...]  # all of the first and second
+    inertia: tuple[InertiaFile, ...]  # of the foot and the links, each in the frame of its link
 
     @field_validator("ready")
     @classmethod
     def _is_within_limits(cls, ready: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
         joints: tuple[JointFile, ...] = info.data.get("joints", ())  # missing if they are wrong
+        if joints and len(ready) != len(joints):
+            raise ValueError(f"{len(joints)} joints have {len(joints)} positions")
         for number, (joint, q) in enumerate(zip(joints, ready, strict=False), start=1):
-            low, high = joint.position
+            low, high = joint.limits
             if not low <= q <= high:
                 raise ValueError(f"joint {number} is outside of its limits {low} to {high} rad")
         return ready
+
+    @field_validator("collision", "may_touch", "inertia")
+    @classmethod
+    def _has_its_links(cls, value: Any, info: ValidationInfo) -> Any:
+        links = [f"link{number}" for number in range(len(info.data.get("joints", ())) + 1)]
+        if len(links) == 1:  # the joints are wrong themselves
+            return value
+        if info.field_name == "inertia":
+            if len(value) != len(links):
+                raise ValueError(f"give it for the foot and {len(links) - 1} links")
+            return value
+        named = (
+            [f"link{part.link}" for part in value]
+            if info.field_name == "collision"
+            else [name for pair in value for side in pair for name in side]
+        )
+        links += ["base", "floor", "hand"]
+        for name in named:
+            if name not in links:
+                raise ValueError(f"no link is called `{name}`; {suggest(name, links)}")
+        return value
 
 
 class GripperFile(StrictModel):

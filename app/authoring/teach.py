@@ -57,7 +57,9 @@ def _pose(robot: Robot, form: Form) -> str:
     """The pose as a task file writes it, to millimetres and tenths of a degree."""
     state = robot.read()
     if form is Form.ARM:
-        return f"{{joints_deg: {_list(np.degrees(state.q), 1)}}}"
+        slides = robot.description.arm.slides
+        q = np.where(slides, state.q, np.degrees(state.q))
+        return f"{{joints_deg: {_list(q, 3 if slides.any() else 1)}}}"
     if form is Form.BASE:
         turn = state.wTb.rotation
         heading = degrees(np.arctan2(turn[1, 0], turn[0, 0]))

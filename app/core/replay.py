@@ -20,7 +20,7 @@ from app.core.run_options import RunOptions
 from app.core.setup import set_up
 from app.core.world_model import recorded_world_model
 from config import UserError
-from hw import TURN, WORLDS, Backend, DepthFrame, Difference, ReplayRobot
+from hw import WORLDS, Backend, DepthFrame, Difference, ReplayRobot, turn_type
 from perception import GraspDetector
 from robots import RobotDescription, at_pace, load_robot, with_base_speeds
 from trees.language import build, load, nodes_in_order
@@ -65,7 +65,8 @@ def replay_run(folder: Path) -> Replay:
     loaded any more.
     """
     options, pace = _options(folder)
-    turns = _turns(folder / READINGS)
+    description = load_robot(options.robot)
+    turns = _turns(folder / READINGS, len(description.arm.joints))
     sensors = options.registration.sensors
     searches = (turns["frame"] >= 0).any() or ("laser" in sensors and (turns["scan"] >= 0).any())
     if options.world not in WORLDS and searches:
@@ -76,7 +77,6 @@ def replay_run(folder: Path) -> Replay:
     notes = _notes(folder / NOTES, turns)
     if notes.end not in ("", "complete"):
         raise ReplayError(f"{folder}: cannot be replayed: {notes.end}")
-    description = load_robot(options.robot)
     description = with_base_speeds(description, options.base_speed, options.reverse_speed)
     description = at_pace(description, pace)
     frames = _frames(folder, turns, description)
@@ -139,11 +139,11 @@ def _options(folder: Path) -> tuple[RunOptions, float]:
     return kept, float(options.get("pace", 1.0))
 
 
-def _turns(path: Path) -> npt.NDArray[np.void]:
+def _turns(path: Path, j: int) -> npt.NDArray[np.void]:
     with _reading(path):
         turns: npt.NDArray[np.void] = np.load(_file(path), allow_pickle=False)
-    if not isinstance(turns, np.ndarray) or turns.dtype != TURN or turns.ndim != 1:
-        raise ReplayError(f"{path}: of another version of frankie-task")
+    if not isinstance(turns, np.ndarray) or turns.dtype != turn_type(j) or turns.ndim != 1:
+        raise ReplayError(f"{path}: of another version of frankie-task, or of another arm")
     if not turns.size:
         raise ReplayError(f"{path}: there is no reading in it")
     if (turns["number"] != np.arange(len(turns))).any():

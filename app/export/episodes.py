@@ -124,7 +124,8 @@ def _rounds(run: Timeline, kinds: Sequence[str]) -> list[Any]:
 
 
 def _episode(folder: Path, part: Part, states: Array, commands: Array, fps: int) -> Episode:
-    pose, twist, q, qd, fingers = np.split(states[:, 1:], [3, 6, 13, 20], axis=1)
+    j = commands.shape[1] - 4
+    pose, twist, q, qd, fingers = np.split(states[:, 1:], [3, 6, 6 + j, 6 + 2 * j], axis=1)
     later = np.concatenate([fingers[1:], fingers[-1:]])
     record = read_run(folder)
     last = np.arange(len(states)) == len(states) - 1

@@ -23,15 +23,6 @@ if TYPE_CHECKING:
 
 USUAL_FPS = 50
 
-_JOINTS = [f"joint_{number}" for number in range(1, 8)]
-_VECTORS = {
-    "observation.state": ["base_x", "base_y", "base_heading", *_JOINTS, "fingers"],
-    "observation.velocity": ["base_vx", "base_vy", "base_w", *_JOINTS],
-    "action": ["base_vx", "base_vy", "base_w", *_JOINTS, "fingers"],
-}
-"""Vectors of float32 by feature [m, rad, s]; the action has the applied velocities, and the width
-of the fingers one frame later.
-"""
 _NUMBERS = {
     "next.done": "bool",
     "next.success": "bool",
@@ -60,6 +51,21 @@ class Exported(NamedTuple):
     has_video: bool
 
 
+def _vectors(columns: dict[str, Array]) -> dict[str, list[str]]:
+    """Names of the float32 numbers of each feature [m, rad, s].
+
+    The action has the applied velocities, and the width of the fingers one frame later.
+    """
+    twist = ["base_vx", "base_vy", "base_w"]
+    j = columns["observation.velocity"].shape[1] - len(twist)
+    joints = [f"joint_{number}" for number in range(1, j + 1)]
+    return {
+        "observation.state": ["base_x", "base_y", "base_heading", *joints, "fingers"],
+        "observation.velocity": [*twist, *joints],
+        "action": [*twist, *joints, "fingers"],
+    }
+
+
 def export_lerobot(folders: Sequence[Path], out: Path, fps: int = USUAL_FPS) -> Exported:
     """Write a dataset of runs into a new folder, at a frame rate that divides the control rate.
 
@@ -85,7 +91,7 @@ def export_lerobot(folders: Sequence[Path], out: Path, fps: int = USUAL_FPS) -> 
         _write_json(out / "meta" / "stats.json", _statistics(everything) | pictures)
         _write_json(
             out / "meta" / "info.json",
-            _info(robots.pop(), fps, len(episodes), len(everything["index"]), len(tasks), video),
+            _info(robots.pop(), fps, len(episodes), everything, len(tasks), video),
         )
     except OSError as error:
         raise ExportError(f"{out}: cannot be written ({error.strerror})") from error
@@ -126,11 +132,11 @@ def _statistics(columns: dict[str, Array]) -> dict[str, dict[str, list[float]]]:
 
 
 def _info(
-    robot: str, fps: int, episodes: int, frames: int, tasks: int, video: Video | None
+    robot: str, fps: int, episodes: int, columns: dict[str, Array], tasks: int, video: Video | None
 ) -> dict[str, Any]:
     features: dict[str, Any] = {
         key: {"dtype": "float32", "shape": [len(names)], "names": names}
-        for key, names in _VECTORS.items()
+        for key, names in _vectors(columns).items()
     }
     features |= {
         key: {"dtype": kind, "shape": [1], "names": None} for key, kind in _NUMBERS.items()
@@ -141,7 +147,7 @@ def _info(
         "codebase_version": "v3.0",
         "robot_type": robot,
         "total_episodes": episodes,
-        "total_frames": frames,
+        "total_frames": len(columns["index"]),
         "total_tasks": tasks,
         "chunks_size": 1000,
         "data_files_size_in_mb": 100,
@@ -180,7 +186,7 @@ def _data_table(columns: dict[str, Array]) -> pa.Table:
 
     arrays = {
         key: pa.FixedSizeListArray.from_arrays(pa.array(columns[key].ravel()), len(names))
-        for key, names in _VECTORS.items()
+        for key, names in _vectors(columns).items()
     }
     arrays |= {key: pa.array(columns[key], kind) for key, kind in _NUMBERS.items()}
     return pa.table(arrays)

@@ -18,9 +18,6 @@ _GAP = 0.1  # longest interval between readings that is interpolated [s]
 _LEAST = 0.02  # smallest rms command that is evaluated [m/s or rad/s]
 _DEAD = np.arange(0.0, 0.31, 0.01)
 _LAGS = np.array([0.01, 0.02, 0.03, 0.04, 0.06, 0.08, 0.1, 0.12, 0.15, 0.18, 0.22, 0.27, 0.33, 0.4])
-_AXES = {"base, driving": (1, 4), "base, turning": (3, 6)} | {
-    f"joint {number}": (3 + number, 13 + number) for number in range(1, 8)
-}
 
 
 class Delay(NamedTuple):
@@ -54,8 +51,12 @@ def delays(folder: Path) -> list[Delay]:
     grid = np.arange(begin, end, _STEP)
     after = np.clip(np.searchsorted(states[:, 0], grid), 1, len(states) - 1)
     known = states[after, 0] - states[after - 1, 0] < _GAP
+    j = commands.shape[1] - 4
+    axes = {"base, driving": (1, 4), "base, turning": (3, 6)} | {
+        f"joint {number}": (3 + number, 6 + j + number) for number in range(1, j + 1)
+    }
     found = []
-    for axis, (column, measured) in _AXES.items():
+    for axis, (column, measured) in axes.items():
         command = np.interp(grid, commands[:, 0], commands[:, column])
         if float(np.sqrt(np.mean(command**2))) >= _LEAST:
             velocity = np.interp(grid, states[:, 0], states[:, measured])

@@ -133,22 +133,23 @@ def read_run(folder: Path) -> RunRecord:
 
 
 def read_motion(folder: Path) -> tuple[Array, Array]:
-    """States (ticks, 22) and commands (ticks, 11) of a run, see `app.core.files.folder`.
+    """States (ticks, 8 + 2 j) and commands (ticks, 4 + j) of a run, see `app.core.files.folder`.
 
     Raises DamagedRunError: they cannot be read.
     """
-    states, commands = _array(folder / STATES, 22), _array(folder / COMMANDS, 11)
-    return states, commands
+    commands = _array(folder / COMMANDS)
+    return _array(folder / STATES, 2 * commands.shape[1]), commands
 
 
-def _array(path: Path, columns: int) -> Array:
-    """A recorded array (ticks, columns); pickles are refused."""
+def _array(path: Path, width: int = 0) -> Array:
+    """A recorded array (ticks, width), any width from 5 columns if that is 0; no pickles."""
     try:
         if not isfile(path):
             raise ValueError("there is no such file")
         array: Array = np.load(path, allow_pickle=False)
-        if array.dtype != np.float64 or array.shape[1:] != (columns,):
-            raise ValueError(f"{array.dtype} of shape {array.shape}, not (ticks, {columns})")
+        fits = array.ndim == 2 and array.shape[1] == (width or max(5, array.shape[1]))
+        if array.dtype != np.float64 or not fits:
+            raise ValueError(f"{array.dtype} of shape {array.shape}, not (ticks, columns)")
         if not np.isfinite(array).all():
             raise ValueError("numbers that are not finite")
     except Exception as error:  # of a parser of files that anybody may have made

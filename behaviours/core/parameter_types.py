@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     import numpy.typing as npt
     from pinocchio import SE3
 
+    from robots import RobotDescription
+
 Value = TypeVar("Value")
 
 
@@ -116,7 +118,15 @@ class Posture:
 
     name: str
     q: npt.NDArray[np.float64]
-    """(7,) [rad]."""
+    """(j,) [rad]; of a task file (degrees) before it is `on` a robot."""
+
+    def on(self, robot: RobotDescription) -> Posture:
+        """The same for a robot, whose sliding joints a task file has in metres."""
+        import numpy as np
+
+        if not robot.arm.slides.any() or len(self.q) != len(robot.arm.slides):
+            return self
+        return replace(self, q=np.where(robot.arm.slides, np.rad2deg(self.q), self.q))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

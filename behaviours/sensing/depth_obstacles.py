@@ -105,7 +105,7 @@ class DepthObstacles:
         """The shapes of the robot in the world; the hand by the pose of the camera."""
         robot = self._description
         wTh = wTe * robot.gripper.hTe.inverse()
-        poses = (*self._model.link_poses(then.wTb, then.q)[:7], wTh * robot.arm.lTh.inverse())
+        poses = (*self._model.link_poses(then.wTb, then.q)[:-2], wTh * robot.arm.lTh.inverse())
         links = zip(poses, robot.arm.collision, strict=True)
         x, y, z = (edge / 2.0 for edge in robot.base.size)
         base = Geom(Box((x, y, z)), SE3(np.eye(3), np.array([0.0, 0.0, z])))

@@ -95,7 +95,7 @@ class CollisionModel:
         """(G, n) whether a degree of freedom moves the shape."""
 
     def place(self, wTb: SE3, q: Array, moving: Sequence[Geom] | None = None) -> None:
-        """Place the robot, at q (7,) [rad], and moving obstacles unless `moving` is None."""
+        """Place the robot, at q (j,) [rad], and moving obstacles unless `moving` is None."""
         for shape, geom in zip(self.moving, moving, strict=True) if moving else ():
             self._shapes.geometryObjects[shape].placement = geom.pose
         self._chain.jointPlacements[1] = wTb
@@ -127,7 +127,7 @@ class CollisionModel:
         return J
 
     def clearance(self, q: Array, wTb: SE3 | None = None) -> float:
-        """Smallest distance of the robot to itself, floor and static obstacles at q (7,) [m]."""
+        """Smallest distance of the robot to itself, floor and static obstacles at q (j,) [m]."""
         self._chain.jointPlacements[1] = wTb or SE3.Identity()
         nearest = pin.computeDistances(
             self._chain, self._data, self._shapes, self._results, self._model.joints(q)
@@ -137,7 +137,7 @@ class CollisionModel:
     def contact_test(
         self, wTb: SE3, pairs: npt.NDArray[np.int64], margins: Array
     ) -> Callable[[Array], bool]:
-        """A test at q (7,) whether one of some pairs is nearer than its margin [m]."""
+        """A test at q (j,) whether one of some pairs is nearer than its margin [m]."""
         results = pin.GeometryData(self._shapes)
         results.deactivateAllCollisionPairs()
         for pair, margin in zip(pairs.tolist(), margins.tolist(), strict=True):
@@ -206,8 +206,11 @@ class CollisionModel:
         """(G, n) `reach`; the distance from a joint is at most the length of the links between."""
         model, chain = self._model, self._chain
         n_base, axes = model.n_base, model.description.base.axes
-        foot = hypot(*model.description.bTa.translation[:2].tolist())
+        robot = model.description
+        first = robot.bTa.act(robot.arm.joints[0].translation)
+        foot = hypot(*first[:2].tolist()) + float(robot.strokes[0])
         hops = [float(np.linalg.norm(one.translation)) for one in chain.jointPlacements]
+        hops[n_base + 1 :] = (hops[n_base + 1 :] + robot.strokes).tolist()
         rows = np.zeros((len(self._moves), model.n))
         for shape, joint in enumerate(self._moves):
             if joint == 0 or not np.isfinite(self._half[shape]).all():
@@ -221,6 +224,7 @@ class CollisionModel:
                 away += hops[number + 1]
                 rows[shape, number - 1] = away
             swing = foot + rows[shape, n_base] if joint > n_base else around_axis
+            rows[shape, n_base:joint][robot.arm.slides[: joint - n_base]] = 1.0
             rows[shape, :n_base] = np.abs(axes[:2]).sum(axis=0) + swing * np.abs(axes[2])
         return rows
 

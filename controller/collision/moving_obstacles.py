@@ -73,7 +73,7 @@ class MovingObstacleAvoidance:
 
         Args:
             wTb: base pose.
-            q: (7,) joint positions [rad].
+            q: (j,) joint positions [rad].
             velocities: (n,) present velocities.
             wanted: (n,) velocities of this period without giving way.
             led: (n_base,) velocity at which the base is led somewhere; None if it is not.

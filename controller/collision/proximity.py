@@ -125,7 +125,7 @@ class Proximity:
 
         Args:
             wTb: base pose.
-            q: (7,) joint positions [rad].
+            q: (j,) joint positions [rad].
             surroundings: the obstacles.
             fastest: (n,) largest speed of every degree of freedom in this period.
             here: `wTb` on the floor, where it is known already.

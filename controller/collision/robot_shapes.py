@@ -23,23 +23,23 @@ _UPRIGHT = 0.99  # cosine of the largest tilt of an upright edge
 class Part(NamedTuple):
     """A shape of the robot."""
 
-    link: int  # -1 the base, 0 the arm's foot, 1 to 7 its links
+    link: int  # -1 the base, 0 the arm's foot, 1 to j its links
     geom: Geom  # in the frame of the link; of the base and the foot in b
 
 
 def robot_parts(model: RobotModel, held: Sequence[Geom]) -> dict[str, list[Part]]:
     """The shapes of robot and floor by part names; `held` objects are in e."""
-    robot = model.description
+    robot, last = model.description, model.n_arm
     lTe = robot.arm.lTh * robot.gripper.hTe
     parts = {
         f"link{link}": [Part(link, shape if link else shape.moved(robot.bTa)) for shape in shapes]
         for link, shapes in enumerate(robot.arm.collision)
     }
-    parts["hand"] = [Part(7, shape.moved(robot.arm.lTh)) for shape in robot.gripper.collision]
+    parts["hand"] = [Part(last, shape.moved(robot.arm.lTh)) for shape in robot.gripper.collision]
     # The capsules around the hand leave its corners free; against itself they are enough.
-    parts["palm"] = [Part(7, robot.gripper.palm.moved(lTe))]
-    parts["camera"] = [Part(7, robot.camera.body.moved(lTe * robot.camera.eTc))]
-    parts["held"] = [Part(7, shape.moved(lTe)) for shape in held]
+    parts["palm"] = [Part(last, robot.gripper.palm.moved(lTe))]
+    parts["camera"] = [Part(last, robot.camera.body.moved(lTe * robot.camera.eTc))]
+    parts["held"] = [Part(last, shape.moved(lTe)) for shape in held]
     length, width, height = robot.base.size
     half = (length / 2.0, width / 2.0, height / 2.0)
     middle = SE3(np.eye(3), np.array([0.0, 0.0, half[2]]))

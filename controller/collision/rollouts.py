@@ -25,7 +25,6 @@ _CONTACT_SPEED_COST = 80.0  # cost of a contact per approach speed [s/m] ...
 _CONTACT_DEPTH_COST = 240.0  # ... and per `MARGIN` of its depth
 _BRAKING = 0.8  # share of the acceleration limits assumed for the base
 _ARM_RADIUS = 0.08  # of the discs around the points that represent the arm [m]
-_ARM_POINTS = (0, 4, 6, 7, 8)  # indices of the poses of foot, links and hand where the arm bends
 
 
 class MovingScene(NamedTuple):
@@ -126,9 +125,10 @@ class Rollouts:
 
 
 def arm_points(model: RobotModel, q: Array) -> Array:
-    """(K, 2) points that represent the arm from above, in the base frame, at q (7,) [m]."""
+    """(K, 2) points that represent the arm from above, in the base frame, at q (j,) [m]."""
     poses = model.link_poses(SE3.Identity(), q)
-    bends = [poses[number].translation[:2] for number in _ARM_POINTS]
+    j = model.n_arm
+    bends = [poses[number].translation[:2] for number in (0, j // 2 + 1, j - 1, j, j + 1)]
     bends.append(model.bTe(q).translation[:2])
     upper, fore = (bends[0] + bends[1]) / 2.0, (bends[1] + bends[2]) / 2.0
     return np.array([*bends, upper, fore])

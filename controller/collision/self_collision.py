@@ -47,7 +47,7 @@ class SelfCollision:
         )
 
     def clearance(self, q: Array) -> float:
-        """Smallest distance of the arm to itself, the base and the floor, for q (7,) [m]."""
+        """Smallest distance of the arm to itself, the base and the floor, for q (j,) [m]."""
         joints = self._model.joints(q)
         nearest = pin.computeDistances(
             self._model.chain, self._data, self._shapes, self._results, joints

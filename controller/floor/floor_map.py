@@ -174,15 +174,21 @@ def _base_discs(length: float, width: float) -> Array:
 
 
 def _column_discs(description: RobotDescription) -> Array:
-    """(3, N) x, y and radius of discs in b around the arm's foot and its first link."""
-    discs = []
-    for link in (0, 1):
+    """(3, N) x, y and radius of discs in b around the arm's foot and its links up to the swivel."""
+    discs, swivel = [], description.swivel
+    last = 0 if swivel is None else swivel.joint + 1
+    origin = description.bTa.translation[:2]
+    for link in range(last + 1):
+        if link:
+            turn = description.bTa.rotation if link == 1 else np.eye(3)
+            origin = origin + (turn @ description.arm.joints[link - 1].translation)[:2]
         for part in description.arm.collision[link]:
-            # The first link turns: parts off its axis sweep a ring.
-            offset = part.pose.translation[:2] if link == 0 else np.zeros(2)
-            swept = hypot(*part.pose.translation[:2].tolist()) if link == 1 else 0.0
+            # The last of these turns: parts off its axis sweep a ring.
+            turns = link == last and link > 0
+            offset = np.zeros(2) if turns else part.pose.translation[:2]
+            swept = hypot(*part.pose.translation[:2].tolist()) if turns else 0.0
             along = part.pose.rotation[:2, 2] * getattr(part.shape, "half_length", 0.0)
             radius = getattr(part.shape, "radius", 0.0) + swept
-            centre = description.bTa.translation[:2] + offset
+            centre = origin + offset
             discs += [(*(centre - along), radius), (*(centre + along), radius)]
     return np.array(discs).T

@@ -20,7 +20,7 @@ from controller.planning.rrt import planning_library, rrt_connect
 from controller.planning.trajectory import Trajectory, timed
 from controller.settings import Checked
 from controller.stance.posture_bank import PostureBank, bank
-from controller.stance.stance import REACHED, refine_standing
+from controller.stance.stance import REACHED, refine_standing, unwound
 from controller.surroundings import Surroundings
 
 
@@ -53,7 +53,7 @@ class PlanningSettings(Checked):
     other_turn: float = radians(20.0)  # ... or has turned this far [rad]
 
 
-_IsFree: TypeAlias = Callable[[Array], bool]  # whether a posture (7,) is free of contact
+_IsFree: TypeAlias = Callable[[Array], bool]  # whether a posture (j,) is free of contact
 
 _ANY_SPEED = 10.0  # of the end effector, for motions without a speed limit [m/s]
 _OF_THE_ARM = (PairKind.SELF, PairKind.ARM, PairKind.HAND, PairKind.PALM, PairKind.ARM_MOVING)
@@ -81,7 +81,7 @@ class ArmPlanner:
     def to_posture(
         self, state: KinematicState, q: Array, surroundings: Surroundings
     ) -> Trajectory | None:
-        """The arm to joint positions q (7,) [rad]; None if no path was found."""
+        """The arm to joint positions q (j,) [rad]; None if no path was found."""
         space = self._space(state.wTb, surroundings)
         is_free = space.test(state.q, hand_may_touch=False)
         return self._along(self._first(state.q, [q], lambda _: is_free), _ANY_SPEED)
@@ -121,8 +121,8 @@ class ArmPlanner:
     def _first(
         self, start: Array, goals: Iterable[Array], test_for: Callable[[Array], _IsFree]
     ) -> Array | None:
-        """The path (M, 7) to the first of some postures that is free and has one."""
-        settings, tried = self._settings, 0
+        """The path (M, j) to the first of some postures that is free and has one."""
+        settings, limits, tried = self._settings, self._model.limits, 0
         for goal in goals:
             is_free = test_for(goal)
             if not is_free(goal):
@@ -130,10 +130,12 @@ class ArmPlanner:
             if self._all_free(np.array([start, goal]), is_free):
                 return np.array([start, goal])
             self._seed += 1
+            turn = 2.0 * np.pi
+            low, high = np.minimum(start, goal) - turn, np.maximum(start, goal) + turn
             path = rrt_connect(
                 start,
                 goal,
-                (self._model.limits.q_min, self._model.limits.q_max),
+                (np.maximum(limits.q_min, low), np.minimum(limits.q_max, high)),
                 is_free,
                 seed=self._seed,
                 checks=settings.checks,
@@ -146,7 +148,7 @@ class ArmPlanner:
         return None
 
     def _all_free(self, path: Array, is_free: _IsFree) -> bool:
-        """Whether straight lines through postures (M, 7) are free."""
+        """Whether straight lines through postures (M, j) are free."""
         for a, b in pairwise(path):
             count = max(1, int(np.ceil(float(np.linalg.norm(b - a)) / self._settings.resolution)))
             if not all(is_free(a + (b - a) * step / count) for step in range(1, count + 1)):
@@ -188,7 +190,7 @@ class _ArmSpace:
         self._of_the_hand = kinds[self._pairs] == PairKind.HAND
 
     def test(self, start: Array, goal: Array | None = None, *, hand_may_touch: bool) -> _IsFree:
-        """The test for postures between start (7,) and goal (7,).
+        """The test for postures between start (j,) and goal (j,).
 
         Pairs that start nearer than the clearance may stay as near, or no motion could begin. A
         hand that may touch obstacles may come as near as at the goal, or without one to contact.
@@ -218,8 +220,9 @@ _SAME = 0.05  # largest joint difference of postures that count as the same [rad
 
 
 def postures_at(model: RobotModel, bank: PostureBank, wTb: SE3, wTe: SE3, q: Array) -> Array:
-    """Postures (N, 7) with the end effector at `wTe`, the nearest to q (7,) first; N may be 0."""
-    bTe, foot = wTb.actInv(wTe), model.description.bTa.translation
+    """Postures (N, j) with the end effector at `wTe`, the nearest to q (j,) first; N may be 0."""
+    bTe, swivel = wTb.actInv(wTe), bank.swivel
+    foot = model.description.bTa.translation if swivel is None else swivel.pivot
     away = bTe.translation - foot
     tools = bank.tools
     theirs = tools.positions - foot
@@ -229,7 +232,10 @@ def postures_at(model: RobotModel, bank: PostureBank, wTb: SE3, wTe: SE3, q: Arr
     seeds = np.argpartition(apart, _SEEDS)[:_SEEDS]
     postures = bank.q[seeds]
     turn = np.arctan2(away[1], away[0]) - np.arctan2(theirs[seeds, 1], theirs[seeds, 0])
-    postures[:, 0] = wrap(postures[:, 0] + turn)
+    if swivel is not None:
+        turned = postures[:, swivel.joint] + swivel.sign * turn
+        postures[:, swivel.joint] = wrap(turned)
+    postures = unwound(model, postures, q)
     found = _solved(model, wTb, wTe, np.vstack([q, postures]))
     found = found[np.argsort(np.abs(found - q).max(axis=1))]
     kept: list[Array] = []
@@ -242,7 +248,7 @@ def postures_at(model: RobotModel, bank: PostureBank, wTb: SE3, wTe: SE3, q: Arr
 def straight_postures(
     model: RobotModel, wTb: SE3, wTe: SE3, q: Array, step: float, jump: float
 ) -> tuple[Array, bool]:
-    """Postures (M, 7) from q (7,) on the straight line of the hand to `wTe`; if they get there.
+    """Postures (M, j) from q (j,) on the straight line of the hand to `wTe`; if they get there.
 
     `step` [m] and `jump` [rad] are the largest distance of the hand and the largest joint
     difference between two of them.
@@ -263,7 +269,7 @@ def straight_postures(
 
 
 def _solved(model: RobotModel, wTb: SE3, wTe: SE3, seeds: Array) -> Array:
-    """The postures that the solver finds from postures (N, 7)."""
+    """The postures that the solver finds from postures (N, j)."""
     base = np.tile(np.array(Pose2D.of(wTb)), (len(seeds), 1))
     found, errors = refine_standing(model, wTe, seeds, base)
     return found[errors <= REACHED]

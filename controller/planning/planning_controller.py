@@ -175,7 +175,7 @@ class PlanningController:
         raise _NoWayError("the arm finds no way there from here")
 
     def _posture(self, q: Array) -> _Commands:
-        """The arm to joint positions (7,)."""
+        """The arm to joint positions (j,)."""
         state, _, surroundings = self._now
         plan = self._arm.to_posture(state, q, surroundings)
         yield from self._think()

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from config import UserError
-from controller.command import N_ARM, Array
+from controller.command import Array
 
 
 class PlanningError(UserError):
@@ -43,15 +43,15 @@ def rrt_connect(
     shortcuts: int,
     resolution: float,
 ) -> Array | None:
-    """Postures (M, 7) from start to goal, shortened and smoothed [rad]; None if not found.
+    """Postures (M, j) from start to goal, shortened and smoothed [rad]; None if not found.
 
     The budget is a number of checks, not a time: the same seed gives the same path.
 
     Args:
-        start: (7,) [rad].
-        goal: (7,) [rad].
-        limits: lower and upper joint positions, (7,) each [rad].
-        is_free: whether a posture (7,) is free of contact.
+        start: (j,) [rad].
+        goal: (j,) [rad].
+        limits: lower and upper joint positions, (j,) each [rad].
+        is_free: whether a posture (j,) is free of contact.
         seed: of the random numbers, at least 1.
         checks: largest number of postures that are checked.
         shortcuts: number of shortcuts that are tried.
@@ -59,8 +59,8 @@ def rrt_connect(
     """
     base, geometric, util = planning_library()
     util.RNG.setSeed(seed)
-    space = base.RealVectorStateSpace(N_ARM)
-    bounds = base.RealVectorBounds(N_ARM)
+    space = base.RealVectorStateSpace(len(start))
+    bounds = base.RealVectorBounds(len(start))
     for joint, (low, high) in enumerate(zip(*limits, strict=True)):
         bounds.setLow(joint, min(float(low), float(start[joint])))
         bounds.setHigh(joint, max(float(high), float(start[joint])))
@@ -70,7 +70,7 @@ def rrt_connect(
     def valid(state: Any) -> bool:
         nonlocal asked
         asked += 1
-        return is_free(_posture(state))
+        return is_free(_posture(state, len(start)))
 
     information = base.SpaceInformation(space)
     information.setStateValidityChecker(valid)
@@ -90,11 +90,11 @@ def rrt_connect(
         simplifier.reduceVertices(path, shortcuts)
         simplifier.partialShortcutPath(path, shortcuts, shortcuts)
         simplifier.smoothBSpline(path, 3)
-    return np.array([_posture(state) for state in path.getStates()])
+    return np.array([_posture(state, len(start)) for state in path.getStates()])
 
 
-def _posture(state: Any) -> Array:
-    return np.array([state[joint] for joint in range(N_ARM)])
+def _posture(state: Any, j: int) -> Array:
+    return np.array([state[joint] for joint in range(j)])
 
 
 def _state(space: Any, q: Array) -> Any:

@@ -14,8 +14,8 @@ _LEAST = 1e-9
 class Trajectory(NamedTuple):
     """Joint positions and velocities in every period."""
 
-    q: Array  # (K, 7) positions [rad]
-    qd: Array  # (K, 7) velocities; zero in the end [rad/s]
+    q: Array  # (K, j) positions [rad]
+    qd: Array  # (K, j) velocities; zero in the end [rad/s]
     period: float  # [s]
 
     @property
@@ -33,7 +33,7 @@ def timed(
     speed_share: float,
     acceleration_share: float,
 ) -> Trajectory:
-    """The trajectory from rest to rest along a cubic spline through postures (M, 7), M at least 2.
+    """The trajectory from rest to rest along a cubic spline through postures (M, j), M at least 2.
 
     The speed profile is the largest that keeps the joint accelerations: one pass forwards, one
     backwards. `speed` is the largest speed of the end effector [m/s]; the shares are those of the

@@ -59,7 +59,7 @@ class Approach:
         """The remaining motion, and where it leads now.
 
         `base` is the base pose of the stance, `distance` that of the end effector to the goal,
-        rotation included [m]; `q` are (7,) joint positions [rad]; `space` are the static obstacles
+        rotation included [m]; `q` are (j,) joint positions [rad]; `space` are the static obstacles
         in 3D, None on an open floor. If it `follows` a moving goal, there is no transport posture.
         """
         if stance is not self._stance:

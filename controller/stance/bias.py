@@ -7,8 +7,6 @@ weights of one QP blend the two.
 from math import cos, hypot, inf, sin
 from typing import NamedTuple
 
-import numpy as np
-
 from controller.command import Array, PoseGoal
 from controller.floor.base_drive import Lead, Pose2D, drive_along
 from controller.model import RobotModel
@@ -24,7 +22,7 @@ class StanceBias(NamedTuple):
     base_weight: float
     base_velocity: Array  # (n_base,) towards the base pose
     posture_weight: float
-    joint_velocity: Array  # (7,) towards the posture [rad/s]
+    joint_velocity: Array  # (j,) towards the posture [rad/s]
     coasting: Array | None = None  # (n_base,) present velocity of a lagging base; None without lag
     response: float = 1.0  # share of a commanded change that the base takes up, in (0, 1]
 
@@ -35,7 +33,7 @@ class Remaining(NamedTuple):
     distance: float  # of the end effector to the goal, rotation included [m]
     base_target: Pose2D = Pose2D(0.0, 0.0, 0.0)  # base pose of the stance in the base frame
     lead: Lead | None = None  # where the base is led now
-    joint_error: Array = np.zeros(7)  # (7,) from the joint positions to the posture [rad]
+    joint_error: Array | None = None  # (j,) from the joint positions to the posture [rad]
     max_joint_error: float = 0.0  # the largest of these [rad]
     joint_time: float = 0.0  # time of the joints at full speed [s]
     in_transport: bool = False  # whether the posture is the transport posture
@@ -60,7 +58,7 @@ def bias_towards(
 ) -> StanceBias:
     """The bias of one period towards a stance.
 
-    `q` are (7,) joint positions [rad]; on a `detour` the end effector waits; `following` is the
+    `q` are (j,) joint positions [rad]; on a `detour` the end effector waits; `following` is the
     (n_base,) velocity of a base that follows a moving goal.
     """
     g = settings.guidance
@@ -77,10 +75,12 @@ def bias_towards(
         remaining.joint_time / g.joint_speed,
     )
     posture_weight = g.posture_weight * max(blend, g.min_posture)
+    assert remaining.joint_error is not None
     joint_velocity = remaining.joint_error / duration
     if following is not None:
         posture_weight = g.posture_weight
-        joint_velocity = joint_velocity * blend + (1.0 - blend) * _POSTURE_RATE * elbow_upright(q)
+        upright = _POSTURE_RATE * elbow_upright(model, q)
+        joint_velocity = joint_velocity * blend + (1.0 - blend) * upright
     return StanceBias(
         blend=blend,
         min_tracking=min_tracking,

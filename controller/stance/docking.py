@@ -12,12 +12,11 @@ import numpy as np
 from controller.command import Array
 from controller.floor.base_drive import Pose2D
 from controller.model import RobotModel
-from controller.stance.free_space import ARM, HAND, FreeSpace, se3_of
+from controller.stance.free_space import FreeSpace, se3_of
 from controller.stance.stance import Stance
 
 ROOM = 0.05  # obstacles nearer than this to the arm are in its way [m]
 YIELD = 0.005  # tolerance when distances are compared with that at the stance [m]
-PARTS = (*ARM, *HAND, "palm")  # parts of the robot that must have room
 _STEP = 0.1  # distance between the places that are checked [m]
 _LONGEST = 1.0  # longest line [m]
 _LEVEL = 0.3  # least horizontal part of a hand's direction that gives the direction of a line
@@ -30,7 +29,7 @@ def with_docking(
 ) -> Generator[None, None, Stance]:
     """A stance at a base pose with its dock, if there is one; found in bounded pieces of work."""
     start = transport_posture(model.description.arm.ready, stance.q)
-    room = space.nearest(se3_of(base), stance.q, PARTS, ROOM).distance
+    room = space.nearest(se3_of(base), stance.q, space.parts, ROOM).distance
     (stands,) = space.floor.stands_free(np.array([base])).tolist()
     lines = _lines(model, stance)
     for distance in np.arange(_STEP, _LONGEST + _STEP, _STEP).tolist():
@@ -39,7 +38,7 @@ def with_docking(
             dock = -distance * line[0], -distance * line[1]
             place = moved(base, dock)
             (there,) = space.floor.stands_free(np.array([place])).tolist()
-            near = space.nearest(se3_of(place), stance.q, PARTS, ROOM).distance
+            near = space.nearest(se3_of(place), stance.q, space.parts, ROOM).distance
             if there < min(ROOM, stands) - YIELD or near < room - YIELD:
                 lines.remove(line)
             elif near >= ROOM:
@@ -60,7 +59,7 @@ def _lines(model: RobotModel, stance: Stance) -> list[tuple[float, float]]:
 
 
 def transport_posture(ready: Array, aim: Array) -> Array:
-    """The posture (7,) for transport: ready, with the hand turned as in posture `aim`."""
+    """The posture (j,) for transport: ready, with the hand turned as in posture `aim`."""
     return np.append(ready[:-1], aim[-1])
 
 
@@ -69,7 +68,9 @@ def unfolds(space: FreeSpace, base: Pose2D, start: Array, aim: Array, room: floa
     here, way = se3_of(base), aim - start
     steps = max(2, ceil(np.abs(way).max() / _UNFOLDING))
     postures = start + np.linspace(0.0, 1.0, steps, endpoint=False)[1:, None] * way
-    return all(space.nearest(here, posture, PARTS, room).distance >= room for posture in postures)
+    return all(
+        space.nearest(here, posture, space.parts, room).distance >= room for posture in postures
+    )
 
 
 def moved(base: Pose2D, by: tuple[float, float]) -> Pose2D:

@@ -24,7 +24,7 @@ _FAR = 0.25  # error of a straight motion that is out of reach: it goes as far a
 _UNREACHED = 0.02  # least error of a search that reaches nothing [m + rad]
 _INSIDE = 0.01  # penetration of a hand from which it is inside an obstacle [m] ...
 _INSIDE_STRAIGHT = 0.03  # ... and for straight motion: its shapes reach beyond the finger tips [m]
-_SPOKEN = {"link7": "the wrist", "held": "what the hand holds"}
+_SPOKEN = {"held": "what the hand holds"}
 
 
 class StanceFinder:

@@ -14,9 +14,6 @@ from controller.model import RobotModel
 from controller.surroundings import Surroundings
 from robots import Plane, half_extents
 
-ARM = tuple(f"link{link}" for link in range(7))  # parts whose place depends on the posture
-HAND = ("link7", "hand", "camera", "held")  # parts whose place is given by the goal
-
 
 class Nearest(NamedTuple):
     """The nearest part of the robot and fixture."""
@@ -36,6 +33,10 @@ class FreeSpace:
         self, model: RobotModel, floor: FloorMap, collision: CollisionModel | None = None
     ) -> None:
         self._model = model
+        *arm, last = (f"link{link}" for link in range(model.n_arm + 1))
+        self.arm = tuple(arm)  # parts whose place depends on the posture
+        self.hand = (last, "hand", "camera", "held")  # parts whose place is given by the goal
+        self.parts = (*self.arm, *self.hand, "palm")  # parts that must have room
         self.floor = floor  # map of the fixtures
         collision = collision or CollisionModel(model, Surroundings(fixtures=floor.fixtures))
         numbered = zip(floor.fixtures, collision.fixed, strict=True)
@@ -54,7 +55,7 @@ class FreeSpace:
         self._shapes = pairs.first[self._pairs[:, 0]] if solid else np.zeros(0, np.int64)
 
     def nearest(self, wTb: SE3, q: Array, parts: tuple[str, ...], within: float) -> Nearest:
-        """The nearest of some parts to a fixture, at q (7,) [rad] and at most `within` [m]."""
+        """The nearest of some parts to a fixture, at q (j,) [rad] and at most `within` [m]."""
         found, collision = Nearest(within), self._collision
         if not self._solid:
             return found
@@ -77,7 +78,7 @@ class FreeSpace:
     def hand_at(self, wTe: SE3) -> Nearest:
         """The deepest penetration of the hand with the end effector at `wTe`."""
         q = self._model.description.arm.ready
-        return self.nearest(wTe * self._model.bTe(q).inverse(), q, HAND, 0.0)
+        return self.nearest(wTe * self._model.bTe(q).inverse(), q, self.hand, 0.0)
 
     def around(self, point: Array) -> str:
         """Name of the fixture whose bounding box a point (3,) is in; empty if there is none."""

@@ -7,11 +7,14 @@ moving goal, and the one that is best for the arm is taken. So the base stops, b
 time to unwind an arm that a circling goal winds up.
 """
 
+from functools import lru_cache
 from itertools import product
 from math import atan2, cos, hypot, sin
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
+from pinocchio import SE3
 
 from controller.command import Array, PoseGoal
 from controller.floor.base_drive import Pose2D, wrap
@@ -40,6 +43,7 @@ _LIMIT = 0.9  # distance of joint 1 and the wrist to their limits below which it
 _STEEP = 30.0  # cost per radian of that, and per 10 cm outside the dexterous range
 _CHANGE = (0.2, 0.05)  # cost of the square of a change of speed [s²/m²] and turn rate [s²/rad²]
 _WEIGHT = 40.0  # weight of the base velocity in the QP when the tool has caught up ...
+_ALONG, _IN_PLANE = 0.99, 0.5  # cosines of axes along the approach, and in the arm's plane
 _CAUGHT_UP = 0.005  # ... to this [m]; it falls as 1/|e|, like the weight of the tool
 MIN_TRACKING = 4.0  # weight of the twist at s = 1: a tool that cannot keep up stays upright
 
@@ -49,11 +53,27 @@ def follow_weight(distance: float) -> float:
     return _WEIGHT * _CAUGHT_UP / max(distance, _CAUGHT_UP)
 
 
-def elbow_upright(q: Array) -> Array:
-    """(7,) error to the posture in which joints 1 and 7 alone turn the hand about the vertical."""
-    error = np.zeros(7)
-    error[[2, 4]] = -q[[2, 4]]
-    return error
+def is_followed(model: RobotModel) -> bool:
+    """Whether the first turn of the arm is about the vertical, and the last about the approach."""
+    lTe = model.description.arm.lTh * model.description.gripper.hTe
+    turns = not model.description.arm.slides[-1] and abs(lTe.rotation[2, 2]) > _ALONG
+    return model.n_base == 2 and model.description.swivel is not None and turns
+
+
+def elbow_upright(model: RobotModel, q: Array) -> Array:
+    """(j,) error to the posture in which those two joints alone turn the hand about the vertical.
+
+    The joints between them whose axes lie in the arm's plane when it is ready are as they are then.
+    """
+    return np.where(_in_plane(model), model.description.arm.ready - q, 0.0)
+
+
+@lru_cache(maxsize=4)
+def _in_plane(model: RobotModel) -> npt.NDArray[np.bool_]:
+    links = model.link_poses(SE3.Identity(), model.description.arm.ready)[1:-1]
+    in_plane = np.array([abs(link.rotation[1, 2]) < _IN_PLANE for link in links])
+    in_plane[[0, -1]] = False
+    return in_plane
 
 
 class _Arm(NamedTuple):
@@ -76,7 +96,10 @@ class MovingGoalFollower:
         self._periods = max(1, round(_AGAIN / settings.period))
         limits = model.limits
         self._reverse, self._turn = float(limits.base_reverse), float(limits.base_twist[2])
-        self._joints = np.minimum(limits.q_max, -limits.q_min)[[0, 6]] - _LIMIT
+        assert model.description.swivel is not None
+        self._swivel = model.description.swivel
+        ends = np.minimum(limits.q_max, -limits.q_min)
+        self._joints = ends[[self._swivel.joint, -1]] - _LIMIT
         ways = product(_SPEEDS, _TURNS, _LATER_SPEEDS, _LATER_TURNS)
         self._ways = np.array(list(ways))
         self.reset()
@@ -104,7 +127,7 @@ class MovingGoalFollower:
         """The best speeds and turn rates (4,): those now, and those later."""
         assert goal.twist is not None
         self._watch_course(goal.twist)
-        foot = self._model.description.bTa.translation
+        foot = self._swivel.pivot
         arm = self._arm(stance, goal, error, wTb, q)
         liked = hypot(*(stance.bTe.translation - foot)[:2].tolist())
         far = hypot(arm.x - foot[0], arm.y - foot[1]) - liked > _FAR
@@ -132,7 +155,7 @@ class MovingGoalFollower:
         gx, gy, _ = goal.wTe.translation.tolist()
         at = Pose2D(gx, gy, 0.0).relative_to(wTb)
         ex, ey, _ = error.translation_vector.tolist()
-        fx, fy, _ = self._model.description.bTa.translation.tolist()
+        fx, fy, _ = self._swivel.pivot.tolist()
         bearing = atan2(at.y - fy, at.x - fx)
         swing = wrap(bearing - atan2(at.y - ey - fy, at.x - ex - fx))
         upright = float(goal.wTe.rotation[2, 2])
@@ -140,13 +163,14 @@ class MovingGoalFollower:
         base = stance.base_for(goal.wTe)
         sx, sy, _ = stance.bTe.translation.tolist()
         lean = wrap(base.heading - wTb.heading - (bearing - atan2(sy - fy, sx - fx)))
-        first, last = float(q[0]) + swing, float(q[6]) + upright * (turn - swing)
+        swivel = self._swivel.sign * float(q[self._swivel.joint])
+        first, last = swivel + swing, float(q[-1]) + upright * (turn - swing)
         return _Arm(at.x, at.y, bearing, first, last, lean, upright)
 
     def _costs(self, ways: Array, arm: _Arm, goal: PoseGoal, wTb: Pose2D, liked: float) -> Array:
         """Costs (N,) of candidates (N, 4)."""
         assert goal.twist is not None
-        fx, fy, _ = self._model.description.bTa.translation.tolist()
+        fx, fy, _ = self._swivel.pivot.tolist()
         step = _HORIZON / _STEPS
         forward, turning = self._model.acceleration_limits[[1, 0]] * step
         to = Pose2D(float(goal.twist[0]), float(goal.twist[1]), 0.0).relative_to(

@@ -19,10 +19,10 @@ import numpy.typing as npt
 from pinocchio import SE3
 
 from controller.collision.self_collision import SelfCollision
-from controller.command import N_ARM, Array
+from controller.command import Array
 from controller.floor.base_drive import wrap
 from controller.model import RobotModel
-from robots import RobotDescription, load_robot, robot_names
+from robots import RobotDescription, Swivel, load_robot, robot_names
 
 BANK = Path(__file__).with_name("postures.npy")
 """The stored bank: (60 000, 7) joint positions in half precision [rad], from `draw` with `SEED`."""
@@ -63,39 +63,42 @@ class ToolPoses(NamedTuple):
         squared: Array = np.linalg.det(J @ np.swapaxes(J, 1, 2))
         return np.sqrt(np.maximum(squared, 0.0))
 
-    def turned(self, bTa: SE3, turns: Array) -> ToolPoses:
-        """The same with the first joints turned by (N,) angles [rad]; J is not turned.
-
-        `bTa` is the foot of the arm, which is upright.
-        """
+    def turned(self, swivel: Swivel, turns: Array) -> ToolPoses:
+        """The same with the arm turned by (N,) angles about its swivel [rad]; J is not turned."""
         c, s, zero = np.cos(turns), np.sin(turns), np.zeros(len(turns))
         R = np.stack([c, -s, zero, s, c, zero, zero, zero, zero + 1.0], axis=1).reshape(-1, 3, 3)
-        foot = bTa.translation
-        positions = foot + (R @ (self.positions - foot)[:, :, None])[:, :, 0]
+        pivot = swivel.pivot
+        positions = pivot + (R @ (self.positions - pivot)[:, :, None])[:, :, 0]
         return ToolPoses(positions, R @ self.rotations, self.J)
 
 
 def forward_kinematics(robot: RobotDescription, q: Array) -> ToolPoses:
-    """Forward kinematics of many postures (N, 7) at once [rad]."""
+    """Forward kinematics of many postures (N, j) at once [rad]."""
     bTa, placements, lTe = _transforms(robot)
+    j, slides = len(placements), robot.arm.slides
     c, s = np.cos(q), np.sin(q)
-    # Joint j on joint j - 1: its placement, turned about its own z.
+    # Each joint on the one before: its placement, turned about its own z or moved along it.
     x, y = placements[:, :, 0], placements[:, :, 1]
-    turned = np.empty((len(q), N_ARM, 4, 4))
+    turned = np.empty((len(q), j, 4, 4))
     turned[:] = placements
     turned[..., 0] = x * c[..., None] + y * s[..., None]
     turned[..., 1] = y * c[..., None] - x * s[..., None]
+    for slide in np.flatnonzero(slides):
+        turned[:, slide] = placements[slide]
+        turned[:, slide, :3, 3] += q[:, slide, None] * placements[slide, :3, 2]
     bTj = np.empty_like(turned)
     bTj[:, 0] = bTa @ turned[:, 0]
-    for joint in range(1, N_ARM):
+    for joint in range(1, j):
         np.matmul(bTj[:, joint - 1], turned[:, joint], out=bTj[:, joint])
     bTe = bTj[:, -1] @ lTe
     axes = np.ascontiguousarray(bTj[..., :3, 2].transpose(2, 0, 1))
     arms = bTe[:, :3, 3].T[:, :, None] - bTj[..., :3, 3].transpose(2, 0, 1)
-    J = np.empty((len(q), 6, N_ARM))
+    J = np.empty((len(q), 6, j))
     for row, (i, k) in enumerate(((1, 2), (2, 0), (0, 1))):
         J[:, row] = axes[i] * arms[k] - axes[k] * arms[i]
         J[:, 3 + row] = axes[row]
+        J[:, row, slides] = axes[row][:, slides]
+        J[:, 3 + row, slides] = 0.0
     return ToolPoses(bTe[:, :3, 3], bTe[:, :3, :3], J)
 
 
@@ -116,8 +119,9 @@ def _clean(transform: Array) -> Array:
 class PostureBank(NamedTuple):
     """The bank for one robot, sorted by the height of the end effector."""
 
-    q: Array  # (N, 7) joint positions [rad]
+    q: Array  # (N, j) joint positions [rad]
     tools: ToolPoses
+    swivel: Swivel | None
 
 
 @lru_cache(maxsize=4)
@@ -126,25 +130,25 @@ def bank(robot: RobotDescription) -> PostureBank:
     q = stored_postures(robot)
     tools = forward_kinematics(robot, q)
     order = np.argsort(tools.positions[:, 2])
-    return PostureBank(q[order], ToolPoses(*(values[order] for values in tools)))
+    return PostureBank(q[order], ToolPoses(*(values[order] for values in tools)), robot.swivel)
 
 
 def stored_postures(robot: RobotDescription, every: int = 1) -> Array:
-    """Every n-th stored posture, (N, 7), within the joint limits of a robot [rad]."""
+    """Every n-th stored posture, (N, j), within the joint limits of a robot [rad]."""
     q = np.load(BANK)[::every].astype(float)
     q = q[((robot.limits.q_min <= q) & (q <= robot.limits.q_max)).all(axis=1)]
     return np.asarray(q)
 
 
 def draw(count: int, rng: np.random.Generator) -> Array:
-    """Draw (count, 7) postures that are good on every shipped robot [rad]."""
+    """Draw (count, j) postures that are good on every shipped robot [rad]."""
     robots = [load_robot(name) for name in robot_names()]
     collisions = [SelfCollision(RobotModel(robot)) for robot in robots]
     on_the_floor, limits = replace(robots[0], bTa=SE3.Identity()), robots[0].limits
     low, high = limits.q_min + _LIMIT_MARGIN, limits.q_max - _LIMIT_MARGIN
     drawn: list[Array] = []
     while len(drawn) < count:
-        q = rng.uniform(low, high, size=(_DRAWN_AT_ONCE, N_ARM))
+        q = rng.uniform(low, high, size=(_DRAWN_AT_ONCE, len(low)))
         q[:, 0] = 0.0
         tools = forward_kinematics(on_the_floor, q)
         x, y = tools.positions[:, 0], tools.positions[:, 1]
@@ -160,10 +164,10 @@ def draw(count: int, rng: np.random.Generator) -> Array:
 
 
 class Candidates(NamedTuple):
-    """N postures of the bank with the first joint turned."""
+    """N postures of the bank with the arm turned."""
 
     indices: npt.NDArray[np.int64]  # (N,) in the bank
-    turns: Array  # (N,) of the first joint [rad]; the base turns the other way
+    turns: Array  # (N,) about its swivel [rad]; the base turns the other way
 
 
 def candidates(
@@ -185,7 +189,7 @@ def candidates(
     if not windows:
         windows.append(nearest(bank, wTe, _FALLBACK_CANDIDATES))
     near = windows[0]
-    some = near[:: 1 + len(near) // _MAX_TURNED]
+    some = near[:: 1 + len(near) // _MAX_TURNED] if bank.swivel else near[:0]
     turned = Candidates(np.tile(some, len(_TURNS)), np.repeat(_TURNS, len(some)))
     straight = Candidates(near, np.zeros(len(near)))
     yield _both(straight, turned) if sideways(wTe) < _DOWN else straight

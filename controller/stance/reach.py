@@ -40,7 +40,7 @@ def reach_error(robot: RobotDescription, wTe: SE3) -> float:
 def reach_postures(robot: RobotDescription) -> tuple[RobotModel, PostureBank]:
     """The model of a robot, and the postures from which inverse kinematics starts."""
     q = stored_postures(robot, every=_EVERY)
-    return RobotModel(robot), PostureBank(q, forward_kinematics(robot, q))
+    return RobotModel(robot), PostureBank(q, forward_kinematics(robot, q), robot.swivel)
 
 
 def out_of_reach(robot: RobotDescription, wTe: SE3, error: float = REACHED) -> str:

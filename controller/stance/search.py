@@ -19,7 +19,7 @@ from controller.floor.cost_field import CostField
 from controller.floor.floor_map import FloorMap
 from controller.model import RobotModel
 from controller.stance.docking import with_docking
-from controller.stance.free_space import ARM, FreeSpace, group_names, se3_of
+from controller.stance.free_space import FreeSpace, group_names, se3_of
 from controller.stance.posture_bank import (
     Candidates,
     PostureBank,
@@ -35,6 +35,7 @@ from controller.stance.stance import (
     base_poses,
     refine,
     refine_standing,
+    unwound,
 )
 from controller.stance.stance_cost import Start, missing_clearance, stance_costs
 
@@ -63,7 +64,7 @@ _MAX_NAMED = 6  # largest number of bases whose obstacles are named
 class StanceSearch:
     """Looks for the stance that reaches a pose soonest, among those that are dexterous and free.
 
-    `wTe` is the pose to reach, `q` are (7,) joint positions [rad]; `failed` are stances that
+    `wTe` is the pose to reach, `q` are (j,) joint positions [rad]; `failed` are stances that
     stalled before this goal, another one is preferred; `space` are static obstacles, None on an
     open floor; `in_front` is whether the base must have the goal in front, as to follow it.
     """
@@ -164,10 +165,12 @@ class StanceSearch:
         return way if np.isfinite(way.at(np.array([x, y]) + _RING)).any() else None
 
     def _rank(self, some: Candidates) -> Generator[None, None, tuple[Array, Array]]:
-        """Postures (N, 7) and free bases (N, 3) with a path there, the cheapest first."""
-        foot, limits = self._model.description.bTa, self._model.limits
+        """Postures (N, j) and free bases (N, 3) with a path there, the cheapest first."""
+        swivel, limits = self._bank.swivel, self._model.limits
         postures = self._bank.q[some.indices]
-        postures[:, 0] += some.turns
+        if swivel is not None:
+            postures[:, swivel.joint] += swivel.sign * some.turns
+        postures = unwound(self._model, postures, self._start.q)
         costs, bases = np.empty(len(postures)), np.empty((len(postures), 3))
         count = RANKED if self._space is None else RANKED_AMONG_FIXTURES
         for first in range(0, len(postures), count):
@@ -175,16 +178,19 @@ class StanceSearch:
                 yield
             piece = slice(first, first + count)
             tools = ToolPoses(*(values[some.indices[piece]] for values in self._bank.tools))
-            tools = tools.turned(foot, some.turns[piece])
+            if swivel is not None:
+                tools = tools.turned(swivel, some.turns[piece])
             costs[piece], bases[piece], _ = self._costs(postures[piece], tools)
-        q = postures[:, 0]
-        costs[(q < limits.q_min[0] + LIMIT_MARGIN) | (q > limits.q_max[0] - LIMIT_MARGIN)] = inf
+        if swivel is not None:
+            joint, margins = swivel.joint, limits.margins(*LIMIT_MARGIN)
+            low, high = (limits.q_min + margins)[joint], (limits.q_max - margins)[joint]
+            costs[(postures[:, joint] < low) | (postures[:, joint] > high)] = inf
         order = np.argsort(costs)
         order = order[: np.searchsorted(costs[order], inf)]
         return postures[order], bases[order]
 
     def _refine(self, postures: Array, bases: Array) -> tuple[Array, Array]:
-        """Postures (N, 7) that reach the goal, and their errors (N,) [m + rad]."""
+        """Postures (N, j) that reach the goal, and their errors (N,) [m + rad]."""
         if self._space is None:
             return refine(self._model, self.wTe, postures)
         return refine_standing(self._model, self.wTe, postures, bases)
@@ -207,7 +213,7 @@ class StanceSearch:
         return costs, bases, reverse
 
     def _judge(self, postures: Array, errors: Array) -> Iterator[None]:
-        """Keep the best of postures (N, 7) with errors (N,), if it is the best so far."""
+        """Keep the best of postures (N, j) with errors (N,), if it is the best so far."""
         tools = forward_kinematics(self._model.description, postures)
         costs, bases, reverse = self._costs(postures, tools)
         unreached = _UNREACHED_COST if self._space is None else inf
@@ -242,7 +248,7 @@ class StanceSearch:
         """Whether the arm without its hand, which the goal places, stands free of fixtures."""
         if self._space is None:
             return True
-        near = self._space.nearest(se3_of(base), posture, ARM, _CLEARANCE)
+        near = self._space.nearest(se3_of(base), posture, self._space.arm, _CLEARANCE)
         if near.distance < _CLEARANCE:
             self._in_the_way.append(near.fixture)
             return False

@@ -13,7 +13,7 @@ from controller.model import RobotModel
 from controller.stance.posture_bank import ToolPoses, forward_kinematics
 
 REACHED = 1e-3  # largest sum of errors of a posture that reaches the goal [m + rad]
-LIMIT_MARGIN = 0.12  # least distance of a posture to a joint limit [rad]
+LIMIT_MARGIN = 0.12, 0.04  # least distance of a posture to a joint limit [rad], share of its range
 _ITERATIONS = 5
 _MAX_ERROR = 0.5  # errors are clipped to this in an iteration [m and rad]
 _DAMPING = 1e-4  # of the damped least squares [m² and rad²]
@@ -23,7 +23,7 @@ _MIN_SINE = 1e-9
 class Stance(NamedTuple):
     """How to stand for a goal: the base pose follows from the goal."""
 
-    q: Array  # (7,) posture of the arm [rad]
+    q: Array  # (j,) posture of the arm [rad]
     bTe: SE3  # end effector in the base, for that posture
     reverse: bool  # whether the base drives there backwards
     dock: tuple[float, float] | None = None
@@ -62,18 +62,20 @@ def base_poses(wTe: SE3, tools: ToolPoses) -> Array:
 
 
 def refine(model: RobotModel, wTe: SE3, q: Array) -> tuple[Array, Array]:
-    """Inverse kinematics of height and tilt of a goal, from postures (N, 7); the base is free.
+    """Inverse kinematics of height and tilt of a goal, from postures (N, j); the base is free.
 
-    The first joint changes neither and stays. Returns postures (N, 7), and the sums of their errors
-    (N,) [m + rad].
+    The swivel of the arm changes neither and stays. Returns postures (N, j), and the sums of their
+    errors (N,) [m + rad].
     """
     height, vertical = wTe.translation[2], wTe.rotation[2]
+    swivel = model.description.swivel
 
     def equations(tools: ToolPoses) -> tuple[Array, Array]:
         seen = tools.rotations @ vertical  # the goal's vertical; (0, 0, 1) at the right tilt
         scale = _angle_per_sine(np.hypot(seen[:, 0], seen[:, 1]), seen[:, 2])
         J = tools.J[:, [2, 3, 4]]
-        J[:, :, 0] = 0.0
+        if swivel is not None:
+            J[:, :, swivel.joint] = 0.0
         rise = height - tools.positions[:, 2]
         return np.stack([rise, seen[:, 1] * scale, -seen[:, 0] * scale], axis=1), J
 
@@ -81,7 +83,7 @@ def refine(model: RobotModel, wTe: SE3, q: Array) -> tuple[Array, Array]:
 
 
 def refine_standing(model: RobotModel, wTe: SE3, q: Array, bases: Array) -> tuple[Array, Array]:
-    """Inverse kinematics of a goal from postures (N, 7) on fixed bases (N, 3); as `refine`."""
+    """Inverse kinematics of a goal from postures (N, j) on fixed bases (N, 3); as `refine`."""
     c, s, zero = np.cos(bases[:, 2]), np.sin(bases[:, 2]), np.zeros(len(bases))
     bRw = np.stack([c, s, zero, -s, c, zero, zero, zero, zero + 1.0], axis=1).reshape(-1, 3, 3)
     away = wTe.translation - np.column_stack([bases[:, :2], zero])
@@ -99,6 +101,18 @@ def refine_standing(model: RobotModel, wTe: SE3, q: Array, bases: Array) -> tupl
     return _solve(model, q, equations)
 
 
+def unwound(model: RobotModel, postures: Array, q: Array) -> Array:
+    """Postures (N, j) with those turns of whole joints that bring them nearest to q (j,) [rad]."""
+    limits = model.limits
+    wide = (limits.q_max - limits.q_min > 2.0 * np.pi) & ~model.description.arm.slides
+    if not wide.any():
+        return postures
+    nearest = postures + 2.0 * np.pi * np.round((q - postures) / (2.0 * np.pi))
+    margins = limits.margins(*LIMIT_MARGIN)
+    inside = (nearest > limits.q_min + margins) & (nearest < limits.q_max - margins)
+    return np.where(wide & inside, nearest, postures)
+
+
 def _angle_per_sine(sine: Array, cosine: Array) -> Array:
     angles: Array = np.arctan2(sine, cosine) / np.maximum(sine, _MIN_SINE)
     return angles
@@ -107,12 +121,12 @@ def _angle_per_sine(sine: Array, cosine: Array) -> Array:
 def _solve(
     model: RobotModel, q: Array, equations: Callable[[ToolPoses], tuple[Array, Array]]
 ) -> tuple[Array, Array]:
-    """Postures (N, 7) that solve M equations by damped least squares, and their errors (N,).
+    """Postures (N, j) that solve M equations by damped least squares, and their errors (N,).
 
-    Joints near a limit stay there. `equations` gives errors (N, M) and Jacobians (N, M, 7).
+    Joints near a limit stay there. `equations` gives errors (N, M) and Jacobians (N, M, j).
     """
-    low = model.limits.q_min + LIMIT_MARGIN
-    high = model.limits.q_max - LIMIT_MARGIN
+    margins = model.limits.margins(*LIMIT_MARGIN)
+    low, high = model.limits.q_min + margins, model.limits.q_max - margins
     for _ in range(_ITERATIONS):
         errors, J = equations(forward_kinematics(model.description, q))
         left: Array = np.abs(errors).sum(axis=1)
@@ -127,7 +141,7 @@ def _solve(
 
 
 def _damped_least_squares(J: Array, errors: Array) -> Array:
-    """Steps (N, 7) for Jacobians (N, M, 7) and errors (N, M)."""
+    """Steps (N, j) for Jacobians (N, M, j) and errors (N, M)."""
     JT = np.swapaxes(J, 1, 2)
     squares = J @ JT + _DAMPING * np.eye(J.shape[1])
     return (JT @ np.linalg.solve(squares, errors[:, :, None]))[:, :, 0]

@@ -12,7 +12,7 @@ from controller.floor.base_drive import Pose2D, wrap
 from controller.floor.cost_field import CostField
 from controller.floor.floor_map import FloorMap
 from controller.model import RobotModel
-from controller.stance.free_space import ARM, HAND, FreeSpace, se3_of
+from controller.stance.free_space import FreeSpace, se3_of
 from controller.stance.posture_bank import ToolPoses
 from controller.stance.stance import Stance
 
@@ -28,8 +28,9 @@ that points down [s/rad]."""
 _POINTING_COST = 2.0
 """Cost per angle between a hand that points sideways and the way ahead, among fixtures: the base
 turns beside them, the hand ahead of it [s/rad]."""
-_LIMIT_MARGIN = 0.35  # distance to a joint limit below which a posture costs [rad] ...
-_LIMIT_COST = 2.0  # ... this much per missing distance [s/rad]
+_LIMIT_MARGIN = 0.35, 0.12
+"""Distance to a joint limit below which a posture costs [rad], as share of a short range ..."""
+_LIMIT_COST = 2.0  # cost per missing distance to a joint limit [s/rad]
 _SAMPLES = np.linspace(0.0, 1.0, 17)[1:, None]  # shares of the arm's motion that are checked
 _HERE = (0.3, 0.6)  # shares that are checked at the present place of the base, ...
 _THERE = ((0.4, 0.8), (0.4, 1.0), (0.2, 1.0))
@@ -40,7 +41,7 @@ class Start(NamedTuple):
     """Where the robot starts from."""
 
     wTb: Pose2D
-    q: Array  # (7,) joint positions [rad]
+    q: Array  # (j,) joint positions [rad]
     floor: FloorMap | None = None  # None on an open floor
     way: CostField | None = None  # cost to drive from anywhere to here; None on an open floor
     next_goal: CostField | None = None  # cost to drive from anywhere to the next goal, if known
@@ -115,14 +116,15 @@ def stance_costs(
     limits = model.limits
     driving, reverse = driving_times(model, start, bases)
     folding = (np.abs(postures - start.q) / (_ARM_SPEED * limits.qd)).max(axis=1)
-    margin = np.minimum(postures - limits.q_min, limits.q_max - postures).min(axis=1)
+    margins = np.minimum(postures - limits.q_min, limits.q_max - postures)
+    lacking = (limits.margins(*_LIMIT_MARGIN) - margins).max(axis=1)
     bearing = np.abs(np.arctan2(tools.positions[:, 1], tools.positions[:, 0]))
     costs = (
         np.maximum(driving, folding)
         + _OVERLAP * np.minimum(driving, folding)
         + _MANIPULABILITY_COST * np.maximum(0.0, _MIN_MANIPULABILITY - tools.manipulability)
         + (_BEARING_COST_DOWN + sideways * (_BEARING_COST - _BEARING_COST_DOWN)) * bearing
-        + _LIMIT_COST * np.maximum(0.0, _LIMIT_MARGIN - margin)
+        + _LIMIT_COST * np.maximum(0.0, lacking)
     )
     if start.floor is not None:
         pointing = np.abs(np.arctan2(tools.rotations[:, 1, 2], tools.rotations[:, 0, 2]))
@@ -149,7 +151,7 @@ def missing_clearance(
     missing = max(0.0, clearance - least)
     if space is None:
         return missing
-    here, whole = se3_of(start.wTb), ARM + HAND
+    here, whole = se3_of(start.wTb), space.arm + space.hand
     now = space.nearest(here, start.q, whole, clearance).distance  # it cannot do better than now
     first = min(space.nearest(here, start.q + k * way, whole, clearance).distance for k in _HERE)
     lacking = max(0.0, now - max(0.0, first))

@@ -11,7 +11,7 @@ import numpy as np
 from controller.command import Array
 from controller.floor.base_drive import Pose2D, wrap
 from controller.model import RobotModel
-from controller.stance.docking import PARTS, ROOM, YIELD, transport_posture, unfolds
+from controller.stance.docking import ROOM, YIELD, transport_posture, unfolds
 from controller.stance.free_space import FreeSpace, se3_of
 from controller.stance.stance import Stance
 
@@ -54,10 +54,10 @@ class TransportPosture:
         *,
         waits: bool = False,
     ) -> Array | None:
-        """The transport posture (7,) where the arm needs it now, else None.
+        """The transport posture (j,) where the arm needs it now, else None.
 
         `way` are (N, 3) base poses of the path, the same object as long as it is the same; `q` are
-        (7,) joint positions [rad], `times` the least times of base and arm to the stance [s]. With
+        (j,) joint positions [rad], `times` the least times of base and arm to the stance [s]. With
         `waits` it does not unfold without room, even at the end of the path.
         """
         if space is None or not len(way):
@@ -75,7 +75,7 @@ class TransportPosture:
             self._carries = True
         elif self._carries:
             ends = self._at + 1 == len(self._poses) and not waits
-            now = space.nearest(se3_of(wTb), q, PARTS, _UNFOLDING_ROOM).distance
+            now = space.nearest(se3_of(wTb), q, space.parts, _UNFOLDING_ROOM).distance
             free = ends or self._free or unfolds(space, wTb, q, aim, now - YIELD)
             self._carries = not free
         return transport_posture(self._ready, aim) if self._carries else None
@@ -113,7 +113,7 @@ class TransportPosture:
     def _distance(self, space: FreeSpace, number: int, q: Array) -> float:
         """Distance of the arm to obstacles at a pose of the path, at most `ROOM` [m]."""
         pose = Pose2D(*self._poses[number].tolist())
-        return space.nearest(se3_of(pose), q, PARTS, ROOM).distance
+        return space.nearest(se3_of(pose), q, space.parts, ROOM).distance
 
     def _advance(self, wTb: Pose2D) -> None:
         """Update the index of the pose that the base has reached."""

@@ -70,10 +70,11 @@ class SimBody(ABC):
         self.wTb = SE3.Identity()
         self.base_twist: Array = np.zeros(3)  # as its wheels tell: they slip
         self.q = description.arm.ready.copy()
-        self.qd: Array = np.zeros(7)
+        self.qd: Array = np.zeros(len(self.q))
         self.width = description.gripper.opening
         self.fingers_move = False
-        self._command = Command.stop()
+        self._stop = Command.stop(len(self.q))
+        self._command = self._stop
         self._valid_until = 0.0
         self._touched: dict[tuple[str, str], float] = {}
         self._begin()
@@ -103,7 +104,7 @@ class SimBody(ABC):
             while self.now < now - 1e-9:
                 dt = min(self.dynamics.period, now - self.now)
                 is_valid = self.now < self._valid_until - 1e-9
-                self._integrate(self._command if is_valid else Command.stop(), dt)
+                self._integrate(self._command if is_valid else self._stop, dt)
                 self.now += dt
             if self.now != now:  # by rounding: what is told of now must be where it is now
                 self._set_time(now)
@@ -115,7 +116,7 @@ class SimBody(ABC):
         with self._lock:
             self.advance()
             stale = self.now >= self._valid_until - 1e-9
-            before = Command.stop() if stale else self._command
+            before = self._stop if stale else self._command
             self._command = Command(
                 base_twist=before.base_twist if base_twist is None else base_twist,
                 qd=before.qd if qd is None else qd,
@@ -125,7 +126,7 @@ class SimBody(ABC):
     def stop(self) -> None:
         """Drop the command: the robot comes to rest with its lag."""
         with self._lock:
-            self._command = Command.stop()
+            self._command = self._stop
 
     def grip(self, width: float, force: float) -> None:
         """Move the fingers to a width [m] with at most a force of each [N]."""

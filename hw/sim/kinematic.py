@@ -64,7 +64,7 @@ class KinematicBody(SimBody):
         vx, vy, w = self._wheels.driven(self.base_twist) * dt
         self.wTb = self.wTb * pin.exp6(np.array([vx, vy, 0.0, 0.0, 0.0, w]))
         if self.reflex.reason:
-            self.qd = np.zeros(7)
+            self.qd = np.zeros(len(self.q))
         else:
             self.qd = self.qd + (1.0 - exp(-dt / arm_lag)) * (command.qd - self.qd)
             self.q = self.q + self.qd * dt
@@ -79,7 +79,7 @@ class KinematicBody(SimBody):
         self.world.move_to(now)
 
     def _collide(self, wTb: SE3, q: np.ndarray, now: float) -> None:
-        """Take back the motion since wTb and q (7,) that has made a contact."""
+        """Take back the motion since wTb and q (j,) that has made a contact."""
         base, arm = self._contacts(now)
         if self.bumper.is_triggered_by(base):
             self.bumper.trip_on(base)
@@ -87,7 +87,7 @@ class KinematicBody(SimBody):
             base, arm = self._contacts(now)
         if self.reflex.is_triggered_by(arm):
             self.reflex.trip_on(arm)
-            self.q, self.qd = q, np.zeros(7)
+            self.q, self.qd = q, np.zeros(len(self.q))
             base, arm = self._contacts(now)
         if self.reflex.is_triggered_by(arm):  # the base has pushed the arm there
             for one in arm:

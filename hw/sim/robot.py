@@ -63,7 +63,7 @@ class _SimArm(_SimPart):
 
     def send(self, qd: Array) -> Array:
         self._body.advance()
-        applied = qd if self._body.reflex.reason is None else np.zeros(7)
+        applied = qd if self._body.reflex.reason is None else np.zeros(len(qd))
         self._body.follow(qd=applied)
         return applied
 

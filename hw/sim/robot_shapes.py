@@ -22,9 +22,9 @@ HAND_TOLERANCE = 0.002  # penetration below which a contact is no collision [m]
 HELD_TOLERANCE = 0.005  # the same for a held object, which yields in the fingers [m]
 
 BASE, HAND, FINGERS, CAMERA, HELD = "base", "hand", "fingers", "camera", "held object"
-"""Names of parts; the arm's are `link0`, its foot, to `link7`."""
+"""Names of parts; the arm's are `link0`, its foot, to `linkJ`."""
 
-_TOOL_FRAME = 10  # frames: base, foot and seven links of the arm, flange, end effector
+_TOOL_FRAME = -1  # frames: base, foot and links of the arm, flange, end effector
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +78,7 @@ class Member:
     geom: Geom  # in that frame; a finger also moves with the width
     tolerance: float  # penetration below which a contact is no collision [m]
     levers: Array
-    """(10,) travel per driven metre, rotation of the base, rotation of each joint, and motion of a
+    """(j + 3,) travel per driven metre, rotation of the base, motion of each joint, and motion of a
     finger [m, m/rad, m]."""
 
 
@@ -87,11 +87,11 @@ class Configuration:
     """Configuration of the robot."""
 
     wTb: SE3
-    q: Array  # (7,) [rad]
+    q: Array  # (j,) [rad]
     width: float  # between the pads [m]
 
     def motion(self, since: Configuration) -> Array:
-        """(10,) distance from another one: driven, turned, joints, finger [m, rad, m]."""
+        """(j + 3,) distance from another one: driven, turned, joints, finger [m, rad, m]."""
         (x, y, _), (u, v, _) = self.wTb.translation, since.wTb.translation
         (a, b), (c, s) = self.wTb.rotation[:2, 0], since.wTb.rotation[:2, 0]
         turn = np.arctan2(b * c - a * s, a * c + b * s)
@@ -125,7 +125,7 @@ def held_members(robot: RobotDescription, held: SimObject, eTo: SE3) -> list[Mem
 
 
 def frames(model: RobotModel, wTb: SE3, q: Array) -> tuple[SE3, ...]:
-    """The frames of the members in the world, for q (7,) [rad]."""
+    """The frames of the members in the world, for q (j,) [rad]."""
     links = model.link_poses(wTb, q)
     return (wTb, *links, links[-1] * model.description.gripper.hTe)
 
@@ -136,9 +136,9 @@ def _member(robot: RobotDescription, part: str, frame: int, geom: Geom) -> Membe
 
 
 def _levers(robot: RobotDescription, part: str, frame: int, geom: Geom) -> Array:
-    radius, levers = bounding_radius(geom.shape), np.zeros(10)
+    radius, levers = bounding_radius(geom.shape), np.zeros(len(robot.arm.joints) + 3)
     levers[0] = 1.0
-    levers[9] = float(part == FINGERS)
+    levers[-1] = float(part == FINGERS)
     if frame == 0:
         levers[1] = float(np.hypot(*geom.pose.translation[:2])) + radius
         return levers
@@ -146,8 +146,9 @@ def _levers(robot: RobotDescription, part: str, frame: int, geom: Geom) -> Array
     if frame == _TOOL_FRAME:
         place = robot.arm.lTh * robot.gripper.hTe * place
     lever = float(np.linalg.norm(place.translation)) + radius
-    for joint in range(min(frame - 1, 7), 0, -1):
-        levers[1 + joint] = lever
-        lever += float(np.linalg.norm(robot.arm.joints[joint - 1].translation))
+    last = len(robot.arm.joints) if frame == _TOOL_FRAME else frame - 1
+    for joint in range(last - 1, -1, -1):
+        levers[2 + joint] = 1.0 if robot.arm.slides[joint] else lever
+        lever += float(np.linalg.norm(robot.arm.joints[joint].translation) + robot.strokes[joint])
     levers[1] = lever + float(np.hypot(*robot.bTa.translation[:2]))
     return levers

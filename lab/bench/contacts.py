@@ -1,7 +1,8 @@
 """Contacts of the arm with itself, the base and the floor.
 
 Capsules with the radii of the manufacturer's self-collision model, a box for the base and a
-half-space for the floor: shapes that are independent of those of the controller.
+half-space for the floor: shapes that are independent of those of the controller. Of an arm other
+than a Panda only the shapes of its own file are known.
 """
 
 from itertools import combinations
@@ -12,7 +13,8 @@ import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
 
-from controller import N_ARM, Array, RobotModel
+from controller import Array, RobotModel, SelfCollision
+from robots import RobotDescription, load_robot
 
 _Point = tuple[float, float, float]
 
@@ -26,6 +28,7 @@ class _Capsule(NamedTuple):
     radius: float
 
 
+_N = 7
 HAND = 8  # number of the hand; link 0 is the foot of the arm
 
 CAPSULES = (
@@ -49,6 +52,12 @@ _ON_THE_BASE = (0, 1)  # links that touch the base because they are mounted on i
 SURFACE = 1e-6  # shapes that overlap by less than this do not touch [m]
 
 
+def is_panda(robot: RobotDescription) -> bool:
+    """Whether these are the shapes of its arm."""
+    joints, panda = robot.arm.joints, load_robot("frankie").arm.joints
+    return len(joints) == len(panda) and all(map(SE3.isApprox, joints, panda))
+
+
 def capsule_on_link(capsule: _Capsule, shrunk: float = 0.0) -> tuple[float, float, SE3]:
     """Radius less `shrunk`, length [m] and pose of a capsule along z, on its link."""
     start, end = np.array(capsule.start), np.array(capsule.end)
@@ -62,7 +71,10 @@ class ContactChecker:
 
     def __init__(self, model: RobotModel) -> None:
         self._model = model
-        links = model.link_poses(SE3.Identity(), np.zeros(N_ARM))
+        self._own = None if is_panda(model.description) else SelfCollision(model)
+        if self._own is not None:
+            return
+        links = model.link_poses(SE3.Identity(), np.zeros(_N))
         geometry = self._geometry = pin.GeometryModel()
 
         def add(name: str, joint: int, placement: SE3, shape: object) -> int:
@@ -72,7 +84,7 @@ class ContactChecker:
 
         for number, capsule in enumerate(CAPSULES):
             radius, length, placement = capsule_on_link(capsule, SURFACE)
-            moves_with = min(capsule.link, N_ARM)
+            moves_with = min(capsule.link, _N)
             joint = model.n_base + moves_with if moves_with else 0
             frame = links[moves_with] if moves_with else SE3.Identity()
             on_joint = frame.actInv(links[capsule.link] * placement)
@@ -94,10 +106,12 @@ class ContactChecker:
         self._geometry_data = pin.GeometryData(geometry)
 
     def __call__(self, q: Array) -> bool:
-        """Whether the arm touches itself, the base or the floor at joint positions q (7,) [rad].
+        """Whether the arm touches itself, the base or the floor at joint positions q (j,) [rad].
 
         Neighbouring links do not count.
         """
+        if self._own is not None:
+            return self._own.clearance(q) < -SURFACE
         model = self._model
         return bool(
             pin.computeCollisions(

@@ -65,7 +65,7 @@ class Evaluator:
         )
 
     def manipulability(self, q: Array) -> float:
-        """Yoshikawa's measure of the arm at joint positions q (7,) [rad]."""
+        """Yoshikawa's measure of the arm at joint positions q (j,) [rad]."""
         chain, joints = self.model.chain, self.model.joints(q)
         axes = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
         J = pin.computeFrameJacobian(chain, self._data, joints, self._tool, axes)

@@ -28,9 +28,10 @@ def generate_goals(model: RobotModel, count: int, seed: int) -> list[SE3]:
     rng = np.random.default_rng(seed)
     contacts = ContactChecker(model)
     limits = model.limits
+    (low, high), margins = limits.within_a_turn, limits.margins(_MARGIN, 0.03)
     goals: list[SE3] = []
     while len(goals) < count:
-        q = rng.uniform(limits.q_min + _MARGIN, limits.q_max - _MARGIN)
+        q = rng.uniform(low + margins, high - margins)
         heading = rng.uniform(-np.pi, np.pi)
         radius = np.sqrt(rng.uniform(0.0, DISC**2))
         bearing = rng.uniform(-np.pi, np.pi)
@@ -45,14 +46,14 @@ def generate_goals(model: RobotModel, count: int, seed: int) -> list[SE3]:
 
 
 def draw_start(model: RobotModel, kind: str, rng: np.random.Generator) -> Array:
-    """(7,) joint positions free of contact, of one of `STARTS` [rad]."""
+    """(j,) joint positions free of contact, of one of `STARTS` [rad]."""
     limits, contacts = model.limits, ContactChecker(model)
     if kind == "ready":
         return model.description.arm.ready.copy()
 
     def drawn() -> Array:
         while True:
-            q = rng.uniform(limits.q_min, limits.q_max)
+            q = rng.uniform(*limits.within_a_turn)
             if kind == "limits":
                 side = rng.integers(3, size=len(q))
                 q = np.where(side == 0, limits.q_min + _AT_A_LIMIT, q)

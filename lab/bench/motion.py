@@ -46,7 +46,7 @@ class Motion:
 
     period: float  # control period [s]
     base: Array  # (k + 1, 3) x, y [m] and heading [rad] of the base
-    q: Array  # (k + 1, 7) joint positions [rad]
+    q: Array  # (k + 1, j) joint positions [rad]
     velocities: Array  # (k, n) of all degrees of freedom, base first
     tool: Array  # (k + 1, 3) position of the end effector in the world [m]
     position_error: Array  # (k + 1,) distance to the goal of that time [m]
@@ -89,14 +89,14 @@ def run_motion(
 
     `step` computes the commands from the `goal_at` a time, with the obstacles of `surroundings_at`;
     a goal that it reports as unreachable ends the motion. `period` is that of control, `limit` the
-    longest time and `patience` that without progress [s]; `start` are (7,) joint positions [rad],
+    longest time and `patience` that without progress [s]; `start` are (j,) joint positions [rad],
     None for ready. `elapsed` draws the true duration of a period [s], unknown to the controller;
     with `lag`, base and arm follow with the lags of the robot's description.
     """
     q = model.description.arm.ready.copy() if start is None else start
     state = State(wTb=SE3.Identity(), q=q)
     heading = 0.0
-    last = applied = Command.stop()
+    last = applied = Command.stop(len(q))
     bases = [np.array([*state.wTb.translation[:2], heading])]
     postures, tools, errors = [state.q], [], []
     velocities: list[Array] = []

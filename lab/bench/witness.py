@@ -29,7 +29,7 @@ class Witness(RobotWrapper):
         self.state: RobotState | None = None  # the last true reading
         self.stopped = False  # whether the last command was to stop
         self._now = -np.inf
-        self._sent = self._before = Command.stop()
+        self._sent = self._before = Command.stop(len(robot.description.arm.joints))
 
     @property
     def speed(self) -> float:

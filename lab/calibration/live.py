@@ -32,7 +32,7 @@ class Eye:
         self._pause = threading.Event()
 
     def q(self) -> Array:
-        """Joint positions (7,) of the arm that holds the camera [rad], as measured."""
+        """Joint positions (j,) of the arm that holds the camera [rad], as measured."""
         return self._arm.read().q
 
     def image(self) -> Grey:

@@ -20,7 +20,7 @@ _ROTATION = 0.5  # weight of rotations in the distance of two postures [m/rad]
 
 
 def aTe_of(model: RobotModel, q: Array) -> SE3:
-    """The end effector on the arm's foot, for joint positions (7,) [rad]."""
+    """The end effector on the arm's foot, for joint positions (j,) [rad]."""
     return model.description.bTa.actInv(model.bTe(q))
 
 
@@ -33,10 +33,10 @@ def postures(
     count: int,
     rng: np.random.Generator,
 ) -> list[Array]:
-    """Joint positions (7,) [rad] that show all of the board, as different as possible.
+    """Joint positions (j,) [rad] that show all of the board, as different as possible.
 
     They are near the first ones, and the hand stays above the plane of the board; other obstacles
-    are unknown. `first` are joint positions (7,) from which the board is seen [rad], `aTm` is the
+    are unknown. `first` are joint positions (j,) from which the board is seen [rad], `aTm` is the
     approximate pose of the board on the arm's foot; the camera mount may be wrong by some
     centimetres. Raises CalibrationError: there are too few of them.
     """

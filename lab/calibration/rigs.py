@@ -162,7 +162,7 @@ def _beside(pose: SE3, offset: tuple[float, float], rng: np.random.Generator) ->
 
 
 def _looking_down(description: RobotDescription, model: RobotModel, height: float) -> Array:
-    """(7,) joint positions with the camera at a height over the floor before the base [m]."""
+    """(j,) joint positions with the camera at a height over the floor before the base [m]."""
     limits, ready, eTc = description.limits, description.arm.ready, description.camera.eTc
     rotation = (model.bTe(ready) * eTc).rotation
     goal = SE3(rotation, np.array([description.base.size[0] / 2.0 + 0.2, 0.0, height]))

@@ -109,7 +109,7 @@ def run_to(
     controller = controller or HolisticController(robot_model(robot))
     dt = controller.settings.period
     state = state or State()
-    run = Run([last or Command.stop()], [state.q.copy()], [], state)
+    run = Run([last or Command.stop(7)], [state.q.copy()], [], state)
     for _ in range(round(seconds / dt)):
         command, report = controller.step(state, goal, run.commands[-1])
         run.commands.append(command)

@@ -129,7 +129,7 @@ def test_every_finite_input_gives_a_finite_command_within_limits(robot, seed, sc
 @given(numbers=st.lists(st.floats(allow_nan=True, allow_infinity=True), min_size=20, max_size=20))
 def test_any_numbers_at_all_are_answered_within_limits_or_refused(numbers):
     controller = kept_controller("frankie")
-    model, stop = controller.model, Command.stop()
+    model, stop = controller.model, Command.stop(7)
     goal = PoseGoal(wTe=tool_pose(*numbers[7:10]), twist=np.array(numbers[10:16]))
     try:
         command, _ = controller.step(State(q=np.array(numbers[:7])), goal, stop)
@@ -168,7 +168,7 @@ def test_a_start_outside_a_joint_limit_comes_back_slowly(robot, joint):
 
 def test_numbers_that_are_not_finite_are_refused_by_name():
     bad, controller = np.nan, HolisticController(robot_model("frankie"))
-    stop = Command.stop()
+    stop = Command.stop(7)
     wrong = tool_pose(1.0, 0.0, 0.7)
     wrong.translation = np.array([1.0, bad, 0.7])
     with pytest.raises(GoalError, match="goal pose must be finite"):
@@ -184,9 +184,9 @@ def test_a_pose_without_a_rotation_is_refused(rotation):
     controller, wrong = HolisticController(robot_model("frankie")), tool_pose(1.0, 0.0, 0.7)
     wrong.rotation = rotation
     with pytest.raises(GoalError, match="goal pose must have a rotation matrix"):
-        controller.step(State(), PoseGoal(wTe=wrong), Command.stop())
+        controller.step(State(), PoseGoal(wTe=wrong), Command.stop(7))
     with pytest.raises(GoalError, match="base pose must have a rotation matrix"):
-        controller.step(State(wTb=wrong), None, Command.stop())
+        controller.step(State(wTb=wrong), None, Command.stop(7))
 
 
 @pytest.mark.parametrize("joint", [1, 3, 5])

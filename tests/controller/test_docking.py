@@ -21,7 +21,7 @@ from controller.floor.base_drive import Pose2D
 from controller.floor.floor_map import FloorMap
 from controller.floor.route import Route
 from controller.stance.approach import Approach
-from controller.stance.docking import PARTS, ROOM, YIELD, moved
+from controller.stance.docking import ROOM, YIELD, moved
 from controller.stance.finder import StanceFinder
 from controller.stance.free_space import FreeSpace, se3_of
 from controller.stance.stance import Stance
@@ -79,7 +79,7 @@ def found_stance(model: RobotModel, around: tuple[Geom, ...]) -> tuple[FreeSpace
 def test_the_hand_goes_into_its_compartment_at_the_first_attempt(robot, around, wTe):
     """Coming from the side with the arm stretched out, both were caught by a board for good."""
     model = robot_model(robot)
-    controller, state, last = HolisticController(model), State(), Command.stop()
+    controller, state, last = HolisticController(model), State(), Command.stop(7)
     surroundings = Surroundings(fixtures=around)
     judge = CollisionModel(model, surroundings)
     goal = PoseGoal(wTe=rigid(wTe))
@@ -101,11 +101,13 @@ def test_where_the_base_goes_in_the_arm_has_room_and_keeps_it(robot):
     wTe = rigid(MIDDLE)
     base = stance.base_for(wTe)
     start = moved(base, stance.dock)
-    assert space.nearest(se3_of(start), stance.q, PARTS, ROOM).distance == ROOM
-    room = space.nearest(se3_of(base), stance.q, PARTS, ROOM).distance
+    assert space.nearest(se3_of(start), stance.q, space.parts, ROOM).distance == ROOM
+    room = space.nearest(se3_of(base), stance.q, space.parts, ROOM).distance
     for share in np.linspace(0.0, 1.0, 9):
         place = moved(base, tuple(share * np.array(stance.dock)))
-        assert space.nearest(se3_of(place), stance.q, PARTS, ROOM).distance > room - 2.0 * YIELD
+        assert (
+            space.nearest(se3_of(place), stance.q, space.parts, ROOM).distance > room - 2.0 * YIELD
+        )
     if robot == "frankie":
         assert abs(stance.dock[1]) < 1e-9  # it cannot drive sideways
 

@@ -54,7 +54,7 @@ def circle(time: float) -> tuple[SE3, np.ndarray]:
 )
 def test_a_moving_goal_is_followed(robot, path, known, allowed):
     controller = HolisticController(robot_model(robot))
-    state, last, errors = State(), Command.stop(), []
+    state, last, errors = State(), Command.stop(7), []
     for k in range(1400):
         wTe, twist = path(k * PERIOD)
         goal = PoseGoal(wTe=wTe, twist=twist if known else None)
@@ -69,7 +69,7 @@ def test_a_moving_goal_is_followed(robot, path, known, allowed):
 def test_a_differential_drive_is_not_wound_up_by_a_tool_that_keeps_its_yaw():
     """Around a circle of 0.6 m: a base that follows the path would wind up the arm."""
     model = robot_model("frankie")
-    controller, state, last, errors = HolisticController(model), State(), Command.stop(), []
+    controller, state, last, errors = HolisticController(model), State(), Command.stop(7), []
     for k in range(1700):
         angle = 0.5 * PERIOD * k
         place = (1.0 + 0.6 * np.sin(angle), 0.6 * (1.0 - np.cos(angle)), 0.7)
@@ -89,7 +89,7 @@ def test_noise_of_the_state_does_not_shake_a_robot_at_its_goal():
     """1 mrad, 5 mm and 0.3 degrees: a robot that follows them moves its base at 18 mm/s."""
     model, rng = robot_model("frankie"), np.random.default_rng(0)
     controller = HolisticController(model)
-    state, last = State(), Command.stop()
+    state, last = State(), Command.stop(7)
     goal = PoseGoal(wTe=tool_pose(1.5, 0.8, 0.6, yaw=0.6))
     speeds, joints, errors = [], [], []
     for k in range(1400):

@@ -43,7 +43,7 @@ def test_a_goal_that_a_base_follows_is_in_front_of_it(both_ways):
 def headings_at(model: RobotModel, goals: list[PoseGoal]) -> list[float]:
     """Reach one goal after the other: the heading of the base at each of them [rad]."""
     controller = HolisticController(model)
-    state, last, headings = State(wTb=SE3.Identity(), q=READY.copy()), Command.stop(), []
+    state, last, headings = State(wTb=SE3.Identity(), q=READY.copy()), Command.stop(7), []
     for goal in goals:
         for _ in range(1500):
             last, report = controller.step(state, goal, last)
@@ -66,7 +66,7 @@ def test_a_base_that_stands_beside_its_goal_does_not_turn_to_it_while_the_hand_g
 def test_a_base_goes_on_to_the_stance_that_it_has_set_out_for(both_ways):
     """It is led there from the first period on: no search, in which it would come to rest."""
     controller = HolisticController(both_ways)
-    state, last = State(wTb=SE3.Identity(), q=READY.copy()), Command.stop()
+    state, last = State(wTb=SE3.Identity(), q=READY.copy()), Command.stop(7)
     here = both_ways.wTe(state.wTb, state.q)
     up = SE3(here.rotation, here.translation + np.array([0.0, 0.0, 0.1]))
     for _ in range(30):

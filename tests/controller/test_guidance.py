@@ -143,7 +143,7 @@ def test_going_down_on_a_grasp_is_straight_though_the_base_follows_late(robot, x
     """The base still brakes when the hand goes down, and is faster than it is told."""
     above, grasp = tool_pose(x, y, 0.5, yaw), tool_pose(x, y, 0.38, yaw)
     model = robot_model(robot)
-    controller, late, last = HolisticController(model), Lagging(model), Command.stop()
+    controller, late, last = HolisticController(model), Lagging(model), Command.stop(7)
 
     def go(goal):
         nonlocal last

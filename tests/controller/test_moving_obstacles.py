@@ -40,7 +40,7 @@ def gap(model, state, where) -> float:
 
 def drive(model, walk, seconds, known=True):
     """Gaps and reports of a robot that starts at rest in the origin."""
-    controller, robot, last = HolisticController(model), Lagging(model), Command.stop()
+    controller, robot, last = HolisticController(model), Lagging(model), Command.stop(7)
     goal, gaps, reports = PoseGoal(wTe=tool_pose(*GOAL)), [], []
     for index in range(round(seconds / 0.01)):
         moving = (walk.obstacle(0.01 * index),) if known else ()

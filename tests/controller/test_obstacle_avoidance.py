@@ -37,7 +37,7 @@ def model():
 
 
 def drive(model, goal, surroundings, seconds, each, start=None, settings=None):
-    controller, robot, last = HolisticController(model, settings), Lagging(model), Command.stop()
+    controller, robot, last = HolisticController(model, settings), Lagging(model), Command.stop(7)
     if start is not None:
         robot.state.wTb = start
     reports = []

@@ -88,7 +88,7 @@ def test_the_paper_preset_is_the_published_controller(model):
         wTb = SE3(pin.utils.rotate("z", heading), np.array([*rng.uniform(-2, 2, 2), 0.0]))
         state = State(wTb=wTb, q=rng.uniform(limits.q_min + 0.11, limits.q_max - 0.11))
         wTe = SE3(pin.exp3(rng.normal(size=3)), rng.uniform(-3, 3, size=3))
-        command, report = controller.step(state, PoseGoal(wTe=wTe), Command.stop())
+        command, report = controller.step(state, PoseGoal(wTe=wTe), Command.stop(7))
         assert report.solved
         expected = published_velocities(model, state, wTe)
         np.testing.assert_allclose(model.velocities(command), expected, atol=1e-5)
@@ -97,7 +97,7 @@ def test_the_paper_preset_is_the_published_controller(model):
 def first_step(model: RobotModel, settings: ControllerSettings) -> tuple[np.ndarray, StepReport]:
     goal = PoseGoal(wTe=SE3(pin.utils.rotate("x", np.pi), np.array([2.0, 0.5, 0.6])))
     state = State(q=np.array([0.4, -0.3, 0.3, -2.2, 0.2, 2.0, 0.7]))
-    command, report = HolisticController(model, settings).step(state, goal, Command.stop())
+    command, report = HolisticController(model, settings).step(state, goal, Command.stop(7))
     return model.velocities(command), report
 
 

@@ -93,7 +93,7 @@ def test_the_arm_goes_around_what_stands_between():
     between = np.linspace(start, goal, 60)
     assert min(shapes.clearance(q) for q in between) < 0.0, "else there is nothing to go around"
     controller = PlanningController(model)
-    state, command = State(wTb=SE3.Identity(), q=start), Command.stop()
+    state, command = State(wTb=SE3.Identity(), q=start), Command.stop(7)
     for _ in range(2000):
         command, report = controller.step(state, PostureGoal(q=goal), command, around)
         state = State(wTb=state.wTb, q=state.q + 0.01 * command.qd)

@@ -44,7 +44,7 @@ def test_growth_of_a_distance_is_its_derivative(model):
 @pytest.mark.parametrize("straight", [True, False])
 def test_the_hand_stops_before_the_floor_when_it_is_sent_through_it(model, straight):
     controller, body = HolisticController(model), SelfCollision(model)
-    state, last = State(), Command.stop()
+    state, last = State(), Command.stop(7)
     goal = PoseGoal(wTe=tool_pose(0.75, 0.0, -0.015), straight=straight)
     for _ in range(500):
         last, _ = controller.step(state, goal, last)

@@ -135,7 +135,7 @@ YARD = (box("fence", (1.7, 4.0, 0.2), (1.5, 1.5, 0.2)), *ROOM)
 
 @pytest.mark.parametrize("reason", UNREACHABLE)
 def test_a_goal_out_of_reach_is_said_at_once_and_the_robot_stays_where_it_is(reason):
-    controller, state, last = HolisticController(robot_model("frankie")), State(), Command.stop()
+    controller, state, last = HolisticController(robot_model("frankie")), State(), Command.stop(7)
     surroundings, goal = Surroundings(fixtures=YARD), PoseGoal(wTe=UNREACHABLE[reason])
     said = []
     for _ in range(150):
@@ -153,7 +153,7 @@ def test_the_hand_may_be_told_that_it_may_touch():
     wTe = tool_pose(0.0, 1.45, 0.70)
     for may, said in ((False, True), (True, False)):
         goal = PoseGoal(wTe=wTe, straight=True, hand_may_touch=may)
-        _, report = controller.step(State(), goal, Command.stop(), around)
+        _, report = controller.step(State(), goal, Command.stop(7), around)
         assert bool(report.unreachable) == said
 
 

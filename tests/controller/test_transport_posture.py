@@ -13,7 +13,7 @@ from controller import Command, HolisticController, PoseGoal, Surroundings, robo
 from controller.collision.collision_model import CollisionModel
 from controller.floor.base_drive import Pose2D
 from controller.floor.floor_map import FloorMap
-from controller.stance.docking import PARTS, ROOM
+from controller.stance.docking import ROOM
 from controller.stance.free_space import FreeSpace, se3_of
 from controller.stance.stance import Stance
 from controller.stance.transport_posture import TransportPosture
@@ -38,7 +38,7 @@ def model():
 @pytest.mark.slow
 def test_the_arm_gets_through_a_corridor_without_touching_it(model):
     """From a goal on one side to one behind the wall on the other."""
-    controller, state, last = HolisticController(model), State(), Command.stop()
+    controller, state, last = HolisticController(model), State(), Command.stop(7)
     around = Surroundings(fixtures=(*CORRIDOR, TABLE))
     judge = CollisionModel(model, around)
     over_table = SE3(pin.rpy.rpyToMatrix(pi, 0.0, pi / 2.0), np.array([0.0, 1.4, 0.85]))
@@ -70,7 +70,7 @@ def test_the_arm_is_carried_up_to_the_door_and_no_farther(model):
         carried[float(pose[0])] = posture is not None
         aim = sideways if posture is None else posture
         q = q + np.clip(aim - q, -0.08, 0.08)  # 1.6 rad/s, the base at 1 m/s
-        assert door.nearest(se3_of(base), q, PARTS, ROOM).distance == ROOM
+        assert door.nearest(se3_of(base), q, door.parts, ROOM).distance == ROOM
     begun, ended = (f(x for x, is_carried in carried.items() if is_carried) for f in (min, max))
     assert begun < 0.0  # in time: the posts are at 1.6 m
     assert 1.0 < ended < 2.0

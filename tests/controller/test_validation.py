@@ -24,7 +24,7 @@ BASE = BaseGoal(wTb=SE3.Identity())
 
 
 def step(goal) -> None:
-    HolisticController(robot_model("frankie")).step(State(), goal, Command.stop())
+    HolisticController(robot_model("frankie")).step(State(), goal, Command.stop(7))
 
 
 @pytest.mark.parametrize(

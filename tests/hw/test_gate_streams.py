@@ -30,7 +30,7 @@ class Plant:
         self.base = np.zeros(3)
         self.time = 0.0
         self.overshoot = 0.0
-        self.command = Command.stop()
+        self.command = Command.stop(7)
         self.valid_until = 0.0
         self.sent: list[tuple[float, np.ndarray]] = []
 
@@ -43,7 +43,7 @@ class Plant:
         while self.time < end - 1e-12:
             live = self.time < self.valid_until - 1e-12
             dt = (min(end, self.valid_until) if live else end) - self.time  # exact at any length
-            command = self.command if live else Command.stop()
+            command = self.command if live else Command.stop(7)
             self.q = self.q + LAG * self.qd * (1 - exp(-dt / LAG))
             self.q = self.q + command.qd * (dt - LAG * (1 - exp(-dt / LAG)))
             self.qd = command.qd + (self.qd - command.qd) * exp(-dt / LAG)
@@ -98,7 +98,7 @@ def run_stream(seed: int) -> None:
     plant, clock = Plant(rng), 0.0
     gate = Gate(plant, FRANKIE, DT)
     persistent = random_command(rng, gate.applied)
-    previous, sent_at, stepped = Command.stop(), 0.0, False
+    previous, sent_at, stepped = Command.stop(7), 0.0, False
     for _ in range(int(rng.integers(20, 90))):
         state, believable = plant.reading(clock, rng)
         command = persistent if rng.random() < 0.3 else random_command(rng, gate.applied)

@@ -34,8 +34,10 @@ class BusyClock:
 
 
 class Follower:
+    description = FRANKIE
+
     def __init__(self, clock: BusyClock) -> None:
-        self.clock, self.applied, self.q = clock, Command.stop(), FRANKIE.arm.ready.copy()
+        self.clock, self.applied, self.q = clock, Command.stop(7), FRANKIE.arm.ready.copy()
 
     def read(self) -> RobotState:
         return RobotState(

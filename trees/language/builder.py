@@ -33,6 +33,8 @@ def real_leaf(node: LeafNode, context: Context, arguments: Mapping[str, object])
     for name, value in arguments.items():
         if value is READY:
             fitted[name] = Posture(name=READY.name, q=context.robot.description.arm.ready)
+        elif isinstance(value, Posture):
+            fitted[name] = value.on(context.robot.description)
         elif isinstance(value, MapPlace):
             fitted[name] = context.on_map(value)
     return node.type.behaviour(node.name, context, **fitted)

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
     from pinocchio import SE3
 
-READY = Posture(name="ready", q=cast("npt.NDArray[np.float64]", (math.nan,) * 7))
+READY = Posture(name="ready", q=cast("npt.NDArray[np.float64]", ()))
 """It is not known before a tree is built for a robot."""
 
 BUILT_IN: Mapping[str, NamedValue] = {READY.name: READY}  # known without being defined
@@ -88,7 +88,7 @@ _Pair = Annotated[list[_Coordinate], Field(min_length=2, max_length=2)]
 _Triple = Annotated[list[_Coordinate], Field(min_length=3, max_length=3)]
 _Angles = Annotated[list[_Angle], Field(min_length=3, max_length=3)]
 _Edges = Annotated[list[_Edge], Field(min_length=3, max_length=3)]
-_Joints = Annotated[list[_Angle], Field(min_length=7, max_length=7)]
+_Joints = Annotated[list[_Angle], Field(min_length=1, max_length=12)]
 
 
 class PoseSection(StrictModel):
@@ -105,7 +105,8 @@ class PoseSection(StrictModel):
         default=ABSENT, description="Where the base faces, from the world's x axis [°]."
     )
     joints_deg: _Joints = Field(
-        default=ABSENT, description="Posture of the arm, from base to hand [°]."
+        default=ABSENT,
+        description="Posture of the arm, from base to hand [°, or m for a sliding joint].",
     )
     on: str = Field(
         default=ABSENT, description="Furniture of the map with which a pose of the hand moves."

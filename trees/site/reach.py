@@ -33,7 +33,7 @@ _SPACING = 0.1  # between the tested points of a region's floor [m]
 def why_not_reached(value: object, robot: RobotDescription) -> tuple[str, str] | None:
     """Message and hint about a place where the robot cannot be; None if it can."""
     if isinstance(value, Posture):
-        return _beyond_joints(value.q, robot)
+        return _beyond_joints(value.on(robot).q, robot)
     if not isinstance(value, ToolPose):
         return None
     tip = value.wTe.act(np.array([0.0, 0.0, robot.gripper.tip]))
@@ -51,15 +51,25 @@ def points_up(value: object) -> bool:
 
 
 def _beyond_joints(q: Array, robot: RobotDescription) -> tuple[str, str] | None:
+    if q.shape not in ((0,), robot.arm.ready.shape):  # empty is `ready`
+        joints = len(robot.arm.joints)
+        return f"`{robot.name}` has {joints} joints, not {len(q)}", f"write {joints} positions"
+    if not len(q):
+        return None
     low, high = robot.limits.q_min - _ROUNDING, robot.limits.q_max + _ROUNDING
     beyond = np.flatnonzero((q < low) | (q > high))
     if len(beyond) == 0:
         return None
     joint = int(beyond[0])
-    first, last = (degrees(float(end[joint])) for end in (robot.limits.q_min, robot.limits.q_max))
+    ends = (float(one[joint]) for one in (robot.limits.q_min, robot.limits.q_max, q))
+    if robot.arm.slides[joint]:
+        first, last, here = ends
+        message = f"joint {joint + 1} of `{robot.name}` goes from {first:g} m to {last:g} m"
+        return f"{message}, not to {here:g} m", f"write {first:g} to {last:g}"
+    first, last, here = map(degrees, ends)
     message = (
         f"joint {joint + 1} of `{robot.name}` goes from {first:.0f}° to {last:.0f}°, "
-        f"not to {degrees(float(q[joint])):g}°"
+        f"not to {here:g}°"
     )
     meant = np.degrees(q)  # as if the numbers were radians
     if (np.abs(meant) <= 2.0 * pi).all() and ((meant >= low) & (meant <= high)).all():

@@ -19,17 +19,26 @@ OPTIONS = "options.json"  # the options of the run
 BT_LOG = "tree.btlog"  # status of every node over time, for Groot2
 VIEWER_LOG = "viewer.log"  # messages of the viewer
 COMMANDS = "commands.npy"
-"""(ticks, 11) float64: stamp [s], base twist (3), joint velocities (7), as applied."""
+"""(ticks, 4 + j) float64: stamp [s], base twist (3), j joint velocities, as applied."""
 STATES = "states.npy"
-"""(ticks, 22) float64, as read: stamp [s], base x, y [m] and heading [rad], base twist (3), joint
-positions (7) and velocities (7), width between the fingers [m]."""
+"""(ticks, 8 + 2 j) float64, as read: stamp [s], base x, y [m] and heading [rad], base twist (3), j
+joint positions and j velocities, width between the fingers [m]."""
 READINGS = "readings.npy"
-"""(turns,) of type `hw.TURN`: everything that passed between loop and robot, without images."""
+"""(turns,) of type `hw.turn_type`: all that passed between loop and robot, without images."""
 NOTES = "readings.jsonl"
-"""JSON lines: what the readings refer to (faults, localised poses, scans), and how they end."""
+"""JSON lines: columns of the arrays, what the readings refer to (faults, localised poses, scans),
+and how they end."""
 FRAMES = "frames.arrow"  # images that the loop used, as a stream of Arrow record batches
 
 _MIN_SPACE = 1_000_000  # free disk space that a run needs to begin [bytes]
+
+
+def columns(j: int) -> dict[str, list[str]]:
+    """Names of the columns of `STATES` and `COMMANDS`, for an arm of j joints."""
+    q, qd = ([f"{one}{number}" for number in range(1, j + 1)] for one in ("q", "qd"))
+    twist = ["vx", "vy", "w"]
+    states = ["stamp", "x", "y", "heading", *twist, *q, *qd, "width"]
+    return {STATES: states, COMMANDS: ["stamp", *twist, *qd]}
 
 
 class FolderError(UserError):

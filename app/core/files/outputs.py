@@ -10,12 +10,12 @@ import numpy.typing as npt
 
 from app.core.files.disk import PATIENCE, Disk
 from app.core.files.events import EVENTS, EventLog
-from app.core.files.folder import BT_LOG, COMMANDS, FRAMES, NOTES, READINGS, STATES
+from app.core.files.folder import BT_LOG, COMMANDS, FRAMES, NOTES, READINGS, STATES, columns
 from app.core.files.frames import FrameStream
 from app.core.files.notes import note
 from app.core.outcome import Outcome
 from app.live import Snapshot
-from hw import TURN, RecordedRobot
+from hw import RecordedRobot, turn_type
 from trees.btcpp import BtLog
 from trees.language import TreeNode
 
@@ -47,11 +47,13 @@ class Outputs:
         self._bt_log = BtLog(nodes)
         self._bt_file = disk.file(BT_LOG)
         self._bt_file.add(self._bt_log.head)
-        self._commands = disk.array(COMMANDS, (np.float64, (11,)))
-        self._states = disk.array(STATES, (np.float64, (22,)))
-        self._readings = disk.array(READINGS, TURN)
+        j = len(robot.description.arm.joints)
+        named = columns(j)
+        self._commands = disk.array(COMMANDS, (np.float64, (len(named[COMMANDS]),)))
+        self._states = disk.array(STATES, (np.float64, (len(named[STATES]),)))
+        self._readings = disk.array(READINGS, turn_type(j))
         self._notes = disk.file(NOTES)
-        self._note({"attended": attended})
+        self._note({"attended": attended, "columns": named})
         self._frame_disk = None
         if frames:
             self._frame_disk = Disk(folder, lossless=lossless, capacity=_FRAME_CAPACITY)
@@ -64,7 +66,7 @@ class Outputs:
         return self._events.update(seen, paused=paused, why=why)
 
     def turn(self, row: npt.NDArray[np.void]) -> None:
-        """Write one cycle of the loop, a row of type `TURN`."""
+        """Write one cycle of the loop, a row of `turn_type`."""
         self._readings.add(row.tobytes())
         if row["read"]:
             wTb = row["wTb"]

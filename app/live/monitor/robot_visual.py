@@ -36,7 +36,7 @@ def _at(x: float, y: float, z: float) -> SE3:
 
 
 def arm_parts(arm: ArmDescription) -> tuple[tuple[Geom, ...], ...]:
-    """Foot and seven links of an arm as its capsules, each in its own frame."""
+    """Foot and links of an arm as its collision shapes, each in its own frame."""
     return tuple(tuple(replace(part, colour=_WHITE) for part in parts) for parts in arm.collision)
 
 

@@ -1,6 +1,7 @@
 """Plots of the recording: commanded velocities, errors and computing time, a row per tick."""
 
 from collections.abc import Callable, Mapping, Sequence
+from itertools import cycle, islice
 from math import degrees, isfinite, nan
 from typing import NamedTuple
 
@@ -10,7 +11,6 @@ import rerun as rr
 from app.live.monitor.columns import Array, timelines
 from app.live.monitor.glyphs import Colour
 from app.live.snapshot import Snapshot
-from controller import N_ARM
 from perception.registration import compose, inverse, on_floor
 from robots import Limits
 
@@ -39,7 +39,7 @@ SHARES = "joint_velocity"
 PLOTS = {
     SHARES: Curves(
         "joint velocities / limits",
-        [f"joint {i + 1}" for i in range(N_ARM)],
+        [],  # a curve a joint
         lambda s: s.command.qd,
     ),
     "base_velocity": Curves(
@@ -102,8 +102,9 @@ class SignalsPanel:
     ) -> None:
         self._stream, self._limits, self._plots = stream, limits, plots
         for entity, curves in plots.items():
-            colours = _SEVEN if len(curves.series) > len(_FEW) else _FEW
-            look = rr.SeriesLines(names=curves.series, colors=colours[: len(curves.series)])
+            names = curves.series or [f"joint {i + 1}" for i in range(len(limits.qd))]
+            colours = _SEVEN if len(names) > len(_FEW) else _FEW
+            look = rr.SeriesLines(names=names, colors=list(islice(cycle(colours), len(names))))
             stream.log(f"signals/{entity}", look, static=True)
 
     def write(self, batch: Sequence[Snapshot]) -> None:

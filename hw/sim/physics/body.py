@@ -38,7 +38,7 @@ class PhysicalBody(SimBody):
         self.engine = RobotSimulation(self.description, self.world)
         self._poses = [obj.pose for obj in self.world.objects]  # a replaced one moves it
         self._twist = np.zeros(3)
-        self._load = np.zeros(7)
+        self._load = np.zeros(len(self.q))
         self._push_force = 0.0
         self._width_goal = self._width_now = self.width
         self._force = _HOLDING_FORCE

@@ -1,5 +1,6 @@
 """MuJoCo specification of the robot: bodies, joints and motors."""
 
+from math import isfinite
 from typing import Any
 
 import mujoco
@@ -12,7 +13,6 @@ from robots import Box, Geom, RobotDescription
 
 SIDES = ("left", "right")
 AXES = ("x", "y", "yaw")  # Joints of the base
-ARM = tuple(f"joint{number}" for number in range(1, 8))
 FINGER_MOTOR = "fingers"  # Its actuator
 
 _PADS = (-88000.0, -600.0)
@@ -24,7 +24,9 @@ _SHELL = (0.014, 1.0)
 mean with those of the partner counts."""
 _FRICTION = 0.3  # of all shapes; of two surfaces the rougher counts
 
-_STIFFNESS = np.array([4000.0] * 4 + [1500.0] * 3)  # Of the servos of the joints [Nm/rad]
+_STIFFNESS, _STRONG = (1500.0, 4000.0), 50.0
+"""Of the servos of the joints [Nm/rad], and the torque from which the second counts [Nm]."""
+_STIFFNESS_OF_SLIDES = 1e5  # [N/m]
 _ARMATURE, _DAMPING = 0.1, 0.5  # of each motor and gear [kg m²], [Nm s]
 
 _DRIVE = ((20000.0, 500.0), (20000.0, 800.0), (3000.0, 250.0))
@@ -35,11 +37,17 @@ _FINGER_STIFFNESS, _FINGER_DAMPING = 8000.0, 80.0  # Of the gripper's servo [N/m
 _FINGER_ARMATURE = 0.1  # [kg]
 
 
+def arm_names(description: RobotDescription) -> list[str]:
+    """Names of the joints of the arm."""
+    return [f"joint{number}" for number in range(1, len(description.arm.joints) + 1)]
+
+
 def add_robot(spec: Any, description: RobotDescription) -> None:
     """Add a robot to a specification, at its start but for its posture.
 
-    Bodies are called `base`, `hand`, `left` and `right`, joints as in `AXES`, `ARM` and `SIDES`,
-    actuators like the joints, that of both fingers `fingers`. Names of geoms begin with their part.
+    Bodies are called `base`, `hand`, `left` and `right`, joints as in `AXES`, `arm_names` and
+    `SIDES`, actuators like the joints, that of both fingers `fingers`. Names of geoms begin with
+    their part.
     """
     base, arm, gripper = description.base, description.arm, description.gripper
     on_base = add_body(spec.worldbody, "base", SE3.Identity())
@@ -50,19 +58,21 @@ def add_robot(spec: Any, description: RobotDescription) -> None:
     box = Inertia.FromBox(base.mass, *base.size)
     raised = SE3(np.eye(3), np.array([0.0, 0.0, base.size[2] / 2.0]))
     weigh(on_base, raised.act(box) + description.bTa.act(arm.inertias[0]))
-    # The frames of the members: base, foot, seven links, flange of the hand, end effector.
+    # The frames of the members: base, foot, links, flange of the hand, end effector.
     frames = [(on_base, SE3.Identity()), (on_base, description.bTa)]
-    for name, place, inertia, (low, high) in zip(
-        ARM, arm.joints, arm.inertias[1:], _ranges(description), strict=True
+    names, slides = arm_names(description), arm.slides.tolist()
+    for name, place, slide, inertia, between in zip(
+        names, arm.joints, slides, arm.inertias[1:], _ranges(description), strict=True
     ):
         parent, below = frames[-1]
         link = add_body(parent, name, below * place)
         link.gravcomp = 1.0
         link.add_joint(
             name=name,
-            type=mujoco.mjtJoint.mjJNT_HINGE,
+            type=mujoco.mjtJoint.mjJNT_SLIDE if slide else mujoco.mjtJoint.mjJNT_HINGE,
             axis=(0.0, 0.0, 1.0),
-            range=(low, high),
+            limited=between is not None,
+            range=between or (0.0, 0.0),
             armature=_ARMATURE,
             damping=_DAMPING,
         )
@@ -144,14 +154,16 @@ def _actuators(spec: Any, description: RobotDescription) -> None:
         )
         drive.set_to_velocity(kv=gain)
     arm = description.arm
-    rows = zip(ARM, _STIFFNESS, arm.torque, _ranges(description), strict=True)
+    stiff = np.where(arm.torque < _STRONG, *_STIFFNESS)
+    stiff = np.where(arm.slides, _STIFFNESS_OF_SLIDES, stiff).tolist()
+    rows = zip(arm_names(description), stiff, arm.torque, _ranges(description), strict=True)
     for name, stiffness, torque, between in rows:
         servo = spec.add_actuator(
             name=name,
             target=name,
             trntype=mujoco.mjtTrn.mjTRN_JOINT,
-            actlimited=True,
-            actrange=between,
+            actlimited=between is not None,
+            actrange=between or (0.0, 0.0),
             forcerange=(-torque, torque),
         )
         servo.set_to_intvelocity(kp=stiffness, kv=stiffness * arm.lag)
@@ -187,6 +199,8 @@ def _half(geom: Geom) -> tuple[float, float, float]:
     return geom.shape.half
 
 
-def _ranges(description: RobotDescription) -> list[tuple[float, float]]:
+def _ranges(description: RobotDescription) -> list[tuple[float, float] | None]:
+    """Of every joint of the arm; None if it is continuous."""
     limits = description.limits
-    return list(zip(limits.q_min.tolist(), limits.q_max.tolist(), strict=True))
+    between = zip(limits.q_min.tolist(), limits.q_max.tolist(), strict=True)
+    return [(low, high) if isfinite(low) else None for low, high in between]

@@ -9,7 +9,7 @@ from pinocchio import SE3, Quaternion
 
 from hw.robot import HardwareError
 from hw.sim.physics.mjcf import robot_model_in
-from hw.sim.physics.robot import ARM, AXES, FINGER_MOTOR, SIDES
+from hw.sim.physics.robot import AXES, FINGER_MOTOR, SIDES, arm_names
 from hw.sim.robot_shapes import HELD
 from hw.sim.sim_object import SimObject
 from hw.sim.walker import Walker
@@ -130,9 +130,10 @@ class RobotSimulation(Simulation):
         super().__init__(robot_model_in(description, world), world)
         model, data = self._model, self._data
         self._base_q, self._base_v = addresses(model, AXES)
-        self._arm_q, self._arm_v = addresses(model, ARM)
+        arm = arm_names(description)
+        self._arm_q, self._arm_v = addresses(model, arm)
         self._drive = np.array([model.actuator(name).id for name in AXES])
-        self._servos = np.array([model.actuator(name).id for name in ARM])
+        self._servos = np.array([model.actuator(name).id for name in arm])
         self._set_points = model.actuator_actadr[self._servos]
         self._tool = model.site("tool").id
         self._mocaps = [model.body(f"walker/{n}").mocapid[0] for n in range(len(world.walkers))]
@@ -146,7 +147,7 @@ class RobotSimulation(Simulation):
         self._data.ctrl[self._drive] = twist
 
     def turn(self, qd: Array) -> None:
-        """Command joint velocities (7,)."""
+        """Command joint velocities (j,)."""
         data = self._data
         ahead = data.qpos[self._arm_q] + self._arm_lag * data.qvel[self._arm_v]
         data.ctrl[self._servos] = qd
@@ -160,7 +161,7 @@ class RobotSimulation(Simulation):
         self._data.ctrl[self._servos] = 0.0
 
     def state(self) -> tuple[list[float], list[float], Array, Array]:
-        """x, y and heading of the base and their rates in the world; q (7,) and qd (7,)."""
+        """x, y and heading of the base and their rates in the world; q (j,) and qd (j,)."""
         q, v = self._data.qpos, self._data.qvel
         base = q[self._base_q].tolist(), v[self._base_v].tolist()
         return *base, np.asarray(q[self._arm_q]), np.asarray(v[self._arm_v])
@@ -171,11 +172,11 @@ class RobotSimulation(Simulation):
 
     @property
     def load(self) -> Array:
-        """(7,) torques of contacts and of the held object on the arm [Nm]."""
+        """(j,) torques of contacts and of the held object on the arm [Nm]."""
         return np.asarray(self._data.qfrc_constraint[self._arm_v])
 
     def force_at_tool(self, load: Array) -> float:
-        """The force at the end effector that fits torques (7,) of the arm best [N]."""
+        """The force at the end effector that fits torques (j,) of the arm best [N]."""
         jacobian = np.zeros((6, self._model.nv))
         mujoco.mj_jacSite(self._model, self._data, jacobian[:3], jacobian[3:], self._tool)
         wrench, *_ = np.linalg.lstsq(jacobian[:, self._arm_v].T, load, rcond=1e-2)

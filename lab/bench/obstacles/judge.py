@@ -56,7 +56,7 @@ class Judge:
     def clearances(self, base: Array, q: Array, fixtures: Sequence[Geom]) -> Array:
         """(k,) least distance to the fixtures and of the hand to the floor, at most `NEAR` [m].
 
-        `base` is (k, 3) x, y [m] and heading [rad], `q` (k, 7) joint positions [rad]; fixtures are
+        `base` is (k, 3) x, y [m] and heading [rad], `q` (k, j) joint positions [rad]; fixtures are
         boxes and upright cylinders in the world.
         """
         least = np.full(len(base), NEAR)

@@ -48,13 +48,13 @@ class Stance(NamedTuple):
     """Base and arm of the robot with its tool at a goal."""
 
     base: Array  # (3,) x, y [m] and heading [rad]
-    q: Array  # (7,) joint positions [rad]
+    q: Array  # (j,) joint positions [rad]
 
 
 class Postures(NamedTuple):
     """N postures in which the arm does not touch itself, the base or the floor."""
 
-    q: Array  # (N, 7) [rad]
+    q: Array  # (N, j) [rad]
     tools: Array  # (N, 3) position of the tool in the base frame [m]
     approach: Array  # (N, 3) approach direction of the hand in the base frame
 
@@ -149,7 +149,7 @@ class Paths:
         return self._is_free(np.zeros((1, 3)), _arm_path(self._ready, FOLDED))
 
     def reaches(self, base: Array, q: Array) -> bool:
-        """Whether a path leads to a stance: base (3,) x, y [m] and heading [rad], arm q (7,)."""
+        """Whether a path leads to a stance: base (3,) x, y [m] and heading [rad], arm q (j,)."""
         unfolding = _arm_path(FOLDED, q)
         if any(self._checker(posture) for posture in unfolding):
             return False
@@ -168,7 +168,7 @@ class Paths:
 
     def _is_free(self, base: Array, q: Array) -> bool:
         count = max(len(base), len(q))
-        base, q = np.broadcast_to(base, (count, 3)), np.broadcast_to(q, (count, 7))
+        base, q = np.broadcast_to(base, (count, 3)), np.broadcast_to(q, (count, q.shape[1]))
         return bool((self._judge.clearances(base, q, self._fixtures) > PATH_MARGIN).all())
 
 

@@ -145,7 +145,7 @@ REFLEX = Fault(kind=FaultKind.REFLEX, text="reflex", clearable=True)
 
 @pytest.mark.parametrize(
     ("command", "faults", "proven"),
-    [(GO, (), True), (Command.stop(), (), False), (GO, (REFLEX,), False)],
+    [(GO, (), True), (Command.stop(7), (), False), (GO, (REFLEX,), False)],
 )
 def test_a_file_is_proven_by_motion_that_ends_without_a_fault(real, command, faults, proven):
     toy = Toy()

@@ -78,7 +78,7 @@ def test_the_controller_is_given_the_obstacles_and_its_report_ends_the_motion():
     def stops(state, goal, last, surroundings):
         seen.append(surroundings)
         unreachable = "too far" if len(seen) == 5 else ""
-        return Command.stop(), SimpleNamespace(solved=True, unreachable=unreachable)
+        return Command.stop(7), SimpleNamespace(solved=True, unreachable=unreachable)
 
     around = Surroundings()
     assert moved(stops, surroundings_at=lambda time: around).unreachable == "too far"
