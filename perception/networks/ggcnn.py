@@ -117,7 +117,9 @@ def evaluate(kernels: SubpixelKernels, image: Tensor) -> Tensor:
     for index, (weight, bias, factor) in enumerate(kernels.up):
         end = 1 + (kernels.more if index == len(kernels.up) - 1 else 0)
         x = functional.pad(x, (1, end, 1, end))
-        x = functional.pixel_shuffle(functional.conv2d(x, weight, bias).relu_(), factor)
+        x = functional.conv2d(x, weight, bias).relu_()
+        if factor > 1:
+            x = functional.pixel_shuffle(x, factor)
     height, width = image.shape[2:]
     x = x[:, :, : height + 1, : width + 1]
     return functional.conv2d(x, *kernels.head)
