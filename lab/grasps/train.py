@@ -60,8 +60,7 @@ def train_weights(
     """
     import torch
 
-    from perception.networks import TrainingSettings, save_network, train
-    from perception.networks.ggcnn import GGCNN
+    from perception.networks import GGCNN, TrainingSettings, save_network, train
 
     cv2.setNumThreads(1)
     torch.set_num_threads(1)
