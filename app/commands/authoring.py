@@ -138,28 +138,38 @@ def reach(
 @authoring.command("export")
 def export(
     names: Annotated[
-        list[str], typer.Argument(help="A task; with --lerobot runs, cut to episodes.")
+        list[str], typer.Argument(help="A task; with --lerobot runs; with --mcap a run.")
     ],
     output: Output = None,
     lerobot: Annotated[
         Path | None, typer.Option(help="Write a LeRobotDataset of runs into this new folder.")
+    ] = None,
+    mcap: Annotated[
+        Path | None, typer.Option(help="Write a run as ROS 2 messages into this new file.")
     ] = None,
     runs: Annotated[Path, typer.Option("--runs", help="Where the runs are.")] = Path("runs"),
     fps: Annotated[
         int, typer.Option(help="With --lerobot: frames a second; divides the control rate.")
     ] = 50,
 ) -> None:
-    """A task as XML for BehaviorTree.CPP 4 and Groot2; or the motion of runs for learning.
+    """A task as XML for BehaviorTree.CPP 4 and Groot2; or runs for learning, or for Foxglove.
 
     With --output, each task file that it includes becomes a file beside it.
     """
+    if output is not None and (lerobot or mcap):
+        refuse("--output: runs go where --lerobot or --mcap says; leave it out")
     if lerobot is not None:
-        if output is not None:
-            refuse("--output: a data set goes into the folder of --lerobot; leave it out")
         _export_runs(names, lerobot, runs, fps)
         return
     if len(names) > 1:
-        refuse(f"{names[1]}: one task at a time becomes XML; add --lerobot DIR to export runs")
+        refuse(f"{names[1]}: one at a time becomes a file; add --lerobot DIR to export runs")
+    if mcap is not None:
+        from app.export import export_mcap
+        from app.review import find_run
+
+        export_mcap(find_run(names[0], runs), mcap)
+        typer.echo(f"{mcap}: written")
+        return
     from trees.btcpp import export_files, export_xml
     from trees.language import load
 

@@ -3,7 +3,7 @@
 from app.choices import MotionForm, ObstacleSource, RegistrationForm
 from app.core.fault_schedule import PHASES, ScheduledFault, current_phases, parse_fault, phases_of
 from app.core.files.events import EVENTS
-from app.core.files.folder import COMMANDS, FRAMES, OPTIONS, RECORDING, STATES, SUMMARY
+from app.core.files.folder import COMMANDS, FRAMES, OPTIONS, RECORDING, STATES, SUMMARY, begun
 from app.core.launch import Saved, again_on_save, run_on_save, run_task, saved_since
 from app.core.measurements import Measurements
 from app.core.outcome import End, Outcome
@@ -12,5 +12,6 @@ from app.core.run import Instruments
 from app.core.run_options import RunOptions
 from app.core.session import Session, Tick
 from app.core.setup import Setup, set_up
+from app.core.snapshots import recorded_scene
 from app.core.summary import Result, Summary, pick_place_times
 from app.core.trial import BrokenTrialError, Trial, trial

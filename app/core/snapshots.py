@@ -1,6 +1,6 @@
 """Snapshots of a run for recorder, page and terminal."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from operator import attrgetter
 from typing import Any
@@ -10,8 +10,8 @@ from py_trees.common import Status
 from app.core.session import Tick
 from app.live import NodeStatus, PoseEstimate, SceneView, Snapshot
 from behaviours import BasePose, Localiser, Region, ToolPose
-from hw import DepthFrame, TaskTime, TrueObject, Truth
-from robots import Geom
+from hw import DEFAULT_LEVEL, WORLDS, DepthFrame, TaskTime, TrueObject, Truth
+from robots import Geom, RobotDescription
 from trees.language import TreeNode
 
 _STATUS, _POSE = attrgetter("status", "feedback_message"), attrgetter("pose")
@@ -45,6 +45,20 @@ def scene_view(
         goals=tuple(goals.items()),
         estimated=estimated,
     )
+
+
+def recorded_scene(options: Mapping[str, Any], robot: RobotDescription) -> SceneView:
+    """The shapes of a finished run's world by its options, recomputed from scene and seed.
+
+    Raises UserError: the scene is missing or has a mistake.
+    """
+    from hw.sim import load_fixtures, load_localisation, load_scene
+
+    if options["world"] not in WORLDS:
+        return SceneView(fixtures=load_fixtures(options["map"]) if options["map"] else ())
+    level = load_localisation(options["localisation"] or DEFAULT_LEVEL)
+    footprint = robot.base.size[:2]
+    return scene_view(load_scene(options["scene"], options["seed"], footprint, level.moved))
 
 
 def _movable(truth: Truth) -> tuple[TrueObject, ...]:

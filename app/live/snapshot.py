@@ -9,13 +9,13 @@ import numpy as np
 import numpy.typing as npt
 from pinocchio import SE3
 
-from app.live.nodes import NodeStatus
+from app.live.nodes import NodeInfo, NodeStatus
 from behaviours import Region
 from controller import Command, MotionGoal, PointCloud, Pose2D, StepReport
 from hw import DepthFrame, LaserScan, RobotState
 from perception import Detection, GraspEstimate
 from perception.registration import Registration
-from robots import Geom
+from robots import Geom, RobotDescription
 
 Array = npt.NDArray[np.float64]
 
@@ -101,6 +101,15 @@ class SceneView:
     regions: tuple[Region, ...] = ()
     goals: tuple[tuple[str, SE3], ...] = ()
     estimated: bool = False  # whether snapshots have a `PoseEstimate`
+
+
+class ShownRun(NamedTuple):
+    """What snapshots of a run do not say, as they all would say the same."""
+
+    robot: RobotDescription
+    tree: tuple[NodeInfo, ...]  # in preorder
+    scene: SceneView
+    began: int  # time zero of the session's clock [ns since 1970]
 
 
 def key_figures(snapshot: Snapshot) -> dict[str, float]:

@@ -1,9 +1,16 @@
 """Finished runs: find, list and explain them, and read their recordings."""
 
 from app.review.delays import delays
-from app.review.event_log import DamagedRunError, NodeEvent, read_log, recorded_time
+from app.review.event_log import (
+    DamagedRunError,
+    FaultEvent,
+    Log,
+    NodeEvent,
+    read_log,
+    recorded_time,
+)
 from app.review.explanation import explain
 from app.review.film import make_film
 from app.review.finished import find_run, read_motion, read_run, run_folders, runs_table
-from app.review.recorded_images import NoDepthError, depth_images, recorded_depth
+from app.review.recorded_images import NoDepthError, chunks, depth_images, recorded_depth
 from app.review.timeline import Timeline, timeline

@@ -62,7 +62,7 @@ def depth_images(recording: Path) -> Iterator[tuple[float, npt.NDArray[np.float3
     Raises NoDepthError: it is not a recording, or an image in it is damaged.
     """
     with _reading(recording):
-        for row in filter(_has_depth, _rows(recording)):
+        for row in filter(_has_depth, _rows(recording, "/world/camera/**")):
             depth = _decoded(row)
             if depth is not None:
                 yield row["time"], depth
@@ -77,14 +77,18 @@ def _reading(recording: Path) -> Iterator[None]:
         raise NoDepthError(f"{recording}: not a recording ({error}){_HINT}") from error
 
 
-def _rows(recording: Path) -> Iterator[_Row]:
-    """Rows with depth images or camera models."""
+def chunks(recording: Path, *entities: str) -> Iterator[Any]:
+    """The chunks of a recording that belong to some entities."""
     from rerun.chunk import RrdReader
 
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="RRD file has no footer")
-        chunks = RrdReader(recording).stream().to_chunks()
-    for chunk in chunks:
+        yield from RrdReader(recording).stream().filter(content=list(entities)).to_chunks()
+
+
+def _rows(recording: Path, entities: str = "/**") -> Iterator[_Row]:
+    """Rows with depth images or camera models."""
+    for chunk in chunks(recording, entities):
         batch = chunk.to_record_batch()
         names = batch.schema.names
         if not any("DepthImage:" in name or "Pinhole:" in name for name in names):

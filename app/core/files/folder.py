@@ -30,6 +30,7 @@ NOTES = "readings.jsonl"
 and how they end."""
 FRAMES = "frames.arrow"  # images that the loop used, as a stream of Arrow record batches
 
+_STAMP = "%Y-%m-%d-%H%M%S"  # when a run began, at the front of its folder's name
 _MIN_SPACE = 1_000_000  # free disk space that a run needs to begin [bytes]
 
 
@@ -50,7 +51,7 @@ def make_folder(root: Path, task: str, texts: Mapping[str, str], options: dict[s
 
     Raises FolderError: it cannot be written.
     """
-    stamp = datetime.now().strftime("%Y-%m-%d-%H%M%S")
+    stamp = datetime.now().strftime(_STAMP)
     try:
         root.mkdir(parents=True, exist_ok=True)
         number = 1
@@ -69,6 +70,14 @@ def make_folder(root: Path, task: str, texts: Mapping[str, str], options: dict[s
             f"{root}: cannot keep the run here ({error.strerror}); choose another with --record"
         ) from error
     return folder
+
+
+def begun(folder: Path) -> int:
+    """When a run began, by the name of its folder [ns since 1970]; 0 if that does not tell."""
+    try:
+        return int(datetime.strptime(folder.name[:17], _STAMP).timestamp()) * 10**9
+    except ValueError:
+        return 0
 
 
 def _require_space(folder: Path) -> None:

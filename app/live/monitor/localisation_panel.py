@@ -13,7 +13,8 @@ import rerun as rr
 from app.live.feed import Throttle
 from app.live.monitor.columns import WORLD, Array, Changes, log_static, send_poses
 from app.live.monitor.glyphs import Colour, printable
-from app.live.monitor.robot_visual import base_parts, solids
+from app.live.monitor.robot_visual import solids
+from app.live.robot_parts import base_parts
 from app.live.snapshot import PoseEstimate, SceneView, Snapshot
 from robots import Geom, Plane, RobotDescription, reach
 

@@ -7,15 +7,15 @@ from typing import Any
 import numpy as np
 import rerun as rr
 from pinocchio import SE3
-from pinocchio.utils import rotate
 
 from app.live.feed import Throttle
 from app.live.monitor.columns import WORLD, Array, Changes, log_static, send_poses, set_time
 from app.live.monitor.glyphs import Colour, printable
-from app.live.monitor.robot_visual import base_parts, finger_poses, hand_parts, robot_visual, solids
+from app.live.monitor.robot_visual import robot_visual, solids
+from app.live.robot_parts import base_parts, finger_poses, hand_parts
 from app.live.snapshot import SceneView, Snapshot
 from behaviours import Region
-from controller import Pose2D, RobotModel
+from controller import RobotModel, se3_of
 from robots import RobotDescription
 
 _POSE_PERIOD = 0.04  # shortest time between two sets of poses [s]
@@ -105,7 +105,7 @@ class ScenePanel:
             _BASE: state.wTb,
             _HAND: hand,
             _GHOST_HAND: _AWAY if snapshot.hand_goal is None else snapshot.hand_goal,
-            _GHOST_BASE: _AWAY if snapshot.base_goal is None else _on_floor(snapshot.base_goal),
+            _GHOST_BASE: _AWAY if snapshot.base_goal is None else se3_of(snapshot.base_goal),
             **dict(zip(_LINKS, links, strict=True)),
             **dict(zip(_FINGERS, fingers, strict=True)),
             **dict(zip(self._objects, snapshot.objects, strict=True)),
@@ -123,10 +123,6 @@ class ScenePanel:
 
 def _line(colour: Colour, width: float, **more: Any) -> rr.LineStrips3D:
     return rr.LineStrips3D.from_fields(colors=[colour], radii=rr.Radius.ui_points(width), **more)
-
-
-def _on_floor(pose: Pose2D) -> SE3:
-    return SE3(rotate("z", pose.heading), np.array([pose.x, pose.y, 0.0]))
 
 
 def _grasp(snapshot: Snapshot) -> tuple[int, Any]:

@@ -1,13 +1,14 @@
 """Texts of the recording: active node and message, and log of transitions."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import rerun as rr
 from py_trees.common import Status
 
+from app.live.happenings import Happenings
 from app.live.monitor.columns import timelines
 from app.live.monitor.glyphs import printable
-from app.live.nodes import STATUS_GLYPH, NodeInfo, leaves, path_from_root, tip
+from app.live.nodes import STATUS_GLYPH, NodeInfo, path_from_root, tip
 from app.live.snapshot import Snapshot
 
 _PERIOD = 0.2  # shortest time between two messages of a node [s]
@@ -19,19 +20,18 @@ class TextPanel:
     def __init__(self, stream: rr.RecordingStream, tree: Sequence[NodeInfo]) -> None:
         self._stream = stream
         self._tree = tuple(tree)
-        self._leaves = frozenset(leaves(tree))
-        self._statuses = (Status.INVALID,) * len(tree)
+        self._happenings = Happenings(tree)
         self._active: tuple[int, Status, str] | None = None
         self._active_since = -float("inf")
-        self._locked = False
-        self._faults: frozenset[str] = frozenset()
 
     def write(self, batch: Sequence[Snapshot]) -> None:
         """Add the texts of a batch."""
         messages: list[tuple[Snapshot, str]] = []
         events: list[tuple[Snapshot, str, str]] = []
         for snapshot in batch:
-            events += [(snapshot, *event) for event in self._events(snapshot)]
+            events += [
+                (snapshot, level, printable(text)) for level, text in self._happenings.of(snapshot)
+            ]
             text = self._changed_message(snapshot)
             if text is not None:
                 messages.append((snapshot, text))
@@ -69,24 +69,6 @@ class TextPanel:
             f"### {STATUS_GLYPH[node.status]} {names[-1]}\n\n"
             f"{_escape(node.message)}\n\n*{' / '.join(names[:-1])}*"
         )
-
-    def _events(self, snapshot: Snapshot) -> Iterator[tuple[str, str]]:
-        """Level and text of what has happened."""
-        for index, (was, now) in enumerate(zip(self._statuses, snapshot.nodes, strict=True)):
-            begins_inside = now.status is Status.RUNNING and index not in self._leaves
-            if now.status not in (was, Status.INVALID) and not begins_inside:
-                level = "WARN" if now.status is Status.FAILURE else "INFO"
-                reason = f": {printable(now.message)}" if now.message else ""
-                name = printable(self._tree[index].name)
-                yield level, f"{STATUS_GLYPH[now.status]} {name}{reason}"
-        self._statuses = tuple(node.status for node in snapshot.nodes)
-        if snapshot.locked and not self._locked:
-            yield "INFO", "grasp locked"
-        self._locked = snapshot.locked
-        faults = frozenset(fault.text for fault in snapshot.state.faults)
-        for text in sorted(faults - self._faults):
-            yield "ERROR", f"fault: {printable(text)}"
-        self._faults = faults
 
 
 def _escape(text: str) -> str:
