@@ -1,8 +1,8 @@
 """The holistic reactive controller: one small QP over base and arm in every period.
 
 After Haviland, Sünderhauf and Corke, "A Holistic Approach to Reactive Mobile Manipulation", RA-L
-2022, with guidance out of local minima. Pure mathematics: no clock, no randomness, and no input or
-output but the stored posture bank.
+2022, with guidance out of local minima. Pure mathematics: no clock, no randomness but with a
+fixed seed, and no input or output but posture banks.
 """
 
 from typing import TYPE_CHECKING
@@ -30,7 +30,9 @@ if TYPE_CHECKING:
     from controller.settings import PAPER, PRESETS, ControllerSettings
     from controller.stance.finder import why_no_stance
     from controller.stance.free_space import se3_of
+    from controller.stance.posture_bank import bank
     from controller.stance.reach import farthest, out_of_reach, reached_instead
+    from controller.stance.ready import ready_posture
     from controller.surroundings import OPEN_FLOOR, Obstacle, PointCloud, Surroundings
     from controller.validation import GoalError
 else:

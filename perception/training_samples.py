@@ -178,7 +178,7 @@ def _window(
 
 
 def _rotated(layer: Image, turns: int, mirrored: bool) -> Image:
-    """Rotated anticlockwise by right angles, then mirrored left to right, angle bins included."""
+    """Rotated anticlockwise by right angles, then mirrored left to right, directions included."""
     layer = np.rot90(layer, turns)
     if layer.ndim == 3 and turns % 2:
         layer = np.roll(layer, ANGLE_BINS // 2, axis=2)

@@ -105,10 +105,7 @@ def run(
     replayable: Annotated[
         bool, typer.Option("--replayable", help="Keep the camera's images too, for `replay`.")
     ] = False,
-    weights: Annotated[Path | None, typer.Option(help="A file of a grasp network.")] = None,
-    network: Annotated[
-        str | None, typer.Option(help="Which shipped grasp network: bins (the default) or ggcnn.")
-    ] = None,
+    weights: Annotated[Path | None, typer.Option(help="A file of weights of GG-CNN.")] = None,
     motion: Annotated[
         MotionForm,
         typer.Option(help="Base and arm as one, or base first and the arm by plans: the baseline."),
@@ -188,8 +185,6 @@ def run(
 ) -> None:
     """Run a task; leaves a folder with a recording and a summary."""
     parameters = task_parameters(parameter or [])
-    if weights is not None and network is not None:
-        refuse("--network: the file of --weights tells the network already; give one of both")
     with Loading(f"{Path(tree).stem} on {Path(robot).stem}") as loading:
         from app.core import End, RunOptions, parse_fault, run_on_save, run_task
         from app.live import ControlOptions, ViewOptions
@@ -220,7 +215,6 @@ def run(
             record=record,
             replayable=replayable,
             weights=weights,
-            network=network,
             view=ViewOptions(view=view, host=view_host, port=view_port, web_port=web_port),
             control=ControlOptions(
                 page=control,

@@ -48,7 +48,7 @@ def run_task(
     options = replace(options, scene=options.scene or scene_of(task) or DEFAULT_SCENE)
     loading("the grasp network")
     gripper = load_robot(options.robot).gripper
-    detector = GraspDetector(options.weights, options.network, gripper=gripper)
+    detector = GraspDetector(options.weights, gripper=gripper)
     loading("the robot and its world")
     with ExitStack() as page:
         with open_setup(options, detector, beneath=instruments.beneath, announce=tell) as setup:

@@ -85,7 +85,7 @@ def replay_run(folder: Path) -> Replay:
         return frames(number) if field == "frame" else notes.noted[field, number]
 
     robot = ReplayRobot(description, turns, recall)
-    detector = GraspDetector(options.weights, options.network, gripper=description.gripper)
+    detector = GraspDetector(options.weights, gripper=description.gripper)
     task = load(options.tree, overrides=options.parameters, places=options.places)
     backend = Backend(robot=robot, clock=robot.clock, truth=None)
     around = recorded_world_model(str(options.scene), options.seed, options.map)
@@ -119,7 +119,6 @@ def _options(folder: Path) -> tuple[RunOptions, float]:
             parameters={str(k): str(v) for k, v in options["parameters"].items()},
             places=folder / PLACES if isfile(folder / PLACES) else None,
             weights=None if weights is None else Path(weights),
-            network=options["network"],
             scene=str(options["scene"]),
             seed=int(options["seed"]),
             map=None if site is None else Path(site),

@@ -39,8 +39,7 @@ class RunOptions:
     paced: bool = False  # in real time instead of as fast as possible
     record: Path = Path("runs")  # parent of the run's folder
     replayable: bool = False  # keep the camera's images, so that it can be replayed
-    weights: Path | None = None  # file of a grasp network; None for a shipped one
-    network: str | None = None  # name of a shipped grasp network; None for the best
+    weights: Path | None = None  # of GG-CNN; None for the shipped ones
     view: ViewOptions = field(default_factory=ViewOptions)
     control: ControlOptions = field(default_factory=ControlOptions)
     faults: tuple[ScheduledFault, ...] = ()  # faults to inject

@@ -13,6 +13,7 @@ from controller.floor.base_drive import Pose2D, drive_along
 from controller.floor.route import Route
 from controller.model import BaseLag, RobotModel
 from controller.settings import ControllerSettings
+from controller.stance.bank_drawing import dexterity
 from controller.stance.bias import StanceBias
 from controller.stance.finder import StanceFinder
 from controller.stance.search import StanceSearch
@@ -36,6 +37,7 @@ class NextGoalApproach:
         self._model = model
         self._settings = settings
         self._finder = finder
+        self._dexterity = dexterity(model.description)
         self._route = Route(model, settings)
         self._accelerations = model.acceleration_limits[: model.n_base]
         self.reset()
@@ -98,6 +100,6 @@ class NextGoalApproach:
         """Share of its weight that the base has at this dexterity of the arm."""
         limits = self._model.limits
         margin = float(np.minimum(q - limits.q_min, limits.q_max - q).min())
-        stretch = (manipulability - _LEAST_MANIPULABILITY) / _SPARE_MANIPULABILITY
+        stretch = (manipulability / self._dexterity - _LEAST_MANIPULABILITY) / _SPARE_MANIPULABILITY
         room = (margin - _LEAST_LIMIT_MARGIN) / _SPARE_LIMIT_MARGIN
         return min(1.0, max(0.0, min(stretch, room)))

@@ -12,13 +12,10 @@ import numpy as np
 from pinocchio import SE3, exp3
 
 from controller.model import RobotModel
-from controller.stance.posture_bank import (
-    PostureBank,
-    forward_kinematics,
-    nearest,
-    stored_postures,
-)
+from controller.stance.bank_drawing import stored_postures
+from controller.stance.posture_bank import PostureBank, nearest
 from controller.stance.stance import refine
+from controller.stance.tool_poses import forward_kinematics
 from robots import RobotDescription
 
 REACHED = 0.01  # largest error of a pose that is within reach [m + rad]

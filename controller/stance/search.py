@@ -20,14 +20,7 @@ from controller.floor.floor_map import FloorMap
 from controller.model import RobotModel
 from controller.stance.docking import with_docking
 from controller.stance.free_space import FreeSpace, group_names, se3_of
-from controller.stance.posture_bank import (
-    Candidates,
-    PostureBank,
-    ToolPoses,
-    candidates,
-    forward_kinematics,
-    sideways,
-)
+from controller.stance.posture_bank import Candidates, PostureBank, candidates, sideways
 from controller.stance.stance import (
     LIMIT_MARGIN,
     REACHED,
@@ -38,6 +31,7 @@ from controller.stance.stance import (
     unwound,
 )
 from controller.stance.stance_cost import Start, missing_clearance, stance_costs
+from controller.stance.tool_poses import ToolPoses, forward_kinematics
 
 RANKED = 400  # number of postures ranked in one piece of work on an open floor ...
 RANKED_AMONG_FIXTURES = 200  # ... and among fixtures

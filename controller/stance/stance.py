@@ -10,7 +10,7 @@ from pinocchio import SE3
 from controller.command import Array
 from controller.floor.base_drive import Pose2D
 from controller.model import RobotModel
-from controller.stance.posture_bank import ToolPoses, forward_kinematics
+from controller.stance.tool_poses import ToolPoses, forward_kinematics
 
 REACHED = 1e-3  # largest sum of errors of a posture that reaches the goal [m + rad]
 LIMIT_MARGIN = 0.12, 0.04  # least distance of a posture to a joint limit [rad], share of its range

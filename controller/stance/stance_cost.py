@@ -12,15 +12,18 @@ from controller.floor.base_drive import Pose2D, wrap
 from controller.floor.cost_field import CostField
 from controller.floor.floor_map import FloorMap
 from controller.model import RobotModel
+from controller.stance.bank_drawing import dexterity
 from controller.stance.free_space import FreeSpace, se3_of
-from controller.stance.posture_bank import ToolPoses
 from controller.stance.stance import Stance
+from controller.stance.tool_poses import ToolPoses
 
 _ARM_SPEED = 0.5  # expected share of the joint speed limits
 TURN_WEIGHT = 1.2  # factor of the turning time: curves take longer than turns on the spot
 _REVERSE_COST = 0.4  # cost of driving backwards, times `TURN_WEIGHT` [s]
 _OVERLAP = 0.3  # share of the shorter of the times of base and arm that is added to the longer
-_MIN_MANIPULABILITY = 0.10  # manipulability below which a posture costs ...
+_MIN_MANIPULABILITY = (
+    0.10  # manipulability, of an arm like a Panda, below which a posture costs ...
+)
 _MANIPULABILITY_COST = 60.0  # ... this much per missing manipulability [s]
 _BEARING_COST, _BEARING_COST_DOWN = 4.0, 0.3
 """Cost per |θ_ε| of an end effector that points sideways, which the base carries in, and of one
@@ -117,12 +120,13 @@ def stance_costs(
     driving, reverse = driving_times(model, start, bases)
     folding = (np.abs(postures - start.q) / (_ARM_SPEED * limits.qd)).max(axis=1)
     margins = np.minimum(postures - limits.q_min, limits.q_max - postures)
+    manipulability = tools.manipulability / dexterity(model.description)
     lacking = (limits.margins(*_LIMIT_MARGIN) - margins).max(axis=1)
     bearing = np.abs(np.arctan2(tools.positions[:, 1], tools.positions[:, 0]))
     costs = (
         np.maximum(driving, folding)
         + _OVERLAP * np.minimum(driving, folding)
-        + _MANIPULABILITY_COST * np.maximum(0.0, _MIN_MANIPULABILITY - tools.manipulability)
+        + _MANIPULABILITY_COST * np.maximum(0.0, _MIN_MANIPULABILITY - manipulability)
         + (_BEARING_COST_DOWN + sideways * (_BEARING_COST - _BEARING_COST_DOWN)) * bearing
         + _LIMIT_COST * np.maximum(0.0, lacking)
     )

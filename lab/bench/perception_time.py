@@ -1,5 +1,6 @@
 """Time of a perception step, from a frame of the wrist camera to grasps, on one thread."""
 
+from collections.abc import Callable
 from functools import partial
 
 import cv2
@@ -22,23 +23,31 @@ _CONTAINER = Region(  # of the scene `household`, its inside
 
 
 def time_perception(frames: int) -> TimingReport:
-    """Time every shipped network, folded for inference and layer by layer as written."""
+    """Time a whole step, and GG-CNN alone: in cells as it runs, and as published."""
     import torch
 
-    from perception.networks import NETWORKS, Proposer, shipped_network
+    from perception.networks import Proposer, shipped_network
 
     cv2.setNumThreads(1)
     torch.set_num_threads(1)
-    proposers = [
-        Proposer(shipped_network(name), plain=plain) for name in NETWORKS for plain in (False, True)
-    ]
-    detectors = {one.name: GraspDetector(proposer=one, gripper=ROBOT.gripper) for one in proposers}
+    network = shipped_network()
+    proposer, detector = Proposer(network), GraspDetector(gripper=ROBOT.gripper)
+    image = np.zeros((300, 300), dtype=np.float32)
+    batch = torch.from_numpy(image)[None, None]
+
+    @torch.inference_mode()
+    def as_published() -> None:
+        network(batch)
+
+    works: dict[str, Callable[[], object]] = {
+        "ggcnn": partial(proposer.infer, image),
+        "ggcnn as published": as_published,
+    }
     seen, timer = _approach(frames), Interleaved(0)
-    for detector in detectors.values():
-        detector.detect(seen[0], _CONTAINER)  # warm-up
-    for frame in seen * _ROUNDS:
-        timer({name: partial(one.detect, frame, _CONTAINER) for name, one in detectors.items()})
-    return TimingReport(timings=timer.timings(list(detectors), "perception: "))
+    for frame in [seen[0], *seen * _ROUNDS]:
+        works["step"] = partial(detector.detect, frame, _CONTAINER)
+        timer(works)
+    return TimingReport(timings=timer.timings(list(works), "perception: "))
 
 
 def _approach(frames: int) -> list[DepthFrame]:

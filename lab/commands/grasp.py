@@ -18,18 +18,22 @@ app = typer.Typer(no_args_is_help=True, help="The grasp networks: train, evaluat
 
 @app.command()
 def train(
-    recipe: Annotated[str, typer.Argument(help="`bins`, `ggcnn`, or a recipe file.")] = "bins",
+    recipe: Annotated[
+        Path | None, typer.Argument(help="A recipe file; default: that of the shipped weights.")
+    ] = None,
     folder: Annotated[
         Path,
         typer.Option(help="For images, checkpoints and weights; an interrupted training resumes."),
     ] = Path("training"),
     workers: Workers = None,
 ) -> None:
-    """Render scenes, label every grasp in them, and train a network from scratch."""
+    """Render scenes, label every grasp in them, and train GG-CNN from scratch."""
+    from config import read_config
     from lab import grasps
 
+    kind = grasps.TrainingRecipe
     out = grasps.train_weights(
-        grasps.read_recipe(recipe),
+        kind() if recipe is None else read_config(recipe, kind),
         folder,
         workers=workers,
         console=Terminal(stderr=True),
@@ -40,13 +44,13 @@ def train(
 @app.command("eval")
 def evaluate(
     weights: Annotated[
-        Path | None, typer.Option(help="A weights file; default: shipped weights.")
+        Path | None, typer.Option(help="A weights file; default: the shipped weights.")
     ] = None,
     network: Annotated[
-        str | None,
+        Literal["none", "check"] | None,
         typer.Option(
-            help="Which shipped network: bins (the default) or ggcnn; or none (random points) or "
-            "check (points everywhere), to see what the feasibility check does alone."
+            help="Instead of GG-CNN, to see what the feasibility check does alone: random points "
+            "(none), or points everywhere (check)."
         ),
     ] = None,
     scenes: Annotated[int, typer.Option(help="Scenes of one object.", min=1)] = 500,
@@ -85,7 +89,7 @@ def evaluate(
     from lab.shared import machine
 
     if weights is not None and network is not None:
-        refuse("--network: the file of --weights determines the network; give one of the two")
+        refuse("--network: weights are of GG-CNN; give one of the two")
     if json is not None and not json.parent.is_dir():
         refuse(f"{json}: there is no folder {json.parent}; create it first")
     choice = grasps.NetworkChoice(weights=weights, network=network)
@@ -203,7 +207,6 @@ def show(
         float | None, typer.Option(help="Time in a recording [s]; default: the last image.")
     ] = None,
     weights: Annotated[Path | None, typer.Option(help="A weights file.")] = None,
-    network: Annotated[str | None, typer.Option(help="Which shipped network.")] = None,
 ) -> None:
     """Find grasps in a depth image of your camera and draw them over it."""
     from lab import grasps
@@ -213,6 +216,6 @@ def show(
         image,
         grasps.load_depth_file(image, scale=scale, focal=focal, camera=camera, at=at),
         out or image.with_name(f"{image.stem}_grasps.png"),
-        GraspDetector(weights, network, gripper=grasps.ROBOT.gripper),
+        GraspDetector(weights, gripper=grasps.ROBOT.gripper),
     )
     typer.echo(summary)

@@ -9,5 +9,5 @@ from lab.grasps.results import evaluation_notes, evaluation_tables
 from lab.grasps.scenes import ROBOT, noisy_frame
 from lab.grasps.show import show_grasps
 from lab.grasps.tilts import evaluate_tilts
-from lab.grasps.train import read_recipe, train_weights
+from lab.grasps.train import TrainingRecipe, train_weights
 from lab.grasps.views import evaluate_views, views_table

@@ -22,8 +22,8 @@ Result = TypeVar("Result")
 class NetworkChoice:
     """What to evaluate; see `GraspDetector`."""
 
-    weights: Path | None = None
-    network: str | None = None  # name of a shipped network, or one of `WITHOUT_NETWORK`
+    weights: Path | None = None  # of GG-CNN; None are the shipped ones
+    network: str | None = None  # one of `WITHOUT_NETWORK` in its place
     ranked: str | None = None
     """`likelihood` (to hold) or `check` (score of check and network); None is that of a run."""
 
@@ -35,7 +35,7 @@ class NetworkChoice:
 
     @property
     def _default(self) -> str:
-        return "check" if self.network in WITHOUT_NETWORK else "likelihood"
+        return "check" if self.network else "likelihood"
 
     def detector(self) -> GraspDetector:
         """A detector on one thread; made once per process."""
@@ -48,7 +48,8 @@ def _detector(weights: Path | None, network: str | None, by_check: bool) -> Gras
 
     cv2.setNumThreads(1)
     torch.set_num_threads(1)
-    return GraspDetector(weights, network, gripper=ROBOT.gripper, by_check=by_check)
+    source = WITHOUT_NETWORK[network]() if network else None
+    return GraspDetector(weights, gripper=ROBOT.gripper, proposer=source, by_check=by_check)
 
 
 def all_results(

@@ -1,4 +1,4 @@
-"""Train the weights of a network from scratch: render scenes, label them, train.
+"""Train the weights of GG-CNN from scratch: render scenes, label them, train.
 
 One folder contains the shards, a checkpoint of every round and the final weights. The same command
 resumes an interrupted training.
@@ -7,20 +7,18 @@ resumes an interrupted training.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import cv2
 from pydantic import Field
 from rich.console import Console
 from rich.progress import track
 
-from config import ConfigError, StrictModel, read_config, suggest
+from config import ConfigError, StrictModel
 from lab.grasps.training_data import shard_count, shard_path, write_shards
 
 if TYPE_CHECKING:
     from perception.networks import RoundReport
-
-RECIPES = Path(__file__).parent / "recipes"  # folder of the shipped recipes
 
 Count = Annotated[int, Field(ge=1)]
 Seed = Annotated[int, Field(ge=0)]
@@ -38,35 +36,18 @@ class Learning(StrictModel):
     """Length and speed of the training; see `perception.networks.TrainingSettings`."""
 
     seed: Seed = 0
-    rounds: Count = 16
-    steps: Count = 500
+    rounds: Count = 10
+    steps: Count = 200
     batch: Count = 16
     learning_rate: Annotated[float, Field(gt=0.0, le=1.0)] = 2e-3
     patience: Count = 4
 
 
 class TrainingRecipe(StrictModel):
-    """A recipe file."""
+    """A recipe file; the defaults are that of the shipped weights."""
 
-    network: Literal["bins", "ggcnn"]
     data: Data = Data()
     learning: Learning = Learning()
-
-
-def read_recipe(name: str) -> TrainingRecipe:
-    """Read a shipped recipe by its name, or a recipe file by its path.
-
-    Raises ConfigError: there is no such recipe, or its file is not valid.
-    """
-    path = Path(name)
-    if not path.is_file():
-        path = RECIPES / f"{name}.yaml"
-    if not path.is_file():
-        names = sorted(each.stem for each in RECIPES.glob("*.yaml"))
-        raise ConfigError(
-            f"no recipe is called `{name}`; {suggest(name, names)} A recipe file works too"
-        )
-    return read_config(path, TrainingRecipe)
 
 
 def train_weights(
@@ -74,12 +55,12 @@ def train_weights(
 ) -> Path:
     """Render the missing shards, train or resume, and save the weights.
 
-    Recipes may share the folder's `shards/`. A GPU is used if there is one. Returns
-    the weights file. Raises ConfigError: the folder contains a training with another recipe.
+    A GPU is used if there is one. Returns the weights file. Raises ConfigError: the folder contains
+    a training with another recipe.
     """
     import torch
 
-    from perception.networks import NETWORKS, TrainingSettings, save_network, train
+    from perception.networks import GGCNN, TrainingSettings, save_network, train
 
     cv2.setNumThreads(1)
     torch.set_num_threads(1)
@@ -96,17 +77,17 @@ def train_weights(
 
     try:
         network, validation = train(
-            NETWORKS[recipe.network](),
+            GGCNN(),
             train_on,
             validate_on,
             TrainingSettings(**learning.model_dump()),
-            checkpoint=folder / f"{recipe.network}.checkpoint",
+            checkpoint=folder / "ggcnn.checkpoint",
             device="cuda" if torch.cuda.is_available() else "cpu",
             report=report,
         )
     except ValueError as error:
         raise ConfigError(str(error)) from error
-    out = folder / f"{recipe.network}.safetensors"
+    out = folder / "ggcnn.safetensors"
     metadata = {
         "recipe": recipe.model_dump(),
         "validation_loss": validation,

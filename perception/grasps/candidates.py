@@ -11,7 +11,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from perception.frame import Array, Image, Indices, Mask
-from perception.grasps.refinement import ALL_DIRECTIONS, TURN_COST
+from perception.grasps.refinement import DIRECTIONS, TURN_COST
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -29,10 +29,7 @@ class Proposals(NamedTuple):
 
     candidates: Candidates
     quality: Image  # (INPUT_SIZE, INPUT_SIZE) quality, for display; 0 where no grasp is allowed
-    directions: int
-    """Closing directions to assess at each candidate; GG-CNN needs all, because its angle may be
-    the average of several good ones.
-    """
+    directions: int = DIRECTIONS  # closing directions that are assessed at each candidate
     turn_cost: float = TURN_COST  # see `refinement.TURN_COST`
     most: int = 8  # largest number of refined grasps
 
@@ -88,7 +85,7 @@ def _equally_good(u: Indices, v: Indices, angle: Array, allowed: Mask) -> Propos
     n = len(u)
     points = np.stack([u, v], axis=1).astype(float)
     found = Candidates(pixel=points, angle=angle, width=np.zeros(n), quality=np.ones(n))
-    return Proposals(found, allowed.astype(np.float32), ALL_DIRECTIONS, turn_cost=0.0)
+    return Proposals(found, allowed.astype(np.float32), turn_cost=0.0)
 
 
 WITHOUT_NETWORK: Mapping[str, Callable[[], CandidateSource]] = {

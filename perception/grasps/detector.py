@@ -11,7 +11,7 @@ from perception.frame_check import frame_problem
 from perception.geometry import world_points
 from perception.grasp import Detection
 from perception.grasps.approach import frame_along, workspace_along
-from perception.grasps.candidates import WITHOUT_NETWORK, CandidateSource, SpreadPoints
+from perception.grasps.candidates import CandidateSource, SpreadPoints
 from perception.grasps.height_map import local_heights, with_floor
 from perception.grasps.network_input import (
     INPUT_SIZE,
@@ -42,16 +42,14 @@ NOTHING = "nothing stands out in the workspace"
 
 
 class GraspDetector:
-    """A grasp network whose candidates are refined and tested against the measured depth.
+    """GG-CNN, whose candidates are refined and tested against the measured depth.
 
     Args:
-        weights: a weights file; None takes shipped weights.
-        network: name of a shipped network or of a source without one, instead of `weights`.
+        weights: a weights file; None takes the shipped weights.
         gripper: the hand.
-        proposer: source of candidates, instead of `weights` and `network`.
+        proposer: another source of candidates, instead of GG-CNN.
         hold: how likely grasps hold; None takes what is shipped for this hand, if anything is.
-        by_check: rank grasps by check and network, not by how likely they hold; None does so for
-            sources without a network.
+        by_check: rank grasps by check and network, not by how likely they hold.
 
     Raises:
         WeightsError: the weights are missing or do not fit.
@@ -60,27 +58,21 @@ class GraspDetector:
     def __init__(
         self,
         weights: Path | None = None,
-        network: str | None = None,
         *,
         gripper: GripperDescription,
         proposer: CandidateSource | None = None,
         hold: HoldProbability | None = None,
-        by_check: bool | None = None,
+        by_check: bool = False,
     ) -> None:
         self._gripper = gripper
-        if network is not None and network in WITHOUT_NETWORK:
-            proposer = WITHOUT_NETWORK[network]()
-            by_check = True if by_check is None else by_check
         # Between neighbours, or on the handle of a cup, the hand may fit only where a network
         # proposes nothing.
         self._otherwise: CandidateSource | None = SpreadPoints() if proposer is None else None
         if proposer is None:
             # Not at the top: torch takes a second to import.
-            from perception.networks import DEFAULT_NETWORK, Proposer, load_network, shipped_network
+            from perception.networks import Proposer, load_network, shipped_network
 
-            proposer = Proposer(
-                load_network(weights) if weights else shipped_network(network or DEFAULT_NETWORK)
-            )
+            proposer = Proposer(load_network(weights) if weights else shipped_network())
         if hold is None and not by_check:
             from perception.networks import shipped_hold
 

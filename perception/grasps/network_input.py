@@ -19,7 +19,7 @@ from perception.geometry import world_maps
 from robots import Intrinsics
 
 INPUT_SIZE = 300  # side of a network's input image [px]
-OUTPUT_STRIDE = 3  # input pixels per cell of the labels and of the maps of `AngleBinNetwork`
+OUTPUT_STRIDE = 3  # input pixels per cell of the labels and of the maps
 GRID_SIZE = INPUT_SIZE // OUTPUT_STRIDE  # side of the grid of labels [cells]
 ANGLE_BINS = 16  # closing directions: bin i is i π / 16, anticlockwise in the image
 WIDTH_SCALE = 150.0  # a width map holds the opening divided by this, as published [input px]

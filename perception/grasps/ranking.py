@@ -16,7 +16,7 @@ from perception.grasps.height_map import LocalHeights
 from perception.grasps.network_input import INPUT_SIZE, Prepared
 from perception.grasps.object_centroids import ObjectCentroids
 from perception.grasps.patches import HoldProbability, grasp_patches
-from perception.grasps.refinement import ALL_DIRECTIONS, RefinedGrasps, refine
+from perception.grasps.refinement import RefinedGrasps, refine
 from robots import GripperDescription
 
 MIN_OBJECT_HEIGHT = 0.008  # surfaces lower than this above the floor are not grasped [m]
@@ -67,33 +67,29 @@ class GraspRanking:
             self._up = side * around.scene.wRa[2]
 
     def among(self, proposals: Proposals) -> tuple[GraspEstimate, ...]:
-        """The feasible grasps at candidates, in all directions if the preferred ones have none."""
+        """The feasible grasps at candidates."""
         candidates = proposals.candidates
         if len(candidates.quality) == 0:
             return ()
         x, y, direction = self._in_world(candidates.pixel, candidates.angle)
-        some, turn_cost, wRa = proposals.directions, proposals.turn_cost, self._scene.wRa
+        turn_cost, wRa = proposals.turn_cost, self._scene.wRa
         if wRa is not None:  # the network knows nothing of what is level
-            direction, some = np.full(len(direction), level_direction(wRa)), ALL_DIRECTIONS
-            turn_cost = 0.0
-        for directions in sorted({some, ALL_DIRECTIONS}):
-            found = refine(
-                self._scene,
-                x,
-                y,
-                direction,
-                candidates.quality,
-                self._floor,
-                self._gripper,
-                directions=directions,
-                turn_cost=turn_cost,
-                count=proposals.most,
-                centroids=self._centroids,
-                owned=self._owned if isinstance(self._workspace, ObjectRegion) else None,
-            )
-            if len(found.score):
-                return self._estimates(self._judged(found))
-        return ()
+            direction, turn_cost = np.full(len(direction), level_direction(wRa)), 0.0
+        found = refine(
+            self._scene,
+            x,
+            y,
+            direction,
+            candidates.quality,
+            self._floor,
+            self._gripper,
+            directions=proposals.directions,
+            turn_cost=turn_cost,
+            count=proposals.most,
+            centroids=self._centroids,
+            owned=self._owned if isinstance(self._workspace, ObjectRegion) else None,
+        )
+        return self._estimates(self._judged(found))
 
     def _judged(self, found: RefinedGrasps) -> RefinedGrasps:
         """Those inside the workspace, ranked by how likely they hold if that is known."""

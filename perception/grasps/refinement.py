@@ -1,7 +1,8 @@
 """Local search around candidates for feasible grasps.
 
-Every candidate is assessed in several closing directions, preferably those near its own. The best
-are assessed again after centring between their contacts and turning perpendicular to them.
+Every candidate is assessed in all closing directions, preferably those near its own: the direction
+of GG-CNN may be the average of several good ones. The best are assessed again after centring
+between their contacts and turning perpendicular to them.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from perception.grasps.height_map import HeightMap
 from perception.grasps.object_centroids import ObjectCentroids
 from robots import GripperDescription
 
-ALL_DIRECTIONS = 12  # closing directions that cover the half turn, in steps of 15°
+DIRECTIONS = 12  # closing directions tried at a candidate, in steps of 15° over the half turn
 TURN_COST = 0.3  # share of its score that a grasp loses at right angles to its candidate
 MAX_TURN = 0.3  # largest turn towards the normal of the contacts [rad]
 SAME_DISTANCE = 0.010  # two grasps at less than this distance [m] ...
@@ -57,7 +58,7 @@ def refine(
     floor: float,
     gripper: GripperDescription,
     *,
-    directions: int = ALL_DIRECTIONS,
+    directions: int = DIRECTIONS,
     turn_cost: float = TURN_COST,
     count: int = 8,
     centroids: ObjectCentroids | None = None,

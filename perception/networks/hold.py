@@ -5,13 +5,16 @@ that held to the end of the shaking without a hard contact.
 """
 
 from collections.abc import Callable
+from copy import deepcopy
 from importlib.resources import as_file, files
+from itertools import pairwise
 from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
 import torch
 from torch import Tensor, nn
+from torch.nn.utils.fusion import fuse_conv_bn_eval
 
 from perception.frame import Array
 from perception.grasps.hand_geometry import hand_dimensions, hand_sizes
@@ -24,7 +27,7 @@ from perception.grasps.patches import (
     GraspPatches,
     HoldProbability,
 )
-from perception.networks.proposer import fused_form, one_thread
+from perception.networks.proposer import one_thread
 from perception.networks.weights import read_metadata, read_state
 from robots import GripperDescription, half_extents
 
@@ -158,7 +161,8 @@ def shipped_hold(gripper: GripperDescription) -> HoldProbability | None:
 
 def probability_by(network: HoldNetwork, gripper: GripperDescription) -> HoldProbability:
     """A function that evaluates a network on one thread, in its fastest form."""
-    fused = fused_form(network)
+    fused = _fused(deepcopy(network).eval())
+    fused.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
 
     def probability(patches: GraspPatches) -> Array:
         with one_thread(), torch.inference_mode():
@@ -167,6 +171,19 @@ def probability_by(network: HoldNetwork, gripper: GripperDescription) -> HoldPro
         return likely
 
     return probability
+
+
+def _fused(module: nn.Module) -> nn.Module:
+    """Fold every batch norm into the convolution before it."""
+    for name, child in module.named_children():
+        setattr(module, name, _fused(child))
+    if not isinstance(module, nn.Sequential):
+        return module
+    layers = list(module)
+    for index, (convolution, norm) in enumerate(pairwise(layers)):
+        if isinstance(convolution, nn.Conv2d) and isinstance(norm, nn.BatchNorm2d):
+            layers[index : index + 2] = fuse_conv_bn_eval(convolution, norm), nn.Identity()
+    return nn.Sequential(*layers)
 
 
 def hold_measures(

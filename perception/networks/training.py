@@ -1,4 +1,4 @@
-"""Training of grasp networks: the losses and the loop.
+"""Training of GG-CNN: the loss and the loop.
 
 After every round of steps the moving average of the weights is evaluated on validation windows; the
 best average is kept, and training stops early when it has not improved for some rounds. All
@@ -15,12 +15,9 @@ from typing import Any, NamedTuple
 
 import torch
 from torch import Tensor, nn
-from torch.nn import functional
 
 from perception.grasps.network_input import ANGLE_BINS, OUTPUT_STRIDE
-from perception.networks.angle_bins import AngleBinNetwork
 from perception.networks.ggcnn import GGCNN, evaluate, subpixel_form
-from perception.networks.weights import Network
 from perception.training_samples import Batch, SampleStream
 
 _VALIDATION_BATCHES = 16
@@ -59,12 +56,12 @@ class RoundReport:
 class TrainingResult(NamedTuple):
     """The result of a training."""
 
-    network: Network  # with the best averaged weights, on the CPU
+    network: GGCNN  # with the best averaged weights, on the CPU
     validation: float  # its loss on the validation windows
 
 
 def train(
-    network: Network,
+    network: GGCNN,
     train_on: Sequence[Path],
     validate_on: Sequence[Path],
     settings: TrainingSettings,
@@ -73,7 +70,7 @@ def train(
     device: str = "cpu",
     report: Callable[[RoundReport], None] = lambda _: None,
 ) -> TrainingResult:
-    """Train a network.
+    """Train GG-CNN.
 
     Args:
         network: with its initial weights; it is modified.
@@ -85,7 +82,7 @@ def train(
         report: called after every round.
 
     Raises:
-        ValueError: the checkpoint is of another network or of other settings.
+        ValueError: the checkpoint is of other settings.
     """
     network = network.to(device=device, memory_format=torch.channels_last)  # type: ignore[call-overload]
     average = deepcopy(network).eval()
@@ -98,7 +95,7 @@ def train(
     ]
     begun, best, best_round, best_state = 0, float("inf"), 0, average.state_dict()
     if checkpoint is not None and checkpoint.is_file():
-        saved = _read_checkpoint(checkpoint, settings, network)
+        saved = _read_checkpoint(checkpoint, settings)
         network.load_state_dict(saved["network"])
         average.load_state_dict(saved["average"])
         optimizer.load_state_dict(saved["optimizer"])
@@ -132,7 +129,6 @@ def train(
                 checkpoint,
                 {
                     "recipe": repr(settings),
-                    "kind": type(network).__name__,
                     "network": network.state_dict(),
                     "average": average.state_dict(),
                     "optimizer": optimizer.state_dict(),
@@ -175,40 +171,21 @@ def _save(path: Path, state: dict[str, Any]) -> None:
     part.replace(path)
 
 
-def _read_checkpoint(path: Path, settings: TrainingSettings, network: Network) -> dict[str, Any]:
+def _read_checkpoint(path: Path, settings: TrainingSettings) -> dict[str, Any]:
     saved: dict[str, Any] = torch.load(path, map_location="cpu", weights_only=True)
-    if (saved["kind"], saved["recipe"]) != (type(network).__name__, repr(settings)):
+    if saved["recipe"] != repr(settings):
         raise ValueError(
-            f"{path}: belongs to a training of {saved['kind']} with another recipe; "
-            "name another checkpoint or delete it"
+            f"{path}: belongs to a training with another recipe; name another or delete it"
         )
     return saved
 
 
-def _loss(network: Network, batch: Batch, device: str) -> Tensor:
+def _loss(network: GGCNN, batch: Batch, device: str) -> Tensor:
     image, quality, width, on_object = (torch.from_numpy(each).to(device) for each in batch)
     image = image.contiguous(memory_format=torch.channels_last)
     with torch.autocast(torch.device(device).type, dtype=torch.bfloat16):
-        if isinstance(network, GGCNN):
-            maps = evaluate(subpixel_form(network), image)
-        else:
-            maps = network(image)
-    if isinstance(network, AngleBinNetwork):
-        return bin_loss(maps.float(), quality, width)
+        maps = evaluate(subpixel_form(network, cells=False), image)
     return maps_loss(maps.float(), quality, width, on_object)
-
-
-def bin_loss(maps: Tensor, quality: Tensor, width: Tensor) -> Tensor:
-    """Cross entropy of the quality, weighted towards good grasps, and error of the width there.
-
-    `maps` (B, 2 ANGLE_BINS, n, n) are the output of an `AngleBinNetwork`; labels are
-    (B, ANGLE_BINS, n, n).
-    """
-    logits, widths = maps[:, :ANGLE_BINS], maps[:, ANGLE_BINS:]
-    entropy = functional.binary_cross_entropy_with_logits(logits, quality, reduction="none")
-    good = quality * (quality > 0.05)
-    of_width = ((widths - width).abs() * good).sum() / (good.sum() + 1.0)
-    return 20.0 * ((1.0 + 8.0 * quality) * entropy).mean() + 2.0 * of_width
 
 
 def maps_loss(maps: Tensor, quality: Tensor, width: Tensor, on_object: Tensor) -> Tensor:

@@ -1,7 +1,7 @@
 """Weights files: reading them safely, and writing them with metadata.
 
 Weights are safetensors files, or state dicts that PyTorch saved with the published parameter names;
-pickled modules contain code and are refused. The names of the tensors identify the network.
+pickled modules contain code and are refused.
 """
 
 import json
@@ -11,56 +11,34 @@ from collections.abc import Mapping
 from importlib.resources import as_file, files
 from os.path import isfile
 from pathlib import Path
-from typing import TypeAlias
 
 import torch
 from safetensors import SafetensorError, safe_open
 from safetensors.torch import load_file, save_file
 from torch import Tensor, nn
 
-from config import quoted
-from perception.grasps.candidates import WITHOUT_NETWORK
 from perception.grasps.network_input import WeightsError
-from perception.networks.angle_bins import AngleBinNetwork
 from perception.networks.ggcnn import GGCNN
-
-Network: TypeAlias = AngleBinNetwork | GGCNN
-
-NETWORKS: dict[str, type[Network]] = {"bins": AngleBinNetwork, "ggcnn": GGCNN}
-DEFAULT_NETWORK = "bins"
 
 LARGEST_WEIGHT = 1e4  # of a trained network; shipped weights stay below 100
 _LARGEST_OUTPUT = 1e6  # on a plain image; trained networks answer about 1
 
 
-def shipped_network(name: str = DEFAULT_NETWORK) -> Network:
-    """A network with its shipped weights.
-
-    Raises:
-        WeightsError: there is no network of this name.
-    """
-    if name not in NETWORKS:
-        raise WeightsError(f"no network `{name}`; known: {quoted((*NETWORKS, *WITHOUT_NETWORK))}")
-    with as_file(files("perception") / "weights" / f"{name}.safetensors") as path:
+def shipped_network() -> GGCNN:
+    """GG-CNN with its shipped weights."""
+    with as_file(files("perception") / "weights" / "ggcnn.safetensors") as path:
         return load_network(path)
 
 
-def load_network(path: Path) -> Network:
-    """The network of a weights file.
+def load_network(path: Path) -> GGCNN:
+    """GG-CNN with the weights of a file.
 
     Raises:
-        WeightsError: the file is missing, unreadable, not of a known network, or holds implausible
+        WeightsError: the file is missing, unreadable, of another network, or holds implausible
             numbers.
     """
-    state = _read(path)
-    for make in NETWORKS.values():
-        network = make()
-        if network.state_dict().keys() == state.keys():
-            break
-    else:
-        names = quoted(NETWORKS)
-        raise WeightsError(f"{path}: the tensors are of none of {names}; give weights of one")
-    network.load_state_dict(_checked(path, state, network))
+    network = GGCNN()
+    network.load_state_dict(read_state(path, network))
     network = network.float().eval()
     with torch.inference_mode():
         answer = network(_plain_image())
@@ -80,10 +58,6 @@ def read_state(path: Path, network: nn.Module) -> dict[str, Tensor]:
     if state.keys() != network.state_dict().keys():
         kind = type(network).__name__
         raise WeightsError(f"{path}: these tensors are not those of {kind}; give weights of one")
-    return _checked(path, state, network)
-
-
-def _checked(path: Path, state: dict[str, Tensor], network: nn.Module) -> dict[str, Tensor]:
     for name, value in network.state_dict().items():
         if problem := _problem(state[name], value):
             hint = f"give weights that were trained for {type(network).__name__}"
@@ -110,11 +84,6 @@ def _plain_image() -> Tensor:
     """A smooth depth image, small because the networks take every size: (1, 1, 60, 60)."""
     slope = torch.linspace(-0.3, 0.3, 60)
     return (slope[:, None] + slope[None, :])[None, None]
-
-
-def network_name(network: Network) -> str:
-    """The name of a network in `NETWORKS`."""
-    return next(name for name, class_ in NETWORKS.items() if isinstance(network, class_))
 
 
 def _read(path: Path) -> dict[str, Tensor]:

@@ -20,8 +20,10 @@ from controller import (
 from controller.floor.base_drive import Pose2D
 from controller.guidance import Guidance
 from controller.servo import pose_error
-from controller.stance.posture_bank import BANK, SEED, bank, draw, forward_kinematics
+from controller.stance.bank_drawing import BANK, SEED, draw
+from controller.stance.posture_bank import bank
 from controller.stance.search import StanceSearch
+from controller.stance.tool_poses import forward_kinematics
 from robots import Box, Geom, load_robot, robot_names
 
 READY = load_robot("frankie").arm.ready
@@ -165,7 +167,9 @@ def test_going_down_on_a_grasp_is_straight_though_the_base_follows_late(robot, x
 
 def test_the_stored_bank_is_what_its_seed_draws():
     stored = np.load(BANK)
-    again = draw(500, np.random.default_rng(SEED)).astype(np.float16)
+    again = draw(
+        [load_robot(name) for name in robot_names()], 500, np.random.default_rng(SEED)
+    ).astype(np.float16)
     np.testing.assert_array_equal(stored[:500], again)
 
 

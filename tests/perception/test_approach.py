@@ -11,9 +11,10 @@ from hw import DepthFrame
 from hw.sim import Hand, SimObject, World
 from perception import Detection, GraspDetector, SceneMemory, Workspace
 from perception.frame import Array, Mask
+from perception.grasps.candidates import SpreadPoints
 from robots import Box, Geom
 
-DETECTOR = GraspDetector(gripper=GRIPPER, network="check")
+DETECTOR = GraspDetector(gripper=GRIPPER, proposer=SpreadPoints(), by_check=True)
 MIDDLE = np.array([3.0, 0.0, FLOOR])
 
 

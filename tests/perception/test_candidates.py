@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-from perception import WITHOUT_NETWORK, GraspDetector, WeightsError
 from perception.grasps.candidates import RandomPoints, SpreadPoints
-from robots import load_robot
 
 ALLOWED = np.zeros((300, 300), dtype=bool)
 ALLOWED[100:160, 50:90] = True
@@ -20,12 +18,3 @@ def test_points_lie_where_a_grasp_may_be_and_are_the_same_again(source) -> None:
     assert ALLOWED[v, u].all()
     assert len(np.unique(one.pixel, axis=0)) == len(u)
     assert (one.quality == 1.0).all()
-
-
-def test_a_detector_does_without_a_network() -> None:
-    for name in WITHOUT_NETWORK:
-        assert (
-            GraspDetector(network=name, gripper=load_robot("frankie").gripper).proposer.name == name
-        )
-    with pytest.raises(WeightsError, match="known: `bins`, `ggcnn`, `none`, `check`"):
-        GraspDetector(network="nothing", gripper=load_robot("frankie").gripper)

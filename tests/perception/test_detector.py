@@ -11,6 +11,7 @@ from hw import DepthFrame
 from hw.sim import D435Noise, DepthRenderer, Hand, SimObject, World
 from perception import Candidates, GraspDetector, Proposals
 from perception.frame import Array, Image, Mask, ObjectRegion
+from perception.grasps.candidates import SpreadPoints
 from robots import Box, Geom, load_robot
 
 ROBOT = load_robot("frankie")
@@ -72,7 +73,7 @@ def test_the_shipped_weights_grasp_a_box_across(
     hand = Hand(GRIPPER, best.wTg)
     assert world.collision(hand, best.opening) is None
     assert world.close_fingers(hand, best.opening, 20.0).holding == "box"
-    assert [g.quality for g in found.grasps] == sorted(g.quality for g in found.grasps)[::-1]
+    assert best.quality > 0.95
 
 
 def test_pixel_and_angle_are_where_the_grasp_is_in_the_image(detector: GraspDetector) -> None:
@@ -129,7 +130,9 @@ def test_on_given_objects_the_check_looks_everywhere_if_no_proposal_fits() -> No
     seen = frame(box_world(), looking_down(0.4))
     astray = GraspDetector(gripper=GRIPPER, by_check=True)
     astray.proposer = Astray()
-    everywhere = GraspDetector(gripper=GRIPPER, network="check").detect(seen, Half())
+    everywhere = GraspDetector(gripper=GRIPPER, proposer=SpreadPoints(), by_check=True).detect(
+        seen, Half()
+    )
     found = astray.detect(seen, Half())
     assert found.grasps
     assert not found.reason

@@ -13,6 +13,7 @@ from pinocchio import SE3
 from hw import DepthFrame
 from hw.sim import D435Noise, DepthRenderer
 from perception import FrameChecker, GraspDetector, frame_problem
+from perception.grasps.candidates import RandomPoints
 from robots import Box, Geom, Plane, load_robot
 
 FRANKIE = load_robot("frankie").camera
@@ -45,7 +46,7 @@ WRONG = {
 @pytest.mark.parametrize("name", WRONG)
 def test_a_wrong_image_is_not_believed_and_the_mistake_is_named(name: str) -> None:
     depth, mistake = WRONG[name]
-    found = GraspDetector(network="none", gripper=load_robot("frankie").gripper).detect(
+    found = GraspDetector(proposer=RandomPoints(), gripper=load_robot("frankie").gripper).detect(
         frame(depth)
     )
     assert found.grasps == ()

@@ -28,7 +28,7 @@ def tensors(change):
     """A file of the shipped weights, with some changed."""
 
     def make(path: Path) -> None:
-        state = load_file(SHIPPED / "bins.safetensors")
+        state = load_file(SHIPPED / "ggcnn.safetensors")
         name = next(key for key, value in state.items() if value.is_floating_point())
         (save_file if path.suffix == ".safetensors" else torch.save)(change(state, name), path)
 
@@ -36,7 +36,7 @@ def tensors(change):
 
 
 def data(change):
-    return lambda path: path.write_bytes(change((SHIPPED / "bins.safetensors").read_bytes()))
+    return lambda path: path.write_bytes(change((SHIPPED / "ggcnn.safetensors").read_bytes()))
 
 
 def every(value: float):

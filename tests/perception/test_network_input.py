@@ -5,7 +5,6 @@ import pytest
 from pinocchio import SE3, exp3
 
 from perception.grasps.network_input import (
-    ANGLE_BINS,
     METRES_PER_PIXEL,
     WIDTH_SCALE,
     Crop,
@@ -13,12 +12,12 @@ from perception.grasps.network_input import (
     prepare,
     scaled_crop,
 )
-from perception.networks.output_maps import bin_candidates, find_candidates, grasp_maps
+from perception.networks.output_maps import find_candidates, grasp_maps
 from robots import Intrinsics
 
 CAMERA = Intrinsics(width=640, height=480, fx=383.0, fy=383.0, cx=319.5, cy=239.5)
 DOWN = np.diag([1.0, -1.0, -1.0])
-ALL = np.ones((300, 300), dtype=np.bool_)
+ALL = np.ones((100, 100), dtype=np.bool_)
 
 
 @pytest.mark.parametrize("depth", [0.01, 0.36, 0.6, 100.0])
@@ -71,8 +70,8 @@ def test_preparing_keeps_depth_marks_holes_and_takes_the_mean_away() -> None:
 
 def _maps(u: float, v: float, angle: float, width: float) -> np.ndarray:
     """Maps with one ridge: best at (u, v), closing along `angle` (from u towards v)."""
-    rows, columns = np.mgrid[0:300, 0:300]
-    maps = np.zeros((4, 300, 300), dtype=np.float32)
+    rows, columns = 3.0 * np.mgrid[0:100, 0:100] + 1.0
+    maps = np.zeros((4, 100, 100), dtype=np.float32)
     along = (columns - u) * np.cos(angle) + (rows - v) * np.sin(angle)
     across = -(columns - u) * np.sin(angle) + (rows - v) * np.cos(angle)
     maps[0] = np.exp(-0.5 * (along / 4.0) ** 2 - 0.5 * (across / 15.0) ** 2)
@@ -83,13 +82,13 @@ def _maps(u: float, v: float, angle: float, width: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize("angle_deg", [-80, 0, 89])
-def test_a_ridge_is_found_to_a_fraction_of_a_pixel(angle_deg: float) -> None:
+def test_a_ridge_is_found_to_less_than_a_cell(angle_deg: float) -> None:
     angle = np.deg2rad(angle_deg)
     rng = np.random.default_rng(0)
     maps = _maps(120.3, 200.7, angle, 27.0)
-    maps[:3] += rng.normal(0.0, 0.05, maps[:3].shape).astype(np.float32)
+    maps[:3] += rng.normal(0.0, 0.015, maps[:3].shape).astype(np.float32)
     found = find_candidates(grasp_maps(maps, ALL))
-    assert found.pixel[0] == pytest.approx([120.3, 200.7], abs=1.5)
+    assert found.pixel[0] == pytest.approx([120.3, 200.7], abs=2.0)
     turn = (found.angle[0] - angle + np.pi / 2) % np.pi - np.pi / 2
     assert abs(np.rad2deg(turn)) < 5.0
     assert found.width[0] == pytest.approx(27.0, abs=0.5)
@@ -106,37 +105,3 @@ def test_a_tilted_camera_gives_a_level_image() -> None:
     assert np.ptp(prepared.depth) > 0.1
     assert prepared.below == pytest.approx(0.5, abs=2e-3)
     assert np.abs(prepared.network_input).max() < 2e-3
-
-
-def _answer(u: float, v: float, bin_: float, width: float) -> np.ndarray:
-    """Output of the angle-bin network with one good grasp at an input pixel."""
-    rows, columns = np.mgrid[0:100, 0:100]
-    distance = ((columns * 3 + 1 - u) ** 2 + (rows * 3 + 1 - v) ** 2) / 9.0
-    turn = (np.arange(ANGLE_BINS) - bin_ + ANGLE_BINS / 2) % ANGLE_BINS - ANGLE_BINS / 2
-    quality = np.exp(-0.5 * distance[..., None] / 4.0 - 0.5 * (turn / 1.5) ** 2)
-    quality = np.clip(quality, 1e-4, 0.95)
-    widths = np.full_like(quality, width / WIDTH_SCALE)
-    return np.concatenate([quality, widths], axis=2).astype(np.float32)
-
-
-@pytest.mark.parametrize("bin_", [0.4, 15.8])
-def test_the_best_direction_and_place_are_found_between_the_bins(bin_: float) -> None:
-    everywhere = np.ones((100, 100), dtype=np.bool_)
-    found, quality = bin_candidates(_answer(130.0, 88.0, bin_, 24.0), everywhere)
-    assert found.pixel[0] == pytest.approx([130.0, 88.0], abs=0.7)
-    turn = (-found.angle[0] - bin_ * np.pi / ANGLE_BINS + np.pi / 2) % np.pi - np.pi / 2
-    assert abs(np.rad2deg(turn)) < 3.0
-    assert found.width[0] == pytest.approx(24.0, rel=1e-5)
-    row, column = np.unravel_index(quality.argmax(), quality.shape)
-    assert (column, row) == (pytest.approx(130, abs=3), pytest.approx(88, abs=3))
-
-
-def test_two_good_directions_at_one_place_are_two_candidates() -> None:
-    one, other = _answer(150.0, 150.0, 2.0, 20.0), _answer(150.0, 150.0, 10.0, 20.0)
-    everywhere = np.ones((100, 100), dtype=np.bool_)
-    found, _ = bin_candidates(np.maximum(one, other), everywhere)
-    assert len(found.quality) == 2
-    assert sorted(np.rint(-found.angle * ANGLE_BINS / np.pi)) == [2, 10]
-    nothing, quality = bin_candidates(one, ~everywhere)
-    assert len(nothing.quality) == 0
-    assert not quality.any()

@@ -76,6 +76,6 @@ def test_the_shipped_network_trusts_the_middle_of_a_long_bar_most(
 
 
 def test_weights_of_another_network_are_refused() -> None:
-    bins = Path(__file__).parents[2] / "perception" / "weights" / "bins.safetensors"
+    ggcnn = Path(__file__).parents[2] / "perception" / "weights" / "ggcnn.safetensors"
     with pytest.raises(WeightsError, match="not those of HoldNetwork"):
-        load_hold(bins, GRIPPER)
+        load_hold(ggcnn, GRIPPER)

@@ -130,7 +130,7 @@ def test_nothing_of_it_is_shown_where_the_localisation_is_exact(tmp_path: Path) 
 def test_a_run_that_is_wrong_about_where_it_is_shows_it(tmp_path: Path) -> None:
     task = tmp_path / "t.yaml"
     task.write_text("task: t\ntree:\n  wait: {duration_s: 0.2}\n")
-    options = ("--localisation", "poor", "--scene", "single", "--network", "none")
+    options = ("--localisation", "poor", "--scene", "single")
     code, _, _ = call("run", task, "--view", "none", "--record", tmp_path / "runs", *options)
     assert code == 0
     (path,) = tmp_path.glob("runs/*/recording.rrd")

@@ -169,9 +169,8 @@ def test_the_same_scenes_are_judged_along_every_tilt(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (("--network", "resnet"), "`bins`, `ggcnn`"),
         (("--weights", "nowhere.safetensors"), "no such weights file"),
-        (("--network", "bins", "--weights", "x"), "give one of the two"),
+        (("--network", "check", "--weights", "x"), "give one of the two"),
         (("--json", "/nowhere/x.json"), "no folder"),
         (("--meshes", "/nowhere"), "no mesh"),
         (("--by-view", "--by-chance", "3"), "--by-view"),
