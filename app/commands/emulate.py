@@ -29,19 +29,12 @@ def omron(
     user: Annotated[str, typer.Option(help="Who may connect.")] = "frankie",
     password: Annotated[str, typer.Option(help="Of the user.")] = "",
     arcl_password: Annotated[str, typer.Option(help="Of ARCL; empty: no ARCL.")] = "adept",
-    fault: Annotated[
-        list[str] | None, typer.Option(help="What is wrong with it; `list` names all.")
-    ] = None,
     as_reported: AsReported = None,
 ) -> None:
     """An Omron LD-60 on an empty floor: ArNetworking and ARCL, until Ctrl-C."""
-    from hw.emulators.omron import EVERYTHING, FAULTS, OmronEmulator, Options
+    from hw.emulators.omron import EVERYTHING, OmronEmulator, Options
 
     console, ways = Terminal(), _ways("omron", as_reported)
-    faults = tuple(fault or ())
-    if "list" in faults:
-        _list(console, FAULTS)
-        return
     options = Options(
         host=host,
         port=port,
@@ -49,7 +42,7 @@ def omron(
         users={user: (password, EVERYTHING)},
         arcl_password=arcl_password,
     )
-    with OmronEmulator(options, faults=faults, **ways) as emulator, until_interrupted():
+    with OmronEmulator(options, **ways) as emulator, until_interrupted():
         console.say(f"ArNetworking at {host}:{emulator.port}, user {user}")
         if arcl_password:
             console.say(f"ARCL at {host}:{emulator.arcl_port}")

@@ -5,7 +5,7 @@ import os
 import socket
 import subprocess
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any, NamedTuple, TypeAlias
 
@@ -16,13 +16,6 @@ Words: TypeAlias = Mapping[str, tuple[Callable[..., Any], str]]  # function and 
 
 class PortTakenError(UserError):
     """Another program listens at the port."""
-
-
-class NoFaultError(UserError):
-    """There is no fault of this name."""
-
-    def __init__(self, name: str, faults: Iterable[str]) -> None:
-        super().__init__(f"no fault is called `{name}`; {suggest(name, faults)}")
 
 
 class NotReportedError(UserError):

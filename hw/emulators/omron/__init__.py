@@ -2,4 +2,4 @@
 
 from hw.emulators.omron.controller import Controller, Drive, Motion, Planar, Teleop, Unicycle
 from hw.emulators.omron.emulator import OmronEmulator
-from hw.emulators.omron.options import AS_REPORTED, EVERYTHING, FAULTS, Options
+from hw.emulators.omron.options import AS_REPORTED, EVERYTHING, Options

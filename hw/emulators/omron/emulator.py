@@ -48,11 +48,10 @@ class OmronEmulator:
         self,
         options: Options | None = None,
         drive: Drive | None = None,
-        faults: tuple[str, ...] = (),
         as_reported: Sequence[str] = (),
     ) -> None:
         self.options = options or Options()
-        configure(self.options, faults, as_reported)
+        configure(self.options, as_reported)
         self.controller = Controller(
             drive or Unicycle(),
             self.options.teleop,
@@ -62,10 +61,6 @@ class OmronEmulator:
             direction=self.options.direction,
             needs_button=self.options.needs_button,
         )
-        if "locked" in faults:
-            self.controller.dock()
-        if "emergency stop" in faults:
-            self.controller.press()
         self.heard: deque[Heard] = deque(maxlen=100_000)  # motion commands, oldest first
         self.moved: deque[Moved] = deque(maxlen=100_000)  # motion of the base, oldest first
         self.text_faults: list[str] = []  # names of faults on the text interface

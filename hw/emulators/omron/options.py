@@ -1,10 +1,10 @@
-"""Options, faults and reported behaviours of an emulated base."""
+"""Options and reported behaviours of an emulated base."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import inf
 
-from hw.emulators.common import NoFaultError, chosen, reported, set_options
+from hw.emulators.common import chosen, reported, set_options
 from hw.emulators.omron.controller import Motion, Teleop
 
 EVERYTHING = frozenset({"Movement", "Stop", "RobotInfo", "SensorInfo", "UnsafeMovement", "Config"})
@@ -13,7 +13,7 @@ EVERYTHING = frozenset({"Movement", "Stop", "RobotInfo", "SensorInfo", "UnsafeMo
 
 @dataclass(kw_only=True)
 class Options:
-    """Of one emulated base; fault options may be changed while it runs."""
+    """Of one emulated base; may be changed while it runs."""
 
     host: str = "127.0.0.1"
     port: int = 0  # of ArNetworking; 0: any free one. The robot's is 7272
@@ -49,27 +49,6 @@ class Options:
     arcl_lasts: float = inf  # connections of the text interface are closed after this time [s]
 
 
-_FINE_POSE, _ENCODERS = (
-    frozenset(f"DataStore_{pose}PoseInterpolated_{axis}" for axis in ("X", "Y", "Th"))
-    for pose in ("Robot", "Encoder")
-)
-_FAULTS: dict[str, tuple[str, dict[str, object]]] = {
-    "pieces": ("replies come a few bytes at a time", {"pieces": True}),
-    "jitter": ("replies come up to 90 ms late, each by another time", {"jitter": 0.09}),
-    "delay": ("replies come 50 ms late", {"delay": 0.05}),
-    "garbage": ("stray bytes and damaged frames between the replies", {"garbage": True}),
-    "frozen": ("the server accepts connections and does nothing", {"frozen": True}),
-    "lost": ("the base does not know where it is", {"lost": True}),
-    "locked": ("the base stands in its dock, in a mode that is locked", {}),
-    "emergency stop": ("the button is pressed", {}),
-    "no fine pose": ("no pose of the data store is offered", {"omit": _FINE_POSE | _ENCODERS}),
-    "no encoder pose": ("the base does not tell its odometry", {"omit": _ENCODERS}),
-    "no movement": ("the user may not move the base", {}),
-    "new protocol": ("the base speaks a protocol version that nobody knows", {"protocol": "9MTX"}),
-    "full": ("the base has too many clients", {"clients": 0}),
-}
-FAULTS: Mapping[str, str] = {name: what for name, (what, _) in _FAULTS.items()}
-"""Initial faults by name."""
 AS_REPORTED = reported("""
 dead-zone-larger | 20 % and 10 % do not move it, as it tells | ARIA 2.9: dead zones are of a site
 full-scale-lower | 100 % are 0.67 m/s | CollaborativeRoboticsLab/omron_amr: 41.7 % are 0.28 m/s
@@ -106,16 +85,7 @@ _VALUES: dict[str, dict[str, object]] = {
 """What they are as options."""
 
 
-def configure(options: Options, faults: Sequence[str], as_reported: Sequence[str]) -> None:
-    """Set the options of initial faults and reported behaviours."""
+def configure(options: Options, as_reported: Sequence[str]) -> None:
+    """Set the options of reported behaviours."""
     for name in sorted(chosen(as_reported, AS_REPORTED, "base")):
         set_options(options, _VALUES[name])
-    for name in faults:
-        if name not in FAULTS:
-            raise NoFaultError(name, FAULTS)
-        set_options(options, _FAULTS[name][1])
-        if name == "no movement":
-            options.users = {
-                user: (password, groups - {"Movement", "UnsafeMovement"})
-                for user, (password, groups) in options.users.items()
-            }

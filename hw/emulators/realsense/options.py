@@ -3,7 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from hw.emulators.common import NoFaultError, reported
+from config import UserError, suggest
+from hw.emulators.common import reported
 from robots import Intrinsics
 
 _D435 = Intrinsics(width=640, height=480, fx=383.0, fy=383.0, cx=319.5, cy=239.5)
@@ -44,9 +45,9 @@ _VALUES = {"drops": ("drop", 0.1), "delay": ("delay", 0.05), "jitter": ("jitter"
 
 
 def add_fault(options: Options, name: str) -> None:
-    """Add an initial fault."""
+    """Add an initial fault; UserError: there is none of this name."""
     if name not in FAULTS:
-        raise NoFaultError(name, FAULTS)
+        raise UserError(f"no fault is called `{name}`; {suggest(name, FAULTS)}")
     option, value = _VALUES.get(name, (name, True))
     setattr(options, option, value)
 

@@ -43,7 +43,7 @@ def refused(*words: str) -> str:
 
 @pytest.mark.slow
 def test_an_emulated_base_in_a_process_of_its_own():
-    words = "omron --port 0 --arcl-port 0 --user me --password it --fault pieces"
+    words = "omron --port 0 --arcl-port 0 --user me --password it"
     with emulating(words) as process:
         ports = [int(process.stdout.readline().split(":")[1].split(",")[0]) for _ in range(2)]
         text = ArclSettings(password="adept", port=ports[1])
@@ -69,11 +69,8 @@ def test_an_emulated_arm_lists_and_does_what_is_typed():
 
 
 def test_faults_are_listed_and_wrong_options_refused():
-    for part, listed in (("omron", "frozen: "), ("realsense", "unplugged: the cable is not")):
-        code, out, _ = call("emulate", part, "--fault", "list")
-        assert (code, listed in out) == (0, True)
-    ports = ("--port", "0", "--arcl-port", "0")
-    assert "did you mean `frozen`" in refused("omron", *ports, "--fault", "frosen")
+    code, out, _ = call("emulate", "realsense", "--fault", "list")
+    assert (code, "unplugged: the cable is not" in out) == (0, True)
     assert "did you mean `jitter`" in refused("realsense", "--port", "0", "--fault", "jiter")
     assert "did you mean `single`" in refused("realsense", "--port", "0", "--scene", "singel")
     assert "192.0.2.1" in refused("panda", "--host", "192.0.2.1")

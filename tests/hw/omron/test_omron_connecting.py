@@ -69,17 +69,26 @@ def test_something_else_listens(greeting, why):
 
 
 @pytest.mark.parametrize(
-    ("fault", "words"),
+    ("options", "words"),
     [
-        ("new protocol", ("9MTX", "5MTX", "6MTX")),
-        ("full", ("too many clients",)),
-        ("locked", ("'Dock'", "undock")),
-        ("no movement", ("ratioDrive", "Movement", "frankie")),
+        ({"protocol": "9MTX"}, ("9MTX", "5MTX", "6MTX")),
+        ({"clients": 0}, ("too many clients",)),
+        (
+            {"users": {"frankie": ("", EVERYTHING - {"Movement", "UnsafeMovement"})}},
+            ("ratioDrive", "Movement", "frankie"),
+        ),
     ],
 )
-def test_a_base_that_cannot_be_commanded(fault, words):
-    with OmronEmulator(faults=(fault,)) as emulator:
+def test_a_base_that_cannot_be_commanded(options, words):
+    with OmronEmulator(Options(**options)) as emulator:
         refused(base_of(emulator, lists_patience=0.3), *words)
+
+
+def test_a_base_in_its_dock():
+    with OmronEmulator() as emulator:
+        with emulator.held() as controller:
+            controller.dock()
+        refused(base_of(emulator), "'Dock'", "undock")
 
 
 def test_a_wrong_account():
