@@ -34,18 +34,14 @@ tree:
 """
 
 
-class BadNameError(UserError):
-    """The name cannot be that of a task; the text says which can."""
-
-
 def new_files(name: str) -> dict[str, str]:
     """The texts of a new task's files by name, the task first, then the schema that it names.
 
-    Raises BadNameError: a task file cannot have this name; LeafError: an installed leaf class is at
+    Raises UserError: a task file cannot have this name; LeafError: an installed leaf class is at
     fault.
     """
     if not WORD.fullmatch(name):
-        raise BadNameError(f"`{name}` cannot name a task; {NAMING_HINT}")
+        raise UserError(f"`{name}` cannot name a task; {NAMING_HINT}")
     return {
         f"{name}.yaml": _TASK.format(name=name, schema=SCHEMA_FILE.name),
         SCHEMA_FILE.name: schema_text(describe_leaves(known_leaves())),

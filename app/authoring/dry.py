@@ -134,7 +134,7 @@ def dry_run(
     Raises:
         TaskFileError: the file has diagnostics.
         LeafError: a leaf class is invalid.
-        ScriptError: an outcome is invalid, or the tree has no such node.
+        UserError: an outcome is invalid, or the tree has no such node.
     """
     task = load(path, overrides=overrides, places=places)
     script, values = read_script(outcomes, task), read_keys(keys, task)

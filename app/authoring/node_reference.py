@@ -25,10 +25,6 @@ _LANGUAGE = {
 }
 
 
-class UnknownWordError(UserError):
-    """No word has this name."""
-
-
 def show_all(console: Console) -> None:
     """Print a table of all words, a line each."""
     leaves = describe_leaves(known_leaves())
@@ -48,7 +44,7 @@ def show_all(console: Console) -> None:
 
 
 def show_one(name: str, console: Console) -> None:
-    """Print everything about one word; raises UnknownWordError if there is no such word."""
+    """Print everything about one word; raises UserError if there is no such word."""
     leaves = describe_leaves(known_leaves())
     if name in leaves:
         _show_leaf(leaves[name], console)
@@ -61,7 +57,7 @@ def show_one(name: str, console: Console) -> None:
         texts[key] = f"{modifier.description}\nTakes {takes}; stands beside a node."
     if name not in texts:
         hint = suggest(name, {*leaves, *texts})
-        raise UnknownWordError(f"no node is called `{name}`; {hint} `frankie-task nodes` lists all")
+        raise UserError(f"no node is called `{name}`; {hint} `frankie-task nodes` lists all")
     console.print(Text(name, style="bold"))
     console.print(Text(texts[name]), soft_wrap=True)
     if name in COMPOSITES and COMPOSITES[name].options:

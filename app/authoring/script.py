@@ -14,10 +14,6 @@ OUTCOMES: Mapping[str, Status] = {
 }
 
 
-class ScriptError(UserError):
-    """An outcome or key is invalid."""
-
-
 class Script:
     """The outcomes of leaves.
 
@@ -48,7 +44,7 @@ class Script:
 def read_script(texts: Sequence[str], task: Task) -> Script:
     """The script in texts such as `grasp=failure,failure,success`.
 
-    Raises ScriptError: it is invalid, or the tree has no such leaf.
+    Raises UserError: it is invalid, or the tree has no such leaf.
     """
     words = sorted({word for leaf in _leaves(task) for word in (leaf.name, leaf.type.key)})
     outcomes = {}
@@ -56,10 +52,10 @@ def read_script(texts: Sequence[str], task: Task) -> Script:
         word, equals, listed = text.rpartition("=")
         if not equals or not word:
             example = "for example --outcome grasp=failure,success"
-            raise ScriptError(f"--outcome {text}: write a node and its outcomes, {example}")
+            raise UserError(f"--outcome {text}: write a node and its outcomes, {example}")
         if word not in words:
             hint = f"{suggest(word, words)} The tree has {quoted(words)}"
-            raise ScriptError(f"--outcome {text}: the tree has no leaf `{word}`; {hint}")
+            raise UserError(f"--outcome {text}: the tree has no leaf `{word}`; {hint}")
         outcomes[word] = [_outcome(one.strip(), text) for one in listed.split(",")]
     return Script(outcomes)
 
@@ -67,7 +63,7 @@ def read_script(texts: Sequence[str], task: Task) -> Script:
 def _outcome(word: str, text: str) -> Status:
     if word not in OUTCOMES:
         known = ", ".join(f"`{known}`" for known in OUTCOMES)
-        raise ScriptError(f"--outcome {text}: `{word}` is not an outcome; write {known}")
+        raise UserError(f"--outcome {text}: `{word}` is not an outcome; write {known}")
     return OUTCOMES[word]
 
 
@@ -82,15 +78,15 @@ def _leaves(task: Task) -> Iterator[LeafNode]:
 def read_keys(texts: Sequence[str], task: Task) -> dict[str, Plain]:
     """Values of keys, from texts such as `found=3`.
 
-    Raises ScriptError: it is invalid, or no leaf of the tree writes such a key.
+    Raises UserError: it is invalid, or no leaf of the tree writes such a key.
     """
     written = sorted({key.name for leaf in _leaves(task) for key in leaf.outputs.values()})
     values = {}
     for text in texts:
         name, equals, value = text.partition("=")
         if not equals or not name:
-            raise ScriptError(f"--key {text}: write a key and its value, for example --key found=3")
+            raise UserError(f"--key {text}: write a key and its value, for example --key found=3")
         if name not in written:
-            raise ScriptError(f"--key {text}: no leaf writes `{name}`; {suggest(name, written)}")
+            raise UserError(f"--key {text}: no leaf writes `{name}`; {suggest(name, written)}")
         values[name] = parse_scalar(value)
     return values

@@ -14,10 +14,6 @@ from hw import Robot, WorldOptions, open_backend
 from trees.language import NAMING_HINT, WORD
 
 
-class TeachError(UserError):
-    """A pose cannot be taught."""
-
-
 def teach(
     name: str, places: Path, *, robot: str, world: str, form: Form, replace: bool, armed: bool
 ) -> str:
@@ -28,7 +24,7 @@ def teach(
     or the file cannot be read or written; HardwareError: the robot cannot be read.
     """
     if not WORD.fullmatch(name):
-        raise TeachError(f"`{name}` cannot be the name of a pose; {NAMING_HINT}")
+        raise UserError(f"`{name}` cannot be the name of a pose; {NAMING_HINT}")
     text = _text(places)
     backend = open_backend(robot, world, WorldOptions(scene="household", armed=armed))
     try:
@@ -39,7 +35,7 @@ def teach(
     try:
         places.write_text(_with(text, name, line, places, replace), encoding="utf-8")
     except OSError as error:
-        raise TeachError(f"{places}: cannot be written ({error.strerror})") from error
+        raise UserError(f"{places}: cannot be written ({error.strerror})") from error
     return line
 
 
@@ -49,7 +45,7 @@ def _text(places: Path) -> str:
     diagnostics = Diagnostics(places)
     read = read_yaml(diagnostics)
     if read is None or not isinstance(read[1], YamlMap):
-        raise TeachError("\n".join(map(str, diagnostics.in_order())) or f"{places}: has no keys")
+        raise UserError("\n".join(map(str, diagnostics.in_order())) or f"{places}: has no keys")
     return read[0]
 
 
@@ -80,16 +76,16 @@ def _with(text: str, name: str, line: str, places: Path, replace: bool) -> str:
     lines = [re.sub(r"^poses:\s*(\{\s*\}|null|~)", "poses:", one) for one in text.splitlines()]
     heads = [place for place, one in enumerate(lines) if re.match(r"poses:\s*(#.*)?$", one)]
     if not heads and re.search(r"^poses:", text, re.MULTILINE):
-        raise TeachError(f"{places}: write every pose on a line of its own below `poses:`")
+        raise UserError(f"{places}: write every pose on a line of its own below `poses:`")
     if not heads:
         lines += ["poses:"]
         heads = [len(lines) - 1]
     old = [place for place, one in enumerate(lines) if re.match(rf"\s+{name}:", one)]
     if old and not replace:
-        raise TeachError(f"{places}:{old[0] + 1}: `{name}` is there already; add --replace")
+        raise UserError(f"{places}:{old[0] + 1}: `{name}` is there already; add --replace")
     end = re.search(r"\}(\s*#.*)?\s*$", lines[old[0]]) if old else None
     if old and end is None:
-        raise TeachError(f"{places}:{old[0] + 1}: `{name}` is not on one line; remove it first")
+        raise UserError(f"{places}:{old[0] + 1}: `{name}` is not on one line; remove it first")
     if end is not None:
         lines[old[0]] = f"  {line}{end[1] or ''}"
     else:

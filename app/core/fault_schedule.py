@@ -34,10 +34,6 @@ _PARTS = ("lower", "release", "rise")
 _RETREAT = "retreat_check"
 
 
-class ScheduleError(UserError):
-    """An invalid `--fault`."""
-
-
 @dataclass(frozen=True, kw_only=True)
 class ScheduledFault:
     """Which fault, when, and for how long; it is injected once."""
@@ -51,23 +47,23 @@ class ScheduledFault:
 def parse_fault(text: str) -> ScheduledFault:
     """The entry `FAULT@WHEN` or `FAULT@WHEN for SECONDS`; WHEN is a time [s] or a phase.
 
-    Raises ScheduleError: it is invalid.
+    Raises UserError: it is invalid.
     """
     name, at, rest = text.partition("@")
     when, _, duration = (part.strip() for part in rest.partition(" for "))
     try:
         if not at:
-            raise ScheduleError("when? write it as reflex@12.5 or reflex@descend")
+            raise UserError("when? write it as reflex@12.5 or reflex@descend")
         fault, for_s = injectable(name.strip()).name, _seconds(duration)
         if duration and not (for_s is not None and isfinite(for_s) and for_s > 0.0):
-            raise ScheduleError(f"`{duration}` is no time; give seconds, as in `for 2`")
+            raise UserError(f"`{duration}` is no time; give seconds, as in `for 2`")
         at_s = _seconds(when)
         if at_s is not None and not (isfinite(at_s) and at_s >= 0.0):
-            raise ScheduleError(f"`{when}` is no time; give seconds since the beginning")
+            raise UserError(f"`{when}` is no time; give seconds since the beginning")
         if at_s is None and when not in (known := {*PHASES, *_PARTS, *known_leaves()}):
-            raise ScheduleError(f"no phase is called `{when}`; {suggest(when, known)}")
+            raise UserError(f"no phase is called `{when}`; {suggest(when, known)}")
     except UserError as error:
-        raise ScheduleError(f"--fault {text}: {error}") from None
+        raise UserError(f"--fault {text}: {error}") from None
     return ScheduledFault(fault=fault, at_s=at_s, phase=when if at_s is None else None, for_s=for_s)
 
 

@@ -26,10 +26,6 @@ from robots import RobotDescription, at_pace, load_robot, with_base_speeds
 from trees.language import build, load, nodes_in_order
 
 
-class ReplayError(UserError):
-    """A run cannot be replayed."""
-
-
 @dataclass(frozen=True, kw_only=True)
 class Replay:
     """Result of a replay."""
@@ -61,7 +57,7 @@ class Replay:
 def replay_run(folder: Path) -> Replay:
     """Run what was recorded through tree and controller again.
 
-    Raises ReplayError: it cannot be replayed; UserError: its task, robot or weights cannot be
+    Raises UserError: it cannot be replayed, or its task, robot or weights cannot be
     loaded any more.
     """
     options, pace = _options(folder)
@@ -70,13 +66,13 @@ def replay_run(folder: Path) -> Replay:
     sensors = options.registration.sensors
     searches = (turns["frame"] >= 0).any() or ("laser" in sensors and (turns["scan"] >= 0).any())
     if options.world not in WORLDS and searches:
-        raise ReplayError(
+        raise UserError(
             f"{folder}: in real time the commands depend on when a search ended; on a robot, a run "
             "that looks at images, or matches scans to the map, cannot be replayed"
         )
     notes = _notes(folder / NOTES, turns)
     if notes.end not in ("", "complete"):
-        raise ReplayError(f"{folder}: cannot be replayed: {notes.end}")
+        raise UserError(f"{folder}: cannot be replayed: {notes.end}")
     description = with_base_speeds(description, options.base_speed, options.reverse_speed)
     description = at_pace(description, pace)
     frames = _frames(folder, turns, description)
@@ -105,7 +101,7 @@ def replay_run(folder: Path) -> Replay:
 
 
 def _options(folder: Path) -> tuple[RunOptions, float]:
-    """The options of the run, and its pace; ReplayError if such a run cannot be replayed."""
+    """The options of the run, and its pace; UserError if such a run cannot be replayed."""
     path = folder / OPTIONS
     with _reading(path):
         options = json.loads(_file(path).read_text(encoding="utf-8"))
@@ -130,7 +126,7 @@ def _options(folder: Path) -> tuple[RunOptions, float]:
         )
         held = any(control.get(one) for one in ("breaks", "groot", "approve", "force"))
     if held:
-        raise ReplayError(
+        raise UserError(
             f"{folder}: with --break, --approve, --force-outcomes or --groot2 a person may hold "
             "or answer for a node; "
             "such a run cannot be replayed"
@@ -142,11 +138,11 @@ def _turns(path: Path, j: int) -> npt.NDArray[np.void]:
     with _reading(path):
         turns: npt.NDArray[np.void] = np.load(_file(path), allow_pickle=False)
     if not isinstance(turns, np.ndarray) or turns.dtype != turn_type(j) or turns.ndim != 1:
-        raise ReplayError(f"{path}: of another version of frankie-task, or of another arm")
+        raise UserError(f"{path}: of another version of frankie-task, or of another arm")
     if not turns.size:
-        raise ReplayError(f"{path}: there is no reading in it")
+        raise UserError(f"{path}: there is no reading in it")
     if (turns["number"] != np.arange(len(turns))).any():
-        raise ReplayError(f"{path}: readings are missing, because the disk was too slow")
+        raise UserError(f"{path}: readings are missing, because the disk was too slow")
     return turns
 
 
@@ -156,21 +152,21 @@ def _notes(path: Path, turns: npt.NDArray[np.void]) -> RunNotes:
     for field in NOTED:
         for number in np.unique(turns[field][turns[field] > 0]).tolist():
             if (field, number) not in notes.noted:
-                raise ReplayError(f"{path}: {field} {number} is missing; replay another run")
+                raise UserError(f"{path}: {field} {number} is missing; replay another run")
     return notes
 
 
 @contextmanager
 def _reading(path: Path) -> Iterator[None]:
-    """Raise ReplayError for errors of reading a file."""
+    """Raise UserError for errors of reading a file."""
     try:
         yield
     except OSError as error:
         reason = error.strerror or error
-        raise ReplayError(f"{path}: cannot be read ({reason}); replay another run") from error
+        raise UserError(f"{path}: cannot be read ({reason}); replay another run") from error
     except Exception as error:
         what = " ".join(f"{type(error).__name__}: {error}".split())[:200]
-        raise ReplayError(f"{path}: damaged ({what}); replay another run") from error
+        raise UserError(f"{path}: damaged ({what}); replay another run") from error
 
 
 def _file(path: Path) -> Path:
@@ -187,12 +183,12 @@ def _frames(
     if (turns["frame"] > 0).any():
         if path.is_file():
             return RecordedFrames(path, description.camera.intrinsics)
-        raise ReplayError(
+        raise UserError(
             f"{folder}: the run looked at images, and they were not kept; "
             "run it with --replayable to keep them"
         )
 
     def none(number: int) -> DepthFrame:
-        raise ReplayError(f"{path}: frame {number} was not recorded")
+        raise UserError(f"{path}: frame {number} was not recorded")
 
     return none

@@ -26,20 +26,16 @@ _ATTEMPTS = 5
 _LAST = 1.5  # duration of the last picture [s]
 
 
-class FilmError(UserError):
-    """A film cannot be made."""
-
-
 def make_film(recording: Path, out: Path, begin: float, end: float) -> int:
     """Make a film of a recording from `begin` to `end` [s]; returns the number of pictures.
 
-    Raises FilmError: the file is no .webp or cannot be written, or `end` is before `begin`;
+    Raises UserError: the file is no .webp or cannot be written, or `end` is before `begin`;
     ViewError: the viewer does not start.
     """
     if out.suffix != ".webp":
-        raise FilmError(f"{out}: a film ends in .webp")
+        raise UserError(f"{out}: a film ends in .webp")
     if not 0.0 <= begin < end:
-        raise FilmError(f"from {begin:g} s to {end:g} s is no time; give --from and --to")
+        raise UserError(f"from {begin:g} s to {end:g} s is no time; give --from and --to")
     pictures = []
     with headless_viewer(size=_SIZE) as viewer:
         client = viewer.client
@@ -57,7 +53,7 @@ def make_film(recording: Path, out: Path, begin: float, end: float) -> int:
             out, save_all=True, append_images=others, duration=shown, loop=0, quality=55, method=6
         )
     except OSError as error:
-        raise FilmError(f"{out}: cannot be written ({error.strerror or error})") from error
+        raise UserError(f"{out}: cannot be written ({error.strerror or error})") from error
     return len(pictures)
 
 

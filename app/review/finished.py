@@ -31,10 +31,6 @@ _Count = Annotated[int, Field(ge=0, le=10**9)]
 _Seconds = Annotated[float, Field(ge=0.0, le=1e9)]
 
 
-class UnknownRunError(UserError):
-    """There is no such run."""
-
-
 class _Recorded(BaseModel):
     model_config = ConfigDict(strict=True, extra="ignore", frozen=True, allow_inf_nan=False)
 
@@ -88,31 +84,31 @@ class RunRecord:
 def find_run(name: str, runs: Path = RUNS) -> Path:
     """The folder of a run: itself, a file in it, its name in `runs`, or `last`.
 
-    Raises UnknownRunError: there is no such run.
+    Raises UserError: there is no such run.
     """
     if name == LAST:
         folders = run_folders(runs)
         if not folders:
-            raise UnknownRunError(f"{runs}: no runs here; choose another folder with --runs")
+            raise UserError(f"{runs}: no runs here; choose another folder with --runs")
         return folders[-1]
     for path in (Path(name), runs / name):
         folder = path.parent if isfile(path) else path
         if _is_run(folder):
             return folder
-    raise UnknownRunError(
+    raise UserError(
         f"{name}: no such run; use its folder, a file in it, its name in {runs}/, or `{LAST}`"
     )
 
 
 def run_folders(runs: Path) -> list[Path]:
-    """The folders of all runs, oldest first. Raises UnknownRunError: the folder cannot be read."""
+    """The folders of all runs, oldest first. Raises UserError: the folder cannot be read."""
     try:
         return sorted((path for path in runs.iterdir() if _is_run(path)), key=_age)
     except FileNotFoundError:
         return []
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        raise UnknownRunError(f"{runs}: no folder of runs ({reason}); name another") from error
+        raise UserError(f"{runs}: no folder of runs ({reason}); name another") from error
 
 
 def read_run(folder: Path) -> RunRecord:

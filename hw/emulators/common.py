@@ -14,14 +14,6 @@ from config import UserError, suggest
 Words: TypeAlias = Mapping[str, tuple[Callable[..., Any], str]]  # function and text by name
 
 
-class PortTakenError(UserError):
-    """Another program listens at the port."""
-
-
-class NotReportedError(UserError):
-    """There is no reported behaviour of this name."""
-
-
 class Reported(NamedTuple):
     """Behaviour of a real machine that a public issue tracker reports."""
 
@@ -36,12 +28,12 @@ def reported(table: str) -> Mapping[str, Reported]:
 
 
 def chosen(names: Sequence[str], table: Mapping[str, Reported], part: str) -> frozenset[str]:
-    """The names as a set, each possibly several with commas; NotReportedError: there is no such."""
+    """The names as a set, each possibly several with commas; UserError: there is no such."""
     flat = [name.strip() for text in names for name in text.split(",") if name.strip()]
     for name in flat:
         if name not in table:
             hint = suggest(name, table)
-            raise NotReportedError(
+            raise UserError(
                 f"the emulated {part} has no reported behaviour called `{name}`; {hint}"
             )
     return frozenset(flat)
@@ -87,9 +79,7 @@ def listen(host: str, port: int) -> socket.socket:
     try:
         return socket.create_server((host, port))
     except OSError as error:
-        raise PortTakenError(
-            f"port {port} of {host}: {error.strerror}; choose another one"
-        ) from error
+        raise UserError(f"port {port} of {host}: {error.strerror}; choose another one") from error
 
 
 def be_prompt(priority: int) -> None:

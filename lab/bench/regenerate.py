@@ -16,10 +16,6 @@ from rich.table import Table
 from config import StrictModel, UserError
 
 
-class RegenerateError(UserError):
-    """An experiment failed, or has no such figure."""
-
-
 class Experiment(StrictModel):
     """One command of `frankie-task bench`, and the figures to read from its JSON."""
 
@@ -57,7 +53,7 @@ def regenerate(
 ) -> tuple[list[Regenerated], float]:
     """Run an experiment; returns its figures and its duration [s].
 
-    Raises RegenerateError: it failed, or a figure is missing.
+    Raises UserError: it failed, or a figure is missing.
     """
     words = shlex.split(experiment.command) + (shlex.split(experiment.quick) if quick else [])
     name = "".join(letter if letter.isalnum() else "_" for letter in experiment.table)
@@ -68,7 +64,7 @@ def regenerate(
         ran = subprocess.run(command, stdout=output, stderr=subprocess.STDOUT, check=False)
     if ran.returncode:
         failed = f"frankie-task bench {shlex.join(words)}: exit code {ran.returncode}"
-        raise RegenerateError(f"{failed}; its output is in {output.name}")
+        raise UserError(f"{failed}; its output is in {output.name}")
     report = json.loads(file.read_text(encoding="utf-8"))
     table = experiment.table
     return [
@@ -86,7 +82,7 @@ def _figure(report: object, path: str, table: str) -> float:
             found = found[int(step)] if isinstance(found, list) else found[step]  # type: ignore[index]
         return float(found)  # type: ignore[arg-type]
     except (LookupError, TypeError, ValueError):
-        raise RegenerateError(f"{table}: its JSON has no figure at `{path}`") from None
+        raise UserError(f"{table}: its JSON has no figure at `{path}`") from None
 
 
 def regenerated_table(figures: Iterable[Regenerated], quick: bool) -> Table:

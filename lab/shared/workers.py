@@ -19,10 +19,6 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 
-class ClusterError(UserError):
-    """The cluster cannot be used."""
-
-
 _BATCH = 5  # items sent to a process at once
 
 
@@ -38,7 +34,7 @@ def run_all(
     `work` is a function that other processes can import. `workers` is the number of processes, of
     which 1 is this one, or the address of a dask.distributed scheduler; None is one per core.
     `batch` items are sent to a process at once. Yields the index of an item and its result, in the
-    order of completion. Raises ClusterError: `distributed` is not installed, or no scheduler
+    order of completion. Raises UserError: `distributed` is not installed, or no scheduler
     answers. Raises KeyboardInterrupt: SIGINT or SIGTERM came, even if the work handled it; no other
     item begins, and the workers end as well.
     """
@@ -153,13 +149,11 @@ def _on_cluster(
     try:
         distributed = import_module("distributed")
     except ImportError:
-        raise ClusterError(
-            '--cluster needs an extra: pip install "frankie-task[cluster]"'
-        ) from None
+        raise UserError('--cluster needs an extra: pip install "frankie-task[cluster]"') from None
     try:
         client = distributed.Client(address, timeout="10s")
     except (OSError, TimeoutError, ValueError) as error:
-        raise ClusterError(f"--cluster {address}: no scheduler answers there ({error})") from None
+        raise UserError(f"--cluster {address}: no scheduler answers there ({error})") from None
     with client:
         futures = {
             client.submit(_batch, work, [items[i] for i in some], pure=False): some

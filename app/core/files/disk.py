@@ -19,8 +19,8 @@ import numpy as np
 import numpy.typing as npt
 from numpy.lib.format import dtype_to_descr, write_array_header_1_0
 
-from app.core.files.folder import FolderError
 from app.live import Feed
+from config import UserError
 
 _PERIOD = 0.5  # interval between writes [s of real time]
 _CAPACITY = 20_000
@@ -51,14 +51,14 @@ class Disk:
         )
 
     def file(self, name: str, encode: Encode = b"".join) -> GrowingFile:
-        """A new file of the run; raises FolderError if it cannot be written."""
+        """A new file of the run; raises UserError if it cannot be written."""
         self._files.append(GrowingFile(self._folder / name, self._feed, encode))
         return self._files[-1]
 
     def array(self, name: str, row: npt.DTypeLike) -> GrowingFile:
         """A new `.npy` file; each piece is the bytes of a row of type `row`.
 
-        Raises FolderError: it cannot be written.
+        Raises UserError: it cannot be written.
         """
         self._files.append(GrowingArray(self._folder / name, self._feed, np.dtype(row)))
         return self._files[-1]
@@ -94,7 +94,7 @@ class GrowingFile:
             self._file = path.open("wb", buffering=0)
             self._begin()
         except OSError as error:
-            raise FolderError(f"{path}: cannot be written ({error.strerror})") from error
+            raise UserError(f"{path}: cannot be written ({error.strerror})") from error
 
     def add(self, piece: Any) -> None:
         """Queue a piece for the thread that writes; never raises."""

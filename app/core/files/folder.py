@@ -42,14 +42,10 @@ def columns(j: int) -> dict[str, list[str]]:
     return {STATES: states, COMMANDS: ["stamp", *twist, *qd]}
 
 
-class FolderError(UserError):
-    """The folder of a run cannot be made."""
-
-
 def make_folder(root: Path, task: str, texts: Mapping[str, str], options: dict[str, Any]) -> Path:
     """A new folder `<time>-<task>` in `root`, with the task's files and `options.json`.
 
-    Raises FolderError: it cannot be written.
+    Raises UserError: it cannot be written.
     """
     stamp = datetime.now().strftime(_STAMP)
     try:
@@ -66,7 +62,7 @@ def make_folder(root: Path, task: str, texts: Mapping[str, str], options: dict[s
         options_text = json.dumps(options, indent=2, default=str)
         (folder / OPTIONS).write_text(options_text + "\n", encoding="utf-8")
     except OSError as error:
-        raise FolderError(
+        raise UserError(
             f"{root}: cannot keep the run here ({error.strerror}); choose another with --record"
         ) from error
     return folder

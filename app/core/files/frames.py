@@ -19,10 +19,6 @@ from robots import Intrinsics
 _LEVEL = 3
 
 
-class FramesError(UserError):
-    """The recorded frames cannot be read."""
-
-
 class FrameStream:
     """Encodes numbered frames, in order."""
 
@@ -72,7 +68,7 @@ def _schema() -> Any:
 
 
 class RecordedFrames:
-    """Reads the frames of a run, in order; raises FramesError if the file cannot be read."""
+    """Reads the frames of a run, in order; raises UserError if the file cannot be read."""
 
     def __init__(self, path: Path, intrinsics: Intrinsics) -> None:
         import pyarrow as pa
@@ -82,10 +78,10 @@ class RecordedFrames:
         try:
             self._batches = iter(pa.ipc.open_stream(pa.memory_map(str(path))))
         except (OSError, pa.ArrowException) as error:
-            raise FramesError(f"{path}: cannot be read ({error})") from error
+            raise UserError(f"{path}: cannot be read ({error})") from error
 
     def __call__(self, number: int) -> DepthFrame:
-        """A frame; numbers only go up. Raises FramesError: it is not there."""
+        """A frame; numbers only go up. Raises UserError: it is not there."""
         import pyarrow as pa
 
         try:
@@ -100,9 +96,9 @@ class RecordedFrames:
                 paint=_paint(batch, shape),
             )
         except (StopIteration, OSError, pa.ArrowException):
-            raise FramesError(f"{self._path}: frame {number} is missing") from None
+            raise UserError(f"{self._path}: frame {number} is missing") from None
         except (LookupError, ValueError, TypeError) as error:
-            raise FramesError(f"{self._path}: frame {number} is damaged ({error})") from error
+            raise UserError(f"{self._path}: frame {number} is damaged ({error})") from error
 
 
 def _paint(batch: Any, shape: npt.NDArray[np.int32]) -> Callable[[], npt.NDArray[np.uint8]] | None:

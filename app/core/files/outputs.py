@@ -27,7 +27,7 @@ class Outputs:
 
     `attended` tells whether a person can acknowledge an emergency stop, `lossless` whether the loop
     waits for a slow disk, `frames` whether to keep the camera's images, which are large. Raises
-    FolderError: a file cannot be written.
+    UserError: a file cannot be written.
     """
 
     def __init__(

@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 from pinocchio import SE3, SE3ToXYZQUAT
 
+from config import UserError
 from hw.clock import stopwatch
-from hw.emulators.common import PortTakenError, Words, act, be_prompt
+from hw.emulators.common import Words, act, be_prompt
 from hw.emulators.frankie.emulator import FrankieEmulator
 from hw.emulators.omron import Controller
 
@@ -160,7 +161,7 @@ def serve(
         server = _Server(emulator)
     except OSError as error:
         text = f"port {emulator.address[1]}: {error.strerror}; choose another one"
-        raise PortTakenError(text) from None
+        raise UserError(text) from None
     with server, emulator:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         say(json.dumps({"did": "begin"}))

@@ -31,14 +31,6 @@ AS_REPORTED: Mapping[str, Reported] = {
 """Reported behaviours of all parts."""
 
 
-class NotEmulatedError(UserError):
-    """A robot file is not that of an emulated robot."""
-
-
-class ArmTakenError(UserError):
-    """The address of the emulated arm is not free."""
-
-
 class FrankieEmulator:
     """The emulated parts of a robot file over one world; use it in a `with` statement."""
 
@@ -58,14 +50,14 @@ class FrankieEmulator:
         )
         real = load_real_robot(robot)
         if real is None or real.hardware.emulated is None:
-            raise NotEmulatedError(f"{robot}: `hardware: {{emulated: PORT}}` is missing")
+            raise UserError(f"{robot}: `hardware: {{emulated: PORT}}` is missing")
         base, arm, eye = real.hardware.base, real.hardware.arm, real.hardware.camera
         if not (
             isinstance(base, OmronOptions)
             and isinstance(arm, PandaOptions)
             and isinstance(eye, RealSenseOptions)
         ):
-            raise NotEmulatedError(f"{robot}: only omron, panda and realsense have emulators")
+            raise UserError(f"{robot}: only omron, panda and realsense have emulators")
         arcl = base.arcl
         self.robot, self._arm_at, self._link = real.body, arm.address, ArmLink()
         self.address = base.address, real.hardware.emulated  # of the console
@@ -103,7 +95,7 @@ class FrankieEmulator:
         assert self._arm.stdout is not None
         if not self._arm.stdout.readline():
             self._end_arm()
-            raise ArmTakenError(f"no arm can be emulated at {self._arm_at}: its ports are taken")
+            raise UserError(f"no arm can be emulated at {self._arm_at}: its ports are taken")
         with ExitStack() as undo:
             undo.callback(self._end_arm)
             self.world.start()

@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from config import suggest
+from config import UserError, suggest
 from hw.clock import stopwatch
-from hw.emulators.common import PortTakenError, Words, act, be_prompt
+from hw.emulators.common import Words, act, be_prompt
 from hw.emulators.panda.arm import Seen
 from hw.emulators.panda.parts import PERIOD, Fingers, FreeFingers, Joints, LaggedJoints
 from hw.emulators.panda.server import PandaServer
@@ -137,7 +137,7 @@ def serve(
         hand: Fingers = FreeFingers() if fingers is None else fingers
         server = PandaServer(host, body, hand, version, as_reported)
     except OSError as error:
-        raise PortTakenError(f"no robot can be emulated at {host}: {error.strerror}") from None
+        raise UserError(f"no robot can be emulated at {host}: {error.strerror}") from None
     asked: queue.SimpleQueue[str | None] = queue.SimpleQueue()
 
     def listen() -> None:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from app.core.files.disk import Disk
-from app.core.files.folder import FolderError
+from config import UserError
 
 
 @contextmanager
@@ -70,7 +70,7 @@ def test_a_folder_that_is_removed_is_told(tmp_path):
 
 def test_a_folder_that_cannot_be_written_is_refused(tmp_path):
     disk = Disk(tmp_path / "nowhere", lossless=True)
-    with pytest.raises(FolderError, match="cannot be written"):
+    with pytest.raises(UserError, match="cannot be written"):
         disk.file("log.txt")
     disk.close()
 

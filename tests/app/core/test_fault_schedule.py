@@ -8,8 +8,9 @@ from harness import Harness
 from py_trees.common import Status
 
 from app.core import ScheduledFault, parse_fault, phases_of
-from app.core.fault_schedule import FaultSchedule, ScheduleError
+from app.core.fault_schedule import FaultSchedule
 from behaviours import LEAVES, Leaf
+from config import UserError
 
 
 class Working(Leaf):
@@ -92,7 +93,7 @@ def test_a_fault_is_read_from_the_command_line(text, entry):
     ],
 )
 def test_a_fault_that_says_nothing_is_refused(text, told):
-    with pytest.raises(ScheduleError) as error:
+    with pytest.raises(UserError) as error:
         parse_fault(text)
     assert str(error.value).startswith(f"--fault {text}: ")
     assert told in str(error.value)

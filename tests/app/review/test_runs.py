@@ -10,7 +10,7 @@ from command_line import call
 from app.core.launch import run_task
 from app.core.run_options import RunOptions
 from app.review import find_run, run_folders
-from app.review.finished import UnknownRunError
+from config import UserError
 
 GOOD = "task: good\ntree:\n  wait: {duration_s: 0.05}\n"
 BAD = "task: bad\ntree:\n  name: empty hand\n  holding_object:\n"
@@ -65,9 +65,9 @@ def test_a_run_is_found_by_all_its_names(runs):
     for name in (str(bad), str(bad / "recording.rrd"), str(bad / "summary.json"), bad.name):
         assert find_run(name, runs) == bad
     assert find_run("last", runs).name.endswith("-killed")
-    with pytest.raises(UnknownRunError, match="no such run"):
+    with pytest.raises(UserError, match="no such run"):
         find_run("nothing", runs)
-    with pytest.raises(UnknownRunError, match="no such run"):
+    with pytest.raises(UserError, match="no such run"):
         find_run("notes", runs)
 
 
