@@ -2,6 +2,7 @@
 
 from hw.sim.body import Dynamics, SimBody
 from hw.sim.camera import D435Noise, DepthRenderer, Grey, painted, photograph
+from hw.sim.contact import separation
 from hw.sim.grasp_contact import GraspOutcome, Reason
 from hw.sim.kinematic import KinematicBody
 from hw.sim.laser import SimLaser

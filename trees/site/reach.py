@@ -4,7 +4,6 @@ from collections.abc import Iterator, Sequence
 from math import degrees, pi, radians
 from typing import NamedTuple
 
-import coal
 import numpy as np
 from pinocchio import SE3
 
@@ -18,7 +17,7 @@ from behaviours import (
     slots,
 )
 from controller import Array, out_of_reach, reached_instead, why_no_stance
-from robots import Box, Geom, Plane, RobotDescription, coal_geometry
+from robots import Box, Geom, Plane, RobotDescription, Sphere
 
 _ROUNDING = 1e-3  # of degrees in files [rad]
 _UP = 0.5  # cosine between approach and vertical from which the hand points up
@@ -196,18 +195,12 @@ def _base(wTb: SE3, robot: RobotDescription) -> Iterator[Geom]:
 
 def _height(point: Array, fixtures: Sequence[Geom]) -> float:
     """From a (3,) point to the nearest surface of a fixture, both in the world [m]."""
-    ball = coal.Sphere(1e-4)
-    at = coal.Transform3s(np.eye(3), point)
-    return min((abs(_distance(ball, at, fixture)) for fixture in fixtures), default=np.inf)
+    ball = Geom(Sphere(1e-4), SE3(np.eye(3), point))
+    return min((abs(_gap(ball, fixture)) for fixture in fixtures), default=np.inf)
 
 
 def _gap(part: Geom, fixture: Geom) -> float:
     """Between two bodies in the world; negative is how deep one is in the other [m]."""
-    at = coal.Transform3s(part.pose.rotation, part.pose.translation)
-    return _distance(coal_geometry(part.shape), at, fixture)
+    from hw.sim import separation  # loaded with the scene
 
-
-def _distance(shape: object, at: object, fixture: Geom) -> float:
-    placed = coal.Transform3s(fixture.pose.rotation, fixture.pose.translation)
-    other, request = coal_geometry(fixture.shape), coal.DistanceRequest()
-    return float(coal.distance(shape, at, other, placed, request, coal.DistanceResult()))
+    return separation(part, fixture)[0]

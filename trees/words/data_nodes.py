@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -12,9 +12,6 @@ from behaviours import Key, LeafCrashedError
 from config import parse_scalar
 from trees.words.branch import Branch, Ticking
 from trees.words.composites import Sequence
-
-if TYPE_CHECKING:
-    pass
 
 Supply = Callable[[], object]  # returns a value when it is called
 
