@@ -18,9 +18,9 @@ import numpy as np
 from hw.sim.meshes.reading import MeshError
 from hw.sim.meshes.shaping import (
     components,
+    enclosed,
     is_closed,
     simplified,
-    volume_and_centre,
     with_holes_filled,
 )
 from hw.sim.sim_object import Mesh
@@ -63,10 +63,9 @@ def _decompose(vertices: Array, triangles: Triangles, name: str) -> list[Array]:
 
 
 def _is_convex(vertices: Array, triangles: Triangles) -> bool:
-    if not is_closed(triangles) or not _has_volume(vertices):
+    if not is_closed(vertices, triangles) or not _has_volume(vertices):
         return False
-    enclosed, _ = volume_and_centre(vertices, triangles)
-    return volume(hull_of(vertices).shape) < _CONVEX * abs(enclosed)
+    return volume(hull_of(vertices).shape) < _CONVEX * abs(enclosed(vertices, triangles))
 
 
 def _has_volume(points: Array) -> bool:

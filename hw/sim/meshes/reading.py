@@ -9,9 +9,9 @@ import numpy as np
 
 from config import UserError, quoted
 from hw.sim.meshes.shaping import (
+    enclosed,
     is_closed,
     simplified,
-    volume_and_centre,
     welded,
     with_holes_filled,
 )
@@ -93,7 +93,7 @@ def fewer(mesh: Mesh) -> Mesh:
     """The visual mesh: simplified by a fraction of a millimetre, without holes."""
     filled = with_holes_filled(mesh.vertices, mesh.triangles)
     vertices, triangles = simplified(*filled, _MOST_DRAWN)
-    return Mesh(vertices, triangles, is_closed(triangles))
+    return Mesh(vertices, triangles, is_closed(vertices, triangles))
 
 
 @lru_cache(maxsize=64)
@@ -122,8 +122,8 @@ def _read(path: str, _changed: int, size: int, up: Up | None) -> tuple[Mesh, Arr
     vertices, triangles = simplified(*welded(vertices, triangles), _MOST_KEPT)
     if not len(triangles):
         raise MeshError("all its triangles are without area; save it again")
-    closed = is_closed(triangles)
-    if closed and volume_and_centre(vertices, triangles)[0] < 0.0:
+    closed = is_closed(vertices, triangles)
+    if closed and enclosed(vertices, triangles) < 0.0:
         triangles = np.ascontiguousarray(triangles[:, ::-1])
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     return Mesh(vertices - (low + high) / 2.0, triangles, closed), high - low

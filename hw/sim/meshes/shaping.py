@@ -42,20 +42,19 @@ def simplified(vertices: Array, triangles: Triangles, most: int) -> tuple[Array,
     return found
 
 
-def is_closed(triangles: Triangles) -> bool:
+def is_closed(vertices: Array, triangles: Triangles) -> bool:
     """Whether every edge belongs to two triangles, in opposite directions."""
-    return len(triangles) > 0 and len(_rim(triangles)) == 0
+    from trimesh import Trimesh
+
+    mesh = Trimesh(vertices, triangles, process=False)
+    return bool(mesh.is_watertight and mesh.is_winding_consistent)
 
 
-def volume_and_centre(vertices: Array, triangles: Triangles) -> tuple[float, Array]:
-    """Volume [m³] and centre of mass (3,) [m] of closed triangles."""
-    corners = vertices[triangles]
-    middle = vertices.mean(axis=0)
-    parts = np.linalg.det(corners - middle) / 6.0
-    volume = float(parts.sum())
-    if abs(volume) < 1e-15:
-        return 0.0, middle
-    return volume, middle + parts @ (corners - middle).sum(axis=1) / 4.0 / volume
+def enclosed(vertices: Array, triangles: Triangles) -> float:
+    """Volume of closed triangles, negative if they are seen from inside [m³]."""
+    from trimesh import Trimesh
+
+    return float(Trimesh(vertices - vertices.mean(axis=0), triangles, process=False).volume)
 
 
 def with_holes_filled(vertices: Array, triangles: Triangles) -> tuple[Array, Triangles]:
@@ -96,18 +95,6 @@ def _lone(triangles: Triangles) -> npt.NDArray[np.int64]:
     )
     lone: npt.NDArray[np.int64] = edges[first[count == 1]].astype(np.int64)
     return lone
-
-
-def _rim(triangles: Triangles) -> npt.NDArray[np.int64]:
-    """(E, 2) edges without a partner in the opposite direction."""
-    edges = np.concatenate([triangles, np.roll(triangles, -1, axis=1)], axis=1)
-    edges = np.stack([edges[:, :3].ravel(), edges[:, 3:].ravel()], axis=1).astype(np.int64)
-    span = int(triangles.max(initial=0)) + 1
-    there, back = edges @ [span, 1], edges @ [1, span]
-    values, count = np.unique(there, return_counts=True)
-    alone = ~np.isin(there, back) | np.isin(there, values[count > 1])
-    rim: npt.NDArray[np.int64] = edges[alone]
-    return rim
 
 
 def _connected(edges: npt.NDArray[np.integer], count: int) -> npt.NDArray[np.int32]:

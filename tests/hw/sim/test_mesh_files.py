@@ -8,7 +8,7 @@ from pinocchio import SE3
 
 from hw.sim import DepthRenderer, SceneError, load_scene
 from hw.sim.meshes import MeshError, convex_parts, fewer, parts, read_mesh
-from hw.sim.meshes.shaping import volume_and_centre
+from hw.sim.meshes.shaping import enclosed
 from hw.sim.sim_object import Mesh, Surface
 from robots import Intrinsics, volume
 
@@ -68,7 +68,7 @@ def test_every_format_gives_the_same_body(suffix, tmp_path):
     brick.export(file)
     mesh = read_mesh(str(file), "m", 1.0, "z", SIZES)
     assert mesh.closed
-    assert volume_and_centre(mesh.vertices, mesh.triangles)[0] > 0.0
+    assert enclosed(mesh.vertices, mesh.triangles) > 0.0
     np.testing.assert_allclose(mesh.half, [0.05, 0.02, 0.03], atol=1e-6)
     (part,) = convex_parts(mesh)
     assert volume(part.shape) == pytest.approx(0.1 * 0.04 * 0.06, rel=1e-5)
@@ -91,7 +91,7 @@ def test_the_axis_that_is_up_points_upwards(up, tmp_path):
     mesh = read_mesh(str(tmp_path / "spike.stl"), "m", 1.0, up, SIZES)
     tip = mesh.vertices[np.linalg.norm(mesh.vertices[:, :2], axis=1).argmin()]
     np.testing.assert_allclose(tip, [0.0, 0.0, 0.035], atol=1e-6)
-    assert volume_and_centre(mesh.vertices, mesh.triangles)[0] > 0.0
+    assert enclosed(mesh.vertices, mesh.triangles) > 0.0
 
 
 def test_a_hollow_body_stays_hollow_and_is_split_once(tmp_path, monkeypatch, capsys):
