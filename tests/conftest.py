@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import os
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -64,3 +65,11 @@ def same_priority() -> Iterator[None]:
     yield
     if (os.sched_getscheduler(0), os.sched_getparam(0)) != (policy, priority):
         os.sched_setscheduler(0, policy, priority)
+
+
+@pytest.fixture
+def interruptible() -> Iterator[None]:
+    """Ctrl-C raises, also where a shell in the background has had it ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)

@@ -7,13 +7,7 @@ import pytest
 
 from app.terminal import until_interrupted
 
-
-@pytest.fixture(autouse=True)
-def ctrl_c():
-    """Also where the tests run in the background, and the signal is ignored."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
+pytestmark = pytest.mark.usefixtures("interruptible")
 
 
 def test_it_ends_whichever_thread_receives_the_signal() -> None:

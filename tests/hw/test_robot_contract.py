@@ -6,6 +6,7 @@ from math import inf
 
 import numpy as np
 import pytest
+from faulty_robot import driving
 
 from controller import Command, RobotModel
 from hw import Backend, Robot, WorldOptions, open_backend
@@ -66,10 +67,6 @@ def driven(unconnected) -> Iterator[Driven]:
         yield Driven(backend=unconnected)
 
 
-def forward(robot: Robot, speed: float = 0.2) -> Command:
-    return Command(base_twist=np.array([speed, 0.0, 0.0]), qd=np.zeros(7))
-
-
 def joint(number: int, speed: float) -> Command:
     qd = np.zeros(7)
     qd[number] = speed
@@ -105,7 +102,7 @@ def test_stamps_are_those_of_the_session_clock_and_never_go_back(driven):
 def test_a_reading_is_not_changed_by_what_comes_later(driven):
     before = driven.robot.read()
     kept = before.q.copy(), before.wTb.homogeneous.copy(), before.base_twist.copy()
-    driven.run(0.3, forward(driven.robot))
+    driven.run(0.3, driving(0.2))
     driven.run(0.3, joint(5, 0.2))
     for now, then in zip((before.q, before.wTb.homogeneous, before.base_twist), kept, strict=True):
         np.testing.assert_array_equal(now, then)
@@ -113,7 +110,7 @@ def test_a_reading_is_not_changed_by_what_comes_later(driven):
 
 def test_base_and_joints_follow_and_sending_returns_what_was_applied(driven):
     start = driven.robot.read()
-    driven.run(1.0, forward(driven.robot))
+    driven.run(1.0, driving(0.2))
     moved = start.wTb.actInv(driven.robot.read().wTb).translation
     assert 0.1 < moved[0] < 0.25
     assert abs(moved[1]) < 0.02
@@ -122,7 +119,7 @@ def test_base_and_joints_follow_and_sending_returns_what_was_applied(driven):
     turned = driven.robot.read().q - start.q
     assert 0.15 < turned[5] < 0.25
     assert np.abs(np.delete(turned, 5)).max() < 0.01
-    command = forward(driven.robot, 0.1)
+    command = driving(0.1)
     applied = driven.robot.send(command)
     np.testing.assert_allclose(applied.base_twist, command.base_twist)
     np.testing.assert_allclose(applied.qd, command.qd)
@@ -130,7 +127,7 @@ def test_base_and_joints_follow_and_sending_returns_what_was_applied(driven):
 
 @pytest.mark.parametrize("how", ["no command", "stop"])
 def test_without_a_command_the_robot_comes_to_rest(driven, how):
-    driven.run(0.5, forward(driven.robot))
+    driven.run(0.5, driving(0.2))
     driven.run(0.3, joint(5, 0.2))
     if how == "stop":
         driven.robot.stop()
@@ -151,7 +148,7 @@ def test_a_grip_starts_at_once_tells_when_it_has_ended_and_does_not_stop_the_bas
             assert driven.robot.read().gripper_width == pytest.approx(width, abs=2e-3)
     start = driven.robot.read().wTb
     driven.robot.grip(0.0, 20.0)
-    driven.run(0.8, forward(driven.robot))
+    driven.run(0.8, driving(0.2))
     assert start.actInv(driven.robot.read().wTb).translation[0] > 0.03
 
 
@@ -186,7 +183,7 @@ def test_a_frame_knows_where_it_was_captured(driven):
     first = wait_for_frame(driven)
     states = [driven.robot.read()]
     while (frame := driven.robot.camera.latest(inf)) is first or len(states) <= 40:
-        driven.robot.send(forward(driven.robot))
+        driven.robot.send(driving(0.2))
         driven.run(PERIOD)
         states.append(driven.robot.read())
         assert len(states) < PATIENCE / PERIOD, "no other frame came"
@@ -197,7 +194,7 @@ def test_a_frame_knows_where_it_was_captured(driven):
 
 
 def test_closing_twice_is_allowed_and_stops_the_robot(driven):
-    driven.run(0.3, forward(driven.robot))
+    driven.run(0.3, driving(0.2))
     driven.robot.close()
     driven.robot.close()
 

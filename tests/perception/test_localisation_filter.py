@@ -96,11 +96,6 @@ def test_the_covariance_is_honest_with_registrations():
     assert 0.5 < mean_nees(12, 10, registering=True) < 2.0
 
 
-@pytest.mark.slow
-def test_the_covariance_is_honest_in_two_hundred_trials():
-    assert 0.5 < mean_nees(200, 10, registering=True) < 2.0
-
-
 def test_a_hundred_readings_in_a_second_are_worth_one():
     base = Base(0)
     before = base.estimate.covariance(base.oTb)

@@ -66,14 +66,6 @@ class Author:
             signal.raise_signal(signal.SIGINT)
 
 
-@pytest.fixture
-def interruptible():
-    """Ctrl-C raises, also where a shell in the background has had it ignored."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
-
-
 @pytest.mark.usefixtures("interruptible")
 def test_saves_restart_the_task_and_a_broken_one_is_waited_out(tmp_path, monkeypatch):
     author = Author(tmp_path)

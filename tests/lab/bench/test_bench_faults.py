@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from bench_call import refused, report
+from faulty_robot import driving
 from harness import Harness
 
 from controller import Command
@@ -63,10 +64,6 @@ def test_unknown_names_are_refused_with_a_suggestion():
 
 def test_the_matrix_has_every_fault_that_can_be_injected():
     assert {fault.name for fault in faults.FAULTS} >= set(INJECTABLE)
-
-
-def driving(speed: float) -> Command:
-    return Command(base_twist=np.array([speed, 0.0, 0.0]), qd=np.zeros(7))
 
 
 def driven(*speeds: float) -> Witness:
