@@ -1,6 +1,5 @@
 """The holistic controller: one control step, from state and goal to velocities of base and arm."""
 
-from dataclasses import replace
 from math import sqrt
 
 import numpy as np
@@ -21,13 +20,13 @@ from controller.command import (
 from controller.floor.base_drive import Pose2D
 from controller.guidance import Guidance
 from controller.holistic_qp import linearise
-from controller.model import BaseLag, RobotModel
+from controller.model import Lag, RobotModel
 from controller.qp_solver import Rows, Solver, joined
 from controller.report import StepReport
 from controller.settings import ControllerSettings
 from controller.surroundings import OPEN_FLOOR, Surroundings
 from controller.tasks import PoseTask, Task, Tick, base_task, posture_task, rest_task
-from controller.validation import check_inputs
+from controller.validation import check_goal, check_state
 from controller.velocity_bounds import VelocityBounds
 
 _MAX_SLACK = 0.1
@@ -59,18 +58,20 @@ class HolisticController:
         self.settings = settings = settings or ControllerSettings()
         models = CollisionModels(model)
         self._bounds = VelocityBounds(model, settings)
-        self._base_lag = BaseLag(model, settings.period)
+        self._lag = Lag(model, settings.period)
         self._guidance: Guidance | None = None
         if settings.guidance is not None:
             self._guidance = Guidance(model, settings, SelfCollision(model), models)
-        self._pose_task = PoseTask(model, settings, self._guidance, self._base_lag)
+        self._pose_task = PoseTask(model, settings, self._guidance, self._lag)
         self._avoidance: CollisionAvoidance | None = None
         if settings.collision is not None:
-            self._avoidance = CollisionAvoidance(model, settings, settings.collision, models)
+            self._avoidance = CollisionAvoidance(model, settings.collision, models, self._lag)
         self._solver = Solver(SLACK_COSTS)
         self._compensation = np.zeros(model.n)
         """(n,) by which the arm compensated for the lag of the base in the last period."""
         self._waits_for = ""
+        self._checked: MotionGoal | None = None
+        """The last goal that was checked."""
 
     def prepare(self, surroundings: Surroundings) -> None:
         """Compute in advance what the first step in these surroundings needs: some milliseconds."""
@@ -104,7 +105,7 @@ class HolisticController:
         velocities = self._solver.solve(task.qp, rows)
         velocities, slack = self._compensate_base_lag(tick, task, rows, velocities)
         velocities = self._give_way(tick, task, rows, velocities)
-        report = self._report(task, nearest, slack, solved=velocities is not None)
+        report = self._report(tick, task, nearest, slack, solved=velocities is not None)
         if velocities is None:
             velocities = np.minimum(np.maximum(0.0, tick.bounds[0]), tick.bounds[1])
         return self.model.command(velocities), report
@@ -117,10 +118,13 @@ class HolisticController:
         surroundings: Surroundings,
     ) -> Tick:
         """Stage 1: check the inputs; velocity bounds and kinematics of this period."""
-        check_inputs(state, goal, last)
+        check_state(state, last)
+        if goal is not self._checked:
+            check_goal(goal)
+            self._checked = goal
         base, applied = Pose2D.of(state.wTb), self.model.velocities(last)
         bounds = self._bounds(state.q, applied, _caution(surroundings.uncertainty))
-        self._base_lag.update(applied[: self.model.n_base])
+        self._lag.update(applied)
         kinematics = linearise(self.model, self.settings, state.q)
         return Tick(state, base, goal, applied, bounds, kinematics, surroundings)
 
@@ -144,7 +148,6 @@ class HolisticController:
         """Stage 3: rows of the QP that keep the robot off obstacles and itself."""
         if self._avoidance is None:
             return None, NearestPair()
-        self._avoidance.update(tick.applied)
         return self._avoidance.rows(
             tick.state, tick.base, tick.goal, tick.bounds, tick.surroundings
         )
@@ -185,10 +188,13 @@ class HolisticController:
         return velocities
 
     def _report(
-        self, task: Task, nearest: NearestPair, slack: float, *, solved: bool
+        self, tick: Tick, task: Task, nearest: NearestPair, slack: float, *, solved: bool
     ) -> StepReport:
-        return replace(
-            task.report,
+        return StepReport(
+            manipulability=tick.kinematics.manipulability,
+            heading_error=tick.kinematics.heading_error,
+            bTe=tick.kinematics.bTe,
+            **task.measured,
             slack=slack,
             solved=solved,
             clearance=nearest.clearance,

@@ -265,9 +265,10 @@ class Guidance:
             left = inf, remaining.base_time, inf
         else:
             left = remaining.distance, remaining.base_time, remaining.max_joint_error
-        if any(now < best - g.progress for best, now in zip(self._best, left, strict=True)):
-            a, b, c = map(min, self._best, left)
-            self._best = a, b, c
+        a, b, c = self._best
+        x, y, z = left
+        if x < a - g.progress or y < b - g.progress or z < c - g.progress:
+            self._best = min(a, x), min(b, y), min(c, z)
             self._waited = 0
         elif not self.waits:
             self._waited += 1

@@ -83,23 +83,26 @@ def build_qp(
     tracking = 1.0 / max(error, settings.min_error)  # λ_δ
     # λ_q (eq. 14)
     base_effort, arm_effort = settings.base_effort * tracking, settings.arm_effort
-    linear = -settings.manipulability_gain * linearisation.gradient  # C (eq. 11)
+    # Plain floats: on nine numbers they are faster than arrays.
+    gain, smoothness = settings.manipulability_gain, settings.smoothness
     turn = settings.heading_gain * wrap(linearisation.heading_error - bearing)
-    linear[:n_base] -= turn * model.base_turn  # ε (eq. 13)
-
-    if settings.smoothness > 0.0:
-        base_effort += settings.smoothness
-        arm_effort += settings.smoothness
-        linear -= settings.smoothness * last
+    gradient, before = linearisation.gradient.tolist(), last.tolist()
+    # -C (eq. 11)
+    linear = [gain * g + smoothness * v for g, v in zip(gradient, before, strict=True)]
+    for number, share in enumerate(model.base_turn.tolist()):
+        linear[number] += turn * share  # ε (eq. 13)
+    base_effort += smoothness
+    arm_effort += smoothness
     if bias is not None:
         tracking = tracking * (1.0 - bias.blend) ** 2 + bias.min_tracking
         base_effort += bias.base_weight
         arm_effort += bias.posture_weight
-        linear[:n_base] -= bias.base_weight * bias.base_velocity
-        linear[n_base:] -= bias.posture_weight * bias.joint_velocity
+        weights = [bias.base_weight] * n_base + [bias.posture_weight] * (model.n - n_base)
+        wanted = [*bias.base_velocity.tolist(), *bias.joint_velocity.tolist()]
+        linear = [c + w * v for c, w, v in zip(linear, weights, wanted, strict=True)]
 
     P = (tracking * J.T) @ J
     diagonal = P.reshape(-1)[:: model.n + 1]
     diagonal[:n_base] += base_effort
     diagonal[n_base:] += arm_effort
-    return QP(P, linear - tracking * (twist @ J), *bounds)
+    return QP(P, -np.array(linear) - tracking * (twist @ J), *bounds)

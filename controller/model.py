@@ -1,4 +1,4 @@
-"""Kinematics of a mobile manipulator: one Pinocchio chain over base and arm; lag of the base.
+"""Kinematics of a mobile manipulator: one Pinocchio chain over base and arm; its lag.
 
 The base is a chain of virtual joints that stay at zero: poses are in the base frame.
 """
@@ -72,10 +72,12 @@ class RobotModel:
         free = np.full(self.n_base, np.inf)
         self.position_limits = np.array([[*-free, *limits.q_min], [*free, *limits.q_max]])
         """(2, n) lower and upper positions of every degree of freedom, base first."""
+        self._base_axes = axes.argmax(axis=0).tolist()
         self.base_turn = axes[2]  # (n_base,) rotation of the base per degree of freedom
         self.chain = _chain(description)  # the Pinocchio model: base joints, then the arm's
         self._data = self.chain.createData()
         self._tool = self.chain.getFrameId("tool")
+        self._bTe, self._screws = self._data.oMf[self._tool], self._data.J  # views of the data
         self._joints = np.zeros(self.n)
 
     def command(self, velocities: Array) -> Command:
@@ -85,7 +87,8 @@ class RobotModel:
 
     def velocities(self, command: Command) -> Array:
         """(n,) velocities of all degrees of freedom, base first: the inverse of `command`."""
-        return np.concatenate([command.base_twist @ self.description.base.axes, command.qd])
+        twist = command.base_twist.tolist()
+        return np.array([*(twist[axis] for axis in self._base_axes), *command.qd.tolist()])
 
     def joints(self, q: Array) -> Array:
         """(n,) joint positions of the chain for arm joints q (7,): the base's are zero."""
@@ -95,7 +98,7 @@ class RobotModel:
     def bTe(self, q: Array) -> SE3:
         """End effector in the base, for joint positions q (j,) [rad]."""
         pin.framesForwardKinematics(self.chain, self._data, self.joints(q))
-        return self._data.oMf[self._tool].copy()
+        return self._bTe.copy()
 
     def wTe(self, wTb: SE3, q: Array) -> SE3:
         """End effector in the world, for a base pose and joint positions q (j,) [rad]."""
@@ -114,9 +117,9 @@ class RobotModel:
         pin.computeJointKinematicHessians(chain, data, self.joints(q))
         pin.updateFramePlacement(chain, data, self._tool)
         return Kinematics(
-            data.oMf[self._tool].copy(),
+            self._bTe.copy(),
             pin.getFrameJacobian(chain, data, self._tool, pin.LOCAL_WORLD_ALIGNED),
-            data.J,
+            self._screws,
             # Pinocchio hands out the memory of a column-major tensor (6, n, n).
             pin.getJointKinematicHessian(chain, data, self.n, pin.WORLD).reshape(self.n, self.n, 6),
         )
@@ -146,29 +149,34 @@ def manipulability(screws: Array, hessian: Array) -> tuple[float, Array]:
     return m, m * (hessian.reshape(n, 6 * n) @ squares.solve(screws).T.reshape(6 * n))
 
 
-class BaseLag:
-    """Predicts the velocity of the base from its commands; `period` is the control period [s]."""
+class Lag:
+    """Predicts the velocities of a robot that follows its commands late; `period` in seconds."""
 
     def __init__(self, model: RobotModel, period: float) -> None:
         base, arm = model.description.base.lag, model.description.arm.lag
-        self.response = 1.0 - exp(-period / base)
+        n_base = self._n_base = model.n_base
+        self.constants = np.array([base] * n_base + [arm] * (model.n - n_base))
+        """(n,) time constants [s]."""
+        self._shares = 1.0 - np.exp(-period / self.constants)
+        self.response = float(self._shares[0])
         """Share of a commanded change of velocity that the base has taken up after one period."""
         self._lead = 1.0 - exp(-arm / base)
-        self.commanded = np.zeros(model.n_base)  # (n_base,) velocities of the last command
-        self._now: Array | None = None
+        self.commanded = self.velocities = np.zeros(model.n)
+        """(n,) of the last command, and those that the robot has now."""
+        self.period, self._starts = period, True
 
     def update(self, commanded: Array) -> None:
-        """Note the base velocities (n_base,) that were commanded in the last period."""
-        before = commanded if self._now is None else self._now
-        self.commanded, self._now = commanded, before + self.response * (commanded - before)
+        """Note the velocities (n,) that were commanded in the last period."""
+        before = commanded if self._starts else self.velocities
+        self._starts, self.commanded = False, commanded
+        self.velocities = before + self._shares * (commanded - before)
 
     @property
-    def velocity(self) -> Array:
-        """(n_base,) once the joints have followed, if the same is commanded again."""
-        now = self.commanded if self._now is None else self._now
-        return now + self._lead * (self.commanded - now)
+    def base(self) -> Array:
+        """(n_base,) of the base once the joints have followed, if the same is commanded again."""
+        now, commanded = self.velocities[: self._n_base], self.commanded[: self._n_base]
+        return now + self._lead * (commanded - now)
 
     def surplus(self, commanded: Array) -> Array:
         """(n_base,) by which the base is faster then than it is commanded now, (n_base,)."""
-        now = commanded if self._now is None else self._now
-        return (1.0 - self._lead) * (now - commanded)
+        return (1.0 - self._lead) * (self.velocities[: self._n_base] - commanded)

@@ -73,7 +73,7 @@ class Solver:
 
     def _solve_box(self, qp: QP) -> Array | None:
         free: Array = eigenpy.LLT(qp.P).solve(-qp.c)
-        if ((free >= qp.lower) & (free <= qp.upper)).all():
+        if all(((free >= qp.lower) & (free <= qp.upper)).tolist()):
             return free
         # P is symmetric: its transpose is the column-major matrix that PIQP wants, without a copy.
         lower, upper = qp.lower - _WIDENING, qp.upper + _WIDENING

@@ -1,8 +1,7 @@
 """The interface of motion controllers, and the report of one control step."""
 
-from dataclasses import dataclass
 from math import inf
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from pinocchio import SE3
 
@@ -13,8 +12,7 @@ from controller.settings import ControllerSettings
 from controller.surroundings import OPEN_FLOOR, Surroundings
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class StepReport:
+class StepReport(NamedTuple):
     """What one control step measured and achieved."""
 
     arrived: bool  # whether the goal is reached within its tolerances; False without a goal

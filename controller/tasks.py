@@ -11,9 +11,8 @@ from controller.floor.base_drive import Pose2D, drive_along
 from controller.floor.route import plain_lead
 from controller.guidance import Guidance
 from controller.holistic_qp import Linearisation, build_qp
-from controller.model import BaseLag, RobotModel
+from controller.model import Lag, RobotModel
 from controller.qp_solver import QP
-from controller.report import StepReport
 from controller.servo import Servo, approach_speed, error_norm, pose_error
 from controller.settings import ControllerSettings
 from controller.surroundings import Surroundings
@@ -39,30 +38,20 @@ class Tick(NamedTuple):
 
 
 class Task(NamedTuple):
-    """The QP of a motion goal, and the report about the goal."""
+    """The QP of a motion goal, and what was measured about the goal."""
 
     qp: QP
-    report: StepReport
+    measured: dict[str, Any]  # what its report says about the goal
     twist: Array | None = None  # (6,) desired end-effector twist in base axes, if there is one
     base_velocity: Array | None = None  # (n_base,) desired velocity of the base, if it is led
     lag_compensation: Callable[[Array], QP | None] = lambda base: None
     """From base velocities (n_base,) to the QP in which the arm compensates for the base's lag."""
 
 
-def report(kinematics: Linearisation, **measured: Any) -> StepReport:
-    """The report of a period with these kinematics and measurements."""
-    return StepReport(
-        manipulability=kinematics.manipulability,
-        heading_error=kinematics.heading_error,
-        bTe=kinematics.bTe,
-        **measured,
-    )
-
-
 def rest_task(tick: Tick) -> Task:
     """Base and arm come to rest."""
     measured = {"arrived": False, "position_error": np.nan, "orientation_error": np.nan}
-    return Task(_qp_towards(np.zeros(len(tick.applied)), tick), report(tick.kinematics, **measured))
+    return Task(_qp_towards(np.zeros(len(tick.applied)), tick), measured)
 
 
 def posture_task(
@@ -79,14 +68,13 @@ def posture_task(
     ]
     duration = max(abs(e) / v if v > 0.0 else 0.0 for e, v in zip(error, speeds, strict=True))
     qd = error / duration if duration > 0.0 else np.zeros_like(error)
-    progress = report(
-        tick.kinematics,
-        arrived=max_error <= goal.tolerance,
-        position_error=0.0,
-        orientation_error=max_error,
-        posture_error=max_error,
-    )
-    return Task(_qp_towards(np.concatenate([np.zeros(model.n_base), qd]), tick), progress)
+    measured = {
+        "arrived": max_error <= goal.tolerance,
+        "position_error": 0.0,
+        "orientation_error": max_error,
+        "posture_error": max_error,
+    }
+    return Task(_qp_towards(np.concatenate([np.zeros(model.n_base), qd]), tick), measured)
 
 
 def base_task(
@@ -103,17 +91,16 @@ def base_task(
     else:
         lead = guidance.lead_base(goal, tick.base, tick.surroundings)
     base = drive_along(model, settings, lead, goal.speed)
-    progress = report(
-        tick.kinematics,
-        arrived=error.position <= goal.position_tolerance
+    measured = {
+        "arrived": error.position <= goal.position_tolerance
         and error.orientation <= goal.heading_tolerance,
-        position_error=error.position,
-        orientation_error=error.orientation,
-        base_time=lead.time_left,
-        unreachable=lead.unreachable,
-    )
+        "position_error": error.position,
+        "orientation_error": error.orientation,
+        "base_time": lead.time_left,
+        "unreachable": lead.unreachable,
+    }
     qp = _qp_towards(np.concatenate([base, np.zeros(len(tick.state.q))]), tick)
-    return Task(qp, progress, base_velocity=base)
+    return Task(qp, measured, base_velocity=base)
 
 
 class PoseTask:
@@ -124,10 +111,10 @@ class PoseTask:
         model: RobotModel,
         settings: ControllerSettings,
         guidance: Guidance | None,
-        base_lag: BaseLag,
+        lag: Lag,
     ) -> None:
         self._model, self._settings = model, settings
-        self._guidance, self._base_lag = guidance, base_lag
+        self._guidance, self._lag = guidance, lag
         self._servo = Servo(settings)
 
     def reset(self, goal: MotionGoal | None) -> None:
@@ -161,7 +148,7 @@ class PoseTask:
             if goal.next_goal is None:
                 guidance.next_goal.reset()
             elif bias is None:
-                m, lag = tick.kinematics.manipulability, self._base_lag
+                m, lag = tick.kinematics.manipulability, self._lag
                 bias = guidance.next_goal.bias(
                     goal.next_goal, error.position, m, lag, tick.base, tick.state.q
                 )
@@ -172,8 +159,10 @@ class PoseTask:
             qp, compensates = _qp_towards(_DECAY * tick.applied, tick), False
 
         def lag_compensation(base: Array) -> QP | None:
-            surplus = near * self._base_lag.surplus(base)
-            if not compensates or np.abs(surplus).max() < _MIN_SURPLUS:
+            if not compensates:
+                return None
+            surplus = near * self._lag.surplus(base)
+            if np.abs(surplus).max() < _MIN_SURPLUS:
                 return None
             late = twist - J[:, : model.n_base] @ surplus
             lower, upper = bounds[0].copy(), bounds[1].copy()
@@ -182,7 +171,7 @@ class PoseTask:
             return build_qp(model, settings, tick.kinematics, late, norm, fixed, tick.applied)
 
         led = None if bias is None or bias.blend < _LED else bias.base_velocity
-        return Task(qp, report(tick.kinematics, **measured), twist, led, lag_compensation)
+        return Task(qp, measured, twist, led, lag_compensation)
 
 
 def _qp_towards(velocities: Array, tick: Tick) -> QP:

@@ -3,6 +3,7 @@
 from math import hypot
 
 import numpy as np
+from pinocchio import SE3
 
 from controller.command import (
     Array,
@@ -24,18 +25,28 @@ class GoalError(ValueError):
     """A goal or state with numbers that are not finite, or a matrix that is not a rotation."""
 
 
-def check_inputs(state: KinematicState, goal: MotionGoal | None, last: Command) -> None:
-    """Check state, goal and last command.
+def check_state(state: KinematicState, last: Command) -> None:
+    """Check state and last command.
 
     Raises:
         GoalError: names the input and what is wrong with it.
     """
-    poses = {"base pose": state.wTb}
     numbers = {
         "joint positions": state.q,
         "last base twist": last.base_twist,
         "last joint velocities": last.qd,
     }
+    _check(numbers, {"base pose": state.wTb})
+
+
+def check_goal(goal: MotionGoal | None) -> None:
+    """Check a goal.
+
+    Raises:
+        GoalError: names what is wrong with it.
+    """
+    poses: dict[str, SE3] = {}
+    numbers: dict[str, Array] = {}
     match goal:
         case PoseGoal():
             poses["goal pose"] = goal.wTe
@@ -53,6 +64,10 @@ def check_inputs(state: KinematicState, goal: MotionGoal | None, last: Command) 
             if not (value > 0.0 if names is _POSITIVE else value >= 0.0):
                 text = name.replace("_", " ")
                 raise GoalError(f"the goal's {text} must be a number {least}, got {value}")
+    _check(numbers, poses)
+
+
+def _check(numbers: dict[str, Array], poses: dict[str, SE3]) -> None:
     everything: list[float] = []
     for array in numbers.values():
         everything += array.tolist()

@@ -68,9 +68,9 @@ class VelocityBounds:
                 upper[number] = self._approach_speed(joint, joint.high - position)
         if self._limit_acceleration:
             for number, (v, change) in enumerate(zip(last.tolist(), self._changes, strict=True)):
-                least, most = v - change, v + change
-                lower[number] = _clamp(lower[number], least, most)
-                upper[number] = _clamp(upper[number], least, most)
+                least, most, low, high = v - change, v + change, lower[number], upper[number]
+                lower[number] = least if low < least else most if low > most else low
+                upper[number] = least if high < least else most if high > most else high
         return np.array(lower), np.array(upper)
 
     def _approach_speed(self, joint: _Joint, distance: float) -> float:
@@ -86,10 +86,6 @@ class VelocityBounds:
             root = sqrt(delay * delay + 2.0 * joint.acceleration * max(room, 0.0))
             speed = min(speed, root - delay)
         return max(speed, -dampers.return_speed)
-
-
-def _clamp(value: float, least: float, most: float) -> float:
-    return least if value < least else most if value > most else value
 
 
 class _Joint(NamedTuple):

@@ -30,9 +30,9 @@ from controller.collision.proximity import Distances, Proximity, Ranges
 from controller.command import Array, KinematicState, MotionGoal, PoseGoal
 from controller.floor.base_drive import Pose2D
 from controller.floor.floor_map import FloorMap
-from controller.model import RobotModel
+from controller.model import Lag, RobotModel
 from controller.qp_solver import Rows
-from controller.settings import CollisionSettings, ControllerSettings
+from controller.settings import CollisionSettings
 from controller.surroundings import Obstacle, Surroundings
 
 SLACK_COSTS = np.array([1e4, 1e4, 1e4, 1e4, 1e4, 1e3, 3e3, 1.5e3])
@@ -44,24 +44,17 @@ _MAX_GAIN = 0.05  # by which the lag may enlarge a distance [m]
 
 
 class DistanceConstraints:
-    """Turns distances into rows, and tracks the velocities that the robot really has."""
+    """Turns distances into rows."""
 
-    def __init__(
-        self, model: RobotModel, settings: ControllerSettings, collision: CollisionSettings
-    ) -> None:
+    def __init__(self, model: RobotModel, collision: CollisionSettings, lag: Lag) -> None:
         self._settings = collision
         self._acceleration = model.acceleration_limits
         robot = model.description
         turns = robot.base.axes[2] != 0.0
         self._turns_and_drives = np.array([turns, ~turns]).T.astype(float)
         """(n_base, 2) 1 where a degree of freedom of the base turns it, and where it drives it."""
-        self._lag = np.concatenate(
-            [np.full(model.n_base, robot.base.lag), np.full(len(robot.arm.joints), robot.arm.lag)]
-        )
-        self._share = 1.0 - np.exp(-settings.period / self._lag)
-        self.velocities = np.zeros(model.n)  # (n,) present velocities as predicted from the lags
-        self._last = np.zeros(model.n)
-        wait = collision.delay_periods * settings.period
+        self._lag = lag
+        wait = collision.delay_periods * lag.period
         drive = self._acceleration[: model.n_base][~turns]
         base_braking = min(_ASSUMED_DECELERATION, collision.braking * float(drive.min()))
         self._delay = _by_kind(robot.base.lag + wait, SELF=robot.arm.lag + wait)
@@ -77,11 +70,6 @@ class DistanceConstraints:
             _by_kind(collision.influence_distance, SELF=collision.self_influence_distance),
         )
         """When a pair matters."""
-
-    def update(self, last: Array) -> None:
-        """Note the velocities (n,) that were applied in the last period."""
-        self._last = last
-        self.velocities += self._share * (last - self.velocities)
 
     def rows(
         self,
@@ -104,9 +92,9 @@ class DistanceConstraints:
             allowed, drift = np.maximum(allowed, 0.0), np.maximum(drift, 0.0)
             slope = np.zeros(len(slope))
         # Linearised in the command at the last one, because of the lag.
-        late = distances.rows * self._lag
+        late = distances.rows * self._lag.constants
         A = distances.rows - slope[:, None] * late
-        least = -allowed - slope * (late @ self._last) - drift
+        least = -allowed - slope * (late @ self._lag.commanded) - drift
         worst = np.minimum(A * bounds[0], A * bounds[1]).sum(axis=1)
         binds = worst < least
         if not binds.any():
@@ -132,7 +120,8 @@ class DistanceConstraints:
         s, rows, kind = self._settings, distances.rows, distances.kind
         room = distances.d - stop[kind]
         room = np.minimum(room, np.maximum(room - margins, 0.0))
-        ahead = self._lag * (self.velocities - self._last)  # until they have caught up [m or rad]
+        # Until they have caught up [m or rad].
+        ahead = self._lag.constants * (self._lag.velocities - self._lag.commanded)
         room = np.minimum(room + rows @ ahead, np.maximum(room, 0.0) + _MAX_GAIN)
 
         braking = s.braking * self._braking(np.abs(rows) * self._acceleration)
@@ -178,11 +167,12 @@ class CollisionAvoidance:
     def __init__(
         self,
         model: RobotModel,
-        settings: ControllerSettings,
         collision: CollisionSettings,
         models: CollisionModels,
+        lag: Lag,
     ) -> None:
-        self._constraints = DistanceConstraints(model, settings, collision)
+        self._lag = lag
+        self._constraints = DistanceConstraints(model, collision, lag)
         self._proximity = Proximity(model, self._constraints.ranges, models)
         self._moving_obstacles = MovingObstacleAvoidance(model)
         self._most_margin = collision.most_margin
@@ -190,10 +180,6 @@ class CollisionAvoidance:
     def prepare(self, surroundings: Surroundings) -> None:
         """Compute in advance what the first period in these surroundings needs."""
         self._proximity.update_shapes(surroundings)
-
-    def update(self, applied: Array) -> None:
-        """Note the velocities (n,) that were applied in the last period."""
-        self._constraints.update(applied)
 
     def rows(
         self,
@@ -245,5 +231,5 @@ class CollisionAvoidance:
         bounds: tuple[Array, Array],
     ) -> Rows | None:
         """The rows that give way to moving obstacles; see `MovingObstacleAvoidance.rows`."""
-        now = self._constraints.velocities
+        now = self._lag.velocities
         return self._moving_obstacles.rows(base, q, now, wanted, led, moving, floor, bounds)

@@ -75,14 +75,13 @@ class Proximity:
         self._models = models or CollisionModels(model)
         self._ranges = ranges
         axes = np.abs(model.description.base.axes)
-        self._goes, self._turns = axes[:2].max(axis=0), axes[2]
-        self._motion = np.zeros((model.n, 2))
-        """Per degree of freedom: largest motion since the last query, and largest speed."""
+        self._axes = np.array([axes[:2].max(axis=0), axes[2]]).T.tolist()
+        """For every degree of freedom of the base, how far it moves and turns it."""
         nothing = np.zeros(0)
         self._none = Distances(
             nothing, np.zeros((0, model.n)), nothing, nothing.astype(int), nothing.astype(int)
         )
-        self._here, self._q = Pose2D(0.0, 0.0, 0.0), np.zeros(model.n - model.n_base)
+        self._here, self._q = Pose2D(0.0, 0.0, 0.0), [0.0] * (model.n - model.n_base)
         self._known = OPEN_FLOOR
         self._start()
 
@@ -104,7 +103,7 @@ class Proximity:
     def update_shapes(self, surroundings: Surroundings) -> None:
         """Start anew with other surroundings; pairs without held or loose objects are kept."""
         known, self._known = self._known, surroundings
-        if surroundings.has_shapes_of(known):
+        if surroundings is known or surroundings.has_shapes_of(known):
             return
         at_least, permanent, centres = self._at_least, self._collision.permanent, self._centres
         self._start()
@@ -133,26 +132,27 @@ class Proximity:
         """
         self.update_shapes(surroundings)
         collision = self._collision
-        self._note_motion(here or Pose2D.of(wTb), q)
-        cloud = surroundings.depth_points
-        self._motion[:, 1] = fastest
-        changes = self._reach @ self._motion
-        self._at_least -= changes[:, 0]
-        speeds = changes[:, 1]
+        moved = self._motion(here or Pose2D.of(wTb), q)
+        nearer = self._reach @ moved
+        self._at_least -= nearer
+        speeds = self._reach @ fastest
         if surroundings.moving:
-            speeds = speeds + self._move_obstacles(surroundings)
-        matters = self._matters(speeds) + margin
-        (some,) = np.nonzero(self._at_least <= matters)
-        points = None
+            speeds += self._move_obstacles(surroundings)
+        matters = self._matters(speeds)
+        if margin > 0.0:
+            matters += margin
+        (some,) = (self._at_least <= matters).nonzero()
+        if len(some):  # and those that would follow in the next period: less often all together
+            (some,) = (self._at_least - nearer <= matters).nonzero()
+        points, cloud = None, surroundings.depth_points
         if cloud is not None:
             depth = self._depth = self._depth or PointClearance(collision, self._ranges.of)
-            points = depth.due(cloud, self._motion)
-        self._motion[:, 0] = 0.0
+            points = depth.due(cloud, np.array([moved, fastest]).T)
         if not len(some) and points is None:
             return self._none
         collision.place(wTb, q, [one.geom for one in surroundings.moving])
         screws = collision.jacobian()
-        near = self._measure(some, matters[some], screws)
+        near = self._measure(some, matters[some], screws) if len(some) else self._none
         return near if points is None else near.joined(self._points(depth.measure(points), screws))
 
     def _measure(self, some: npt.NDArray[np.int64], matters: Array, screws: Array) -> Distances:
@@ -160,7 +160,7 @@ class Proximity:
         results = [collision.measure(pair) for pair in some.tolist()]
         d = np.array([result.min_distance for result in results])
         self._at_least[some] = d
-        (near,) = np.nonzero(d <= matters)
+        near = np.flatnonzero(d <= matters)
         if not len(near):
             return self._none
         some, results = some[near], [results[k] for k in near.tolist()]
@@ -203,14 +203,14 @@ class Proximity:
         """The nearest points (3,) of a pair when last measured; None for depth points."""
         return self._collision.nearest_points(pair) if pair < len(self._moves) else None
 
-    def _note_motion(self, here: Pose2D, q: Array) -> None:
-        """Add the motion of every degree of freedom since the last query."""
+    def _motion(self, here: Pose2D, q: Array) -> Array:
+        """(n,) motion of every degree of freedom since the last query."""
         gone = hypot(here.x - self._here.x, here.y - self._here.y)
-        turned = abs(wrap(here.heading - self._here.heading))
-        n_base, moved = self._model.n_base, self._motion[:, 0]
-        moved[:n_base] += gone * self._goes + turned * self._turns
-        moved[n_base:] += np.abs(q - self._q)
-        self._here, self._q = here, q.copy()
+        turned, joints = abs(wrap(here.heading - self._here.heading)), q.tolist()
+        base = [gone * goes + turned * turns for goes, turns in self._axes]
+        arm = [abs(now - before) for now, before in zip(joints, self._q, strict=True)]
+        self._here, self._q = here, joints
+        return np.array(base + arm)
 
     def _move_obstacles(self, surroundings: Surroundings) -> Array:
         """Subtract the motion of obstacles from the distances; their speeds (P,) [m/s]."""

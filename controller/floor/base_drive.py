@@ -41,8 +41,8 @@ class Pose2D(NamedTuple):
     @classmethod
     def of(cls, wTb: SE3) -> Pose2D:
         """The pose on the floor of a base pose in space."""
-        (x, y, _), rotation = wTb.translation.tolist(), wTb.rotation
-        return cls(x, y, atan2(rotation[1, 0], rotation[0, 0]))
+        (x, y, _), ((c, _, _), (s, _, _), _) = wTb.translation.tolist(), wTb.rotation.tolist()
+        return cls(x, y, atan2(s, c))
 
     def relative_to(self, frame: Pose2D) -> Pose2D:
         """This pose in another frame; the heading in [-pi, pi)."""

@@ -35,8 +35,7 @@ from controller.stance.finder import StanceFinder
 from controller.stance.free_space import se3_of
 from controller.stance.stance import Stance
 from controller.surroundings import OPEN_FLOOR, Surroundings
-from controller.tasks import report
-from controller.validation import check_inputs
+from controller.validation import check_goal, check_state
 from controller.velocity_bounds import VelocityBounds
 
 _AT_REST = 1e-3  # slower commands count as rest [m/s and rad/s]
@@ -108,7 +107,8 @@ class PlanningController:
             GoalError: a number in the state, the goal or the last command is not finite, or a
                 pose has no rotation matrix.
         """
-        check_inputs(state, goal, last)
+        check_state(state, last)
+        check_goal(goal)
         if goal is None or isinstance(goal, BaseGoal):
             self._forget()
             return self._driver.step(state, goal, last, surroundings)
@@ -284,8 +284,10 @@ class PlanningController:
             error = pose_error(state.wTb * kinematics.bTe, goal.wTe)
             position, angle = error.position, error.orientation
             arrived = position <= goal.position_tolerance and angle <= goal.orientation_tolerance
-        return report(
-            kinematics,
+        return StepReport(
+            manipulability=kinematics.manipulability,
+            heading_error=kinematics.heading_error,
+            bTe=kinematics.bTe,
             arrived=arrived,
             position_error=position,
             orientation_error=angle,

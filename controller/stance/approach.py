@@ -72,8 +72,7 @@ class Approach:
         self._backs_out = dock is not None and (self._backs_out or _is_past(dock, base, wTb))
         lead = self._route.lead(floor, wTb, target, stance.reverse != self._backs_out)
         joint_error, transport = stance.q - q, None
-        size = np.abs(joint_error)
-        joint_time = float((size / self._model.limits.qd).max())
+        max_joint_error, joint_time = self._left(joint_error)
         if not follows and not self._goes_in:
             way = self._route.way
             times = lead.time_left, joint_time / self._joint_speed
@@ -84,18 +83,22 @@ class Approach:
             lead = lead._replace(time_left=lead.time_left + straight)
         if transport is not None:
             joint_error = transport - q
-            size = np.abs(joint_error)
-            joint_time = float((size / self._model.limits.qd).max())
+            max_joint_error, joint_time = self._left(joint_error)
         return Remaining(
             distance,
             base_target=lead.target if lead.final else target.relative_to(wTb),
             lead=lead,
             joint_error=joint_error,
-            max_joint_error=float(size.max()),
+            max_joint_error=max_joint_error,
             joint_time=joint_time,
             in_transport=transport is not None,
             docks=dock is not None,
         )
+
+    def _left(self, joint_error: Array) -> tuple[float, float]:
+        """The largest of joint errors (7,) [rad], and the time for them at full speed [s]."""
+        size = np.abs(joint_error)
+        return max(size.tolist()), max((size / self._model.limits.qd).tolist())
 
     def _is_docked(self, stance: Stance, base: Pose2D, wTb: Pose2D, q: Array) -> bool:
         """Whether the base is on the line from the dock and the arm in its posture."""

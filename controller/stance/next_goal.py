@@ -11,7 +11,7 @@ from pinocchio import SE3
 from controller.command import Array
 from controller.floor.base_drive import Pose2D, drive_along
 from controller.floor.route import Route
-from controller.model import BaseLag, RobotModel
+from controller.model import Lag, RobotModel
 from controller.settings import ControllerSettings
 from controller.stance.bank_drawing import dexterity
 from controller.stance.bias import StanceBias
@@ -56,14 +56,14 @@ class NextGoalApproach:
         return search.best
 
     def bias(
-        self, wTe: SE3, error: float, manipulability: float, lag: BaseLag, wTb: Pose2D, q: Array
+        self, wTe: SE3, error: float, manipulability: float, lag: Lag, wTb: Pose2D, q: Array
     ) -> StanceBias | None:
         """The bias of one period; None as long as the next stance is not known.
 
         `wTe` is the next goal, `error` the distance of the end effector to its present one [m].
         """
         if self._led is None:
-            self._led = lag.commanded
+            self._led = lag.commanded[: self._model.n_base]
         if self._search is None or wTe != self._next:
             self._next = wTe.copy()
             self._search = self._finder.search(self._next, wTb, q)
@@ -92,7 +92,7 @@ class NextGoalApproach:
             base_velocity=self._led,
             posture_weight=0.0,
             joint_velocity=np.zeros(len(q)),
-            coasting=lag.velocity,
+            coasting=lag.base,
             response=lag.response,
         )
 

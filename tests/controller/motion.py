@@ -20,6 +20,7 @@ from controller import (
 )
 from controller.collision.distance_constraints import DistanceConstraints
 from controller.collision.proximity import Proximity
+from controller.model import Lag
 from robots import load_robot
 
 READY = load_robot("frankie").arm.ready
@@ -51,7 +52,8 @@ def proximity(model: RobotModel) -> Proximity:
     """The proximity queries of a controller with default settings."""
     settings = ControllerSettings()
     assert settings.collision is not None
-    return Proximity(model, DistanceConstraints(model, settings, settings.collision).ranges)
+    lag = Lag(model, settings.period)
+    return Proximity(model, DistanceConstraints(model, settings.collision, lag).ranges)
 
 
 @dataclass

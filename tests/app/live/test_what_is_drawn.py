@@ -38,7 +38,7 @@ def test_ghosts_stand_at_the_goals_and_are_gone_without_one(tmp_path: Path) -> N
     run = [
         replace(
             snapshot,
-            report=replace(snapshot.report, stance=STANCE if snapshot.tick >= 20 else None),
+            report=snapshot.report._replace(stance=STANCE if snapshot.tick >= 20 else None),
         )
         for snapshot in samples.run(80)
     ]
@@ -55,8 +55,8 @@ def test_the_way_and_the_nearest_distance_are_drawn_while_they_are_there(tmp_pat
     points = (np.array([1.0, 0.0, 0.3]), np.array([1.0, 0.12, 0.3]))
     run = list(samples.run(60))
     for tick in range(20, 40):
-        report = replace(
-            run[tick].report, clearance=0.12, way=way, nearest_points=points, stance=STANCE
+        report = run[tick].report._replace(
+            clearance=0.12, way=way, nearest_points=points, stance=STANCE
         )
         run[tick] = replace(run[tick], report=report)
     path = record(tmp_path / "x.rrd", run)
