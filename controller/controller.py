@@ -120,7 +120,7 @@ class HolisticController:
         """Stage 1: check the inputs; velocity bounds and kinematics of this period."""
         check_state(state, last)
         if goal is not self._checked:
-            check_goal(goal)
+            check_goal(goal, len(state.q))
             self._checked = goal
         base, applied = Pose2D.of(state.wTb), self.model.velocities(last)
         bounds = self._bounds(state.q, applied, _caution(surroundings.uncertainty))

@@ -39,8 +39,8 @@ def check_state(state: KinematicState, last: Command) -> None:
     _check(numbers, {"base pose": state.wTb})
 
 
-def check_goal(goal: MotionGoal | None) -> None:
-    """Check a goal.
+def check_goal(goal: MotionGoal | None, joints: int) -> None:
+    """Check a goal of an arm with so many joints.
 
     Raises:
         GoalError: names what is wrong with it.
@@ -54,8 +54,8 @@ def check_goal(goal: MotionGoal | None) -> None:
                 numbers["goal twist"] = goal.twist
         case PostureGoal():
             numbers["goal posture"] = goal.q
-            if np.shape(goal.q) != np.shape(state.q):
-                raise GoalError(f"the goal posture must have {len(state.q)} joints, got {goal.q}")
+            if np.shape(goal.q) != (joints,):
+                raise GoalError(f"the goal posture must have {joints} joints, got {goal.q}")
         case BaseGoal():
             poses["goal base pose"] = goal.wTb
     for names, least in ((_POSITIVE, "above 0"), (_TOLERANCES, "of at least 0")):

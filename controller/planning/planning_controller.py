@@ -108,7 +108,7 @@ class PlanningController:
                 pose has no rotation matrix.
         """
         check_state(state, last)
-        check_goal(goal)
+        check_goal(goal, len(state.q))
         if goal is None or isinstance(goal, BaseGoal):
             self._forget()
             return self._driver.step(state, goal, last, surroundings)
