@@ -43,6 +43,7 @@ ROOMS = (
     "app.review",
     "app.export",
     "app.authoring",
+    "app.serve",
     "app.commands",
     "app",
     "frankie_task",

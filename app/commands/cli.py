@@ -15,6 +15,7 @@ from app.commands.emulate import app as emulate
 from app.commands.refuse import RefusingGroup, find_tree
 from app.commands.review import delays, explain, film, replay, runs, view
 from app.commands.run import run
+from app.commands.serve import serve
 from app.terminal import Terminal
 
 app = typer.Typer(
@@ -27,7 +28,7 @@ app = typer.Typer(
 )
 
 app.add_typer(authoring)
-for command in (run, dry, runs, view, film, explain, replay, delays, doctor, drivers):
+for command in (run, serve, dry, runs, view, film, explain, replay, delays, doctor, drivers):
     app.command()(command)
 app.add_typer(emulate, name="emulate")
 

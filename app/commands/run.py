@@ -149,6 +149,7 @@ def run(
     control_port: Annotated[
         int | None, typer.Option(help="Of the page of --control.", min=1, max=65535)
     ] = None,
+    control_pipe: Annotated[int | None, typer.Option(hidden=True)] = None,
     force: Annotated[
         bool, typer.Option("--force-outcomes", help="Let the page of --control answer for a node.")
     ] = False,
@@ -217,8 +218,9 @@ def run(
             weights=weights,
             view=ViewOptions(view=view, host=view_host, port=view_port, web_port=web_port),
             control=ControlOptions(
-                page=control,
+                page=control or control_pipe is not None,
                 page_port=control_port,
+                pipe=control_pipe,
                 paused=paused,
                 breaks=tuple(stop_before or ()),
                 groot=groot2,

@@ -8,16 +8,18 @@ from typing import TypeAlias
 
 from app.core.files.folder import SUMMARY
 from app.core.outcome import End
-from app.core.run import Instruments, Run, tell
+from app.core.run import Instruments, Run, Watching, tell
 from app.core.run_options import DEFAULT_SCENE, RunOptions
 from app.core.setup import Setup, open_setup
+from app.core.snapshots import scene_view
 from app.core.summary import Result
-from app.live import OperatorConsole, PageServer, Viewer
+from app.core.world_model import supports
+from app.live import OperatorConsole, PageServer, Plan, RunInfo, Viewer
 from app.terminal import Loading
 from config import Severity
 from hw import WallClock
 from perception import GraspDetector
-from robots import load_robot
+from robots import load_real_robot, load_robot
 from trees.language import Task, TaskFileError, TreeNode, build, load, nodes_in_order
 from trees.site import furniture_diagnostics, place_diagnostics, scene_of
 
@@ -54,9 +56,37 @@ def run_task(
         with open_setup(options, detector, beneath=instruments.beneath, announce=tell) as setup:
             nodes = nodes_in_order(build(task, setup.context))
             _check_places(options, task, setup)
-            console = page.enter_context(_console(options, task, setup, nodes, viewer, page_server))
+            scene = scene_view(
+                setup.truth,
+                setup.context.fixtures,
+                nodes,
+                estimated=setup.context.state.localised is not None,
+            )
+            info = _info(options, task, setup, nodes)
+            embedded = viewer.server if viewer.page is not None else None
+            console = page.enter_context(
+                OperatorConsole(
+                    options.control,
+                    info=info,
+                    nodes=nodes,
+                    inject=setup.robot.inject,
+                    clear=setup.robot.clear,
+                    viewer=embedded.url if embedded else None,
+                    say=tell,
+                    plan=Plan(scene, setup.robot.description.base.size),
+                    server=page_server,
+                )
+            )
             loading("the recording and the viewer")
-            run = Run(options, task, setup, nodes, console, viewer, instruments, interrupted)
+            run = Run(
+                options,
+                task,
+                setup,
+                nodes,
+                Watching(info=info, scene=scene, console=console, viewer=viewer),
+                instruments,
+                interrupted,
+            )
             result = run.execute(loading)
         if setup.problems:
             warnings = [*result.summary.warnings, *setup.problems]
@@ -80,24 +110,16 @@ def _check_places(options: RunOptions, task: Task, setup: Setup) -> None:
         tell(str(replace(found, severity=Severity.WARNING)))
 
 
-def _console(
-    options: RunOptions,
-    task: Task,
-    setup: Setup,
-    nodes: Sequence[TreeNode],
-    viewer: Viewer,
-    page_server: PageServer | None,
-) -> OperatorConsole:
-    embedded = viewer.server if viewer.page is not None else None
-    return OperatorConsole(
-        options.control,
+def _info(options: RunOptions, task: Task, setup: Setup, nodes: Sequence[TreeNode]) -> RunInfo:
+    real = load_real_robot(options.robot)
+    where = (setup.robot.description.name, setup.world, str(options.scene))
+    places = any(getattr(place.node, "key", "") == "place" for place in nodes)
+    return RunInfo(
         task=task.name,
-        nodes=nodes,
-        inject=setup.robot.inject,
-        clear=setup.robot.clear,
-        viewer=embedded.url if embedded else None,
-        say=tell,
-        server=page_server,
+        description=task.description,
+        where=" · ".join((*where, f"seed {options.seed}")),
+        objects=len(supports(setup.truth)) if places else 0,
+        real=real is not None and real.hardware.emulated is None,
     )
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext, suppress
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from app.core.decisions import RecordedDecisions
@@ -15,7 +15,7 @@ from app.core.outcome import End, Outcome
 from app.core.run_options import RunOptions
 from app.core.session import Tick
 from app.core.setup import Setup
-from app.core.snapshots import Snapshots, scene_view
+from app.core.snapshots import Snapshots
 from app.core.summary import Result, Summary, localised_by, summarise
 from app.core.world_model import delivered, supports
 from app.live import (
@@ -25,6 +25,7 @@ from app.live import (
     RecorderError,
     RunDisplay,
     RunInfo,
+    SceneView,
     Viewer,
     tree_view,
 )
@@ -71,6 +72,16 @@ class Instruments:
         """Called after every tick."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class Watching:
+    """What people see of a run."""
+
+    info: RunInfo
+    scene: SceneView
+    console: OperatorConsole
+    viewer: Viewer
+
+
 class Run:
     """One run of a task on a connected robot."""
 
@@ -80,13 +91,13 @@ class Run:
         task: Task,
         setup: Setup,
         nodes: Sequence[TreeNode],
-        console: OperatorConsole,
-        viewer: Viewer,
+        watching: Watching,
         instruments: Instruments,
         interrupted: Callable[[], bool],
     ) -> None:
         self._options, self._task, self._setup, self._nodes = options, task, setup, nodes
-        self._console, self._viewer = console, viewer
+        self._watching = watching
+        self._console, self._viewer = watching.console, watching.viewer
         self._instruments, self._interrupted = instruments, interrupted
         self._supports, self._began = supports(setup.truth), setup.clock.now()
         self._snapshots = Snapshots(nodes, setup.truth)
@@ -138,10 +149,10 @@ class Run:
         console.control.node_changed(changed)
         if (recorder := self._recorder) is not None:
             tell("the recording", lambda: recorder.record(seen))
-        tell("the controls", lambda: console.show(seen))
+        log = self._setup.context.log
+        moment = Moment(seen, log.placed, log.attempts, why, log.in_hand is not None)
+        tell("the controls", lambda: console.show(moment, changed=changed))
         if (display := self._display) is not None:
-            log = self._setup.context.log
-            moment = Moment(seen=seen, placed=log.placed, attempts=log.attempts, paused=why)
             tell("the terminal", lambda: display.update(moment, changed=changed))
 
     def _abandon(self, outcome: Outcome) -> None:
@@ -175,34 +186,19 @@ class Run:
     def _make_recorder(self) -> Recorder | None:
         if not self._options.recording:
             return None
-        setup = self._setup
-        scene = scene_view(
-            setup.truth,
-            setup.context.fixtures,
-            self._nodes,
-            estimated=setup.context.state.localised is not None,
-        )
         return Recorder(
             self._folder / RECORDING,
             tree=tree_view(self._nodes),
-            model=RobotModel(setup.robot.description),
-            scene=scene,
+            model=RobotModel(self._setup.robot.description),
+            scene=self._watching.scene,
             lossless=not self._options.paced,
             server=self._viewer.server,
         )
 
     def _make_display(self) -> AbstractContextManager[RunDisplay | None]:
-        options, setup = self._options, self._setup
-        if not options.shown:
+        if not self._options.shown:
             return nullcontext()
-        where = (setup.robot.description.name, setup.world, str(options.scene))
-        places = any(getattr(place.node, "key", "") == "place" for place in self._nodes)
-        info = RunInfo(
-            task=self._task.name,
-            where=" · ".join((*where, f"seed {options.seed}")),
-            objects=len(self._supports) if places else 0,
-        )
-        return RunDisplay(info, tree_view(self._nodes))
+        return RunDisplay(self._watching.info, tree_view(self._nodes))
 
     def _summary(self, outcome: Outcome, real_seconds: float) -> Summary:
         """Close recorder and outputs, and summarise the run."""

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from py_trees.behaviour import Behaviour
 
+from app.live.changes import Moment, RunInfo
 from app.live.groot import USUAL_PORT, GrootServer
 from app.live.nodes import tree_view
 from app.live.operator import (
@@ -16,12 +17,14 @@ from app.live.operator import (
     Control,
     ControlPage,
     Hook,
+    PagePipe,
     PageServer,
     in_terminal,
     insert_hooks,
     keys,
     matching,
 )
+from app.live.plan import Plan
 from app.live.snapshot import Snapshot, key_figures
 from app.terminal import until_interrupted
 from config import UserError
@@ -34,6 +37,7 @@ class ControlOptions:
 
     page: bool = False
     page_port: int | None = None  # None takes the usual port, or a free one if that is taken
+    pipe: int | None = None  # a socket to the process that serves the page instead, if any
     paused: bool = False
     breaks: tuple[str, ...] = ()
     groot: bool = False
@@ -48,22 +52,23 @@ class OperatorConsole:
     """Controls of one run; use it in a `with` statement. Invalid options raise before it moves.
 
     `inject` and `clear` inject a fault by name and clear the injected ones, `viewer` is the address
-    of live data for a viewer on the page, and `say` prints a line. `server` serves the page across
-    several runs; None makes one for this run. Raises UserError: an option is wrong, or something
-    cannot be served.
+    of live data for a viewer on the page, `plan` draws the scene there, and `say` prints a line.
+    `server` serves the page across several runs; None makes one for this run. Raises UserError: an
+    option is wrong, or something cannot be served.
     """
 
     def __init__(
         self,
         options: ControlOptions,
         *,
-        task: str,
+        info: RunInfo,
         nodes: Sequence[TreeNode],
         inject: Callable[[str], None],
         clear: Callable[[], None],
         viewer: str | None,
         say: Callable[[str], None],
-        server: PageServer | None = None,
+        plan: Plan | None = None,
+        server: PageServer | PagePipe | None = None,
     ) -> None:
         _check(options)
         self.control = Control(
@@ -77,27 +82,29 @@ class OperatorConsole:
         self._emergency = ""
         self._groot: GrootServer | None = None
         self._page: ControlPage | None = None
-        self._server, self._stays = server, server is None
+        self._server, self._stays = server, server is None and options.pipe is None
         tree = tree_view(nodes)
         self.root, hooks = self._insert(options, nodes)
         with ExitStack() as stack:
             if options.groot:
-                groot = GrootServer(task, tree, hooks, self.control, port=options.groot_port)
+                groot = GrootServer(info.task, tree, hooks, self.control, port=options.groot_port)
                 self._groot = stack.enter_context(groot)
             if options.page:
-                if self._server is None:
-                    self._server = stack.enter_context(PageServer(options.page_port))
+                pages = self._server or stack.enter_context(_server(options))
                 self._page = ControlPage(
                     self.control,
                     tree,
                     inject=inject,
                     clear=clear,
+                    info=info,
+                    plan=plan,
                     viewer=viewer,
                     hooks=hooks,
                     may_force=options.force,
                 )
-                self._server.serve(self._page)
-                if self._server.stopped:  # since the run before
+                self._server = pages
+                pages.serve(self._page)
+                if pages.stopped:  # since the run before
                     self.control.stop()
             self._stack = stack.pop_all()
 
@@ -113,12 +120,13 @@ class OperatorConsole:
         with keys(self.control) as listening:
             if listening:
                 self._say(HELP)
-            if self._server is not None:
+            if isinstance(self._server, PageServer):
                 self._say(f"control at {self._server.url}")
             yield
 
-    def show(self, snapshot: Snapshot) -> None:
-        """Pass a tick to the page and to Groot2."""
+    def show(self, moment: Moment, *, changed: bool) -> None:
+        """Pass a tick to the page and to Groot2; `changed` is whether a node's status changed."""
+        snapshot = moment.seen
         emergency = self.control.state.emergency
         if emergency and not self._emergency:
             self._say(
@@ -129,7 +137,7 @@ class OperatorConsole:
         if self._acknowledge_after is not None:
             self._stand_in(snapshot, self._acknowledge_after)
         if self._page is not None:
-            self._page.show(snapshot)
+            self._page.show(moment, changed=changed)
         if self._groot is not None:
             self._groot.show(snapshot, {**snapshot.blackboard, **key_figures(snapshot)})
 
@@ -148,10 +156,10 @@ class OperatorConsole:
 
         Returns at once if another run may follow on the page, or after Ctrl-C in the run.
         """
-        if self._page is None or self._server is None:
+        if self._page is None:
             return
         self._page.end(outcome, explanation)
-        if not self._stays:
+        if not self._stays or not isinstance(self._server, PageServer):
             return
         if self.left:
             self._server.farewell()
@@ -197,6 +205,13 @@ class OperatorConsole:
         self.control.pause(f"{name} waits for approval" if hook.asks else f"before {name}")
         if self._groot is not None:
             self._groot.reached(hook)
+
+
+@contextmanager
+def _server(options: ControlOptions) -> Iterator[PageServer | PagePipe]:
+    pipe = options.pipe
+    with PageServer(options.page_port) if pipe is None else PagePipe(pipe) as pages:
+        yield pages
 
 
 def _check(options: ControlOptions) -> None:

@@ -109,10 +109,9 @@ def parents(tree: Sequence[NodeInfo]) -> tuple[int | None, ...]:
     return tuple(found)
 
 
-def leaves(tree: Sequence[NodeInfo]) -> tuple[int, ...]:
+def leaves(tree: Sequence[NodeInfo]) -> set[int]:
     """Indices of the nodes without children."""
-    inner = set(parents(tree))
-    return tuple(index for index in range(len(tree)) if index not in inner)
+    return {*range(len(tree))} - {*parents(tree)}
 
 
 def tip(nodes: Sequence[NodeStatus]) -> int:

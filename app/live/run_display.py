@@ -5,20 +5,18 @@ readable. A thread of its own writes; the loop only leaves the newest snapshot.
 """
 
 import threading
-from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
-from typing import NamedTuple, Self
+from typing import Self
 
 from py_trees.common import Status
 from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
+from app.live.changes import LONGEST_NAME, Changes, Moment, RunInfo
 from app.live.nodes import (
     LOOK_GLYPH,
-    STATUS_GLYPH,
     Look,
     NodeInfo,
     NodeStatus,
@@ -28,7 +26,6 @@ from app.live.nodes import (
     shortened,
     tip,
 )
-from app.live.snapshot import Snapshot
 from app.task_time import task_time
 from app.terminal import Terminal
 from hw import stopwatch
@@ -42,25 +39,6 @@ _STYLES = {
     Look.NOT_YET: "yellow",
     Look.FAILURE: "red",
 }
-_LONGEST_NAME = 40
-
-
-class Moment(NamedTuple):
-    """One tick, with the figures beside the tree."""
-
-    seen: Snapshot
-    placed: int
-    attempts: int
-    paused: str = ""  # why the run is paused; empty if it is not
-
-
-@dataclass(frozen=True, kw_only=True)
-class RunInfo:
-    """Constant data of a run."""
-
-    task: str
-    where: str
-    objects: int = 0  # number of objects to be placed; 0 if unknown or none
 
 
 class RunDisplay:
@@ -77,8 +55,6 @@ class RunDisplay:
         if self._console.is_terminal:
             self._live = Live(console=self._console, auto_refresh=False, transient=True)
         self._newest: Moment | None = None
-        self._changed: deque[Moment] = deque()
-        self._paused, self._faults = "", 0
         self._error: Exception | None = None
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, name="terminal", daemon=True)
@@ -104,10 +80,8 @@ class RunDisplay:
         if self._error is not None:
             raise self._error
         self._newest = moment
-        faults = len(moment.seen.state.faults)
-        if changed or moment.paused != self._paused or faults != self._faults:
-            self._paused, self._faults = moment.paused, faults
-            self._changed.append(moment)
+        if self._live is None:
+            self._changes.note(moment, changed=changed)
 
     def _run(self) -> None:
         try:
@@ -121,11 +95,10 @@ class RunDisplay:
     def write(self) -> None:
         """Write the newest state now."""
         if self._live is None:
-            while self._changed:
-                for line in self._changes.lines(self._changed.popleft()):
-                    self._console.print(line, soft_wrap=True, markup=False, highlight=False)
+            for line in self._changes.take():
+                said = f"{line.time:8.2f} s  {line.text}"
+                self._console.print(said, soft_wrap=True, markup=False, highlight=False)
             return
-        self._changed.clear()
         if self._newest is not None:
             text = picture(
                 self._info,
@@ -192,7 +165,7 @@ def _tree_lines(tree: Sequence[NodeInfo], nodes: Sequence[NodeStatus], *, rows: 
         node, status, style = tree[index], nodes[index], _STYLES[states[index]]
         line = Text("  " * node.depth)
         line.append(f"{LOOK_GLYPH[states[index]]} ", style=style)
-        name = shortened(node.title, _LONGEST_NAME)
+        name = shortened(node.title, LONGEST_NAME)
         line.append(name, style=f"bold {style}" if index == running else style)
         message = " ".join(status.message.split())
         if index == running:
@@ -203,41 +176,3 @@ def _tree_lines(tree: Sequence[NodeInfo], nodes: Sequence[NodeStatus], *, rows: 
     if not fits:
         lines[-1].append(f"   (+ {len(tree) - len(shown)} nodes)", style="bright_black")
     return lines
-
-
-class Changes:
-    """One line for every change of a leaf, of the robot's faults, and of pauses."""
-
-    def __init__(self, info: RunInfo, tree: Sequence[NodeInfo]) -> None:
-        self._info = info
-        self._leaves = leaves(tree)
-        self._names = [shortened(node.title, _LONGEST_NAME) for node in tree]
-        self._statuses = [Status.INVALID] * len(tree)
-        self._faults: tuple[str, ...] = ()
-        self._paused, self._placed = "", 0
-
-    def lines(self, moment: Moment) -> Iterator[str]:
-        """The lines that are new since the moment before."""
-        at = f"{moment.seen.time:8.2f} s  "
-        faults = tuple(fault.text for fault in moment.seen.state.faults)
-        if faults != self._faults:
-            yield f"{at}! {'FAULT: ' + '; '.join(faults) if faults else 'faults cleared'}"
-        if moment.paused != self._paused:
-            yield f"{at}‖ PAUSED {moment.paused}" if moment.paused else f"{at}▶ resumed"
-        self._faults, self._paused = faults, moment.paused
-        for index in self._leaves:
-            before, now = self._statuses[index], moment.seen.nodes[index]
-            self._statuses[index] = now.status
-            if now.status is not before and (line := self._change(index, before, now)):
-                yield at + line
-        if moment.placed != self._placed and self._info.objects:
-            yield f"{at}  {moment.placed} of {self._info.objects} placed"
-        self._placed = moment.placed
-
-    def _change(self, index: int, before: Status, now: NodeStatus) -> str:
-        if now.status is Status.INVALID:
-            return f"■ {self._names[index]}: halted" if before is Status.RUNNING else ""
-        message = " ".join(now.message.split())
-        answered_no = now.status is Status.FAILURE and before is not Status.RUNNING
-        glyph = LOOK_GLYPH[Look.NOT_YET] if answered_no else STATUS_GLYPH[now.status]
-        return f"{glyph} {self._names[index]}" + (f": {message}" if message else "")

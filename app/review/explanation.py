@@ -59,6 +59,11 @@ class Explanation:
     history: Sequence[str]
     damage: Sequence[str]
 
+    @property
+    def headline(self) -> str:
+        """The first cause, in one line."""
+        return next(_why(self))
+
     def __str__(self) -> str:
         return "\n\n".join("\n".join(lines) for lines in _sections(self) if lines)
 

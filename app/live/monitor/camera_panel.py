@@ -10,8 +10,9 @@ import numpy as np
 import numpy.typing as npt
 import rerun as rr
 
-from app.live.monitor.columns import Array, Instant, log_static, send_poses, set_time
+from app.live.monitor.columns import Instant, log_static, send_poses, set_time
 from app.live.monitor.glyphs import Colour
+from app.live.picture import grasp_outline, grey_range, millimetres
 from app.live.snapshot import Snapshot
 from hw import DepthFrame
 from perception import Detection, GraspEstimate
@@ -28,7 +29,6 @@ _LEVELS = 20  # steps of the heat map; step 0 is transparent
 _BEST: Colour = (255, 255, 255)
 _OTHERS: Colour = (150, 155, 165)
 _MOST_GRASPS = 6
-_FINGER_BREADTH = 0.02
 _PNG = (cv2.IMWRITE_PNG_COMPRESSION, 1, cv2.IMWRITE_PNG_STRATEGY, cv2.IMWRITE_PNG_STRATEGY_RLE)
 
 
@@ -87,7 +87,7 @@ class CameraPanel:
             media_type="image/png",
             meter=1000.0,
             colormap="grayscale",
-            depth_range=_grey_range(depth),
+            depth_range=grey_range(depth),
         )
         height, width = frame.depth.shape
         steps = np.zeros((height, width), np.uint8)
@@ -123,13 +123,6 @@ def _quality_colours() -> rr.AnnotationContext:
     )
 
 
-def millimetres(depth: npt.NDArray[np.float32]) -> npt.NDArray[np.uint16]:
-    """(H, W) depth in millimetres from metres; 0 where missing."""
-    whole = np.nan_to_num(depth * 1000.0, nan=0.0, posinf=0.0, neginf=0.0)
-    image: npt.NDArray[np.uint16] = np.clip(np.rint(whole), 0, 65535).astype(np.uint16)
-    return image
-
-
 def heat_map(detection: Detection, width: int, height: int) -> npt.NDArray[np.uint8]:
     """(height, width) quality map over the full image, in steps from 0 to 1."""
     steps = np.clip(np.rint(detection.quality * _LEVELS), 0, _LEVELS).astype(np.uint8)
@@ -141,23 +134,3 @@ def heat_map(detection: Detection, width: int, height: int) -> npt.NDArray[np.ui
         steps, crop_to_image, (width, height), flags=cv2.INTER_NEAREST
     ).astype(np.uint8)
     return over
-
-
-def _grey_range(depth: npt.NDArray[np.uint16]) -> tuple[float, float]:
-    """Depths drawn black and white [mm], for near objects rather than the floor behind them."""
-    measured = depth[depth > 0]
-    if not measured.size:
-        return 0.0, 1000.0
-    near, far = np.percentile(measured, (1, 40))
-    return float(near), float(max(far, near + 150.0))
-
-
-def grasp_outline(grasp: GraspEstimate, frame: DepthFrame) -> Array:
-    """(5, 2) closed outline of the open fingers in the image [px]."""
-    distance = max(float(frame.wTc.actInv(grasp.wTg.translation)[2]), 1e-3)
-    scale = frame.intrinsics.fx / distance / 2.0
-    across = scale * grasp.width * np.array([np.cos(grasp.angle), np.sin(grasp.angle)])
-    along = scale * _FINGER_BREADTH * np.array([-np.sin(grasp.angle), np.cos(grasp.angle)])
-    corners = [across + along, across - along, -across - along, -across + along, across + along]
-    outline: Array = np.array(grasp.pixel) + np.array(corners)
-    return outline

@@ -1,19 +1,19 @@
-// Polls the state of the run five times a second, draws it with `view`, and sends the actions of
-// buttons and keys.
+// Hears of the run by server-sent events, draws it with `view`, and sends the actions of buttons.
 "use strict";
 
 const PERIOD = 200, TIMEOUT = 4000;  // [ms]
-const token = location.hash.slice(1);
-const element = (id) => document.getElementById(id);
+const SILENCE = 3;  // after which to connect anew [s]
+const SEVERITIES = ["info", "warning", "error"];
+const MOST_LINES = 300;  // of the log
 const seconds = () => performance.now() / 1000;
 
-let run = null, answer = "none", heard = seconds(), took = 0;
+let run = null, about = null, answer = "none", heard = seconds(), took = 0;
 let wanted = null;  // Stop or Pause, sent again until the state confirms it
-let note = "", chosen = null, tree = null, nodes = [], drawn = null;
+let note = "", chosen = null, tree = null, pictured = null, drawn = null, desk = null;
 
 function state() {
   return {
-    run, answer, note, chosen,
+    run, about, answer, note, chosen, pictured,
     silent: seconds() - heard,
     patience: OLD + Math.min(took, 3),
     wanted: wanted && { id: wanted.id, name: wanted.name, seconds: seconds() - wanted.since },
@@ -23,16 +23,15 @@ function state() {
 class Refusal extends Error {}
 
 // One request; its result, or that there is none, is stored in `answer`.
-async function ask(path, method = "GET") {
+async function ask(path, method = "GET", more = {}) {
   const sent = seconds();
   let reply;
   try {
-    const headers = { "X-Token": token, ...(run ? { "X-Seen": run.told_at } : {}) };
-    reply = await fetch(path, { method, headers, signal: AbortSignal.timeout(TIMEOUT) });
+    const headers = { ...(run ? { "X-Seen": run.told_at } : {}), ...more.headers };
+    reply = await fetch(path, { method, ...more, headers, signal: AbortSignal.timeout(TIMEOUT) });
     const body = reply.ok ? await reply.json() : null;
     answer = reply.status === 403 ? "forbidden" : "told";
-    heard = seconds();
-    took = heard - sent;
+    took = seconds() - sent;
     if (body !== null) return body;
   } catch (error) {
     answer = error.name === "TimeoutError" ? "none" : "refused";
@@ -43,12 +42,16 @@ async function ask(path, method = "GET") {
 
 // Keep the newest state; ignore one that was overtaken by another.
 function hear(told) {
+  heard = seconds();
   if (run && told.run === run.run && told.told_at < run.told_at) return;
+  const over = run && run.phase !== "over" && told.phase === "over";
   run = told;
-  const done = run.stopped || (run.phase === "over" && !run.again);
+  const done = run.stopped || run.phase === "idle" || (run.phase === "over" && !run.again);
   if (wanted && (done || (wanted.id === "pause" && (run.paused || run.phase === "over")))) wanted = null;
+  if (run.desk && desk === null) desk = new Tasks(element("tasks"), () => show("robot"));
+  if (run.phase === "idle" && document.body.dataset.tab === "robot") show("tasks");
+  if (over && desk) desk.loadRuns();
 }
-
 async function press(id) {
   const { name, path } = BUTTONS[id], repeated = id === "stop" || id === "pause";
   note = "";
@@ -88,69 +91,157 @@ function draw() {
   drawn = view(state());
   for (const [id, is] of Object.entries(drawn.enabled)) element(id).disabled = !is;
   for (const [id, is] of Object.entries(drawn.shown)) element(id).hidden = !is;
-  for (const [id, text] of Object.entries(drawn.texts)) {
-    if (element(id).textContent !== text) element(id).textContent = text;
-  }
+  for (const [id, text] of Object.entries(drawn.texts)) setText(element(id), text);
   for (const [id, look] of Object.entries(drawn.looks)) element(id).className = look;
-  if (run && run.injectable && !element("fault").length) {
-    for (const name of run.injectable) element("fault").add(new Option(name));
+  drawFigures(drawn.figures);
+  drawPending(drawn.forced);
+  if (tree && run) tree.show(run, chosen);
+  if (run && run.moving && element("moving").drawn !== run.moving) {
+    element("moving").innerHTML = element("moving").drawn = run.moving;
+    element("plan").setAttribute("viewBox", run.view_box);
   }
-  embed(drawn.viewer);
-  if (tree && run && run.run === planted) tree.show(run, chosen);
 }
 
-function embed(source) {
-  const frame = document.querySelector("iframe");
-  if (!source || (frame && frame.getAttribute("src") === source)) return;
-  const made = document.createElement("iframe");
-  made.src = source;
-  made.title = "viewer";
-  element("viewer").replaceChildren(made);
+function drawFigures(figures) {
+  const place = element("figures"), names = Object.keys(figures);
+  if (place.names !== names.join()) {
+    place.names = names.join();
+    place.replaceChildren(...names.flatMap((name) => [made("dt", { textContent: name }), made("dd")]));
+  }
+  place.querySelectorAll("dd").forEach((one, index) => setText(one, figures[names[index]]));
+}
+
+// The outcomes that people have chosen and that have not struck yet.
+function drawPending(forced) {
+  const place = element("pending"), all = JSON.stringify(forced);
+  if (place.all === all || !tree) return;
+  place.all = all;
+  place.replaceChildren(...Object.entries(forced).map(([index, outcome]) => made("p", {},
+    `${tree.nodes[index].title} will end with ${outcome}`,
+    made("button", { textContent: "Take back", onclick: () => ask(`/force/${index}/nothing`, "POST").then(hear) }))));
 }
 
 function choose(index) {
   chosen = index;
-  element("chosen-name").textContent = nodes[index].title;
+  setText(element("chosen-name"), tree.nodes[index].title);
   draw();
 }
 
-let planted = 0;  // number of the run whose tree is drawn
-async function plant() {
-  const told = await ask("/tree");
-  nodes = told.nodes;
-  planted = told.run;
-  chosen = null;
-  element("tree").replaceChildren();
-  tree = nodes.length ? new Tree(element("tree"), nodes, choose) : null;
+const TABS = ["robot", "tree", "log", "viewer", "tasks"];
+function show(tab) {
+  document.body.dataset.tab = tab;
+  for (const one of TABS) element(`tab-${one}`).setAttribute("aria-selected", one === tab);
+  if (tab === "viewer") openViewer();
+  if (tab === "tree" && tree) tree.follow();
 }
 
-async function poll() {
-  try {
-    const told = wanted ? await ask(wanted.path, "POST") : await ask("/state");
-    if (told.run !== planted) await plant();
-    if (told.run === planted) hear(told);
-  } catch {
-    // stored by `ask`
+// The viewer is loaded when somebody opens its tab.
+function openViewer(again = false) {
+  const source = about && about.viewer, frame = document.querySelector("iframe");
+  if (!source || (!again && frame && frame.getAttribute("src") === source)) return;
+  element("frame").replaceChildren(made("iframe", { src: source, title: "3-D viewer" }));
+}
+
+// Begin to show another run, or the same again after a gap.
+function begin(told) {
+  const same = JSON.stringify(about) === JSON.stringify(told);
+  about = told;
+  element("log").replaceChildren();
+  if (same) return;
+  [chosen, pictured] = [null, null];
+  element("moving").innerHTML = "";
+  element("fixed").innerHTML = about.plan || "";
+  element("fault").replaceChildren(...(about.injectable || []).map((name) => new Option(name)));
+  tree = (about.nodes || []).length ? new Tree(element("tree"), about.nodes, choose) : null;
+  if (!tree) element("tree").replaceChildren();
+}
+
+function log(lines) {
+  const place = element("log");
+  place.prepend(...lines.reverse().map(([time, severity, node, text]) => made("li", { className: severity },
+    made("time", { textContent: `${time.toFixed(2)} s` }), made("span", { textContent: text }))));
+  while (place.childElementCount > MOST_LINES) place.lastChild.remove();
+  filter();
+}
+
+function filter() {
+  const least = SEVERITIES.indexOf(element("severity").value), words = element("words").value.trim().toLowerCase();
+  for (const line of element("log").children) {
+    line.hidden = SEVERITIES.indexOf(line.className) < least || !line.textContent.toLowerCase().includes(words);
   }
-  setTimeout(poll, PERIOD);
 }
 
-for (const id of Object.keys(BUTTONS)) {
-  element(id).addEventListener("click", (event) => {
-    if (event.detail) element(id).blur();  // so that keys for the page do not press it again
-    press(id);
+let events = null, opened = 0, retry = 0;
+function listen() {
+  clearTimeout(retry);
+  if (events) events.close();
+  if (document.hidden) return;
+  opened = seconds();
+  events = new EventSource("/events");
+  const on = (kind, act) => events.addEventListener(kind, (event) => act(JSON.parse(event.data)));
+  on("about", begin);
+  on("state", (told) => {
+    answer = "told";
+    hear(told);
+    draw();
   });
+  on("log", log);
+  on("picture", (told) => {
+    pictured = told && told.stamp;
+    if (told) element("picture").src = told.url;
+  });
+  events.onerror = async () => {
+    events.close();
+    await ask("/state").catch(() => {});  // for the reason
+    retry = setTimeout(listen, 2 * PERIOD);
+  };
 }
 
-// A control that has the focus keeps its keys. Space only ever pauses.
-const KEYS = { " ": "pause", s: "step", n: "next" };
+// A hidden tab lets go of its connection: a browser has six of them.
+document.addEventListener("visibilitychange", () => {
+  if (document.hidden) answer = "asleep";
+  listen();
+});
+window.addEventListener("offline", listen);
+
+async function enter() {
+  const token = location.hash.slice(1);
+  if (token) {
+    try {
+      await ask("/enter", "POST", { headers: { "X-Token": token } });
+      history.replaceState(null, "", location.pathname);
+    } catch (error) {
+      if (!(error instanceof Refusal)) return setTimeout(enter, 2 * PERIOD);
+    }
+  }
+  listen();
+}
+
+for (const id of Object.keys(BUTTONS)) element(id).addEventListener("click", () => press(id));
+for (const tab of TABS) element(`tab-${tab}`).addEventListener("click", () => show(tab));
+element("again").addEventListener("click", () => desk.send("/again"));
+element("search").addEventListener("input", (event) => tree && tree.search(event.target.value));
+element("fold").addEventListener("click", () => tree && tree.foldAll(true));
+element("unfold").addEventListener("click", () => tree && tree.foldAll(false));
+element("severity").addEventListener("change", filter);
+element("words").addEventListener("input", filter);
+element("jump").addEventListener("click", () => openViewer(true));
+
+// The only key of the whole page; it stops, and nothing else.
 document.addEventListener("keydown", (event) => {
-  const id = KEYS[event.key];
-  if (!id || event.ctrlKey || event.metaKey || event.altKey || document.activeElement !== document.body) return;
-  event.preventDefault();
-  if (drawn.enabled[id] && !event.repeat) press(id);
+  if (event.key === "Escape" && drawn.enabled.stop && !event.repeat) press("stop");
 });
 
+let sending = false;
+setInterval(async () => {
+  draw();
+  if (seconds() - Math.max(heard, opened) > SILENCE) listen();  // the connection may be dead
+  if (!wanted || sending || seconds() - wanted.since < 0.3) return;
+  sending = true;
+  await ask(wanted.path, "POST").then(hear).catch(() => {});
+  sending = false;
+}, PERIOD);
+
+show("robot");
 draw();
-setInterval(draw, PERIOD);
-poll();
+enter();

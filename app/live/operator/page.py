@@ -1,29 +1,39 @@
-"""Control page in the browser: shows the tree of a run, and pauses, steps and stops it.
+"""What the control page shows of one run, and the actions of its buttons.
 
-The page draws the tree itself, independent of the 3-D viewer, and shows the age of its state.
+The loop only leaves its newest tick; everything else is made on the thread of whoever asks.
 """
 
+from __future__ import annotations
+
+import threading
 from collections.abc import Callable, Sequence
 from functools import partial
 from urllib.parse import urlsplit
 
 from py_trees.common import Status
 
+from app.live.changes import Changes, LogBook, Moment, RunInfo
 from app.live.nodes import NodeInfo, looks, tip
 from app.live.operator.control import Control
 from app.live.operator.hooks import Hook
+from app.live.operator.sources import Told
+from app.live.outlook import outlook, purpose
+from app.live.picture import picture
+from app.live.plan import Plan
 from app.live.snapshot import Snapshot
 from app.live.web import viewer_address
-from app.task_time import task_time
-from hw import INJECTABLE, stopwatch
+from app.task_time import in_words
+from hw import INJECTABLE, DepthFrame, stopwatch
+from perception import Detection
 
 _OFFERED = tuple(name for name, fault in INJECTABLE.items() if not fault.of_world)
 _LOST = 0.5  # two standard deviations of the position from which the robot is not localised [m]
 _FORCED = {"success": Status.SUCCESS, "failure": Status.FAILURE, "nothing": None}
+_PICTURE_PERIOD = 0.4  # shortest time between two pictures [s]
 
 
 class ControlPage:
-    """State of one run for the page, and the actions of its buttons; served by a `PageServer`.
+    """The page of a run in this process.
 
     `tree` has the nodes in preorder and `hooks` their hooks; `inject` takes a name in `INJECTABLE`.
     `viewer` is live data for a viewer on the page, as `rerun+http://127.0.0.1:9876/proxy`, and
@@ -37,23 +47,41 @@ class ControlPage:
         *,
         inject: Callable[[str], None],
         clear: Callable[[], None],
+        info: RunInfo | None = None,
+        plan: Plan | None = None,
         viewer: str | None = None,
         hooks: Sequence[Hook] = (),
         may_force: bool = False,
         seconds: Callable[[], float] = stopwatch,
     ) -> None:
         self.viewer_hosts = "'self'" + (f" http://{urlsplit(viewer).netloc}" if viewer else "")
-        """To which the viewer on the page may connect."""
-        self._control = control
-        self._tree = tuple(tree)
-        self._viewer = viewer
-        self._hooks = tuple(hooks)
-        self._may_force = may_force
-        self._seconds = seconds
-        self._snapshot: Snapshot | None = None
+        self._control, self._tree, self._hooks = control, tuple(tree), tuple(hooks)
+        self._plan, self._seconds = plan, seconds
+        info = info or RunInfo(task="", where="")
+        self._about = {
+            "task": info.task,
+            "description": info.description,
+            "where": info.where,
+            "real": info.real,
+            "objects": info.objects,
+            "nodes": [(one.name, one.title, one.kind, one.depth) for one in self._tree],
+            "plan": plan.fixed if plan else "",
+            "injectable": _OFFERED,
+            "can_force": may_force,
+            "viewer_hosts": self.viewer_hosts,
+            "viewer": f"/viewer/{viewer_address(viewer)}" if viewer else None,
+        }
+        self._moment: Moment | None = None
         self._shown_at = seconds()
         self._finished = False
         self._outcome = self._explanation = ""
+        self._changes = Changes(info, self._tree)
+        self.log = LogBook()
+        self._lock = threading.Lock()
+        self._frame: tuple[DepthFrame, Detection | None] | None = None
+        self._pictured: tuple[DepthFrame, Detection | None] | None = None
+        self._pictured_at = float("-inf")
+        self._picture: Told | None = None
         self._actions: dict[str, Callable[[], None]] = {
             "/pause": control.pause,
             "/resume": control.resume,
@@ -74,9 +102,12 @@ class ControlPage:
                 for name, status in _FORCED.items():
                     self._actions[f"/force/{i}/{name}"] = partial(setattr, hook, "forced", status)
 
-    def show(self, snapshot: Snapshot) -> None:
-        """Set the tick that the page shows."""
-        self._snapshot, self._shown_at = snapshot, self._seconds()
+    def show(self, moment: Moment, *, changed: bool) -> None:
+        """Set the tick that the page shows; `changed` is whether a node's status changed in it."""
+        self._moment, self._shown_at = moment, self._seconds()
+        self._changes.note(moment, changed=changed)
+        if moment.seen.frame is not None:
+            self._frame = moment.seen.frame, moment.seen.detection
 
     def finish(self) -> None:
         """Report that the robot is at rest and no tick follows."""
@@ -90,20 +121,38 @@ class ControlPage:
         """End the run."""
         self._control.stop()
 
-    def action(self, path: str) -> Callable[[], None] | None:
-        """The action of a POST to a path; None if there is none."""
-        return None if self._outcome else self._actions.get(path)
+    def act(self, path: str) -> bool:
+        """Do what a button asks for by its path; whether there is such a button."""
+        action = None if self._outcome else self._actions.get(path)
+        if action is not None:
+            action()
+        return action is not None
 
-    def tree(self) -> list[dict[str, object]]:
-        """The nodes, for JSON."""
-        return [{"title": n.title, "kind": n.kind, "depth": n.depth} for n in self._tree]
+    def about(self) -> Told:
+        """What does not change."""
+        return self._about
 
-    def state(self) -> dict[str, object]:
+    def catch_up(self) -> None:
+        """Put what has happened into the log."""
+        with self._lock:
+            self.log.add(self._changes.take())
+
+    def picture(self) -> Told | None:
+        """The last picture of the camera, made at most a few times a second."""
+        with self._lock:
+            newest, now = self._frame, self._seconds()
+            is_new = newest is not self._pictured and now - self._pictured_at > _PICTURE_PERIOD
+            if newest is not None and is_new:
+                self._pictured, self._pictured_at = newest, now
+                self._picture = {"url": picture(*newest), "stamp": newest[0].stamp}
+            return self._picture
+
+    def state(self) -> Told:
         """What the page shows, for JSON; `age` is that of the tick [s]."""
-        state, snapshot = self._control.state, self._snapshot
+        state, moment = self._control.state, self._moment
         waiting = next((i for i, hook in enumerate(self._hooks) if hook.waiting), None)
         to_approve = waiting is not None and self._hooks[waiting].asks
-        shown: dict[str, object] = {
+        shown: Told = {
             "phase": self._phase,
             "age": self._seconds() - self._shown_at,
             "paused": state.paused,
@@ -112,9 +161,6 @@ class ControlPage:
             "ticks": state.ticks,
             "emergency": state.emergency,
             "pressed": state.pressed,
-            "injectable": _OFFERED,
-            "viewer": f"/viewer/{viewer_address(self._viewer)}" if self._viewer else None,
-            "can_force": self._may_force,
             "breaks": [i for i, hook in enumerate(self._hooks) if hook.stops],
             "forced": {
                 i: outcome.value.lower()
@@ -126,18 +172,34 @@ class ControlPage:
             "outcome": self._outcome,
             "explanation": self._explanation,
         }
-        if snapshot is not None:
-            index = tip(snapshot.nodes)
-            shown |= {
-                "time": task_time(snapshot.time, snapshot.paused_s),
-                "tip": index,
-                "node": self._tree[index].name,
-                "message": snapshot.nodes[index].message,
-                "localised": _localised(snapshot),
-                "faults": [fault.text for fault in snapshot.state.faults],
-                "looks": looks(self._tree, snapshot.nodes),
-            }
-        return shown
+        return shown if moment is None else shown | self._of_tick(moment)
+
+    def _of_tick(self, moment: Moment) -> Told:
+        seen = moment.seen
+        index = tip(seen.nodes)
+        then, otherwise = outlook(self._tree, index)
+        with self._lock:
+            spent = [round(seconds, 1) for seconds in self._changes.spent(seen.time)]
+        told: Told = {
+            "time": in_words(seen.time),
+            "paused_s": seen.paused_s,
+            "stamp": seen.stamp,
+            "placed": moment.placed,
+            "attempts": moment.attempts,
+            "tip": index,
+            "purpose": purpose(self._tree, seen.nodes, index),
+            "message": seen.nodes[index].message,
+            "then": then,
+            "otherwise": otherwise,
+            "figures": _figures(moment),
+            "faults": [fault.text for fault in seen.state.faults],
+            "looks": "".join(look[0] for look in looks(self._tree, seen.nodes)),
+            "spent": spent,
+        }
+        if self._plan is not None:
+            box = self._plan.view_box(seen.state.wTb.translation[None, :2])
+            told |= {"moving": self._plan.now(moment), "view_box": box}
+        return told
 
     @property
     def _phase(self) -> str:
@@ -145,7 +207,7 @@ class ControlPage:
             return "over"
         if self._finished:
             return "finished"
-        return "starting" if self._snapshot is None else "running"
+        return "starting" if self._moment is None else "running"
 
     def _answer(self, hook: Hook, answer: Status | None) -> None:
         """Let the node begin, or end, that waits for approval, unless another waits by now."""
@@ -154,9 +216,34 @@ class ControlPage:
             self._control.resume()
 
 
+def _figures(moment: Moment) -> dict[str, str]:
+    """Figures with their units."""
+    seen = moment.seen
+    state, report = seen.state, seen.report
+    vx, vy, w = state.base_twist
+    turning = f", turning {abs(w):.1f} rad/s" if abs(w) > 0.05 else ""
+    figures = {
+        "base": f"{(vx * vx + vy * vy) ** 0.5:.2f} m/s{turning}",
+        "fastest joint": f"{max(abs(state.qd)):.2f} rad/s",
+        "fingers": f"{1000.0 * state.gripper_width:.0f} mm"
+        + (" apart, holding" if moment.holds else " apart"),
+    }
+    if seen.goal is not None and report.position_error < float("inf"):
+        figures["to the goal"] = f"{report.position_error:.2f} m"
+    if 0.0 <= report.clearance < 1.0:
+        figures["nearest obstacle"] = f"{report.clearance:.2f} m"
+    if state.battery is not None:
+        figures["battery"] = f"{100.0 * state.battery:.0f} %"
+    if seen.grasp is not None:
+        figures["grasp"] = f"{seen.grasp.quality:.2f}" + (" locked" if seen.locked else "")
+    if located := _localised(seen):
+        figures["position on the map"] = located
+    return figures
+
+
 def _localised(snapshot: Snapshot) -> str:
     """How well the robot knows where it is; empty where that is exact."""
     if snapshot.estimate is None:
         return ""
     two_sigma, _ = snapshot.estimate.two_sigma
-    return f"localised to ±{1000.0 * two_sigma:.0f} mm" if two_sigma < _LOST else "not localised"
+    return f"±{1000.0 * two_sigma:.0f} mm" if two_sigma < _LOST else "not localised"

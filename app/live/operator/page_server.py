@@ -1,8 +1,9 @@
 """HTTP server of the control page.
 
-A request must carry the token that is part of the printed address and name this host; its Origin,
-if the browser sends one, must be this page. The viewer's files are served under a policy that keeps
-the viewer from contacting any other machine.
+A request must name this host and carry the token that is part of the printed address: in a header,
+or in a cookie after the first visit; its Origin, if the browser sends one, must be this page. What
+happens goes to browsers as server-sent events. The viewer's files are served under a policy that
+keeps the viewer from contacting any other machine.
 """
 
 from __future__ import annotations
@@ -11,12 +12,14 @@ import json
 import re
 import secrets
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from http import HTTPStatus
+from http.cookies import CookieError, SimpleCookie
 from importlib.resources import files
+from pathlib import Path
 from urllib.parse import unquote
 
-from app.live.operator.page import ControlPage
+from app.live.operator.sources import Desk, Page, Told
 from app.live.web import BoundedServer, Replies
 from config import UserError
 from hw import stopwatch
@@ -24,20 +27,25 @@ from hw import stopwatch
 HOST = "127.0.0.1"
 USUAL_PORT = 9097
 
+_KINDS = {"html": "text/html", "js": "text/javascript", "css": "text/css"}
 _FILES = {
-    "/": ("page.html", "text/html; charset=utf-8"),
-    "/page.js": ("page.js", "text/javascript; charset=utf-8"),
-    "/view.js": ("view.js", "text/javascript; charset=utf-8"),
-    "/tree.js": ("tree.js", "text/javascript; charset=utf-8"),
-    "/page.css": ("page.css", "text/css; charset=utf-8"),
-}
+    f"/{name}": f"{folder}{name}"
+    for folder, names in (
+        ("operator/", ("page.css", "page.js", "view.js", "tree.js", "tasks.js")),
+        ("", ("plan.css",)),
+    )
+    for name in names
+} | {"/": "operator/page.html"}
 _POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src data:; "
     "frame-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
 )
 _VIEWER_FILE = re.compile(r"/viewer/([\w.-]*)")
+_NOTHING: Told = {}
 _SAFE = ("/stop", "/pause")
 _TOO_OLD = 5.0  # requests based on an older state are refused, except Stop and Pause [s]
+_PERIOD = 0.2  # of the events [s]
+_LONGEST_BODY = 65536  # of a request [bytes]
 _FAREWELL = 1.0  # time for browsers to hear how the last run ended [s]
 
 
@@ -51,8 +59,8 @@ class PageServer(BoundedServer):
     Port and token stay the same from run to run, and so does the page that a person has open.
 
     It listens on `port`; None takes the usual one, or a free one if that is taken. `again` is
-    whether another run may follow, as with `--watch`, and `seconds` real time [s]. Raises
-    PageError: the port is not available.
+    whether another run may follow, as with `--watch`, `desk` what is there between runs, and
+    `seconds` real time [s]. Raises PageError: the port is not available.
     """
 
     def __init__(
@@ -60,14 +68,21 @@ class PageServer(BoundedServer):
         port: int | None = None,
         *,
         again: bool = False,
+        desk: Desk | None = None,
         seconds: Callable[[], float] = stopwatch,
     ) -> None:
         self.token = secrets.token_urlsafe(16)
         self.again = again
+        self.desk = desk
         self.stopped = False
-        self.page: ControlPage | None = None
+        self.page: Page | None = None
         self.seconds = seconds
+        self.watching: set[object] = set()
+        """Connections of browsers that watch."""
+        self.closing = threading.Event()
         self._run = 0
+        self._lock = threading.Lock()
+        self._told: tuple[float, bytes] = (float("-inf"), b"")
         try:
             super().__init__(HOST, port, USUAL_PORT, PageRequest)
         except OSError as error:
@@ -77,41 +92,80 @@ class PageServer(BoundedServer):
             ) from error
         self.hosts = (f"{HOST}:{self.port}", f"localhost:{self.port}")
         """Host names by which a browser may address this server."""
+        self.cookie = f"frankie-task-{self.port}"
 
     @property
     def url(self) -> str:
         """The page with its token in the fragment, which browsers do not send."""
         return f"http://{HOST}:{self.port}/#{self.token}"
 
-    def serve(self, page: ControlPage) -> None:
+    def serve(self, page: Page) -> None:
         """Serve another run from now on."""
         self.page, self._run = page, self._run + 1
 
     def stop(self) -> None:
         """End the run; between two runs, the next one."""
-        self.stopped = True
+        self.stopped = self.again
         if self.page is not None:
             self.page.stop()
 
-    def action(self, path: str) -> Callable[[], None] | None:
-        """The action of a POST to a path; None if there is none."""
+    def act(self, path: str) -> bool:
+        """Do what a POST to a path asks for; whether there is anything."""
         if path == "/stop":
-            return self.stop
-        return None if self.page is None else self.page.action(path)
+            self.stop()
+            return True
+        return self.page is not None and self.page.act(path)
 
-    def state(self) -> dict[str, object]:
+    def about(self) -> Told:
+        """What does not change during a run, for JSON."""
+        return _NOTHING if self.page is None else self.page.about()
+
+    def state(self) -> Told:
         """The state of the run for JSON, and the time of this answer [s]."""
-        state = {"phase": "starting", "stopped": False} if self.page is None else self.page.state()
+        idle = {"phase": "idle" if self.desk else "starting", "stopped": False}
+        state = idle if self.page is None else self.page.state()
         return state | {
             "run": self._run,
             "told_at": self.seconds(),
             "again": self.again,
+            "desk": self.desk is not None,
+            "people": len(self.watching),
             "stopped": state["stopped"] or self.stopped,
         }
 
-    def tree(self) -> dict[str, object]:
-        """The nodes of the run, for JSON."""
-        return {"run": self._run, "nodes": [] if self.page is None else self.page.tree()}
+    def events(self) -> Iterator[bytes]:
+        """The server-sent events of one browser, a batch at a time, until the server closes."""
+        sent: dict[str, object] = {}
+        page, logged = None, 0
+        while not self.closing.wait(_PERIOD if sent else 0.0):
+            if self.page is not page:
+                page, logged, sent = self.page, 0, {}
+            batch = []
+            for kind, thing in (
+                ("about", self.about()),
+                ("picture", page and page.picture()),
+            ):
+                if thing is not sent.get(kind, sent):
+                    sent[kind] = thing
+                    batch.append(_event(kind, json.dumps(thing).encode()))
+            batch.append(_event("state", self._encoded()))
+            if page is not None:
+                logged, lines = page.log.after(logged)
+                if lines:
+                    batch.append(_event("log", json.dumps(lines).encode()))
+            yield b"".join(batch)
+
+    def _encoded(self) -> bytes:
+        """The state as JSON, made once for all browsers."""
+        with self._lock:
+            if self.seconds() - self._told[0] > _PERIOD / 2.0:
+                self._told = self.seconds(), json.dumps(self.state()).encode()
+            return self._told[1]
+
+    def service_actions(self) -> None:
+        """Called by the server a few times a second."""
+        if self.page is not None:
+            self.page.catch_up()
 
     def farewell(self) -> None:
         """Give browsers time to receive how the last run ended."""
@@ -122,7 +176,12 @@ class PageServer(BoundedServer):
         return self
 
     def __exit__(self, *_: object) -> None:
+        self.closing.set()
         self.close()
+
+
+def _event(kind: str, data: bytes) -> bytes:
+    return b"event: %s\ndata: %s\n\n" % (kind.encode(), data)
 
 
 class PageRequest(Replies):
@@ -132,45 +191,70 @@ class PageRequest(Replies):
     policy = _POLICY
 
     def do_GET(self) -> None:
-        """The page's files, the viewer's files, and the state."""
+        """The page's files, the viewer's files, the state, and the desk's documents."""
         path, page = self.asked, self.server.page
         if not self._is_same_origin():
             self.refuse(HTTPStatus.FORBIDDEN)
         elif path in _FILES:
-            name, kind = _FILES[path]
-            self.answer((files("app.live.operator") / name).read_bytes(), kind)
-        elif path in ("/state", "/tree"):
-            if self._has_token():
-                told = self.server.state() if path == "/state" else self.server.tree()
-                self._send_json(told)
-            else:
-                self.refuse(HTTPStatus.FORBIDDEN)
+            name = _FILES[path]
+            kind = f"{_KINDS[name.rpartition('.')[2]]}; charset=utf-8"
+            self.answer((files("app.live") / name).read_bytes(), kind)
         elif wanted := _VIEWER_FILE.fullmatch(path):
             hosts = "'self'" if page is None else page.viewer_hosts
             self.send_viewer(wanted[1] or "index.html", hosts)
+        elif not self._has_token():
+            self.refuse(HTTPStatus.FORBIDDEN)
+        elif path == "/events":
+            self._send_events()
+        elif path == "/state":
+            self._send_json(self.server.state())
+        elif self.server.desk and (document := self.server.desk.get(unquote(path))):
+            if isinstance(document.content, Path):
+                self.send_file(document.content, document.kind)
+            else:
+                self.answer(document.content, document.kind, document.policy)
         else:
             self.refuse(HTTPStatus.NOT_FOUND)
 
     def do_POST(self) -> None:
         """The buttons."""
         path = unquote(self.asked)
-        action = self.server.action(path)
         if not (self._is_same_origin() and self._has_token()):
             self.refuse(HTTPStatus.FORBIDDEN)
-        elif action is None:
-            self.refuse(HTTPStatus.NOT_FOUND)
         elif path not in _SAFE and self._is_late():
             self.refuse(HTTPStatus.CONFLICT)
         else:
             try:
-                action()
+                told = self._done(path)
             except Exception:  # the run reports it; the page goes on
                 self.refuse(HTTPStatus.INTERNAL_SERVER_ERROR)
                 return
-            self._send_json(self.server.state())
+            if told is None:
+                self.refuse(HTTPStatus.NOT_FOUND)
+            else:
+                self._send_json(told)
+
+    def _done(self, path: str) -> Told | None:
+        """Do what a button asks for; what to answer, or None if there is no such button."""
+        if self.server.desk is not None:
+            length = int(self.headers.get("Content-Length", "0"))
+            body = self.rfile.read(length) if 0 <= length <= _LONGEST_BODY else b""
+            if (told := self.server.desk.post(path, body)) is not None:
+                return told
+        return self.server.state() if path == "/enter" or self.server.act(path) else None
+
+    def _send_events(self) -> None:
+        self.server.watching.add(self.connection)
+        try:
+            self.head(HTTPStatus.OK, "text/event-stream", None)
+            for batch in self.server.events():
+                self.wfile.write(batch)
+        finally:
+            self.server.watching.discard(self.connection)
 
     def _send_json(self, what: object) -> None:
-        self.answer(json.dumps(what).encode(), "application/json")
+        cookie = f"{self.server.cookie}={self.server.token}; Path=/; HttpOnly; SameSite=Strict"
+        self.answer(json.dumps(what).encode(), "application/json", headers={"Set-Cookie": cookie})
 
     def _is_same_origin(self) -> bool:
         """Whether the request is addressed to this server and comes from no other page."""
@@ -180,10 +264,17 @@ class PageRequest(Replies):
         )
 
     def _has_token(self) -> bool:
-        shown = self.headers.get("X-Token", "")
+        shown = self.headers.get("X-Token") or self._of_cookie()
         if has := secrets.compare_digest(shown.encode(), self.server.token.encode()):
             self.server.keep(self.connection)
         return has
+
+    def _of_cookie(self) -> str:
+        try:
+            morsel = SimpleCookie(self.headers.get("Cookie", "")).get(self.server.cookie)
+        except CookieError:
+            return ""
+        return morsel.value if morsel else ""
 
     def _is_late(self) -> bool:
         """Whether the state that the person saw is too old."""

@@ -1,71 +1,166 @@
-// Draws the tree of a run as SVG: a pill per node, with the colour and mark of its status.
+// The tree of a run: a row per node, with folding, search, and the running path in sight.
 "use strict";
 
-const SVG = "http://www.w3.org/2000/svg";
-const ROW = 28, INDENT = 22, HEIGHT = 22, LETTER = 7.3;
-const MARKS = { idle: "·", running: "▶", success: "✔", "not yet": "○", failure: "✗" };
-const KINDS = { sequence: "→", reactive_sequence: "⇒", fallback: "?", reactive_fallback: "?", parallel: "‖",
-  forever: "↻", until: "↻", retry: "↻", repeat: "↻", invert: "¬", timeout: "◇" };
+const MARKS = { i: "·", r: "▶", s: "✔", n: "○", f: "✗" };
+const LOOKS = { i: "idle", r: "running", s: "success", n: "not-yet", f: "failure" };
+const HANDS_OFF = 6000;  // so long after a person has scrolled, the tree stays where it is [ms]
 
-function shape(kind, attributes, parent) {
-  const made = document.createElementNS(SVG, kind);
-  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
-  parent.append(made);
-  return made;
+const element = (id) => document.getElementById(id);
+
+// A new element with some properties, and children or texts.
+function made(kind, properties = {}, ...children) {
+  const one = Object.assign(document.createElement(kind), properties);
+  one.append(...children);
+  return one;
 }
+
+const setText = (one, text) => { if (one.textContent !== text) one.textContent = text; };
 
 class Tree {
   constructor(place, nodes, choose) {
-    const parents = [], path = [];
-    nodes.forEach((node, index) => {
+    this.nodes = nodes.map(([name, title, kind, depth]) => ({ name, title, kind, depth }));
+    this.folded = new Set();
+    this.words = "";
+    this.tip = -1;
+    this.touched = 0;
+    const path = [];
+    this.nodes.forEach((node, index) => {
       path.length = node.depth;
-      parents.push(path.length ? path[path.length - 1] : null);
+      node.parent = path.length ? path[path.length - 1] : null;
       path.push(index);
+      if (node.parent !== null) this.nodes[node.parent].inner = true;
     });
-    const titles = nodes.map((node) => `${KINDS[node.kind] || ""} ${node.title}`.trim());
-    const widths = titles.map((title) => LETTER * (title.length + 3) + 24);
-    const right = Math.max(...nodes.map((node, i) => INDENT * node.depth + widths[i]));
-    const svg = shape("svg", { width: right + 150, height: ROW * nodes.length + 12 }, place);
-    this.edges = shape("g", {}, svg);
-    this.parts = nodes.map((node, index) => {
-      const x = 18 + INDENT * node.depth, y = ROW * index + 18;
-      const group = shape("g", { class: "node idle", tabindex: 0, "data-node": index }, svg);
-      shape("circle", { class: "breakpoint", cx: x - 10, cy: y, r: 5 }, group);
-      shape("rect", { x, y: y - HEIGHT / 2, width: widths[index], height: HEIGHT, rx: HEIGHT / 2 }, group);
-      const mark = shape("text", { x: x + 12, y: y + 4 }, group);
-      shape("text", { x: x + 30, y: y + 4 }, group).textContent = titles[index];
-      const badge = shape("text", { x: x + widths[index] + 6, y: y + 4, class: "badge" }, group);
-      group.addEventListener("click", () => { group.blur(); choose(index); });
-      group.addEventListener("keydown", (event) => {
-        if (event.key !== "Enter" && event.key !== " ") return;
-        event.preventDefault();
-        choose(index);
-      });
-      let edge = null;
-      if (parents[index] !== null) {
-        const px = 18 + INDENT * nodes[parents[index]].depth + 11, py = ROW * parents[index] + 18 + HEIGHT / 2;
-        edge = shape("path", { d: `M${px} ${py}V${y}H${x}`, class: "edge idle" }, this.edges);
-      }
-      return { group, mark, badge, edge };
+    this.parts = this.nodes.map((node, index) => {
+      const named = node.name !== node.kind;
+      const parts = {
+        fold: made("span", { className: "fold" }), mark: made("span", { className: "mark" }),
+        badge: made("span", { className: "badge" }), spent: made("span", { className: "spent" }),
+      };
+      parts.row = made("div", { tabIndex: -1, title: `${node.title} (${node.kind})` }, parts.fold, parts.mark,
+        made("span", { className: "name", textContent: node.title }),
+        made("span", { className: "kind", textContent: named ? node.kind : "" }), parts.badge, parts.spent);
+      parts.row.style.setProperty("--depth", node.depth);
+      parts.row.dataset.node = index;
+      parts.row.setAttribute("role", "treeitem");
+      parts.row.setAttribute("aria-level", node.depth + 1);
+      return parts;
+    });
+    place.replaceChildren(...this.parts.map(({ row }) => row));
+    place.onscroll = () => { if (!this.follows) this.touched = performance.now(); };
+    place.onclick = (event) => {
+      const row = event.target.closest(".row");
+      if (!row) return;
+      const index = Number(row.dataset.node);
+      if (event.target.className === "fold") this.fold(index, !this.folded.has(index));
+      else choose(index);
+      this.focus(index);
+    };
+    place.onkeydown = (event) => this.press(event, choose);
+    this.place = place;
+    this.focus(0, false);
+    this.arrange();
+  }
+
+  // Move the only tab stop of the tree.
+  focus(index, really = true) {
+    if (this.focused !== undefined) this.parts[this.focused].row.tabIndex = -1;
+    this.focused = index;
+    const { row } = this.parts[index];
+    row.tabIndex = 0;
+    if (really) row.focus();
+  }
+
+  press(event, choose) {
+    const shown = this.parts.flatMap(({ row }, index) => (row.hidden ? [] : [index]));
+    const at = shown.indexOf(this.focused), node = this.nodes[this.focused];
+    const folded = this.folded.has(this.focused);
+    const moves = {
+      ArrowDown: () => this.focus(shown[Math.min(at + 1, shown.length - 1)]),
+      ArrowUp: () => this.focus(shown[Math.max(at - 1, 0)]),
+      ArrowLeft: () => (node.inner && !folded ? this.fold(this.focused, true) : this.focus(node.parent ?? 0)),
+      ArrowRight: () => (folded ? this.fold(this.focused, false) : this.focus(shown[Math.min(at + 1, shown.length - 1)])),
+      Enter: () => choose(this.focused),
+      " ": () => choose(this.focused),
+    };
+    if (!moves[event.key]) return;
+    event.preventDefault();
+    moves[event.key]();
+  }
+
+  fold(index, is) {
+    this.folded[is ? "add" : "delete"](index);
+    this.arrange();
+  }
+
+  // Fold everything but the running path, or nothing.
+  foldAll(is) {
+    const open = new Set(this.pathTo(this.tip));
+    this.folded = new Set(is ? this.nodes.flatMap((node, index) => (node.inner && !open.has(index) ? [index] : [])) : []);
+    this.arrange();
+  }
+
+  search(words) {
+    this.words = words.trim().toLowerCase();
+    this.arrange();
+  }
+
+  // Hide what is folded, and what is neither found nor above something found.
+  arrange() {
+    const found = new Set();
+    this.nodes.forEach((node, index) => {
+      if (`${node.title} ${node.kind}`.toLowerCase().includes(this.words)) this.pathTo(index).forEach((one) => found.add(one));
+    });
+    this.nodes.forEach((node, index) => {
+      const { row, fold } = this.parts[index], above = node.parent === null ? null : this.nodes[node.parent];
+      node.shut = above !== null && (above.shut || (this.folded.has(node.parent) && !this.words));
+      row.hidden = node.shut || !found.has(index);
+      setText(fold, node.inner ? (this.folded.has(index) ? "▸" : "▾") : "");
+      if (node.inner) row.setAttribute("aria-expanded", !this.folded.has(index));
     });
   }
 
+  pathTo(index) {
+    const path = [];
+    for (let one = index; one !== null && one >= 0; one = this.nodes[one].parent) path.push(one);
+    return path;
+  }
+
   show(state, chosen) {
-    const looks = state.looks || this.parts.map(() => "idle");
-    this.parts.forEach(({ group, mark, badge, edge }, index) => {
-      const look = looks[index];
-      const classes = ["node", look.replace(" ", "-")];
-      if (index === state.tip && look === "running") classes.push("tip");
-      if (state.breaks.includes(index)) classes.push("stops");
+    const breaks = new Set(state.breaks);
+    this.parts.forEach(({ row, mark, badge, spent }, index) => {
+      const look = state.looks ? state.looks[index] : "i";
+      const classes = ["row", LOOKS[look]];
+      if (index === state.tip && look === "r") classes.push("tip");
+      if (breaks.has(index)) classes.push("stops");
       if (index === state.waiting) classes.push("waits");
       if (index === chosen) classes.push("chosen");
       const all = classes.join(" ");
-      if (group.getAttribute("class") !== all) group.setAttribute("class", all);
-      if (mark.textContent !== MARKS[look]) mark.textContent = MARKS[look];
-      const forced = state.forced[index] ? `forced: ${state.forced[index]}` : "";
-      if (badge.textContent !== forced) badge.textContent = forced;
-      const line = `edge ${look.replace(" ", "-")}`;
-      if (edge && edge.getAttribute("class") !== line) edge.setAttribute("class", line);
+      if (row.className !== all) {
+        row.className = all;
+        row.setAttribute("aria-selected", index === chosen);
+      }
+      setText(mark, MARKS[look]);
+      const seconds = state.spent ? state.spent[index] : 0;
+      setText(spent, seconds ? `${seconds.toFixed(1)} s` : "");
+      const forced = state.forced && state.forced[index];
+      setText(badge, `${breaks.has(index) ? "● pauses" : ""}${forced ? ` forced: ${forced}` : ""}`.trim());
     });
+    if (state.tip !== undefined && state.tip !== this.tip) {
+      this.tip = state.tip;
+      if (performance.now() - this.touched > HANDS_OFF && !this.words) this.follow();
+    }
+  }
+
+  // Scroll to the running node, or what it is folded into.
+  follow() {
+    const shown = this.pathTo(this.tip).find((index) => !this.parts[index].row.hidden);
+    if (shown === undefined) return;
+    const { row } = this.parts[shown], { place } = this;
+    const middle = row.offsetTop - place.clientHeight / 2;
+    if (row.offsetTop < place.scrollTop || row.offsetTop + row.offsetHeight > place.scrollTop + place.clientHeight) {
+      this.follows = true;
+      place.scrollTop = middle;
+      setTimeout(() => { this.follows = false; }, 100);
+    }
   }
 }

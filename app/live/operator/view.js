@@ -8,37 +8,44 @@ const whole = (seconds) => `${Math.floor(seconds)} s`;
 
 /* State of the page:
      run       last state of the run; null before the first
-     answer    of the last request: "told", "none" yet, "refused" (no connection), "forbidden"
-     silent    time since the last answer [s]
-     patience  longest time for an answer on this connection [s]
+     about     what does not change during the run
+     answer    "told", "none" yet, "refused" (no connection), "forbidden", "asleep" (a hidden tab)
+     silent    time since the last news [s]
+     patience  longest time without news on this connection [s]
      wanted    action that is not confirmed yet: { id, name, seconds }, or null
      note      result of the last action, or ""
      chosen    number of the selected node, or null
+     pictured  stamp of the picture, or null
 */
 function view(state) {
-  const run = { phase: "unknown", breaks: [], forced: {}, faults: [], ...state.run };
-  const over = run.phase === "over", ended = over && !run.again;
-  const silent = !ended && state.silent > state.patience;
+  const run = { phase: "unknown", breaks: [], forced: {}, faults: [], figures: {}, purpose: [], ...state.run };
+  const about = { nodes: [], ...state.about };
+  const over = run.phase === "over", idle = run.phase === "idle";
+  const ended = (over && !run.again) || idle;
+  const silent = state.silent > state.patience && (!ended || run.desk);
   const age = state.silent + (run.age || 0);
   const stuck = run.phase === "running" && age > Math.max(OLD, state.patience);
-  const live = run.phase === "running" && !silent && !stuck && state.answer !== "forbidden";
+  const live = run.phase === "running" && !silent && !stuck && !["forbidden", "asleep"].includes(state.answer);
   const open = live && !run.stopped;
   const latched = Boolean(run.emergency), faults = run.faults;
   const asks = Boolean(run.approve) && run.paused && !run.stopped && run.phase === "running";
   const forced = state.chosen === null ? undefined : run.forced[state.chosen];
   const broken = run.breaks.includes(state.chosen);
+  const tip = about.nodes[run.tip], force = Boolean(about.can_force);
 
   function sentence() {
-    if (ended) return ["over", "the run has ended"];
+    const danger = ended ? "" : ", the robot may be moving; press the emergency stop";
+    if (ended && !silent && state.answer !== "forbidden") {
+      return ["over", idle ? "nothing runs; choose a task" : "the run has ended"];
+    }
     if (state.answer === "forbidden") {
       return ["lost", "no valid token, Stop does not work here: open the address that the run printed"];
     }
-    if (silent && state.answer === "refused") {
-      return ["lost", `connection lost ${whole(state.silent)} ago, the robot may be moving; press the emergency stop`];
-    }
+    if (state.answer === "asleep") return ["over", "connecting"];
+    if (silent && state.answer === "refused") return ["lost", `connection lost ${whole(state.silent)} ago${danger}`];
     if (silent || stuck) {
       const what = silent ? "no answer" : "its control loop stands still";
-      return ["lost", `frozen for ${whole(age)}: ${what}, the robot may be moving; press the emergency stop`];
+      return ["lost", `frozen for ${whole(age)}: ${what}${danger}`];
     }
     if (!state.run) return ["over", "connecting"];
     if (over) return ["over", "the run has ended; the next begins when the task is saved"];
@@ -56,10 +63,11 @@ function view(state) {
   const [look, said] = sentence();
   const enabled = {
     stop: !ended,
-    pause: !over && run.phase !== "finished" && !(live && (run.paused || run.stopped)),
+    pause: !over && !idle && run.phase !== "finished" && !(live && (run.paused || run.stopped)),
     resume: open && Boolean(run.paused) && !latched && !asks,
     step: open && !latched && !asks,
     next: open && !latched && !asks,
+    again: over && !silent,
     fault: open, inject: open, clear: open,
     acknowledge: open && !run.pressed,
     approve: open && asks, refuse: open && asks,
@@ -69,32 +77,46 @@ function view(state) {
   const shown = {
     acknowledge: latched && run.phase === "running",
     approve: asks, refuse: asks, wanted: asks,
+    again: over && Boolean(run.desk),
     faults: faults.length > 0 && !over,
     over: over, hint: state.chosen === null, chosen: state.chosen !== null,
     break: !broken, unbreak: broken,
-    "force-success": Boolean(run.can_force), "force-failure": Boolean(run.can_force),
-    forced: forced !== undefined, "force-nothing": forced !== undefined && Boolean(run.can_force),
+    "force-success": force, "force-failure": force,
+    forced: forced !== undefined, "force-nothing": forced !== undefined && force,
     notice: notice() !== "",
+    now: Boolean(tip) && !over, views: Boolean(tip), tests: !over && !about.real,
+    picture: state.pictured !== null,
+    "tab-viewer": Boolean(about.viewer), "tab-tasks": Boolean(run.desk),
+    "ticks-label": Boolean(tip),
   };
+  const progress = about.objects ? `${run.placed || 0} of ${about.objects} placed` : "";
   const texts = {
     run: said,
     notice: notice(),
-    age: state.run && !over ? `${age.toFixed(1)} s old` : "",
-    time: run.time || "",
-    localised: run.localised || "",
+    task: about.task || "frankie-task",
+    world: about.where ? (about.real ? `THE REAL ROBOT · ${about.where}` : `simulated · ${about.where}`) : "",
+    progress,
+    description: about.description || "",
+    age: state.run && !over && !idle ? `${age.toFixed(1)} s old` : "",
+    time: run.time ? `${run.time}${run.paused_s >= 1 ? `, paused ${whole(run.paused_s)}` : ""}` : "",
+    people: run.people > 1 ? `${run.people} people watch` : "",
     ticks: state.run ? String(run.ticks || 0) : "–",
-    node: run.node ? `${run.node}: ${run.message}` : "",
+    doing: tip ? [tip[1], run.message].filter(Boolean).join(": ") : "",
+    purpose: [about.task, ...run.purpose].join(" › "),
+    onward: !tip ? "" : run.then === run.otherwise ? run.then : `${run.then}; if this fails: ${run.otherwise}`,
     faults: faults.join("; "),
     wanted: `the robot wants to: ${run.approve}`,
     forced: `It will end with ${forced}, whatever it does.`,
     outcome: run.outcome || "",
     explanation: run.explanation || "",
+    pictured: state.pictured === null ? "no image yet" : `image ${Math.max(0, run.stamp - state.pictured + age).toFixed(1)} s old`,
   };
+  const old = live || over || idle ? "" : "old";
   const looks = {
     run: look,
     banner: faults.length && !over ? "fault" : asks ? "asks" : "",
-    line: live || over ? "" : "old",
-    tree: live || over ? "" : "old",
+    line: old, tree: old, views: old, now: old,
+    world: about.real ? "real" : "",
   };
-  return { enabled, shown, texts, looks, viewer: run.viewer };
+  return { enabled, shown, texts, looks, figures: run.figures, forced: over ? {} : run.forced };
 }

@@ -7,10 +7,12 @@ has not presented the token is ended. One that has is never ended for another.
 import shutil
 import socket
 import threading
+from collections.abc import Mapping
 from contextlib import suppress
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from app.live.web.viewer_files import read_file, viewer_policy
@@ -103,11 +105,22 @@ class Replies(BaseHTTPRequestHandler):
         """Log nothing: the terminal shows the run."""
 
     def answer(
-        self, body: bytes, kind: str, policy: str = "", status: HTTPStatus = HTTPStatus.OK
+        self,
+        body: bytes,
+        kind: str,
+        policy: str = "",
+        status: HTTPStatus = HTTPStatus.OK,
+        headers: Mapping[str, str] = MappingProxyType({}),
     ) -> None:
         """Send a whole answer."""
-        self._head(status, kind, len(body), policy or self.policy)
+        self.head(status, kind, len(body), policy, headers)
         self.wfile.write(body)
+
+    def send_file(self, path: Path, kind: str) -> None:
+        """Send a file that may be long."""
+        with path.open("rb") as file:
+            self.head(HTTPStatus.OK, kind, path.stat().st_size)
+            shutil.copyfileobj(file, self.wfile)
 
     def refuse(self, status: HTTPStatus) -> None:
         """Say no."""
@@ -125,12 +138,22 @@ class Replies(BaseHTTPRequestHandler):
         else:
             self.answer(*found, f"{viewer_policy(hosts)}; frame-ancestors 'self'")
 
-    def _head(self, status: HTTPStatus, kind: str, length: int, policy: str) -> None:
+    def head(
+        self,
+        status: HTTPStatus,
+        kind: str,
+        length: int | None,
+        policy: str = "",
+        headers: Mapping[str, str] = MappingProxyType({}),
+    ) -> None:
+        """Send the head of an answer; the length of its body [bytes] is None if it goes on."""
         self.send_response(status)
+        known = {} if length is None else {"Content-Length": str(length)}
         for name, value in {
+            **known,
+            **headers,
             "Content-Type": kind,
-            "Content-Length": str(length),
-            "Content-Security-Policy": policy,
+            "Content-Security-Policy": policy or self.policy,
             "X-Content-Type-Options": "nosniff",
             "Referrer-Policy": "no-referrer",
             "Cache-Control": "no-store",
@@ -166,7 +189,4 @@ class _FileRequest(Replies):
         if name != RECORDING or self.server.recording is None:
             self.send_viewer(name, self.server.hosts)
             return
-        with self.server.recording.open("rb") as file:
-            size = self.server.recording.stat().st_size
-            self._head(HTTPStatus.OK, "application/octet-stream", size, self.policy)
-            shutil.copyfileobj(file, self.wfile)
+        self.send_file(self.server.recording, "application/octet-stream")

@@ -18,7 +18,7 @@ WAITING = (
     "    - wait: {duration_s: 1000}\n    - name: the end\n      wait: {duration_s: 1}\n"
 )
 
-LIVE = {"pause", "step", "next", "stop", "inject", "clear", "fault"}
+LIVE = {"pause", "step", "next", "stop"}
 """What can be pressed on the page of a run that goes on."""
 MOVING = """
 task: toy
@@ -91,7 +91,7 @@ def opened_page(browser, url: str, **size):
     page = browser.new_page(viewport={"width": 1280, "height": 720, **size})
     page.set_default_timeout(60_000)
     page.goto(url)
-    page.wait_for_selector(".node", state="attached")
+    page.wait_for_selector(".row", state="attached")
     return page
 
 
@@ -99,7 +99,7 @@ def enabled(page) -> set[str]:
     """The buttons, shown ones only, that can be pressed."""
     return set(
         page.eval_on_selector_all(
-            "header button, header select, #chosen button",
+            "header button:not([role=tab]), #chosen button",
             "all => all.filter(one => !one.disabled && one.offsetParent).map(one => one.id)",
         )
     )

@@ -10,7 +10,7 @@ import pinocchio as pin
 from pinocchio import SE3
 from py_trees.common import Status
 
-from app.live import SceneView, Snapshot
+from app.live import Moment, SceneView, Snapshot
 from app.live.nodes import NodeInfo, NodeStatus
 from behaviours import Region
 from controller import Command, PoseGoal, StepReport, robot_model
@@ -193,6 +193,11 @@ def snapshot(tick: int, lens: Intrinsics = LENS) -> Snapshot:
         grasp=found.grasps[0] if found else None,
         locked=tick >= 230,
     )
+
+
+def moment(tick: int) -> Moment:
+    """The same with the figures beside the tree."""
+    return Moment(seen=snapshot(tick), placed=7, attempts=8)
 
 
 def run(ticks: int, lens: Intrinsics = LENS) -> Iterator[Snapshot]:

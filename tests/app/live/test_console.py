@@ -12,6 +12,7 @@ from command_line import call
 from harness import Harness
 from sample_run import snapshot
 
+from app.live.changes import Moment, RunInfo
 from app.live.console import ControlOptions, OperatorConsole
 from trees.language import build, load, nodes_in_order
 
@@ -85,7 +86,7 @@ def test_a_stand_in_for_tests_acknowledges_a_released_emergency_stop_and_resumes
     nodes = nodes_in_order(build(load(task), Harness().context))
     console = OperatorConsole(
         ControlOptions(acknowledge_after=0.5),
-        task="toy",
+        info=RunInfo(task="toy", where=""),
         nodes=nodes,
         inject=print,
         clear=print,
@@ -97,7 +98,8 @@ def test_a_stand_in_for_tests_acknowledges_a_released_emergency_stop_and_resumes
         if tick >= 100 and (control.state.emergency or tick < 200):
             control.emergency_stop("button pressed", pressed=tick < 200)
         seen = snapshot(tick)
-        console.show(replace(seen, state=replace(seen.state, stamp=0.01 * tick)))
+        seen = replace(seen, state=replace(seen.state, stamp=0.01 * tick))
+        console.show(Moment(seen, 0, 0), changed=False)
         if tick >= 100 and not control.state.paused:
             resumed.append(tick)
     assert control.attended

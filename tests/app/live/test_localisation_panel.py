@@ -11,6 +11,7 @@ from recordings import poses, record, rows
 from rerun.chunk import RrdReader
 
 from app.live import PoseEstimate, Snapshot
+from app.live.changes import Moment
 from app.live.operator import Control, ControlPage
 from hw import LaserScan
 from perception.registration import Displacement, Registration, in_space, on_floor
@@ -107,14 +108,15 @@ def test_uncertainty_and_true_error_are_plotted(recording: Path) -> None:
 
 @pytest.mark.parametrize(
     ("sigma", "line"),
-    [(0.012, "localised to ±24 mm"), (0.3, "not localised")],
+    [(0.012, "±24 mm"), (0.3, "not localised")],
 )
 def test_the_page_says_how_well_it_is_localised(sigma: float, line: str) -> None:
     page = ControlPage(Control(), samples.TREE, inject=print, clear=print)
-    page.show(estimated(samples.snapshot(0), sigma**2 * np.eye(3)))
-    assert page.state()["localised"] == line
-    page.show(samples.snapshot(0))
-    assert page.state()["localised"] == "", "it is exact"
+    seen = estimated(samples.snapshot(0), sigma**2 * np.eye(3))
+    page.show(Moment(seen, 0, 0), changed=True)
+    assert page.state()["figures"]["position on the map"] == line
+    page.show(Moment(samples.snapshot(0), 0, 0), changed=True)
+    assert "position on the map" not in page.state()["figures"], "it is exact"
 
 
 def shown(path: Path) -> set[str]:

@@ -2,15 +2,13 @@
 
 import http.client
 import json
-import random
-import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 import py_trees
 import pytest
 from py_trees.common import Status
-from sample_run import TREE, snapshot
+from sample_run import TREE, moment
 
 from app.live.nodes import NodeInfo
 from app.live.operator import Control, ControlPage, PageError, PageServer, insert_hooks
@@ -37,6 +35,22 @@ class Client:
         status, body, _ = self.ask("GET", "/state")
         assert status == 200
         return json.loads(body)
+
+    def events(self, number: int, **headers: str) -> list[tuple[str, object]]:
+        """The first server-sent events, as kind and content."""
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=60.0)
+        connection.request("GET", "/events", headers={"X-Token": self.token, **headers})
+        reply = connection.getresponse()
+        assert reply.status == 200
+        found = []
+        while len(found) < number:
+            kind, data, _ = (reply.readline().decode().partition(": ")[2] for _ in range(3))
+            found.append((kind.strip(), json.loads(data)))
+        connection.close()
+        return found
+
+    def about(self) -> dict[str, object]:
+        return dict(self.events(1))["about"]
 
 
 @pytest.fixture
@@ -93,7 +107,7 @@ def test_buttons_do_what_they_say(server, client, control):
 
 
 def test_faults_are_injected_and_cleared(client, faults):
-    offered = client.state()["injectable"]
+    offered = client.about()["injectable"]
     for name in offered:
         assert client.ask("POST", f"/fault/{name.replace(' ', '%20')}")[0] == 200
     assert faults == offered == [name for name, one in INJECTABLE.items() if not one.of_world]
@@ -130,7 +144,7 @@ def test_what_was_asked_for_long_ago_is_refused_unless_it_stops(server, client, 
 
 
 def test_every_answer_forbids_the_browser_to_go_anywhere_else(client):
-    for path in ("/", "/page.js", "/view.js", "/page.css", "/state", "/nothing"):
+    for path in ("/", "/page.js", "/view.js", "/page.css", "/plan.css", "/state", "/nothing"):
         _, _, headers = client.ask("GET", path)
         policy = headers["Content-Security-Policy"]
         assert policy.startswith("default-src 'none'")
@@ -142,7 +156,7 @@ def test_every_answer_forbids_the_browser_to_go_anywhere_else(client):
 
 def test_the_viewer_is_served_at_home_dark_and_may_only_talk_to_its_data(control):
     with served(control, viewer="rerun+http://127.0.0.1:9876/proxy") as (client, _):
-        path = client.state()["viewer"]
+        path = client.about()["viewer"]
         source = "rerun%2Bhttp%3A%2F%2F127.0.0.1%3A9876%2Fproxy"
         assert path == f"/viewer/?url={source}&theme=dark&hide_welcome_screen=1"
         status, body, headers = client.ask("GET", path)
@@ -190,7 +204,7 @@ def test_a_breakpoint_is_set_and_removed(hooked, waiting, control):
 
 def test_an_outcome_is_forced_on_what_runs_and_on_what_comes(hooked, waiting, control):
     with served(control, waiting.tree, hooks=waiting.hooks) as (client, _):
-        assert client.state()["can_force"] is False
+        assert client.about()["can_force"] is False
         assert client.ask("POST", "/force/1/success")[0] == 404
     waiting.root.tick_once()
     hooked.ask("POST", "/force/2/failure")
@@ -217,14 +231,21 @@ def test_a_motion_waits_until_a_person_approves_and_fails_if_refused(hooked, wai
     assert waiting.leaves[0].status is Status.FAILURE
 
 
-def test_the_state_tells_the_tree_its_looks_and_how_the_run_ended(page, client, control):
-    page.show(snapshot(180))
-    titles = [node["title"] for node in json.loads(client.ask("GET", "/tree")[1])["nodes"]]
-    assert titles == [node.title for node in TREE]
-    state = client.state()
-    looks = state["looks"]
-    assert (state["phase"], state["time"]) == ("running", "3.6 s")
-    assert (looks[1], looks[4], looks[8]) == ("running", "not yet", "success")
+def test_events_tell_of_the_tree_the_picture_what_happened_and_how_the_run_ended(page, client):
+    for tick in (0, 60, 180):
+        page.show(moment(tick), changed=True)
+    told = {}
+    for kind, content in client.events(6):
+        told.setdefault(kind, content)
+    assert [title for _, title, _, _ in told["about"]["nodes"]] == [node.title for node in TREE]
+    state = told["state"]
+    assert (state["phase"], state["time"], state["placed"]) == ("running", "3 s", 7)
+    assert (state["looks"][1], state["looks"][4], state["looks"][8]) == ("r", "n", "s")
+    assert state["purpose"] == ["main", "until empty", "pick", "pick once"]
+    assert (state["then"], state["otherwise"]) == ("navigate to table", "pick once again")
+    assert state["spent"][8] == pytest.approx(2.4)
+    assert told["picture"]["url"].startswith("data:image/jpeg;base64,")
+    assert [text for _, _, _, text in told["log"]][-1].startswith("▶ grasp")
     page.end("toy failed", "because")
     state = client.state()
     assert (state["phase"], state["outcome"], state["explanation"]) == (
@@ -232,50 +253,17 @@ def test_the_state_tells_the_tree_its_looks_and_how_the_run_ended(page, client, 
         "because",
     )
     assert client.ask("POST", "/pause")[0] == 404
-    assert not control.state.paused
 
 
-def sent(server: PageServer, data: bytes) -> bytes:
-    """What comes back for bytes, until the server ends the connection."""
-    answer = b""
-    with socket.create_connection(("127.0.0.1", server.port), timeout=60.0) as connection:
-        try:
-            connection.sendall(data)
-            connection.shutdown(socket.SHUT_WR)
-            while part := connection.recv(65536):
-                answer += part
-        except OSError:  # ended while we were still talking
-            pass
-    return answer
-
-
-def request(server: PageServer, line: bytes, *headers: bytes) -> bytes:
-    own = [b"Host: 127.0.0.1:%d" % server.port, b"X-Token: " + server.token.encode()]
-    return b"\r\n".join([line, *own, *headers, b"", b""])
-
-
-REFUSED = [
-    b"BREW /state HTTP/1.1",
-    b"GET http://evil.example/state HTTP/1.1",
-    b"POST /%zz%f HTTP/1.1",
-    b"GET /%2e%2e/%2e%2e/etc/passwd HTTP/1.1",
-]
-
-
-def test_odd_and_random_requests_are_refused_and_harm_nothing(server, client, control, capfd):
-    for line in REFUSED:
-        answer = sent(server, request(server, line))
-        assert answer[:5] == b"HTTP/", line
-        assert answer.split()[1][:1] in (b"4", b"5"), line
-    for data in (b"", bytes(1000), b"GET /" + b"a" * 1_000_000 + b" HTTP/1.1\r\n\r\n"):
-        sent(server, data)
-    rng = random.Random(0)
-    good = request(server, b"POST /nothing HTTP/1.1", b"Content-Length: 3") + b"abc"
-    for _ in range(60):
-        data = bytearray(good)
-        for _ in range(rng.randrange(1, 12)):
-            data[rng.randrange(len(data))] = rng.randrange(256)
-        sent(server, bytes(data))
-    assert client.state()["ticks"] == 0
-    assert not control.state.paused
-    assert capfd.readouterr() == ("", "")
+def test_a_browser_that_was_here_needs_no_token_and_another_host_cannot_use_its_cookie(client):
+    _, _, headers = client.ask("POST", "/enter")
+    cookie = headers["Set-Cookie"]
+    assert "HttpOnly" in cookie
+    assert "SameSite=Strict" in cookie
+    known = {"X-Token": "", "Cookie": cookie.partition(";")[0]}
+    assert client.ask("POST", "/pause", **known)[0] == 200
+    assert client.ask("POST", "/pause", Origin="http://127.0.0.1:1", **known)[0] == 403
+    assert (
+        client.ask("POST", "/pause", **known | {"Cookie": f"frankie-task-{client.port}=x"})[0]
+        == 403
+    )

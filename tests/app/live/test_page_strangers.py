@@ -1,11 +1,12 @@
-"""The control page among many connections that say nothing: whoever has the token is heard."""
+"""The control page among strangers: connections that say nothing, odd and random requests."""
 
 import http.client
+import random
 import socket
 import threading
 
 import pytest
-from sample_run import TREE, snapshot
+from sample_run import TREE, moment
 
 from app.live.operator import Control, ControlPage, PageServer
 from app.live.web.http_server import MOST_CONNECTIONS
@@ -53,7 +54,7 @@ def test_connections_that_say_nothing_do_not_keep_a_person_out(number, says):
     control, before = Control(), threading.active_count()
     with PageServer() as server:
         server.serve(ControlPage(control, TREE, inject=print, clear=print))
-        server.page.show(snapshot(0))
+        server.page.show(moment(0), changed=True)
         with Strangers(server.port, number, says):
             for method, path in [("GET", "/state"), ("POST", "/pause")] * 8:
                 client = http.client.HTTPConnection("127.0.0.1", server.port, timeout=60.0)
@@ -62,3 +63,52 @@ def test_connections_that_say_nothing_do_not_keep_a_person_out(number, says):
                 client.close()
             assert control.state.paused
             assert threading.active_count() - before <= MOST_CONNECTIONS + 8
+
+
+def sent(server: PageServer, data: bytes) -> bytes:
+    """What comes back for bytes, until the server ends the connection."""
+    answer = b""
+    with socket.create_connection(("127.0.0.1", server.port), timeout=60.0) as connection:
+        try:
+            connection.sendall(data)
+            connection.shutdown(socket.SHUT_WR)
+            while part := connection.recv(65536):
+                answer += part
+        except OSError:  # ended while we were still talking
+            pass
+    return answer
+
+
+def request(server: PageServer, line: bytes, *headers: bytes) -> bytes:
+    own = [b"Host: 127.0.0.1:%d" % server.port, b"X-Token: " + server.token.encode()]
+    return b"\r\n".join([line, *own, *headers, b"", b""])
+
+
+REFUSED = [
+    b"BREW /state HTTP/1.1",
+    b"GET http://evil.example/state HTTP/1.1",
+    b"POST /%zz%f HTTP/1.1",
+    b"GET /%2e%2e/%2e%2e/etc/passwd HTTP/1.1",
+]
+
+
+def test_odd_and_random_requests_are_refused_and_harm_nothing(capfd):
+    control = Control()
+    with PageServer() as server:
+        server.serve(ControlPage(control, TREE, inject=print, clear=print))
+        for line in REFUSED:
+            answer = sent(server, request(server, line))
+            assert answer[:5] == b"HTTP/", line
+            assert answer.split()[1][:1] in (b"4", b"5"), line
+        for data in (b"", bytes(1000), b"GET /" + b"a" * 1_000_000 + b" HTTP/1.1\r\n\r\n"):
+            sent(server, data)
+        rng = random.Random(0)
+        good = request(server, b"POST /nothing HTTP/1.1", b"Content-Length: 3") + b"abc"
+        for _ in range(60):
+            data = bytearray(good)
+            for _ in range(rng.randrange(1, 12)):
+                data[rng.randrange(len(data))] = rng.randrange(256)
+            sent(server, bytes(data))
+        assert server.state()["ticks"] == 0
+        assert not control.state.paused
+        assert capfd.readouterr() == ("", "")

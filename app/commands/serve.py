@@ -1,0 +1,37 @@
+"""`frankie-task serve`: start, watch and stop tasks from a page."""
+
+import signal
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from app.choices import View
+from app.terminal import Terminal, until_interrupted
+
+
+def serve(
+    folder: Annotated[Path, typer.Argument(help="With tasks; the shipped ones are there too.")] = (
+        Path()
+    ),
+    runs: Annotated[
+        Path | None, typer.Option(help="Folder for the folders of runs; default: runs in FOLDER.")
+    ] = None,
+    armed: Annotated[
+        bool, typer.Option("--arm-the-robot", help="A real robot moves only with this.")
+    ] = False,
+    view: Annotated[View, typer.Option(help="The 3-D viewer on the page: web or none.")] = View.WEB,
+    port: Annotated[int | None, typer.Option(help="Of the page.", min=1, max=65535)] = None,
+) -> None:
+    """Serve one page that starts tasks, watches and stops them, and lists their runs."""
+    from app.live import PageServer
+    from app.serve import TaskDesk
+
+    say = Terminal(stderr=True).say
+    desk = TaskDesk(folder, runs or folder / "runs", armed=armed, view=view, say=say)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    with PageServer(port, desk=desk) as server:
+        desk.server = server
+        with until_interrupted():
+            say(f"tasks at {server.url}   (Ctrl-C ends it)")
+        desk.close()

@@ -1,0 +1,165 @@
+"""Ticks of a run with the figures beside the tree, and the log of what they changed."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from py_trees.common import Status
+
+from app.live.nodes import (
+    LOOK_GLYPH,
+    STATUS_GLYPH,
+    Look,
+    NodeInfo,
+    NodeStatus,
+    leaves,
+    shortened,
+)
+from app.live.snapshot import Snapshot
+
+LONGEST_NAME = 40
+_MOST_LINES = 300  # of a log
+_MOST = 2000  # changes that wait to be taken; more are forgotten, the oldest first
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunInfo:
+    """Constant data of a run."""
+
+    task: str
+    where: str
+    description: str = ""  # what the task does, for people
+    objects: int = 0  # number of objects to be placed; 0 if unknown or none
+    real: bool = False  # whether it moves a real robot
+
+
+class Moment(NamedTuple):
+    """One tick, with the figures beside the tree."""
+
+    seen: Snapshot
+    placed: int
+    attempts: int
+    paused: str = ""  # why the run is paused; empty if it is not
+    holds: bool = False  # whether the hand carries an object
+
+
+class LogLine(NamedTuple):
+    """Something that happened."""
+
+    time: float  # of the task [s]
+    severity: str  # info, warning or error
+    node: int | None  # index; None if it concerns the robot, or the whole run
+    text: str
+
+
+class LogBook:
+    """The last lines of a log, numbered from its beginning; for any thread."""
+
+    def __init__(self) -> None:
+        self._lines: deque[LogLine] = deque(maxlen=_MOST_LINES)
+        self._count = 0
+        self._lock = threading.Lock()
+
+    def add(self, lines: Iterable[LogLine]) -> None:
+        """Add lines at the end."""
+        with self._lock:
+            for line in lines:
+                self._lines.append(line)
+                self._count += 1
+
+    def after(self, count: int) -> tuple[int, list[LogLine]]:
+        """The number of lines so far, and the last of them, after so many."""
+        with self._lock:
+            new = min(self._count - count, len(self._lines))
+            return self._count, list(self._lines)[len(self._lines) - new :]
+
+
+class _Noted(NamedTuple):
+    time: float
+    nodes: tuple[NodeStatus, ...]
+    faults: tuple[str, ...]
+    paused: str
+    placed: int
+
+
+class Changes:
+    """A line for every change of a leaf, of the robot's faults, and of pauses; and times of nodes.
+
+    The loop notes its ticks; another thread takes what they changed.
+    """
+
+    def __init__(self, info: RunInfo, tree: Sequence[NodeInfo]) -> None:
+        self._info = info
+        self._leaves = leaves(tree)
+        self._names = [shortened(node.title, LONGEST_NAME) for node in tree]
+        never = NodeStatus(Status.INVALID, "")
+        self._last = _Noted(0.0, (never,) * len(tree), (), "", 0)
+        self._waiting: deque[_Noted] = deque(maxlen=_MOST)
+        self._seen: tuple[str, int] = ("", 0)  # pause and number of faults of the last tick
+        self._spent, self._since = [0.0] * len(tree), [0.0] * len(tree)
+
+    def note(self, moment: Moment, *, changed: bool) -> None:
+        """Keep a tick if it is new; `changed` is whether the status of a node changed in it."""
+        faults = moment.seen.state.faults
+        seen = (moment.paused, len(faults))
+        if changed or seen != self._seen:
+            self._seen = seen
+            texts = tuple(fault.text for fault in faults)
+            now = moment.seen.time, moment.seen.nodes, texts, moment.paused, moment.placed
+            self._waiting.append(_Noted(*now))
+
+    def take(self) -> Iterator[LogLine]:
+        """What the ticks changed that were noted since the last call."""
+        while self._waiting:
+            before, self._last = self._last, self._waiting.popleft()
+            yield from self._lines(before, self._last)
+
+    def spent(self, time: float) -> list[float]:
+        """How long each node has run until a task time [s]."""
+        nodes = zip(self._last.nodes, self._spent, self._since, strict=True)
+        return [
+            spent + max(0.0, time - since) if now.status is Status.RUNNING else spent
+            for now, spent, since in nodes
+        ]
+
+    def _lines(self, before: _Noted, now: _Noted) -> Iterator[LogLine]:
+        if now.faults != before.faults:
+            text = f"! FAULT: {'; '.join(now.faults)}" if now.faults else "! faults cleared"
+            yield LogLine(now.time, "error" if now.faults else "info", None, text)
+        if now.paused != before.paused:
+            text = f"‖ PAUSED {now.paused}" if now.paused else "▶ resumed"
+            yield LogLine(now.time, "warning" if now.paused else "info", None, text)
+        changed = [
+            index
+            for index, (old, new) in enumerate(zip(before.nodes, now.nodes, strict=True))
+            if new is not old and new.status is not old.status
+        ]
+        for index in changed:
+            if before.nodes[index].status is Status.RUNNING:
+                self._spent[index] += now.time - self._since[index]
+            self._since[index] = now.time
+        for index in sorted({*changed} & self._leaves):
+            yield from self._change(now.time, index, before.nodes[index].status, now.nodes[index])
+        if now.placed != before.placed and self._info.objects:
+            text = f"  {now.placed} of {self._info.objects} placed"
+            yield LogLine(now.time, "info", None, text)
+
+    def _change(
+        self, time: float, index: int, before: Status, now: NodeStatus
+    ) -> Iterator[LogLine]:
+        name = self._names[index]
+        if now.status is Status.INVALID:
+            if before is Status.RUNNING:
+                yield LogLine(time, "info", index, f"■ {name}: halted")
+            return
+        message = " ".join(now.message.split())
+        failed = now.status is Status.FAILURE
+        answered_no = failed and before is not Status.RUNNING
+        glyph = LOOK_GLYPH[Look.NOT_YET] if answered_no else STATUS_GLYPH[now.status]
+        severity = "warning" if failed and not answered_no else "info"
+        text = f"{glyph} {name}" + (f": {message}" if message else "")
+        yield LogLine(time, severity, index, text)

@@ -1,0 +1,71 @@
+"""Why a tree runs a node, and what it does next: by the ancestors of the node."""
+
+import re
+from collections.abc import Sequence
+
+from app.live.nodes import NodeInfo, NodeStatus, parents, path_from_root
+
+_SEQUENCES = ("sequence", "reactive_sequence", "resuming_sequence", "all_of", "for_each")
+_FALLBACKS = ("fallback", "reactive_fallback", "any_of", "switch")
+_ENDS = {True: "the task succeeds", False: "the task fails"}
+
+
+_ATTEMPT = re.compile(r"attempt \d+ of \d+")
+
+
+def purpose(tree: Sequence[NodeInfo], nodes: Sequence[NodeStatus], index: int) -> list[str]:
+    """What a node is done for, from the root down: ancestors with a name, and their attempts."""
+    found = []
+    for above in path_from_root(tree, index)[:-1]:
+        if tree[above].name != tree[above].kind:
+            found.append(tree[above].name)
+        if tree[above].kind == "retry" and (tried := _ATTEMPT.match(nodes[above].message)):
+            found.append(tried[0])
+    return found
+
+
+def outlook(tree: Sequence[NodeInfo], index: int) -> tuple[str, str]:
+    """What comes after a success of a node and after its failure, in words.
+
+    Limits on attempts and times are left out.
+    """
+    above = parents(tree)
+    return _after(tree, above, index, True), _after(tree, above, index, False)
+
+
+def _after(tree: Sequence[NodeInfo], above: Sequence[int | None], index: int, success: bool) -> str:
+    parent = above[index]
+    if parent is None:
+        return _ENDS[success]
+    kind = tree[parent].kind
+    children = [child for child, one in enumerate(above) if one == parent]
+    later = children[children.index(index) + 1 :]
+    first = index == children[0]
+    match kind:
+        case kind if (kind in _SEQUENCES and success) or (kind in _FALLBACKS and not success):
+            if later and kind != "switch":
+                return _entered(tree, above, later[0])
+        case "until" if not success and first and later:
+            return _entered(tree, above, later[0])
+        case "until" if success and not first:
+            return _entered(tree, above, later[0] if later else children[0])
+        case "retry" | "forever" if not success:
+            return f"{_entered(tree, above, index)} again"
+        case "repeat" if success:
+            return f"{_entered(tree, above, index)} again"
+        case "parallel":
+            return f"the rest of {tree[parent].name}"
+        case "invert" | "not":
+            success = not success
+        case "force_success" | "force_failure":
+            success = kind == "force_success"
+    return _after(tree, above, parent, success)
+
+
+def _entered(tree: Sequence[NodeInfo], above: Sequence[int | None], index: int) -> str:
+    """The first node below, the first that its author has named or that does something."""
+    while tree[index].name == tree[index].kind and (inner := index + 1) in range(len(tree)):
+        if above[inner] != index:
+            break
+        index = inner
+    return tree[index].title

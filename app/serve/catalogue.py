@@ -1,0 +1,93 @@
+"""What can be started: tasks with their parameters and mistakes; robots, worlds and scenes."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from app.live import Told
+from config import Diagnostic, Severity, UserError, written
+from hw import WORLDS
+from hw.sim import scene_names
+from robots import robot_names
+from trees import shipped, shipped_names
+from trees.language import TaskFileError, TaskParameter, examine, load
+from trees.site import check
+
+_TASK = re.compile(r"^task:", re.MULTILINE)
+
+
+def task_files(folder: Path) -> dict[str, Path]:
+    """The task files of a folder by their names in it, then the shipped tasks by theirs."""
+    own = {path.name: path for path in sorted(folder.glob("*.yaml")) if _is_task(path)}
+    return own | {name: shipped(name) for name in shipped_names()}
+
+
+def catalogue(folder: Path) -> Told:
+    """All that a person may choose from, for JSON."""
+    return {
+        "folder": str(folder.resolve()),
+        "tasks": [_described(name, path) for name, path in task_files(folder).items()],
+        "robots": robot_names(),
+        "worlds": list(WORLDS),
+        "scenes": scene_names(),
+    }
+
+
+def mistakes(path: Path, robot: str, parameters: Mapping[str, str]) -> list[Told]:
+    """The mistakes in a task for a robot and with values of its parameters, each with its line."""
+    try:
+        found = check(path, robot=robot)
+        load(path, overrides=parameters)
+    except TaskFileError as error:
+        found = [*found, *error.diagnostics]
+    except UserError as error:
+        return [{"text": str(error), "severity": Severity.ERROR.value, "source": ""}]
+    return [_shown(one) for one in dict.fromkeys(found)]
+
+
+def _is_task(path: Path) -> bool:
+    try:
+        return bool(_TASK.search(path.read_text(encoding="utf-8")))
+    except (OSError, ValueError):
+        return False
+
+
+def _described(name: str, path: Path) -> Told:
+    task, found = examine(path)
+    parameters = {} if task is None else task.parameters
+    return {
+        "name": name,
+        "description": "" if task is None else task.description,
+        "scene": "" if task is None else task.scene,
+        "shipped": name == path.stem,
+        "bad": any(one.severity is Severity.ERROR for one in found),
+        "parameters": [dict(_field(key, one)) for key, one in parameters.items()],
+    }
+
+
+def _field(name: str, parameter: TaskParameter) -> Iterator[tuple[str, Any]]:
+    """A parameter as a field of a form."""
+    yield "name", name
+    yield "description", parameter.description
+    yield "default", "" if parameter.default is None else written(parameter.default.value)
+    if (type_ := parameter.type) is None:
+        return
+    yield "type", str(type_)
+    yield "choices", [*map(written, type_.choices), *(["true", "false"] * (bool in type_.types))]
+    if type_.is_number and not type_.choices:
+        yield "step", "any" if float in type_.types else "1"
+        yield "min", type_.least if type_.above is None else type_.above
+        yield "max", type_.most
+
+
+def _shown(one: Diagnostic) -> Told:
+    """A mistake, and the line of the file that it is in."""
+    source = ""
+    if one.location is not None:
+        lines = one.path.read_text(encoding="utf-8").splitlines()
+        line, column = one.location.line, one.location.column
+        source = f"{line:4}  {lines[line - 1]}\n{' ' * (5 + column)}^"
+    return {"text": str(one), "severity": one.severity.value, "source": source}

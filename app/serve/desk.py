@@ -1,0 +1,172 @@
+"""The desk of the page: tasks that people start, one at a time, and the runs of a folder."""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections.abc import Callable, Mapping
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated
+from urllib.parse import quote
+
+from pydantic import Field, ValidationError
+
+from app.choices import Speed, View
+from app.core import RECORDING
+from app.live import Document, PageServer, Told
+from app.review import explain, find_run, read_run, run_folders
+from app.serve.catalogue import catalogue, mistakes, task_files
+from app.serve.run_process import RunProcess
+from app.task_time import task_time
+from config import Severity, StrictModel, UserError
+
+_MOST_RUNS = 40
+_STAMP = "%Y-%m-%d-%H%M%S"
+_PLAIN = "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'"
+
+
+class Order(StrictModel):
+    """What a person wants to run."""
+
+    task: str
+    robot: str = "frankie"
+    world: str = "kinematic"
+    scene: str = ""
+    seed: Annotated[int, Field(ge=0)] = 0
+    parameters: Mapping[str, str] = {}
+    speed: str = Speed.REAL.value
+    approve: bool = False
+    force: bool = False
+
+
+class TaskDesk:
+    """Starts tasks of a folder, and the shipped ones; their runs are kept in `runs`.
+
+    `armed` is whether a real robot may move, `view` how the 3-D viewer is served, and `say` prints
+    a line. `server` has to be set before the first request.
+    """
+
+    server: PageServer
+
+    def __init__(
+        self, folder: Path, runs: Path, *, armed: bool, view: View, say: Callable[[str], None]
+    ) -> None:
+        self._folder, self._runs = folder, runs
+        self._armed, self._view, self._say = armed, view, say
+        self._run: RunProcess | None = None
+        self._order: Order | None = None
+        self._causes: dict[Path, str] = {}
+        self._lock = threading.Lock()
+
+    def get(self, path: str) -> Document | None:
+        """Tasks and runs as JSON; the explanation and the recording of a run."""
+        match path.split("/")[1:]:
+            case ["tasks"]:
+                told = catalogue(self._folder) | {"armed": self._armed}
+                return Document(json.dumps(told).encode(), "application/json")
+            case ["runs"]:
+                return Document(json.dumps(self._listed()).encode(), "application/json")
+            case ["runs", name, "explanation"] if (folder := self._found(name)) is not None:
+                text = str(explain(folder)).encode()
+                return Document(text, "text/plain; charset=utf-8", _PLAIN)
+            case ["runs", name, "recording.rrd"] if (folder := self._found(name)) is not None:
+                if (folder / RECORDING).is_file():
+                    return Document(folder / RECORDING, "application/octet-stream")
+        return None
+
+    def post(self, path: str, body: bytes) -> Told | None:
+        """Check or start a task, or start the last one again."""
+        if path == "/again" and self._order is not None:
+            return self._start(self._order)
+        if path not in ("/check", "/start"):
+            return None
+        try:
+            order = Order.model_validate_json(body, strict=False)
+        except ValidationError as invalid:
+            first = invalid.errors(include_url=False)[0]
+            return {"refused": f"{'.'.join(map(str, first['loc']))}: {first['msg']}"}
+        return self._start(order) if path == "/start" else self._checked(order)
+
+    def close(self) -> None:
+        """End what runs; the robot comes to rest."""
+        if self._run is not None:
+            self._run.end()
+
+    def _checked(self, order: Order) -> Told:
+        path = task_files(self._folder).get(order.task)
+        if path is None:
+            return {"refused": f"{order.task}: there is no such task"}
+        return {"mistakes": mistakes(path, order.robot, order.parameters)}
+
+    def _start(self, order: Order) -> Told:
+        told = self._checked(order)
+        errors = [one for one in told.get("mistakes", ()) if one["severity"] == _ERROR]
+        if errors or "refused" in told:
+            return told
+        with self._lock:
+            if self._run is not None and not self._run.is_over:
+                return {"refused": "another task runs; stop it first"}
+            if self._run is not None:
+                self._run.end()
+            self._order = order
+            self._run = RunProcess(order.task, self._arguments(order), self._say)
+            self.server.serve(self._run)
+        return told | {"started": True}
+
+    def _arguments(self, order: Order) -> list[str]:
+        """The arguments of `frankie-task run`."""
+        given = {"robot": order.robot, "world": order.world, "scene": order.scene}
+        given |= {"seed": str(order.seed), "speed": order.speed, "record": str(self._runs)}
+        given |= {"view": self._view.value}
+        flags = {"approve": order.approve, "force-outcomes": order.force}
+        flags |= {"arm-the-robot": self._armed}
+        return [
+            *(f"--{name}={value}" for name, value in given.items() if value),
+            *(f"--parameter={name}={value}" for name, value in order.parameters.items()),
+            *(f"--{name}" for name, wanted in flags.items() if wanted),
+            "--",
+            str(task_files(self._folder)[order.task]),
+        ]
+
+    def _found(self, name: str) -> Path | None:
+        """The folder of a run by its name."""
+        try:
+            return find_run(Path(name).name, self._runs)
+        except UserError:
+            return None
+
+    def _listed(self) -> list[Told]:
+        """The last runs, the newest first."""
+        return [self._row(folder) for folder in reversed(run_folders(self._runs)[-_MOST_RUNS:])]
+
+    def _row(self, folder: Path) -> Told:
+        summary = read_run(folder).summary
+        done = summary.duration_s is not None
+        if folder not in self._causes or not done:
+            try:
+                self._causes[folder] = explain(folder).headline
+            except UserError as error:
+                self._causes[folder] = str(error)
+        has_recording = (folder / RECORDING).is_file()
+        return {
+            "name": folder.name,
+            "task": summary.task,
+            "when": _when(folder.name),
+            "outcome": summary.outcome,
+            "time": task_time(summary.duration_s) if summary.duration_s is not None else "",
+            "cause": self._causes[folder],
+            "recording": f"/runs/{quote(folder.name)}/recording.rrd" if has_recording else None,
+            "explanation": f"/runs/{quote(folder.name)}/explanation",
+        }
+
+
+_ERROR = Severity.ERROR.value
+
+
+def _when(name: str) -> str:
+    """The time in the name of a run's folder."""
+    try:
+        return datetime.strptime(name[:17], _STAMP).strftime("%d %b %H:%M")
+    except ValueError:
+        return ""

@@ -1,0 +1,157 @@
+"""A run in a process of its own, `frankie-task run`, as what the page server shows.
+
+The process tells of the run over a socket. When this side is closed, as by the end of the server,
+it brings the robot to rest and ends.
+"""
+
+from __future__ import annotations
+
+import json
+import signal
+import socket
+import subprocess
+import sys
+import threading
+from collections import deque
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+
+from app.live import LogBook, LogLine, Told
+from config import UserError
+from hw import stopwatch
+
+_FRESH = 1.0  # age from which a confirmed stop counts as unconfirmed [s]
+_ASK, _TERMINATE = 1.0, 6.0
+"""So long a stop is asked for, then the process is told to end, then it is killed [s]."""
+_PATIENCE = 10.0  # for the process to end when the server does [s]
+
+
+class RunProcess:
+    """Starts `frankie-task run` with arguments; `say` prints its lines."""
+
+    def __init__(self, task: str, arguments: Sequence[str], say: Callable[[str], None]) -> None:
+        self.log = LogBook()
+        self._about: Told = {"task": task}
+        self._state: Told = {"phase": "starting", "stopped": False}
+        self._picture: Told | None = None
+        self._heard = stopwatch()
+        self._stopped_at: float | None = None
+        self._say, self._last = say, deque[str](maxlen=8)
+        self._socket, theirs = socket.socketpair()
+        with theirs:
+            own = (f"--control-pipe={theirs.fileno()}", *arguments)
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", "frankie_task_cli", "run", *own],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.PIPE,
+                text=True,
+                pass_fds=(theirs.fileno(),),
+                start_new_session=True,  # Ctrl-C is for the server
+            )
+        self._threads = [
+            threading.Thread(target=target, daemon=True) for target in (self._hear, self._read)
+        ]
+        for thread in self._threads:
+            thread.start()
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the run has ended; its process may still be about to."""
+        return self._process.poll() is not None or self._state["phase"] == "over"
+
+    @property
+    def viewer_hosts(self) -> str:
+        """To which the viewer on the page may connect."""
+        return str(self._about.get("viewer_hosts", "'self'"))
+
+    def about(self) -> Told:
+        """What does not change."""
+        return self._about
+
+    def picture(self) -> Told | None:
+        """The last picture of the camera."""
+        return self._picture
+
+    def catch_up(self) -> None:
+        """Nothing to do: the process tells by itself."""
+
+    def state(self) -> Told:
+        """What the run last told, with its age; its end, if the process has ended."""
+        told = self._state
+        if self._process.poll() is not None and not told.get("outcome"):
+            return told | {"phase": "over", "outcome": self._end(), "explanation": self._words}
+        return told | {"age": told.get("age", 0.0) + stopwatch() - self._heard}
+
+    def act(self, path: str) -> bool:
+        """Pass on a button."""
+        return "\n" not in path and self._send(path)
+
+    def stop(self) -> None:
+        """End the run; called again without a confirmation, end the process.
+
+        A killed process leaves a real robot to the watchdogs of its drivers.
+        """
+        now = stopwatch()
+        if self._state["stopped"] and now - self._heard < _FRESH:
+            return
+        waited = 0.0 if self._stopped_at is None else now - self._stopped_at
+        self._stopped_at = self._stopped_at or now
+        if waited < _ASK:
+            self._send("/stop")
+        elif waited < _TERMINATE:
+            if not self._terminated:
+                self._terminated = True
+                self._process.send_signal(signal.SIGTERM)
+        else:
+            self._process.kill()
+
+    _terminated = False
+
+    def end(self) -> None:
+        """Let the robot come to rest, and wait for the end of the process."""
+        with suppress(OSError):
+            self._socket.shutdown(socket.SHUT_WR)
+        try:
+            self._process.wait(_PATIENCE)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        for thread in self._threads:
+            thread.join()
+        self._socket.close()
+
+    @property
+    def _words(self) -> str:
+        return "\n".join(self._last)
+
+    def _end(self) -> str:
+        code = self._process.returncode
+        if code == UserError.exit_code:
+            return "the run was refused; nothing has moved"
+        how = f"by {signal.Signals(-code).name}" if code < 0 else f"with code {code}"
+        return f"the process of the run ended {how}"
+
+    def _send(self, path: str) -> bool:
+        try:
+            self._socket.sendall(path.encode() + b"\n")
+        except OSError:
+            return False
+        return True
+
+    def _hear(self) -> None:
+        with suppress(OSError, ValueError), self._socket.makefile("r", encoding="utf-8") as lines:
+            for line in lines:
+                news = json.loads(line)
+                self._about = news.get("about", self._about)
+                self._picture = news.get("picture", self._picture)
+                self.log.add(LogLine(*one) for one in news.get("log", ()))
+                if "state" in news:
+                    self._state, self._heard = news["state"], stopwatch()
+
+    def _read(self) -> None:
+        assert self._process.stderr is not None
+        with self._process.stderr as lines:
+            for line in lines:
+                self._last.append(line.rstrip("\n"))
+                self._say(self._last[-1])

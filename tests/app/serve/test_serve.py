@@ -1,0 +1,156 @@
+"""`frankie-task serve`: tasks and their mistakes; runs that crash, freeze, or are left alone."""
+
+import http.client
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from browsers import FOLDER, WAITING, chromium, expect_run, opened_page
+
+from app.serve.catalogue import catalogue, mistakes
+
+BAD = "task: bad\nparams: {n: {default: 3, max: 9}}\ntree:\n  open_griper:\n"
+DRIVE = (
+    "task: toy\nscene: single\nparams: {far: {default: 2.0, description: how far}}\ntree:\n"
+    "  drive: {forward_m: $far}\n"
+)
+
+
+def test_the_catalogue_has_forms_and_mistakes_their_lines(tmp_path):
+    (tmp_path / "bad.yaml").write_text(BAD)
+    (tmp_path / "places.yaml").write_text("poses: {}\n")
+    tasks = {one["name"]: one for one in catalogue(tmp_path)["tasks"]}
+    assert tasks["bad.yaml"]["bad"]
+    assert not tasks["pick_place"]["bad"]
+    assert "places.yaml" not in tasks
+    (field,) = tasks["pick_place"]["parameters"]
+    assert (field["name"], field["default"], field["step"]) == ("attempts", "5", "1")
+    (found,) = mistakes(tmp_path / "bad.yaml", "frankie", {})
+    assert "bad.yaml:4:3: " in found["text"]
+    assert found["source"] == "   4    open_griper:\n        ^"
+    (tmp_path / "bad.yaml").write_text(BAD.replace("open_griper:", "wait: {duration_s: $n}"))
+    assert mistakes(tmp_path / "bad.yaml", "frankie", {}) == []
+    (found,) = mistakes(tmp_path / "bad.yaml", "frankie", {"n": "12"})
+    assert "at most 9" in found["text"]
+    assert "no robot" in mistakes(tmp_path / "bad.yaml", "frankei", {})[0]["text"]
+
+
+class Served:
+    """`frankie-task serve` in a folder, until the end of the `with` statement."""
+
+    def __init__(self, folder: Path) -> None:
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "frankie_task_cli", "serve", str(folder), "--view", "none"],
+            stderr=subprocess.PIPE,
+            text=True,
+            env=os.environ | {"PYTHONPATH": str(FOLDER)},
+        )
+        found = re.search(r"http://127\.0\.0\.1:(\d+)/#(\S+)", self.process.stderr.readline())
+        self.url, self._port, self._token = found[0], int(found[1]), found[2]
+
+    def __enter__(self) -> "Served":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.process.terminate()
+        self.process.communicate(timeout=60.0)
+
+    def ask(self, method: str, path: str, **body: object) -> dict:
+        connection = http.client.HTTPConnection("127.0.0.1", self._port, timeout=60.0)
+        connection.request(method, path, json.dumps(body), {"X-Token": self._token})
+        reply = connection.getresponse()
+        assert reply.status == 200, path
+        return json.loads(reply.read())
+
+    def wait_for(self, phase: str, press: str = "") -> dict:
+        deadline = time.monotonic() + 60.0
+        while (state := self.ask("GET", "/state"))["phase"] != phase:
+            assert time.monotonic() < deadline, state
+            if press:
+                self.ask("POST", press)
+            time.sleep(0.1)
+        return state
+
+    @property
+    def run(self) -> int:
+        """The process of the run."""
+        return int(
+            Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children")
+            .read_text()
+            .split()[0]
+        )
+
+
+@pytest.mark.slow
+def test_a_crash_ends_no_server_stop_always_works_and_nothing_outlives_the_server(tmp_path):
+    (tmp_path / "toy.yaml").write_text(WAITING)
+    with Served(tmp_path) as served:
+        assert served.ask("GET", "/state")["phase"] == "idle"
+        assert served.ask("POST", "/start", task="toy.yaml", seed=-1)["refused"]
+        assert served.ask("POST", "/start", task="../toy.yaml")["refused"]
+        assert served.ask("POST", "/start", task="toy.yaml")["started"]
+        served.wait_for("running")
+        assert "another task runs" in served.ask("POST", "/start", task="toy.yaml")["refused"]
+        os.kill(served.run, signal.SIGKILL)
+        assert "ended by SIGKILL" in served.wait_for("over")["outcome"]
+
+        assert served.ask("POST", "/again")["started"]
+        served.wait_for("running")
+        os.kill(served.run, signal.SIGSTOP)
+        served.wait_for("over", press="/stop")
+
+        assert served.ask("POST", "/again")["started"]
+        served.wait_for("running")
+        run = served.run
+        served.process.kill()
+        deadline = time.monotonic() + 30.0
+        while Path(f"/proc/{run}/cmdline").exists() and Path(f"/proc/{run}/cmdline").read_text():
+            assert time.monotonic() < deadline, "the run outlives the server"
+            time.sleep(0.1)
+    ends = [
+        json.loads(path.read_text())["outcome"] for path in tmp_path.glob("runs/*/summary.json")
+    ]
+    assert ends == ["interrupted"]
+
+
+@pytest.mark.slow
+def test_two_people_start_a_task_edit_it_and_start_it_again(tmp_path):
+    from playwright.sync_api import expect
+
+    (tmp_path / "toy.yaml").write_text(DRIVE.replace("drive:", "drvie:"))
+    with chromium() as browser, Served(tmp_path) as served:
+        page = browser.new_page()
+        page.goto(served.url)
+        page.click("[data-task='toy.yaml']")
+        expect(page.locator(".mistakes")).to_contain_text("toy.yaml:5:3")
+        expect(page.locator(".mistakes code")).to_contain_text("5    drvie: {forward_m: $far}")
+        (tmp_path / "toy.yaml").write_text(DRIVE)
+        page.click("[data-task='toy.yaml']")
+        page.fill("[name=far]", "0.2")
+        page.click("[name=start]")
+        expect(page.locator("#outcome")).to_contain_text("toy succeeded", timeout=60_000)
+        page.reload()
+        expect(page.locator("#outcome")).to_contain_text("toy succeeded")
+        (tmp_path / "toy.yaml").write_text(WAITING)
+        page.click("#tab-tasks")
+        expect(page.locator("#runs td").nth(2)).to_have_text("success")
+        page.click("[data-task='toy.yaml']")
+        page.click("[name=start]")
+        expect_run(page, "running")
+        other = opened_page(browser, served.url)
+        expect_run(other, "running")
+        expect(page.locator("#people")).to_have_text("2 people watch")
+        other.keyboard.press("Escape")
+        for one in (page, other):
+            expect(one.locator("#outcome")).to_contain_text("was interrupted", timeout=60_000)
+        page.click("#again")
+        expect_run(page, "running")
+        expect_run(other, "running")
+        other.click("#stop")
+        expect(page.locator("#outcome")).to_contain_text("was interrupted", timeout=60_000)
