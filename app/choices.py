@@ -45,6 +45,7 @@ class View(StrEnum):
     AUTO = "auto"
     SPAWN = "spawn"
     WEB = "web"
+    FOXGLOVE = "foxglove"
     NONE = "none"
 
 

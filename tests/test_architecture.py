@@ -39,6 +39,7 @@ ROOMS = (
     "app.terminal",
     "app.task_time",
     "app.live",
+    "app.live.foxglove",
     "app.core",
     "app.review",
     "app.export",

@@ -131,7 +131,7 @@ def run(
     view: Annotated[
         View,
         typer.Option(
-            help="Watch in a window, in a browser, or not; auto: a window if there is a screen."
+            help="Watch in a window, in a browser, in Foxglove, or not; auto: a window if possible."
         ),
     ] = View.AUTO,
     view_host: Annotated[

@@ -1,13 +1,16 @@
 """The life of a run: make its folder, run the session, tell the observers, write the summary."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from app.core.decisions import RecordedDecisions
 from app.core.fault_schedule import FaultSchedule
-from app.core.files.folder import RECORDING, SUMMARY, VIEWER_LOG, make_folder, texts
+from app.core.files.folder import RECORDING, SUMMARY, VIEWER_LOG, begun, make_folder, texts
 from app.core.files.outputs import Outputs
 from app.core.interrupts import interrupts, leave, terminal_settings
 from app.core.measurements import Measurements
@@ -26,6 +29,8 @@ from app.live import (
     RunDisplay,
     RunInfo,
     SceneView,
+    ShownRun,
+    View,
     Viewer,
     tree_view,
 )
@@ -33,6 +38,9 @@ from app.terminal import Loading, Terminal
 from controller import RobotModel
 from hw import DEFAULT_LEVEL, Robot, stopwatch
 from trees.language import Task, TreeNode
+
+if TYPE_CHECKING:
+    from app.live.foxglove import FoxgloveServer
 
 _SHORT_PATIENCE = 1.0  # time for the disk to write the rest of an abandoned run [s]
 
@@ -119,6 +127,7 @@ class Run:
             self._console.open(),
             interrupts(self._console.leave, setup.robot.stop, End.INTERRUPTED.exit_code),
             self._make_display() as self._display,
+            self._make_foxglove() as self._foxglove,
         ):
             outcome = setup.session(
                 self._console.root,
@@ -149,6 +158,8 @@ class Run:
         console.control.node_changed(changed)
         if (recorder := self._recorder) is not None:
             tell("the recording", lambda: recorder.record(seen))
+        if (foxglove := self._foxglove) is not None:
+            tell("Foxglove", lambda: foxglove.show(seen))
         log = self._setup.context.log
         moment = Moment(seen, log.placed, log.attempts, why, log.in_hand is not None)
         tell("the controls", lambda: console.show(moment, changed=changed))
@@ -194,6 +205,18 @@ class Run:
             lossless=not self._options.paced,
             server=self._viewer.server,
         )
+
+    def _make_foxglove(self) -> AbstractContextManager[FoxgloveServer | None]:
+        view = self._options.view
+        if view.view is not View.FOXGLOVE:
+            return nullcontext()
+        from app.live.foxglove import FoxgloveServer  # an extra
+
+        robot, tree = self._setup.robot.description, tuple(tree_view(self._nodes))
+        run = ShownRun(robot, tree, self._watching.scene, begun(self._folder))
+        server = FoxgloveServer(run, self._console.control, view.host, view.port)
+        tell(str(server))
+        return server
 
     def _make_display(self) -> AbstractContextManager[RunDisplay | None]:
         if not self._options.shown:

@@ -18,7 +18,7 @@ from py_trees.common import Status
 
 from app.core import OPTIONS, RECORDING, begun, recorded_scene
 from app.export.episodes import ExportError
-from app.live import NodeInfo, NodeStatus, PoseEstimate, ShownRun, Snapshot, write_mcap
+from app.live import NodeInfo, NodeStatus, PoseEstimate, ShownRun, Snapshot
 from app.review import (
     FaultEvent,
     NodeEvent,
@@ -48,6 +48,8 @@ def export_mcap(folder: Path, out: Path) -> None:
 
     Raises UserError: the extra is missing, the run cannot be read, or the file cannot be written.
     """
+    from app.live.foxglove import write_mcap  # an extra
+
     log, (states, commands) = read_log(folder), read_motion(folder)
     changes: list[_Change] = [(event.time, "event", event) for event in log.events]
     try:

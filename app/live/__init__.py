@@ -9,7 +9,6 @@ from app.choices import View
 from app.live.changes import LogBook, LogLine, Moment, RunInfo
 from app.live.console import ControlOptions, OperatorConsole
 from app.live.feed import Feed, Throttle
-from app.live.foxglove import FoxgloveError, write_mcap
 from app.live.monitor import Recorder, RecorderError
 from app.live.nodes import NodeInfo, NodeStatus, tip, tree_view
 from app.live.operator import Control, Desk, Document, Hook, Page, PageServer, Told

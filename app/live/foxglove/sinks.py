@@ -1,52 +1,129 @@
 """Where the messages of a run go: into an MCAP file, or to live viewers."""
 
-from collections.abc import Callable, Iterable
+import secrets
+from collections.abc import Iterable, Sequence
+from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
+from foxglove import Capability, Channel, Context, Parameter, Schema, open_mcap, start_server
+from foxglove.mcap import MCAPWriteOptions
+from foxglove.websocket import Client, ServerListener
+
+from app.live.feed import Feed
+from app.live.foxglove.messages import TOPICS, Messages
+from app.live.foxglove.ros import definition
+from app.live.operator import Control
 from app.live.snapshot import ShownRun, Snapshot
+from app.live.web.ports import choose_port
 from config import UserError
 
+USUAL_PORT = 8765  # Foxglove's default
 
-class FoxgloveError(UserError):
-    """Messages cannot be written or served as requested."""
+_PERIOD = 0.05  # interval of sending [s of real time]
+_PATIENCE = 5.0  # time to send the rest [s]
+
+
+class _Channels:
+    """Writes the messages of a run to what its context is given to."""
+
+    def __init__(self, run: ShownRun) -> None:
+        self.context, self._messages, self._channels = Context(), Messages(run), {}
+        for topic, kind in TOPICS.items():
+            schema = Schema(name=kind, encoding="ros2msg", data=definition(kind).encode())
+            self._channels[topic] = Channel(
+                topic, message_encoding="cdr", schema=schema, context=self.context
+            )
+
+    def write(self, snapshots: Iterable[Snapshot]) -> None:
+        for snapshot in snapshots:
+            for one in self._messages.of(snapshot):
+                self._channels[one.topic].log(one.data, log_time=one.time)
 
 
 def write_mcap(path: Path, run: ShownRun, snapshots: Iterable[Snapshot]) -> None:
-    """Write the messages of a run into a new file.
-
-    Raises FoxgloveError: the extra is missing, or the file exists or cannot be written.
-    """
-    context, write = _channels("export --mcap", run)
-    from foxglove import open_mcap
-    from foxglove.mcap import MCAPWriteOptions
-
+    """Write the messages of a run into a new file; UserError: it exists or cannot be written."""
+    channels, options = _Channels(run), MCAPWriteOptions(profile="ros2")
     try:
-        with open_mcap(path, context=context, writer_options=MCAPWriteOptions(profile="ros2")):
-            write(snapshots)
+        with open_mcap(path, context=channels.context, writer_options=options):
+            channels.write(snapshots)
     except (OSError, RuntimeError) as error:
-        raise FoxgloveError(f"{path}: cannot be written ({error}); name a new file") from error
+        raise UserError(f"{path}: cannot be written ({error}); name a new file") from error
 
 
-def _channels(what: str, run: ShownRun) -> tuple[Any, Callable[[Iterable[Snapshot]], None]]:
-    """A context with a channel for each topic, and what writes snapshots to them."""
-    try:
-        from foxglove import Channel, Context, Schema
+class _Parameters(ServerListener):
+    """Lets a client that sets `token` to the right one set `paused`; called by server threads."""
 
-        from app.live.foxglove.messages import TOPICS, Messages
-        from app.live.foxglove.ros import definition
-    except ModuleNotFoundError as error:
-        text = f'{what} needs {error.name}: pip install "frankie-task[foxglove]"'
-        raise FoxgloveError(text) from None
-    context, messages = Context(), Messages(run)
-    channels = {}
-    for topic, kind in TOPICS.items():
-        schema = Schema(name=kind, encoding="ros2msg", data=definition(kind).encode())
-        channels[topic] = Channel(topic, message_encoding="cdr", schema=schema, context=context)
+    def __init__(self, control: Control) -> None:
+        self.token = secrets.token_urlsafe(16)
+        self._control = control
+        self._trusted: set[int] = set()
 
-    def write(snapshots: Iterable[Snapshot]) -> None:
-        for snapshot in snapshots:
-            for one in messages.of(snapshot):
-                channels[one.topic].log(one.data, log_time=one.time)
+    def values(self) -> list[Parameter]:
+        return [Parameter("paused", value=self._control.state.paused), Parameter("token", value="")]
 
-    return context, write
+    def on_get_parameters(self, client: Client, *_: Any) -> list[Parameter]:
+        return self.values()
+
+    def on_set_parameters(
+        self, client: Client, parameters: list[Parameter], *_: Any
+    ) -> list[Parameter]:
+        for one in parameters:
+            value = one.get_value()
+            if one.name == "token":
+                if secrets.compare_digest(str(value).encode(), self.token.encode()):
+                    self._trusted.add(client.id)
+            elif one.name == "paused" and client.id in self._trusted:
+                (self._control.pause if value else self._control.resume)()
+        return self.values()
+
+
+class FoxgloveServer:
+    """Serves the messages of a run over WebSocket until the end of the `with` statement.
+
+    Anybody who can connect can watch; who has the token can pause. `port` None takes the usual one,
+    or a free one if that is taken. Raises UserError: the port is not available.
+    """
+
+    def __init__(self, run: ShownRun, control: Control, host: str, port: int | None) -> None:
+        self._control, self._host, self._paused = control, host, control.state.paused
+        self._channels, self._parameters = _Channels(run), _Parameters(control)
+        try:
+            self._server = start_server(
+                name="frankie-task",
+                host=host,
+                port=choose_port(host, port, USUAL_PORT),
+                capabilities=[Capability.Parameters],
+                server_listener=self._parameters,
+                context=self._channels.context,
+            )
+        except (OSError, RuntimeError) as error:
+            where = f"--view-port {port or USUAL_PORT} on {host}"
+            raise UserError(f"{where}: {error}; choose another port or address") from error
+        self._feed = Feed(self._send, lossless=False, period=_PERIOD, name="foxglove")
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._feed.close(_PATIENCE)
+        self._server.stop()
+
+    def __str__(self) -> str:
+        layout, address = (
+            files(__package__) / "layout.json",
+            f"ws://{self._host}:{self._server.port}",
+        )
+        return f"Foxglove at {address} (layout: {layout}); token to pause: {self._parameters.token}"
+
+    def show(self, snapshot: Snapshot) -> None:
+        """Add a snapshot; the loop never waits. Raises Exception: that ended the sending."""
+        if self._feed.error is not None:
+            raise self._feed.error
+        self._feed.put(snapshot)
+
+    def _send(self, batch: Sequence[Snapshot]) -> None:
+        self._channels.write(batch)
+        if self._control.state.paused is not self._paused:
+            self._paused = not self._paused
+            self._server.publish_parameter_values(self._parameters.values())
