@@ -38,19 +38,16 @@ class Gate:
     """Checks the commands to one robot: `judge` each reading, then `send` the command.
 
     The change of velocity in any window of time is at most the acceleration limit times (the
-    window + 2 periods), unless the gate brakes. A reading older than `oldest_state` [s] allows
-    no motion.
+    window + 2 periods), unless the gate brakes. A stale reading allows no motion.
     """
 
-    def __init__(
-        self, robot: Robot, description: RobotDescription, period: float, oldest_state: float = 0.1
-    ) -> None:
+    def __init__(self, robot: Robot, description: RobotDescription, period: float) -> None:
         self._robot = robot
         self._limits = description.limits
         self._arm_lag = description.arm.lag
         self._arm = description.arm.ready.shape
         self._period = period
-        self._plausibility = Plausibility(description, oldest_state)
+        self._plausibility = Plausibility(description)
         self._monitor = MotionMonitor(description)
         self._refusal: Refusal | None = None
         self._judged: RobotState | None = None

@@ -11,6 +11,7 @@ from robots import RobotDescription
 _AHEAD = 0.005  # by which clocks of the parts may run ahead of the session's [s]
 _BEYOND_RANGE = 0.5  # farthest that a joint can be outside its range [rad]
 _JUMP = 0.05  # of a joint, by noise and interpolation [rad]
+_OLDEST = 0.1  # age of a reading that is not stale [s]
 _OVERSPEED = 2.0  # largest speed, in limits at full pace
 _ROTATION_TOLERANCE = 1e-4
 
@@ -25,12 +26,11 @@ class Doubt(Enum):
 
 
 class Plausibility:
-    """Judges the readings of one robot in turn; one older than `oldest` [s] is stale."""
+    """Judges the readings of one robot in turn; an old one is stale."""
 
-    def __init__(self, description: RobotDescription, oldest: float) -> None:
+    def __init__(self, description: RobotDescription) -> None:
         self._limits = description.limits
         self._max_speed = _OVERSPEED / description.pace  # full speed at reduced pace is believed
-        self._oldest = oldest
         self._before: RobotState | None = None
 
     def doubt(self, state: RobotState, now: float) -> Doubt | None:
@@ -48,7 +48,7 @@ class Plausibility:
 
     def is_fresh(self, state: RobotState, now: float) -> bool:
         """Whether a reading is young enough at session time `now` [s]; NaN is not."""
-        return now - state.stamp <= self._oldest
+        return now - state.stamp <= _OLDEST
 
     def _is_within_reason(self, state: RobotState) -> bool:
         limits = self._limits

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from perception.objects.segmentation import consensus, raised_regions, segment_objects
     from perception.objects.touching import BoundaryModel, blob_of, log_features
     from perception.region_map import WALL_MARGIN, RegionMap, Segment
-    from perception.surface_grid import SurfaceGrid, SurfaceSettings, surface_cells
+    from perception.surface_grid import SurfaceGrid, surface_cells
     from perception.training_samples import Labels, Sample, Shard
 else:
     __getattr__ = lazy_face(__name__)

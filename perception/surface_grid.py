@@ -7,7 +7,6 @@ unless near.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -16,28 +15,22 @@ import numpy.typing as npt
 from perception.frame import Array, Frame
 from perception.geometry import Camera, world_points
 
-
-@dataclass(frozen=True, kw_only=True)
-class SurfaceSettings:
-    """Thresholds and memory of `SurfaceGrid`."""
-
-    stride: int = 8  # only every n-th pixel is used, along rows and columns
-    farthest: float = 2.0  # larger depths are too noisy [m]
-    neighbour: int = 2  # a point needs neighbours this far beside it [px] ...
-    slope: float = 0.03  # ... whose depths differ by at most this share
-    floor: float = 0.06  # lower points belong to the floor [m]
-    cell: float = 0.03  # side of a cell [m]
-    least_hits: int = 2  # of a cell that counts ...
-    doubtful: float = 1.0  # ... others are forgotten this long after the hit [s]
-    most_hits: int = 8  # further hits make a cell no more certain
-    seen_through: int = 2  # hits that a cell loses in a frame that sees behind it
-    behind: float = 0.03  # least distance of what is seen behind a cell, noise apart [m]
-    memory: float = 20.0  # a cell is forgotten this long after it was seen last [s] ...
-    near: float = 1.3  # ... unless it is horizontally nearer than this to the camera [m]
-    around: float = 2.0  # cells farther away are forgotten at once [m]
-
-
+_STRIDE = 8  # only every n-th pixel is used, along rows and columns
+_FARTHEST = 2.0  # larger depths are too noisy [m]
+_NEIGHBOUR = 2  # a point needs neighbours this far beside it [px] ...
+_SLOPE = 0.03  # ... whose depths differ by at most this share
+_FLOOR = 0.06  # lower points belong to the floor [m]
+_CELL = 0.03  # side of a cell [m]
+_LEAST_HITS = 2  # of a cell that counts ...
+_DOUBTFUL = 1.0  # ... others are forgotten this long after the hit [s]
+_MOST_HITS = 8  # further hits make a cell no more certain
+_SEEN_THROUGH = 2  # hits that a cell loses in a frame that sees behind it
+_BEHIND = 0.03  # least distance of what is seen behind a cell, noise apart [m]
+MEMORY = 20.0  # a cell is forgotten this long after it was seen last [s] ...
+_NEAR = 1.3  # ... unless it is horizontally nearer than this to the camera [m]
+_AROUND = 2.0  # cells farther away are forgotten at once [m]
 _NOISE = 0.015  # three standard deviations of the depth at 1 m; they grow with its square [m]
+_OFFSET = 1 << 20  # makes the numbers of cells positive
 
 
 class Cells(NamedTuple):
@@ -52,25 +45,25 @@ class Cells(NamedTuple):
         return Cells(self.keys[kept], self.points[kept], self.hits[kept])
 
 
-def surface_cells(frame: Frame, settings: SurfaceSettings) -> Cells:
+def surface_cells(frame: Frame) -> Cells:
     """Cells with surfaces in a frame, without the floor.
 
     At the edge of a surface a depth camera measures points between near and far. A point counts
     only if at least three of its four neighbours are about as far away.
     """
-    s, depth, n = settings, frame.depth, settings.neighbour
+    depth, n = frame.depth, _NEIGHBOUR
     rows, columns = depth.shape
-    v = np.arange(s.stride // 2, rows - n, s.stride)
-    u = np.arange(s.stride // 2, columns - n, s.stride)
+    v = np.arange(_STRIDE // 2, rows - n, _STRIDE)
+    u = np.arange(_STRIDE // 2, columns - n, _STRIDE)
     here = depth[np.ix_(v, u)]
-    most = s.slope * here
+    most = _SLOPE * here
     agree = np.zeros(here.shape, dtype=np.int8)
     for dv, du in ((-n, 0), (n, 0), (0, -n), (0, n)):
         agree += np.abs(depth[np.ix_(v + dv, u + du)] - here) <= most
-    j, i = np.nonzero((agree >= 3) & (here <= s.farthest))
+    j, i = np.nonzero((agree >= 3) & (here <= _FARTHEST))
     points = world_points(here[j, i], frame.intrinsics, frame.wTc, u[i], v[j])
-    points = points[points[:, 2] > s.floor]
-    x, y, z = np.floor(points / s.cell).astype(np.int64).T + _OFFSET
+    points = points[points[:, 2] > _FLOOR]
+    x, y, z = np.floor(points / _CELL).astype(np.int64).T + _OFFSET
     keys, which, hits = np.unique(
         (x << 42) + (y << 21) + z, return_inverse=True, return_counts=True
     )
@@ -81,8 +74,7 @@ def surface_cells(frame: Frame, settings: SurfaceSettings) -> Cells:
 class SurfaceGrid:
     """Surfaces seen around the robot lately."""
 
-    def __init__(self, settings: SurfaceSettings) -> None:
-        self._settings = settings
+    def __init__(self) -> None:
         self._keys = np.zeros(0, dtype=np.int64)
         self._points = np.zeros((0, 3))
         self._hits = np.zeros(0, dtype=np.int64)
@@ -91,7 +83,7 @@ class SurfaceGrid:
     @property
     def points(self) -> Array:
         """(N, 3) in the world, one for every cell that counts [m]."""
-        return self._points[self._hits >= self._settings.least_hits]
+        return self._points[self._hits >= _LEAST_HITS]
 
     def keep(self, kept: npt.NDArray[np.bool_]) -> None:
         """Forget all other cells, (N,) in the order of `all_points`."""
@@ -105,28 +97,26 @@ class SurfaceGrid:
 
     def update(self, frame: Frame, seen: Cells) -> None:
         """Let a newer frame clear cells, and its `surface_cells` fill others."""
-        s = self._settings
-        self._hits -= s.seen_through * self._seen_through(frame)
+        self._hits -= _SEEN_THROUGH * self._seen_through(frame)
         age = frame.stamp - self._stamps
         away = np.abs(self._points[:, :2] - frame.wTc.translation[:2]).max(axis=1, initial=0.0)
-        certain = self._hits >= s.least_hits
-        lasts = np.where(certain, np.where(away <= s.near, np.inf, s.memory), s.doubtful)
-        self.keep((self._hits > 0) & (age <= lasts) & (away <= s.around))
+        certain = self._hits >= _LEAST_HITS
+        lasts = np.where(certain, np.where(away <= _NEAR, np.inf, MEMORY), _DOUBTFUL)
+        self.keep((self._hits > 0) & (age <= lasts) & (away <= _AROUND))
         self._add(seen, frame.stamp)
 
     def _seen_through(self, frame: Frame) -> npt.NDArray[np.bool_]:
         """Cells whose pixel, and those around it, show something farther away."""
-        s = self._settings
         z = (self._points - frame.wTc.translation) @ frame.wTc.rotation[:, 2]
         through = np.zeros(len(z), dtype=bool)
-        (ahead,) = np.nonzero(z > s.behind)
+        (ahead,) = np.nonzero(z > _BEHIND)
         pixels = Camera(intrinsics=frame.intrinsics, wTc=frame.wTc).project(self._points[ahead])
         u, v = np.rint(pixels).astype(np.int64).T
         rows, columns = frame.depth.shape
-        n = s.neighbour
+        n = _NEIGHBOUR
         inside = (u >= n) & (u < columns - n) & (v >= n) & (v < rows - n)
         u, v, ahead = u[inside], v[inside], ahead[inside]
-        least = z[ahead] + s.behind + _NOISE * z[ahead] ** 2
+        least = z[ahead] + _BEHIND + _NOISE * z[ahead] ** 2
         beyond = [
             frame.depth[v + dv, u + du] > least
             for dv, du in ((0, 0), (-n, 0), (n, 0), (0, -n), (0, n))
@@ -138,7 +128,7 @@ class SurfaceGrid:
         at = np.searchsorted(self._keys, seen.keys)
         known = at < len(self._keys)
         known[known] = self._keys[at[known]] == seen.keys[known]
-        at, old, new, most = at[known], seen.of(known), seen.of(~known), self._settings.most_hits
+        at, old, new, most = at[known], seen.of(known), seen.of(~known), _MOST_HITS
         hits = np.minimum(self._hits[at] + old.hits, most)
         share = np.minimum(old.hits / hits, 1.0)[:, None]
         self._points[at] += share * (old.points - self._points[at])
@@ -149,6 +139,3 @@ class SurfaceGrid:
         self._points = np.concatenate([self._points, new.points])[order]
         self._hits = np.concatenate([self._hits, np.minimum(new.hits, most)])[order]
         self._stamps = np.concatenate([self._stamps, np.full(len(new.keys), stamp)])[order]
-
-
-_OFFSET = 1 << 20  # makes the numbers of cells positive

@@ -133,7 +133,7 @@ def _ways(part: str, names: list[str] | None) -> dict[str, Any]:
     if "list" in names:
         _list(Terminal(), {name: f"{one.what} [{one.source}]" for name, one in table.items()})
         raise typer.Exit
-    return {"as_reported": [name for text in names for name in text.split(",") if name]}
+    return {"as_reported": names}
 
 
 def _list(console: Terminal, meanings: Mapping[str, str]) -> None:

@@ -11,7 +11,7 @@ from pinocchio import SE3
 from behaviours.sensing.vision import Vision
 from controller import Array, PointCloud, RobotModel
 from hw import DepthFrame, InlineExecutor, RobotState
-from perception import SurfaceGrid, SurfaceSettings, surface_cells
+from perception import SurfaceGrid, surface_cells
 from robots import Box, Geom, RobotDescription, bounding_radius, from_rounded_boxes, rounded_box
 
 _FRAME_INTERVAL = 0.1  # the camera is asked for a frame that nobody asked for this long [s]
@@ -35,8 +35,7 @@ class DepthObstacles:
         self._description = description
         self._model = RobotModel(description)
         self._executor = executor or InlineExecutor()
-        self._settings = SurfaceSettings()
-        self._surfaces = SurfaceGrid(self._settings)
+        self._surfaces = SurfaceGrid()
         self._states: deque[RobotState] = deque(maxlen=_MOST_STATES)
         self._since = -np.inf
         self._frame: DepthFrame | None = None
@@ -73,7 +72,7 @@ class DepthObstacles:
     def relocalise(self, now: float) -> None:
         """Forget all frames from before session time `now` [s]."""
         self._since = now
-        self._surfaces, self._work, self.cloud = SurfaceGrid(self._settings), None, NO_POINTS
+        self._surfaces, self._work, self.cloud = SurfaceGrid(), None, NO_POINTS
 
     def close(self) -> None:
         """End the thread."""
@@ -95,7 +94,7 @@ class DepthObstacles:
         wTe = frame.wTc * self._description.camera.eTc.inverse()
         own = [*self._robot(wTe, then), *(_enlarged(one).moved(wTe) for one in held)]
         ahead = [one for one in (*own, *moving) if _depth(one, frame) > 0.0]
-        cells = surface_cells(frame, self._settings)
+        cells = surface_cells(frame)
         surfaces.update(frame, cells.of(~near(cells.points, ahead)))
         # The held object was seen before, where it was grasped.
         surfaces.keep(~near(surfaces.all_points, [one.moved(wTe) for one in held]))

@@ -8,10 +8,10 @@ import numpy as np
 from pinocchio import SE3, utils
 
 from controller import Array
-from perception.registration import Displacement, MatchSettings, Registration, Surfaces
+from perception.registration import DISPLACED, Displacement, Registration, Surfaces
 from robots import Geom, half_extents
 
-_UNKNOWN = np.diag(np.square(MatchSettings.displaced))
+_UNKNOWN = np.diag(np.square(DISPLACED))
 """Covariance of the displacement of a piece of which nothing is known yet."""
 _WALK = np.diag(np.square([0.001, 0.001, radians(0.05)]))
 """What its covariance grows by from one registration to the next: a piece may be moved again."""

@@ -5,7 +5,7 @@ from collections import deque
 from collections.abc import Collection
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass, field, replace
-from math import degrees, hypot, inf, radians, sqrt
+from math import degrees, hypot, inf, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -39,7 +39,6 @@ _FRAME_AGE = 0.1  # ... unless there is one that will not be older then [s]
 _SCAN_WAIT = 0.1  # a frame waits for a scan this long [s]
 _MAX_AGE = 0.3  # of a scan or frame that is registered [s]
 _HISTORY = 1.0  # how far back odometry is kept [s]
-_SPEED, _TURN = 0.2, radians(12.0)  # at which a correction moves the robot on the map
 _MOVED = 0.002  # motion of the base that is one [m, rad]
 _ROUNDING = 1e-9  # of a pose that is moved to the world and back [m]
 
@@ -158,7 +157,7 @@ class Localiser:
             self._applied = newest
             self._has_moved = bool(np.linalg.norm(oTb - self._history[0][1]) > _MOVED)
         elif passed > 0.0:
-            self._applied = smoothed(self._applied, newest, oTb, passed, speed=_SPEED, turn=_TURN)
+            self._applied = smoothed(self._applied, newest, oTb, passed)
         self.mTw = in_space(self._applied)
         self.wTm = self.mTw.inverse()
         self.mTb = self.mTw * state.wTb

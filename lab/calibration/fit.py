@@ -17,6 +17,7 @@ Residuals = Callable[[Poses, Sequence[View]], Array]  # (N, M) residuals of pose
 
 
 _STEPS = 60
+_HELD, _FEWEST_HELD = 0.25, 3  # share of the views that are held out, and their least number
 _SINGULAR = 1e10  # condition of a normal matrix that leaves poses undetermined
 
 
@@ -113,8 +114,8 @@ class Problem(Generic[View]):
         return tuple(moved)
 
 
-def split(count: int, share: float = 0.25, fewest: int = 3) -> tuple[list[int], list[int]]:
+def split(count: int) -> tuple[list[int], list[int]]:
     """Views to use, and views to hold out, spread evenly."""
-    held = max(fewest, round(share * count))
+    held = max(_FEWEST_HELD, round(_HELD * count))
     out = sorted({int((k + 0.5) * count / held) for k in range(held)})
     return [k for k in range(count) if k not in out], out

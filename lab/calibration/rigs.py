@@ -59,10 +59,7 @@ class Noise:
 
 
 class SimulatedArm:
-    """An arm over a board, with a camera mount that differs from the robot file.
-
-    `offset` are standard deviations of the true mount from the nominal one [m, rad].
-    """
+    """An arm over a board, with a camera mount that differs from the robot file."""
 
     def __init__(
         self,
@@ -70,12 +67,11 @@ class SimulatedArm:
         board: Board,
         noise: Noise,
         rng: np.random.Generator,
-        offset: tuple[float, float] = (0.01, 0.03),
     ) -> None:
         self._board, self._noise, self._rng = board, noise, rng
         self._camera = description.camera.intrinsics
         self._model = RobotModel(description)
-        self.eTc = _beside(description.camera.eTc, offset, rng)
+        self.eTc = _beside(description.camera.eTc, (0.01, 0.03), rng)
         self._q = description.arm.ready.copy()
         turn = pin.utils.rotate("z", rng.uniform(-np.pi, np.pi)) @ pin.utils.rotate("x", 0.05)
         cTm = SE3(turn, np.array([0.0, 0.0, rng.uniform(0.38, 0.45)]) - turn @ board.centre)
@@ -99,7 +95,7 @@ class SimulatedArm:
 class SimulatedBase:
     """A base at a board on the floor, with an arm's foot that differs from the robot file.
 
-    Its camera mount is right, at `height` above the floor [m]; `places` is their number.
+    Its camera mount is right; `places` is their number.
     """
 
     def __init__(
@@ -109,14 +105,13 @@ class SimulatedBase:
         noise: Noise,
         rng: np.random.Generator,
         places: int,
-        height: float = 0.38,
     ) -> None:
         self._description, self._board = description, board
         self._noise, self._rng = noise, rng
         self._remaining = places
         self._model = RobotModel(description)
         self.bTa = _beside(description.bTa, (0.01, 0.02), rng)
-        self._q = _looking_down(description, self._model, height)
+        self._q = _looking_down(description, self._model)
         self._wTb = SE3.Identity()
 
     def next_place(self) -> bool:
@@ -161,11 +156,11 @@ def _beside(pose: SE3, offset: tuple[float, float], rng: np.random.Generator) ->
     return pose * moved
 
 
-def _looking_down(description: RobotDescription, model: RobotModel, height: float) -> Array:
-    """(j,) joint positions with the camera at a height over the floor before the base [m]."""
+def _looking_down(description: RobotDescription, model: RobotModel) -> Array:
+    """(j,) joint positions with the camera over the floor before the base."""
     limits, ready, eTc = description.limits, description.arm.ready, description.camera.eTc
     rotation = (model.bTe(ready) * eTc).rotation
-    goal = SE3(rotation, np.array([description.base.size[0] / 2.0 + 0.2, 0.0, height]))
+    goal = SE3(rotation, np.array([description.base.size[0] / 2.0 + 0.2, 0.0, 0.38]))
 
     def miss(q: Array) -> Array:
         apart = goal.actInv(model.bTe(q) * eTc)

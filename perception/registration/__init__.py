@@ -1,7 +1,7 @@
 """Where the base is: laser scan and depth image against the surfaces of the map."""
 
-from perception.registration.localisation import Localisation, LocalisationSettings, Update
-from perception.registration.matching import MatchSettings
+from perception.registration.localisation import Localisation, Update
+from perception.registration.matching import DISPLACED
 from perception.registration.planar import (
     compose,
     difference,
@@ -11,11 +11,5 @@ from perception.registration.planar import (
     smoothed,
 )
 from perception.registration.registering import Displacement, Judge, Registration, register
-from perception.registration.sensors import (
-    DEPTH_CAMERA,
-    LASER,
-    Cloud,
-    SensorErrors,
-    depth_cloud,
-)
+from perception.registration.sensors import LASER, Cloud, depth_cloud
 from perception.registration.surfaces import Surfaces

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import dataclass
 from math import exp, hypot, inf, radians
 from typing import NamedTuple
 
@@ -14,37 +13,31 @@ from perception.registration.planar import compose, difference, inverse
 from perception.registration.registering import CHI2_3, Registration, parallel
 
 _ROUNDING = 1e-9  # of information matrices, relative to their largest element
-
-
-@dataclass(frozen=True, kw_only=True)
-class LocalisationSettings:
-    """What is assumed of odometry and of the base's own localisation."""
-
-    slip: tuple[float, float, float] = (0.04, 0.04, radians(0.5))
-    """Odometry errors: share of the distance, share of the angle, heading a metre [rad/m]."""
-    alike: tuple[float, float, float] = (2.0, 3.0, 2.0)
-    """Distance [m], angle [rad] and distance over which they last: a first-order process."""
-    drift: tuple[float, float, float] = (0.001, 0.001, radians(0.03))
-    """What else is wrong after one metre, or radian, and grows with the root of it."""
-    correlation_time: float = 5.0
-    """Time constant of the error of the base's own localisation [s]."""
-    reading_noise: tuple[float, float, float] = (0.003, 0.003, radians(0.1))
-    """Part of that error which is independent from reading to reading: x, y [m], heading [rad]."""
-    doubt: tuple[float, float, float] = (0.01, 0.01, radians(0.3))
-    """Uncertainty that a registration adds which contradicts the estimate: x, y [m], heading."""
-    agreeing: int = 8
-    """How many more registrations than not must contradict what was known without a piece of
-    furniture, until that is taken to be elsewhere; twice as many agree, and it is in its place."""
-    lost: float = 0.3
-    """A registration that explains a smaller share of its points contradicts the estimate."""
-    persistence: float = 1.0
-    """How long readings must contradict the estimate before they can replace it [s]."""
-    better: float = 1.1
-    """How many times as many points must then lie on the map."""
-    doubtful: float = 1.5
-    """How long they must, unrefuted by points, until it is doubtful where the base is [s]."""
-    carried: float = 5.0
-    """How long, until they replace the estimate though no points speak for them [s]."""
+_SLIP = (0.04, 0.04, radians(0.5))
+"""Odometry errors: share of the distance, share of the angle, heading a metre [rad/m]."""
+_ALIKE = (2.0, 3.0, 2.0)
+"""Distance [m], angle [rad] and distance over which they last: a first-order process."""
+_DRIFT = (0.001, 0.001, radians(0.03))
+"""What else is wrong after one metre, or radian, and grows with the root of it."""
+_CORRELATION_TIME = 5.0
+"""Time constant of the error of the base's own localisation [s]."""
+_READING_NOISE = (0.003, 0.003, radians(0.1))
+"""Part of that error which is independent from reading to reading: x, y [m], heading [rad]."""
+_DOUBT = (0.01, 0.01, radians(0.3))
+"""Uncertainty that a registration adds which contradicts the estimate: x, y [m], heading."""
+_AGREEING = 8
+"""How many more registrations than not must contradict what was known without a piece of
+furniture, until that is taken to be elsewhere; twice as many agree, and it is in its place."""
+_LOST = 0.3
+"""A registration that explains a smaller share of its points contradicts the estimate."""
+_PERSISTENCE = 1.0
+"""How long readings must contradict the estimate before they can replace it [s]."""
+_BETTER = 1.1
+"""How many times as many points must then lie on the map."""
+_DOUBTFUL = 1.5
+"""How long they must, unrefuted by points, until it is doubtful where the base is [s]."""
+_CARRIED = 5.0
+"""How long, until they replace the estimate though no points speak for them [s]."""
 
 
 class Update(NamedTuple):
@@ -89,7 +82,6 @@ class Localisation:
 
     def __init__(self, mTb: Array, covariance: Array, stamp: float, oTb: Array) -> None:
         """Start from the first reading; arguments as of `localised`."""
-        self._settings = LocalisationSettings()
         self.restart(mTb, covariance, stamp, oTb)
 
     def restart(self, mTb: Array, covariance: Array, stamp: float, oTb: Array) -> None:
@@ -103,13 +95,13 @@ class Localisation:
         self._bias = np.zeros(3)
         """(3,) error of the reading, in axes of the map."""
         self._slip = np.zeros(3)
-        """(3,) by which the base moves farther than odometry tells, as in the settings."""
+        """(3,) by which the base moves farther than odometry tells, as in `_SLIP`."""
         # The error of the estimate is that of the reading, with the other sign.
         back = self._back(oTb)
         both = np.concatenate([-back, np.eye(3)])
-        self._P = np.diag(np.square([0.0] * 6 + [*self._settings.slip]))
+        self._P = np.diag(np.square([0.0] * 6 + [*_SLIP]))
         self._P[:6, :6] = both @ covariance @ both.T
-        self._P[:3, :3] += back @ np.diag(self._settings.reading_noise) ** 2 @ back.T
+        self._P[:3, :3] += back @ np.diag(_READING_NOISE) ** 2 @ back.T
 
     def pose(self, oTb: Array) -> Array:
         """(3,) mTb for odometry (3,)."""
@@ -124,18 +116,18 @@ class Localisation:
         """Follow odometry since the last call; call it often."""
         if self._without is not None:
             self._without.estimate.travelled(oTb)
-        settings, mTb = self._settings, self.pose(oTb)
+        mTb = self.pose(oTb)
         x, y, turned = difference(mTb, self.pose(self._oTb)).tolist()
         way, self._oTb = hypot(x, y), oTb
         slipping = np.array([[x, 0.0, 0.0], [y, 0.0, 0.0], [0.0, turned, way]])
         self.mTo = compose(mTb + slipping @ self._slip, inverse(oTb))
-        kept = np.exp(-np.array([way, abs(turned), way]) / settings.alike)
+        kept = np.exp(-np.array([way, abs(turned), way]) / _ALIKE)
         self._slip = kept * self._slip
         back, F = self._back(oTb), np.eye(9)
         F[:3, 6:], F[6:, 6:] = back @ slipping, np.diag(kept)
         self._P = F @ self._P @ F.T
-        self._P[6:, 6:] += np.diag((1.0 - kept**2) * np.square(settings.slip))
-        self._widen((way + abs(turned)) * np.square(settings.drift), back)
+        self._P[6:, 6:] += np.diag((1.0 - kept**2) * np.square(_SLIP))
+        self._widen((way + abs(turned)) * np.square(_DRIFT), back)
 
     def localised(self, mTb: Array, covariance: Array, stamp: float, oTb: Array) -> Update:
         """Take a reading of the base's own localisation.
@@ -148,8 +140,8 @@ class Localisation:
         """
         if self._without is not None:
             self._without.estimate.localised(mTb, covariance, stamp, oTb)
-        settings, P = self._settings, self._P
-        kept = exp(-max(stamp - self._stamp, 0.0) / settings.correlation_time)
+        P = self._P
+        kept = exp(-max(stamp - self._stamp, 0.0) / _CORRELATION_TIME)
         self._stamp = max(stamp, self._stamp)
         self._bias = kept * self._bias
         P[3:6] *= kept
@@ -157,7 +149,7 @@ class Localisation:
         P[3:6, 3:6] += (1.0 - kept**2) * covariance
         H = np.concatenate([self._arm(oTb), np.eye(3), np.zeros((3, 3))], axis=1)
         innovation = difference(mTb, self.pose(oTb)) - self._bias
-        S = H @ P @ H.T + np.diag(settings.reading_noise) ** 2
+        S = H @ P @ H.T + np.diag(_READING_NOISE) ** 2
         gain = np.linalg.solve(S, H @ P).T
         nis = float(innovation @ np.linalg.solve(S, innovation))
         if nis > CHI2_3:
@@ -178,9 +170,9 @@ class Localisation:
         innovation, nis = result.innovation(self.pose(oTb), prior)
         data = result.information
         rounding = _ROUNDING * np.diag(np.diag(data + prior))
-        if nis > CHI2_3 or result.explained < self._settings.lost:
+        if nis > CHI2_3 or result.explained < _LOST:
             if len(result.points):
-                self._widen(np.square(self._settings.doubt), self._back(oTb))
+                self._widen(np.square(_DOUBT), self._back(oTb))
             return Update(nis, accepted=False)
         values, vectors = np.linalg.eigh(result.limit - prior)
         unsaid = (vectors * np.maximum(values, 0.0)) @ vectors.T
@@ -207,10 +199,10 @@ class Localisation:
         nis = result.innovation(known.pose(oTb), information)[1]
         count = self._without.against + (1 if nis > CHI2_3 else -1)
         self._without = self._without._replace(against=count)
-        if count <= -2 * self._settings.agreeing:
+        if count <= -2 * _AGREEING:
             self._in_place |= result.alone
             self._without = None
-        if count < self._settings.agreeing:
+        if count < _AGREEING:
             return frozenset()
         vars(self).update(vars(known))
         return result.alone
@@ -221,7 +213,7 @@ class Localisation:
         Register the same points from there and from here, and hand both to `relocalised`.
         """
         other = self._contradiction
-        if other is None or self._stamp - other.since < self._settings.persistence:
+        if other is None or self._stamp - other.since < _PERSISTENCE:
             return None
         return compose(other.mTo, oTb), other.covariance
 
@@ -233,13 +225,13 @@ class Localisation:
             here: of the same points; its prior is the estimate.
             oTb: (3,) odometry at capture.
         """
-        other, better = self._contradiction, self._settings.better
+        other = self._contradiction
         if other is None:
             return False
-        if there.consistent and len(there.points) > better * len(here.points):
+        if there.consistent and len(there.points) > _BETTER * len(here.points):
             self.restart(compose(other.mTo, oTb), other.covariance, self._stamp, oTb)
             return self.registered(there, oTb).accepted
-        if not there.consistent or len(here.points) > better * len(there.points):
+        if not there.consistent or len(here.points) > _BETTER * len(there.points):
             self._contradiction = other._replace(unrefuted=self._stamp)
         return False
 
@@ -249,8 +241,8 @@ class Localisation:
 
         None while nothing contradicts the estimate, or points refute what does.
         """
-        other, settings = self._contradiction, self._settings
-        if other is None or self._stamp - other.unrefuted < settings.doubtful:
+        other = self._contradiction
+        if other is None or self._stamp - other.unrefuted < _DOUBTFUL:
             return None
         x, y, turn = difference(compose(other.mTo, self._oTb), self.pose(self._oTb)).tolist()
         return hypot(x, y), abs(turn)
@@ -258,7 +250,7 @@ class Localisation:
     def carried(self, oTb: Array) -> bool:
         """Take the proposal over if nothing has refuted it for long; whether it did."""
         other = self._contradiction
-        if other is None or self._stamp - other.unrefuted < self._settings.carried:
+        if other is None or self._stamp - other.unrefuted < _CARRIED:
             return False
         self.restart(compose(other.mTo, oTb), other.covariance, self._stamp, oTb)
         return True

@@ -8,7 +8,6 @@ along itself, and a thousand points of a camera no more than its mounting does.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from math import cos, radians, sin
 from typing import NamedTuple
@@ -31,24 +30,18 @@ _STRAINED = 11.3
 """A displacement whose squared Mahalanobis distance is larger is doubted (chi-squared, 1 %)."""
 _ERRORS = 7
 """Of a sensor: offset (3), turn (3), scale."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class MatchSettings:
-    """What is assumed of noise and furniture."""
-
-    loss_scale: float = 3.0
-    """Standard deviations of a point at which its weight is a quarter."""
-    in_place: tuple[float, float, float] = (0.002, 0.002, radians(0.1))
-    """Standard deviations of where furniture stands in the map: x, y [m], heading [rad]."""
-    displaced: tuple[float, float, float] = (0.06, 0.06, radians(2.5))
-    """The same of a piece that was moved."""
-    reach: float = 0.15
-    """A point farther than this from all surfaces is not used, beyond what the prior allows [m]."""
-    price: float = 25.0
-    """A piece counts as moved if that lowers the cost, a squared Mahalanobis distance, by this."""
-    support: int = 12
-    """Points on a piece of furniture without which nothing is said of it."""
+LOSS_SCALE = 3.0
+"""Standard deviations of a point at which its weight is a quarter."""
+_IN_PLACE = (0.002, 0.002, radians(0.1))
+"""Standard deviations of where furniture stands in the map: x, y [m], heading [rad]."""
+DISPLACED = (0.06, 0.06, radians(2.5))
+"""The same of a piece that was moved."""
+_REACH = 0.15
+"""A point farther than this from all surfaces is not used, beyond what the prior allows [m]."""
+PRICE = 25.0
+"""A piece counts as moved if that lowers the cost, a squared Mahalanobis distance, by this."""
+SUPPORT = 12
+"""Points on a piece of furniture without which nothing is said of it."""
 
 
 class Tries(NamedTuple):
@@ -107,10 +100,9 @@ class Problem:
         clouds: Sequence[Cloud],
         prior: Array,
         covariance: Array,
-        settings: MatchSettings,
     ) -> None:
         """Choose the points that can lie on a surface; arguments as of `register`."""
-        self.surfaces, self._prior, self.settings = surfaces, prior, settings
+        self.surfaces, self._prior = surfaces, prior
         self._prior_information = np.linalg.inv(covariance)
         self._errors = [cloud.errors for cloud in clouds]
         points = np.concatenate([np.zeros((0, 3)), *(cloud.points for cloud in clouds)])
@@ -118,7 +110,7 @@ class Problem:
         across = np.hypot(points[:, 0], points[:, 1])
         spread = np.sqrt(np.linalg.eigvalsh(covariance[:2, :2])[1] + covariance[2, 2] * across**2)
         nearest, away = surfaces.nearest(_moved(points, prior), _CANDIDATES)
-        (kept,) = np.nonzero(away < settings.reach + 3.0 * spread)
+        (kept,) = np.nonzero(away < _REACH + 3.0 * spread)
         self._points, shapes, self._spread = points[kept], nearest[kept], spread[kept]
         self._eyes = np.array([cloud.eye for cloud in clouds]).reshape(-1, 3)
         sensor = sensor[kept]
@@ -160,9 +152,9 @@ class Problem:
 
     def solve(self, loose: frozenset[int] = frozenset()) -> Solution:
         """The optimum if the pieces of these columns may have been moved, from the prior on."""
-        settings, x, known = self.settings, np.zeros(self.n), self._known(loose)
+        x, known = np.zeros(self.n), self._known(loose)
         free = np.zeros(len(self.pieces))
-        free[list(loose)] = settings.displaced[0]
+        free[list(loose)] = DISPLACED[0]
         tries = self._tries
         widest = max(self._spread.max(initial=0.0), free.max(initial=0.0))
         for spread in _SPREADS:
@@ -182,9 +174,9 @@ class Problem:
         match = self.matched(x, tries)
         data = match.J.T @ (self._weights(match)[:, None] * match.J)
         squares = np.where(match.seen, match.residuals**2 / self._variance, np.inf)
-        most = settings.loss_scale**2
+        most = LOSS_SCALE**2
         losses = most / (1.0 + most / np.maximum(squares, 1e-12))
-        cost = float(losses.sum() + x @ known @ x) + settings.price * len(loose)
+        cost = float(losses.sum() + x @ known @ x) + PRICE * len(loose)
         return Solution(loose, x, data + known, data, cost, losses, match)
 
     def marginal(self, solution: Solution, times: float = 1.0) -> Array:
@@ -210,13 +202,13 @@ class Problem:
 
     def _deviations(self, loose: frozenset[int]) -> Array:
         """(K, 3) standard deviations of where the pieces stand."""
-        places = np.tile(self.settings.in_place, (len(self.pieces), 1))
-        places[list(loose)] = self.settings.displaced
+        places = np.tile(_IN_PLACE, (len(self.pieces), 1))
+        places[list(loose)] = DISPLACED
         return places
 
     def _weights(self, match: Match, widening: Array | float = 0.0) -> Array:
         """(N,) of the squared residuals: Geman-McClure over the variance [1/m²]."""
-        scale = self.settings.loss_scale**2 * self._variance + widening
+        scale = LOSS_SCALE**2 * self._variance + widening
         weights: Array = match.seen / (1.0 + match.residuals**2 / scale) ** 2 / self._variance
         return weights
 

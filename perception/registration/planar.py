@@ -10,6 +10,8 @@ from perception.frame import Array
 
 Angle = TypeVar("Angle", float, Array)
 
+_SPEED, _TURN = 0.2, radians(12.0)  # at which the pose of the base is corrected [m/s, rad/s]
+
 
 def wrap(angle: Angle) -> Angle:
     """The same angle, or angles, in [-pi, pi) [rad]."""
@@ -51,15 +53,7 @@ def in_space(aTb: Array) -> SE3:
     return SE3(R, np.array([x, y, 0.0]))
 
 
-def smoothed(
-    applied: Array,
-    newest: Array,
-    oTb: Array,
-    dt: float,
-    *,
-    speed: float = 0.02,
-    turn: float = radians(1.0),
-) -> Array:
+def smoothed(applied: Array, newest: Array, oTb: Array, dt: float) -> Array:
     """`mTo` (3,) a period later, on its way to the newest estimate without a step at the base.
 
     Args:
@@ -67,10 +61,8 @@ def smoothed(
         newest: (3,) mTo of the estimate.
         oTb: (3,) odometry now.
         dt: period [s].
-        speed: at which the pose of the base may be corrected [m/s].
-        turn: the same of its heading [rad/s].
     """
     mTb = compose(applied, oTb)
     off = difference(compose(newest, oTb), mTb)
-    most = max(hypot(off[0], off[1]) / (speed * dt), abs(float(off[2])) / (turn * dt), 1.0)
+    most = max(hypot(off[0], off[1]) / (_SPEED * dt), abs(float(off[2])) / (_TURN * dt), 1.0)
     return compose(mTb + off / most, inverse(oTb))

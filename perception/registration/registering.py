@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from perception.frame import Array, Mask
-from perception.registration.matching import MatchSettings, Problem, Solution
+from perception.registration.matching import LOSS_SCALE, PRICE, SUPPORT, Problem, Solution
 from perception.registration.planar import difference, wrap
 from perception.registration.sensors import Cloud
 from perception.registration.surfaces import Surfaces
@@ -21,7 +21,6 @@ _LEAST = 1e-3
 """What points say of a direction, as a share of what was known, that is no rounding error."""
 _JUDGED = 5
 """Every fifth registration is judged by what it shows of the furniture."""
-_DEFAULT = MatchSettings()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -133,7 +132,6 @@ def register(
     *,
     moved: Collection[str] = (),
     judge: Judge | None = None,
-    settings: MatchSettings = _DEFAULT,
 ) -> Registration:
     """Match what was measured at one time to the map.
 
@@ -149,10 +147,9 @@ def register(
         moved: pieces that are known to have been moved, as of the last registration.
         judge: finds out over registrations what else was moved; None judges nothing. What does not
             fit until then is an outlier.
-        settings: what is assumed of noise and furniture.
     """
     verdict = _Verdict() if judge is None else judge.go_on()
-    problem = Problem(surfaces, clouds, prior, covariance, settings)
+    problem = Problem(surfaces, clouds, prior, covariance)
     judged = {one.piece for some in verdict for one in some}
     loose = [k for k in range(len(problem.pieces)) if problem.name(k) in judged.union(moved)]
     solution = problem.solve(frozenset(loose))
@@ -160,9 +157,9 @@ def register(
         judge.consider(problem, solution)
     here = _verdict(problem, solution, [k for k in loose if problem.name(k) not in judged])
     shift = solution.x[:3]
-    used = solution.losses < 0.5 * settings.loss_scale**2
+    used = solution.losses < 0.5 * LOSS_SCALE**2
     pose = prior + shift
-    alone, confirmed = _witnesses(problem, surfaces, solution, used, settings)
+    alone, confirmed = _witnesses(problem, surfaces, solution, used)
     return Registration(
         pose=np.array([pose[0], pose[1], wrap(float(pose[2]))]),
         covariance=np.asarray(np.linalg.inv(solution.information)[:3, :3]),
@@ -181,13 +178,13 @@ def register(
 
 
 def _witnesses(
-    problem: Problem, surfaces: Surfaces, solution: Solution, used: Mask, settings: MatchSettings
+    problem: Problem, surfaces: Surfaces, solution: Solution, used: Mask
 ) -> tuple[frozenset[str], bool]:
     """`Registration.alone` and `Registration.confirmed`."""
     counts = np.bincount(solution.match.column[used], minlength=len(problem.pieces))
     counts[list(solution.loose)] = 0
     pieces = problem.pieces[counts > 0]
-    many = problem.pieces[counts >= settings.support]
+    many = problem.pieces[counts >= SUPPORT]
     if surfaces.fixed[many].any() or len(set(surfaces.stacks[many].tolist())) > 1:
         return frozenset(), True
     if surfaces.fixed[pieces].any() or len(set(surfaces.stacks[pieces].tolist())) != 1:
@@ -226,7 +223,7 @@ def _trials(problem: Problem, first: Solution, turn: int) -> Generator[None, Non
 
     best = first
     counts = np.bincount(best.match.column, minlength=len(problem.pieces))
-    many = counts >= problem.settings.support
+    many = counts >= SUPPORT
     movable = np.flatnonzero(many & ~problem.surfaces.fixed[problem.pieces])
     left = [column for column in movable.tolist() if column not in best.loose]
     if many.sum() < 2 or not left:
@@ -243,7 +240,7 @@ def _trials(problem: Problem, first: Solution, turn: int) -> Generator[None, Non
         if least.cost >= best.cost:
             break
         # Of pieces that contradict each other alike, none can be believed.
-        worth = min(least.cost + problem.settings.price, best.cost)
+        worth = min(least.cost + PRICE, best.cost)
         rivals = [trial.loose for trial in trials if trial.cost < worth]
         best = yield from solve(frozenset().union(*rivals))
         if not problem.suspects(best):

@@ -10,8 +10,9 @@ from perception.frame import Array, Image
 from perception.geometry import world_points
 from robots import Intrinsics
 
-_PIXELS = 8000
-"""Of an image that are looked at, about."""
+_PIXELS, _COUNT = 8000, 250  # of an image that are looked at, and of these that are used, about
+_NEAREST, _FARTHEST = 0.15, 2.5  # depths that are used [m]
+_FLOOR = 0.03  # lower points belong to the floor [m]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,7 +35,7 @@ class SensorErrors:
 
 
 LASER = SensorErrors(noise=0.01, noise_growth=0.0, offset=0.002, turn=radians(0.1), scale=0.002)
-DEPTH_CAMERA = SensorErrors(
+_DEPTH_CAMERA = SensorErrors(
     noise=0.003, noise_growth=0.003, offset=0.003, turn=radians(0.6), scale=0.0075
 )
 
@@ -50,31 +51,20 @@ class Cloud:
     errors: SensorErrors
 
 
-def depth_cloud(
-    depth: Image,
-    intrinsics: Intrinsics,
-    bTc: SE3,
-    *,
-    count: int = 250,
-    ranges: tuple[float, float] = (0.15, 2.5),
-    above: float = 0.03,
-    errors: SensorErrors = DEPTH_CAMERA,
-) -> Cloud:
+def depth_cloud(depth: Image, intrinsics: Intrinsics, bTc: SE3) -> Cloud:
     """Points of a depth image that stand above the floor, thinned evenly.
 
     Args:
         depth: (H, W) along the optical axis [m]; NaN where missing.
         intrinsics: the camera's pinhole model.
         bTc: camera in the base at capture.
-        count: about how many points at most.
-        ranges: smallest and largest depth that is used [m].
-        above: lowest height that is used, which leaves out the floor [m].
-        errors: of the camera.
     """
     step = max(1, ceil(sqrt(depth.size / _PIXELS)))
     v, u = np.mgrid[step // 2 : depth.shape[0] : step, step // 2 : depth.shape[1] : step]
     seen = depth[v, u]
-    used = (seen > ranges[0]) & (seen < ranges[1])
+    used = (seen > _NEAREST) & (seen < _FARTHEST)
     points = world_points(seen[used], intrinsics, bTc, u[used], v[used])
-    points = points[points[:, 2] > above]
-    return Cloud(points[:: max(1, ceil(len(points) / count))], bTc.translation.copy(), errors)
+    points = points[points[:, 2] > _FLOOR]
+    return Cloud(
+        points[:: max(1, ceil(len(points) / _COUNT))], bTc.translation.copy(), _DEPTH_CAMERA
+    )

@@ -8,7 +8,7 @@ from pinocchio import SE3, exp3
 from synthetic_room import MAP, SURFACES, Pieces, Robot, box, displaced
 
 from perception.registration import Cloud, Judge, Registration, Surfaces, register
-from perception.registration.matching import MatchSettings, Problem, Solution
+from perception.registration.matching import Problem, Solution
 from robots import Box, Capsule, Cylinder, Geom, Sphere, hull_of
 
 PRIOR = np.diag([0.04, 0.04, np.deg2rad(1.5)]) ** 2
@@ -203,7 +203,7 @@ def test_the_jacobian_is_that_of_the_distances():
     robot, mTb = Robot(np.random.default_rng(5)), np.array([-0.6, 0.2, 0.1])
     pieces = {**MAP, "column": displaced(MAP["column"], np.zeros(3))}
     clouds = [robot.scan(pieces, mTb), robot.image(pieces, mTb)]
-    problem = Problem(Surfaces(pieces), clouds, mTb, PRIOR, MatchSettings())
+    problem = Problem(Surfaces(pieces), clouds, mTb, PRIOR)
     x = np.zeros(problem.n)
     start = problem.matched(x)
     for unknown in range(problem.n):

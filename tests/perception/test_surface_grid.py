@@ -9,12 +9,12 @@ from pinocchio import SE3
 
 from hw.sim.camera.noise import D435Noise
 from hw.sim.camera.render import DepthRenderer
-from perception import SurfaceGrid, SurfaceSettings, surface_cells
+from perception import SurfaceGrid, surface_cells
+from perception.surface_grid import MEMORY
 from robots import Box, Geom, Intrinsics, Plane, from_rounded_boxes, load_robot, rounded_box
 
 CAMERA = load_robot("frankie").camera
 RENDERER = DepthRenderer(CAMERA.intrinsics)
-SETTINGS = SurfaceSettings()
 FLOOR = Geom(Plane(), SE3.Identity(), "floor")
 
 
@@ -48,7 +48,7 @@ def frame(shapes, wTc, stamp=0.0) -> Frame:
 def see(surfaces, shapes, wTc, stamps) -> None:
     for stamp in stamps:
         one = frame(shapes, wTc, stamp)
-        surfaces.update(one, surface_cells(one, SETTINGS))
+        surfaces.update(one, surface_cells(one))
 
 
 def distance(points, shapes) -> np.ndarray:
@@ -68,7 +68,7 @@ def of(points, shape) -> np.ndarray:
 
 @pytest.fixture
 def surfaces() -> SurfaceGrid:
-    return SurfaceGrid(SETTINGS)
+    return SurfaceGrid()
 
 
 def test_noise_makes_no_ghosts(surfaces):
@@ -90,7 +90,7 @@ def test_the_floor_and_one_frame_of_specks_are_no_obstacle(surfaces):
     assert not len(surfaces.points)
     specks = frame([FLOOR], looking(0.0, 0.0, 1.2))
     specks.depth[np.random.default_rng(0).random(specks.depth.shape) < 0.02] = 0.5
-    surfaces.update(specks, surface_cells(specks, SETTINGS))
+    surfaces.update(specks, surface_cells(specks))
     assert not len(surfaces.points)
 
 
@@ -107,9 +107,9 @@ def test_what_was_taken_away_is_forgotten_once_its_place_is_seen(surfaces):
 def test_what_is_out_of_view_is_remembered_for_a_while_and_as_long_as_it_is_near(surfaces):
     see(surfaces, [FLOOR, TABLE, POST], looking(0.8, 0.0, 1.2), np.arange(5) / 10.0)
     away, beside = looking(-0.7, 0.0, 1.2), looking(-0.2, 0.0, 0.6)
-    see(surfaces, [FLOOR], beside, [1.0, 1.0 + 3.0 * SETTINGS.memory])
+    see(surfaces, [FLOOR], beside, [1.0, 1.0 + 3.0 * MEMORY])
     assert len(of(surfaces.points, POST)) > 5
-    see(surfaces, [FLOOR], away, [2.0 + 3.0 * SETTINGS.memory])
+    see(surfaces, [FLOOR], away, [2.0 + 3.0 * MEMORY])
     assert not len(surfaces.points)
 
 

@@ -68,25 +68,23 @@ def check(
     path: Path | str,
     *,
     leaves: Mapping[str, type[Leaf]] | None = None,
-    overrides: Mapping[str, str] = NO_OVERRIDES,
     places: Path | None = None,
 ) -> list[Diagnostic]:
     """Every diagnostic of a task file and its subtrees in order, up to a hundred errors.
 
     Parameters may lack a value. Arguments and LeafError as for `load`.
     """
-    return examine(path, leaves=leaves, overrides=overrides, places=places)[1]
+    return examine(path, leaves=leaves, places=places)[1]
 
 
 def examine(
     path: Path | str,
     *,
     leaves: Mapping[str, type[Leaf]] | None = None,
-    overrides: Mapping[str, str] = NO_OVERRIDES,
     places: Path | None = None,
 ) -> tuple[Task | None, list[Diagnostic]]:
     """The task, None if there is an error, and the diagnostics of `check`."""
-    return _read(Path(path), leaves, overrides, _Mode.CHECK, places)
+    return _read(Path(path), leaves, NO_OVERRIDES, _Mode.CHECK, places)
 
 
 class _Mode(Enum):

@@ -72,11 +72,8 @@ class Drive(Protocol):
 class Unicycle:
     """An empty world with ideal wheels."""
 
-    def __init__(
-        self, pose: Planar = (0.0, 0.0, 0.0), now: Callable[[], float] = stopwatch
-    ) -> None:
-        self._now = now
-        self._at = now()
+    def __init__(self, pose: Planar = (0.0, 0.0, 0.0)) -> None:
+        self._at = stopwatch()
         self._pose = self._start = pose
         self._twist = (0.0, 0.0)
 
@@ -88,7 +85,7 @@ class Unicycle:
     def pose(self) -> Planar:
         """True pose."""
         x, y, theta = self._pose
-        (v, w), now = self._twist, self._now()
+        (v, w), now = self._twist, stopwatch()
         dt, self._at = now - self._at, now
         middle = theta + w * dt / 2.0
         self._pose = (x + v * dt * cos(middle), y + v * dt * sin(middle), theta + w * dt)
