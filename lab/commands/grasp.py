@@ -186,8 +186,8 @@ def show(
     image: Annotated[
         Path,
         typer.Argument(
-            help="Depth as .png, .tiff, .npy (integer mm or float m), a cloud (.ply, .pcd), or an "
-            ".rrd recording."
+            help="Depth as .png, .tiff, .npy (integer mm or float m), a cloud (.ply, .pcd), a "
+            "recording (.rrd), or a ROS bag (.mcap, .db3, .bag)."
         ),
     ],
     out: Annotated[

@@ -1,4 +1,4 @@
-"""Depth images and point clouds of other cameras, as files: PNG, TIFF, NPY, PLY, PCD, Rerun."""
+"""Depth images and point clouds of other cameras, in image files, clouds, recordings and bags."""
 
 from __future__ import annotations
 
@@ -18,8 +18,11 @@ from robots import Array, Intrinsics
 _D435_FOCAL = 0.6  # focal length of a D435 in image widths
 _USUAL = (0.1, 5.0)  # median depth of a picture of a table [m]
 _FORMATS = (
-    "give a depth image (.png, .tiff, .npy), a point cloud (.ply, .pcd) or a recording (.rrd)"
+    "give a depth image (.png, .tiff, .npy), a point cloud (.ply, .pcd), a recording (.rrd) or a "
+    "ROS bag (.mcap, .db3, .bag)"
 )
+_BAGS = (".mcap", ".db3", ".bag")
+_DEPTH_TYPES = {"16UC1": "u2", "mono16": "u2", "32FC1": "f4"}  # by encoding, as in REP 118
 _NUMPY_TYPES = {"F": "f", "I": "i", "U": "u"}  # of the types of a PCD file
 
 
@@ -46,7 +49,7 @@ def load_depth_file(
         scale: metres per unit; None is 0.001 for whole numbers and 1 for others.
         focal: focal length [px], unless `camera` tells it; None is that of the recording or a D435.
         camera: file of a ROS `CameraInfo` or of fx, fy, cx, cy [px].
-        at: time in a recording [s]; None is the last image.
+        at: time in a recording or bag [s]; None is the last image.
 
     Raises:
         ConfigError: the file or that of the camera cannot be read or has no depth, or the depth is
@@ -54,11 +57,14 @@ def load_depth_file(
     """
     if not isfile(path):
         raise ConfigError(f"{path}: no such file; {_FORMATS}")
+    k: Any = None  # the camera matrix, row by row
     if path.suffix == ".rrd":
         from app.review import recorded_depth
 
         values, recorded = recorded_depth(path, at)
         focal = focal or recorded
+    elif path.suffix in _BAGS:
+        values, k = _parsed(path, lambda bag: _bag(bag, at))
     elif path.suffix in _CLOUDS:
         points = _parsed(path, _CLOUDS[path.suffix]) * (scale or 1.0)
         _check_scale(path, np.abs(points[:, 2]))
@@ -69,14 +75,18 @@ def load_depth_file(
     _check_scale(path, depth)
     if camera is not None:
         return DepthFile(depth, _camera_info(camera, depth.shape), "")
+    if k is not None and focal is None:
+        return DepthFile(depth, _intrinsics(depth.shape, k[0], k[4], k[2], k[5]), "")
     assumed = "" if focal else f"the focal length of a D435, {_D435_FOCAL * depth.shape[1]:.0f} px"
     return DepthFile(depth, _pinhole(depth.shape, focal or _D435_FOCAL * depth.shape[1]), assumed)
 
 
 def _pinhole(shape: tuple[int, ...], focal: float) -> Intrinsics:
-    height, width = shape
-    middle = (width - 1) / 2, (height - 1) / 2
-    return Intrinsics(width=width, height=height, fx=focal, fy=focal, cx=middle[0], cy=middle[1])
+    return _intrinsics(shape, focal, focal, (shape[1] - 1) / 2, (shape[0] - 1) / 2)
+
+
+def _intrinsics(shape: tuple[int, ...], fx: float, fy: float, cx: float, cy: float) -> Intrinsics:
+    return Intrinsics(width=shape[1], height=shape[0], fx=fx, fy=fy, cx=cx, cy=cy)
 
 
 def _parsed(path: Path, read: Callable[[Path], Any]) -> Any:
@@ -159,6 +169,54 @@ def _pcd(path: Path) -> Array:
     return np.stack(columns, axis=1).astype(float)
 
 
+def _bag(path: Path, at: float | None) -> tuple[Any, Any]:
+    """The depth image nearest to a time in a ROS bag, or the last, and its camera matrix."""
+    try:
+        from rosbags.highlevel import AnyReader
+    except ModuleNotFoundError:
+        hint = 'pip install "frankie-task[foxglove]"'
+        raise ConfigError(f"{path}: to read bags, {hint}") from None
+    is_depth: dict[str, bool] = {}
+    best, found, image = np.inf, "", None
+    with AnyReader([path]) as bag:
+        for one, time, raw in bag.messages():
+            if one.msgtype not in ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"):
+                continue
+            if one.topic not in is_depth:
+                is_depth[one.topic] = _depth_in(bag.deserialize(raw, one.msgtype)) is not None
+            away = -time if at is None else abs(time - bag.start_time - 1e9 * at)
+            if is_depth[one.topic] and away < best:
+                best, found, image = away, one.topic, (raw, one.msgtype)
+        if image is None:
+            raise ConfigError(f"{path}: the bag has no depth images; {_FORMATS}")
+        depth = _depth_in(bag.deserialize(*image))
+        for one, _, raw in bag.messages():
+            near = found.startswith(one.topic.rpartition("/")[0])
+            if one.msgtype == "sensor_msgs/msg/CameraInfo" and near:
+                info: Any = bag.deserialize(raw, one.msgtype)
+                return depth, info.k if hasattr(info, "k") else info.K
+    return depth, None
+
+
+def _depth_in(message: Any) -> Any:
+    """(H, W) depth of a ROS image, in millimetres if they are whole numbers; None if it has none.
+
+    Compressed depth is a PNG behind 12 bytes, and in metres as A / (value - B) with A and B there.
+    """
+    if "compressedDepth" in getattr(message, "format", ""):
+        a, b = message.data[4:12].view("<f4").astype(float)
+        image = cv2.imdecode(message.data[12:], cv2.IMREAD_UNCHANGED)
+        if "32FC1" not in message.format or image is None:
+            return image
+        return np.where(image > 0, a / (np.maximum(image, 1) - b), np.nan)
+    kind = _DEPTH_TYPES.get(getattr(message, "encoding", ""))
+    if kind is None:
+        return None
+    number = np.dtype(kind).newbyteorder(">" if message.is_bigendian else "<")
+    rows = message.data.reshape(message.height, message.step)
+    return rows[:, : message.width * number.itemsize].copy().view(number)
+
+
 _IMAGES: dict[str, Callable[[Path], Any]] = {".npy": _numpy}
 _CLOUDS: dict[str, Callable[[Path], Array]] = {".ply": _ply, ".pcd": _pcd}
 
@@ -201,4 +259,4 @@ def _camera_info(path: Path, shape: tuple[int, ...]) -> Intrinsics:
         raise ConfigError(f"{path}: not the model of a camera ({error}); {hint}") from error
     if size != shape[0] or min(fx, fy) <= 0.0:
         raise ConfigError(f"{path}: is of {size} rows and the depth image has {shape[0]}")
-    return Intrinsics(width=shape[1], height=shape[0], fx=fx, fy=fy, cx=cx, cy=cy)
+    return _intrinsics(shape, fx, fy, cx, cy)

@@ -1,5 +1,6 @@
 """`grasp show`: grasps in images and recordings, the pose of the table, and damaged files."""
 
+import struct
 from pathlib import Path
 
 import cv2
@@ -8,7 +9,9 @@ import pytest
 import rerun as rr
 import trimesh
 from command_line import call
+from mcap_ros2.writer import Writer
 from pinocchio import SE3
+from rosbags.typesys import Stores, get_typestore
 
 from hw.sim import DepthRenderer
 from lab.grasps.depth_files import load_depth_file
@@ -107,6 +110,53 @@ def test_grasps_in_a_recording_are_shown(tmp_path: Path, depth: np.ndarray) -> N
     assert "no grasp: " in call(*arguments, "--at", 0.1)[1]
 
 
+def bag(path: Path, depth: np.ndarray, encoding: str) -> None:
+    """The bag of another library: one depth image behind one of a colour camera."""
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    millimetres = np.rint(1000.0 * depth).astype(np.uint16)
+    height, width = depth.shape
+    head = {"header": {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "eye"}}
+    size = head | {"height": height, "width": width}
+    kind, kept = "sensor_msgs/msg/Image", millimetres
+    if encoding == "32FC1":
+        kept = depth.astype(np.float32)
+    image = size | {"encoding": encoding, "step": kept.itemsize * width, "data": kept.tobytes()}
+    if "compressedDepth" in encoding:
+        kind, a, b = "sensor_msgs/msg/CompressedImage", 1e4, -1.0
+        png = (
+            millimetres
+            if "16UC1" in encoding
+            else np.where(depth > 0.0, a / np.maximum(depth, 0.1) + b, 0.0)
+        )
+        pixels = cv2.imencode(".png", png.astype(np.uint16))[1].tobytes()
+        image = head | {"format": encoding, "data": struct.pack("<iff", 0, a, b) + pixels}
+    colour = size | {"encoding": "rgb8", "step": 3 * width, "data": bytes(3 * depth.size)}
+    k = (CAMERA.fx, 0.0, CAMERA.cx, 0.0, CAMERA.fy, CAMERA.cy, 0.0, 0.0, 1.0)
+    info, image_kind = {"k": k, "distortion_model": "plumb_bob"}, "sensor_msgs/msg/Image"
+    with path.open("wb") as file, Writer(file) as writer:
+        for topic, name, content in (
+            ("/rgb/image", image_kind, colour),
+            ("/rgb/camera_info", "sensor_msgs/msg/CameraInfo", size | info | {"k": (1.0,) * 9}),
+            ("/depth/camera_info", "sensor_msgs/msg/CameraInfo", size | info),
+            ("/depth/image", kind, image),
+        ):
+            schema = writer.register_msgdef(name, store.generate_msgdef(name, ros_version=2)[0])
+            writer.write_message(topic, schema, content, log_time=10**9, publish_time=10**9)
+
+
+@pytest.mark.parametrize(
+    "encoding", ["16UC1", "32FC1", "16UC1; compressedDepth png", "32FC1; compressedDepth png"]
+)
+def test_anybodys_bag_gives_depth_and_camera(
+    tmp_path: Path, depth: np.ndarray, encoding: str
+) -> None:
+    bag(tmp_path / "mine.mcap", depth, encoding)
+    found = load_depth_file(tmp_path / "mine.mcap")
+    known = depth > 0.0
+    np.testing.assert_allclose(found.depth[known], depth[known], atol=1.1e-3)
+    assert (found.intrinsics, found.assumed) == (CAMERA, "")
+
+
 PETABYTE = (
     b"\x93NUMPY\x01\x00v\x00{'descr': '<f8', 'fortran_order': False, "
     b"'shape': (9999999999999, 22), }".ljust(127)
@@ -118,6 +168,7 @@ PETABYTE = (
     ("name", "content", "says"),
     [
         ("words.rrd", b"hello", "not a recording"),
+        ("words.mcap", b"hello", "cannot be read"),
         ("missing.npy", None, "no such file"),
         ("text.png", b"hello", "not a depth image"),
         ("petabyte.npy", PETABYTE, "cannot be read"),
