@@ -35,7 +35,7 @@ def view(
     runs: Runs = Path("runs"),
     web: Annotated[bool, typer.Option("--web", help="In the browser.")] = False,
 ) -> None:
-    """Open the recording of a run in the Rerun viewer."""
+    """Open the recording of a run, or an MCAP file, in the Rerun viewer."""
     from app.live import open_in_viewer
 
     open_in_viewer(_recording(run, runs), web=web, say=lambda text: typer.echo(text, err=True))
@@ -45,7 +45,7 @@ def _recording(run: str, runs: Path) -> Path:
     from app.core import RECORDING
     from app.review import find_run
 
-    return Path(run) if run.endswith(".rrd") else find_run(run, runs) / RECORDING
+    return Path(run) if run.endswith((".rrd", ".mcap")) else find_run(run, runs) / RECORDING
 
 
 def film(

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from app.choices import View
 from app.live.web import (
@@ -164,11 +165,11 @@ def _port(host: str, chosen: int | None, usual: int, option: str) -> int:
         ) from error
 
 
-_MAGIC = b"RRF2"  # how a recording begins
+_MAGICS = (b"RRF2", b"\x89MCAP")  # how a recording begins, and a bag
 
 
 def open_in_viewer(recording: Path, *, web: bool, say: Callable[[str], None]) -> None:
-    """Show a recording until a person ends it, in the browser or in a window.
+    """Show a recording or an MCAP file until a person ends it, in the browser or in a window.
 
     `say` receives the address of the page; a window takes the place of this process. Raises
     ViewError: there is no recording, or no screen for a window; WebFilesError: there is no viewer.
@@ -176,16 +177,31 @@ def open_in_viewer(recording: Path, *, web: bool, say: Callable[[str], None]) ->
     _check_recording(recording)
     if web:
         viewer_web_files()
-        files = FileServer(LOOPBACK, None, USUAL_WEB_PORT, recording=recording)
-        origin = f"http://{LOOPBACK}:{files.port}"
-        with until_interrupted():
-            say(f"watch at {origin}/{viewer_address(f'{origin}/{RECORDING}')}; Ctrl-C ends it")
-        files.close()
+        with TemporaryDirectory() as folder:
+            if recording.suffix == ".mcap":  # which the viewer reads in a window only
+                recording = converted(recording, Path(folder) / RECORDING)
+            files = FileServer(LOOPBACK, None, USUAL_WEB_PORT, recording=recording)
+            origin = f"http://{LOOPBACK}:{files.port}"
+            with until_interrupted():
+                say(f"watch at {origin}/{viewer_address(f'{origin}/{RECORDING}')}; Ctrl-C ends it")
+            files.close()
         return
     if not has_screen():
         raise ViewError("there is no screen here; --web shows the recording in a browser")
     command = [str(viewer_program()), "--bind", LOOPBACK, "--port", str(choose_port())]
     os.execve(command[0], [*command, str(recording)], viewer_environment())
+
+
+def converted(bag: Path, recording: Path) -> Path:
+    """The recording that Rerun makes of an MCAP file."""
+    import rerun as rr
+
+    stream = rr.RecordingStream("frankie-task")
+    stream.save(recording)
+    stream.log_file_from_path(bag)
+    stream.flush()
+    stream.disconnect()
+    return recording
 
 
 def _check_recording(recording: Path) -> None:
@@ -194,10 +210,10 @@ def _check_recording(recording: Path) -> None:
         if not recording.is_file():
             raise ViewError(f"{recording}: the run has no recording; name another")
         with recording.open("rb") as file:
-            begins = file.read(len(_MAGIC))
+            begins = file.read(8)
     except OSError as error:
         raise ViewError(
             f"{recording}: cannot be read ({error.strerror}); name another run"
         ) from error
-    if begins != _MAGIC:
+    if not begins.startswith(_MAGICS):
         raise ViewError(f"{recording}: is not a recording of this version of Rerun; name another")

@@ -15,7 +15,8 @@ from rosbags.highlevel import AnyReader
 from app.core import RunOptions, run_task
 from app.export import export_mcap
 from app.live.foxglove.messages import TOPICS
-from app.review import depth_images
+from app.live.viewer.viewer import converted
+from app.review import chunks, depth_images
 from controller import RobotModel
 from robots import load_robot
 from trees import find
@@ -121,6 +122,12 @@ def test_the_scene_hangs_on_frames_that_are_told(read):
     assert {one.header.frame_id for one in markers} <= known | {"map"}
     assert {one.ns for one in markers} == {"robot", "furniture", "objects"}
     assert len({one.id for one in markers}) == len(markers)
+
+
+def test_rerun_makes_a_recording_of_it(bag, tmp_path):
+    made = converted(bag, tmp_path / "made.rrd")
+    entities = {chunk.entity_path for chunk in chunks(made, "/**")}
+    assert entities >= {"/tf", "/camera/depth/image_rect_raw", "/joint_states/position", "/rosout"}
 
 
 def test_a_file_that_is_there_is_kept(run, bag):
