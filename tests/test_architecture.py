@@ -23,6 +23,7 @@ ROOMS = (
     "hw.omron",
     "hw.panda",
     "hw.realsense",
+    "hw.ros2",
     "hw.emulators.omron",
     "hw.emulators.panda",
     "hw.emulators.realsense",

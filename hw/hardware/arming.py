@@ -8,7 +8,7 @@ import hashlib
 import os
 from contextlib import suppress
 from dataclasses import fields
-from math import ceil, degrees, inf
+from math import ceil, degrees
 from pathlib import Path
 
 import numpy as np
@@ -50,7 +50,7 @@ def site_of(real: RealRobot) -> Site:
     base = real.hardware.base
     if isinstance(base, OmronOptions):
         return base.scale.site
-    return Site(forward=inf, reverse=inf, dead_translation=0.0, dead_rotation=0.0)
+    return Site(forward=1e3, reverse=1e3, dead_translation=0.0, dead_rotation=0.0)
 
 
 def least_percent(real: RealRobot) -> float:

@@ -15,11 +15,11 @@ import numpy as np
 from hw.clock import epoch, stopwatch
 from hw.processes.child import Parent, claim, leave, still_alive
 from hw.processes.mailbox import PAGE, Mailbox, open_memory
+from hw.processes.timestamps import SensorClock
 from hw.realsense.image_buffer import ImageBuffer
 from hw.realsense.rectifier import ImageSpec, Rectifier, metres
 from hw.realsense.settings import STATUS, RealSenseSettings, Status
 from hw.realsense.stream import HangsError, Stream, open_stream
-from hw.realsense.timestamps import CameraClock
 
 _STARTING = 30.0  # longest time that the library may take to start or stop a camera [s]
 _HUNG = 5.0  # longest time that the library may block while the camera streams [s]
@@ -97,7 +97,7 @@ class CameraProcess:
 
     def _deliver(self, stream: Stream) -> None:
         rs, settings, spec = self._library, self._settings, self._spec
-        rectifier, clock = Rectifier(stream.depth_intrinsics, spec), CameraClock(settings.delay)
+        rectifier, clock = Rectifier(stream.depth_intrinsics, spec), SensorClock(settings.delay)
         scale, status = stream.depth_scale, stream.identity
         first, is_new = None, True
         while self._parent.commands():

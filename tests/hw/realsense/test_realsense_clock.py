@@ -7,16 +7,16 @@ import signal
 import numpy as np
 import pytest
 
+from hw.processes.timestamps import SensorClock
 from hw.realsense.image_buffer import ImageBuffer
-from hw.realsense.timestamps import CameraClock
 
 PERIOD = 1.0 / 30.0
 
 
 def test_a_calendar_stamp_tells_how_old_an_image_is():
-    clock = CameraClock()
+    clock = SensorClock()
     assert clock.stamp(1e9 + 0.96, arrived=5.0, calendar=1e9 + 1.0) == pytest.approx(4.96)
-    delayed = CameraClock(delay=0.01)
+    delayed = SensorClock(delay=0.01)
     assert delayed.stamp(1e9 + 0.96, arrived=5.0, calendar=1e9 + 1.0) == pytest.approx(4.95)
 
 
@@ -24,7 +24,7 @@ def test_a_calendar_stamp_tells_how_old_an_image_is():
 def test_a_clock_of_its_own_is_tied_to_the_image_that_came_quickest(own):
     """Also a calendar that another computer has set wrongly."""
     rng = np.random.default_rng(1)
-    clock, errors = CameraClock(), []
+    clock, errors = SensorClock(), []
     for k in range(300):
         captured = 10.0 + k * PERIOD
         arrived = captured + 0.004 + rng.exponential(0.01)
@@ -50,7 +50,7 @@ JUMPS = {
 @pytest.mark.parametrize("name", JUMPS)
 @pytest.mark.parametrize("jitter", [0.0, 0.01])
 def test_a_stamp_that_jumps_is_not_believed(name, jitter):
-    rng, clock, stamps, captured = np.random.default_rng(0), CameraClock(), [], []
+    rng, clock, stamps, captured = np.random.default_rng(0), SensorClock(), [], []
     for k in range(400):
         captured.append(100.0 + k * PERIOD)
         arrived = captured[-1] + 0.03 + rng.uniform(0.0, jitter)
@@ -65,7 +65,7 @@ def test_a_stamp_that_jumps_is_not_believed(name, jitter):
 @pytest.mark.parametrize("late", [0.1, 0.5])
 def test_an_image_that_comes_late_keeps_its_stamp(late):
     """As on a computer that had other work: its stamp goes on, and its arrival does not."""
-    clock = CameraClock()
+    clock = SensorClock()
     for k in range(100):
         captured = 100.0 + k * PERIOD
         arrived = captured + 0.035 + (late if 60 <= k < 65 else 0.0)
@@ -75,7 +75,7 @@ def test_an_image_that_comes_late_keeps_its_stamp(late):
 
 @pytest.mark.parametrize("step", [-0.3, 10.0])
 def test_a_clock_that_was_set_for_good_is_taken_over_after_three_seconds(step):
-    clock, captured = CameraClock(), 0.0
+    clock, captured = SensorClock(), 0.0
     for k in range(300):
         captured = 100.0 + k * PERIOD
         told = 1.7e9 + captured + (step if k >= 100 else 0.0)

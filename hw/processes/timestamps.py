@@ -21,7 +21,7 @@ _REMEMBERED = 300  # number of images over which the shortest latency is sought:
 _TAKEN_OVER = 3.0  # a clock that differs for longer than this was set, and is accepted [s]
 
 
-class CameraClock:
+class SensorClock:
     """From stamps of a camera to those of `stopwatch`; images are `delay` [s] older."""
 
     def __init__(self, delay: float = 0.0) -> None:

@@ -1,0 +1,187 @@
+"""The topics of one part of a robot: newest messages, commands, and why there is silence."""
+
+import threading
+from collections.abc import Callable, Iterator
+from math import inf
+from typing import Any
+
+from pydantic import Field
+
+from hw.clock import Clock, epoch, stopwatch
+from hw.processes.mailbox import Mailbox
+from hw.processes.process import DriverProcess
+from hw.processes.timestamps import SensorClock
+from hw.robot import HardwareError
+from hw.ros2.carrier import COMMAND, FRESH, STATUS, Route, pages, rings
+from hw.ros2.messages import decode, encode, missing
+from hw.state import Fault, FaultKind
+from robots import DriverOptions
+
+_CONNECTING = 20.0  # timeout of the process [s]
+_PATIENCE = 5.0  # for the first messages, and for a recovery [s]
+_HUNG = 1.0  # without a status for this long the process hangs [s]
+_POLL = 0.01  # [s]
+_OVERTAKEN = 1.0  # a stamp that is further back is that of a clock that was set [s]
+
+
+class Ros2Options(DriverOptions):
+    """What every part in ROS 2 has."""
+
+    domain: int = Field(default=0, ge=0, le=232)
+    address: str = ""  # of the robot's computer; empty: this one, over loopback alone
+    namespace: str = ""
+    silence: float = Field(default=0.25, ge=0.05, le=2.0)
+    """Without a message for this long there is a fault [s]."""
+
+    def name(self, topic: str) -> str:
+        """A topic or action with its namespace."""
+        return topic if topic.startswith("/") else f"{self.namespace.rstrip('/')}/{topic}"
+
+    def hears(self, topic: str, kind: str, **options: Any) -> Route:
+        """A topic to listen to."""
+        return Route(f"rt/{self.name(topic).lstrip('/')}", kind, True, **options)
+
+    def tells(self, topic: str, kind: str) -> Route:
+        """A topic to publish."""
+        return Route(f"rt/{self.name(topic).lstrip('/')}", kind, False)
+
+
+class Link:
+    """The process of one part; the first of its routes must not fall silent."""
+
+    def __init__(self, what: str, options: Ros2Options, clock: Clock, routes: list[Route]) -> None:
+        self._clock, self._routes = clock, routes
+        self.silence = options.silence
+        self._where = f"domain {options.domain}" + (
+            f" at {options.address}" * bool(options.address)
+        )
+        settings = {"domain": options.domain, "address": options.address, "routes": routes}
+        self._process = DriverProcess(
+            "hw.ros2.carrier",
+            f"ROS 2 {what}",
+            f"{self._where} {options.name(what)}",
+            settings,
+            pages(routes),
+            _CONNECTING,
+            missing,
+        )
+        self._status = Mailbox(self._process.memory, 0, STATUS)
+        self._rings = rings(self._process.memory, routes)
+        self._seen = [0] * len(routes)
+        self._last = [-inf] * len(routes)  # stamps of the newest messages, as given
+        self._clocks = [SensorClock() for _ in routes]
+        self._telling = threading.Lock()
+
+    def start(self) -> None:
+        """Start the process."""
+        self._process.start()
+
+    def wait(self, trouble_of: Callable[[], str]) -> None:
+        """Wait until there is no trouble; HardwareError: there still is."""
+        if self._process.end_of_it():
+            self._process.start()
+        until, pause = stopwatch() + _PATIENCE, threading.Event()
+        while trouble := trouble_of():
+            if stopwatch() > until:
+                raise HardwareError(trouble)
+            pause.wait(_POLL)
+
+    def new(self, route: int) -> Iterator[tuple[float, Any]]:
+        """Messages that came since, with their stamps on the session's clock [s].
+
+        The stamps are those of their headers, else of the arrival. A message that was overtaken
+        by another is left out.
+        """
+        ring, newest = self._rings[route], self._rings[route].newest()
+        for number in range(max(self._seen[route] + 1, ring.oldest()), newest + 1):
+            if (one := ring.get(number)) is not None:
+                arrived, data = one
+                message = decode(self._routes[route].type, data)
+                if (stamp := self._stamp(route, arrived, message)) is not None:
+                    yield stamp, message
+        self._seen[route] = newest
+
+    def _stamp(self, route: int, arrived: float, message: Any) -> float | None:
+        age, last = stopwatch() - arrived, self._last[route]
+        if (header := getattr(message, "header", None)) is not None:
+            given = header.stamp.sec + 1e-9 * header.stamp.nanosec
+            if last - _OVERTAKEN < given <= last:
+                return None
+            self._last[route] = given
+            age = stopwatch() - self._clocks[route].stamp(given, arrived, epoch() - age)
+        return self._clock.now() - age
+
+    def tell(self, route: int, message: Any, stop: Any = None, holds: float = FRESH) -> None:
+        """Publish a message, and `stop` when none has followed it in time."""
+        kind = self._routes[route].type
+        first, then = encode(kind, message), b"" if stop is None else encode(kind, stop)
+        with self._telling:
+            self._rings[route].put(stopwatch(), COMMAND.pack(len(first), holds), first, then)
+
+    def trouble(self) -> str:
+        """Why the part cannot be used; empty if it can."""
+        if ended := self._process.end_of_it():
+            return f"the driver of ROS 2 ({self._where}): {ended}"
+        status = self._status.get()
+        if status is None or stopwatch() - status[0] > _HUNG:
+            return f"the driver of ROS 2 ({self._where}) gets no time"
+        for route, matched in zip(self._routes, status[1:], strict=False):
+            if not matched and not (route.hears and (route.sensor or route.latched)):
+                return f"nobody listens to {_name(route)} in {self._where} as {route.type}"
+        arrival = self._rings[0].arrival()
+        if arrival is None or stopwatch() - arrival > self.silence:
+            return f"nobody publishes {_name(self._routes[0])} in {self._where}: look at its node"
+        return ""
+
+    def close(self) -> None:
+        """End the process, which stops the part."""
+        self._process.end()
+
+
+def _name(route: Route) -> str:
+    return "/" + route.topic.partition("/")[2]
+
+
+class Ros2Part:
+    """A part of a robot; a subclass takes over what it hears."""
+
+    def __init__(self, link: Link, clock: Clock, lacks: str = "") -> None:
+        self._link, self._clock, self._lacks = link, clock, lacks
+        self._heard = -inf  # when the newest state was heard
+        self._hearing = threading.Lock()
+
+    def connect(self) -> None:
+        """Start the process, and wait for the first state; HardwareError: what is missing."""
+        self._link.start()
+        try:
+            self._link.wait(self._trouble)
+        except HardwareError:
+            self.close()
+            raise
+
+    def recover(self) -> None:
+        """Wait until its nodes are back, also in a new process; HardwareError: they are not."""
+        self._link.wait(self._trouble)
+
+    def stop(self) -> None:
+        """It does not move."""
+
+    def close(self) -> None:
+        """Stop, and end the process."""
+        self._link.close()
+
+    def _trouble(self) -> str:
+        """Why it cannot be used; empty if it can."""
+        with self._hearing:
+            if self._hear():
+                self._heard = self._clock.now()
+        is_silent = self._clock.now() - self._heard > self._link.silence
+        return self._link.trouble() or (self._lacks if is_silent else "")
+
+    def _faults(self) -> tuple[Fault, ...]:
+        text, kind = self._trouble(), FaultKind.CONNECTION
+        return (Fault(kind=kind, text=text, clearable=True),) if text else ()
+
+    def _hear(self) -> bool:
+        """Take over what came; whether there was a new state."""
+        raise NotImplementedError

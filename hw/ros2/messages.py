@@ -1,0 +1,121 @@
+"""Messages of ROS 2 without ROS: definitions, CDR and type hashes by rosbags, for cyclonedds."""
+
+from functools import cache
+from importlib.util import find_spec
+from typing import Any
+
+DISTRIBUTION = "ROS2_JAZZY"  # its definitions
+_TIME, _UUID, _CLIENT = "builtin_interfaces/Time", "unique_identifier_msgs/UUID", "uint64 client"
+_GRIPPER = "control_msgs/action/GripperCommand"
+_PARALLEL = "control_msgs/action/ParallelGripperCommand"
+_HEAD = f"{_CLIENT}\nint64 number\n"  # of requests and replies, as rmw_cyclonedds has it
+_MORE = {
+    "control_msgs/msg/JointJog": (
+        "std_msgs/Header header\nstring[] joint_names\nfloat64[] displacements\n"
+        "float64[] velocities\nfloat64 duration"
+    ),
+    "action_msgs/srv/CancelGoal_Request": f"{_HEAD}{_UUID} goal_id\n{_TIME} stamp",
+    f"{_GRIPPER}_SendGoal_Request": f"{_HEAD}{_UUID} goal_id\nfloat64 position\nfloat64 max_effort",
+    f"{_PARALLEL}_SendGoal_Request": f"{_HEAD}{_UUID} goal_id\nsensor_msgs/JointState command",
+    f"{_GRIPPER}_GetResult_Response": (
+        f"{_HEAD}int8 status\nfloat64 position\nfloat64 effort\nbool stalled\nbool reached_goal"
+    ),
+    f"{_PARALLEL}_GetResult_Response": (
+        f"{_HEAD}int8 status\nsensor_msgs/JointState state\nbool stalled\nbool reached_goal"
+    ),
+    **{
+        f"{one}_SendGoal_Response": f"{_HEAD}bool accepted\n{_TIME} stamp"
+        for one in (_GRIPPER, _PARALLEL)
+    },
+    **{f"{one}_GetResult_Request": f"{_HEAD}{_UUID} goal_id" for one in (_GRIPPER, _PARALLEL)},
+}
+"""What rosbags lacks; nested messages are written out, which CDR does not tell apart."""
+
+
+def missing() -> str:
+    """Why ROS 2 cannot be spoken; empty if it can."""
+    if find_spec("cyclonedds") is None or find_spec("rosbags") is None:
+        return 'the driver of ROS 2 is not installed: pip install "frankie-task[ros2]"'
+    return ""
+
+
+@cache
+def store() -> Any:
+    """The definitions."""
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    types = get_typestore(Stores[DISTRIBUTION])
+    for name, text in _MORE.items():
+        types.register(get_types_from_msg(text, _stored(name)))
+    return types
+
+
+def _stored(name: str) -> str:
+    """Under which the store keeps the parts of actions and services."""
+    return name.replace("/action/", "/msg/").replace("/srv/", "/msg/")
+
+
+def message(name: str, /, **fields: Any) -> Any:
+    """A message; without its other fields, which are zero or empty."""
+    import numpy as np
+
+    zeros = {"string": "", "bool": False}
+    for field, (kind, what) in store().fielddefs[_stored(name)][1]:
+        if field not in fields:
+            if kind.name == "NAME":
+                fields[field] = message(what)
+            elif kind.name == "BASE":
+                fields[field] = zeros.get(what[0], 0)
+            else:
+                (inner, base), length = what
+                is_numbers = inner.name == "BASE" and base[0] != "string"
+                count = length if kind.name == "ARRAY" else 0
+                fields[field] = np.zeros(count, base[0]) if is_numbers else []
+    return store().types[_stored(name)](**fields)
+
+
+def encode(name: str, one: Any) -> bytes:
+    """CDR of a message."""
+    return bytes(store().serialize_cdr(one, _stored(name)))
+
+
+def decode(name: str, data: bytes | bytearray) -> Any:
+    """A message from CDR."""
+    return store().deserialize_cdr(data, _stored(name))
+
+
+def type_hash(name: str) -> str:
+    """As ROS 2 tells it in discovery since Iron, in the user data of an endpoint."""
+    return "" if name in _MORE and "/msg/" not in name else f"typehash={store().hash_rihs01(name)};"
+
+
+@cache
+def dds_type(name: str) -> Any:
+    """The type of a message for cyclonedds; of its samples only the CDR is known, `cdr`."""
+    from cyclonedds.idl import make_idl_struct
+
+    fields = {field: _dds_field(*what) for field, what in store().fielddefs[_stored(name)][1]}
+    package, kind, one = name.split("/")
+    made: Any = make_idl_struct(one, f"{package}.{kind}.dds_.{one}_", fields, dataclassify=False)
+
+    def deserialize(data: bytes, **_: Any) -> Any:
+        sample = made()
+        sample.cdr = data
+        return sample
+
+    made.serialize, made.deserialize = lambda sample, **_: sample.cdr, deserialize
+    return made
+
+
+def _dds_field(kind: Any, what: Any) -> Any:
+    from cyclonedds.idl import types as module
+
+    types: Any = module
+
+    if kind.name == "NAME":
+        return dds_type(what)
+    if kind.name == "BASE":
+        return {"string": str, "bool": bool}.get(what[0]) or getattr(types, what[0])
+    inner, length = what
+    item = _dds_field(*inner)
+    return types.array[item, length] if kind.name == "ARRAY" else types.sequence[item]

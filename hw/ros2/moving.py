@@ -1,0 +1,239 @@
+"""A base and an arm in ROS 2."""
+
+from collections.abc import Sequence
+from math import radians
+from typing import Annotated, Any, Literal
+
+import numpy as np
+import pinocchio as pin
+from pinocchio import SE3, Quaternion
+from pydantic import Field
+
+from hw.clock import epoch
+from hw.drivers import DriverContext
+from hw.ros2.carrier import FRESH
+from hw.ros2.link import Link, Ros2Options, Ros2Part
+from hw.ros2.messages import message
+from hw.state import ArmState, Array, BaseState, LocalisedPose
+from robots import Positive
+
+
+class BaseOptions(Ros2Options):
+    """A base that follows `cmd_vel`."""
+
+    odometry: str = "odom"  # nav_msgs/Odometry
+    command: str = "cmd_vel"
+    stamped: bool = False  # TwistStamped instead of Twist
+    frame: str = "base_link"  # of stamped commands
+    localisation: str = ""
+    """Topic of its pose on the map (PoseWithCovarianceStamped, as `/amcl_pose`), or `/tf`; empty:
+    the odometry is the place on the map."""
+    map_frame: str = "map"  # with `/tf`
+    odometry_frame: str = "odom"
+    sigma: Positive = 0.05  # deviation of that pose along x, and along y [m]
+    sigma_deg: Positive = 2.0
+
+
+class Mover(Ros2Part):
+    """A part that follows velocities; a subclass encodes them."""
+
+    _size = 3  # of a velocity
+
+    def send(self, velocity: Array) -> Array:
+        """Follow a velocity; zero while there is a fault, or if it is not finite."""
+        is_good = np.isfinite(velocity).all() and not self._trouble()
+        applied = np.array(velocity, dtype=float) if is_good else np.zeros(self._size)
+        self._tell(applied)
+        return applied
+
+    def stop(self) -> None:
+        """Command rest."""
+        self._tell(np.zeros(self._size))
+
+    def _tell(self, velocity: Array) -> None:
+        raise NotImplementedError
+
+
+class Ros2Base(Mover):
+    """A base whose odometry and localised pose come by topics."""
+
+    def __init__(self, options: BaseOptions, context: DriverContext) -> None:
+        self._options = options
+        self._type = f"geometry_msgs/msg/Twist{'Stamped' * options.stamped}"
+        self._has_tf = options.localisation == "/tf"
+        routes = [
+            options.hears(options.odometry, "nav_msgs/msg/Odometry"),
+            options.tells(options.command, self._type),
+        ]
+        if self._has_tf:
+            routes.append(options.hears("/tf", "tf2_msgs/msg/TFMessage", slots=64))
+        elif options.localisation:
+            kind = "geometry_msgs/msg/PoseWithCovarianceStamped"
+            routes.append(options.hears(options.localisation, kind, sensor=False, latched=True))
+        super().__init__(Link("base", options, context.clock, routes), context.clock)
+        self._state: BaseState | None = None
+        self._localised: LocalisedPose | None = None
+        self._mTo: SE3 | None = None
+
+    def read(self) -> BaseState:
+        """The newest odometry; of a silent base the last one, at rest, with a fault, now."""
+        faults, state = self._faults(), self._state
+        assert state is not None, "connect first"
+        return BaseState(
+            stamp=self._clock.now() if faults else state.stamp,
+            wTb=state.wTb,
+            twist=np.zeros(3) if faults else state.twist,
+            localised=self._localised,
+            faults=faults,
+        )
+
+    def _hear(self) -> bool:
+        before = self._state
+        for stamp, one in self._link.new(0):
+            twist = one.twist.twist
+            velocity = np.array([twist.linear.x, twist.linear.y, twist.angular.z])
+            self._state = BaseState(stamp=stamp, wTb=_pose(one.pose.pose), twist=velocity)
+        if self._options.localisation and self._state is not None:
+            for stamp, one in self._link.new(2):
+                if self._has_tf:
+                    self._corrected(one, self._state)
+                else:
+                    rows = np.reshape(one.pose.covariance, (6, 6))[np.ix_((0, 1, 5), (0, 1, 5))]
+                    self._localised = LocalisedPose(
+                        stamp=stamp, mTb=_pose(one.pose.pose), covariance=rows
+                    )
+        return self._state is not before
+
+    def _corrected(self, transforms: Any, state: BaseState) -> None:
+        """Take over where odometry is on the map, if that has changed."""
+        options = self._options
+        sigmas = options.sigma, options.sigma, radians(options.sigma_deg)
+        for one in transforms.transforms:
+            frames = one.header.frame_id.lstrip("/"), one.child_frame_id.lstrip("/")
+            mTo = _planar(one.transform.translation, one.transform.rotation)
+            is_new = self._mTo is None or not mTo.isApprox(self._mTo)
+            if frames == (options.map_frame, options.odometry_frame) and is_new:
+                self._mTo = mTo
+                self._localised = LocalisedPose(
+                    stamp=state.stamp, mTb=mTo * state.wTb, covariance=np.diag(np.square(sigmas))
+                )
+
+    def _tell(self, velocity: Array) -> None:
+        self._link.tell(1, self._twist(velocity), self._twist(np.zeros(3), FRESH))
+
+    def _twist(self, velocity: Array, later: float = 0.0) -> Any:
+        v, w = message("geometry_msgs/msg/Vector3"), message("geometry_msgs/msg/Vector3")
+        v.x, v.y, w.z = map(float, velocity)
+        twist = message("geometry_msgs/msg/Twist", linear=v, angular=w)
+        if not self._options.stamped:
+            return twist
+        return message(self._type, header=header(self._options.frame, later), twist=twist)
+
+
+class ArmOptions(Ros2Options):
+    """An arm that follows joint velocities."""
+
+    joints: Annotated[tuple[str, ...], Field(min_length=1, max_length=12)]
+    """Their names, in the order of the robot's description."""
+    states: str = "joint_states"  # sensor_msgs/JointState
+    command: str = "velocity_controller/commands"
+    message: Literal["Float64MultiArray", "JointTrajectory", "JointJog"] = "Float64MultiArray"
+
+
+_TYPES = {
+    "Float64MultiArray": "std_msgs/msg/Float64MultiArray",
+    "JointTrajectory": "trajectory_msgs/msg/JointTrajectory",
+    "JointJog": "control_msgs/msg/JointJog",
+}
+
+
+class Ros2Arm(Mover):
+    """An arm whose joints come by name, in any order."""
+
+    def __init__(self, options: ArmOptions, context: DriverContext) -> None:
+        self._options, self._type = options, _TYPES[options.message]
+        routes = [
+            options.hears(options.states, "sensor_msgs/msg/JointState"),
+            options.tells(options.command, self._type),
+        ]
+        link, joints = Link("arm", options, context.clock, routes), ", ".join(options.joints)
+        lacks = f"{options.name(options.states)} does not tell all of {joints}"
+        super().__init__(link, context.clock, lacks)
+        self._size = len(options.joints)
+        self._state: ArmState | None = None
+
+    def read(self) -> ArmState:
+        """The newest joints; of a silent arm the last ones, at rest, with a fault, now."""
+        faults, state = self._faults(), self._state
+        assert state is not None, "connect first"
+        return ArmState(
+            stamp=self._clock.now() if faults else state.stamp,
+            q=state.q,
+            qd=np.zeros(self._size) if faults else state.qd,
+            faults=faults,
+        )
+
+    def _hear(self) -> bool:
+        before = self._state
+        for stamp, one in self._link.new(0):
+            if (rows := rows_of(one, self._options.joints)) is not None:
+                q, last = one.position[rows], self._state
+                qd = np.zeros(self._size)
+                if len(one.velocity) == len(one.name):
+                    qd = one.velocity[rows]
+                elif last is not None and stamp > last.stamp:
+                    qd = (q - last.q) / (stamp - last.stamp)
+                self._state = ArmState(stamp=stamp, q=q, qd=qd)
+        return self._state is not before
+
+    def _tell(self, qd: Array) -> None:
+        stop = np.zeros(self._size)
+        if self._options.message == "JointTrajectory":  # ends at rest by itself
+            self._link.tell(1, self._trajectory(qd))
+        else:
+            self._link.tell(1, self._velocities(qd), self._velocities(stop, FRESH))
+
+    def _velocities(self, qd: Array, later: float = 0.0) -> Any:
+        if self._options.message == "Float64MultiArray":
+            return message(self._type, data=qd)
+        head, names = header("", later), list(self._options.joints)
+        return message(self._type, header=head, joint_names=names, velocities=qd, duration=FRESH)
+
+    def _trajectory(self, qd: Array) -> Any:
+        """On for `FRESH` at a velocity, and to rest in as long again."""
+        q = np.zeros(self._size) if self._state is None else self._state.q
+        points = [
+            message(
+                "trajectory_msgs/msg/JointTrajectoryPoint",
+                positions=q + way * FRESH * qd,
+                velocities=share * qd,
+                time_from_start=message(
+                    "builtin_interfaces/msg/Duration", nanosec=round(1e9 * after * FRESH)
+                ),
+            )
+            for after, way, share in ((1.0, 1.0, 1.0), (2.0, 1.5, 0.0))
+        ]
+        return message(self._type, joint_names=list(self._options.joints), points=points)
+
+
+def rows_of(states: Any, joints: Sequence[str]) -> list[int] | None:
+    """Where the joints stand in a JointState; None if one is not there."""
+    places = {name: k for k, name in enumerate(states.name)}
+    return [places[name] for name in joints] if places.keys() >= set(joints) else None
+
+
+def header(frame: str, later: float = 0.0) -> Any:
+    """Of now, or of a moment later [s]."""
+    second, part = divmod(epoch() + later, 1.0)
+    stamp = message("builtin_interfaces/msg/Time", sec=int(second), nanosec=int(1e9 * part))
+    return message("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
+
+
+def _pose(pose: Any) -> SE3:
+    return _planar(pose.position, pose.orientation)
+
+
+def _planar(position: Any, orientation: Any) -> SE3:
+    turn = Quaternion(orientation.w, orientation.x, orientation.y, orientation.z).normalized()
+    yaw = pin.log3(turn.toRotationMatrix())[2]
+    return SE3(pin.utils.rotate("z", yaw), np.array([position.x, position.y, 0.0]))

@@ -1,0 +1,153 @@
+"""A depth camera and a laser in ROS 2."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import Field
+
+from hw.drivers import DriverContext
+from hw.robot import HardwareError
+from hw.ros2.link import Link, Ros2Options, Ros2Part
+from hw.state import DepthArray, DepthImage, Fault, LaserReading
+from robots import CameraDescription
+
+_IMAGE, _SCAN = 1 << 23, 1 << 17  # longest messages [bytes]
+_PNG = 12  # of compressed depth, behind a header of so many bytes
+
+
+class CameraOptions(Ros2Options):
+    """A depth camera: 16UC1 in millimetres or 32FC1 in metres, along the optical axis."""
+
+    depth: str = "camera/depth/image_rect_raw"  # sensor_msgs/Image
+    compressed: bool = False  # sensor_msgs/CompressedImage of `compressed_depth_image_transport`
+    info: str = "camera/depth/camera_info"
+    silence: float = Field(default=0.5, ge=0.05, le=2.0)
+
+
+class Ros2Camera(Ros2Part):
+    """A depth camera; images are brought to the intrinsics of the description."""
+
+    def __init__(self, options: CameraOptions, context: DriverContext) -> None:
+        self._camera, self._is_compressed = context.robot.camera, options.compressed
+        kind = f"sensor_msgs/msg/{'CompressedImage' if options.compressed else 'Image'}"
+        routes = [
+            options.hears(options.depth, kind, slots=3, size=_IMAGE),
+            options.hears(options.info, "sensor_msgs/msg/CameraInfo"),
+        ]
+        lacks = f"{options.name(options.info)} does not tell its intrinsics"
+        super().__init__(Link("camera", options, context.clock, routes), context.clock, lacks)
+        self._info: Any = None
+        self._maps: tuple[DepthArray, DepthArray] | None = None
+        self._image: DepthImage | None = None
+
+    def latest(self) -> DepthImage | None:
+        """The newest image."""
+        self._trouble()
+        return self._image
+
+    def faults(self) -> tuple[Fault, ...]:
+        """A fault while no images come."""
+        return self._faults()
+
+    def _hear(self) -> bool:
+        for _, info in self._link.new(1):
+            if self._info is None or not np.array_equal(info.k, self._info.k):
+                self._info, self._maps = info, _maps(info, self._camera)
+        images = list(self._link.new(0)) if self._info is not None else []
+        if images:
+            stamp, image = images[-1]
+            depth = _compressed(image) if self._is_compressed else _metres(image)
+            self._image = DepthImage(depth=self._rectified(depth), stamp=stamp)
+        return bool(images)
+
+    def _rectified(self, depth: DepthArray) -> DepthArray:
+        import cv2
+
+        if self._maps is not None:
+            x, y = self._maps
+            depth = np.asarray(cv2.remap(depth, x, y, cv2.INTER_NEAREST, borderValue=float("nan")))
+        bad = ~((depth >= self._camera.min_range) & (depth <= self._camera.max_range))
+        depth[bad] = np.nan
+        return depth
+
+
+def _metres(image: Any) -> DepthArray:
+    """(H, W) depth of an Image; HardwareError: of an encoding that is not known."""
+    order = ">" if image.is_bigendian else "<"
+    if image.encoding in ("16UC1", "mono16"):
+        rows = _rows(image, f"{order}u2")
+        return rows.astype(np.float32) * np.float32(1e-3)
+    if image.encoding == "32FC1":
+        return _rows(image, f"{order}f4").astype(np.float32)
+    raise HardwareError(f"depth images are 16UC1 or 32FC1, not {image.encoding}")
+
+
+def _rows(image: Any, kind: str) -> npt.NDArray[Any]:
+    data = np.frombuffer(image.data, np.uint8).reshape(image.height, image.step)
+    size = np.dtype(kind).itemsize * image.width
+    return np.ascontiguousarray(data[:, :size]).view(kind)
+
+
+def _compressed(image: Any) -> DepthArray:
+    """(H, W) depth of a CompressedImage: PNG, of 32FC1 the quantised inverse; or HardwareError."""
+    import cv2
+
+    head, png = bytes(image.data[:_PNG]), np.frombuffer(image.data, np.uint8)[_PNG:]
+    pixels = cv2.imdecode(png, cv2.IMREAD_UNCHANGED)
+    if pixels is None or pixels.dtype != np.uint16:
+        raise HardwareError(f"depth images are compressed as PNG, not as {image.format}")
+    if not image.format.startswith("32FC1"):
+        return pixels.astype(np.float32) * np.float32(1e-3)
+    a, b = np.frombuffer(head, "<f4", 2, 4)
+    with np.errstate(divide="ignore"):
+        return np.where(pixels > 0, a / (pixels.astype(np.float32) - b), np.nan).astype(np.float32)
+
+
+def _maps(info: Any, camera: CameraDescription) -> tuple[DepthArray, DepthArray] | None:
+    """Where the pixels of the description are in an image; None where they are its own."""
+    own, ours = np.reshape(info.k, (3, 3)), camera.intrinsics
+    wanted = np.array([[ours.fx, 0.0, ours.cx], [0.0, ours.fy, ours.cy], [0.0, 0.0, 1.0]])
+    if (info.width, info.height) == (ours.width, ours.height) and np.allclose(
+        own, wanted, atol=1e-3
+    ):
+        return None
+    v, u = np.mgrid[: ours.height, : ours.width].astype(np.float32)
+    x = (u - ours.cx) / ours.fx * own[0, 0] + own[0, 2]
+    y = (v - ours.cy) / ours.fy * own[1, 1] + own[1, 2]
+    return x.astype(np.float32), y.astype(np.float32)
+
+
+class LaserOptions(Ros2Options):
+    """A laser."""
+
+    scan: str = "scan"  # sensor_msgs/LaserScan
+    silence: float = Field(default=0.5, ge=0.05, le=2.0)
+
+
+class Ros2Laser(Ros2Part):
+    """A laser where the description mounts it."""
+
+    def __init__(self, options: LaserOptions, context: DriverContext) -> None:
+        routes = [options.hears(options.scan, "sensor_msgs/msg/LaserScan", size=_SCAN)]
+        super().__init__(Link("laser", options, context.clock, routes), context.clock)
+        if context.robot.laser is None:
+            raise HardwareError("the robot's description has no laser, which says where it is")
+        self._bTs = context.robot.laser.bTs
+        self._reading: LaserReading | None = None
+
+    def latest(self) -> LaserReading | None:
+        """The newest scan."""
+        self._trouble()
+        return self._reading
+
+    def _hear(self) -> bool:
+        before = self._reading
+        for stamp, scan in self._link.new(0):
+            ranges = np.array(scan.ranges, dtype=float)
+            ranges[~((ranges >= scan.range_min) & (ranges <= scan.range_max))] = np.nan
+            angles = scan.angle_min + scan.angle_increment * np.arange(len(ranges))
+            rays = np.stack([np.cos(angles), np.sin(angles), np.zeros(len(ranges))], axis=1)
+            points = (ranges[:, None] * rays) @ self._bTs.rotation.T + self._bTs.translation
+            self._reading = LaserReading(stamp=stamp, ranges=ranges, points=points)
+        return self._reading is not before

@@ -1,0 +1,231 @@
+"""The driver of ROS 2 against a simulated robot in another process, which speaks nothing else."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+from itertools import count
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from command_line import call
+
+from frankie_task.testing import check_driver
+from hw import Clock, DriverContext, HardwareError, WallClock, parts_of
+from hw.hardware.arming import prove
+from hw.ros2 import ArmOptions, BaseOptions, Ros2Arm, Ros2Base, missing
+from hw.ros2.messages import decode, encode, message
+from hw.ros2.sensing import _compressed
+from robots import load_real_robot, load_robot
+from robots.load import SHIPPED
+
+pytestmark = pytest.mark.skipif(bool(missing()), reason=missing())
+NODE = Path(__file__).with_name("robot_node.py")
+DOMAINS = count(os.getpid() % 150)
+PATIENCE = 30.0  # also on a busy machine [s]
+
+
+class Node:
+    """The simulated robot, and the file of a robot that speaks with it."""
+
+    def __init__(self, folder: Path, scene: str = "single", **changes: str) -> None:
+        self.domain = next(DOMAINS)
+        text = (SHIPPED / "ros2_example.yaml").read_text()
+        for old, new in {"domain: 42": f"domain: {self.domain}", **changes}.items():
+            assert old in text
+            text = text.replace(old, new)
+        self.path = folder / "ours.yaml"
+        self.path.write_text(text)
+        self.process = subprocess.Popen(
+            [sys.executable, str(NODE), str(self.domain), scene, "0"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        assert self.process.stdout.readline() == "ready\n"
+
+    def do(self, words: str = "tell") -> dict:
+        self.process.stdin.write(words + "\n")
+        self.process.stdin.flush()
+        return json.loads(self.process.stdout.readline())
+
+    def parts(self, clock: Clock | None = None) -> dict:
+        real = load_real_robot(self.path)
+        return parts_of(real, load_robot(self.path), clock or WallClock())
+
+    @contextmanager
+    def frozen(self):
+        self.process.send_signal(signal.SIGSTOP)
+        yield
+        self.process.send_signal(signal.SIGCONT)
+
+    def close(self) -> None:
+        self.process.kill()
+        self.process.communicate()
+
+
+@pytest.fixture
+def node(tmp_path):
+    one = Node(tmp_path)
+    yield one
+    one.close()
+
+
+@contextmanager
+def connected(node: Node, *kinds: str):
+    """Some parts of the robot, the other commands in a loop."""
+    parts = node.parts()
+    used = [parts[kind] for kind in kinds]
+    try:
+        for part in used:
+            part.connect()
+        yield used
+    finally:
+        for part in used:
+            part.close()
+
+
+@pytest.mark.slow
+def test_pick_one_is_done_over_ros_2_alone(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    fast = {"speed_percent: 25": "speed_percent: 100", "\nhardware:": "map: household\nhardware:"}
+    node = Node(tmp_path, "household", **fast)
+    prove(load_real_robot(node.path))  # else it moves at a tenth of its speeds
+    words = ("--robot", node.path, "--record", tmp_path, "--view", "none", "--arm-the-robot")
+    try:
+        told = json.loads(call("run", "pick_one", *words, "--json")[1])
+        assert told["outcome"] == "success", told
+        seen = node.do()
+        assert (seen["hit"], seen["supports"].count("table")) == ("", 1)
+    finally:
+        node.close()
+
+
+def drive(base, arm, seconds: float = 1.0) -> float:
+    """Command both for a while; when that ended."""
+    until, qd = time.monotonic() + seconds, np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.2])
+    while (now := time.monotonic()) < until:
+        base.read(), arm.read()
+        base.send(np.array([0.1, 0.0, 0.1]))
+        arm.send(qd)
+        time.sleep(0.01)
+    return now
+
+
+def test_commands_are_what_the_robots_file_says():
+    """As their CDR has them: trajectories end at rest by themselves, the others are stopped."""
+    context, qd = DriverContext(robot=load_robot("frankie"), clock=WallClock()), np.full(7, 0.2)
+    sent = {}
+
+    def tell(_, message, stop=None, **__):
+        kind = message.__msgtype__
+        sent[kind.rpartition("/")[2]] = decode(kind, encode(kind, message)), stop
+
+    for kind in ("Float64MultiArray", "JointTrajectory", "JointJog"):
+        arm = Ros2Arm(ArmOptions(joints=tuple("abcdefg"), message=kind), context)
+        arm._link.tell = tell
+        arm._tell(qd)
+    for stamped in (False, True):
+        base = Ros2Base(BaseOptions(stamped=stamped), context)
+        base._link.tell = tell
+        base._tell(np.array([0.1, 0.0, 0.2]))
+    assert sent["Float64MultiArray"][0].data.tolist() == qd.tolist()
+    assert not sent["Float64MultiArray"][1].data.any()
+    assert sent["JointJog"][0].velocities.tolist() == qd.tolist()
+    trajectory, stop = sent["JointTrajectory"]
+    assert trajectory.joint_names == list("abcdefg")
+    assert [point.velocities[0] for point in trajectory.points] == [0.2, 0.0]
+    assert stop is None
+    assert sent["Twist"][0].angular.z == sent["TwistStamped"][0].twist.angular.z == 0.2
+    assert abs(sent["TwistStamped"][0].header.stamp.sec - time.time()) < 2.0
+
+
+def test_compressed_depth_is_read_in_metres():
+    millimetres = np.array([[0, 500], [1000, 2000]], np.uint16)
+    png = b"\0" * 12 + cv2.imencode(".png", millimetres)[1].tobytes()
+    fields = {"format": "16UC1; compressedDepth png", "data": np.frombuffer(png, np.uint8)}
+    depth = _compressed(message("sensor_msgs/msg/CompressedImage", **fields))
+    np.testing.assert_allclose(depth, millimetres / 1000.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["arm", "base", "gripper", "camera", "laser"])
+def test_each_part_keeps_the_contract(node, kind):
+    def make(context):
+        return node.parts(context.clock)[kind]
+
+    limits = {"age": 0.2, "rest": 0.6, "patience": PATIENCE}
+    check_driver(kind, make, fault=None if kind == "laser" else node.frozen, **limits)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("how", ["alone", "delay 0.1", "shuffle"])
+def test_robots_are_told_to_rest_soon_after_the_last_command(node, how):
+    with connected(node, "base", "arm") as (base, arm):
+        node.do(how)
+        last = drive(base, arm)
+        assert base.read().wTb.translation[0] > 0.03
+        assert base.read().faults == arm.read().faults == ()
+        time.sleep(1.5)
+        told = node.do()
+    print(f"{how}: told {told['told'] - last:.2f} s, at rest {told['moved'] - last:.2f} s after")
+    assert 0.0 < told["told"] - last < 0.3
+
+
+@pytest.mark.slow
+def test_a_program_that_is_killed_leaves_a_robot_that_was_told_to_rest(node):
+    program = (
+        "import sys; sys.path[:0] = sys.argv[2:]\n"
+        "from test_ros2 import connected, drive, parts_in\n"
+        "with connected(parts_in(sys.argv[1]), 'base', 'arm') as parts: drive(*parts, 60.0)"
+    )
+    words = [sys.executable, "-c", program, str(node.path), str(NODE.parent), *sys.path]
+    with subprocess.Popen(words) as driving:
+        begun = time.monotonic()
+        while not node.do()["commanded"]:
+            assert time.monotonic() < begun + PATIENCE
+        time.sleep(0.5)
+        driving.kill()
+        killed = time.monotonic()
+    time.sleep(1.0)
+    assert node.do()["told"] - killed < 0.3
+
+
+@pytest.mark.slow
+def test_a_killed_node_is_a_fault_in_words_and_nothing_is_commanded(node):
+    with connected(node, "base", "arm") as (base, arm):
+        drive(base, arm, 0.3)
+        node.process.kill()
+        begun = time.monotonic()
+        while not (base.read().faults and arm.read().faults):
+            assert time.monotonic() < begun + PATIENCE
+        (fault,) = base.read().faults
+        assert fault.text == f"nobody publishes /odom in domain {node.domain}: look at its node"
+        assert not base.send(np.array([0.1, 0.0, 0.0])).any()
+        assert not base.read().twist.any()
+
+
+@pytest.mark.slow
+def test_who_is_not_there_is_named_when_connecting(tmp_path, node):
+    node.path.write_text(node.path.read_text().replace("cmd_vel", "cmd_wel"))
+    with pytest.raises(HardwareError, match=r"nobody listens to /cmd_wel in domain .*Twist"):
+        node.parts()["base"].connect()
+    node.path.write_text(node.path.read_text().replace("panda_joint7]", "panda_joint8]"))
+    with pytest.raises(HardwareError, match=r"/joint_states does not tell all of .*panda_joint8"):
+        node.parts()["arm"].connect()
+
+
+class parts_in:  # noqa: N801
+    """The parts of a robot file."""
+
+    def __init__(self, path: str) -> None:
+        self.path = path
+
+    parts = Node.parts
