@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from app.choices import Form
-from app.commands.refuse import find_tree, refuse, task_parameters
+from app.commands.refuse import find_tree, refuse, task_parameters, write
 from app.terminal import Terminal, visible
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ def new(
         refuse(f"{task}: already exists; choose another name, or remove it first")
     for path, text in zip((task, *helpers), files.values(), strict=True):
         if path == task or not path.exists():
-            _write(path, text)
+            write(path, text)
     typer.echo(f"{task}: change it, then: frankie-task check {task}; frankie-task run {task}")
 
 
@@ -209,15 +209,8 @@ def _deliver(text: str, output: Path | None) -> None:
     if output is None:
         typer.echo(text, nl=False)
     else:
-        _write(output, text)
+        write(output, text)
         typer.echo(f"{output}: written")
-
-
-def _write(path: Path, text: str) -> None:
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        refuse(f"{path}: cannot be written ({error.strerror}); name a file in a folder that exists")
 
 
 def dry(

@@ -58,3 +58,11 @@ def task_parameters(values: list[str]) -> dict[str, str]:
             refuse(f"-p {value}: a parameter is given as key=value, for example -p attempts=3")
         parameters[key] = text
     return parameters
+
+
+def write(path: Path, text: str) -> None:
+    """Write a file; one that cannot be written is refused."""
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        refuse(f"{path}: cannot be written ({error.strerror}); name a file in a folder that exists")

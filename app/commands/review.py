@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from app.commands.refuse import refuse
+from app.commands.refuse import refuse, write
 from app.terminal import Terminal
 
 Run = Annotated[
@@ -63,12 +63,20 @@ def film(
     Terminal().say(f"{out}: {make_film(recording, out, begin, end)} pictures")
 
 
-def explain(run: Run = "last", runs: Runs = Path("runs")) -> None:
+def explain(
+    run: Run = "last",
+    runs: Runs = Path("runs"),
+    html: Annotated[Path | None, typer.Option(help="Write a page with a map instead.")] = None,
+) -> None:
     """Explain how a run ended: what went wrong first, the attempts, and what took the time."""
     from app.review import explain as explained
-    from app.review import find_run
+    from app.review import explanation_page, find_run
 
-    Terminal().say(str(explained(find_run(run, runs))))
+    explanation = explained(find_run(run, runs))
+    if html is None:
+        Terminal().say(str(explanation))
+    else:
+        write(html, explanation_page(explanation))
 
 
 def replay(run: Run = "last", runs: Runs = Path("runs")) -> None:

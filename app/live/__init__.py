@@ -12,7 +12,7 @@ from app.live.feed import Feed, Throttle
 from app.live.monitor import Recorder, RecorderError
 from app.live.nodes import NodeInfo, NodeStatus, tip, tree_view
 from app.live.operator import Control, Desk, Document, Hook, Page, PageServer, Told
-from app.live.plan import STYLE, Plan
+from app.live.plan import STYLE, Plan, line
 from app.live.run_display import RunDisplay
 from app.live.snapshot import PoseEstimate, SceneView, ShownRun, Snapshot, key_figures
 from app.live.viewer.headless import headless_viewer

@@ -17,7 +17,7 @@ from pinocchio import SE3
 
 from app.live.changes import Moment
 from app.live.snapshot import Array, SceneView
-from controller import Pose2D
+from controller import se3_of
 from robots import Cylinder, Geom, Hull, Plane, Sphere, half_extents
 
 STYLE = files("app.live") / "plan.css"
@@ -62,7 +62,7 @@ class Plan:
         if seen.way is not None:
             parts.append(line("way", seen.way[:, :2]))
         if seen.base_goal is not None:
-            parts.append(_polygon("aim", _corners(_on_floor(seen.base_goal), self._half)))
+            parts.append(_polygon("aim", _corners(se3_of(seen.base_goal), self._half)))
         if seen.estimate is not None and (two := seen.estimate.two_sigma[0]) > _LEAST_UNCERTAINTY:
             parts.append(_circle("doubt", base.translation[:2], two))
         parts.append(self.robot(base, "robot fault" if seen.state.faults else "robot"))
@@ -151,10 +151,3 @@ def _top(part: Geom) -> float:
 
 def _radius(parts: Sequence[Geom]) -> float:
     return max((min(half_extents(part.shape)[:2]) for part in parts), default=0.03)
-
-
-def _on_floor(pose: Pose2D) -> SE3:
-    turn, at = np.eye(3), np.array([pose.x, pose.y, 0.0])
-    c, s = np.cos(pose.heading), np.sin(pose.heading)
-    turn[:2, :2] = [[c, -s], [s, c]]
-    return SE3(turn, at)

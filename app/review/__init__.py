@@ -10,6 +10,7 @@ from app.review.event_log import (
     recorded_time,
 )
 from app.review.explanation import explain
+from app.review.explanation_page import explanation_page
 from app.review.film import make_film
 from app.review.finished import find_run, read_motion, read_run, run_folders, runs_table
 from app.review.recorded_images import NoDepthError, chunks, depth_images, recorded_depth

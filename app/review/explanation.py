@@ -60,12 +60,17 @@ class Explanation:
     damage: Sequence[str]
 
     @property
+    def sections(self) -> list[list[str]]:
+        """The text in parts, each of some lines: what ended, why, and more with a title each."""
+        return [list(lines) for lines in _sections(self) if lines]
+
+    @property
     def headline(self) -> str:
         """The first cause, in one line."""
         return next(_why(self))
 
     def __str__(self) -> str:
-        return "\n\n".join("\n".join(lines) for lines in _sections(self) if lines)
+        return "\n\n".join("\n".join(lines) for lines in self.sections)
 
 
 def explain(folder: Path) -> Explanation:

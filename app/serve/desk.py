@@ -15,7 +15,7 @@ from pydantic import Field, ValidationError
 from app.choices import Speed, View
 from app.core import RECORDING
 from app.live import Document, PageServer, Told
-from app.review import explain, find_run, read_run, run_folders
+from app.review import explain, explanation_page, find_run, read_run, run_folders
 from app.serve.catalogue import catalogue, mistakes, task_files
 from app.serve.run_process import RunProcess
 from app.task_time import task_time
@@ -68,8 +68,8 @@ class TaskDesk:
             case ["runs"]:
                 return Document(json.dumps(self._listed()).encode(), "application/json")
             case ["runs", name, "explanation"] if (folder := self._found(name)) is not None:
-                text = str(explain(folder)).encode()
-                return Document(text, "text/plain; charset=utf-8", _PLAIN)
+                page = explanation_page(explain(folder)).encode()
+                return Document(page, "text/html; charset=utf-8", _PLAIN)
             case ["runs", name, "recording.rrd"] if (folder := self._found(name)) is not None:
                 if (folder / RECORDING).is_file():
                     return Document(folder / RECORDING, "application/octet-stream")

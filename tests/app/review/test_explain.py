@@ -1,5 +1,6 @@
 """Runs that ended in other ways than by a failure: `explain` names the node and the reason."""
 
+from html import escape
 from pathlib import Path
 
 import pytest
@@ -7,7 +8,7 @@ from py_trees.common import Status
 
 import behaviours
 from app.core import RunOptions, run_task
-from app.review import explain
+from app.review import explain, explanation_page
 from behaviours import Leaf
 from trees.language import describe_leaves
 
@@ -66,3 +67,15 @@ def test_a_success_is_told_with_what_went_wrong_on_the_way(record):
     assert "It succeeded: wait: waited" in text
     assert "✗ holding_object" in text
     assert "At that moment" not in text
+
+
+def test_the_page_is_one_light_file_with_the_cause_first_and_a_map_with_the_way(record):
+    told, _ = record("{sequence: [drive: {forward_m: 0.2}, {name: <b>, holding_object: }]}")
+    page = explanation_page(told)
+    assert len(page) < 1_000_000
+    assert "<script" not in page
+    assert "http" not in page
+    assert "<b>" not in page.partition("</style>")[2]
+    cause = page.index(f'<p class="cause">{escape(told.headline)}')
+    assert cause < page.index('<polyline class="track"') < page.index("What happened")
+    assert '<polygon class="furniture"' in page
