@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 from app.core.files.folder import SUMMARY
 from app.core.outcome import End
-from app.core.run import Instruments, Run, Watching, tell
+from app.core.run import Instruments, Run, tell
 from app.core.run_options import DEFAULT_SCENE, RunOptions
 from app.core.setup import Setup, open_setup
 from app.core.snapshots import scene_view
@@ -84,7 +84,10 @@ def run_task(
                 task,
                 setup,
                 nodes,
-                Watching(info=info, scene=scene, console=console, viewer=viewer),
+                info,
+                scene,
+                console,
+                viewer,
                 instruments,
                 interrupted,
             )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext, suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -80,16 +80,6 @@ class Instruments:
         """Called after every tick."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Watching:
-    """What people see of a run."""
-
-    info: RunInfo
-    scene: SceneView
-    console: OperatorConsole
-    viewer: Viewer
-
-
 class Run:
     """One run of a task on a connected robot."""
 
@@ -99,13 +89,16 @@ class Run:
         task: Task,
         setup: Setup,
         nodes: Sequence[TreeNode],
-        watching: Watching,
+        info: RunInfo,
+        scene: SceneView,
+        console: OperatorConsole,
+        viewer: Viewer,
         instruments: Instruments,
         interrupted: Callable[[], bool],
     ) -> None:
         self._options, self._task, self._setup, self._nodes = options, task, setup, nodes
-        self._watching = watching
-        self._console, self._viewer = watching.console, watching.viewer
+        self._info, self._scene = info, scene
+        self._console, self._viewer = console, viewer
         self._instruments, self._interrupted = instruments, interrupted
         self._supports, self._began = supports(setup.truth), setup.clock.now()
         self._snapshots = Snapshots(nodes, setup.truth)
@@ -201,7 +194,7 @@ class Run:
             self._folder / RECORDING,
             tree=tree_view(self._nodes),
             model=RobotModel(self._setup.robot.description),
-            scene=self._watching.scene,
+            scene=self._scene,
             lossless=not self._options.paced,
             server=self._viewer.server,
         )
@@ -213,7 +206,7 @@ class Run:
         from app.live.foxglove import FoxgloveServer  # an extra
 
         robot, tree = self._setup.robot.description, tuple(tree_view(self._nodes))
-        run = ShownRun(robot, tree, self._watching.scene, begun(self._folder))
+        run = ShownRun(robot, tree, self._scene, begun(self._folder))
         server = FoxgloveServer(run, self._console.control, view.host, view.port)
         tell(str(server))
         return server
@@ -221,7 +214,7 @@ class Run:
     def _make_display(self) -> AbstractContextManager[RunDisplay | None]:
         if not self._options.shown:
             return nullcontext()
-        return RunDisplay(self._watching.info, tree_view(self._nodes))
+        return RunDisplay(self._info, tree_view(self._nodes))
 
     def _summary(self, outcome: Outcome, real_seconds: float) -> Summary:
         """Close recorder and outputs, and summarise the run."""

@@ -6,12 +6,12 @@ combines the controls of a run. The core passes snapshots in and asks `Control`.
 """
 
 from app.choices import View
-from app.live.changes import LogBook, LogLine, Moment, RunInfo
+from app.live.changes import Moment, RunInfo
 from app.live.console import ControlOptions, OperatorConsole
 from app.live.feed import Feed, Throttle
 from app.live.monitor import Recorder, RecorderError
 from app.live.nodes import NodeInfo, NodeStatus, tip, tree_view
-from app.live.operator import Control, Desk, Document, Hook, Page, PageServer, Told
+from app.live.operator import Control, Document, Hook, PageServer, RunProcess, Told
 from app.live.plan import STYLE, Plan, line
 from app.live.run_display import RunDisplay
 from app.live.snapshot import PoseEstimate, SceneView, ShownRun, Snapshot, key_figures

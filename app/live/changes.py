@@ -17,6 +17,7 @@ from app.live.nodes import (
     NodeInfo,
     NodeStatus,
     leaves,
+    path_from_root,
     shortened,
 )
 from app.live.snapshot import Snapshot
@@ -94,7 +95,9 @@ class Changes:
 
     def __init__(self, info: RunInfo, tree: Sequence[NodeInfo]) -> None:
         self._info = info
-        self._leaves = leaves(tree)
+        self._leaves, above = leaves(tree), [path_from_root(tree, i) for i in range(len(tree))]
+        asked = {index + 1 for index, node in enumerate(tree) if node.kind == "until"}
+        self._questions = {index for index, path in enumerate(above) if asked.intersection(path)}
         self._names = [shortened(node.title, LONGEST_NAME) for node in tree]
         never = NodeStatus(Status.INVALID, "")
         self._last = _Noted(0.0, (never,) * len(tree), (), "", 0)
@@ -160,6 +163,7 @@ class Changes:
         failed = now.status is Status.FAILURE
         answered_no = failed and before is not Status.RUNNING
         glyph = LOOK_GLYPH[Look.NOT_YET] if answered_no else STATUS_GLYPH[now.status]
-        severity = "warning" if failed and not answered_no else "info"
+        is_setback = failed and not answered_no and index not in self._questions
+        severity = "warning" if is_setback else "info"
         text = f"{glyph} {name}" + (f": {message}" if message else "")
         yield LogLine(time, severity, index, text)

@@ -14,10 +14,9 @@ from pydantic import Field, ValidationError
 
 from app.choices import Speed, View
 from app.core import RECORDING
-from app.live import Document, PageServer, Told
+from app.live import Document, PageServer, RunProcess, Told
 from app.review import explain, explanation_page, find_run, read_run, run_folders
 from app.serve.catalogue import catalogue, mistakes, task_files
-from app.serve.run_process import RunProcess
 from app.task_time import task_time
 from config import Severity, StrictModel, UserError
 

@@ -6,7 +6,7 @@ The session's loop asks `Control` every tick; keys, the control page and hooks i
 from app.live.operator.control import ACKNOWLEDGED, Control
 from app.live.operator.hooks import Hook, UnknownNodeError, insert_hooks, matching
 from app.live.operator.keyboard import HELP, in_terminal, keys
-from app.live.operator.page import ControlPage
+from app.live.operator.page import ControlPage, Told
 from app.live.operator.page_pipe import PagePipe
-from app.live.operator.page_server import PageError, PageServer
-from app.live.operator.sources import Desk, Document, Page, Told
+from app.live.operator.page_server import Desk, Document, PageError, PageServer
+from app.live.operator.run_process import RunProcess

@@ -9,11 +9,11 @@ const seconds = () => performance.now() / 1000;
 
 let run = null, about = null, answer = "none", heard = seconds(), took = 0;
 let wanted = null;  // Stop or Pause, sent again until the state confirms it
-let note = "", chosen = null, tree = null, pictured = null, drawn = null, desk = null;
+let note = "", trouble = "", chosen = null, tree = null, pictured = null, shownAt = null, drawn = null, desk = null;
 
 function state() {
   return {
-    run, about, answer, note, chosen, pictured,
+    run, about, answer, note, chosen, pictured, trouble, shownAt,
     silent: seconds() - heard,
     patience: OLD + Math.min(took, 3),
     wanted: wanted && { id: wanted.id, name: wanted.name, seconds: seconds() - wanted.since },
@@ -132,21 +132,40 @@ function show(tab) {
   document.body.dataset.tab = tab;
   for (const one of TABS) element(`tab-${one}`).setAttribute("aria-selected", one === tab);
   if (tab === "viewer") openViewer();
+  else element("frame").replaceChildren();
   if (tab === "tree" && tree) tree.follow();
 }
 
-// The viewer is loaded when somebody opens its tab.
-function openViewer(again = false) {
-  const source = about && about.viewer, frame = document.querySelector("iframe");
-  if (!source || (!again && frame && frame.getAttribute("src") === source)) return;
-  element("frame").replaceChildren(made("iframe", { src: source, title: "3-D viewer" }));
+// The viewer is there as long as its tab is open, under the other name of this host: see `ANCESTORS`.
+function openViewer() {
+  const name = location.hostname === "localhost" ? "127.0.0.1" : "localhost";
+  const source = about && about.viewer && `http://${name}:${location.port}${about.viewer}`;
+  shownAt = null;
+  element("frame").replaceChildren(...(source ? [made("iframe", { src: source, title: "3-D viewer" })] : []));
 }
+
+// The time that the viewer shows [s]: in its state, after the name and the kind of its time line.
+const TIME_LINE = [10, 3, 10, 1, 116, 16, 2, 26];
+window.addEventListener("message", ({ data, source }) => {
+  const frame = document.querySelector("iframe");
+  if (!frame || source !== frame.contentWindow || !(data instanceof Uint8Array)) return;
+  let at = data.findLastIndex((_, i) => TIME_LINE.every((byte, j) => data[i + j] === byte));
+  if (at < 0) return;
+  at += TIME_LINE.length + 2;
+  let nanoseconds = 0, scale = 1;
+  do {
+    nanoseconds += (data[at] & 127) * scale;
+    scale *= 128;
+  } while (data[at++] > 127);
+  shownAt = nanoseconds / 1e9;
+});
 
 // Begin to show another run, or the same again after a gap.
 function begin(told) {
   const same = JSON.stringify(about) === JSON.stringify(told);
   about = told;
   element("log").replaceChildren();
+  trouble = "";
   if (same) return;
   [chosen, pictured] = [null, null];
   element("moving").innerHTML = "";
@@ -157,6 +176,8 @@ function begin(told) {
 }
 
 function log(lines) {
+  const worst = lines.filter(([, severity, node]) => severity !== "info" && node !== null).at(-1);
+  if (worst) trouble = `${worst[3]} (${worst[0].toFixed(1)} s)`;
   const place = element("log");
   place.prepend(...lines.reverse().map(([time, severity, node, text]) => made("li", { className: severity },
     made("time", { textContent: `${time.toFixed(2)} s` }), made("span", { textContent: text }))));
@@ -225,7 +246,7 @@ element("fold").addEventListener("click", () => tree && tree.foldAll(true));
 element("unfold").addEventListener("click", () => tree && tree.foldAll(false));
 element("severity").addEventListener("change", filter);
 element("words").addEventListener("input", filter);
-element("jump").addEventListener("click", () => openViewer(true));
+element("jump").addEventListener("click", openViewer);
 
 // The only key of the whole page; it stops, and nothing else.
 document.addEventListener("keydown", (event) => {

@@ -8,6 +8,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Sequence
 from functools import partial
+from typing import Any
 from urllib.parse import urlsplit
 
 from py_trees.common import Status
@@ -16,7 +17,6 @@ from app.live.changes import Changes, LogBook, Moment, RunInfo
 from app.live.nodes import NodeInfo, looks, tip
 from app.live.operator.control import Control
 from app.live.operator.hooks import Hook
-from app.live.operator.sources import Told
 from app.live.outlook import outlook, purpose
 from app.live.picture import picture
 from app.live.plan import Plan
@@ -25,6 +25,9 @@ from app.live.web import viewer_address
 from app.task_time import in_words
 from hw import INJECTABLE, DepthFrame, stopwatch
 from perception import Detection
+
+Told = dict[str, Any]
+"""Something for the browser, as JSON."""
 
 _OFFERED = tuple(name for name, fault in INJECTABLE.items() if not fault.of_world)
 _LOST = 0.5  # two standard deviations of the position from which the robot is not localised [m]
@@ -185,7 +188,7 @@ class ControlPage:
             "paused_s": seen.paused_s,
             "stamp": seen.stamp,
             "placed": moment.placed,
-            "attempts": moment.attempts,
+            "holds": moment.holds,
             "tip": index,
             "purpose": purpose(self._tree, seen.nodes, index),
             "message": seen.nodes[index].message,

@@ -11,8 +11,7 @@ import socket
 import threading
 from contextlib import suppress
 
-from app.live.operator.page import ControlPage
-from app.live.operator.sources import Told
+from app.live.operator.page import ControlPage, Told
 
 _PERIOD = 0.2  # of the state [s]
 

@@ -17,10 +17,12 @@ from http import HTTPStatus
 from http.cookies import CookieError, SimpleCookie
 from importlib.resources import files
 from pathlib import Path
+from typing import NamedTuple, Protocol
 from urllib.parse import unquote
 
-from app.live.operator.sources import Desk, Page, Told
-from app.live.web import BoundedServer, Replies
+from app.live.operator.page import ControlPage, Told
+from app.live.operator.run_process import RunProcess
+from app.live.web import ANCESTORS, BoundedServer, Replies
 from config import UserError
 from hw import stopwatch
 
@@ -28,17 +30,13 @@ HOST = "127.0.0.1"
 USUAL_PORT = 9097
 
 _KINDS = {"html": "text/html", "js": "text/javascript", "css": "text/css"}
-_FILES = {
-    f"/{name}": f"{folder}{name}"
-    for folder, names in (
-        ("operator/", ("page.css", "page.js", "view.js", "tree.js", "tasks.js")),
-        ("", ("plan.css",)),
-    )
-    for name in names
-} | {"/": "operator/page.html"}
+_FILES = {"/": "operator/page.html", "/plan.css": "plan.css"} | {
+    f"/{name}": f"operator/{name}"
+    for name in ("page.css", "page.js", "view.js", "tree.js", "tasks.js")
+}
 _POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src data:; "
-    "frame-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
+    f"frame-src {ANCESTORS}; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
 )
 _VIEWER_FILE = re.compile(r"/viewer/([\w.-]*)")
 _NOTHING: Told = {}
@@ -51,6 +49,24 @@ _FAREWELL = 1.0  # time for browsers to hear how the last run ended [s]
 
 class PageError(UserError):
     """The page cannot be served as requested."""
+
+
+class Document(NamedTuple):
+    """A file for the browser."""
+
+    content: bytes | Path
+    kind: str
+    policy: str = ""
+
+
+class Desk(Protocol):
+    """What `frankie-task serve` adds to the page: tasks to start, and runs to look at."""
+
+    def get(self, path: str) -> Document | None:
+        """The document at a path; None if there is none."""
+
+    def post(self, path: str, body: bytes) -> Told | None:
+        """Check or start a task; None if the path is neither."""
 
 
 class PageServer(BoundedServer):
@@ -75,7 +91,7 @@ class PageServer(BoundedServer):
         self.again = again
         self.desk = desk
         self.stopped = False
-        self.page: Page | None = None
+        self.page: ControlPage | RunProcess | None = None
         self.seconds = seconds
         self.watching: set[object] = set()
         """Connections of browsers that watch."""
@@ -99,7 +115,7 @@ class PageServer(BoundedServer):
         """The page with its token in the fragment, which browsers do not send."""
         return f"http://{HOST}:{self.port}/#{self.token}"
 
-    def serve(self, page: Page) -> None:
+    def serve(self, page: ControlPage | RunProcess) -> None:
         """Serve another run from now on."""
         self.page, self._run = page, self._run + 1
 
@@ -141,10 +157,7 @@ class PageServer(BoundedServer):
             if self.page is not page:
                 page, logged, sent = self.page, 0, {}
             batch = []
-            for kind, thing in (
-                ("about", self.about()),
-                ("picture", page and page.picture()),
-            ):
+            for kind, thing in (("about", self.about()), ("picture", page and page.picture())):
                 if thing is not sent.get(kind, sent):
                     sent[kind] = thing
                     batch.append(_event(kind, json.dumps(thing).encode()))

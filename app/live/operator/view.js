@@ -15,6 +15,8 @@ const whole = (seconds) => `${Math.floor(seconds)} s`;
      wanted    action that is not confirmed yet: { id, name, seconds }, or null
      note      result of the last action, or ""
      chosen    number of the selected node, or null
+     trouble   what failed last, or ""
+     shownAt   time that the viewer shows [s], or null
      pictured  stamp of the picture, or null
 */
 function view(state) {
@@ -85,17 +87,19 @@ function view(state) {
     forced: forced !== undefined, "force-nothing": forced !== undefined && force,
     notice: notice() !== "",
     now: Boolean(tip) && !over, views: Boolean(tip), tests: !over && !about.real,
-    picture: state.pictured !== null,
+    picture: state.pictured !== null, trouble: state.trouble !== "", "trouble-label": state.trouble !== "",
     "tab-viewer": Boolean(about.viewer), "tab-tasks": Boolean(run.desk),
     "ticks-label": Boolean(tip),
   };
-  const progress = about.objects ? `${run.placed || 0} of ${about.objects} placed` : "";
+  const progress = [about.objects ? `${run.placed || 0} of ${about.objects} placed` : "", run.holds ? "one in the hand" : ""];
   const texts = {
     run: said,
     notice: notice(),
     task: about.task || "frankie-task",
     world: about.where ? (about.real ? `THE REAL ROBOT · ${about.where}` : `simulated · ${about.where}`) : "",
-    progress,
+    progress: progress.filter(Boolean).join(", "),
+    trouble: state.trouble,
+    behind: state.shownAt === null ? "loading" : `shows ${Math.max(0, run.stamp - state.shownAt + age).toFixed(0)} s ago`,
     description: about.description || "",
     age: state.run && !over && !idle ? `${age.toFixed(1)} s old` : "",
     time: run.time ? `${run.time}${run.paused_s >= 1 ? `, paused ${whole(run.paused_s)}` : ""}` : "",

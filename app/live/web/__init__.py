@@ -2,6 +2,7 @@
 
 from app.live.web.http_server import BoundedServer, FileServer, Replies
 from app.live.web.viewer_files import (
+    ANCESTORS,
     WebFilesError,
     viewer_address,
     viewer_environment,

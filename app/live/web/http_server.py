@@ -15,7 +15,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from app.live.web.viewer_files import read_file, viewer_policy
+from app.live.web.viewer_files import ANCESTORS, read_file, viewer_policy
 
 MOST_CONNECTIONS = 64  # at a time; each has a thread
 _PACE = 0.002  # delay between new connections when there are too many [s]
@@ -136,7 +136,7 @@ class Replies(BaseHTTPRequestHandler):
         if found is None:
             self.refuse(HTTPStatus.NOT_FOUND)
         else:
-            self.answer(*found, f"{viewer_policy(hosts)}; frame-ancestors 'self'")
+            self.answer(*found, f"{viewer_policy(hosts)}; frame-ancestors {ANCESTORS}")
 
     def head(
         self,

@@ -34,6 +34,14 @@ _POLICY = (
     "worker-src 'self' blob:; manifest-src 'self'; connect-src {hosts}; "
     "base-uri 'none'; form-action 'none'"
 )
+ANCESTORS = "http://127.0.0.1:* http://localhost:*"
+"""What may frame the viewer: a page under the other name of this host. A browser then runs it in a
+process of its own, so that it cannot hold up the page."""
+_TELL = (
+    "<script>setInterval(() => window._handle && "
+    'parent.postMessage(window._handle.viewer_state(), "*"), 500);</script>'
+)
+"""Tells a page around it what it shows, as Rerun encodes it."""
 _FOREIGN = re.compile(r"<link\s[^>]*https://[^>]*>")
 _PROXIES = ("ALL_PROXY", "HTTPS_PROXY", "HTTP_PROXY", "all_proxy", "https_proxy", "http_proxy")
 _PATIENCE = 60.0  # time for the viewer's program to serve its files [s]
@@ -101,7 +109,8 @@ def read_file(name: str, hosts: str = "'self'") -> tuple[bytes, str] | None:
     if name == "index.html":
         meta = f'<meta http-equiv="Content-Security-Policy" content="{viewer_policy(hosts)}">'
         text = _FOREIGN.sub("", content.decode())
-        content = text.replace("<head>", f"<head>\n    {meta}", 1).encode()
+        text = text.replace("<head>", f"<head>\n    {meta}", 1)
+        content = text.replace("</body>", f"{_TELL}</body>", 1).encode()
     return content, FILES[name]
 
 

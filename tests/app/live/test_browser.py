@@ -149,7 +149,7 @@ def test_the_viewer_on_the_page_shows_the_run_and_phones_nowhere(tmp_path, brows
         viewer = next(frame for frame in page.frames if "/viewer/" in frame.url)
         assert viewer.evaluate("document.querySelectorAll('canvas').length") == 1
         page.wait_for_timeout(5_000)  # time enough to phone home
-        here = ("http://127.0.0.1:", "data:", "blob:")
+        here = ("http://127.0.0.1:", "http://localhost:", "data:", "blob:")
         assert [url for url in reached if not url.startswith(here)] == []
 
 

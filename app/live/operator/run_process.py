@@ -16,7 +16,8 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 
-from app.live import LogBook, LogLine, Told
+from app.live.changes import LogBook, LogLine
+from app.live.operator.page import Told
 from config import UserError
 from hw import stopwatch
 

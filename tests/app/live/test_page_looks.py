@@ -1,0 +1,89 @@
+"""The page on four screens: Stop in sight, nothing cut off, readable for all, and quick."""
+
+import pytest
+from browsers import chromium, opened_page
+from sample_run import SCENE, TREE, moment
+
+from app.live import Plan, RunInfo
+from app.live.nodes import NodeInfo
+from app.live.operator import Control, ControlPage, PageServer
+
+pytestmark = pytest.mark.slow
+
+SCREENS = [(1600, 900), (1280, 720), (820, 1180), (390, 844), (360, 640)]
+INFO = RunInfo(task="sort", where="frankie · kinematic · household · seed 0", objects=10)
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with chromium() as browser:
+        yield browser
+
+
+@pytest.fixture
+def address():
+    with PageServer() as server:
+        plan = Plan(SCENE, (0.7, 0.5))
+        page = ControlPage(
+            Control(), TREE, inject=print, clear=print, info=INFO, plan=plan, may_force=True
+        )
+        server.serve(page)
+        for tick in (0, 60, 180):
+            page.show(moment(tick), changed=True)
+        yield server.url
+
+
+@pytest.mark.parametrize(("width", "height"), SCREENS)
+def test_stop_is_in_sight_and_nothing_is_cut_off(browser, address, width, height):
+    page = opened_page(browser, address, width=width, height=height)
+    for tab in page.locator("[role=tab]").all():
+        if tab.is_visible():
+            tab.click()
+        box = page.locator("#stop").bounding_box()
+        assert box["height"] >= 64.0
+        assert box["x"] >= 0.0
+        assert box["x"] + box["width"] <= width
+        assert 0.0 <= box["y"] <= height - box["height"]
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+    page.close()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_no_serious_fault(browser, address, scheme):
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
+    context = browser.new_context(
+        color_scheme=scheme, viewport={"width": 390, "height": 844}, bypass_csp=True
+    )
+    page = context.new_page()
+    page.goto(address)
+    page.wait_for_selector(".row", state="attached")
+    for tab in ("robot", "tree", "log"):
+        page.click(f"#tab-{tab}")
+        found = axe.run(page).response["violations"]
+        grave = [one for one in found if one["impact"] in ("serious", "critical")]
+        assert [(one["id"], [n["html"] for n in one["nodes"]][:3]) for one in grave] == []
+    context.close()
+
+
+def test_three_hundred_nodes_are_drawn_within_a_frame_and_the_first_paint_is_light(browser):
+    nodes = [NodeInfo(name=f"node {i}", kind="sequence", depth=i % 12) for i in range(300)]
+    with PageServer() as server:
+        page = ControlPage(Control(), nodes, inject=print, clear=print)
+        server.serve(page)
+        shown = moment(180)
+        statuses = tuple(shown.seen.nodes[i % 12] for i in range(300))
+        shown.seen.nodes = statuses
+        page.show(shown, changed=True)
+        tab = browser.new_page()
+        sizes = []
+        tab.on("response", lambda reply: sizes.append(int(reply.headers.get("content-length", 0))))
+        tab.goto(server.url)
+        tab.wait_for_selector(".row")
+        assert sum(sizes) < 100_000
+        times = tab.evaluate(
+            "() => [...Array(20)].map(() => { run.looks = [...run.looks].reverse().join('');"
+            " const begun = performance.now(); draw(); document.body.offsetHeight;"
+            " return performance.now() - begun; })"
+        )
+        assert sorted(times)[10] < 50.0, times
+        tab.close()
