@@ -10,8 +10,8 @@ from py_trees.common import Status
 from app.core.session import Tick
 from app.live import NodeStatus, PoseEstimate, SceneView, Snapshot
 from behaviours import BasePose, Localiser, Region, ToolPose
-from hw import DEFAULT_LEVEL, WORLDS, DepthFrame, TaskTime, TrueObject, Truth
-from robots import Geom, RobotDescription
+from hw import DEFAULT_LEVEL, DepthFrame, TaskTime, TrueObject, Truth
+from robots import Geom, RobotDescription, load_real_robot
 from trees.language import TreeNode
 
 _STATUS, _POSE = attrgetter("status", "feedback_message"), attrgetter("pose")
@@ -54,8 +54,10 @@ def recorded_scene(options: Mapping[str, Any], robot: RobotDescription) -> Scene
     """
     from hw.sim import load_fixtures, load_localisation, load_scene
 
-    if options["world"] not in WORLDS:
-        return SceneView(fixtures=load_fixtures(options["map"]) if options["map"] else ())
+    if options["world"] == "hardware":
+        real = load_real_robot(options["robot"])
+        site = options["map"] or (real.map if real else None)
+        return SceneView(fixtures=load_fixtures(site) if site else ())
     level = load_localisation(options["localisation"] or DEFAULT_LEVEL)
     footprint = robot.base.size[:2]
     return scene_view(load_scene(options["scene"], options["seed"], footprint, level.moved))

@@ -55,6 +55,7 @@ def export_mcap(folder: Path, out: Path) -> None:
     try:
         options = json.loads((folder / OPTIONS).read_text(encoding="utf-8"))
         robot = load_robot(options["robot"])
+        sent = commands[np.searchsorted(commands[:, 0], states[:, 0] + _SOON) - 1]
         scene = recorded_scene(options, robot)
         if isfile(folder / RECORDING):
             changes += _drawn(folder / RECORDING)
@@ -66,7 +67,6 @@ def export_mcap(folder: Path, out: Path) -> None:
     for node, parent in zip(log.nodes, timeline(log).parents, strict=True):
         depth = 0 if parent is None else tree[parent].depth + 1
         tree.append(NodeInfo(name=node.name, kind=node.kind, depth=depth))
-    sent = commands[np.searchsorted(commands[:, 0], states[:, 0] + _SOON) - 1]
     turns = zip(states, sent, strict=True)
     snapshots = _snapshots(turns, changes, RobotModel(robot), len(tree), len(scene.objects))
     write_mcap(out, ShownRun(robot, tuple(tree), scene, begun(folder)), snapshots)
@@ -100,7 +100,7 @@ def _snapshots(
                     now[_IMAGE] = replace(thing, wTc=now.get(_CAMERA, thing.wTc))
                 case SE3() if name.startswith(_OBJECTS):
                     number = int(name.removeprefix(_OBJECTS))
-                    poses = (*poses[:number], thing, *poses[number + 1 :])
+                    poses = (*poses[:number], thing, *poses[number + 1 :])[:objects]
                 case _:
                     now[name] = thing
             if name == _BASE and time > stamp - _SOON:
