@@ -1,4 +1,4 @@
-"""Conditions on the robot's state, on camera images, and on values."""
+"""Conditions on the robot's state, on detected objects, and on values."""
 
 from math import degrees
 from typing import Annotated, ClassVar
@@ -10,7 +10,6 @@ from py_trees.common import Status
 from behaviours.core.context import Context
 from behaviours.core.leaf import Condition
 from behaviours.core.parameter_types import (
-    Area,
     BasePose,
     Bounds,
     Deviation,
@@ -21,8 +20,6 @@ from behaviours.core.parameter_types import (
 )
 from behaviours.core.validation import validate_looks_like
 from behaviours.views.objects import Choice
-from behaviours.views.survey import LEAST_SEEN, glance
-from hw import DepthFrame
 from perception import ColourName, DetectedObject
 
 
@@ -139,46 +136,6 @@ class HoldingObject(Condition):
         if reason is None:
             return self.success(width)
         return self.failure(f"nothing held, {width}: {reason}")
-
-
-class ObjectVisible(Condition):
-    """Succeeds if the newest picture of the camera shows something that stands in a region.
-
-    Fails too when there is no picture, or the region is not in it.
-
-    Args:
-        within: region of the task file; its floor is what objects stand on.
-        smallest_cm2: less than this, seen from above, counts as nothing [cm^2].
-    """
-
-    key: ClassVar[str] = "object_visible"
-    surfaces: ClassVar[tuple[str, ...]] = ("within",)
-
-    def __init__(
-        self, name: str, context: Context, *, within: Region, smallest_cm2: Area = 1.0
-    ) -> None:
-        super().__init__(name, context)
-        self._within = within
-        self._smallest = 1e-4 * smallest_cm2
-        self._judged: DepthFrame | None = None
-
-    def update(self) -> Status:
-        """One tick; a frame is judged once."""
-        vision = self.context.vision
-        vision.new_frame()
-        if vision.frame is None or vision.is_blind(self.context.state.stamp):
-            return self.failure(vision.blindness(self.context.state.stamp) or "no camera frame")
-        if vision.frame is not self._judged:
-            self._judged = vision.frame
-            with vision.timed():
-                seen = glance(self._within, vision.frame)
-                self._count, self._share = len(seen.segments(self._smallest)), seen.seen
-        if self._share == 0.0:
-            return self.failure(f"{self._within.name} is out of view")
-        text = f"{self._count} objects seen in {self._within.name}"
-        if self._share < LEAST_SEEN:
-            text += f", {100 * (1 - self._share):.0f} % of which is not seen"
-        return self.success(text) if self._count else self.failure(text)
 
 
 class LooksLike(Condition):

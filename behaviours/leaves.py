@@ -1,6 +1,6 @@
 """The leaves that come with the project, by their keys in a task file."""
 
-from behaviours import conditions
+from behaviours import conditions, seen
 from behaviours.core.leaf import Leaf
 from behaviours.detect import Detect
 from behaviours.drive import Drive
@@ -37,11 +37,12 @@ LEAVES: dict[str, type[Leaf]] = {
         MoveArm,
         Navigate,
         conditions.Near,
-        conditions.ObjectVisible,
+        seen.ObjectVisible,
         OpenGripper,
         Place,
         Recover,
         RegionEmpty,
+        seen.RegionFree,
         RetreatCheck,
         Say,
         ScanForObjects,

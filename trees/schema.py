@@ -90,7 +90,7 @@ def _node(leaves: Mapping[str, LeafType]) -> Schema:
 def _condition(leaves: Mapping[str, LeafType]) -> Schema:
     """What may stand after `while` or `unless`."""
     conditions = {key: leaf for key, leaf in leaves.items() if leaf.is_condition}
-    asking = {key: word for key, word in COMPOSITES.items() if word.asks}
+    asking = {key: word for key, word in COMPOSITES.items() if word.is_condition}
     return _one_of(conditions, asking, {}) | {"maxProperties": 1}
 
 

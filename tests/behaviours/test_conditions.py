@@ -10,7 +10,8 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours import BasePose, Condition, Posture, ToolPose
-from behaviours.conditions import ArmAt, ArmHealthy, BatteryAbove, Near, ObjectVisible
+from behaviours.conditions import ArmAt, ArmHealthy, BatteryAbove, Near
+from behaviours.seen import ObjectVisible, RegionFree
 from hw.sim.body import Dynamics
 from robots import load_robot
 
@@ -86,13 +87,15 @@ def test_arm_at_compares_every_joint():
 def test_object_visible_answers_anew_when_the_object_is_gone_and_when_the_camera_is_blind():
     harness = over_the_table(block())
     condition = ObjectVisible("object_visible", harness.context, within=SPOT)
-    assert asked(harness, condition)[0]
+    two = ObjectVisible("object_visible", harness.context, within=SPOT, least=2)
+    free = RegionFree("region_free", harness.context, region=SPOT)
+    assert [asked(harness, one)[0] for one in (condition, two, free)] == [True, False, False]
     harness.world.objects.clear()
     harness.run_for(None, 0.2)
-    assert not asked(harness, condition)[0]
+    assert [asked(harness, one)[0] for one in (condition, free)] == [False, True]
     harness.robot.blind = True
     harness.run_for(None, 0.3)
-    assert asked(harness, condition) == (False, "no camera frame")
+    assert asked(harness, condition) == asked(harness, free) == (False, "no camera frame")
 
 
 def test_a_region_behind_the_camera_is_not_an_empty_one():
@@ -100,3 +103,5 @@ def test_a_region_behind_the_camera_is_not_an_empty_one():
     elsewhere = replace(SPOT, mTr=SE3(np.eye(3), np.array([-3.0, 0.0, TABLE_TOP + 0.1])))
     condition = ObjectVisible("object_visible", harness.context, within=elsewhere)
     assert asked(harness, condition) == (False, "spot is out of view")
+    free = RegionFree("region_free", harness.context, region=elsewhere)
+    assert asked(harness, free) == (False, "spot is out of view")

@@ -73,6 +73,11 @@ until:
     assert tree.root.feedback_message == "question: said S"
 
 
+def test_wait_until_asks_at_every_tick(run):
+    tree = run("wait_until: {ask: {answers: FFS}}")
+    assert tree.ticks(3) == "RRS"
+
+
 def test_repeat_needs_every_round_to_succeed(run):
     assert run("{repeat: 3, play: {script: SRSS}}").ticks(4) == "RRRS"
     assert run("{repeat: 2, play: {script: S}}").ticks(4) == "RSRS"

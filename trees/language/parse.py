@@ -39,7 +39,7 @@ from trees.words import (
 
 _Given: TypeAlias = Plain | KeyRead | LeafNode | CompositeNode  # what a modifier may be given
 
-_ASKING = tuple(key for key, word in COMPOSITES.items() if word.asks)  # the conditions
+_OF_CONDITIONS = tuple(key for key, word in COMPOSITES.items() if word.is_condition)
 
 _WORDS = frozenset({*COMPOSITES, SUBTREE, *MODIFIERS, NAME})
 
@@ -218,7 +218,7 @@ def _read_condition(key: str, value: YamlValue, scope: Scope) -> LeafNode | Comp
     if not isinstance(node, LeafNode | CompositeNode) or not is_condition(node):
         conditions = sorted(leaf.key for leaf in scope.leaves.values() if leaf.is_condition)
         message = f"`{key}` asks a condition, and `{_key(node)}` is not one"
-        hint = f"write one of {quoted([*conditions, *_ASKING])}"
+        hint = f"write one of {quoted([*conditions, *_OF_CONDITIONS])}"
         scope.diagnostics.error(node.location, message, hint)
         return None
     if node.modifiers:

@@ -75,7 +75,7 @@ def is_condition(node: Node) -> bool:
     """Whether a node is a condition: a leaf that is one, or what asks several of them."""
     if isinstance(node, LeafNode):
         return node.type.is_condition
-    return isinstance(node, CompositeNode) and COMPOSITES[node.key].asks
+    return isinstance(node, CompositeNode) and COMPOSITES[node.key].is_condition
 
 
 def leaves_at(node: Node) -> Iterator[LeafNode]:

@@ -246,6 +246,12 @@ class Until(Branch):
         return Status.RUNNING
 
 
+class WaitUntil(Until):
+    """Waits until its condition holds; `timeout_s` beside it says how long at most."""
+
+    key = "wait_until"
+
+
 class AllOf(ReactiveSequence):
     """A condition: succeeds if all the conditions below it do."""
 

@@ -78,6 +78,16 @@ COMPOSITES: Mapping[str, CompositeWord] = {
             least=2,
         ),
         CompositeWord(
+            composites.WaitUntil,
+            None,
+            "⧖",
+            until_first_succeeds,
+            takes_time=True,
+            asks=True,
+            children="one condition",
+            most=1,
+        ),
+        CompositeWord(
             composites.AllOf, _REACTIVE_SEQUENCE, "∧", _ALL, asks=True, children=_CONDITIONS
         ),
         CompositeWord(

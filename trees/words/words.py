@@ -207,13 +207,18 @@ class CompositeWord(Word):
     outcomes: Rule  # order of its children, and its possible outcomes
     _: KW_ONLY
     form: Form = Form.LIST
-    asks: bool = False  # whether its children are conditions; it is a condition then
+    asks: bool = False  # whether its children are conditions
     at_once: bool = False  # whether several of its children run at the same time
     is_reactive: bool = False  # whether every tick begins at its first child
     children: str = "one or more nodes"  # description of its children
     least: int = 1
     most: int | None = None  # numbers of children; a single one may stand without a list
     options: Mapping[str, Option] = field(default_factory=dict)
+
+    @property
+    def is_condition(self) -> bool:
+        """Whether it is a condition itself."""
+        return self.asks and not self.takes_time
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,102 @@
+"""Conditions on the newest picture of the camera: how much stands in a region, or nothing."""
+
+from typing import ClassVar
+
+from py_trees.common import Status
+
+from behaviours.core.context import Context
+from behaviours.core.leaf import Condition
+from behaviours.core.parameter_types import Area, Count, Region
+from behaviours.views.survey import LEAST_SEEN, glance
+from hw import DepthFrame
+
+
+class _Glance(Condition):
+    """What the newest picture shows of a region; a frame is judged once."""
+
+    def __init__(self, name: str, context: Context, region: Region, smallest_cm2: float) -> None:
+        super().__init__(name, context)
+        self._region = region
+        self._smallest = 1e-4 * smallest_cm2
+        self._judged: DepthFrame | None = None
+
+    def _look(self) -> str:
+        """Count what stands there; returns why that cannot be told, if so."""
+        vision, stamp = self.context.vision, self.context.state.stamp
+        vision.new_frame()
+        if vision.frame is None or vision.is_blind(stamp):
+            return vision.blindness(stamp) or "no camera frame"
+        if vision.frame is not self._judged:
+            self._judged = vision.frame
+            with vision.timed():
+                seen = glance(self._region, vision.frame)
+                self._count, self._share = len(seen.segments(self._smallest)), seen.seen
+        return "" if self._share > 0.0 else f"{self._region.name} is out of view"
+
+    @property
+    def _text(self) -> str:
+        text = f"{self._count} objects seen in {self._region.name}"
+        if self._share < LEAST_SEEN:
+            text += f", {100 * (1 - self._share):.0f} % of which is not seen"
+        return text
+
+
+class ObjectVisible(_Glance):
+    """Succeeds if the newest picture of the camera shows something that stands in a region.
+
+    Fails too when there is no picture, or the region is not in it. Objects that touch each other
+    count as one.
+
+    Args:
+        within: region of the task file; its floor is what objects stand on.
+        least: so many objects at least.
+        smallest_cm2: less than this, seen from above, counts as nothing [cm^2].
+    """
+
+    key: ClassVar[str] = "object_visible"
+    surfaces: ClassVar[tuple[str, ...]] = ("within",)
+
+    def __init__(
+        self,
+        name: str,
+        context: Context,
+        *,
+        within: Region,
+        least: Count = 1,
+        smallest_cm2: Area = 1.0,
+    ) -> None:
+        super().__init__(name, context, within, smallest_cm2)
+        self._least = least
+
+    def update(self) -> Status:
+        """One tick."""
+        if blind := self._look():
+            return self.failure(blind)
+        return (self.success if self._count >= self._least else self.failure)(self._text)
+
+
+class RegionFree(_Glance):
+    """Succeeds if the newest picture of the camera shows a region, and nothing stands in it.
+
+    Fails too when there is no picture, or it does not show the whole floor; `region_empty` moves
+    the camera until it does.
+
+    Args:
+        region: of the task file; its floor is what objects stand on.
+        smallest_cm2: less than this, seen from above, counts as nothing [cm^2].
+    """
+
+    key: ClassVar[str] = "region_free"
+    surfaces: ClassVar[tuple[str, ...]] = ("region",)
+
+    def __init__(
+        self, name: str, context: Context, *, region: Region, smallest_cm2: Area = 1.0
+    ) -> None:
+        super().__init__(name, context, region, smallest_cm2)
+
+    def update(self) -> Status:
+        """One tick."""
+        if blind := self._look():
+            return self.failure(blind)
+        is_free = not self._count and self._share >= LEAST_SEEN
+        return (self.success if is_free else self.failure)(self._text)
