@@ -16,6 +16,7 @@ from behaviours.region_empty import RegionEmpty
 from behaviours.retreat_check import RetreatCheck
 from behaviours.say import Say
 from behaviours.scan_for_objects import ScanForObjects
+from behaviours.snapshot import Snapshot
 from behaviours.wait import Wait
 
 LEAVES: dict[str, type[Leaf]] = {
@@ -46,6 +47,7 @@ LEAVES: dict[str, type[Leaf]] = {
         RetreatCheck,
         Say,
         ScanForObjects,
+        Snapshot,
         Wait,
     )
 }

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -148,6 +149,8 @@ class Run:
         seen, console, tell = self._snapshots.of(tick), self._console, self._observers.tell
         why = console.control.state.why if tick.paused else ""
         changed = self._outputs.update(seen, paused=tick.paused, why=why)
+        for name, frame in seen.pictures:
+            tell("the pictures", partial(self._outputs.picture, name, frame))
         console.control.node_changed(changed)
         if (recorder := self._recorder) is not None:
             tell("the recording", lambda: recorder.record(seen))

@@ -9,7 +9,7 @@ from py_trees.common import Status
 
 from app.core.session import Tick
 from app.live import NodeStatus, PoseEstimate, SceneView, Snapshot
-from behaviours import BasePose, Localiser, Region, ToolPose
+from behaviours import BasePose, Localiser, Region, TaskLog, ToolPose
 from hw import DEFAULT_LEVEL, DepthFrame, TaskTime, TrueObject, Truth
 from robots import Geom, RobotDescription, load_real_robot
 from trees.language import TreeNode
@@ -104,6 +104,7 @@ class Snapshots:
             estimate=self._estimate(context.localisation),
             objects=tuple(map(_POSE, self._movable)),
             frame=frame if is_new else None,
+            pictures=self._pictures(context.log),
             detection=vision.detection if is_new else None,
             grasp=grasp,
             locked=vision.tracker.locked,
@@ -116,6 +117,10 @@ class Snapshots:
             return None
         true_base = None if self._truth is None else self._truth.base
         return PoseEstimate(*estimate, here.mTw, here.registration, here.scan, true_base)
+
+    def _pictures(self, log: TaskLog) -> tuple[tuple[str, DepthFrame], ...]:
+        kept, log.pictures = tuple(log.pictures), []
+        return kept
 
     def _of_nodes(self) -> tuple[NodeStatus, ...]:
         """Statuses of the nodes; an unchanged one stays the same object."""

@@ -1,6 +1,7 @@
-"""The last image of the wrist camera as a small JPEG, with the grasps that were found in it."""
+"""Images of the wrist camera: a small JPEG with the grasps that were found, and whole PNGs."""
 
 from base64 import b64encode
+from collections.abc import Sequence
 
 import cv2
 import numpy as np
@@ -37,6 +38,20 @@ def _grey(frame: DepthFrame) -> npt.NDArray[np.uint8]:
     grey = np.clip(255.0 * (far - depth) / (far - near), 0.0, 255.0).astype(np.uint8)
     grey[depth == 0] = 0
     return np.repeat(grey[:, :, None], 3, axis=2)
+
+
+def colour_png(frames: Sequence[DepthFrame]) -> bytes:
+    """The colours of frames that have them, as PNG."""
+    return b"".join(_png(one.colour[:, :, ::-1]) for one in frames if one.colour is not None)
+
+
+def depth_png(frames: Sequence[DepthFrame]) -> bytes:
+    """The depth of frames in millimetres, as PNG of 16 bits."""
+    return b"".join(_png(millimetres(one.depth)) for one in frames)
+
+
+def _png(image: npt.NDArray[np.uint8] | npt.NDArray[np.uint16]) -> bytes:
+    return cv2.imencode(".png", np.ascontiguousarray(image))[1].tobytes()
 
 
 def millimetres(depth: npt.NDArray[np.float32]) -> npt.NDArray[np.uint16]:

@@ -59,6 +59,7 @@ class Snapshot:
     objects: tuple[SE3, ...] = ()
     """Poses in the world of the simulated objects, in the order of `SceneView.objects`."""
     frame: DepthFrame | None = None  # the depth image that arrived in this tick, at its own stamp
+    pictures: tuple[tuple[str, DepthFrame], ...] = ()  # that the task keeps, by name
     detection: Detection | None = None
     grasp: GraspEstimate | None = None
     locked: bool = False

@@ -1,5 +1,6 @@
 """Log of a task: attempts, grips, carried objects and places."""
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -7,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from pinocchio import SE3
 
-from hw import TaskTime
+from hw import DepthFrame, TaskTime
 
 
 @dataclass(kw_only=True, eq=False)
@@ -98,6 +99,9 @@ class TaskLog:
     """The grip that opens, the opening that counts as a release [m], and a callback."""
     messages: list[tuple[TaskTime, str]] = field(default_factory=list)
     """Texts for people, and when."""
+    pictures: list[tuple[str, DepthFrame]] = field(default_factory=list)
+    """Those to keep under a name; who has kept them removes them."""
+    _kept: Counter[str] = field(default_factory=Counter)
 
     @property
     def placed(self) -> int:
@@ -146,6 +150,13 @@ class TaskLog:
     def say(self, now: TaskTime, text: str) -> None:
         """Log a text for people."""
         self.messages.append((now, text))
+
+    def keep(self, file: str, frame: DepthFrame) -> str:
+        """Keep a picture; returns its name, with a number from the second one of a file on."""
+        self._kept[file] += 1
+        name = file if self._kept[file] == 1 else f"{file}.{self._kept[file]}"
+        self.pictures.append((name, frame))
+        return name
 
     def note_stock(self, region: str, standing: int) -> None:
         """Log that at least `standing` objects were seen in a region."""

@@ -13,6 +13,7 @@ from config import suggest
 PLACEHOLDER = "{value}"
 """In a text, what the value takes the place of."""
 _ANY_PLACEHOLDER = re.compile(r"\{\w*\}")
+_FILE = re.compile(r"[A-Za-z0-9_-]{1,60}")
 _CHOICE_PARAMETERS = ("choose", "kind", "colour", "min_width_mm", "max_width_mm")
 
 
@@ -66,6 +67,14 @@ def validate_drive(arguments: Mapping[str, object]) -> str:
     if (arguments.get("to") is None) != (goes == [0.0, 0.0]):
         return ""
     return "says both or neither; say either where `to`, or how far by the other two"
+
+
+def validate_file(arguments: Mapping[str, object]) -> str:
+    """A name that is more than a word."""
+    file = arguments.get("file")
+    if not isinstance(file, str) or _FILE.fullmatch(file):
+        return ""
+    return f"has the file name `{file}`; write at most 60 letters, digits, `-` and `_`"
 
 
 def validate_text(arguments: Mapping[str, object]) -> str:

@@ -14,8 +14,8 @@ from app.core.files.folder import BT_LOG, COMMANDS, FRAMES, NOTES, READINGS, STA
 from app.core.files.frames import FrameStream
 from app.core.files.notes import note
 from app.core.outcome import Outcome
-from app.live import Snapshot
-from hw import RecordedRobot, turn_type
+from app.live import Snapshot, colour_png, depth_png
+from hw import DepthFrame, RecordedRobot, turn_type
 from trees.btcpp import BtLog
 from trees.language import TreeNode
 
@@ -64,6 +64,12 @@ class Outputs:
         """Write the changes of a tick; returns whether the status of a node changed."""
         self._bt_file.add(self._bt_log.changes(seen.stamp))
         return self._events.update(seen, paused=paused, why=why)
+
+    def picture(self, name: str, frame: DepthFrame) -> None:
+        """Write a picture that the task keeps."""
+        self._disk.file(f"{name}.depth.png", depth_png).add(frame)
+        if frame.paint is not None:
+            self._disk.file(f"{name}.png", colour_png).add(frame)
 
     def turn(self, row: npt.NDArray[np.void]) -> None:
         """Write one cycle of the loop, a row of `turn_type`."""

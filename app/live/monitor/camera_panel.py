@@ -12,7 +12,7 @@ import rerun as rr
 
 from app.live.monitor.columns import Instant, log_static, send_poses, set_time
 from app.live.monitor.glyphs import Colour
-from app.live.picture import grasp_outline, grey_range, millimetres
+from app.live.picture import colour_png, depth_png, grasp_outline, grey_range, millimetres
 from app.live.snapshot import Snapshot
 from hw import DepthFrame
 from perception import Detection, GraspEstimate
@@ -47,6 +47,11 @@ class CameraPanel:
         """Add the frames of a batch."""
         for snapshot in batch:
             frame = snapshot.frame
+            for name, kept in snapshot.pictures:
+                set_time(self._stream, snapshot)
+                png = (depth_png if kept.paint is None else colour_png)([kept])
+                image = rr.EncodedImage(contents=png, media_type="image/png")
+                self._stream.log(["pictures", name], image)
             if frame is not None:
                 captured = Instant(tick=snapshot.tick, stamp=frame.stamp)
                 self._draw_camera(frame.intrinsics)

@@ -8,9 +8,11 @@ import sys
 import time
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from command_line import call
+from rerun.chunk import RrdReader
 from test_disk import largest_file
 
 from app.core import RunOptions, run_task
@@ -173,3 +175,18 @@ def test_memory_does_not_grow_with_the_length_of_a_run(tmp_path):
 
     run_task(options, interrupted=look)
     assert max(sizes[3:]) < 1.05 * sizes[3]
+
+
+def test_pictures_that_the_task_takes_are_in_the_folder_and_in_the_recording(tmp_path):
+    task = tmp_path / "t.yaml"
+    task.write_text("task: t\nscene: single\ntree: {repeat: 2, snapshot: {file: here}}\n")
+    result = run_task(RunOptions(tree=task, record=tmp_path / "runs"))
+    assert result.summary.messages == ["picture here", "picture here.2"]
+    for name in ("here", "here.2"):
+        depth = cv2.imread(str(result.folder / f"{name}.depth.png"), cv2.IMREAD_UNCHANGED)
+        assert depth.dtype == np.uint16
+        assert cv2.imread(str(result.folder / f"{name}.png")).shape == (*depth.shape, 3)
+    chunks = RrdReader(result.folder / "recording.rrd").stream().to_chunks()
+    recorded = {chunk.entity_path for chunk in chunks if "pictures" in chunk.entity_path}
+    assert recorded == {"/pictures/here", "/pictures/here.2"}
+    assert result.summary.warnings == []
