@@ -53,6 +53,7 @@ class TaskDesk:
     ) -> None:
         self._folder, self._runs = folder, runs
         self._armed, self._view, self._say = armed, view, say
+        self.banner = "ARMED: a robot file moves the real robot" if armed else "simulated only"
         self._run: RunProcess | None = None
         self._order: Order | None = None
         self._causes: dict[Path, str] = {}
@@ -62,7 +63,7 @@ class TaskDesk:
         """Tasks and runs as JSON; the explanation and the recording of a run."""
         match path.split("/")[1:]:
             case ["tasks"]:
-                told = catalogue(self._folder) | {"armed": self._armed}
+                told = catalogue(self._folder) | {"real": self.banner}
                 return Document(json.dumps(told).encode(), "application/json")
             case ["runs"]:
                 return Document(json.dumps(self._listed()).encode(), "application/json")

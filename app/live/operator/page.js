@@ -93,6 +93,7 @@ function draw() {
   for (const [id, is] of Object.entries(drawn.shown)) element(id).hidden = !is;
   for (const [id, text] of Object.entries(drawn.texts)) setText(element(id), text);
   for (const [id, look] of Object.entries(drawn.looks)) element(id).className = look;
+  document.title = `${drawn.texts.run.slice(0, 20)} · ${drawn.texts.task}`;
   drawFigures(drawn.figures);
   drawPending(drawn.forced);
   if (tree && run) tree.show(run, chosen);
@@ -162,8 +163,8 @@ window.addEventListener("message", ({ data, source }) => {
 
 // Begin to show another run, or the same again after a gap.
 function begin(told) {
-  const same = JSON.stringify(about) === JSON.stringify(told);
-  about = told;
+  const same = JSON.stringify(about) === JSON.stringify(told || {});
+  about = told || {};
   element("log").replaceChildren();
   trouble = "";
   if (same) return;

@@ -39,7 +39,6 @@ _POLICY = (
     f"frame-src {ANCESTORS}; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
 )
 _VIEWER_FILE = re.compile(r"/viewer/([\w.-]*)")
-_NOTHING: Told = {}
 _SAFE = ("/stop", "/pause")
 _TOO_OLD = 5.0  # requests based on an older state are refused, except Stop and Pause [s]
 _PERIOD = 0.2  # of the events [s]
@@ -61,6 +60,9 @@ class Document(NamedTuple):
 
 class Desk(Protocol):
     """What `frankie-task serve` adds to the page: tasks to start, and runs to look at."""
+
+    banner: str
+    """What it may move."""
 
     def get(self, path: str) -> Document | None:
         """The document at a path; None if there is none."""
@@ -132,10 +134,6 @@ class PageServer(BoundedServer):
             return True
         return self.page is not None and self.page.act(path)
 
-    def about(self) -> Told:
-        """What does not change during a run, for JSON."""
-        return _NOTHING if self.page is None else self.page.about()
-
     def state(self) -> Told:
         """The state of the run for JSON, and the time of this answer [s]."""
         idle = {"phase": "idle" if self.desk else "starting", "stopped": False}
@@ -144,7 +142,7 @@ class PageServer(BoundedServer):
             "run": self._run,
             "told_at": self.seconds(),
             "again": self.again,
-            "desk": self.desk is not None,
+            "desk": self.desk.banner if self.desk else "",
             "people": len(self.watching),
             "stopped": state["stopped"] or self.stopped,
         }
@@ -157,7 +155,8 @@ class PageServer(BoundedServer):
             if self.page is not page:
                 page, logged, sent = self.page, 0, {}
             batch = []
-            for kind, thing in (("about", self.about()), ("picture", page and page.picture())):
+            constant = page.about() if page else None
+            for kind, thing in (("about", constant), ("picture", page and page.picture())):
                 if thing is not sent.get(kind, sent):
                     sent[kind] = thing
                     batch.append(_event(kind, json.dumps(thing).encode()))

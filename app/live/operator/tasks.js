@@ -68,7 +68,7 @@ class Tasks {
       return field(one.name, control, one.description || one.type);
     });
     const run = [
-      field("robot", suggested(this.all.robots, "frankie"), this.all.armed ? "armed: a robot file moves the real robot" : ""),
+      field("robot", suggested(this.all.robots, "frankie"), this.all.real),
       field("world", choices(this.all.worlds)),
       field("scene", suggested(this.all.scenes, "", task.scene || "household")),
       field("seed", made("input", { type: "number", min: 0, step: 1, value: 0 })),

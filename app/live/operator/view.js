@@ -96,7 +96,7 @@ function view(state) {
     run: said,
     notice: notice(),
     task: about.task || "frankie-task",
-    world: about.where ? (about.real ? `THE REAL ROBOT · ${about.where}` : `simulated · ${about.where}`) : "",
+    world: about.where ? (about.real ? `THE REAL ROBOT · ${about.where}` : `simulated · ${about.where}`) : run.desk || "",
     progress: progress.filter(Boolean).join(", "),
     trouble: state.trouble,
     behind: state.shownAt === null ? "loading" : `shows ${Math.max(0, run.stamp - state.shownAt + age).toFixed(0)} s ago`,
@@ -120,7 +120,7 @@ function view(state) {
     run: look,
     banner: faults.length && !over ? "fault" : asks ? "asks" : "",
     line: old, tree: old, views: old, now: old,
-    world: about.real ? "real" : "",
+    world: about.real || (!about.where && /^ARMED/.test(run.desk)) ? "real" : "",
   };
   return { enabled, shown, texts, looks, figures: run.figures, forced: over ? {} : run.forced };
 }

@@ -1,10 +1,6 @@
 """The options of `run` for control, and what happens when they are wrong."""
 
-import json
-import signal
 import socket
-import subprocess
-import sys
 from dataclasses import replace
 
 import pytest
@@ -53,32 +49,6 @@ def test_bad_options_are_one_line_before_anything_is_made(tmp_path, task, option
     assert message in err
     assert err.count("\n") == 1
     assert not (tmp_path / "runs").exists()
-
-
-@pytest.mark.slow  # quick in a browser
-def test_the_page_stays_after_the_run_until_it_is_ended_and_closes_its_port(tmp_path, task):
-    with socket.create_server(("127.0.0.1", 0)) as probe:
-        port = probe.getsockname()[1]
-    command = ["-m", "frankie_task_cli", "run", task, "--record", tmp_path / "runs"]
-    command += ["--view", "none", "--control", "--control-port", port]
-    with subprocess.Popen(
-        [sys.executable, *map(str, command)],
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-    ) as process:
-        said = []
-        for line in process.stderr:
-            said.append(line)
-            if "the page stays" in line:
-                process.send_signal(signal.SIGTERM)
-    assert process.returncode == 0
-    assert f"control at http://127.0.0.1:{port}/#" in "".join(said)
-    with socket.create_server(("127.0.0.1", port)):
-        pass
-    (folder,) = (tmp_path / "runs").iterdir()
-    options = json.loads((folder / "options.json").read_text())
-    assert options["control"]["page_port"] == port
 
 
 def test_a_stand_in_for_tests_acknowledges_a_released_emergency_stop_and_resumes(task):
