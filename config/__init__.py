@@ -7,6 +7,7 @@ into a pydantic model; `read_yaml`, `validate` and `Diagnostics` are its parts, 
 from config.diagnostics import (
     Diagnostic,
     Diagnostics,
+    Hint,
     Location,
     Severity,
     TooManyErrorsError,
@@ -18,6 +19,7 @@ from config.diagnostics import (
 from config.lazy import lazy_face
 from config.plugins import PluginError, entries, imported
 from config.reader import ConfigError, StrictModel, read_config, validate
+from config.rules import LAYOUT, MISSING_KEY, UNKNOWN_KEY, VALUE, YAML_RULES, Rule
 from config.strict_yaml import (
     Plain,
     YamlEntry,

@@ -9,6 +9,8 @@ from enum import Enum
 from pathlib import Path
 from typing import ClassVar
 
+from config.rules import Rule
+
 
 class UserError(Exception):
     """Input that cannot be used: a file, a name, an option, a missing extra.
@@ -25,6 +27,19 @@ def quoted(words: Iterable[object]) -> str:
     return ", ".join(f"`{word}`" for word in words)
 
 
+class Hint(str):
+    """A hint; `meant` is what belongs in place of the text `given`, where that is certain."""
+
+    given: str
+    meant: str
+
+    def __new__(cls, text: str, given: str = "", meant: str = "") -> Hint:
+        """The hint as text."""
+        self = super().__new__(cls, text)
+        self.given, self.meant = given, meant
+        return self
+
+
 def suggest(word: str, known: Iterable[str]) -> str:
     """The hint for an unknown word: the nearest known one, else all of them."""
     words = sorted(known)
@@ -33,10 +48,13 @@ def suggest(word: str, known: Iterable[str]) -> str:
     return f"known: {quoted(words)}" if words else "remove it"
 
 
-def nearest(word: str, known: Iterable[str]) -> str:
+def nearest(word: str, known: Iterable[str]) -> Hint:
     """Asks whether the nearest known word was meant; empty if none is near."""
-    close = difflib.get_close_matches(word, sorted(known), n=1)
-    return f"did you mean `{close[0]}`?" if close else ""
+    close = difflib.get_close_matches(word, sorted(known), n=2)
+    likeness = [difflib.SequenceMatcher(None, one, word).ratio() for one in close]
+    is_certain = bool(close) and likeness.count(likeness[0]) == 1
+    text = f"did you mean `{close[0]}`?" if close else ""
+    return Hint(text, word, close[0] if is_certain else "")
 
 
 @dataclass(frozen=True, kw_only=True, order=True)
@@ -58,10 +76,11 @@ class Severity(Enum):
 class Diagnostic:
     """One problem in a file; its text is one line."""
 
+    rule: Rule
     path: Path
     location: Location | None  # None when the whole file is meant, as for a missing one
     message: str
-    hint: str  # how to fix it
+    hint: str  # how to fix it; a `Hint` if that is certain
     severity: Severity = Severity.ERROR
 
     def __str__(self) -> str:
@@ -88,22 +107,23 @@ class Diagnostics:
         other._found = self._found
         return other
 
-    def error(self, location: Location | None, message: str, hint: str) -> None:
+    def error(self, rule: Rule, location: Location | None, message: str, hint: str) -> None:
         """Add an error, which makes the file unusable.
 
         Raises:
             TooManyErrorsError: the limit is reached.
         """
         self._found.append(
-            Diagnostic(path=self.path, location=location, message=message, hint=hint)
+            Diagnostic(rule=rule, path=self.path, location=location, message=message, hint=hint)
         )
         if self._limit is not None and len(self._found) >= self._limit:
             raise TooManyErrorsError
 
-    def warning(self, location: Location, message: str, hint: str) -> None:
+    def warning(self, rule: Rule, location: Location, message: str, hint: str) -> None:
         """Add a probable mistake."""
         self._found.append(
             Diagnostic(
+                rule=rule,
                 path=self.path,
                 location=location,
                 message=message,

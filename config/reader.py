@@ -7,6 +7,7 @@ from typing import Any, TypeAlias, TypeVar, get_args
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from config.diagnostics import Diagnostics, Location, UserError, suggest
+from config.rules import MISSING_KEY, UNKNOWN_KEY, VALUE
 from config.strict_yaml import (
     YamlList,
     YamlMap,
@@ -39,6 +40,8 @@ _EXPECTED = {
     "literal_error": "{expected}",
 }
 """Expectations in words of YAML, by pydantic's type of error."""
+
+_RULES = {"extra_forbidden": UNKNOWN_KEY, "missing": MISSING_KEY}
 
 
 class ConfigError(UserError):
@@ -100,8 +103,8 @@ def validate(
             if is_deepest and at.keys not in seen:
                 seen.add(at.keys)
                 known = _known_keys(model, error["loc"][:-1])
-                where, message, hint = at.explain(error, name, known)
-                diagnostics.error(where, message, hint)
+                rule = _RULES.get(error["type"], VALUE)
+                diagnostics.error(rule, *at.explain(error, name, known))
     return None
 
 

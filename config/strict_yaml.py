@@ -15,6 +15,7 @@ from typing import Any, TypeAlias
 import yaml
 
 from config.diagnostics import Diagnostics, Location
+from config.rules import FILE, SYNTAX
 
 MAX_BYTES = 64_000  # a task of a thousand nodes is smaller
 MAX_DEPTH = 64
@@ -126,15 +127,15 @@ def _read_text(path: Path, diagnostics: Diagnostics) -> str | None:
         with path.open("rb") as file:
             data = file.read(MAX_BYTES + 1)
     except FileNotFoundError:
-        diagnostics.error(None, "there is no such file", "check the path")
+        diagnostics.error(FILE, None, "there is no such file", "check the path")
         return None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        diagnostics.error(None, f"the file cannot be read ({reason})", "name a readable file")
+        diagnostics.error(FILE, None, f"the file cannot be read ({reason})", "name a readable file")
         return None
     if len(data) > MAX_BYTES:
         message = f"the file is larger than {MAX_BYTES // 1000} kB"
-        diagnostics.error(None, message, "split it into smaller files")
+        diagnostics.error(FILE, None, message, "split it into smaller files")
         return None
     try:
         return data.decode("utf-8-sig")
@@ -143,6 +144,7 @@ def _read_text(path: Path, diagnostics: Diagnostics) -> str | None:
         line_start = before.rfind(b"\n") + 1
         column = len(before[line_start:].decode("utf-8", errors="replace")) + 1
         diagnostics.error(
+            FILE,
             Location(line=before.count(b"\n") + 1, column=column),
             f"the file cannot be read: byte 0x{data[error.start]:02x} is not UTF-8 text",
             "save it as UTF-8",
@@ -161,7 +163,9 @@ def parse_yaml(text: str, diagnostics: Diagnostics) -> YamlValue | None:
         before = text[: int(error.position)]
         location = Location(line=before.count("\n") + 1, column=len(before) - before.rfind("\n"))
         message = f"this is not YAML: character {chr(error.character)!r} is not allowed"
-        diagnostics.error(location, message, "remove it, or write it as an escape in double quotes")
+        diagnostics.error(
+            SYNTAX, location, message, "remove it, or write it as an escape in double quotes"
+        )
     except yaml.MarkedYAMLError as error:
         problem = error.problem or "it ends too early"
         hint = next(
@@ -169,12 +173,12 @@ def parse_yaml(text: str, diagnostics: Diagnostics) -> YamlValue | None:
             "check the indentation and the quotes here and on the line above",
         )
         location = _location(error.problem_mark or error.context_mark)
-        diagnostics.error(location, f"this is not YAML: {problem}", hint)
+        diagnostics.error(SYNTAX, location, f"this is not YAML: {problem}", hint)
     except (ValueError, OverflowError):
         # The scanner converts escapes and version numbers without checking their range.
         message = "this is not YAML: a number or an escape is out of range"
         diagnostics.error(
-            _location(loader.get_mark()), message, "correct it or write it as plain text"
+            SYNTAX, _location(loader.get_mark()), message, "correct it or write it as plain text"
         )
     return None
 
@@ -218,13 +222,13 @@ class _Composer:
                 if documents:
                     location = _location(event.start_mark)
                     message = "a second document starts here"
-                    self._diagnostics.error(location, message, "keep one document per file")
+                    self._diagnostics.error(FILE, location, message, "keep one document per file")
                     break
                 documents.append(self._value(next(self._events), 1))
         if documents:
             return documents[0]
         start = Location(line=1, column=1)
-        self._diagnostics.error(start, "the file is empty", "write its keys and their values")
+        self._diagnostics.error(FILE, start, "the file is empty", "write its keys and their values")
         return None
 
     def _value(self, event: yaml.Event, depth: int) -> YamlValue:
@@ -236,9 +240,11 @@ class _Composer:
             )
         if isinstance(event, yaml.AliasEvent) or getattr(event, "anchor", None):
             message = "anchors and aliases are not supported"
-            self._diagnostics.error(location, message, "write the value out")
+            self._diagnostics.error(SYNTAX, location, message, "write the value out")
         if tag := getattr(event, "tag", None):
-            self._diagnostics.error(location, f"the tag {tag!r} is not supported", "remove it")
+            self._diagnostics.error(
+                SYNTAX, location, f"the tag {tag!r} is not supported", "remove it"
+            )
         if isinstance(event, yaml.SequenceStartEvent):
             return YamlList(location=location, items=tuple(self._items(depth)))
         if isinstance(event, yaml.MappingStartEvent):
@@ -259,12 +265,15 @@ class _Composer:
             value = self._value(next(self._events), depth + 1)
             if not isinstance(key, YamlScalar) or not isinstance(key.value, str):
                 self._diagnostics.error(
-                    key.location, "this key is not a word", "give it a name, or write it in quotes"
+                    SYNTAX,
+                    key.location,
+                    "this key is not a word",
+                    "give it a name, or write it in quotes",
                 )
             elif key.value in entries:
                 first = entries[key.value].location.line
                 message = f"the key `{key.value}` appears twice, first on line {first}"
-                self._diagnostics.error(key.location, message, "keep one of them")
+                self._diagnostics.error(SYNTAX, key.location, message, "keep one of them")
             else:
                 entries[key.value] = YamlEntry(location=key.location, value=value)
         return entries

@@ -12,7 +12,7 @@ from typer.main import get_command_name, get_group
 from app.commands.authoring import authoring, dry
 from app.commands.doctor import doctor, drivers
 from app.commands.emulate import app as emulate
-from app.commands.refuse import RefusingGroup, find_tree
+from app.commands.refuse import RefusingGroup, find_tree, refuse
 from app.commands.review import delays, explain, film, replay, runs, view
 from app.commands.run import run
 from app.commands.serve import serve
@@ -36,29 +36,47 @@ app.add_typer(emulate, name="emulate")
 @app.command()
 def check(
     trees: Annotated[
-        list[str], typer.Argument(help="Files of tasks or scenes, or names of shipped tasks.")
-    ],
+        list[str] | None,
+        typer.Argument(help="Files of tasks or scenes, or names of shipped tasks."),
+    ] = None,
     robot: Annotated[
         str, typer.Option(help="Who is to do it: `frankie`, `omni`, or a robot file.")
     ] = "frankie",
     places: Annotated[Path | None, typer.Option(help="Poses and regions of a site.")] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print the mistakes as a JSON list, with patches.")
+    ] = False,
+    explain: Annotated[
+        str | None, typer.Option(help="Only explain a rule by its code, as R201.")
+    ] = None,
 ) -> None:
     """Name every mistake in tasks and scenes; ends with exit code 2 if there is one."""
-    from config import Severity, UserError
+    from config import Diagnostic, Severity, UserError
     from trees.site import check as mistakes_in
 
     console = Terminal()
-    errors = 0
-    for tree in trees:
-        path = find_tree(tree)
+    if explain is not None or not trees:
+        from app.authoring import explained
+
+        console.say(explained(explain) if explain else refuse("name a task, or a rule to explain"))
+        return
+    found: list[Diagnostic] = []
+    for path in map(find_tree, trees):
         mistakes = mistakes_in(path, robot=robot, places=places)
+        found += mistakes
+        if as_json:
+            continue
         for mistake in mistakes:
-            console.say(str(mistake))
-        bad = sum(mistake.severity is Severity.ERROR for mistake in mistakes)
-        errors += bad
-        if not bad:
+            console.say(f"{mistake} [{mistake.rule.code}]")
+        if all(mistake.severity is Severity.WARNING for mistake in mistakes):
             console.say(f"{path}: good")
-    if errors:
+    if as_json:
+        import json
+
+        from app.authoring import findings
+
+        typer.echo(json.dumps(findings(found), indent=1))
+    if any(mistake.severity is Severity.ERROR for mistake in found):
         raise typer.Exit(UserError.exit_code)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import ValidationInfo, field_validator
 
 from config import (
+    LAYOUT,
     ConfigError,
     Diagnostic,
     Diagnostics,
@@ -149,7 +150,9 @@ def scene_mistakes(path: Path, footprint: Footprint | None = None) -> list[Diagn
         except LayoutError as error:
             for one in error.all:
                 message, _, hint = str(one).partition("; ")
-                diagnostics.error(_location(read[1], one.keys), message, hint or "change it")
+                diagnostics.error(
+                    LAYOUT, _location(read[1], one.keys), message, hint or "change it"
+                )
     return diagnostics.in_order()
 
 

@@ -119,7 +119,7 @@ def test_a_broken_package_is_named_and_stops_only_who_uses_it(install, task, kin
     assert re.match(rf"{path}:2:8: {PROBLEM}\n", err)
     code, out, err = call("check", path)
     assert code == 2
-    assert re.match(rf"{path}:2:8: {PROBLEM}\n", out)
+    assert re.match(rf"{path}:2:8: {PROBLEM} \[R201\]\n", out)
     assert not (tmp_path / "runs").exists()
 
 

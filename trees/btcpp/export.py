@@ -13,7 +13,7 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 from config import Diagnostics, Location
 from trees.btcpp.ports import MAIN, SUBTREE, pointer
 from trees.btcpp.writer import Export
-from trees.language import Task, TaskFileError
+from trees.language import NO_COUNTERPART, Task, TaskFileError
 
 
 def export_xml(task: Task) -> str:
@@ -47,7 +47,9 @@ def export_files(task: Task) -> dict[Path, str]:
         if place in texts:
             diagnostics = Diagnostics(path)
             message = f"another file of the task becomes `{place}` too"
-            diagnostics.error(Location(line=1, column=1), message, "rename one of them")
+            diagnostics.error(
+                NO_COUNTERPART, Location(line=1, column=1), message, "rename one of them"
+            )
             raise TaskFileError(diagnostics.in_order())
         texts[place] = _text(root, export.models, export.used[path])
     return texts

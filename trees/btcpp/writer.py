@@ -29,6 +29,7 @@ from trees.btcpp.ports import (
 from trees.language import (
     COMPOSITES,
     MODIFIERS,
+    NO_COUNTERPART,
     SET,
     CompositeNode,
     KeyRead,
@@ -63,7 +64,7 @@ class Export:
         others = {tree.get("ID") for tree in self.trees.values()}
         if task.name in TAKEN or task.name in others or task.name in self.models:
             message = f"the name `{task.name}` of the task is taken in the exported file"
-            diagnostics.error(start, message, "give the task another name")
+            diagnostics.error(NO_COUNTERPART, start, message, "give the task another name")
         tree = self.trees[task.path] = Element("BehaviorTree", ID=task.name)
         for key, text in (("_description", task.description), ("_scene", task.scene)):
             if text:
@@ -88,7 +89,9 @@ class Export:
         names = [port.get("name") for port in model]
         for name in sorted({str(name) for name in names if names.count(name) > 1}):
             message = f"`{name}` is defined twice, and both become ports of one tree"
-            diagnostics.error(Location(line=1, column=1), message, "rename one of them")
+            diagnostics.error(
+                NO_COUNTERPART, Location(line=1, column=1), message, "rename one of them"
+            )
 
     def add_subtree(self, task: Task, other: Task) -> None:
         """Add the file that a task includes."""
@@ -152,7 +155,7 @@ class _Writer:
         number = len(node.cases)
         if number not in SWITCHES:
             message = f"`switch` has {number} cases, and the XML has switches of 2 to 6"
-            self._diagnostics.error(node.location, message, "split it, or make it a `fallback`")
+            self._refuse(node.location, message, "split it, or make it a `fallback`")
         variable = self._text(node.options["value"], None, node.location, "value")
         element = SubElement(above, f"Switch{number}", switch_attributes(variable, node.cases))
         self._name(node, node.key, element)
@@ -167,7 +170,7 @@ class _Writer:
             return
         if node.item is not None:
             message = "`for_each` over what is detected has no counterpart in the XML"
-            self._diagnostics.error(node.location, message, "leave it out for the export")
+            self._refuse(node.location, message, "leave it out for the export")
             return
         counterpart = COMPOSITES[node.key].counterpart
         options = COMPOSITES[node.key].options
@@ -185,7 +188,7 @@ class _Writer:
             }
         elif counterpart.tag == PARALLEL and isinstance(values["policy"], KeyRead):
             message = "`policy` becomes two counts in the XML, and a parameter is only one"
-            self._diagnostics.error(node.location, message, "write the policy out")
+            self._refuse(node.location, message, "write the policy out")
             attributes = {}
         elif counterpart.tag == PARALLEL:
             attributes = parallel_counts(values["policy"], len(node.children))
@@ -205,10 +208,10 @@ class _Writer:
             return
         if self._export.add_leaf(self._task, node.type).tag == SUBTREE:
             message = f"the name `{node.type.key}` is taken by a task in the exported file"
-            self._diagnostics.error(node.location, message, "give the task another name")
+            self._refuse(node.location, message, "give the task another name")
         if node.type.key in TAKEN or not RESERVED_PORTS.isdisjoint(node.type.parameters):
             message = f"the key or a parameter of `{node.type.key}` is taken in BehaviorTree.CPP"
-            self._diagnostics.error(node.location, message, "rename it in the leaf's class")
+            self._refuse(node.location, message, "rename it in the leaf's class")
         element = SubElement(above, node.type.key)
         self._name(node, node.type.key, element)
         for name, value in node.arguments.items():
@@ -224,7 +227,7 @@ class _Writer:
             text = self._text(value, None, node.location, key)
             if value is None or "'" in text:
                 message = f"`{key}`: a script cannot write {text}"
-                self._diagnostics.error(node.location, message, "write another value")
+                self._refuse(node.location, message, "write another value")
             is_word = isinstance(value, bool | int | float)
             self._pointer(key, node.location)
             becomes = ":=" if node.type is SET else "+="
@@ -241,6 +244,9 @@ class _Writer:
         for name, key in node.outputs.items():
             element.set(name, self._pointer(key.name, node.location))
 
+    def _refuse(self, location: Location, message: str, hint: str) -> None:
+        self._diagnostics.error(NO_COUNTERPART, location, message, hint)
+
     def _name(self, node: Node, unnamed: str, element: Element) -> None:
         """Name the element, if the node has a name of its own."""
         if node.name != unnamed:
@@ -252,7 +258,7 @@ class _Writer:
             message = (
                 f"`{name}` is a key and a pose or region, and the XML has one blackboard for both"
             )
-            self._diagnostics.error(location, message, "rename one of them")
+            self._refuse(location, message, "rename one of them")
         return pointer(name)
 
     def _text(
@@ -267,5 +273,5 @@ class _Writer:
         assert value is None or isinstance(value, bool | int | float | str)
         if not survives(value, expected):
             message = f"`{about}`: BehaviorTree.CPP would read {literal(value)!r} as something else"
-            self._diagnostics.error(location, message, "write it in another way")
+            self._refuse(location, message, "write it in another way")
         return literal(value)

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
         known_leaves,
         plugin_problems,
     )
+    from trees.language.rules import LANGUAGE_RULES, NO_COUNTERPART
     from trees.language.syntax import (
         SCENE,
         CompositeNode,

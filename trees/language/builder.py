@@ -11,6 +11,7 @@ from py_trees.behaviour import Behaviour
 
 from behaviours import Key, MapPlace, Posture
 from config import Diagnostic, Location
+from trees.language import rules
 from trees.language.leaf_type import ADD
 from trees.language.named_poses import READY
 from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode, Task, TaskFileError
@@ -54,7 +55,9 @@ def build(task: Task, context: Context, make_leaf: LeafMaker = real_leaf) -> Beh
 
 
 def _refused(path: Path, location: Location, message: str, hint: str) -> TaskFileError:
-    return TaskFileError([Diagnostic(path=path, location=location, message=message, hint=hint)])
+    return TaskFileError(
+        [Diagnostic(rule=rules.ARGUMENTS, path=path, location=location, message=message, hint=hint)]
+    )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -33,6 +33,7 @@ from config import (
     validate,
     written,
 )
+from trees.language import rules
 from trees.language.mappings import ABSENT, NAMING_HINT, WORD, fields, named_entries
 from trees.language.values import Argument, KeyRead
 from trees.words import PARAMETER_TYPES, ValueType, type_of
@@ -240,10 +241,10 @@ def _read_outputs(
         text = value.value if isinstance(value, YamlScalar) else value
         if name in parameters:
             message = f"`{name}` is a parameter, and cannot be written to"
-            diagnostics.error(location, message, "choose another name for the key")
+            diagnostics.error(rules.NAMING, location, message, "choose another name for the key")
         elif text is None or isinstance(text, str):
             outputs[name] = TaskOutput(location=location, description=text or "")
         else:
             message = f"the output `{name}` is described by a text, not {describe(value)}"
-            diagnostics.error(value.location, message, "write what it means")
+            diagnostics.error(rules.VALUE, value.location, message, "write what it means")
     return outputs

@@ -12,6 +12,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from config import Diagnostics, Location, suggest
+from trees.language import rules
 from trees.language.documents import TaskOutput, TaskParameter
 from trees.language.leaf_type import ADD, SET
 from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode
@@ -60,14 +61,16 @@ def check_flow(
         flow.read.add(name)
         if name not in flow.types:
             message = f"nothing in the tree writes the output `{name}`"
-            diagnostics.error(output.location, message, suggest(name, flow.writes))
+            diagnostics.error(rules.UNWRITTEN, output.location, message, suggest(name, flow.writes))
         elif outcomes.success is not None and name not in outcomes.success:
             message = f"the tree can succeed without having written the output `{name}`"
-            diagnostics.error(output.location, message, f"begin it with `set: {{{name}: ...}}`")
+            diagnostics.error(
+                rules.UNWRITTEN, output.location, message, f"begin it with `set: {{{name}: ...}}`"
+            )
     for name, location in flow.writes.items():
         if name not in flow.read:
             hint = f"write `${name}` somewhere, or remove it"
-            diagnostics.warning(location, f"the key `{name}` is never read", hint)
+            diagnostics.warning(rules.UNUSED, location, f"the key `{name}` is never read", hint)
     if diagnostics.fatal:
         return None
     typed = {name: replace(output, type=flow.types.get(name)) for name, output in outputs.items()}
@@ -131,11 +134,13 @@ class _Flow:
         wanted = ValueType(types=(int, float)) if known is None or known.is_number else known
         self._read(KeyRead(location=write.location, name=write.name, type=_ANY_NUMBER), before)
         if known is not None and more is not None and known.is_number and not wanted.takes(more):
-            self.diagnostics.error(write.location, f"`{write.name}` holds {known}", "add a number")
+            self.diagnostics.error(
+                rules.KEY_TYPE, write.location, f"`{write.name}` holds {known}", "add a number"
+            )
         elif known == ValueType(types=(int,)) and more == ValueType(types=(float,)):
             message = f"`{write.name}` holds a whole number, and cannot take a fraction"
             hint = f"add a whole number, or begin with `set: {{{write.name}: 0.0}}`"
-            self.diagnostics.error(write.location, message, hint)
+            self.diagnostics.error(rules.KEY_TYPE, write.location, message, hint)
 
     def _compare(self, node: LeafNode) -> None:
         """Values of different kinds are never equal."""
@@ -152,7 +157,7 @@ class _Flow:
                     "which are never equal"
                 )
                 hint = "give values of one kind, without quotes for a number"
-                self.diagnostics.error(node.location, message, hint)
+                self.diagnostics.error(rules.KEY_TYPE, node.location, message, hint)
 
     def _subtree(self, node: SubtreeNode, before: Keys) -> Outcomes:
         for value in node.arguments.values():
@@ -177,7 +182,9 @@ class _Flow:
         known = self.types.setdefault(write.name, written)
         if known != written:
             message = f"`{write.name}` takes {written} here, and {known} on line {first.line}"
-            self.diagnostics.error(write.location, message, "write it under another name")
+            self.diagnostics.error(
+                rules.KEY_TYPE, write.location, message, "write it under another name"
+            )
 
     def _read(self, value: Argument, before: Keys) -> None:
         if not isinstance(value, KeyRead):
@@ -189,15 +196,15 @@ class _Flow:
                 return
             message = f"`{value}` is neither a parameter nor a key that is written before"
             hint = suggest(name, {*self.parameters, *self.types})
-            self.diagnostics.error(value.location, message, hint)
+            self.diagnostics.error(rules.UNWRITTEN, value.location, message, hint)
         elif before is not None and name not in before:
             message = f"`{value}` is not written on every way here"
             line = self.writes[name].line
             hint = f"let line {line} succeed before, or begin with `set: {{{name}: ...}}`"
-            self.diagnostics.error(value.location, message, hint)
+            self.diagnostics.error(rules.UNWRITTEN, value.location, message, hint)
         elif not value.type.takes(self.types[name]):
             message = f"expected {value.type}, got `{value}`, which is {self.types[name]}"
-            self.diagnostics.error(value.location, message, f"give {value.type}")
+            self.diagnostics.error(rules.KEY_TYPE, value.location, message, f"give {value.type}")
 
 
 def _kind(expected: ValueType | None) -> frozenset[str]:

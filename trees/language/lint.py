@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from itertools import pairwise
 
 from config import Diagnostics
+from trees.language import rules
 from trees.language.flow import Fact
 from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode, nodes_below
 from trees.words import COMPOSITES, MODIFIERS, InOrder, Need, Outcome, Outcomes
@@ -25,7 +26,7 @@ def lint(root: Node, facts: Mapping[int, Fact], diagnostics: Diagnostics) -> boo
             word, child = COMPOSITES[node.key], node.children[0]
             if why := _needless(word.needs, child, facts[id(child)].outcomes):
                 message = f"`{node.key}` has no effect on `{child.name}`: {why}"
-                diagnostics.warning(node.location, message, "remove it")
+                diagnostics.warning(rules.NO_EFFECT, node.location, message, "remove it")
             sound &= not _note_movers(node, diagnostics)
             _warn_of_endless(node, facts, diagnostics)
         outcomes = fact.own
@@ -34,14 +35,14 @@ def lint(root: Node, facts: Mapping[int, Fact], diagnostics: Diagnostics) -> boo
                 continue
             if why := _needless(MODIFIERS[key].needs, node, outcomes):
                 message = f"`{key}` has no effect on `{node.name}`: {why}"
-                diagnostics.warning(node.location, message, "remove it")
+                diagnostics.warning(rules.NO_EFFECT, node.location, message, "remove it")
             outcomes = MODIFIERS[key].outcomes(outcomes, fact.before)
         if "retry" in node.modifiers and "while" in node.modifiers:
             message = (
                 f"`while` ends all attempts of `{node.name}`: what it stops is not tried again"
             )
             hint = "put it on a node below the `retry`; if it is meant, on a `sequence` around"
-            diagnostics.warning(node.location, message, hint)
+            diagnostics.warning(rules.ENDS_RETRIES, node.location, message, hint)
     return sound
 
 
@@ -66,7 +67,9 @@ def _warn_of_unreached(
             never = "fails" if outcomes.success is not None else "succeeds"
             never = "ends" if outcomes.success is None and outcomes.failure is None else never
             message = f"`{child.name}` is never reached: `{before.name}` before it never {never}"
-            diagnostics.warning(child.location, message, f"remove it, or change `{before.name}`")
+            diagnostics.warning(
+                rules.UNREACHED, child.location, message, f"remove it, or change `{before.name}`"
+            )
             break
 
 
@@ -89,7 +92,7 @@ def _warn_of_lone_guards(node: CompositeNode, diagnostics: Diagnostics) -> None:
         if action is not None and not guard.modifiers and guard.name == guard.type.key:
             message = f"`{guard.name}` is asked once, and not again while `{action.name}` runs"
             hint = "write it as `while:` beside `sequence`, or give it a `name` if once is meant"
-            diagnostics.warning(guard.location, message, hint)
+            diagnostics.warning(rules.ASKED_ONCE, guard.location, message, hint)
 
 
 def _warn_of_early_action(node: CompositeNode, diagnostics: Diagnostics) -> None:
@@ -98,7 +101,7 @@ def _warn_of_early_action(node: CompositeNode, diagnostics: Diagnostics) -> None
         if _takes_time(child) and "once" not in child.modifiers:
             message = f"`{child.name}` begins again at every tick after its success"
             hint = "put it and what follows into a `sequence` below"
-            diagnostics.warning(child.location, message, hint)
+            diagnostics.warning(rules.STARTS_AGAIN, child.location, message, hint)
             break
 
 
@@ -126,7 +129,7 @@ def _note_movers(node: CompositeNode, diagnostics: Diagnostics) -> bool:
         other = movers[0][1]
         message = f"`{other.name}` and `{leaf.name}` would both move the robot at the same time"
         hint = "let one run after the other, in a `sequence`"
-        diagnostics.error(child.location, message, hint)
+        diagnostics.error(rules.MOVERS, child.location, message, hint)
     return len(movers) > 1
 
 
@@ -148,4 +151,4 @@ def _warn_of_endless(
         message = f"`{node.key}` cannot succeed: `{child.name}` never does"
         hint = "put something that can succeed first, or a `timeout_s` beside it"
         if "timeout_s" not in node.modifiers:
-            diagnostics.warning(node.location, message, hint)
+            diagnostics.warning(rules.ENDLESS, node.location, message, hint)

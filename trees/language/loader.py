@@ -21,6 +21,7 @@ from config import (
     YamlScalar,
     describe,
 )
+from trees.language import rules
 from trees.language.documents import Document, TaskParameter, read_document
 from trees.language.flow import check_flow
 from trees.language.lint import lint
@@ -129,7 +130,7 @@ def _require_values(
             about = f": {parameter.description}" if parameter.description else ""
             message = f"the parameter `{name}` has no value ({parameter.type}{about})"
             hint = f"give `-p {name}=...`, or a `default` here"
-            diagnostics.error(parameter.location, message, hint)
+            diagnostics.error(rules.REFERENCE, parameter.location, message, hint)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -211,7 +212,7 @@ class _Reader:
         if not isinstance(entry.value, YamlMap):
             message = f"`subtree` takes a mapping, not {describe(entry.value)}"
             hint = "write `subtree: {file: other.yaml}`"
-            scope.diagnostics.error(entry.location, message, hint)
+            scope.error(rules.VALUE, entry.location, message, hint)
             return None
         optional = ("with", "out")
         entries = fields(
@@ -254,7 +255,7 @@ class _Reader:
         number = next(self.numbers)
         if number == MAX_SUBTREES:
             message = f"the task has more than {MAX_SUBTREES} subtrees"
-            diagnostics.error(location, message, "make it smaller")
+            diagnostics.error(rules.SIZE, location, message, "make it smaller")
         return number < MAX_SUBTREES
 
 
@@ -263,7 +264,8 @@ def _warn_of_unused(scope: Scope) -> None:
     for name, parameter in scope.parameters.items():
         if name not in scope.used_parameters:
             hint = f"write `${name}` somewhere, or remove it"
-            warn(parameter.location, f"the parameter `{name}` is never used", hint)
+            warn(rules.UNUSED, parameter.location, f"the parameter `{name}` is never used", hint)
     for name, location in scope.named.locations.items():
         if name not in scope.used_values and name not in scope.named.files:
-            warn(location, f"`{name}` is never used", "name it in the tree, or remove it")
+            hint = "name it in the tree, or remove it"
+            warn(rules.UNUSED, location, f"`{name}` is never used", hint)

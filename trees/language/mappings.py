@@ -15,6 +15,7 @@ from config import (
     quoted,
     suggest,
 )
+from trees.language import rules
 
 WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")  # names of parameters, keys, poses, regions, tasks
 
@@ -37,16 +38,19 @@ def fields(
     """
     if not isinstance(value, YamlMap):
         hint = f"write {quoted(required or optional)} with their values below it"
-        diagnostics.error(value.location, f"{subject} is a mapping, not {describe(value)}", hint)
+        diagnostics.error(
+            rules.VALUE, value.location, f"{subject} is a mapping, not {describe(value)}", hint
+        )
         return None
     known = (*required, *optional)
     for key in [key for key in value.entries if key not in known]:
         message = f"{subject} has no key `{key}`"
-        diagnostics.error(value.entries[key].location, message, suggest(key, known))
+        at = value.entries[key].location
+        diagnostics.error(rules.UNKNOWN_KEY, at, message, suggest(key, known))
     missing = [key for key in required if key not in value.entries]
     if missing:
         message = f"{subject} lacks {quoted(missing)}"
-        diagnostics.error(value.location, message, f"add {quoted(missing)}")
+        diagnostics.error(rules.MISSING_KEY, value.location, message, f"add {quoted(missing)}")
     return None if missing else value.entries
 
 
@@ -58,11 +62,13 @@ def named_entries(
         return
     if not isinstance(entry.value, YamlMap):
         message = f"`{section}` is a mapping of names, not {describe(entry.value)}"
-        diagnostics.error(entry.value.location, message, f"indent `name: ...` below `{section}:`")
+        diagnostics.error(
+            rules.VALUE, entry.value.location, message, f"indent `name: ...` below `{section}:`"
+        )
         return
     for name, named in entry.value.entries.items():
         if WORD.fullmatch(name):
             yield name, named.location, named.value
         else:
             message = f"`{name}` cannot be a name in `{section}`"
-            diagnostics.error(named.location, message, NAMING_HINT)
+            diagnostics.error(rules.NAMING, named.location, message, NAMING_HINT)

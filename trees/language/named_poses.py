@@ -24,6 +24,7 @@ from config import (
     read_yaml,
     validate,
 )
+from trees.language import rules
 from trees.language.mappings import ABSENT, fields, named_entries
 from trees.language.values import meant, radians_for_degrees
 from trees.words import NamedValue
@@ -213,18 +214,18 @@ def read_named_values(
         for name, location, value in named_entries(entry, section, diagnostics):
             if name in BUILT_IN:
                 message = f"`{name}` is built in and cannot be redefined"
-                diagnostics.error(location, message, "choose another name")
+                diagnostics.error(rules.NAMING, location, message, "choose another name")
                 continue
             if name in named.locations:
                 message = f"`{name}` is a pose already, on line {named.locations[name].line}"
-                diagnostics.error(location, message, "choose another name")
+                diagnostics.error(rules.NAMING, location, message, "choose another name")
                 continue
             named.locations[name] = location
             full_name = f"{section}.{name}"
             if references := list(_references(value)):
                 message = f"{full_name}: `{references[0].value}` stands in place of a number"
                 hint = "write numbers here, and choose among poses by a parameter of type `pose`"
-                diagnostics.error(references[0].location, message, hint)
+                diagnostics.error(rules.VALUE, references[0].location, message, hint)
                 continue
             checked = validate(value, model, diagnostics, name=full_name, location=location)
             if checked is not None:

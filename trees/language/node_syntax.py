@@ -15,6 +15,7 @@ from config import (
     suggest,
     written,
 )
+from trees.language import rules
 from trees.language.documents import TaskParameter
 from trees.language.mappings import WORD, fields
 from trees.language.scope import Scope, read_argument, read_key_name
@@ -42,7 +43,9 @@ def read_switch(entry: YamlEntry, scope: Scope, read: Read) -> Node | None:
     if not isinstance(cases, YamlMap) or not cases.entries:
         what = "empty" if isinstance(cases, YamlMap) else describe(cases)
         message = f"`cases` is a mapping of values to nodes, not {what}"
-        diagnostics.error(cases.location, message, "write `left: {node: ...}` below it")
+        diagnostics.error(
+            rules.VALUE, cases.location, message, "write `left: {node: ...}` below it"
+        )
         return None
     _check_choices(entries["value"].value, cases, scope)
     nodes = [read(case.value, scope) for case in cases.entries.values()]
@@ -71,7 +74,7 @@ def _check_choices(value: YamlValue, cases: YamlMap, scope: Scope) -> None:
         if choices and not any(is_case(choice, case) for choice in choices):
             message = f"`{text}` is never `{case}`"
             hint = suggest(case, [written(choice) for choice in choices])
-            scope.diagnostics.error(entry.location, message, hint)
+            scope.error(rules.KEY_TYPE, entry.location, message, hint)
 
 
 def read_for_each(entry: YamlEntry, scope: Scope, read: Read) -> Node | None:
@@ -100,7 +103,7 @@ def read_for_each(entry: YamlEntry, scope: Scope, read: Read) -> Node | None:
     for value in values:
         if next(scope.copies) == _COPIES:
             message = f"the task has more than {_COPIES} nodes for values of `for_each`"
-            diagnostics.error(entry.location, message, "make it smaller")
+            diagnostics.error(rules.SIZE, entry.location, message, "make it smaller")
         bound = TaskParameter(location=item.location, type=type_of(value), value=value)
         inner = replace(
             scope, parameters={**scope.parameters, item.name: bound}, used_parameters=set()
@@ -113,7 +116,9 @@ def read_for_each(entry: YamlEntry, scope: Scope, read: Read) -> Node | None:
         children.append(replace(child, name=f"{child.name} {shown.replace('/', ' ')}"))
     if item.name not in used:
         hint = f"write `${item.name}` below `do`, or `repeat` instead"
-        diagnostics.warning(item.location, f"the item `{item.name}` is never used", hint)
+        diagnostics.warning(
+            rules.UNUSED, item.location, f"the item `{item.name}` is never used", hint
+        )
     scope.used_parameters.update(used - {item.name})
     return CompositeNode(
         location=entry.location,
@@ -147,7 +152,7 @@ def _values(listed: YamlValue, scope: Scope) -> list[Plain | NamedValue]:
         text = listed.value if isinstance(listed, YamlScalar) else None
         is_word = isinstance(text, str) and WORD.fullmatch(text)
         hint = f"write `${text}` if that is its key, else " if is_word else "write "
-        scope.diagnostics.error(listed.location, message, f"{hint}`in: [left, right]`")
+        scope.error(rules.VALUE, listed.location, message, f"{hint}`in: [left, right]`")
         return []
     values: list[Plain | NamedValue] = []
     for one in listed.items:
@@ -158,7 +163,7 @@ def _values(listed: YamlValue, scope: Scope) -> list[Plain | NamedValue]:
         if value is None or isinstance(value, KeyRead):
             if resolved is not None and not scope.named.is_faulty(value):
                 message = f"`in` needs values that are known before the run, not {describe(one)}"
-                scope.diagnostics.error(one.location, message, "write a name or a value")
+                scope.error(rules.VALUE, one.location, message, "write a name or a value")
             return []
         scope.use(value)
         values.append(value)
@@ -166,7 +171,7 @@ def _values(listed: YamlValue, scope: Scope) -> list[Plain | NamedValue]:
         if not (first.takes(this) or this.takes(first)):
             message = f"`in` has values of several kinds: {first}, and here {this}"
             hint = suggest(str(getattr(value, "name", value)), scope.named.locations)
-            scope.diagnostics.error(one.location, message, hint)
+            scope.error(rules.VALUE, one.location, message, hint)
             return []
     return values
 

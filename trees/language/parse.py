@@ -9,6 +9,7 @@ from functools import partial
 from typing import TypeAlias
 
 from config import (
+    Hint,
     Location,
     Plain,
     YamlEntry,
@@ -20,6 +21,7 @@ from config import (
     quoted,
     suggest,
 )
+from trees.language import rules
 from trees.language.mappings import fields
 from trees.language.node_syntax import FORMS
 from trees.language.scope import Scope, read_leaf
@@ -74,7 +76,7 @@ def read_node(value: YamlValue, scope: Scope) -> Node | None:
         entries = value.entries
     else:
         hint = "write `sequence:` above a list, and `node: {...}` for a single node"
-        scope.diagnostics.error(location, f"expected a node, got {describe(value)}", hint)
+        scope.error(rules.ONE_NODE, location, f"expected a node, got {describe(value)}", hint)
         return None
     key = _node_key(location, entries, scope)
     modifiers = _read_modifiers(entries, scope)
@@ -84,7 +86,7 @@ def read_node(value: YamlValue, scope: Scope) -> Node | None:
     below = scope.below(1 + len(modifiers))
     if below.level > MAX_LEVELS:
         message = f"the tree is more than {MAX_LEVELS} levels deep here, modifiers counted"
-        scope.diagnostics.error(location, message, "make it flatter")
+        scope.error(rules.SIZE, location, message, "make it flatter")
         return None
     node = _read_core(key, entries, below)
     return node and replace(node, name=name or node.name, modifiers=modifiers)
@@ -105,7 +107,7 @@ def _read_core(key: str, entries: Mapping[str, YamlEntry], scope: Scope) -> Node
     policy, count = options.get("policy"), len(items.items) if isinstance(items, YamlList) else 0
     if isinstance(policy, int) and 0 < count < policy:
         message = f"`policy` wants {policy} children to succeed, and there are {count}"
-        scope.diagnostics.error(entry.location, message, f"write at most {count}, or `all`")
+        scope.error(rules.ARGUMENTS, entry.location, message, f"write at most {count}, or `all`")
     return CompositeNode(
         location=entry.location, name=key, modifiers={}, key=key, children=children, options=options
     )
@@ -125,23 +127,26 @@ def _node_key(location: Location, entries: Mapping[str, YamlEntry], scope: Scope
         if key in scope.problems:
             message, _, hint = scope.problems[key].rpartition("; ")
         elif not keys:
-            meant = _OTHER_NAMES.get(key.lower())
+            meant = _OTHER_NAMES.get(key.lower(), "")
             message, hint = f"unknown node `{key}`", suggest(key, nodes)
-            hint = f"write {meant}" if meant else hint
+            word = meant.strip("`")
+            hint = Hint(f"write {meant}", key, word if word in nodes else "") if meant else hint
         elif keys[0] in scope.leaves and key in scope.leaves[keys[0]].parameters:
             message = f"`{key}` stands beside `{keys[0]}`, and is a parameter of it"
             hint = f"indent it below `{keys[0]}:`"
         else:
             message = f"unknown key `{key}` beside `{keys[0]}`"
             hint = suggest(key, (*nodes, *MODIFIERS, NAME))
-        scope.diagnostics.error(entries[key].location, message, hint)
+        scope.error(
+            rules.ONE_NODE if keys else rules.UNKNOWN_NODE, entries[key].location, message, hint
+        )
     if len(keys) > 1:
         message = f"two nodes in one item: `{keys[0]}` and `{keys[1]}`"
         hint = "begin each with its own `- ` in the list of a composite"
-        scope.diagnostics.error(entries[keys[1]].location, message, hint)
+        scope.error(rules.ONE_NODE, entries[keys[1]].location, message, hint)
     if not keys and not unknown:
         hint = f"add a node key, for example {quoted(sorted(nodes)[:3])}"
-        scope.diagnostics.error(location, "this item has no node", hint)
+        scope.error(rules.ONE_NODE, location, "this item has no node", hint)
     return keys[0] if len(keys) == 1 else None
 
 
@@ -153,7 +158,7 @@ def _read_name(entries: Mapping[str, YamlEntry], scope: Scope) -> str | None:
     if isinstance(name, str) and name.strip() and name.isprintable() and "/" not in name:
         return name
     hint = "write a line of text without `/`"
-    scope.diagnostics.error(value.location, f"`name` cannot be {describe(value)}", hint)
+    scope.error(rules.VALUE, value.location, f"`name` cannot be {describe(value)}", hint)
     return None
 
 
@@ -170,7 +175,7 @@ def _read_modifiers(entries: Mapping[str, YamlEntry], scope: Scope) -> Modifiers
                 modifiers[key] = given
     if modifiers.get("force_success") and modifiers.get("force_failure"):
         message = "`force_success` and `force_failure` stand beside the same node"
-        scope.diagnostics.error(entries["force_failure"].location, message, "keep one of them")
+        scope.error(rules.ARGUMENTS, entries["force_failure"].location, message, "keep one of them")
     return modifiers
 
 
@@ -185,7 +190,7 @@ def _read_fixed(key: str, value: YamlValue, expected: ValueType, scope: Scope) -
     try:
         given = convert(resolved, expected, {})
     except MismatchError as mismatch:
-        scope.mismatch(resolved, f"`{key}`: {mismatch.message}", mismatch.hint)
+        scope.mismatch(mismatch.rule, resolved, f"`{key}`: {mismatch.message}", mismatch.hint)
         return None
     assert not isinstance(given, NamedValue)
     if not isinstance(given, KeyRead):
@@ -201,7 +206,7 @@ def _read_fixed(key: str, value: YamlValue, expected: ValueType, scope: Scope) -
         hint = "give the parameter another type"
     else:
         return given
-    scope.diagnostics.error(value.location, message, hint)
+    scope.error(rules.REFERENCE, value.location, message, hint)
     return None
 
 
@@ -210,7 +215,7 @@ def _read_condition(key: str, value: YamlValue, scope: Scope) -> LeafNode | Comp
     if isinstance(value, YamlList):
         message = f"`{key}` asks one condition, not a list"
         hint = f"write `{key}: {{all_of: [...]}}`, or `any_of`"
-        scope.diagnostics.error(value.location, message, hint)
+        scope.error(rules.CONDITION, value.location, message, hint)
         return None
     node = read_node(value, scope)
     if node is None:
@@ -219,11 +224,13 @@ def _read_condition(key: str, value: YamlValue, scope: Scope) -> LeafNode | Comp
         conditions = sorted(leaf.key for leaf in scope.leaves.values() if leaf.is_condition)
         message = f"`{key}` asks a condition, and `{_key(node)}` is not one"
         hint = f"write one of {quoted([*conditions, *_OF_CONDITIONS])}"
-        scope.diagnostics.error(node.location, message, hint)
+        scope.error(rules.CONDITION, node.location, message, hint)
         return None
     if node.modifiers:
         message = f"the condition of `{key}` takes no modifiers"
-        scope.diagnostics.error(node.location, message, "remove them; `not` asks for the opposite")
+        scope.error(
+            rules.CONDITION, node.location, message, "remove them; `not` asks for the opposite"
+        )
         return None
     return node
 
@@ -272,19 +279,21 @@ def _read_children(
         value = YamlList(location=location, items=())
     if not isinstance(value, YamlList):
         message = f"the children of `{key}` are a list, not {describe(value)}"
-        scope.diagnostics.error(value.location, message, "begin each child with `- `")
+        scope.error(rules.CHILDREN, value.location, message, "begin each child with `- `")
         if isinstance(value, YamlMap):
             read_node(value, scope)
         return ()
     count = len(value.items)
     if count == 0:
-        scope.diagnostics.error(location, f"`{key}` is empty", "add a node below it, or remove it")
+        scope.error(
+            rules.CHILDREN, location, f"`{key}` is empty", "add a node below it, or remove it"
+        )
     elif count < word.least:
         message = f"`{key}` needs at least {word.least} children, got {count}"
-        scope.diagnostics.error(location, message, f"give it {word.children}")
+        scope.error(rules.CHILDREN, location, message, f"give it {word.children}")
     elif word.most is not None and count > word.most:
         message = f"`{key}` takes {word.children}, got {count}"
-        scope.diagnostics.error(location, message, "put them in a `sequence:` below it")
+        scope.error(rules.CHILDREN, location, message, "put them in a `sequence:` below it")
     read = partial(_read_condition, key) if word.asks else read_node
     children = [read(item, scope) for item in value.items]
     return tuple(child for child in children if child is not None)

@@ -8,7 +8,19 @@ from itertools import count
 from typing import TypeAlias
 
 from behaviours import Key
-from config import Diagnostics, YamlEntry, YamlMap, YamlScalar, YamlValue, describe, quoted, suggest
+from config import (
+    Diagnostics,
+    Location,
+    Rule,
+    YamlEntry,
+    YamlMap,
+    YamlScalar,
+    YamlValue,
+    describe,
+    quoted,
+    suggest,
+)
+from trees.language import rules
 from trees.language.documents import TaskParameter
 from trees.language.leaf_type import ADD, LeafType
 from trees.language.mappings import WORD
@@ -65,7 +77,7 @@ class Scope:
         if parameter is None and not WORD.fullmatch(name):
             message = f"`{text}` begins with `$` and is neither a parameter nor a key"
             hint = "write `$` and its name: nothing is computed in a task"
-            self.diagnostics.error(value.location, message, hint)
+            self.error(rules.REFERENCE, value.location, message, hint)
             return None
         if parameter is None:
             return Reference(location=value.location, name=name)
@@ -95,14 +107,18 @@ class Scope:
         hint = suggest(name, self.parameters) if self.parameters else "define it under `params:`"
         return f"the task has no parameter `{name}`", hint
 
-    def mismatch(self, value: YamlValue | Reference, message: str, hint: str) -> None:
+    def error(self, rule: Rule, location: Location, message: str, hint: str) -> None:
+        """Note an error in the file."""
+        self.diagnostics.error(rule, location, message, hint)
+
+    def mismatch(self, rule: Rule, value: YamlValue | Reference, message: str, hint: str) -> None:
         """Note a value that does not fit, unless it names a pose with an error of its own."""
         name = getattr(value, "value", None)
         if isinstance(name, str) and name in self.named.locations:
             self.used_values.add(name)
             if self.named.is_faulty(name):
                 return
-        self.diagnostics.error(value.location, message, hint)
+        self.error(rule, value.location, message, hint)
 
 
 _ANYTHING = ValueType(types=(bool, int, float, str, *NAMED_TYPES))  # what `set` may write
@@ -128,7 +144,7 @@ def read_leaf(
             about = f": {parameter.description}" if parameter.description else ""
             purpose = "a key for " if parameter.name in leaf.outputs else ""
             message = f"`{leaf.key}` lacks `{parameter.name}` ({purpose}{parameter.type}{about})"
-            scope.diagnostics.error(entry.location, message, _usage(leaf, scope))
+            scope.error(rules.MISSING_KEY, entry.location, message, _usage(leaf, scope))
     arguments: dict[str, Argument] = {}
     outputs: dict[str, KeyWrite] = {}
     for key, argument in given.items():
@@ -143,7 +159,7 @@ def read_leaf(
             )
         else:
             message = f"`{leaf.key}` has no parameter `{key}`"
-            scope.diagnostics.error(argument.location, message, _parameter_hint(key, leaf))
+            scope.error(rules.UNKNOWN_KEY, argument.location, message, _parameter_hint(key, leaf))
     if leaf.validate is not None and len(arguments) + len(outputs) == len(given):
         known: dict[str, object] = {
             name: Key(value.name) if isinstance(value, KeyRead) else value
@@ -151,7 +167,9 @@ def read_leaf(
         }
         if wrong := leaf.validate(known):
             message, _, hint = wrong.partition("; ")
-            scope.diagnostics.error(entry.location, f"`{leaf.key}` {message}", hint or "change it")
+            scope.error(
+                rules.ARGUMENTS, entry.location, f"`{leaf.key}` {message}", hint or "change it"
+            )
     return replace(node, arguments=arguments, outputs=outputs)
 
 
@@ -172,11 +190,11 @@ def read_argument(
         given = getattr(resolved, "value", None)
         number = given if isinstance(given, float | int) and not isinstance(given, bool) else 0.0
         hint = meant(number, unit, expected.within) or mismatch.hint
-        scope.mismatch(resolved, f"`{name}`{about}: {mismatch.message}", hint)
+        scope.mismatch(mismatch.rule, resolved, f"`{name}`{about}: {mismatch.message}", hint)
         return {}
     if unit == "°" and isinstance(argument, float) and (odd := radians_for_degrees(argument)):
         message, _, hint = odd.partition("; ")
-        scope.diagnostics.error(value.location, f"`{name}`: {message}", hint)
+        scope.error(rules.VALUE, value.location, f"`{name}`: {message}", hint)
         return {}
     scope.use(argument)
     return {name: argument}
@@ -190,14 +208,14 @@ def _below(entry: YamlEntry, leaf: LeafType, scope: Scope) -> Mapping[str, YamlE
     if isinstance(value, YamlMap):
         return value.entries
     message = f"`{leaf.key}` takes a mapping of parameters, not {describe(value)}"
-    scope.diagnostics.error(value.location, message, _usage(leaf, scope))
+    scope.error(rules.VALUE, value.location, message, _usage(leaf, scope))
     return None
 
 
 def _read_set(node: LeafNode, given: Mapping[str, YamlEntry], scope: Scope) -> LeafNode:
     if not given:
         message, hint = f"`{node.name}` names no key", f"write `{node.name}: {{key: value}}`"
-        scope.diagnostics.error(node.location, message, hint)
+        scope.error(rules.VALUE, node.location, message, hint)
     arguments: dict[str, Argument] = {}
     outputs: dict[str, KeyWrite] = {}
     for key, argument in given.items():
@@ -212,7 +230,7 @@ def _read_set(node: LeafNode, given: Mapping[str, YamlEntry], scope: Scope) -> L
             message = f"`{node.name}` cannot {verb} {described(resolved)}"
             hint = "give a number, a text, `true`, `false`, a parameter or a key"
             hint = mismatch.hint if node.type is ADD else hint
-            scope.mismatch(resolved, message, hint)
+            scope.mismatch(mismatch.rule, resolved, message, hint)
         else:
             if write is not None:
                 arguments[key], outputs[key] = value, write
@@ -225,11 +243,11 @@ def read_key_name(key: str, value: YamlValue, scope: Scope) -> KeyWrite | None:
     if not isinstance(name, str) or not WORD.fullmatch(name):
         message = f"`{key}` names a key to write to, and cannot be {describe(value)}"
         hint = "write a word of letters, digits and `_`, without `$`"
-        scope.diagnostics.error(value.location, message, hint)
+        scope.error(rules.NAMING, value.location, message, hint)
         return None
     if name in scope.parameters:
         message = f"`{name}` is a parameter, and cannot be written to"
-        scope.diagnostics.error(value.location, message, "choose another name for the key")
+        scope.error(rules.NAMING, value.location, message, "choose another name for the key")
         return None
     return KeyWrite(location=value.location, name=name)
 

@@ -19,6 +19,7 @@ from config import (
     parse_scalar,
     suggest,
 )
+from trees.language import rules
 from trees.language.documents import Document, TaskParameter
 from trees.language.named_poses import NamedValues
 from trees.language.scope import Scope, read_argument, read_key_name
@@ -34,7 +35,9 @@ def find_file(
     one.
     """
     if not isinstance(name, str) or not name.isprintable() or not name.strip():
-        diagnostics.error(value.location, f"`file` cannot be {describe(value)}", "name a file")
+        diagnostics.error(
+            rules.SUBTREE_FILE, value.location, f"`file` cannot be {describe(value)}", "name a file"
+        )
         return None
     folder, path = chain[0].parent, chain[-1].parent / name
     try:
@@ -43,7 +46,9 @@ def find_file(
         others = () if is_there else tuple(path.parent.glob("*.yaml"))
     except (OSError, RuntimeError):
         message = f"`{name}` leads nowhere"
-        diagnostics.error(value.location, message, "name a file, or fix the link")
+        diagnostics.error(
+            rules.SUBTREE_FILE, value.location, message, "name a file, or fix the link"
+        )
         return None
     around = [other.resolve() for other in chain]
     if Path(name).is_absolute() or not real.is_relative_to(inside):
@@ -60,7 +65,7 @@ def find_file(
         hint = "remove one of these subtrees"
     else:
         return path
-    diagnostics.error(value.location, message, hint)
+    diagnostics.error(rules.SUBTREE_FILE, value.location, message, hint)
     return None
 
 
@@ -77,7 +82,7 @@ def read_with(
         if parameter is None:
             message = f"`{document.name}` has no parameter `{name}`"
             hint = suggest(name, document.parameters)
-            scope.diagnostics.error(argument.location, message, hint)
+            scope.error(rules.UNKNOWN_KEY, argument.location, message, hint)
             continue
         if parameter.type is None:
             continue
@@ -85,7 +90,7 @@ def read_with(
         value = read.get(name)
         if isinstance(scope.known(value), KeyRead) and parameter.type.is_bounded:
             message = f"`{name}` has bounds, and `{value}` has its value only during the run"
-            scope.diagnostics.error(argument.value.location, message, "give a value")
+            scope.error(rules.REFERENCE, argument.value.location, message, "give a value")
             continue
         arguments |= read
     for name, parameter in document.parameters.items():
@@ -94,8 +99,11 @@ def read_with(
         if is_needed and name not in {*given, *entries}:
             about = f": {parameter.description}" if parameter.description else ""
             message = f"`{document.name}` lacks `{name}` ({parameter.type}{about})"
-            scope.diagnostics.error(
-                location, message, f"write `with: {{{name}: ...}}` below `subtree`"
+            scope.error(
+                rules.MISSING_KEY,
+                location,
+                message,
+                f"write `with: {{{name}: ...}}` below `subtree`",
             )
     return arguments
 
@@ -112,7 +120,7 @@ def read_out(entry: YamlEntry | None, document: Document, scope: Scope) -> dict[
         else:
             message = f"`{document.name}` has no output `{name}`"
             hint = suggest(name, document.outputs)
-            scope.diagnostics.error(argument.location, message, hint)
+            scope.error(rules.UNKNOWN_KEY, argument.location, message, hint)
     return outputs
 
 
@@ -125,7 +133,7 @@ def _entries(
     if isinstance(entry.value, YamlMap):
         return entry.value.entries
     message = f"`{key}` is a mapping, not {describe(entry.value)}"
-    scope.diagnostics.error(entry.value.location, message, f"write `{key}: {form}`")
+    scope.error(rules.VALUE, entry.value.location, message, f"write `{key}: {form}`")
     return None
 
 
@@ -144,7 +152,7 @@ def override_values(
         if name not in parameters:
             message = f"`-p {name}={text}`: the task has no parameter `{name}`"
             at = entry.location if entry else Location(line=1, column=1)
-            diagnostics.error(at, message, suggest(name, parameters))
+            diagnostics.error(rules.UNKNOWN_KEY, at, message, suggest(name, parameters))
             continue
         expected = parameters[name].type
         as_text = expected is not None and str in expected.types
@@ -173,5 +181,7 @@ def with_values(
             if not named.is_faulty(source.value):
                 is_given = name in overrides
                 whose = f"`-p {name}={source.value}`" if is_given else f"the default of `{name}`"
-                diagnostics.error(source.location, f"{whose}: {mismatch.message}", mismatch.hint)
+                diagnostics.error(
+                    mismatch.rule, source.location, f"{whose}: {mismatch.message}", mismatch.hint
+                )
     return result

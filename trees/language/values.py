@@ -5,7 +5,19 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from config import Location, Plain, YamlScalar, YamlValue, describe, quoted, suggest, written
+from config import (
+    Hint,
+    Location,
+    Plain,
+    Rule,
+    YamlScalar,
+    YamlValue,
+    describe,
+    nearest,
+    quoted,
+    written,
+)
+from trees.language import rules
 from trees.words import NAMED_TYPES, SEEN_TYPES, NamedValue, ValueType
 
 
@@ -64,8 +76,8 @@ Argument: TypeAlias = Plain | NamedValue | KeyRead  # what a parameter may be gi
 class MismatchError(Exception):
     """A value is not of the type expected."""
 
-    def __init__(self, message: str, hint: str) -> None:
-        self.message, self.hint = message, hint
+    def __init__(self, message: str, hint: str, rule: Rule = rules.VALUE) -> None:
+        self.message, self.hint, self.rule = message, hint, rule
         super().__init__(f"{message}; {hint}")
 
 
@@ -122,8 +134,7 @@ def _mismatch(
 ) -> MismatchError:
     message = f"expected {expected}, got {described(value)}"
     if expected.choices and isinstance(value.value, str):
-        near = suggest(value.value, [written(choice) for choice in expected.choices])
-        hint = near if near.startswith("did you mean") else hint
+        hint = nearest(value.value, map(written, expected.choices)) or hint
     if hint is None and not SEEN_TYPES.keys().isdisjoint(expected.types):
         hint = "give `$` and the key of a `detect`, or the item of a `for_each` over it"
     return MismatchError(message, hint or f"write {expected}")
@@ -147,12 +158,12 @@ def _no_such_name(
     known = f"known: {quoted(sorted(fitting))}" if fitting else "the file defines none yet"
     if name in named:
         message = f"`{name}` is a {NAMED_TYPES[type(named[name])]}, expected {expected}"
-        return MismatchError(message, known)
+        return MismatchError(message, known, rules.PLACE)
     types = " or ".join(NAMED_TYPES[one] for one in expected.named_types)
     origin = value.origin if isinstance(value, Reference) else ""
-    near = suggest(name, fitting)
-    hint = f"{near} ({known})" if near.startswith("did you mean") else known
-    return MismatchError(f"no {types} is called `{name}`{origin}", hint)
+    near = nearest(name, fitting)
+    hint = Hint(f"{near} ({known})", name, near.meant) if near else known
+    return MismatchError(f"no {types} is called `{name}`{origin}", hint, rules.PLACE)
 
 
 _OTHER_UNITS: Mapping[str, tuple[tuple[str, float], ...]] = {
@@ -169,20 +180,22 @@ _ROUND = math.pi / 12.0  # angles in radians are multiples of this ...
 _CLOSE = 0.005  # ... rounded to about two digits [rad]
 
 
-def meant(number: float, unit: str, fits: Callable[[float], bool]) -> str:
+def meant(number: float, unit: str, fits: Callable[[float], bool]) -> Hint:
     """The hint for a number that is out of bounds; empty if no other unit explains it.
 
     `fits` tells whether a number is within the bounds.
     """
     likely = [
-        f"{number * factor:g} (from {name})"
+        (f"{number * factor:g}", name)
         for name, factor in _OTHER_UNITS.get(unit, ())
         if (0.0 < number < 1.0 if factor > 1.0 else 10.0 <= abs(number) < math.inf)
         and fits(number * factor)
     ]
     # From a hundred on the smallest unit is far more likely.
     likely = likely[:1] if abs(number) >= 100.0 else likely
-    return f"did you mean {' or '.join(likely)}?" if likely else ""
+    ways = " or ".join(f"{other} (from {name})" for other, name in likely)
+    other = likely[0][0] if len(likely) == 1 else ""
+    return Hint(f"did you mean {ways}?" if likely else "", written(number), other)
 
 
 def radians_for_degrees(number: float) -> str:

@@ -21,6 +21,7 @@ from trees.language import (
     leaves_at,
     nodes_below,
 )
+from trees.site.rules import COME_TO, FURNITURE, REACH, SCENE_FILE, SET_DOWN, SURFACE
 
 if TYPE_CHECKING:
     from behaviours import ApproachWord
@@ -119,6 +120,7 @@ def furniture_diagnostics(task: Task, fixtures: Sequence[Geom]) -> list[Diagnost
     pieces = {one.piece for one in fixtures if not isinstance(one.shape, Plane)}
     return [
         Diagnostic(
+            rule=FURNITURE,
             path=path,
             location=location,
             message=f"`{place.name}`: no furniture is called `{place.on}`",
@@ -168,6 +170,7 @@ def _not_set_down(
             continue
         if (why := why_not_set_down(region, robot, fixtures, tilts)) is not None:
             yield Diagnostic(
+                rule=SET_DOWN,
                 path=use.path,
                 location=use.leaf.location,
                 message=why[0],
@@ -209,14 +212,26 @@ def _of_use(
         if why is not None:
             message, hint = f"`{value.name}`: {why[0]}", why[1]
             yield Diagnostic(
-                path=path, location=location, message=message, hint=hint, severity=severity
+                rule=REACH,
+                path=path,
+                location=location,
+                message=message,
+                hint=hint,
+                severity=severity,
             )
     if fixtures and isinstance(value, Region) and use.parameter in leaf.type.surfaces:
         if (why := why_not_come_to(value, robot, fixtures, *_approach(use))) is not None:
-            yield Diagnostic(path=use.path, location=leaf.location, message=why[0], hint=why[1])
+            yield Diagnostic(
+                rule=COME_TO,
+                path=use.path,
+                location=leaf.location,
+                message=why[0],
+                hint=why[1],
+            )
         bare = bare_places(value, _given(use, "pitch_m", None), fixtures)
         if bare.missing:
             yield Diagnostic(
+                rule=SURFACE,
                 path=use.path,
                 location=leaf.location,
                 message=f"{bare.missing} of the {bare.of} places on `{value.name}` have no surface "
@@ -250,11 +265,13 @@ def _furniture(task: Task, robot: RobotDescription) -> tuple[Sequence[Geom], lis
         path = find_scene(scene_of(task))
     except SceneError as error:
         message, _, hint = str(error).partition("; ")
-        return (), [Diagnostic(path=task.path, location=location, message=message, hint=hint)]
+        found = Diagnostics(task.path)
+        found.error(SCENE_FILE, location, message, hint)
+        return (), found.in_order()
     if mistakes := scene_mistakes(path, robot.base.size[:2]):
-        message, hint = f"the scene `{task.scene}` has mistakes", "correct them there"
-        here = Diagnostic(path=task.path, location=location, message=message, hint=hint)
-        return (), [here, *mistakes]
+        found, message = Diagnostics(task.path), f"the scene `{task.scene}` has mistakes"
+        found.error(SCENE_FILE, location, message, "correct them there")
+        return (), [*found.in_order(), *mistakes]
     return load_fixtures(path, unmapped=True), []
 
 
