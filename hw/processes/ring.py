@@ -22,7 +22,7 @@ class Ring:
     def __init__(self, memory: mmap, offset: int, slots: int, size: int) -> None:
         self._memory, self._offset, self._slots, self._size = memory, offset, slots, size
         self._newest = np.frombuffer(memory, np.uint64, 1, offset)
-        self._count = 0
+        self._count = self.newest()  # a new writer goes on
 
     @staticmethod
     def needs(slots: int, size: int) -> int:

@@ -175,7 +175,8 @@ def main() -> None:
     try:
         carrier = Carrier(settings["domain"], settings["address"], routes, memory)
         parent.tell(loaded=True)
-        if other := claim("ROS 2", what):
+        commanded = next((route.topic for route in routes if not route.hears), None)
+        if commanded and (other := claim(f"ROS 2 {what}", commanded)):
             parent.tell(error=other)
             leave(1)
         hurry()

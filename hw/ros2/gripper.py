@@ -11,9 +11,9 @@ from hw.clock import stopwatch
 from hw.drivers import DriverContext
 from hw.robot import HardwareError
 from hw.ros2.carrier import Route
-from hw.ros2.link import Link, Ros2Options, Ros2Part
 from hw.ros2.messages import message
 from hw.ros2.moving import rows_of
+from hw.ros2.part import Ros2Options, Ros2Part
 from hw.state import GripperState
 
 _ACCEPTING, _LONGEST, _POLL = 3.0, 30.0, 0.005  # timeouts, and period of looks [s]
@@ -46,8 +46,8 @@ class Ros2Gripper(Ros2Part):
             routes.append(Route(f"rq/{path}/{service}Request", kinds[0], False))
             routes.append(Route(f"rr/{path}/{service}Reply", kinds[1], True, sensor=False))
         routes.append(Route(f"rq/{path}/cancel_goalRequest", _CANCEL, False))
-        lacks = f"{options.name(options.states)} does not tell {options.joint}"
-        super().__init__(Link("gripper", options, context.clock, routes), context.clock, lacks)
+        super().__init__(options, context.clock, routes)
+        self._lacks = f"{options.name(options.states)} does not tell {options.joint}"
         self._state: GripperState | None = None
         self._client, self._number = uuid.uuid4().int >> 64, 0
         self._goal: Any = None
@@ -87,7 +87,7 @@ class Ros2Gripper(Ros2Part):
 
     def _hear(self) -> bool:
         before, options = self._state, self._options
-        for stamp, one in self._link.new(0):
+        for stamp, one in self._new(0):
             if (rows := rows_of(one, (options.joint,))) is not None:
                 share = (one.position[rows[0]] - options.closed) / (options.open - options.closed)
                 width = float(np.clip(share, 0.0, 1.0)) * self._opening
@@ -97,7 +97,7 @@ class Ros2Gripper(Ros2Part):
     def _ask(self, route: int, kind: str, **fields: Any) -> int:
         self._number += 1
         request = message(kind, client=self._client, number=self._number, **fields)
-        self._link.tell(route, request, holds=_FOREVER)
+        self._publish(route, request, holds=_FOREVER)
         return self._number
 
     def _call(self, route: int, patience: float, kind: str, **fields: Any) -> Any:
@@ -105,10 +105,10 @@ class Ros2Gripper(Ros2Part):
         number = self._ask(route, f"{self._action}_{kind}_Request", **fields)
         until, pause = stopwatch() + patience, threading.Event()
         while stopwatch() < until:
-            for _, answer in self._link.new(route + 1):
+            for _, answer in self._new(route + 1):
                 if (answer.client, answer.number) == (self._client, number):
                     return answer
-            if trouble := self._link.trouble():
+            if trouble := self._trouble():
                 raise HardwareError(trouble)
             pause.wait(_POLL)
         raise HardwareError(f"{self._options.action} does not answer {kind} within {patience:g} s")

@@ -1,6 +1,7 @@
 """A base and an arm in ROS 2."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import radians
 from typing import Annotated, Any, Literal
 
@@ -12,8 +13,8 @@ from pydantic import Field
 from hw.clock import epoch
 from hw.drivers import DriverContext
 from hw.ros2.carrier import FRESH
-from hw.ros2.link import Link, Ros2Options, Ros2Part
 from hw.ros2.messages import message
+from hw.ros2.part import Ros2Options, Ros2Part
 from hw.state import ArmState, Array, BaseState, LocalisedPose
 from robots import Positive
 
@@ -70,7 +71,7 @@ class Ros2Base(Mover):
         elif options.localisation:
             kind = "geometry_msgs/msg/PoseWithCovarianceStamped"
             routes.append(options.hears(options.localisation, kind, sensor=False, latched=True))
-        super().__init__(Link("base", options, context.clock, routes), context.clock)
+        super().__init__(options, context.clock, routes)
         self._state: BaseState | None = None
         self._localised: LocalisedPose | None = None
         self._mTo: SE3 | None = None
@@ -79,22 +80,18 @@ class Ros2Base(Mover):
         """The newest odometry; of a silent base the last one, at rest, with a fault, now."""
         faults, state = self._faults(), self._state
         assert state is not None, "connect first"
-        return BaseState(
-            stamp=self._clock.now() if faults else state.stamp,
-            wTb=state.wTb,
-            twist=np.zeros(3) if faults else state.twist,
-            localised=self._localised,
-            faults=faults,
-        )
+        if faults:
+            state = replace(state, stamp=self._clock.now(), twist=np.zeros(3), faults=faults)
+        return replace(state, localised=self._localised)
 
     def _hear(self) -> bool:
         before = self._state
-        for stamp, one in self._link.new(0):
+        for stamp, one in self._new(0):
             twist = one.twist.twist
             velocity = np.array([twist.linear.x, twist.linear.y, twist.angular.z])
             self._state = BaseState(stamp=stamp, wTb=_pose(one.pose.pose), twist=velocity)
         if self._options.localisation and self._state is not None:
-            for stamp, one in self._link.new(2):
+            for stamp, one in self._new(2):
                 if self._has_tf:
                     self._corrected(one, self._state)
                 else:
@@ -119,7 +116,7 @@ class Ros2Base(Mover):
                 )
 
     def _tell(self, velocity: Array) -> None:
-        self._link.tell(1, self._twist(velocity), self._twist(np.zeros(3), FRESH))
+        self._publish(1, self._twist(velocity), self._twist(np.zeros(3), FRESH))
 
     def _twist(self, velocity: Array, later: float = 0.0) -> Any:
         v, w = message("geometry_msgs/msg/Vector3"), message("geometry_msgs/msg/Vector3")
@@ -156,9 +153,9 @@ class Ros2Arm(Mover):
             options.hears(options.states, "sensor_msgs/msg/JointState"),
             options.tells(options.command, self._type),
         ]
-        link, joints = Link("arm", options, context.clock, routes), ", ".join(options.joints)
-        lacks = f"{options.name(options.states)} does not tell all of {joints}"
-        super().__init__(link, context.clock, lacks)
+        super().__init__(options, context.clock, routes)
+        joints = ", ".join(options.joints)
+        self._lacks = f"{options.name(options.states)} does not tell all of {joints}"
         self._size = len(options.joints)
         self._state: ArmState | None = None
 
@@ -166,16 +163,13 @@ class Ros2Arm(Mover):
         """The newest joints; of a silent arm the last ones, at rest, with a fault, now."""
         faults, state = self._faults(), self._state
         assert state is not None, "connect first"
-        return ArmState(
-            stamp=self._clock.now() if faults else state.stamp,
-            q=state.q,
-            qd=np.zeros(self._size) if faults else state.qd,
-            faults=faults,
-        )
+        if not faults:
+            return state
+        return replace(state, stamp=self._clock.now(), qd=np.zeros(self._size), faults=faults)
 
     def _hear(self) -> bool:
         before = self._state
-        for stamp, one in self._link.new(0):
+        for stamp, one in self._new(0):
             if (rows := rows_of(one, self._options.joints)) is not None:
                 q, last = one.position[rows], self._state
                 qd = np.zeros(self._size)
@@ -187,11 +181,10 @@ class Ros2Arm(Mover):
         return self._state is not before
 
     def _tell(self, qd: Array) -> None:
-        stop = np.zeros(self._size)
         if self._options.message == "JointTrajectory":  # ends at rest by itself
-            self._link.tell(1, self._trajectory(qd))
+            self._publish(1, self._trajectory(qd))
         else:
-            self._link.tell(1, self._velocities(qd), self._velocities(stop, FRESH))
+            self._publish(1, self._velocities(qd), self._velocities(np.zeros(self._size), FRESH))
 
     def _velocities(self, qd: Array, later: float = 0.0) -> Any:
         if self._options.message == "Float64MultiArray":
@@ -200,19 +193,15 @@ class Ros2Arm(Mover):
         return message(self._type, header=head, joint_names=names, velocities=qd, duration=FRESH)
 
     def _trajectory(self, qd: Array) -> Any:
-        """On for `FRESH` at a velocity, and to rest in as long again."""
-        q = np.zeros(self._size) if self._state is None else self._state.q
-        points = [
-            message(
-                "trajectory_msgs/msg/JointTrajectoryPoint",
-                positions=q + way * FRESH * qd,
-                velocities=share * qd,
-                time_from_start=message(
-                    "builtin_interfaces/msg/Duration", nanosec=round(1e9 * after * FRESH)
-                ),
-            )
-            for after, way, share in ((1.0, 1.0, 1.0), (2.0, 1.5, 0.0))
-        ]
+        """In `FRESH` to a velocity, and in as long again to rest."""
+        zero = np.zeros(self._size)
+        q, now = (zero, zero) if self._state is None else (self._state.q, self._state.qd)
+        reached = q + FRESH * (now + qd) / 2.0
+        points = []
+        for k, (place, velocity) in enumerate(((reached, qd), (reached + FRESH * qd / 2.0, zero))):
+            after = message("builtin_interfaces/msg/Duration", nanosec=round(1e9 * (k + 1) * FRESH))
+            fields = {"positions": place, "velocities": velocity, "time_from_start": after}
+            points.append(message("trajectory_msgs/msg/JointTrajectoryPoint", **fields))
         return message(self._type, joint_names=list(self._options.joints), points=points)
 
 

@@ -8,7 +8,7 @@ from pydantic import Field
 
 from hw.drivers import DriverContext
 from hw.robot import HardwareError
-from hw.ros2.link import Link, Ros2Options, Ros2Part
+from hw.ros2.part import Ros2Options, Ros2Part
 from hw.state import DepthArray, DepthImage, Fault, LaserReading
 from robots import CameraDescription
 
@@ -35,8 +35,8 @@ class Ros2Camera(Ros2Part):
             options.hears(options.depth, kind, slots=3, size=_IMAGE),
             options.hears(options.info, "sensor_msgs/msg/CameraInfo"),
         ]
-        lacks = f"{options.name(options.info)} does not tell its intrinsics"
-        super().__init__(Link("camera", options, context.clock, routes), context.clock, lacks)
+        super().__init__(options, context.clock, routes)
+        self._lacks = f"{options.name(options.info)} does not tell its intrinsics"
         self._info: Any = None
         self._maps: tuple[DepthArray, DepthArray] | None = None
         self._image: DepthImage | None = None
@@ -51,10 +51,10 @@ class Ros2Camera(Ros2Part):
         return self._faults()
 
     def _hear(self) -> bool:
-        for _, info in self._link.new(1):
+        for _, info in self._new(1):
             if self._info is None or not np.array_equal(info.k, self._info.k):
                 self._info, self._maps = info, _maps(info, self._camera)
-        images = list(self._link.new(0)) if self._info is not None else []
+        images = list(self._new(0)) if self._info is not None else []
         if images:
             stamp, image = images[-1]
             depth = _compressed(image) if self._is_compressed else _metres(image)
@@ -130,7 +130,7 @@ class Ros2Laser(Ros2Part):
 
     def __init__(self, options: LaserOptions, context: DriverContext) -> None:
         routes = [options.hears(options.scan, "sensor_msgs/msg/LaserScan", size=_SCAN)]
-        super().__init__(Link("laser", options, context.clock, routes), context.clock)
+        super().__init__(options, context.clock, routes)
         if context.robot.laser is None:
             raise HardwareError("the robot's description has no laser, which says where it is")
         self._bTs = context.robot.laser.bTs
@@ -143,7 +143,7 @@ class Ros2Laser(Ros2Part):
 
     def _hear(self) -> bool:
         before = self._reading
-        for stamp, scan in self._link.new(0):
+        for stamp, scan in self._new(0):
             ranges = np.array(scan.ranges, dtype=float)
             ranges[~((ranges >= scan.range_min) & (ranges <= scan.range_max))] = np.nan
             angles = scan.angle_min + scan.angle_increment * np.arange(len(ranges))

@@ -130,11 +130,11 @@ def test_commands_are_what_the_robots_file_says():
 
     for kind in ("Float64MultiArray", "JointTrajectory", "JointJog"):
         arm = Ros2Arm(ArmOptions(joints=tuple("abcdefg"), message=kind), context)
-        arm._link.tell = tell
+        arm._publish = tell
         arm._tell(qd)
     for stamped in (False, True):
         base = Ros2Base(BaseOptions(stamped=stamped), context)
-        base._link.tell = tell
+        base._publish = tell
         base._tell(np.array([0.1, 0.0, 0.2]))
     assert sent["Float64MultiArray"][0].data.tolist() == qd.tolist()
     assert not sent["Float64MultiArray"][1].data.any()

@@ -1,7 +1,7 @@
-"""The topics of one part of a robot: newest messages, commands, and why there is silence."""
+"""What the parts of a robot in ROS 2 share: messages, commands, and why there is silence."""
 
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from math import inf
 from typing import Any
 
@@ -46,20 +46,20 @@ class Ros2Options(DriverOptions):
         return Route(f"rt/{self.name(topic).lstrip('/')}", kind, False)
 
 
-class Link:
-    """The process of one part; the first of its routes must not fall silent."""
+class Ros2Part:
+    """A part of a robot behind a process; the first of its routes must not fall silent."""
 
-    def __init__(self, what: str, options: Ros2Options, clock: Clock, routes: list[Route]) -> None:
-        self._clock, self._routes = clock, routes
-        self.silence = options.silence
-        self._where = f"domain {options.domain}" + (
-            f" at {options.address}" * bool(options.address)
-        )
+    _lacks = ""  # what is wrong if that tells nothing of this part
+
+    def __init__(self, options: Ros2Options, clock: Clock, routes: list[Route]) -> None:
+        self._clock, self._routes, self._silence = clock, routes, options.silence
+        address = f" at {options.address}" if options.address else ""
+        self._where = f"domain {options.domain}{address}"
         settings = {"domain": options.domain, "address": options.address, "routes": routes}
         self._process = DriverProcess(
             "hw.ros2.carrier",
-            f"ROS 2 {what}",
-            f"{self._where} {options.name(what)}",
+            type(self).__name__,
+            f"{self._where} {options.namespace}".strip(),
             settings,
             pages(routes),
             _CONNECTING,
@@ -70,23 +70,40 @@ class Link:
         self._seen = [0] * len(routes)
         self._last = [-inf] * len(routes)  # stamps of the newest messages, as given
         self._clocks = [SensorClock() for _ in routes]
-        self._telling = threading.Lock()
+        self._heard = -inf  # when the newest state was heard
+        self._hearing, self._telling = threading.Lock(), threading.Lock()
 
-    def start(self) -> None:
-        """Start the process."""
+    def connect(self) -> None:
+        """Start the process, and wait for the first state; HardwareError: what is missing."""
         self._process.start()
+        try:
+            self.recover()
+        except HardwareError:
+            self.close()
+            raise
 
-    def wait(self, trouble_of: Callable[[], str]) -> None:
-        """Wait until there is no trouble; HardwareError: there still is."""
+    def recover(self) -> None:
+        """Wait until its nodes are back, also in a new process; HardwareError: they are not."""
         if self._process.end_of_it():
             self._process.start()
         until, pause = stopwatch() + _PATIENCE, threading.Event()
-        while trouble := trouble_of():
+        while trouble := self._trouble():
             if stopwatch() > until:
                 raise HardwareError(trouble)
             pause.wait(_POLL)
 
-    def new(self, route: int) -> Iterator[tuple[float, Any]]:
+    def stop(self) -> None:
+        """It does not move."""
+
+    def close(self) -> None:
+        """Stop, and end the process."""
+        self._process.end()
+
+    def _hear(self) -> bool:
+        """Take over what came; whether there was a new state."""
+        raise NotImplementedError
+
+    def _new(self, route: int) -> Iterator[tuple[float, Any]]:
         """Messages that came since, with their stamps on the session's clock [s].
 
         The stamps are those of their headers, else of the arrival. A message that was overtaken
@@ -111,15 +128,22 @@ class Link:
             age = stopwatch() - self._clocks[route].stamp(given, arrived, epoch() - age)
         return self._clock.now() - age
 
-    def tell(self, route: int, message: Any, stop: Any = None, holds: float = FRESH) -> None:
-        """Publish a message, and `stop` when none has followed it in time."""
+    def _publish(self, route: int, message: Any, stop: Any = None, holds: float = FRESH) -> None:
+        """Send a message, and `stop` when none has followed it in time."""
         kind = self._routes[route].type
         first, then = encode(kind, message), b"" if stop is None else encode(kind, stop)
         with self._telling:
             self._rings[route].put(stopwatch(), COMMAND.pack(len(first), holds), first, then)
 
-    def trouble(self) -> str:
-        """Why the part cannot be used; empty if it can."""
+    def _faults(self) -> tuple[Fault, ...]:
+        text, kind = self._trouble(), FaultKind.CONNECTION
+        return (Fault(kind=kind, text=text, clearable=True),) if text else ()
+
+    def _trouble(self) -> str:
+        """Why it cannot be used; empty if it can."""
+        with self._hearing:
+            if self._hear():
+                self._heard = self._clock.now()
         if ended := self._process.end_of_it():
             return f"the driver of ROS 2 ({self._where}): {ended}"
         status = self._status.get()
@@ -129,59 +153,10 @@ class Link:
             if not matched and not (route.hears and (route.sensor or route.latched)):
                 return f"nobody listens to {_name(route)} in {self._where} as {route.type}"
         arrival = self._rings[0].arrival()
-        if arrival is None or stopwatch() - arrival > self.silence:
+        if arrival is None or stopwatch() - arrival > self._silence:
             return f"nobody publishes {_name(self._routes[0])} in {self._where}: look at its node"
-        return ""
-
-    def close(self) -> None:
-        """End the process, which stops the part."""
-        self._process.end()
+        return self._lacks if self._clock.now() - self._heard > self._silence else ""
 
 
 def _name(route: Route) -> str:
     return "/" + route.topic.partition("/")[2]
-
-
-class Ros2Part:
-    """A part of a robot; a subclass takes over what it hears."""
-
-    def __init__(self, link: Link, clock: Clock, lacks: str = "") -> None:
-        self._link, self._clock, self._lacks = link, clock, lacks
-        self._heard = -inf  # when the newest state was heard
-        self._hearing = threading.Lock()
-
-    def connect(self) -> None:
-        """Start the process, and wait for the first state; HardwareError: what is missing."""
-        self._link.start()
-        try:
-            self._link.wait(self._trouble)
-        except HardwareError:
-            self.close()
-            raise
-
-    def recover(self) -> None:
-        """Wait until its nodes are back, also in a new process; HardwareError: they are not."""
-        self._link.wait(self._trouble)
-
-    def stop(self) -> None:
-        """It does not move."""
-
-    def close(self) -> None:
-        """Stop, and end the process."""
-        self._link.close()
-
-    def _trouble(self) -> str:
-        """Why it cannot be used; empty if it can."""
-        with self._hearing:
-            if self._hear():
-                self._heard = self._clock.now()
-        is_silent = self._clock.now() - self._heard > self._link.silence
-        return self._link.trouble() or (self._lacks if is_silent else "")
-
-    def _faults(self) -> tuple[Fault, ...]:
-        text, kind = self._trouble(), FaultKind.CONNECTION
-        return (Fault(kind=kind, text=text, clearable=True),) if text else ()
-
-    def _hear(self) -> bool:
-        """Take over what came; whether there was a new state."""
-        raise NotImplementedError
