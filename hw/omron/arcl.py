@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 from hw.clock import stopwatch
-from hw.omron.site import ArclSettings
+from hw.omron.options import ArclOptions
 from hw.omron.teleop_settings import Values
 from hw.robot import HardwareError
 
@@ -40,7 +40,7 @@ class ArclState:
 class Arcl:
     """One connection to the text interface; a thread of its own reads and polls it."""
 
-    def __init__(self, host: str, settings: ArclSettings) -> None:
+    def __init__(self, host: str, settings: ArclOptions) -> None:
         self._settings = settings
         self._where = f"Omron text interface at {host}:{settings.port}"
         self._address = (host, settings.port)

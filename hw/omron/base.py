@@ -2,18 +2,21 @@
 
 import threading
 from collections.abc import Callable
+from math import radians
 
 import numpy as np
 from pinocchio import SE3
 
 from hw.clock import Clock, stopwatch
 from hw.omron.arcl import Arcl, Motors
+from hw.omron.commander import ACCELERATIONS, Accelerations
 from hw.omron.connection import first_readings, named_errors, open_connection
 from hw.omron.faults import connection_lost, why_lost
 from hw.omron.handshake import Catalogue
 from hw.omron.laser import Echoes
 from hw.omron.link import Link
-from hw.omron.site import REST, OmronSettings, Site, Velocity, is_at_rest
+from hw.omron.options import OmronOptions
+from hw.omron.site import REST, Site, Velocity, is_at_rest
 from hw.omron.telemetry import OLDEST_POSE, Pose, Telemetry, extrapolate
 from hw.omron.teleop_settings import SECTIONS, TELEOP, Values, site_of
 from hw.robot import RECOVERY_MEMORY, RECOVERY_PAUSES, HardwareError
@@ -35,8 +38,13 @@ class OmronBase:
     stands still, with a fault; its stamp goes on, so that a recovery gets its chance.
     """
 
-    def __init__(self, settings: OmronSettings, clock: Clock) -> None:
-        self._settings, self._clock = settings, clock
+    def __init__(
+        self,
+        settings: OmronOptions,
+        clock: Clock,
+        accelerations: Accelerations = ACCELERATIONS,
+    ) -> None:
+        self._settings, self._clock, self._accelerations = settings, clock, accelerations
         self._arcl: Arcl | None = None
         self._link: Link | None = None
         self._has_begun = False  # whether the world has: at the first localised pose
@@ -64,7 +72,7 @@ class OmronBase:
         self._closing.clear()
         self._link, self._has_begun = None, False
         if self._settings.arcl is not None:
-            self._arcl = Arcl(self._settings.host, self._settings.arcl)
+            self._arcl = Arcl(self._settings.address, self._settings.arcl)
             self._arcl.connect(self._settings.connect_patience)
         try:
             self._open(claim=False)
@@ -187,7 +195,7 @@ class OmronBase:
     def link(self) -> Link:
         """The open connection; HardwareError: there is none."""
         if self._link is None:
-            raise HardwareError(f"Omron base at {self._settings.host}: not connected")
+            raise HardwareError(f"Omron base at {self._settings.address}: not connected")
         return self._link
 
     def _open(self, *, claim: bool) -> None:
@@ -198,7 +206,8 @@ class OmronBase:
             with named_errors(settings):
                 self.catalogue, self.protocol = connection.catalogue, connection.protocol
                 telemetry = first_readings(connection, settings, claim=claim)
-                link, before = Link(connection, telemetry, settings, self._arcl), self._link
+                limits, before = self._accelerations, self._link
+                link = Link(connection, telemetry, settings, limits, self._arcl)
                 link.wTo = (
                     begun(telemetry)
                     if before is None
@@ -221,7 +230,7 @@ class OmronBase:
     def _is_sound(self, link: Link) -> bool:
         """Whether there is no fault; HardwareError: the base was closed meanwhile."""
         if self._closing.is_set():
-            raise HardwareError(f"Omron base at {self._settings.host}: closed")
+            raise HardwareError(f"Omron base at {self._settings.address}: closed")
         with link.lock:
             return not link.lost and not link.faults(stopwatch())
 
@@ -257,10 +266,11 @@ def continued(wTo: SE3, before: Telemetry, telemetry: Telemetry) -> SE3:
     return wTo * oTb * way * oTb_now.inverse()
 
 
-def _covariance(settings: OmronSettings, score: float | None) -> Array:
+def _covariance(settings: OmronOptions, score: float | None) -> Array:
     """(3, 3) of the localised pose: x, y and yaw on the map [m², m rad, rad²]."""
     worse = 1.0 if score is None else max(1.0, _GOOD_SCORE / max(score, _LEAST_SCORE))
-    sigma = worse * np.array([settings.sigma, settings.sigma, settings.sigma_turn])
+    site = settings.localisation
+    sigma = worse * np.array([site.sigma, site.sigma, radians(site.sigma_deg)])
     return np.diag(sigma**2)
 
 

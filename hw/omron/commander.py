@@ -3,7 +3,7 @@
 from math import copysign, inf
 from typing import Literal
 
-from hw.omron.site import REST, OmronSettings, Ratios, Site, Velocity, is_at_rest
+from hw.omron.site import REST, Ratios, Site, Velocity, is_at_rest
 
 ZERO_AFTER = 0.1  # a command older than this counts as a velocity of zero [s]
 STOP_AFTER = 0.2  # a command older than this is a stop, repeated until the base is at rest [s]
@@ -12,6 +12,11 @@ _ON_ITS_WAY = 0.03  # a velocity that arrives sooner after a stop may be from be
 _LONGEST_STEP = 0.05  # velocities grow for this long at most between two cycles [s]
 _HALT = Ratios(0.0, 0.0)
 _PULSE = 0.2  # two cycles of a base that takes a velocity every 0.1 s [s]
+
+Accelerations = tuple[float, float]
+ACCELERATIONS: Accelerations = (1.5, 3.0)
+"""Commanded velocities grow no faster than this, whoever commands them [m/s^2, rad/s^2]. The limits
+of the robot file hold before, those of the base itself after."""
 
 Order = Ratios | Literal["stop"] | None
 
@@ -25,11 +30,10 @@ class Commander:
     the base is at rest; then there is none until the next command.
     """
 
-    def __init__(self, settings: OmronSettings) -> None:
-        self._site = settings.site
-        self._accelerations = settings.acceleration, settings.turn_acceleration
+    def __init__(self, site: Site, accelerations: Accelerations = ACCELERATIONS) -> None:
+        self._site, self._accelerations = site, accelerations
         self._now = REST  # on its way to the target
-        self._pulses = _Pulses(settings.site)
+        self._pulses = _Pulses(site)
         self._target = REST
         self._given: float | None = None  # when the newest command came; None after a stop
         self._stopping = False

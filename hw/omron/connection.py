@@ -15,8 +15,9 @@ from hw.omron.handshake import (
     read_greeting,
     read_rejection,
 )
+from hw.omron.options import OmronOptions
 from hw.omron.packet import LayoutError, Packet, PacketStream
-from hw.omron.site import OmronSettings, is_at_rest
+from hw.omron.site import is_at_rest
 from hw.omron.telemetry import POSE, Telemetry
 from hw.robot import HardwareError
 
@@ -56,19 +57,19 @@ class Connection:
 
 
 @contextmanager
-def named_errors(settings: OmronSettings) -> Iterator[None]:
+def named_errors(settings: OmronOptions) -> Iterator[None]:
     """Errors name the base; those of the system become `HardwareError`."""
-    where = f"Omron base at {settings.host}:{settings.port}"
+    where = f"Omron base at {settings.address}:{settings.port}"
     try:
         yield
     except (OSError, HardwareError) as error:
         raise HardwareError(f"{where}: {_cause(error)}") from error
 
 
-def open_connection(settings: OmronSettings) -> Connection:
+def open_connection(settings: OmronOptions) -> Connection:
     """Connect, introduce ourselves, and read the requests; HardwareError with cause and hint."""
     with named_errors(settings):
-        address = (settings.host, settings.port)
+        address = (settings.address, settings.port)
         connection = Connection(
             socket.create_connection(address, timeout=settings.connect_patience)
         )
@@ -82,7 +83,7 @@ def open_connection(settings: OmronSettings) -> Connection:
         return connection
 
 
-def _introduce(connection: Connection, settings: OmronSettings) -> None:
+def _introduce(connection: Connection, settings: OmronOptions) -> None:
     packet = _expect(
         connection,
         settings,
@@ -113,7 +114,7 @@ def _introduce(connection: Connection, settings: OmronSettings) -> None:
 
 def _expect(
     connection: Connection,
-    settings: OmronSettings,
+    settings: OmronOptions,
     commands: tuple[FromServer, ...],
     complaint: str,
 ) -> Packet:
@@ -123,7 +124,7 @@ def _expect(
     raise HardwareError(complaint)
 
 
-def _read_lists(connection: Connection, settings: OmronSettings) -> None:
+def _read_lists(connection: Connection, settings: OmronOptions) -> None:
     """Read the catalogue until it has everything that the driver uses."""
     catalogue = connection.catalogue
     for packet in connection.packets(stopwatch() + settings.lists_patience):
@@ -157,7 +158,7 @@ def _cause(error: Exception) -> str:
             return f"{error.__class__.__name__}: {error}".replace("\n", " ")
 
 
-def first_readings(connection: Connection, settings: OmronSettings, *, claim: bool) -> Telemetry:
+def first_readings(connection: Connection, settings: OmronOptions, *, claim: bool) -> Telemetry:
     """Subscribe; check that the base, stopped if `claim`, is at rest and free, or HardwareError."""
     catalogue, patience = connection.catalogue, settings.connect_patience
     lead = settings.laser_delay - settings.pose_delay

@@ -5,7 +5,6 @@ import socket
 import threading
 from collections.abc import Iterator
 from contextlib import closing, suppress
-from dataclasses import replace
 from math import ceil, inf
 from struct import pack
 
@@ -13,13 +12,13 @@ from pinocchio import SE3
 
 from hw.clock import stopwatch
 from hw.omron.arcl import Arcl
-from hw.omron.commander import STOP_AFTER, Commander
+from hw.omron.commander import STOP_AFTER, Accelerations, Commander
 from hw.omron.connection import Connection, open_connection
 from hw.omron.faults import MotionMonitor, arcl_faults, telemetry_faults
 from hw.omron.guardian import Guardian
 from hw.omron.handshake import FromClient, FromServer
+from hw.omron.options import OmronOptions
 from hw.omron.packet import encode
-from hw.omron.site import OmronSettings
 from hw.omron.telemetry import Telemetry, drive_payload
 from hw.robot import HardwareError
 from hw.state import Fault
@@ -36,12 +35,13 @@ class Link:
         self,
         connection: Connection,
         telemetry: Telemetry,
-        settings: OmronSettings,
+        settings: OmronOptions,
+        accelerations: Accelerations,
         arcl: Arcl | None,
     ) -> None:
         self.lock = threading.Lock()  # protects all attributes
         self.telemetry = telemetry
-        self.commander = Commander(settings)
+        self.commander = Commander(settings.site, accelerations)
         self.monitor = MotionMonitor(settings.site)
         self.wTo = SE3.Identity()  # odometry of this connection in the world
         self.lost = ""  # why the connection is lost; empty while connected
@@ -132,9 +132,8 @@ class Link:
                 self._arcl.stop()
         with suppress(OSError, HardwareError):
             patience = min(_RECONNECTING, self._settings.connect_patience)
-            connection = open_connection(
-                replace(self._settings, connect_patience=patience, lists_patience=patience)
-            )
+            brief = {"connect_patience": patience, "lists_patience": patience}
+            connection = open_connection(self._settings.model_copy(update=brief))
             with closing(connection.socket):
                 connection.socket.sendall(connection.catalogue.command("stop"))
                 connection.socket.sendall(encode(FromClient.SHUTDOWN))

@@ -1,4 +1,4 @@
-"""Settings of one LD-60, and conversion between velocities and the ratios of `ratioDrive`.
+"""Full scale of one LD-60, and conversion between velocities and the ratios of `ratioDrive`.
 
 The command takes percentages of full-scale speeds that MobilePlanner keeps under "Teleop settings".
 The formula and the dead zones were read in the open ARIA library and verified on its server; that
@@ -6,7 +6,7 @@ the LD-60 keeps them is inferred. That 100 % are 1.0 m/s forwards, 0.25 m/s back
 is what drivers that ran on real LD bases use [reported].
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import hypot, radians
 from typing import NamedTuple
 
@@ -96,40 +96,3 @@ def _percent(ratio: float) -> float:
 def is_at_rest(velocity: Velocity) -> bool:
     """Whether a base of this measured velocity is at rest."""
     return hypot(velocity.v, velocity.w) < _AT_REST
-
-
-@dataclass(frozen=True, kw_only=True)
-class ArclSettings:
-    """The text interface, which exists only where MobilePlanner has a password for it."""
-
-    password: str
-    port: int = 7171
-    poll: float = 0.25  # polling interval of motors, faults and localisation score [s]
-    patience: float = 1.5  # without any answer for this long the connection is lost [s]
-
-
-@dataclass(frozen=True, kw_only=True)
-class OmronSettings:
-    """One base; port and users without a password are as reported."""
-
-    host: str
-    user: str
-    password: str = ""
-    port: int = 7272
-    arcl: ArclSettings | None = None  # None: motors, stop and faults are not reported
-    site: Site = field(default_factory=Site)
-    acceleration: float = 1.5
-    """Commanded velocities grow no faster than this, whoever commands them [m/s^2]. The limits of
-    the robot file hold before, those of the base itself after."""
-    turn_acceleration: float = 3.0  # the same for turning [rad/s^2]
-    pose_delay: float = 0.0  # age of a pose on arrival [s]
-    sigma: float = 0.02  # deviation of its localisation along x, and along y [m]
-    sigma_turn: float = radians(0.5)  # the same of its heading [rad]
-    laser_delay: float = 0.0  # age of a scan of the laser on arrival [s]
-    silence: float = 1.0  # without a byte for this long the connection is lost [s]
-    connect_patience: float = 3.0  # timeout of each step of connecting [s]
-    lists_patience: float = 5.0  # timeout of the list of requests [s]
-    least_score: float | None = None  # a lower one (0 to 1) is a fault; None: only a lost one
-    score_scale: float | None = None
-    """A full score in `getLocState`: 100 or 1000 (sources disagree); None: unknown, the score is
-    not used until one above 100 settles it."""

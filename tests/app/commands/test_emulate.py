@@ -13,7 +13,7 @@ from command_line import call
 
 from hw import HardwareError, WallClock
 from hw.emulators.frankie import FrankieEmulator
-from hw.omron import ArclSettings, OmronBase, OmronSettings
+from hw.omron import ArclOptions, OmronBase, OmronOptions
 
 PROGRAM = [sys.executable, "-m", "frankie_task_cli", "emulate"]
 ADDRESS = f"127.{os.getpid() % 200 + 20}.77.1"
@@ -46,14 +46,14 @@ def test_an_emulated_base_in_a_process_of_its_own():
     words = "omron --port 0 --arcl-port 0 --user me --password it"
     with emulating(words) as process:
         ports = [int(process.stdout.readline().split(":")[1].split(",")[0]) for _ in range(2)]
-        text = ArclSettings(password="adept", port=ports[1])
-        account = {"host": "127.0.0.1", "port": ports[0], "user": "me", "arcl": text}
-        base = OmronBase(OmronSettings(**account, password="it"), WallClock())
+        text = ArclOptions(password="adept", port=ports[1])
+        account = {"address": "127.0.0.1", "port": ports[0], "user": "me", "arcl": text}
+        base = OmronBase(OmronOptions(**account, password="it"), WallClock())
         base.connect()
         assert base.read().faults == ()
         base.close()
         with pytest.raises(HardwareError, match="password"):
-            OmronBase(OmronSettings(**account), WallClock()).connect()
+            OmronBase(OmronOptions(**account), WallClock()).connect()
 
 
 def test_an_emulated_arm_lists_and_does_what_is_typed():

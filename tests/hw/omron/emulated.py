@@ -13,7 +13,7 @@ import numpy as np
 from hw import WallClock
 from hw.clock import stopwatch
 from hw.emulators.omron import OmronEmulator
-from hw.omron import ArclSettings, OmronBase, OmronSettings
+from hw.omron import ArclOptions, OmronBase, OmronOptions
 from hw.state import BaseState, FaultKind
 
 SPEED = 0.15  # of the moving base: reached after 0.3 s, gone after 0.25 s [m/s]
@@ -22,9 +22,9 @@ PATIENCE = 60.0  # also on a busy machine [s]
 
 def base_of(emulator: OmronEmulator, *, arcl: str = "", **settings: Any) -> OmronBase:
     """A driver for an emulated base; with the text interface where there is a password for it."""
-    text = ArclSettings(password=arcl, port=emulator.arcl_port, poll=0.05) if arcl else None
-    given = {"host": "127.0.0.1", "port": emulator.port, "user": "frankie", "arcl": text}
-    return OmronBase(OmronSettings(**(given | settings)), WallClock())
+    text = ArclOptions(password=arcl, port=emulator.arcl_port, poll=0.05) if arcl else None
+    given = {"address": "127.0.0.1", "port": emulator.port, "user": "frankie", "arcl": text}
+    return OmronBase(OmronOptions(**(given | settings)), WallClock())
 
 
 @contextmanager

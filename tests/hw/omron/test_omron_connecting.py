@@ -12,7 +12,7 @@ from emulated import SPEED, base_of, connected, repeating, wait_for
 from hw import HardwareError, WallClock
 from hw.emulators.omron import EVERYTHING, OmronEmulator, Options
 from hw.emulators.omron.wire import Writer, seal
-from hw.omron import ArclSettings, OmronBase, OmronSettings
+from hw.omron import ArclOptions, OmronBase, OmronOptions
 
 
 def refused(base: OmronBase, *words: str) -> None:
@@ -27,8 +27,8 @@ def refused(base: OmronBase, *words: str) -> None:
 
 
 def at(port: int, **settings) -> OmronBase:
-    given = {"host": "127.0.0.1", "port": port, "user": "frankie", "connect_patience": 0.3}
-    return OmronBase(OmronSettings(**(given | settings)), WallClock())
+    given = {"address": "127.0.0.1", "port": port, "user": "frankie", "connect_patience": 0.3}
+    return OmronBase(OmronOptions(**(given | settings)), WallClock())
 
 
 @contextmanager
@@ -53,7 +53,7 @@ def test_nothing_listens():
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
     refused(at(port), f"127.0.0.1:{port}", "nothing listens", "check the port")
-    refused(at(port, arcl=ArclSettings(password="adept", port=port)), "ARCL", f":{port}")
+    refused(at(port, arcl=ArclOptions(password="adept", port=port)), "ARCL", f":{port}")
 
 
 @pytest.mark.parametrize(

@@ -30,9 +30,9 @@ SCRIPT = """
 import sys, time
 import numpy as np
 from hw import WallClock
-from hw.omron import OmronBase, OmronSettings
+from hw.omron import OmronBase, OmronOptions
 base = OmronBase(
-    OmronSettings(host="127.0.0.1", port=int(sys.argv[1]), user="frankie"), WallClock()
+    OmronOptions(address="127.0.0.1", port=int(sys.argv[1]), user="frankie"), WallClock()
 )
 base.connect()
 print(base.link.guardian.pid, flush=True)

@@ -1,6 +1,5 @@
 """What becomes of a velocity: ratios, what the base makes of them, and limits on random streams."""
 
-from dataclasses import replace
 from math import radians
 
 import numpy as np
@@ -10,12 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hw.emulators.omron.controller import Controller, Teleop
-from hw.omron.commander import Commander
-from hw.omron.site import REST, OmronSettings, Ratios, Site, Velocity
+from hw.omron.commander import ACCELERATIONS, Commander
+from hw.omron.site import REST, Ratios, Site, Velocity
 
 AT_REST_AS_AT_SPEED = {"turn_forwards": radians(50.0), "turn_backwards": radians(50.0)}
 TURN_DEPENDS = Site(turn_at_forward=radians(25.0), turn_at_reverse=radians(25.0))
-SETTINGS = OmronSettings(host="nowhere", user="nobody")
 velocities = st.builds(Velocity, st.floats(-3.0, 3.0), st.floats(-4.0, 4.0))
 
 
@@ -65,7 +63,7 @@ SLOW = [(0.03, 0.0), (-0.01, 0.0), (0.0, 0.01), (0.05, 0.04), (0.08, -0.01), (0.
 @pytest.mark.parametrize("site", [Site(), Site(dead_translation=0.0, dead_rotation=0.0)])
 @pytest.mark.parametrize("wanted", SLOW)
 def test_slow_velocities_are_driven_in_pulses_that_go_as_far(wanted, site):
-    it = Commander(replace(SETTINGS, site=site))
+    it = Commander(site)
     way, peak, seconds = np.zeros(2), np.zeros(2), 40.0
     for step in range(int(seconds / 0.025)):
         now = 0.025 * step
@@ -79,7 +77,7 @@ def test_slow_velocities_are_driven_in_pulses_that_go_as_far(wanted, site):
 
 
 def test_an_old_command_becomes_zero_then_a_stop_then_nothing():
-    it, moving = Commander(SETTINGS), Velocity(0.3, 0.0)
+    it, moving = Commander(Site()), Velocity(0.3, 0.0)
     assert it.order(5.0, Velocity(0.5, 0.0), may_move=True) is None
     it.command(moving, 10.0)
     assert it.order(10.0, REST, may_move=True).translation > 0.0
@@ -97,7 +95,7 @@ def test_an_old_command_becomes_zero_then_a_stop_then_nothing():
 
 
 def test_a_velocity_from_before_the_stop_does_not_end_it():
-    it = Commander(SETTINGS)
+    it = Commander(Site())
     it.command(Velocity(0.3, 0.0), 1.0)
     it.order(1.0, REST, may_move=True)
     it.stop()
@@ -110,7 +108,7 @@ def test_a_velocity_from_before_the_stop_does_not_end_it():
 @pytest.mark.parametrize("looks", [True, False])
 def test_after_a_long_pause_the_velocity_begins_at_zero_again(looks):
     """A process that was suspended does not lurch, whether or not it sees its old command first."""
-    it = Commander(SETTINGS)
+    it = Commander(Site())
     for step in range(200):
         it.command(Velocity(1.0, 0.0), step / 100)
         it.order(step / 100, REST, may_move=True)
@@ -123,10 +121,10 @@ def test_after_a_long_pause_the_velocity_begins_at_zero_again(looks):
 
 def run_stream(rng: np.random.Generator) -> None:
     """Random commands at random times, judged by what the emulated base makes of them."""
-    it, wheels = Commander(SETTINGS), Bench()
+    it, wheels = Commander(Site()), Bench()
     controller = Controller(wheels, Teleop(**AT_REST_AS_AT_SPEED))
     site, now, given_at, before = Site(), 0.0, -1.0, (0.0, 0.0)
-    limits = (SETTINGS.acceleration, SETTINGS.turn_acceleration)
+    limits = ACCELERATIONS
     for _ in range(int(rng.integers(20, 60))):
         now += float(rng.choice((0.0, 0.01, 0.025, 0.025, 0.05, 0.3)))
         if rng.random() < 0.7:

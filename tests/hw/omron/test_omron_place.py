@@ -85,7 +85,7 @@ def test_the_world_begins_with_the_map_and_stays_when_the_localised_pose_jumps()
     wheels = Unicycle(START)
     with (
         OmronEmulator(Options(seed=4, offset=OFFSET), wheels) as emulator,
-        connected(emulator, sigma=0.03) as base,
+        connected(emulator, localisation={"sigma": 0.03}) as base,
     ):
         assert base.link.telemetry.has_encoders
         begin = base.read()

@@ -74,7 +74,7 @@ def test_the_first_contact_of_the_page_works_with_the_emulator(capsys):
     code, *_ = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
     with OmronEmulator() as emulator:
         for said, here in (
-            ('host="10.10.10.10"', f'host="127.0.0.1", port={emulator.port}'),
+            ('address="10.10.10.10"', f'address="127.0.0.1", port={emulator.port}'),
             ('password="adept"', f'password="adept", port={emulator.arcl_port}'),
         ):
             assert said in code
