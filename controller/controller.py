@@ -19,7 +19,7 @@ from controller.command import (
 )
 from controller.floor.base_drive import Pose2D
 from controller.guidance import Guidance
-from controller.holistic_qp import linearise
+from controller.holistic_qp import Linearisation, linearise
 from controller.model import Lag, RobotModel
 from controller.qp_solver import Rows, Solver, joined
 from controller.report import StepReport
@@ -70,6 +70,8 @@ class HolisticController:
         self._compensation = np.zeros(model.n)
         """(n,) by which the arm compensated for the lag of the base in the last period."""
         self._waits_for = ""
+        self._linearised: Linearisation | None = None
+        self._periods = 0
         self._checked: MotionGoal | None = None
         """The last goal that was checked."""
 
@@ -125,7 +127,9 @@ class HolisticController:
         base, applied = Pose2D.of(state.wTb), self.model.velocities(last)
         bounds = self._bounds(state.q, applied, _caution(surroundings.uncertainty))
         self._lag.update(applied)
-        kinematics = linearise(self.model, self.settings, state.q)
+        before = self._linearised if self._periods % self.settings.slow_periods else None
+        kinematics = self._linearised = linearise(self.model, self.settings, state.q, before)
+        self._periods += 1
         return Tick(state, base, goal, applied, bounds, kinematics, surroundings)
 
     def _task(self, tick: Tick) -> Task:

@@ -72,6 +72,10 @@ class Guidance:
         self.next_goal.reset()
         self._start_goal(None)
         self._set_stance(None)
+        self._asked: PoseGoal | None = None
+        self._bias: StanceBias | None = None
+        self._age = 0  # of the bias [periods]
+        self._lasts = False  # whether it may be used again, on a free way to the stance
 
     @property
     def base(self) -> Pose2D | None:
@@ -127,8 +131,13 @@ class Guidance:
         """
         g = self._guidance
         distance = error.position + g.metres_per_radian * error.orientation
+        self._age += 1
         if moved := self._finder.update(surroundings):
             self.next_goal.reset()
+        elif self._lasts and goal is self._asked and self._age < self._settings.slow_periods:
+            return self._bias
+        self._asked, self._lasts = goal, False
+        passed, self._age = self._age, 0
         changed = moved or (bool(self.unreachable) and goal.hand_may_touch != self._hand_may_touch)
         follows = goal.is_moving and not goal.straight and self._follower is not None
         changed = changed or (follows and not self._follows)
@@ -149,7 +158,7 @@ class Guidance:
         if self.rests:
             self.remaining = (inf, inf)
             return None
-        if self._has_stalled(remaining, goal) and not goal.straight and self._detours_left:
+        if self._has_stalled(remaining, goal, passed) and not goal.straight and self._detours_left:
             stance, detour = self.stance, self.detour
             self._give_up_stance(goal, wTb, q)
             self._stalled = True
@@ -162,9 +171,12 @@ class Guidance:
         if self._follows and self._follower is not None:
             following = self._follower(self.stance, goal, error, wTb, q)
         model, settings, detour = self._model, self._settings, self.detour
-        return bias_towards(
+        self._bias = bias_towards(
             model, settings, remaining, goal, wTb, q, detour=detour, following=following
         )
+        waits = remaining.in_transport or remaining.docks or following is not None
+        self._lasts = remaining.lead.final and self._search is None and not waits
+        return self._bias
 
     def lead_base(self, goal: BaseGoal, wTb: Pose2D, surroundings: Surroundings) -> Lead:
         """Where the base is led now on its way to a base goal."""
@@ -246,11 +258,11 @@ class Guidance:
             stance, self._base, distance, wTb, q, floor, space, follows=follows
         )
 
-    def _has_stalled(self, remaining: Remaining, goal: PoseGoal) -> bool:
+    def _has_stalled(self, remaining: Remaining, goal: PoseGoal, passed: int) -> bool:
         """Whether end effector, base and arm have made no progress for a while.
 
-        On a way among obstacles only progress of the base counts. A robot that follows a moving
-        goal or waits for a moving obstacle never stalls.
+        It was asked last `passed` periods ago. On a way among obstacles only progress of the base
+        counts. A robot that follows a moving goal or waits for a moving obstacle never stalls.
         """
         g = self._guidance
         if remaining.distance < g.close or goal.is_moving:
@@ -271,5 +283,5 @@ class Guidance:
             self._best = min(a, x), min(b, y), min(c, z)
             self._waited = 0
         elif not self.waits:
-            self._waited += 1
+            self._waited += passed
         return self._waited * self._settings.period >= g.patience

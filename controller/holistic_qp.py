@@ -37,16 +37,28 @@ class Linearisation(NamedTuple):
     heading_error: float  # θ_ε: bearing of the end effector seen from the base [rad] (eq. 13)
 
 
-def linearise(model: RobotModel, settings: ControllerSettings, q: Array) -> Linearisation:
-    """Kinematics and gradients at joint positions q (j,) [rad]."""
-    bTe, J, screws, hessian = model.kinematics(q)
-    n_base = model.n_base
-    gradient = np.zeros(model.n)
-    m, gradient[n_base:] = manipulability(screws[:, n_base:], hessian[n_base:, n_base:])
-    if settings.manipulability_of == "whole body":
-        gradient = manipulability(screws, hessian)[1]
-    elif settings.manipulability_of == "none":
+def linearise(
+    model: RobotModel,
+    settings: ControllerSettings,
+    q: Array,
+    before: Linearisation | None = None,
+) -> Linearisation:
+    """Kinematics and gradients at joint positions q (j,) [rad].
+
+    With a linearisation shortly before, manipulability and gradient are taken from it.
+    """
+    if before is not None:
+        bTe, J = model.tool(q)
+        m, gradient = before.manipulability, before.gradient
+    else:
+        bTe, J, screws, hessian = model.kinematics(q)
+        n_base = model.n_base
         gradient = np.zeros(model.n)
+        m, gradient[n_base:] = manipulability(screws[:, n_base:], hessian[n_base:, n_base:])
+        if settings.manipulability_of == "whole body":
+            gradient = manipulability(screws, hessian)[1]
+        elif settings.manipulability_of == "none":
+            gradient = np.zeros(model.n)
     x, y, _ = bTe.translation.tolist()
     return Linearisation(bTe, J, m, gradient, atan2(y, x))
 
@@ -87,10 +99,10 @@ def build_qp(
     gain, smoothness = settings.manipulability_gain, settings.smoothness
     turn = settings.heading_gain * wrap(linearisation.heading_error - bearing)
     gradient, before = linearisation.gradient.tolist(), last.tolist()
-    # -C (eq. 11)
-    linear = [gain * g + smoothness * v for g, v in zip(gradient, before, strict=True)]
+    # C (eq. 11)
+    linear = [-gain * g - smoothness * v for g, v in zip(gradient, before, strict=True)]
     for number, share in enumerate(model.base_turn.tolist()):
-        linear[number] += turn * share  # ε (eq. 13)
+        linear[number] -= turn * share  # ε (eq. 13)
     base_effort += smoothness
     arm_effort += smoothness
     if bias is not None:
@@ -99,10 +111,11 @@ def build_qp(
         arm_effort += bias.posture_weight
         weights = [bias.base_weight] * n_base + [bias.posture_weight] * (model.n - n_base)
         wanted = [*bias.base_velocity.tolist(), *bias.joint_velocity.tolist()]
-        linear = [c + w * v for c, w, v in zip(linear, weights, wanted, strict=True)]
+        linear = [c - w * v for c, w, v in zip(linear, weights, wanted, strict=True)]
 
-    P = (tracking * J.T) @ J
+    tracked = tracking * J.T
+    P = tracked @ J
     diagonal = P.reshape(-1)[:: model.n + 1]
     diagonal[:n_base] += base_effort
     diagonal[n_base:] += arm_effort
-    return QP(P, -np.array(linear) - tracking * (twist @ J), *bounds)
+    return QP(P, np.array(linear) - tracked @ twist, *bounds)

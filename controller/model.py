@@ -82,8 +82,10 @@ class RobotModel:
 
     def command(self, velocities: Array) -> Command:
         """The command for velocities (n,) of all degrees of freedom, base first."""
-        base = self.description.base.axes @ velocities[: self.n_base]
-        return Command(base_twist=base, qd=velocities[self.n_base :].copy())
+        every, twist = velocities.tolist(), [0.0, 0.0, 0.0]
+        for axis, speed in zip(self._base_axes, every, strict=False):
+            twist[axis] = speed
+        return Command(base_twist=np.array(twist), qd=np.array(every[self.n_base :]))
 
     def velocities(self, command: Command) -> Array:
         """(n,) velocities of all degrees of freedom, base first: the inverse of `command`."""
@@ -110,6 +112,13 @@ class RobotModel:
         arm = range(self.n_base + 1, self.n + 1)
         links = [wTb * self._data.oMi[joint] for joint in arm]
         return (wTb * self.description.bTa, *links, links[-1] * self.description.arm.lTh)
+
+    def tool(self, q: Array) -> tuple[SE3, Array]:
+        """Pose of the end effector in the base and its Jacobian, as `kinematics`."""
+        chain, data, axes = self.chain, self._data, pin.LOCAL_WORLD_ALIGNED
+        J = pin.computeFrameJacobian(chain, data, self.joints(q), self._tool, axes)
+        pin.updateFramePlacement(chain, data, self._tool)
+        return self._bTe.copy(), J
 
     def kinematics(self, q: Array) -> Kinematics:
         """Pose, Jacobian and Hessian of the end effector for joint positions q (j,) [rad]."""

@@ -181,19 +181,15 @@ def desired_twist(
     if settings.rotation_error == "roll pitch yaw":
         R = bTe.rotation
         rotation = R @ _roll_pitch_yaw(R.T @ bTw.rotation @ goal.wTe.rotation)
-    twist = np.empty(6)
+    gain, rotation_gain = settings.gain, settings.rotation_gain
     if settings.deceleration < inf:
         distance, angle = error.position, error.orientation
-        speed = approach_speed(distance, settings.gain, settings.deceleration, goal.speed)
-        twist[:3] = velocity_along(error.translation_vector, distance, speed)
-        rate = approach_speed(
-            angle, settings.rotation_gain, settings.turn_deceleration, goal.turn_rate
-        )
-        twist[3:] = velocity_along(rotation, angle, rate)
-    else:
-        twist[:3] = settings.gain * error.translation_vector
-        twist[3:] = settings.rotation_gain * rotation
-    return twist
+        speed = approach_speed(distance, gain, settings.deceleration, goal.speed)
+        rate = approach_speed(angle, rotation_gain, settings.turn_deceleration, goal.turn_rate)
+        gain = speed / distance if distance > 0.0 else 0.0
+        rotation_gain = rate / angle if angle > 0.0 else 0.0
+    linear = [gain * x for x in error.translation_vector.tolist()]
+    return np.array(linear + [rotation_gain * x for x in rotation.tolist()])
 
 
 def approach_speed(distance: float, gain: float, deceleration: float, max_speed: float) -> float:
@@ -206,11 +202,6 @@ def approach_speed(distance: float, gain: float, deceleration: float, max_speed:
     if distance <= transition:
         return min(gain * distance, max_speed)
     return min(sqrt(2.0 * deceleration * (distance - transition / 2.0)), max_speed)
-
-
-def velocity_along(vector: Array, length: float, speed: float) -> Array:
-    """A velocity of a speed along a vector of a length; zero if the length is zero."""
-    return vector * (speed / length) if length > 0.0 else np.zeros_like(vector)
 
 
 def _length(vector: Array) -> float:

@@ -160,7 +160,7 @@ class ControllerSettings(Checked):
     The defaults are the preset `frankie`; `PAPER` is the published controller.
     """
 
-    POSITIVE = ("period", "min_error")
+    POSITIVE = ("period", "min_error", "slow_periods")
 
     period: float = 0.01  # control period [s]
 
@@ -186,11 +186,14 @@ class ControllerSettings(Checked):
     limit_acceleration: bool = True  # keep the acceleration limits and brake for joint limits
     smoothness: float = 3.0  # cost of changing the velocities from one period to the next
     collision: CollisionSettings | None = CollisionSettings()  # None for no collision avoidance
+    slow_periods: int = 3
+    """In every so many periods what changes slowly is computed: Ĵ_m, and the bias on a free way."""
     guidance: GuidanceSettings | None = GuidanceSettings()
     """None for no stances: the end effector may get stuck in local minima."""
 
 
 PAPER = ControllerSettings(
+    slow_periods=1,
     heading_gain=0.5,
     min_error=1e-6,
     error_norm="manhattan",

@@ -160,7 +160,7 @@ class Proximity:
         results = [collision.measure(pair) for pair in some.tolist()]
         d = np.array([result.min_distance for result in results])
         self._at_least[some] = d
-        near = np.flatnonzero(d <= matters)
+        (near,) = (d <= matters).nonzero()
         if not len(near):
             return self._none
         some, results = some[near], [results[k] for k in near.tolist()]
