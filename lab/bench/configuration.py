@@ -19,6 +19,7 @@ from controller import (
     Surroundings,
 )
 from lab.bench.motion import Step
+from lab.bench.peers import LACKS, peer_step
 from robots import load_robot, with_base_speeds
 
 EXAMPLE = "example"
@@ -46,7 +47,7 @@ class Configuration:
     def model(self) -> RobotModel:
         """A new model of the robot."""
         description = load_robot(self.robot)
-        if self.preset != "frankie":
+        if self.preset in (EXAMPLE, "paper"):
             speed = self.base_speed or _PUBLISHED_BASE_SPEED
             description = with_base_speeds(description, speed, turn_rate=_PUBLISHED_BASE_SPEED)
             description = with_base_speeds(description, reverse=speed)  # as published
@@ -59,7 +60,13 @@ class Configuration:
         return HolisticController(model, settings)
 
     def step(self, model: RobotModel) -> Step:
-        """The step of a new controller."""
+        """The step of a new controller.
+
+        Raises:
+            ConfigError: a peer is not installed.
+        """
+        if self.preset in LACKS:
+            return peer_step(self.preset, model, self.period)
         step = self.controller(model).step
         return _as_published(step) if self.preset == EXAMPLE else step
 

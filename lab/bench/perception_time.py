@@ -10,7 +10,7 @@ from pinocchio import SE3
 from behaviours import Region
 from hw import DepthFrame
 from hw.sim import D435Noise, Hand, load_scene
-from lab.bench.timing import Interleaved, TimingReport
+from lab.bench.timing import Interleaved, Timing
 from lab.grasps import ROBOT, noisy_frame
 from perception import GraspDetector
 
@@ -22,7 +22,7 @@ _CONTAINER = Region(  # of the scene `household`, its inside
 )
 
 
-def time_perception(frames: int) -> TimingReport:
+def time_perception(frames: int) -> list[Timing]:
     """Time a whole step, and GG-CNN alone: in cells as it runs, and as published."""
     import torch
 
@@ -47,7 +47,7 @@ def time_perception(frames: int) -> TimingReport:
     for frame in [seen[0], *seen * _ROUNDS]:
         works["step"] = partial(detector.detect, frame, _CONTAINER)
         timer(works)
-    return TimingReport(timings=timer.timings(list(works), "perception: "))
+    return timer.timings(list(works), "perception: ")
 
 
 def _approach(frames: int) -> list[DepthFrame]:

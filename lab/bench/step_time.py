@@ -1,51 +1,117 @@
-"""Time of a control step: of the presets on the way to seeded goals, and in a whole task.
+"""Time of a control step: ours beside its peers on the way to seeded goals, and in a whole task.
 
-All controllers compute the same step from the same state; the command of the first one moves the
-robot.
+All controllers compute the same step from the same state; the command of ours moves the robot.
 """
 
 import gc
+from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 from pinocchio import SE3
+from rich.table import Table
 
 from app.core import Instruments, RunOptions, Setup, Tick, run_task
 from controller import Command, KinematicState, MotionGoal, PoseGoal, StepReport, Surroundings
 from lab.bench.configuration import Configuration
 from lab.bench.goals import generate_goals
 from lab.bench.motion import Step, run_motion
-from lab.bench.timing import Interleaved, Timing, TimingReport
+from lab.bench.peers import LACKS
+from lab.bench.timing import Interleaved, Timing
+from lab.shared import fixed, machine, table
 from trees.language import TreeNode
 
 _GOALS = 100
 _LIMIT = 20.0  # of one motion [s]
 
 
-def time_steps(robot: str, *, steps: int, seed: int) -> TimingReport:
-    """Time our controller and the paper's on the way to goals."""
+@dataclass(frozen=True, kw_only=True)
+class StepTime:
+    """Processor time of the steps of one controller [µs]."""
+
+    robot: str
+    controller: str
+    steps: int
+    median: float
+    p99: float
+    ratio: float  # of its median to ours
+    infeasible: int  # steps without a solution of the QP
+    lacks: str  # what it does not do
+
+
+def time_steps(robot: str, peers: Sequence[str], *, steps: int, seed: int) -> list[StepTime]:
+    """Time our controller and its peers on the way to goals.
+
+    Raises:
+        ConfigError: a peer is not installed.
+    """
     ours = Configuration(robot=robot)
-    paper = Configuration(robot=robot, preset="paper")
-    model, paper_model = ours.model(), paper.model()
+    model = ours.model()
     goals = generate_goals(model, _GOALS, seed)
-    timer, number = Interleaved(seed), 0
+    others = {name: Configuration(robot=robot, preset=name).step(ours.model()) for name in peers}
+    timer, infeasible, number = Interleaved(seed), Counter[str](), 0
     gc.collect()
     gc.disable()
     try:
         while timer.steps < steps:
-            both = {"frankie": ours.step(model), "paper": paper.step(paper_model)}
-            _move_to(_interleaved(both, timer), ours, goals[number % _GOALS])
+            every = {"frankie": ours.step(model), **others}
+            counted = {name: _counted(name, one, infeasible) for name, one in every.items()}
+            _move_to(_interleaved(counted, timer), ours, goals[number % _GOALS])
             gc.collect()
             number += 1
     finally:
         gc.enable()
-    timings = timer.timings(("frankie", "paper"), f"{robot}: ")
-    ratio = timings[0].cpu_median / timings[1].cpu_median
-    return TimingReport(
-        timings=timings, notes=[f"{robot}, CPU time: frankie / paper = {ratio:.2f}"]
+    timings = timer.timings(("frankie", *peers))
+    return [
+        StepTime(
+            robot=robot,
+            controller=t.name,
+            steps=t.steps,
+            median=t.cpu_median,
+            p99=t.cpu_p99,
+            ratio=t.cpu_median / timings[0].cpu_median,
+            infeasible=infeasible[t.name],
+            lacks=LACKS.get(t.name, ""),
+        )
+        for t in timings
+    ]
+
+
+def step_table(rows: Sequence[StepTime]) -> Table:
+    """One row for every controller."""
+    return table(
+        f"Processor time of a step in µs, on {machine()['machine']}",
+        rows,
+        {
+            "robot": lambda row: row.robot,
+            "controller": lambda row: row.controller,
+            "without": lambda row: row.lacks or "-",
+        },
+        {
+            "steps": lambda row: row.steps,
+            "median": lambda row: fixed(row.median, 0),
+            "p99": lambda row: fixed(row.p99, 0),
+            "of ours": lambda row: fixed(row.ratio, 2),
+            "unsolved": lambda row: row.infeasible,
+        },
+        title_justify="left",
     )
+
+
+def _counted(name: str, step: Step, infeasible: Counter[str]) -> Step:
+    """A step that counts those without a solution."""
+
+    def counted(
+        state: KinematicState, goal: MotionGoal | None, last: Command, surroundings: Surroundings
+    ) -> tuple[Command, StepReport]:
+        command, report = step(state, goal, last, surroundings)
+        infeasible[name] += not report.solved
+        return command, report
+
+    return counted
 
 
 def _interleaved(steps: dict[str, Step], timer: Interleaved) -> Step:
@@ -86,7 +152,7 @@ class _StepTimer(Instruments):
         setup.controller.step = step  # type: ignore[method-assign, assignment]
 
 
-def time_task(tree: Path, robot: str, seed: int, record: Path) -> TimingReport:
+def time_task(tree: Path, robot: str, seed: int, record: Path) -> list[Timing]:
     """Run a task and time every tick, and the control step in it with stances and routes.
 
     Raises UserError: bad input; nothing has moved.
@@ -98,4 +164,4 @@ def time_task(tree: Path, robot: str, seed: int, record: Path) -> TimingReport:
     summary = run_task(options, instruments=instruments).summary
     name = f"{summary.robot}: {summary.task}, {summary.scene}, seed {summary.seed}, "
     ticks = Timing.of(f"{name}tick", 1e9 * np.array(instruments.ticks))
-    return TimingReport(timings=[*instruments.timer.timings(["step"], name), ticks])
+    return [*instruments.timer.timings(["step"], name), ticks]

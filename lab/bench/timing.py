@@ -46,14 +46,6 @@ class Timing:
         return cls(name=name, steps=len(wall_ns), **values)
 
 
-@dataclass(frozen=True, kw_only=True)
-class TimingReport:
-    """Times of one part of `bench timing`, and lines below their table."""
-
-    timings: Sequence[Timing]
-    notes: Sequence[str] = ()
-
-
 class Interleaved:
     """Times the work of several candidates on the same input.
 

@@ -1,4 +1,4 @@
-"""`bench timing`: times of the parts; `bench experiments`: the figures of the documents again."""
+"""`bench step` and `timing`: times; `bench experiments`: the figures of the documents again."""
 
 from __future__ import annotations
 
@@ -24,54 +24,70 @@ from lab.bench.commands.options import (
 )
 
 if TYPE_CHECKING:
-    from lab.bench.timing import TimingReport
+    from lab.bench.timing import Timing
 
 
-PARTS = ("step", "task", "perception")
-"""To time: control steps to seeded goals, every tick and step of a task, from a frame to grasps."""
+PARTS = ("task", "perception")
+"""To time: every tick and control step of a task, and from a frame to grasps."""
+
+
+def step(
+    robot: Robot = BOTH,
+    vs: Annotated[
+        str, typer.Option(help="Peers on the same states: rtb, mink, pink, separated by commas.")
+    ] = "",
+    seed: Annotated[int, typer.Option(help="Seed of the goals.", min=0)] = 0,
+    count: Annotated[int, typer.Option(help="Steps.", min=1)] = 10_000,
+    json: Json = None,
+) -> None:
+    """Time a control step on the way to seeded goals, beside the same step of peers."""
+    from lab.bench.peers import LACKS
+    from lab.bench.step_time import step_table, time_steps
+
+    check_writable(json)
+    peers = chosen("--vs", vs.split(",") if vs else [], tuple(LACKS))
+    rows = [
+        row
+        for name in chosen_robots(robot)
+        for row in time_steps(name, peers, steps=count, seed=seed)
+    ]
+    show(step_table(rows))
+    write_results(json, rows)
 
 
 def timing(
     parts: Annotated[
-        list[str] | None, typer.Argument(help="step, task or perception; default: all but `task`.")
+        list[str] | None, typer.Argument(help="task or perception; default: perception.")
     ] = None,
     robot: Robot = BOTH,
     task: Annotated[str, typer.Option(help="task: a task file or a shipped task.")] = "pick_place",
-    seed: Annotated[int, typer.Option(help="Seed of the goals, or of the task.", min=0)] = 0,
-    count: Annotated[
-        int | None, typer.Option(help="Steps or frames; default: 10000, 60.", min=1)
-    ] = None,
+    seed: Annotated[int, typer.Option(help="Seed of the task.", min=0)] = 0,
+    count: Annotated[int, typer.Option(help="Frames.", min=1)] = 60,
     json: Json = None,
 ) -> None:
     """Time the parts of the software; other processes hardly disturb the CPU times."""
     from lab.bench.timing import timing_table
 
     check_writable(json)
-    wanted = chosen("timing", parts or ["step", "perception"], PARTS)
+    wanted = chosen("timing", parts or ["perception"], PARTS)
     robots, tree = chosen_robots(robot), find_tree(task)
-    reports = [one for part in wanted for one in _measured(part, robots, tree, seed, count)]
-    timings = [one for report in reports for one in report.timings]
-    show(timing_table(timings), *(note for report in reports for note in report.notes))
+    timings = [one for part in wanted for one in _measured(part, robots, tree, seed, count)]
+    show(timing_table(timings))
     write_results(json, timings)
 
 
-def _measured(
-    part: str, robots: list[str], tree: Path, seed: int, count: int | None
-) -> list[TimingReport]:
+def _measured(part: str, robots: list[str], tree: Path, seed: int, count: int) -> list[Timing]:
     match part:
-        case "step":
-            from lab.bench.step_time import time_steps
-
-            return [time_steps(name, steps=count or 10_000, seed=seed) for name in robots]
         case "task":
             from lab.bench.step_time import time_task
 
             with TemporaryDirectory() as folder:
-                return [time_task(tree, name, seed, Path(folder)) for name in robots]
+                where = Path(folder)
+                return [one for name in robots for one in time_task(tree, name, seed, where)]
         case _:
             from lab.bench.perception_time import time_perception
 
-            return [time_perception(count or 60)]
+            return time_perception(count)
 
 
 def experiments(

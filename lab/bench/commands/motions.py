@@ -31,10 +31,13 @@ if TYPE_CHECKING:
     from lab.bench.reach import Conditions, Reach
 
 
-Preset = Literal["frankie", "paper", "example"]  # the controller to measure
+Preset = Literal["frankie", "paper", "example", "mink", "pink", "rtb"]  # what to measure
 Sweep = Literal["heading", "manipulability"]  # the setting to vary
 PresetOption = Annotated[
-    Preset, typer.Option(help="frankie: ours; paper: as published; example: its published code.")
+    Preset,
+    typer.Option(
+        help="frankie: ours; paper: as published; example: its published code; or a peer."
+    ),
 ]
 Speeds = Annotated[
     list[float] | None,
