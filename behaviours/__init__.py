@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     )
     from behaviours.core.reachable_directions import region_direction, tilted_if_needed
     from behaviours.detect import Detect
+    from behaviours.exact_place import region_at
     from behaviours.grasp import DOUBTFUL, Grasp
     from behaviours.leaves import LEAVES
     from behaviours.navigate import Navigate

@@ -95,6 +95,26 @@ class SetDownObjects:
         self.shapes = self.extents = ()
 
 
+def in_hand(outline: Outline, width: float) -> tuple[float, float]:
+    """Where what the fingers hold is, as it was seen before they closed and centred it.
+
+    Args:
+        outline: (K, 3) in e [m], see `TaskLog.grip_outline`; None if it was not seen.
+        width: distance between the finger pads that hold it [m].
+
+    Returns:
+        Its middle along the x axis of e [m], and the angle of its longer edge from that [rad]: 0 or
+        90 degrees, as the pads lie on one of its faces.
+    """
+    if (outline := _of_one(outline)) is None:
+        return 0.0, 0.0
+    import cv2  # slow to import
+
+    (x, _), sides, _ = cv2.minAreaRect(outline[:, :2].astype(np.float32))
+    across = abs(width - max(sides)) < abs(width - min(sides))
+    return float(x), np.pi / 2.0 if across else 0.0
+
+
 def reach_on_surface(held: Sequence[Geom], direction: npt.NDArray[np.float64]) -> float:
     """How far held shapes, set down, may reach from the hand in a direction (3,), all in e [m]."""
     return max((reach(_shortened(one), direction) for one in held), default=0.0)

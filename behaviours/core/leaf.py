@@ -37,7 +37,8 @@ class Leaf(py_trees.behaviour.Behaviour):
     goes_to: ClassVar[tuple[str, ...]] = ()
     """Parameters that name a goal pose or posture: `check` tests that the robot can reach it."""
     surfaces: ClassVar[tuple[str, ...]] = ()
-    """Parameters that name a region with objects on its floor: `check` tests for a surface."""
+    """Parameters that name a region with objects on its floor, or a point of a surface: `check`
+    tests for one."""
     comparable: ClassVar[tuple[str, ...]] = ()
     """Parameters that are compared, and so need values of one type."""
     moves: ClassVar[bool] = True

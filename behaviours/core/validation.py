@@ -77,6 +77,18 @@ def validate_file(arguments: Mapping[str, object]) -> str:
     return f"has the file name `{file}`; write at most 60 letters, digits, `-` and `_`"
 
 
+def validate_place(arguments: Mapping[str, object]) -> str:
+    """Not exactly one place, or a parameter of another kind of place."""
+    where = [name for name in ("on", "at", "onto") if arguments.get(name) is not None]
+    if len(where) != 1:
+        given = "all of " + ", ".join(where) if where else "no place"
+        return f"is given {given}; give one of `on`, `at` and `onto`"
+    for name, owner in (("pitch_m", "on"), ("within_m", "at"), ("within_deg", "at")):
+        if name in arguments and where != [owner]:
+            return f"has `{name}`, which belongs to `{owner}`; leave it out"
+    return ""
+
+
 def validate_text(arguments: Mapping[str, object]) -> str:
     """A placeholder without a value, a value without its placeholder, or another placeholder."""
     text, value = arguments.get("text"), arguments.get("value")

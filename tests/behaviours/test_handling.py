@@ -12,13 +12,15 @@ from harness import (
     Harness,
     block,
     held_block,
+    looking_down,
     place,
     table_world,
     with_the_hand_at,
 )
+from pinocchio import SE3
 from py_trees.common import Status
 
-from behaviours import Region
+from behaviours import Place, Region, ToolPose
 from behaviours.conditions import HoldingObject
 from behaviours.open_gripper import OpenGripper
 from behaviours.places import Places, slots
@@ -145,3 +147,30 @@ def test_place_fails_on_a_fault_and_when_it_cannot_get_there():
     harness.robot.faults, harness.robot.stuck = (), True
     assert harness.run(leaf) is Status.FAILURE
     assert leaf.feedback_message.startswith("over the place: stuck 0.")
+
+
+def test_exactly_there_means_nowhere_else():
+    """On a pose where something stands nothing is set down, nor on what is not there."""
+    harness = held_block()
+    other = block(x=0.9, y=0.1, name="other")
+    harness.world.objects.append(other)
+    at = ToolPose(name="here", mTe=looking_down(0.9, 0.1, TABLE_TOP))
+    leaf = Place("place", harness.context, at=at)
+    assert harness.run(leaf) is Status.FAILURE
+    assert leaf.feedback_message == "here is taken"
+    harness.world.objects.remove(other)
+    leaf = Place("place", harness.context, onto=FAR)
+    assert harness.run(leaf) is Status.FAILURE
+    assert leaf.feedback_message == "nothing stands in table to stack it on"
+    assert harness.world.held is not None
+
+
+def test_what_stands_farther_from_its_pose_than_it_may_has_not_been_placed():
+    harness = held_block()
+    at = ToolPose(name="here", mTe=looking_down(0.9, 0.1, TABLE_TOP))
+    leaf = Place("place", harness.context, at=at)
+    harness.run_into(leaf, "rise")
+    pose = harness.world.find("block").pose
+    harness.world.put("block", SE3(pose.rotation, pose.translation + np.array([0.03, 0.0, 0.0])))
+    assert harness.run(leaf) is Status.FAILURE
+    assert re.fullmatch(r"it stands (29|3\d) mm and \d+° from here", leaf.feedback_message)

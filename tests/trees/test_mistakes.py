@@ -83,8 +83,12 @@ ERRORS = (
     ),
     (
         LIST + "- for_each: {item: o, in: $things, do: {place: {on: ¦$o}}}",
-        "expected a region, got `$o`, which is a detected object",
+        "got `$o`, which is a detected object",
     ),
+    ("- ¦place: {}", "`place` is given no place; give one of `on`, `at` and `onto`"),
+    ("- ¦place: {on: box, onto: box}", "is given all of on, onto; give one"),
+    ("- ¦place: {onto: box, pitch_m: 0.1}", "`pitch_m`, which belongs to `on`; leave it out"),
+    ("- ¦snapshot: {file: a/b}", "has the file name `a/b`; write at most 60 letters"),
     (
         LIST + "- for_each: {item: o, in: ¦things, do: {look_at: {at: $o}}}",
         "not the text `things`; write `$things` if that is its key",

@@ -74,6 +74,13 @@ def test_a_region_without_a_surface_is_refused_where_it_is_used(tmp_path, use, r
     assert why in str(one)
 
 
+def test_a_point_to_place_at_that_is_on_no_surface_is_refused_where_it_is_used(tmp_path):
+    point = "  x: {xyz: [0, 1.6, 0.7], rpy_deg: [180, 0, 0]}"
+    _, [one] = mistakes(tmp_path, point, f"{MARK}place: {{at: x}}")
+    assert one.severity is Severity.ERROR
+    assert "have no surface of the scene under them, the nearest is 0.20 m away" in str(one)
+
+
 def test_a_region_that_hangs_over_the_edge_is_warned_of(tmp_path):
     region = "regions:\n  x: {centre: [0, 1.9, 0.6], size: [1.0, 0.4, 0.2]}"
     _, [one] = mistakes(tmp_path, region, f"{MARK}place: {{on: x}}")

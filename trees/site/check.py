@@ -185,7 +185,7 @@ def _of_use(
     robot: RobotDescription,
     fixtures: Sequence[Geom],
 ) -> Iterator[Diagnostic]:
-    from behaviours import tilted_if_needed
+    from behaviours import region_at, tilted_if_needed
     from trees.site.reach import (
         bare_places,
         points_up,
@@ -219,6 +219,8 @@ def _of_use(
                 hint=hint,
                 severity=severity,
             )
+    if isinstance(value, ToolPose) and use.parameter in leaf.type.surfaces:
+        value = region_at(value)
     if fixtures and isinstance(value, Region) and use.parameter in leaf.type.surfaces:
         if (why := why_not_come_to(value, robot, fixtures, *_approach(use))) is not None:
             yield Diagnostic(

@@ -2,6 +2,7 @@
 of them."""
 
 import json
+from math import atan2, pi, radians
 from pathlib import Path
 
 import pytest
@@ -82,3 +83,18 @@ def test_a_round_ends_at_home_when_the_battery_gets_low(tmp_path):
 @pytest.mark.parametrize("seed", SEEDS)
 def test_tools_are_brought_from_a_scene_of_ones_own(seed):
     assert set(do("workshop", "workshop_scene.yaml", seed).values()) == {"table"}
+
+
+@pytest.mark.slow
+def test_one_box_stands_exactly_at_its_pose_and_the_other_one_on_it():
+    task = load(LESSONS / "stack.yaml")
+    with trial(LESSONS / "stack_scene.yaml", seed=1) as t:
+        root = build(task, t.context)
+        assert t.run(root, seconds=400.0) is Status.SUCCESS, root.feedback_message
+        below, above = (one.pose for one in t.world.objects)
+        heights = [one.parts[0].shape.half[2] for one in t.world.objects]
+    assert below.translation[:2] == pytest.approx([0.1, 1.6], abs=0.005)
+    turn = atan2(below.rotation[1, 0], below.rotation[0, 0]) - radians(30.0)
+    assert (turn + pi / 2.0) % pi - pi / 2.0 == pytest.approx(0.0, abs=radians(4.0))
+    assert above.translation[:2] == pytest.approx(below.translation[:2], abs=0.01)
+    assert above.translation[2] - below.translation[2] == pytest.approx(sum(heights), abs=0.002)

@@ -1,0 +1,164 @@
+"""A place that is given exactly: a pose, or the top of what stands there; and a look at it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import atan2, degrees, hypot, pi
+
+import numpy as np
+import pinocchio as pin
+from pinocchio import SE3
+from py_trees.common import Status
+
+from behaviours.core.context import Context
+from behaviours.core.directions import Direction
+from behaviours.core.held_object import in_hand
+from behaviours.core.leaf import Leaf
+from behaviours.core.parameter_types import Region, ToolPose
+from behaviours.views.objects import Choice, ObjectDetection
+from behaviours.views.survey import VIEW_HEIGHT
+from behaviours.views.viewpoint import CAMERA_PATIENCE, MoveCamera, camera_pose, looking_along
+from controller import Array
+from perception import DetectedObject, DetectedObjects
+
+_SIDE, _HEIGHT = 0.1, 0.2  # of the region around such a place [m]
+_LONG = 1.2  # length by width from which an object has a heading
+_AROUND = 0.3  # side of what is looked at to measure where an object stands [m]
+_TIMEOUT = 30.0  # of the way to a view [s]
+
+
+def region_at(pose: ToolPose, side: float = _SIDE) -> Region:
+    """The region of a pose that is a point of a surface, and a heading along its x axis."""
+    return _region(pose.name, pose.mTe, side, pose)
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """The frame of what was seen in the world, which drifts."""
+
+    drift: Callable[[], SE3] | None
+
+    def wTm_on(self, piece: str) -> SE3 | None:
+        """Where what was seen has come to in the world."""
+        return None if self.drift is None else self.drift()
+
+
+def region_on(one: DetectedObject) -> Region:
+    """The region on top of an object, along its longer edge."""
+    top = one.seen_at.translation + np.array([0.0, 0.0, one.size[2] / 2.0])
+    here = ToolPose(name=one.name, frame=_Seen(one.drift), mTe=SE3(one.seen_at.rotation, top))
+    return region_at(here, min(_SIDE, one.width))
+
+
+def _region(name: str, mTp: SE3, side: float, like: ToolPose | Region) -> Region:
+    heading = atan2(mTp.rotation[1, 0], mTp.rotation[0, 0])
+    centre = mTp.translation + np.array([0.0, 0.0, _HEIGHT / 2.0])
+    return Region(
+        name=name,
+        on=like.on,
+        frame=like.frame,
+        mTr=SE3(pin.utils.rotate("z", heading), centre),
+        size=np.array([side, side, _HEIGHT]),
+    )
+
+
+def aligned(context: Context, wRe: Array, region: Region) -> tuple[Array, Array]:
+    """How the hand sets down what it holds along the x axis of a region, by the least turn.
+
+    Returns (3, 3) its rotation, and (3,) from the middle of the object to the hand [m], level, both
+    in the world.
+    """
+    off, angle = in_hand(context.log.grip_outline, context.state.gripper_width)
+    edge = wRe[:, 0] * np.cos(angle) + wRe[:, 1] * np.sin(angle)
+    turned = pin.utils.rotate("z", _between(atan2(edge[1], edge[0]), _heading(region.wTr))) @ wRe
+    return turned, -off * turned[:, 0] * [1.0, 1.0, 0.0]
+
+
+def _heading(pose: SE3) -> float:
+    return atan2(pose.rotation[1, 0], pose.rotation[0, 0])
+
+
+def _between(one: float, other: float) -> float:
+    """The turn from a line to another one, at most 90 degrees [rad]."""
+    return (other - one + pi / 2.0) % pi - pi / 2.0
+
+
+class LookAtPlace:
+    """The camera goes over a place, and tells apart what stands there.
+
+    Args:
+        leaf: sets the goals and gets the feedback message.
+        region: of the place.
+        direction: in which the camera looks, in the world.
+    """
+
+    def __init__(self, leaf: Leaf, region: Region, direction: Direction) -> None:
+        self._leaf, self._region, like = leaf, region, camera_pose(leaf.context)
+        self.name = region.name
+        self._detection = ObjectDetection(leaf.context, region, Choice())
+        self._since = leaf.context.clock.now()
+        self._arrived = False
+
+        def view() -> SE3:
+            return looking_along(direction, _floor(region), VIEW_HEIGHT, like)
+
+        self._camera = MoveCamera(leaf, view, f"a view of {region.name}", _TIMEOUT)
+
+    def tick(self) -> DetectedObjects | Status:
+        """What stands there, RUNNING before, FAILURE if that is not seen."""
+        context, leaf = self._leaf.context, self._leaf
+        if not self._arrived:
+            if (status := self._camera.tick()) is not Status.SUCCESS:
+                return status
+            self._arrived, self._since = True, context.clock.now()
+            self._detection.begin(context.state.stamp)
+        found = self._detection.update()
+        if isinstance(found, DetectedObjects):
+            return found
+        if found is None and context.clock.now() - self._since <= CAMERA_PATIENCE:
+            return leaf.running(f"looking at {self._region.name}")
+        return leaf.failure(
+            found or context.vision.blindness(context.state.stamp) or "no camera frame"
+        )
+
+
+def _floor(region: Region) -> Array:
+    floor: Array = region.wTr.act(np.array([0.0, 0.0, -region.size[2] / 2.0]))
+    return floor
+
+
+class Measurement(LookAtPlace):
+    """Measures how far from a place, and how turned, an object stands that was set down there.
+
+    Args:
+        within: the largest distance [m].
+        turn: the largest turn of what is longer than wide [rad].
+    """
+
+    def __init__(
+        self, leaf: Leaf, place: Region, direction: Direction, *, within: float, turn: float
+    ) -> None:
+        point = SE3(place.mTr.rotation, place.mTr.act(np.array([0.0, 0.0, -_HEIGHT / 2.0])))
+        super().__init__(leaf, _region(place.name, point, _AROUND, place), direction)
+        self._within, self._turn = within, turn
+
+    def judge(self) -> Status:
+        """SUCCESS if it stands there, FAILURE if it does not, or is not seen."""
+        found, leaf, wTr = self.tick(), self._leaf, self._region.wTr
+        if isinstance(found, Status):
+            return found
+
+        def off(one: DetectedObject) -> float:
+            return hypot(*(one.position - wTr.translation)[:2])
+
+        if not found:
+            return leaf.failure(f"let go, but nothing is seen at {self._region.name}")
+        one = min(found, key=off)
+        text, turn = f"it stands {1000 * off(one):.0f} mm", 0.0
+        if one.size[0] >= _LONG * one.size[1]:
+            turn = abs(_between(_heading(one.seen_at), _heading(wTr)))
+            text += f" and {degrees(turn):.0f}°"
+        text += f" from {self._region.name}"
+        is_there = off(one) <= self._within and turn <= self._turn
+        return (leaf.success if is_there else leaf.failure)(text)
