@@ -5,7 +5,15 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from hw.clock import Clock
-from robots import KINDS, DriverError, RealRobot, RobotDescription, find_driver, has_driver
+from robots import (
+    KINDS,
+    DriverError,
+    DriverOptions,
+    RealRobot,
+    RobotDescription,
+    find_driver,
+    has_driver,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,7 +30,7 @@ class DriverContext:
 def parts_of(real: RealRobot, robot: RobotDescription, clock: Clock) -> dict[str, Any]:
     """The parts of a real robot by their kinds, not yet connected; DriverError: there is no such.
 
-    Without a driver of its own the laser is that of the base.
+    Without a driver of its own the laser is that of the base, if that has one without options.
     """
     parts: dict[str, Any] = {}
     context = context_of(real, robot, clock, parts)
@@ -44,11 +52,16 @@ def context_of(
 def _drivers(real: RealRobot, robot: RobotDescription) -> Iterator[tuple[str, str, Any]]:
     """Kind, driver and options of each part."""
     for kind in KINDS:
-        if (options := getattr(real.hardware, kind)) is not None:
-            if kind == "laser" and robot.laser is None:
-                raise DriverError(
-                    f"{real.path}: hardware.laser: its robot has no laser; describe it"
-                )
+        options = getattr(real.hardware, kind)
+        if options is None and robot.laser is not None:
+            options = _laser_of(real.hardware.base.driver)
+        if options is not None and kind == "laser" and robot.laser is None:
+            raise DriverError(f"{real.path}: hardware.laser: {real.body} describes no laser")
+        if options is not None:
             yield kind, options.driver, options
-        elif robot.laser is not None and has_driver(kind, name := real.hardware.base.driver):
-            yield kind, name, find_driver(kind, name).options()
+
+
+def _laser_of(base: str) -> DriverOptions | None:
+    """The laser over the connection of a base, whose driver has no options of its own."""
+    is_there = has_driver("laser", base) and find_driver("laser", base).options is DriverOptions
+    return DriverOptions(driver=base) if is_there else None

@@ -20,7 +20,7 @@ from hw.robot import HardwareError, Part
 from robots import DriverOptions, RealRobot, load_robot
 
 _LOOKS, _PERIOD = 200, 0.01  # number of readings of a part, and their period [s]
-_OLD_POSE, _OLD_STATE, _OLD_IMAGE = 150.0, 50.0, 100.0  # largest ages of readings [ms]
+_OLD_POSE, _OLD_STATE, _OLD_IMAGE, _OLD_SCAN = 150.0, 50.0, 100.0, 300.0  # largest ages [ms]
 _SAME = 1e-3  # relative tolerance of full-scale values
 _TIMEOUTS = 0.1, 0.35  # good ones: the base checks every 0.1 s, and WLAN is 0.3 s late [s]
 _SET = f"set `{TIMEOUT}` to 0.14 s in its Teleop settings (over WLAN 0.3 s)"
@@ -33,7 +33,7 @@ def findings_of(kind: str, part: Any, real: RealRobot, clock: Clock) -> Iterator
     if isinstance(part, OmronLaser):
         return  # over the connection of the base, which tells of it
     with _connected(part):
-        faults = part.read().faults if hasattr(part, "read") else part.faults()
+        faults = part.read().faults if hasattr(part, "read") else getattr(part, "faults", tuple)()
         yield from (Finding(kind, Verdict.BAD, fault.text) for fault in faults)
         if isinstance(part, OmronBase):
             yield from _omron(part, real)
@@ -44,8 +44,10 @@ def findings_of(kind: str, part: Any, real: RealRobot, clock: Clock) -> Iterator
         elif isinstance(part, RealSenseCamera):
             yield from _realsense(part, real.hardware.camera)
         else:
-            newest = part.read if hasattr(part, "read") else part.latest
-            yield _ages(kind, "readings", lambda: clock.now() - newest().stamp, _OLD_POSE)
+            newest, oldest = getattr(part, "read", None), _OLD_POSE
+            if newest is None:
+                newest, oldest = part.latest, _OLD_SCAN
+            yield _ages(kind, "readings", lambda: clock.now() - newest().stamp, oldest)
 
 
 def _omron(base: OmronBase, real: RealRobot) -> Iterator[Finding]:

@@ -147,6 +147,40 @@ def test_commands_are_what_the_robots_file_says():
     assert abs(sent["TwistStamped"][0].header.stamp.sec - time.time()) < 2.0
 
 
+@pytest.mark.parametrize("source", ["/tf", "/amcl_pose"])
+def test_the_pose_on_the_map_comes_by_tf_or_with_its_covariance(source):
+    """Odometry is at (1, 0), turned to the left; its frame is at (10, 0) on the map."""
+    context = DriverContext(robot=load_robot("frankie"), clock=WallClock())
+    base = Ros2Base(BaseOptions(localisation=source), context)
+    left = message("geometry_msgs/msg/Quaternion", z=np.sqrt(0.5), w=np.sqrt(0.5))
+    odometry = message("nav_msgs/msg/Odometry")
+    odometry.pose.pose.position.x, odometry.pose.pose.orientation = 1.0, left
+    odometry.twist.twist.linear.x = 0.3
+    if source == "/tf":
+        link = message("geometry_msgs/msg/TransformStamped", child_frame_id="odom")
+        link.header.frame_id, link.transform.translation.x, link.transform.rotation.w = (
+            "map",
+            10.0,
+            1.0,
+        )
+        told = message("tf2_msgs/msg/TFMessage", transforms=[link])
+    else:
+        told = message("geometry_msgs/msg/PoseWithCovarianceStamped")
+        told.pose.pose.position.x, told.pose.pose.orientation = 11.0, left
+        told.pose.covariance[[0, 7, 35]] = 0.01, 0.02, 0.03
+    came = {0: [(5.0, odometry)], 2: [(5.0, told)]}
+    base._new = lambda route: came.pop(route, [])
+    assert base._hear()
+    state = base._state
+    assert state.twist.tolist() == [0.3, 0.0, 0.0]
+    np.testing.assert_allclose(state.wTb.rotation[:, 0], [0.0, 1.0, 0.0], atol=1e-9)
+    where = base._localised
+    np.testing.assert_allclose(where.mTb.translation, [11.0, 0.0, 0.0])
+    np.testing.assert_allclose(where.mTb.rotation, state.wTb.rotation, atol=1e-9)
+    if source == "/amcl_pose":
+        np.testing.assert_allclose(np.diag(where.covariance), (0.01, 0.02, 0.03))
+
+
 def test_compressed_depth_is_read_in_metres():
     millimetres = np.array([[0, 500], [1000, 2000]], np.uint16)
     png = b"\0" * 12 + cv2.imencode(".png", millimetres)[1].tobytes()
