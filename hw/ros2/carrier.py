@@ -5,6 +5,7 @@ other command has come for `FRESH`, and when the parent has ended.
 """
 
 import json
+import os
 import socket
 import struct
 import sys
@@ -72,6 +73,18 @@ def configuration(address: str) -> str:
     )
 
 
+def stay_on_loopback() -> None:
+    """Bind the UDP sockets of this process to loopback: Cyclone DDS hears on every interface."""
+    for name in os.listdir("/proc/self/fd"):
+        try:
+            one = socket.socket(fileno=os.dup(int(name)))
+        except OSError:
+            continue  # no socket
+        with one:
+            if one.family == socket.AF_INET:
+                one.setsockopt(socket.SOL_SOCKET, socket.SO_BINDTODEVICE, b"lo")
+
+
 class Carrier:
     """The endpoints of one part."""
 
@@ -87,6 +100,8 @@ class Carrier:
         self._status = Mailbox(shared, 0, STATUS)
         self._domain = Domain(domain, configuration(address))
         participant = DomainParticipant(domain)
+        if not address:
+            stay_on_loopback()
         self._waits, self._nap = WaitSet(participant), duration(milliseconds=_NAP)
         self._readers: list[tuple[Any, Ring]] = []
         self._writers: list[tuple[Any, Ring, Any]] = []
@@ -104,7 +119,7 @@ class Carrier:
                 writer = DataWriter(participant, topic, qos=qos)
                 self._writers.append((writer, ring, kind))
                 self._endpoints.append(writer.get_matched_subscriptions)
-        self._sent = [0] * len(self._writers)
+        self._sent = [ring.newest() for _, ring, _ in self._writers]  # not what was before
         self._stopped_at = [0.0] * len(self._writers)
         self._looked = 0.0
 

@@ -3,9 +3,10 @@
 import threading
 import uuid
 from dataclasses import replace
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 import numpy as np
+from pydantic import model_validator
 
 from hw.clock import stopwatch
 from hw.drivers import DriverContext
@@ -31,6 +32,12 @@ class GripperOptions(Ros2Options):
     states: str = "joint_states"
     action: str = "gripper_controller/gripper_cmd"
     type: Literal["GripperCommand", "ParallelGripperCommand"] = "GripperCommand"
+
+    @model_validator(mode="after")
+    def _opens(self) -> Self:
+        if self.open == self.closed:
+            raise ValueError("`open` and `closed` are the same")
+        return self
 
 
 class Ros2Gripper(Ros2Part):

@@ -68,17 +68,6 @@ def moving(arm, emulator, speed=SPEED):
         assert time.monotonic() < begun + 60.0, (emulator.tell(), arm.reading())
 
 
-def test_a_velocity_is_followed_and_told(arm, emulator):
-    start = arm.read()
-    stream(arm, 0.5, joint(6, SPEED))
-    state = arm.read()
-    assert state.qd[6] == pytest.approx(SPEED, abs=0.02)
-    assert 0.08 < state.q[6] - start.q[6] < 0.2
-    assert np.abs(np.delete(state.q - start.q, 6)).max() < 1e-3
-    assert state.stamp > start.stamp
-    assert state.faults == ()
-
-
 def test_without_commands_the_arm_rests_and_what_is_no_number_is_a_stop(arm, emulator):
     moving(arm, emulator)
     assert emulator.wait(lambda told: told["resting"] > 0.0)["violations"] == []

@@ -12,17 +12,16 @@ from contextlib import contextmanager
 from itertools import count
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 from command_line import call
 
 from frankie_task.testing import check_driver
-from hw import Clock, DriverContext, HardwareError, WallClock, parts_of
+from hw import Clock, HardwareError, WallClock, parts_of
 from hw.hardware.arming import prove
-from hw.ros2 import ArmOptions, BaseOptions, Ros2Arm, Ros2Base, missing
-from hw.ros2.messages import decode, encode, message
-from hw.ros2.sensing import _compressed
+from hw.ros2 import (
+    missing,
+)
 from robots import load_real_robot, load_robot
 from robots.load import SHIPPED
 
@@ -119,76 +118,6 @@ def drive(base, arm, seconds: float = 1.0) -> float:
     return now
 
 
-def test_commands_are_what_the_robots_file_says():
-    """As their CDR has them: trajectories end at rest by themselves, the others are stopped."""
-    context, qd = DriverContext(robot=load_robot("frankie"), clock=WallClock()), np.full(7, 0.2)
-    sent = {}
-
-    def tell(_, message, stop=None, **__):
-        kind = message.__msgtype__
-        sent[kind.rpartition("/")[2]] = decode(kind, encode(kind, message)), stop
-
-    for kind in ("Float64MultiArray", "JointTrajectory", "JointJog"):
-        arm = Ros2Arm(ArmOptions(joints=tuple("abcdefg"), message=kind), context)
-        arm._publish = tell
-        arm._tell(qd)
-    for stamped in (False, True):
-        base = Ros2Base(BaseOptions(stamped=stamped), context)
-        base._publish = tell
-        base._tell(np.array([0.1, 0.0, 0.2]))
-    assert sent["Float64MultiArray"][0].data.tolist() == qd.tolist()
-    assert not sent["Float64MultiArray"][1].data.any()
-    assert sent["JointJog"][0].velocities.tolist() == qd.tolist()
-    trajectory, stop = sent["JointTrajectory"]
-    assert trajectory.joint_names == list("abcdefg")
-    assert [point.velocities[0] for point in trajectory.points] == [0.2, 0.0]
-    assert stop is None
-    assert sent["Twist"][0].angular.z == sent["TwistStamped"][0].twist.angular.z == 0.2
-    assert abs(sent["TwistStamped"][0].header.stamp.sec - time.time()) < 2.0
-
-
-@pytest.mark.parametrize("source", ["/tf", "/amcl_pose"])
-def test_the_pose_on_the_map_comes_by_tf_or_with_its_covariance(source):
-    """Odometry is at (1, 0), turned to the left; its frame is at (10, 0) on the map."""
-    context = DriverContext(robot=load_robot("frankie"), clock=WallClock())
-    base = Ros2Base(BaseOptions(localisation=source), context)
-    left = message("geometry_msgs/msg/Quaternion", z=np.sqrt(0.5), w=np.sqrt(0.5))
-    odometry = message("nav_msgs/msg/Odometry")
-    odometry.pose.pose.position.x, odometry.pose.pose.orientation = 1.0, left
-    odometry.twist.twist.linear.x = 0.3
-    if source == "/tf":
-        link = message("geometry_msgs/msg/TransformStamped", child_frame_id="odom")
-        link.header.frame_id, link.transform.translation.x, link.transform.rotation.w = (
-            "map",
-            10.0,
-            1.0,
-        )
-        told = message("tf2_msgs/msg/TFMessage", transforms=[link])
-    else:
-        told = message("geometry_msgs/msg/PoseWithCovarianceStamped")
-        told.pose.pose.position.x, told.pose.pose.orientation = 11.0, left
-        told.pose.covariance[[0, 7, 35]] = 0.01, 0.02, 0.03
-    came = {0: [(5.0, odometry)], 2: [(5.0, told)]}
-    base._new = lambda route: came.pop(route, [])
-    assert base._hear()
-    state = base._state
-    assert state.twist.tolist() == [0.3, 0.0, 0.0]
-    np.testing.assert_allclose(state.wTb.rotation[:, 0], [0.0, 1.0, 0.0], atol=1e-9)
-    where = base._localised
-    np.testing.assert_allclose(where.mTb.translation, [11.0, 0.0, 0.0])
-    np.testing.assert_allclose(where.mTb.rotation, state.wTb.rotation, atol=1e-9)
-    if source == "/amcl_pose":
-        np.testing.assert_allclose(np.diag(where.covariance), (0.01, 0.02, 0.03))
-
-
-def test_compressed_depth_is_read_in_metres():
-    millimetres = np.array([[0, 500], [1000, 2000]], np.uint16)
-    png = b"\0" * 12 + cv2.imencode(".png", millimetres)[1].tobytes()
-    fields = {"format": "16UC1; compressedDepth png", "data": np.frombuffer(png, np.uint8)}
-    depth = _compressed(message("sensor_msgs/msg/CompressedImage", **fields))
-    np.testing.assert_allclose(depth, millimetres / 1000.0)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["arm", "base", "gripper", "camera", "laser"])
 def test_each_part_keeps_the_contract(node, kind):
@@ -244,6 +173,21 @@ def test_a_killed_node_is_a_fault_in_words_and_nothing_is_commanded(node):
         assert fault.text == f"nobody publishes /odom in domain {node.domain}: look at its node"
         assert not base.send(np.array([0.1, 0.0, 0.0])).any()
         assert not base.read().twist.any()
+
+
+@pytest.mark.slow
+def test_a_killed_driver_is_a_fault_and_a_recovery_starts_another(node):
+    with connected(node, "base") as (base,):
+        base._process.process.kill()
+        begun = time.monotonic()
+        while not base.read().faults:
+            assert time.monotonic() < begun + PATIENCE
+        assert "its driver has ended" in base.read().faults[0].text
+        base.recover()
+        before = base.read()
+        assert before.faults == ()
+        time.sleep(0.1)
+        assert base.read().stamp > before.stamp
 
 
 @pytest.mark.slow

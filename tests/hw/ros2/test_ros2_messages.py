@@ -1,0 +1,129 @@
+"""What the parts in ROS 2 make of messages, and messages of what they are told; no robot is there."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+
+import cv2
+import numpy as np
+import pytest
+
+from hw import DriverContext, WallClock
+from hw.ros2 import (
+    ArmOptions,
+    BaseOptions,
+    GripperOptions,
+    Ros2Arm,
+    Ros2Base,
+    Ros2Gripper,
+    missing,
+)
+from hw.ros2.messages import decode, encode, message
+from hw.ros2.sensing import _compressed
+from robots import load_robot
+
+pytestmark = pytest.mark.skipif(bool(missing()), reason=missing())
+CONTEXT = DriverContext(robot=load_robot("frankie"), clock=WallClock())
+
+
+def test_commands_are_what_the_robots_file_says():
+    """As their CDR has them: trajectories end at rest by themselves, the others are stopped."""
+    qd, sent = np.full(7, 0.2), {}
+
+    def tell(_, message, stop=None, **__):
+        kind = message.__msgtype__
+        sent[kind.rpartition("/")[2]] = decode(kind, encode(kind, message)), stop
+
+    for kind in ("Float64MultiArray", "JointTrajectory", "JointJog"):
+        arm = Ros2Arm(ArmOptions(joints=tuple("abcdefg"), message=kind), CONTEXT)
+        arm._publish = tell
+        arm._tell(qd)
+    for stamped in (False, True):
+        base = Ros2Base(BaseOptions(stamped=stamped), CONTEXT)
+        base._publish = tell
+        base._tell(np.array([0.1, 0.0, 0.2]))
+    assert sent["Float64MultiArray"][0].data.tolist() == qd.tolist()
+    assert not sent["Float64MultiArray"][1].data.any()
+    assert sent["JointJog"][0].velocities.tolist() == qd.tolist()
+    trajectory, stop = sent["JointTrajectory"]
+    assert trajectory.joint_names == list("abcdefg")
+    assert [point.velocities[0] for point in trajectory.points] == [0.2, 0.0]
+    assert stop is None
+    assert sent["Twist"][0].angular.z == sent["TwistStamped"][0].twist.angular.z == 0.2
+    assert abs(sent["TwistStamped"][0].header.stamp.sec - time.time()) < 2.0
+
+
+@pytest.mark.parametrize("source", ["/tf", "/amcl_pose"])
+def test_the_pose_on_the_map_comes_by_tf_or_with_its_covariance(source):
+    """Odometry is at (1, 0), turned to the left; its frame is at (10, 0) on the map."""
+    base = Ros2Base(BaseOptions(localisation=source), CONTEXT)
+    left = message("geometry_msgs/msg/Quaternion", z=np.sqrt(0.5), w=np.sqrt(0.5))
+    odometry = message("nav_msgs/msg/Odometry")
+    odometry.pose.pose.position.x, odometry.pose.pose.orientation = 1.0, left
+    odometry.twist.twist.linear.x = 0.3
+    if source == "/tf":
+        link = message("geometry_msgs/msg/TransformStamped", child_frame_id="odom")
+        link.header.frame_id, link.transform.translation.x, link.transform.rotation.w = (
+            "map",
+            10.0,
+            1.0,
+        )
+        told = message("tf2_msgs/msg/TFMessage", transforms=[link])
+    else:
+        told = message("geometry_msgs/msg/PoseWithCovarianceStamped")
+        told.pose.pose.position.x, told.pose.pose.orientation = 11.0, left
+        told.pose.covariance[[0, 7, 35]] = 0.01, 0.02, 0.03
+    came = {0: [(5.0, odometry)], 2: [(5.0, told)]}
+    base._new = lambda route: came.pop(route, [])
+    assert base._hear()
+    state = base._state
+    assert state.twist.tolist() == [0.3, 0.0, 0.0]
+    np.testing.assert_allclose(state.wTb.rotation[:, 0], [0.0, 1.0, 0.0], atol=1e-9)
+    where = base._localised
+    np.testing.assert_allclose(where.mTb.translation, [11.0, 0.0, 0.0])
+    np.testing.assert_allclose(where.mTb.rotation, state.wTb.rotation, atol=1e-9)
+    if source == "/amcl_pose":
+        np.testing.assert_allclose(np.diag(where.covariance), (0.01, 0.02, 0.03))
+
+
+@pytest.mark.parametrize("action", ["GripperCommand", "ParallelGripperCommand"])
+def test_a_width_is_a_position_of_the_joint_in_both_actions(action):
+    gripper = Ros2Gripper(GripperOptions(joint="finger", open=0.04, type=action), CONTEXT)
+    goals = []
+
+    def call(route, patience, kind, **fields):
+        name = f"control_msgs/action/{action}_{kind}"
+        request = message(f"{name}_Request", **fields)
+        goals.append(decode(f"{name}_Request", encode(f"{name}_Request", request)))
+        fields = {"accepted": True} if kind == "SendGoal" else {"status": 4}
+        return message(f"{name}_Response", **fields)
+
+    gripper._call = call
+    gripper.grip(0.02, 15.0)
+    goal = goals[0]
+    if action == "GripperCommand":
+        assert (goal.position, goal.max_effort) == (pytest.approx(0.01), 15.0)
+    else:
+        assert (goal.command.name, goal.command.position[0]) == (["finger"], pytest.approx(0.01))
+    assert goals[1].goal_id.uuid.tolist() == goal.goal_id.uuid.tolist()
+
+
+def test_without_an_address_nothing_but_loopback_is_heard():
+    program = (
+        "from socket import *; from hw.ros2.carrier import configuration, stay_on_loopback\n"
+        "one = socket(AF_INET, SOCK_DGRAM); stay_on_loopback()\n"
+        "print(one.getsockopt(SOL_SOCKET, SO_BINDTODEVICE, 16), configuration(''))"
+    )
+    told = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True).stdout
+    assert told.startswith("b'lo")
+    assert "<AllowMulticast>false" in told
+
+
+def test_compressed_depth_is_read_in_metres():
+    millimetres = np.array([[0, 500], [1000, 2000]], np.uint16)
+    png = b"\0" * 12 + cv2.imencode(".png", millimetres)[1].tobytes()
+    fields = {"format": "16UC1; compressedDepth png", "data": np.frombuffer(png, np.uint8)}
+    depth = _compressed(message("sensor_msgs/msg/CompressedImage", **fields))
+    np.testing.assert_allclose(depth, millimetres / 1000.0)
