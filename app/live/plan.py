@@ -22,7 +22,6 @@ from robots import Cylinder, Geom, Hull, Plane, Sphere, half_extents
 
 STYLE = files("app.live") / "plan.css"
 _MARGIN = 40.0  # around what is drawn [cm]
-_BELOW, _APART = 0.13, 0.25  # of names from their furniture, and from each other [m]
 _LEAST_UNCERTAINTY = 0.02  # drawn as a circle from here on [m]
 _CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 
@@ -41,12 +40,13 @@ class Plan:
         pieces: dict[str, list[Array]] = {}
         for part in sorted(solid, key=_top, reverse=True):
             pieces.setdefault(part.piece, []).append(outlines[part])
+        span = np.ptp(np.concatenate(self._extent), axis=0).max() if self._extent else 0.0
         self.fixed = "".join(
             [
                 *(_polygon("furniture", outlines[one]) for one in sorted(solid, key=_top)),
                 *(_polygon("region", one) for one in regions),
                 *(_circle("goal", at, 0.04) for at in goals),
-                *_names(pieces),
+                *_names(pieces, max(0.12, float(span) / 28.0)),
             ]
         )
         """What does not move."""
@@ -104,11 +104,6 @@ def _circle(look: str, at: Array, radius: float) -> str:
     return f'<circle class="{look}" cx="{x:.0f}" cy="{-y:.0f}" r="{max(100.0 * radius, 2.0):.0f}"/>'
 
 
-def _text(look: str, at: Array, text: str) -> str:
-    x, y = 100.0 * at
-    return f'<text class="{look}" x="{x:.0f}" y="{-y:.0f}">{escape(text)}</text>'
-
-
 def _points(points: Array) -> str:
     return " ".join(f"{100.0 * x:.0f},{-100.0 * y:.0f}" for x, y in points)
 
@@ -133,16 +128,18 @@ def _outline(part: Geom) -> Array:
     return hull
 
 
-def _names(pieces: Mapping[str, Sequence[Array]]) -> Iterator[str]:
+def _names(pieces: Mapping[str, Sequence[Array]], size: float) -> Iterator[str]:
     """The names of pieces of furniture, the highest first, below each; what it hides has none."""
     named: list[Array] = []
     for name, outlines in pieces.items():
         both = np.concatenate([*outlines])
         low, high = both.min(axis=0), both.max(axis=0)
-        below = np.array([(low[0] + high[0]) / 2.0, low[1] - _BELOW])
-        if name and all(np.hypot(*(below - other)) > _APART for other in named):
+        below = np.array([(low[0] + high[0]) / 2.0, low[1] - size])
+        if name and all(np.hypot(*(below - other)) > 1.6 * size for other in named):
             named.append(below)
-            yield _text("name", below, name)
+            x, y = 100.0 * below
+            at = f'x="{x:.0f}" y="{-y:.0f}" font-size="{100.0 * size:.0f}"'
+            yield f'<text class="name" {at}>{escape(name)}</text>'
 
 
 def _top(part: Geom) -> float:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from app.live import Told
 from config import Diagnostic, Severity, UserError, written
@@ -64,23 +63,23 @@ def _described(name: str, path: Path) -> Told:
         "scene": "" if task is None else task.scene,
         "shipped": name == path.stem,
         "bad": any(one.severity is Severity.ERROR for one in found),
-        "parameters": [dict(_field(key, one)) for key, one in parameters.items()],
+        "parameters": [_field(key, one) for key, one in parameters.items()],
     }
 
 
-def _field(name: str, parameter: TaskParameter) -> Iterator[tuple[str, Any]]:
+def _field(name: str, parameter: TaskParameter) -> Told:
     """A parameter as a field of a form."""
-    yield "name", name
-    yield "description", parameter.description
-    yield "default", "" if parameter.default is None else written(parameter.default.value)
-    if (type_ := parameter.type) is None:
-        return
-    yield "type", str(type_)
-    yield "choices", [*map(written, type_.choices), *(["true", "false"] * (bool in type_.types))]
-    if type_.is_number and not type_.choices:
-        yield "step", "any" if float in type_.types else "1"
-        yield "min", type_.least if type_.above is None else type_.above
-        yield "max", type_.most
+    default = "" if parameter.default is None else written(parameter.default.value)
+    field: Told = {"name": name, "description": parameter.description, "default": default}
+    if (kind := parameter.type) is None:
+        return field
+    choices = [*map(written, kind.choices), *(["true", "false"] * (bool in kind.types))]
+    field |= {"type": str(kind), "choices": choices}
+    if kind.is_number and not choices:
+        least = kind.least if kind.above is None else kind.above
+        step = "any" if float in kind.types else "1"
+        field |= {"step": step, "min": least, "max": kind.most}
+    return field
 
 
 def _shown(one: Diagnostic) -> Told:

@@ -60,19 +60,23 @@ class TaskDesk:
         self._lock = threading.Lock()
 
     def get(self, path: str) -> Document | None:
-        """Tasks and runs as JSON; the explanation and the recording of a run."""
-        match path.split("/")[1:]:
-            case ["tasks"]:
-                told = catalogue(self._folder) | {"real": self.banner}
-                return Document(json.dumps(told).encode(), "application/json")
-            case ["runs"]:
-                return Document(json.dumps(self._listed()).encode(), "application/json")
-            case ["runs", name, "explanation"] if (folder := self._found(name)) is not None:
-                page = explanation_page(explain(folder)).encode()
-                return Document(page, "text/html; charset=utf-8", _PLAIN)
-            case ["runs", name, "recording.rrd"] if (folder := self._found(name)) is not None:
-                if (folder / RECORDING).is_file():
-                    return Document(folder / RECORDING, "application/octet-stream")
+        """Tasks and runs as JSON; the explanation and the recording of a run; or why not."""
+        try:
+            match path.split("/")[1:]:
+                case ["tasks"]:
+                    return _json(catalogue(self._folder) | {"real": self.banner})
+                case ["runs"]:
+                    newest = reversed(run_folders(self._runs)[-_MOST_RUNS:])
+                    return _json([self._row(folder) for folder in newest])
+                case ["runs", name, "explanation"]:
+                    page = explanation_page(explain(find_run(name, self._runs)))
+                    return Document(page.encode(), "text/html; charset=utf-8", _PLAIN)
+                case [self.server.ticket, name, "recording.rrd"]:
+                    recording = find_run(name, self._runs) / RECORDING
+                    if recording.is_file():
+                        return Document(recording, "application/octet-stream")
+        except UserError as error:
+            return Document(str(error).encode(), "text/plain; charset=utf-8")
         return None
 
     def post(self, path: str, body: bytes) -> Told | None:
@@ -129,39 +133,33 @@ class TaskDesk:
             str(task_files(self._folder)[order.task]),
         ]
 
-    def _found(self, name: str) -> Path | None:
-        """The folder of a run by its name."""
-        try:
-            return find_run(Path(name).name, self._runs)
-        except UserError:
-            return None
-
-    def _listed(self) -> list[Told]:
-        """The last runs, the newest first."""
-        return [self._row(folder) for folder in reversed(run_folders(self._runs)[-_MOST_RUNS:])]
-
     def _row(self, folder: Path) -> Told:
+        """A run, for the list of runs."""
         summary = read_run(folder).summary
-        done = summary.duration_s is not None
-        if folder not in self._causes or not done:
+        done = summary.duration_s
+        if folder not in self._causes or done is None:
             try:
                 self._causes[folder] = explain(folder).headline
             except UserError as error:
                 self._causes[folder] = str(error)
+        name = quote(folder.name)
         has_recording = (folder / RECORDING).is_file()
         return {
-            "name": folder.name,
-            "task": summary.task,
             "when": _when(folder.name),
+            "task": summary.task,
             "outcome": summary.outcome,
-            "time": task_time(summary.duration_s) if summary.duration_s is not None else "",
+            "time": "" if done is None else task_time(done),
             "cause": self._causes[folder],
-            "recording": f"/runs/{quote(folder.name)}/recording.rrd" if has_recording else None,
-            "explanation": f"/runs/{quote(folder.name)}/explanation",
+            "recording": f"/{self.server.ticket}/{name}/recording.rrd" if has_recording else None,
+            "explanation": f"/runs/{name}/explanation",
         }
 
 
 _ERROR = Severity.ERROR.value
+
+
+def _json(told: object) -> Document:
+    return Document(json.dumps(told).encode(), "application/json")
 
 
 def _when(name: str) -> str:

@@ -86,6 +86,7 @@ class ControlPage:
         self._pictured_at = float("-inf")
         self._picture: Told | None = None
         self._actions: dict[str, Callable[[], None]] = {
+            "/stop": control.stop,
             "/pause": control.pause,
             "/resume": control.resume,
             "/step": control.step,
@@ -175,11 +176,11 @@ class ControlPage:
             "outcome": self._outcome,
             "explanation": self._explanation,
         }
-        return shown if moment is None else shown | self._of_tick(moment)
+        return shown if moment is None else shown | self._of_tick(moment, waiting)
 
-    def _of_tick(self, moment: Moment) -> Told:
+    def _of_tick(self, moment: Moment, waiting: int | None) -> Told:
         seen = moment.seen
-        index = tip(seen.nodes)
+        index = tip(seen.nodes) if waiting is None else waiting
         then, otherwise = outlook(self._tree, index)
         with self._lock:
             spent = [round(seconds, 1) for seconds in self._changes.spent(seen.time)]

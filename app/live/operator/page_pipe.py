@@ -50,11 +50,7 @@ class PagePipe:
         assert self._page is not None
         with suppress(OSError), self._socket.makefile("r", encoding="utf-8") as lines:
             for line in lines:
-                path = line.rstrip("\n")
-                if path == "/stop":
-                    self._page.stop()
-                else:
-                    self._page.act(path)
+                self._page.act(line.rstrip("\n"))
         if not self._closing.is_set():
             self._page.stop()
 

@@ -90,6 +90,8 @@ class PageServer(BoundedServer):
         seconds: Callable[[], float] = stopwatch,
     ) -> None:
         self.token = secrets.token_urlsafe(16)
+        self.ticket = secrets.token_urlsafe(16)
+        """Begins paths that may be read without the token: the viewer sends no cookie."""
         self.again = again
         self.desk = desk
         self.stopped = False
@@ -214,7 +216,7 @@ class PageRequest(Replies):
         elif wanted := _VIEWER_FILE.fullmatch(path):
             hosts = "'self'" if page is None else page.viewer_hosts
             self.send_viewer(wanted[1] or "index.html", hosts)
-        elif not self._has_token():
+        elif not (path.startswith(f"/{self.server.ticket}/") or self._has_token()):
             self.refuse(HTTPStatus.FORBIDDEN)
         elif path == "/events":
             self._send_events()

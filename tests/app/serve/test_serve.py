@@ -62,11 +62,15 @@ class Served:
         self.process.communicate(timeout=60.0)
 
     def ask(self, method: str, path: str, **body: object) -> dict:
+        status, answer = self.answer(method, path, json.dumps(body), self._token)
+        assert status == 200, path
+        return json.loads(answer)
+
+    def answer(self, method: str, path: str, body: str, token: str) -> tuple[int, bytes]:
         connection = http.client.HTTPConnection("127.0.0.1", self._port, timeout=60.0)
-        connection.request(method, path, json.dumps(body), {"X-Token": self._token})
+        connection.request(method, path, body, {"X-Token": token})
         reply = connection.getresponse()
-        assert reply.status == 200, path
-        return json.loads(reply.read())
+        return reply.status, reply.read()
 
     def wait_for(self, phase: str, press: str = "") -> dict:
         deadline = time.monotonic() + 60.0
@@ -104,6 +108,10 @@ def test_a_crash_ends_no_server_stop_always_works_and_nothing_outlives_the_serve
         served.wait_for("running")
         os.kill(served.run, signal.SIGSTOP)
         served.wait_for("over", press="/stop")
+
+        run = served.ask("GET", "/runs")[-1]
+        assert served.answer("GET", run["recording"], "", token="")[1].startswith(b"RRF2")
+        assert served.answer("GET", run["explanation"], "", token="")[0] == 403
 
         assert served.ask("POST", "/again")["started"]
         served.wait_for("running")
