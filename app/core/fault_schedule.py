@@ -1,8 +1,9 @@
 """Schedule of injected faults (`--fault`): at a time or in a phase of the task.
 
 Phases are the keys of running leaves (`navigate`, `grasp`, `place`, ...), the parts of their work
-(`approach`, `lock`, `descend`, `close` of `grasp`; `lower`, `release`, `rise` of
-`place`), `retreat` for `retreat_check`, and `carry` for a `navigate` with something in the hand.
+(`approach`, `lock`, `descend`, `close` of `grasp`; `lower`, `release`, `rise` of `place`; `offer`
+of `hand_over`), `retreat` for `retreat_check`, and `carry` for a `navigate` with something in the
+hand.
 """
 
 from collections.abc import Iterable, Sequence
@@ -30,7 +31,7 @@ PHASES = (
 )
 """The phases of moving an object, in order."""
 
-_PARTS = ("lower", "release", "rise")
+_PARTS = ("lower", "release", "rise", "offer")
 _RETREAT = "retreat_check"
 
 

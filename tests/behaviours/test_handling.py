@@ -1,6 +1,7 @@
 """The behaviours that handle an object: the fingers, retreat_check, place."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -22,8 +23,10 @@ from py_trees.common import Status
 
 from behaviours import Place, Region, ToolPose
 from behaviours.conditions import HoldingObject
+from behaviours.hand_over import HandOver
 from behaviours.open_gripper import OpenGripper
 from behaviours.places import Places, slots
+from behaviours.receive import Receive
 from behaviours.retreat_check import RetreatCheck
 from hw.sim.contact import separation
 from robots import load_robot, reach
@@ -174,3 +177,28 @@ def test_what_stands_farther_from_its_pose_than_it_may_has_not_been_placed():
     harness.world.put("block", SE3(pose.rotation, pose.translation + np.array([0.03, 0.0, 0.0])))
     assert harness.run(leaf) is Status.FAILURE
     assert re.fullmatch(r"it stands (29|3\d) mm and \d+° from here", leaf.feedback_message)
+
+
+def test_a_person_takes_what_is_held_out_and_gives_another_thing():
+    harness = held_block()
+    out = ToolPose(name="out", mTe=looking_down(0.8, 0.0, TABLE_TOP + 0.3))
+    leaf = HandOver("hand_over", harness.context, at=out, timeout_s=2.0)
+    assert harness.run(leaf) is Status.FAILURE
+    assert leaf.feedback_message == "nobody took it within 2 s"
+    assert harness.world.held is not None
+    harness.run_into(leaf, "offer")
+    harness.world.put("block", SE3(np.eye(3), np.array([0.5, 0.0, TABLE_TOP])))
+    assert harness.run(leaf) is Status.SUCCESS
+    assert leaf.gripper_is_open
+    assert harness.context.log.in_hand is None
+
+    receive = Receive("receive", harness.context, at=out, every_s=0.5, timeout_s=3.0)
+    assert harness.run(receive) is Status.FAILURE
+    assert receive.feedback_message == "nothing was given within 3 s"
+    harness.run_into(receive, "feel")
+    harness.run_into(receive, "offer")
+    gift = replace(block(name="gift"), pose=SE3(np.eye(3), harness.context.wTe.translation))
+    harness.world.objects.append(gift)
+    assert harness.run(receive) is Status.SUCCESS
+    assert receive.feedback_message in ("given something 40 mm wide", "given something 60 mm wide")
+    assert harness.context.log.in_hand is not None

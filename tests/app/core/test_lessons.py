@@ -98,3 +98,11 @@ def test_one_box_stands_exactly_at_its_pose_and_the_other_one_on_it():
     assert (turn + pi / 2.0) % pi - pi / 2.0 == pytest.approx(0.0, abs=radians(4.0))
     assert above.translation[:2] == pytest.approx(below.translation[:2], abs=0.01)
     assert above.translation[2] - below.translation[2] == pytest.approx(sum(heights), abs=0.002)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("fault", "said"), [((), 2), (("--fault", "object taken@offer"), 1)])
+def test_a_person_takes_it_or_it_goes_on_the_table(tmp_path, fault, said):
+    code, summary = run(tmp_path, "hand_over", "--seed", 1, *fault)
+    assert code == 0, summary["reason"]
+    assert (len(summary["messages"]), summary["claimed"]) == (said, said - 1)
