@@ -40,7 +40,7 @@ def test_a_single_object_is_brought_to_the_table_within_limits(one_object):
     assert 0.5 < summary["grasp_time_mean_s"] < summary["pick_place_time_mean_s"] < 60.0
     assert summary["limit_violations"] == 0
     assert summary["refused_commands"] == {}
-    assert summary["highest_speed_percent"] < 100.1  # joints in physics lag, and overshoot
+    assert summary["highest_speed_percent"] < 100.5  # joints in physics lag, and overshoot
     commands = np.load(folder / "commands.npy")
     steps = np.diff(commands[:, 1:], axis=0) / 0.01
     allowed = np.array([1.5, 1.5, 3.0, *[6.0] * 7])
