@@ -1,4 +1,4 @@
-"""What the parts in ROS 2 make of messages, and messages of what they are told; no robot is there."""
+"""What the parts in ROS 2 make of messages, and what they send; there is no robot."""
 
 from __future__ import annotations
 
