@@ -25,10 +25,11 @@ class Navigate(Leaf):
         to: a pose of the task file; a tool pose moves base and arm as one, a base pose the base.
             Or an object that `detect` found: the camera gets over it, and looks down on it as the
             hand comes to its region.
-        speed_m_s: largest speed of the end effector [m/s].
-        within_m: a tool this near to its pose is there, and what follows begins on the move [m]; it
-            may then be turned by as much as swings a hand's length that far. From 5 cm on, a hand
-            that looks down is tilted as far as it must be for a stance to reach its pose.
+        speed_m_s: largest speed of the end effector, or of the base [m/s].
+        within_m: a tool this near to its pose is there, or from 5 cm on a base, and what follows
+            begins on the move [m]; it may then be turned by as much as swings a hand's length that
+            far. From 5 cm on, a hand that looks down is tilted as far as it must be for a stance to
+            reach its pose.
         next_goal: where the task goes next; the base stands so that it is soon on its way there.
         timeout_s: give up after this [s].
     """
@@ -79,7 +80,12 @@ class Navigate(Leaf):
         """Where to go, by the newest estimate of where the map is."""
         to = self._to
         if isinstance(to, BasePose):
-            return BaseGoal(wTb=to.wTb)
+            return BaseGoal(
+                wTb=to.wTb,
+                speed=self._speed,
+                position_tolerance=max(BaseGoal.position_tolerance, self._within),
+                heading_tolerance=max(BaseGoal.heading_tolerance, self._within / METRES_PER_RADIAN),
+            )
         if isinstance(to, ToolPose):
             wTe = to.wTe
         else:

@@ -12,6 +12,7 @@ from py_trees.common import Status
 from behaviours import BasePose, Posture
 from behaviours.drive import Drive
 from behaviours.move_arm import MoveArm
+from behaviours.navigate import Navigate
 from robots import load_robot
 
 READY = load_robot("frankie").arm.ready
@@ -98,3 +99,16 @@ def test_move_arm_brings_every_joint_there_and_holds_the_base():
     assert harness.run(leaf) is Status.SUCCESS
     np.testing.assert_allclose(harness.robot.read().q, BENT.q, atol=0.02)
     assert standing(harness) == (0.0, 0.0, 0.0)
+
+
+def test_the_base_passes_the_poses_of_a_path_on_the_move_no_faster_than_it_may():
+    harness, speeds = Harness(), []
+    for x, y in ((1.0, 0.0), (2.0, 0.4), (3.0, 0.4)):
+        to = BasePose(name="next", mTb=SE3(np.eye(3), np.array([x, y, 0.0])))
+        leaf = Navigate("navigate", harness.context, to=to, speed_m_s=0.4, within_m=0.25)
+        while leaf.status in (Status.INVALID, Status.RUNNING):
+            harness.tick(leaf)
+            speeds.append(float(harness.context.state.base_twist[0]))
+        assert leaf.status is Status.SUCCESS, leaf.feedback_message
+        assert speeds[-1] > 0.2
+    assert max(speeds) < 0.41
