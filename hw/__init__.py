@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     from hw.clock import Clock, SimClock, TaskClock, TaskTime, WallClock, Worker, stopwatch
     from hw.composition import ComposedRobot, InlineExecutor, one_thread
     from hw.contract import BrokenContractError, check_driver
-    from hw.drivers import DriverContext, context_of, parts_of
+    from hw.drivers import DriverContext, parts_of
     from hw.faults import INJECTABLE, FaultInjection, InjectionError, injectable
     from hw.gate import Gate, Refusal, UntrustedRobotError
     from hw.recording import RecordedRobot, Turn, turn_type

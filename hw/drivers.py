@@ -33,20 +33,13 @@ def parts_of(real: RealRobot, robot: RobotDescription, clock: Clock) -> dict[str
     Without a driver of its own the laser is that of the base, if that has one without options.
     """
     parts: dict[str, Any] = {}
-    context = context_of(real, robot, clock, parts)
-    for kind, name, options in _drivers(real, robot):
-        parts[kind] = find_driver(kind, name).make(options, context)
-    return parts
-
-
-def context_of(
-    real: RealRobot, robot: RobotDescription, clock: Clock, parts: Mapping[str, Any]
-) -> DriverContext:
-    """The context of the drivers of a real robot."""
     hardware, emulator = real.hardware, ""
     if hardware.emulated is not None:
         emulator = f"{getattr(hardware.base, 'address', '')}:{hardware.emulated + 1}"
-    return DriverContext(robot=robot, clock=clock, parts=parts, emulator=emulator)
+    context = DriverContext(robot=robot, clock=clock, parts=parts, emulator=emulator)
+    for kind, name, options in _drivers(real, robot):
+        parts[kind] = find_driver(kind, name).make(options, context)
+    return parts
 
 
 def _drivers(real: RealRobot, robot: RobotDescription) -> Iterator[tuple[str, str, Any]]:

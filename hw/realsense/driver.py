@@ -15,19 +15,12 @@ class RealSenseOptions(DriverOptions):
     rate: Literal[6, 15, 30, 60, 90] = 30  # [Hz]
     preset: str = "High Density"
     delay: NotNegative = 0.0  # age of an image at its stamp [s]
+    infrared: bool = False  # with the left infrared image, for calibration
+    emitter: bool = True  # whether the projector is on; its dots disturb infrared images
 
 
-def realsense_camera(
-    options: RealSenseOptions, context: DriverContext, *, for_calibration: bool = False
-) -> RealSenseCamera:
-    """The driver of the camera; for calibration with infrared, projector off."""
-    settings = RealSenseSettings(
-        serial="" if context.emulator else options.serial,
-        emulator=context.emulator,
-        rate=options.rate,
-        preset=options.preset,
-        delay=options.delay,
-        infrared=for_calibration,
-        emitter=not for_calibration,
-    )
+def realsense_camera(options: RealSenseOptions, context: DriverContext) -> RealSenseCamera:
+    """The driver of the camera."""
+    given = options.model_dump(exclude={"driver"} | ({"serial"} if context.emulator else set()))
+    settings = RealSenseSettings(**given, emulator=context.emulator)
     return RealSenseCamera(context.robot.camera, context.clock, settings)

@@ -3,25 +3,22 @@
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 
 from pinocchio import SE3
 
 from config import UserError
-from hw import Clock, HardwareError, WallClock, context_of, parts_of
+from hw import Clock, HardwareError, WallClock, parts_of
 from hw.hardware import RobotLock, check_armed
 from hw.omron import OmronBase
 from hw.panda import PandaArm
-from hw.realsense import RealSenseCamera, RealSenseOptions, realsense_camera
+from hw.realsense import RealSenseCamera
 from lab.calibration.board import Array, Grey
 from robots import RealRobot, load_robot
 
 _SETTLED = 0.5  # after a motion, until nothing swings any more [s]
 _PATIENCE = 3.0  # for an image [s]
 _LOOK = 0.01  # between looks for an image [s]
-
-
-class UncalibratedError(UserError):
-    """No calibration knows the drivers of a robot."""
 
 
 class Eye:
@@ -121,15 +118,16 @@ def live_base(real: RealRobot, ask: Callable[[], bool]) -> Iterator[LiveBase]:
 @contextmanager
 def _parts(real: RealRobot) -> Iterator[tuple[PandaArm, OmronBase, RealSenseCamera, Clock]]:
     robot, clock, lock = load_robot(real.path), WallClock(), RobotLock(real.hardware)
-    parts, options = parts_of(real, robot, clock), real.hardware.camera
-    arm, base = parts["arm"], parts["base"]
+    infrared = real.hardware.camera.model_copy(update={"infrared": True, "emitter": False})
+    seeing = real.hardware.model_copy(update={"camera": infrared})
+    parts = parts_of(replace(real, hardware=seeing), robot, clock)
+    arm, base, camera = parts["arm"], parts["base"], parts["camera"]
     if not (
         isinstance(arm, PandaArm)
         and isinstance(base, OmronBase)
-        and isinstance(options, RealSenseOptions)
+        and isinstance(camera, RealSenseCamera)
     ):
-        raise UncalibratedError(f"{real.path.name}: only panda, omron and realsense are calibrated")
-    camera = realsense_camera(options, context_of(real, robot, clock, parts), for_calibration=True)
+        raise UserError(f"{real.path.name}: only panda, omron and realsense are calibrated")
     with ExitStack() as undo:
         undo.callback(lock.take().release)
         for part in (camera, arm):

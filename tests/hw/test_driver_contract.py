@@ -17,7 +17,8 @@ from hw.emulators.omron import OmronEmulator
 from hw.emulators.realsense import RealSenseEmulator, still
 from hw.omron import OmronLaser
 from hw.panda.driver import HandOptions, PandaOptions, franka_hand, panda_arm
-from hw.realsense import RealSenseOptions, realsense_camera
+from hw.realsense import RealSenseOptions
+from hw.realsense.driver import realsense_camera
 from hw.state import BaseState
 
 SLOW = {"patience": 60.0}  # also on a busy machine
