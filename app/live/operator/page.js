@@ -199,8 +199,8 @@ function listen() {
   if (events) events.close();
   if (document.hidden) return;
   opened = seconds();
-  events = new EventSource("/events");
-  const on = (kind, act) => events.addEventListener(kind, (event) => act(JSON.parse(event.data)));
+  const stream = events = new EventSource("/events");
+  const on = (kind, act) => stream.addEventListener(kind, (event) => act(JSON.parse(event.data)));
   on("about", begin);
   on("state", (told) => {
     answer = "told";
@@ -212,8 +212,9 @@ function listen() {
     pictured = told && told.stamp;
     if (told) element("picture").src = told.url;
   });
-  events.onerror = async () => {
-    events.close();
+  stream.onerror = async () => {
+    stream.close();
+    if (stream !== events) return;
     await ask("/state").catch(() => {});  // for the reason
     retry = setTimeout(listen, 2 * PERIOD);
   };

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from functools import partial
 from typing import Any
 from urllib.parse import urlsplit
@@ -148,7 +149,8 @@ class ControlPage:
             is_new = newest is not self._pictured and now - self._pictured_at > _PICTURE_PERIOD
             if newest is not None and is_new:
                 self._pictured, self._pictured_at = newest, now
-                self._picture = {"url": picture(*newest), "stamp": newest[0].stamp}
+                with suppress(Exception):  # a picture that cannot be drawn is none
+                    self._picture = {"url": picture(*newest), "stamp": newest[0].stamp}
             return self._picture
 
     def state(self) -> Told:

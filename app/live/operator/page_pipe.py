@@ -50,7 +50,8 @@ class PagePipe:
         assert self._page is not None
         with suppress(OSError), self._socket.makefile("r", encoding="utf-8") as lines:
             for line in lines:
-                self._page.act(line.rstrip("\n"))
+                with suppress(Exception):  # the run reports it; Stop has to work afterwards
+                    self._page.act(line.rstrip("\n"))
         if not self._closing.is_set():
             self._page.stop()
 

@@ -37,6 +37,7 @@ class RunProcess:
         self._picture: Told | None = None
         self._heard = stopwatch()
         self._stopped_at: float | None = None
+        self._terminated = False
         self._say, self._last = say, deque[str](maxlen=8)
         self._socket, theirs = socket.socketpair()
         with theirs:
@@ -100,14 +101,11 @@ class RunProcess:
         self._stopped_at = self._stopped_at or now
         if waited < _ASK:
             self._send("/stop")
-        elif waited < _TERMINATE:
-            if not self._terminated:
-                self._terminated = True
-                self._process.send_signal(signal.SIGTERM)
-        else:
+        elif waited > _TERMINATE:
             self._process.kill()
-
-    _terminated = False
+        elif not self._terminated:
+            self._terminated = True  # a second signal would not wait for the robot to rest
+            self._process.terminate()
 
     def end(self) -> None:
         """Let the robot come to rest, and wait for the end of the process."""

@@ -2,6 +2,8 @@
 
 import http.client
 import json
+import socket
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -11,7 +13,14 @@ from py_trees.common import Status
 from sample_run import TREE, moment
 
 from app.live.nodes import NodeInfo
-from app.live.operator import Control, ControlPage, PageError, PageServer, insert_hooks
+from app.live.operator import (
+    Control,
+    ControlPage,
+    PageError,
+    PagePipe,
+    PageServer,
+    insert_hooks,
+)
 from hw import INJECTABLE
 
 
@@ -36,21 +45,21 @@ class Client:
         assert status == 200
         return json.loads(body)
 
-    def events(self, number: int, **headers: str) -> list[tuple[str, object]]:
-        """The first server-sent events, as kind and content."""
+    def events(self, *kinds: str) -> dict[str, object]:
+        """The first server-sent event of each kind."""
         connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=60.0)
-        connection.request("GET", "/events", headers={"X-Token": self.token, **headers})
+        connection.request("GET", "/events", headers={"X-Token": self.token})
         reply = connection.getresponse()
         assert reply.status == 200
-        found = []
-        while len(found) < number:
+        found = {}
+        while not found.keys() >= set(kinds):
             kind, data, _ = (reply.readline().decode().partition(": ")[2] for _ in range(3))
-            found.append((kind.strip(), json.loads(data)))
+            found.setdefault(kind.strip(), json.loads(data))
         connection.close()
         return found
 
     def about(self) -> dict[str, object]:
-        return dict(self.events(1))["about"]
+        return self.events("about")["about"]
 
 
 @pytest.fixture
@@ -234,9 +243,7 @@ def test_a_motion_waits_until_a_person_approves_and_fails_if_refused(hooked, wai
 def test_events_tell_of_the_tree_the_picture_what_happened_and_how_the_run_ended(page, client):
     for tick in (0, 60, 180):
         page.show(moment(tick), changed=True)
-    told = {}
-    for kind, content in client.events(6):
-        told.setdefault(kind, content)
+    told = client.events("about", "state", "picture", "log")
     assert [title for _, title, _, _ in told["about"]["nodes"]] == [node.title for node in TREE]
     state = told["state"]
     assert (state["phase"], state["time"], state["placed"]) == ("running", "3 s", 7)
@@ -267,3 +274,23 @@ def test_a_browser_that_was_here_needs_no_token_and_another_host_cannot_use_its_
         client.ask("POST", "/pause", **known | {"Cookie": f"frankie-task-{client.port}=x"})[0]
         == 403
     )
+
+
+def test_a_page_that_is_served_elsewhere_stops_the_run_whatever_happened_before(control):
+    def fails(name: str) -> None:
+        raise RuntimeError(name)
+
+    ours, theirs = socket.socketpair()
+    with PagePipe(theirs.detach()) as pipe:
+        pipe.serve(ControlPage(control, TREE, inject=fails, clear=print))
+        told = ours.makefile("r")
+        assert "nodes" in json.loads(told.readline())["about"]
+        ours.sendall(b"/fault/reflex\n/nonsense\n/pause\n")
+        while not json.loads(told.readline())["state"]["paused"]:
+            pass
+        assert not control.stopped
+        told.close()
+        ours.close()  # as when the other process was killed
+        deadline = time.monotonic() + 10.0
+        while not control.stopped:
+            assert time.monotonic() < deadline
