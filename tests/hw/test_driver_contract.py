@@ -30,6 +30,7 @@ def panda():
         yield emulator
 
 
+@pytest.mark.slow
 def test_the_base():
     with OmronEmulator() as emulator:
         check_driver(
@@ -37,6 +38,7 @@ def test_the_base():
         )
 
 
+@pytest.mark.slow
 def test_the_laser():
     with OmronEmulator(None, Beside((0.0, 0.0, 0.0))) as emulator, connected(emulator) as base:
 
@@ -46,6 +48,7 @@ def test_the_laser():
         check_driver("laser", make, age=0.3, **SLOW)
 
 
+@pytest.mark.slow
 @emulated_panda.needs_library
 def test_the_arm(panda):
     @contextmanager
@@ -58,6 +61,7 @@ def test_the_arm(panda):
     check_driver("arm", lambda context: panda_arm(options, context), fault=stopped, **SLOW)
 
 
+@pytest.mark.slow
 @emulated_panda.needs_library
 def test_the_hand(panda):
     @contextmanager
@@ -71,6 +75,7 @@ def test_the_hand(panda):
     check_driver("gripper", lambda context: franka_hand(options, context), fault=unplugged, **SLOW)
 
 
+@pytest.mark.slow
 @emulated_camera.needs_library
 def test_the_camera():
     with RealSenseEmulator(still(emulated_camera.picture())) as emulator:
