@@ -87,6 +87,9 @@ def open_backend(robot: str, world: str, options: WorldOptions) -> Backend:
 
 def _simulated(description: RobotDescription, world: str, options: WorldOptions) -> Backend:
     make = simulator(world)
+    if world == "physics" and not description.arm.inertias:
+        hint = "write `inertia` in the file of its arm, or take the world `kinematic`"
+        raise WorldError(f"the links of {description.name} have no inertias; {hint}")
     from hw.sim import load_localisation, load_scene
 
     level = load_localisation(options.localisation or DEFAULT_LEVEL)

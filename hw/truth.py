@@ -17,7 +17,7 @@ class Touch:
     """A collision of the robot."""
 
     stamp: float  # [s]
-    part: str  # `base`, `link0` to `link7`, `camera`, `hand`, `fingers` or `held object`
+    part: str  # `base`, `link0` to the last link, `camera`, `hand`, `fingers` or `held object`
     thing: str  # name of the obstacle or object
     text: str  # for people
 

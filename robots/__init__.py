@@ -27,7 +27,7 @@ if TYPE_CHECKING:
         has_driver,
         installed_drivers,
     )
-    from robots.load import RealRobot, load_real_robot, load_robot, robot_names
+    from robots.load import SHIPPED, RealRobot, load_real_robot, load_robot, robot_names
     from robots.schema_geometry import NotNegative, Positive
     from robots.schema_hardware import HardwareFile, Port, Text
     from robots.shapes import (
@@ -53,5 +53,6 @@ if TYPE_CHECKING:
         rounded_box,
         volume,
     )
+    from robots.urdf.importing import ImportOptions, write_robot
 else:
     __getattr__ = lazy_face(__name__)

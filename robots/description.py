@@ -8,6 +8,8 @@ looks along z, x right and y down.
 An arm has j joints: where they are said in rad, those of a sliding joint are in m.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -63,9 +65,17 @@ class ArmDescription:
     may_touch: tuple[tuple[str, str], ...]
     """Pairs of `base`, `floor`, `link0` (the foot) to the last link, and `hand` that can collide;
     the second of a pair is the outer one."""
-    inertias: tuple[Inertia, ...]  # j + 1, of the foot and the links, each in its frame
+    inertias: tuple[Inertia, ...]  # j + 1, of the foot and the links, each in its frame; or none
     torque: Array  # (j,) largest torques of the joints [Nm]
     visual: str | None  # mesh drawn instead of the collision shapes, if it is installed
+
+    def is_like(self, other: ArmDescription) -> bool:
+        """Whether joints and shapes are those of another arm."""
+        return len(self.joints) == len(other.joints) and (
+            all(map(SE3.isApprox, self.joints, other.joints))
+            and [[one.shape for one in link] for link in self.collision]
+            == [[one.shape for one in link] for link in other.collision]
+        )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -95,6 +105,7 @@ class GripperDescription:
     inertia: Inertia  # without the fingers, in h
     finger_mass: float  # of one finger [kg]
     visual: str | None  # mesh that the viewer draws instead of the boxes, if it is installed
+    grasps: bool = True  # whether it is a gripper, not a tool
     camera: Geom | None = None  # the camera housing, a box in e along its axes, if there is one
 
 

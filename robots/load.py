@@ -91,7 +91,7 @@ def _path(robot: str | Path) -> Path:
     """Path of a file, or of a shipped robot by its name or as `robots/NAME.yaml` from anywhere."""
     path = Path(robot)
     shipped = SHIPPED / path.name if path.parent == Path(SHIPPED.name) else path
-    for place in (SHIPPED / f"{robot}.yaml", path, shipped):
+    for place in (SHIPPED / f"{robot}.yaml", path, path / f"{path.name}.yaml", shipped):
         if isfile(place):
             return place.resolve()
     hint = suggest(path.stem, (one.stem for one in SHIPPED.glob("*.yaml")))
@@ -188,6 +188,7 @@ def _gripper(file: GripperFile) -> GripperDescription:
         collision=tuple(part.geom("hand") for part in file.collision),
         inertia=file.inertia.inertia(),
         finger_mass=file.finger_mass,
+        grasps=file.grasps,
         visual=file.visual,
     )
 

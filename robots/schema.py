@@ -64,7 +64,8 @@ class ArmFile(StrictModel):
     visual: str | None = None  # mesh that the viewer draws, if it is installed
     collision: tuple[LinkCapsuleFile, ...]
     may_touch: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...]  # all of the first and second
-    inertia: tuple[InertiaFile, ...]  # of the foot and the links, each in the frame of its link
+    inertia: tuple[InertiaFile, ...] = ()
+    """Of the foot and the links, each in its frame; only the physical world needs it."""
 
     @field_validator("ready")
     @classmethod
@@ -85,7 +86,7 @@ class ArmFile(StrictModel):
         if len(links) == 1:  # the joints are wrong themselves
             return value
         if info.field_name == "inertia":
-            if len(value) != len(links):
+            if value and len(value) != len(links):
                 raise ValueError(f"give it for the foot and {len(links) - 1} links")
             return value
         named = (
@@ -114,6 +115,7 @@ class GripperFile(StrictModel):
     inertia: InertiaFile  # without the fingers, on the flange
     finger_mass: Positive  # of one finger [kg]
     visual: str | None = None  # mesh that the viewer draws, if it is installed
+    grasps: bool = True  # false: a tool
 
     @field_validator("pad")
     @classmethod

@@ -98,17 +98,20 @@ class BallFile(StrictModel):
 
 
 class CapsuleFile(StrictModel):
-    """A capsule along an axis of its frame."""
+    """A capsule."""
 
     xyz: Vector  # centre [m]
-    axis: Literal["x", "y", "z"]
+    axis: Literal["x", "y", "z"] | Vector  # or its direction
     radius: Positive
     length: NotNegative  # between the centres of the half balls [m]
 
     def geom(self, name: str) -> Geom:
         """The shape in its frame."""
         shape = Capsule(self.radius, self.length / 2.0)
-        return Geom(shape, SE3(_AXES[self.axis], np.array(self.xyz)), name)
+        if isinstance(self.axis, str):
+            return Geom(shape, SE3(_AXES[self.axis], np.array(self.xyz)), name)
+        turn = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), np.array(self.axis))
+        return Geom(shape, SE3(turn.matrix(), np.array(self.xyz)), name)
 
 
 class InertiaFile(StrictModel):

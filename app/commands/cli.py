@@ -14,6 +14,7 @@ from app.commands.doctor import doctor, drivers
 from app.commands.emulate import app as emulate
 from app.commands.refuse import RefusingGroup, find_tree, refuse
 from app.commands.review import delays, explain, film, replay, runs, view
+from app.commands.robot import robot
 from app.commands.run import run
 from app.commands.serve import serve
 from app.terminal import Terminal
@@ -31,6 +32,7 @@ app.add_typer(authoring)
 for command in (run, serve, dry, runs, view, film, explain, replay, delays, doctor, drivers):
     app.command()(command)
 app.add_typer(emulate, name="emulate")
+app.add_typer(robot, name="robot")
 
 
 @app.command()

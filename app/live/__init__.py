@@ -9,7 +9,7 @@ from app.choices import View
 from app.live.changes import Moment, RunInfo
 from app.live.console import ControlOptions, OperatorConsole
 from app.live.feed import Feed, Throttle
-from app.live.monitor import Recorder, RecorderError
+from app.live.monitor import Recorder, RecorderError, draw_robot
 from app.live.nodes import NodeInfo, NodeStatus, tip, tree_view
 from app.live.operator import Control, Document, Hook, PageServer, RunProcess, Told
 from app.live.picture import colour_png, depth_png

@@ -63,12 +63,8 @@ def stored_postures(robot: RobotDescription, every: int = 1) -> Array:
 
 
 def has_shipped_bank(robot: RobotDescription) -> bool:
-    """Whether its joints lie as those of a shipped robot."""
-    shipped = [load_robot(name).arm.joints for name in robot_names()]
-    return any(
-        len(joints) == len(robot.arm.joints) and all(map(SE3.isApprox, joints, robot.arm.joints))
-        for joints in shipped
-    )
+    """Whether joints and shapes of its arm are those of a shipped robot."""
+    return any(robot.arm.is_like(load_robot(name).arm) for name in robot_names())
 
 
 def _cached(robot: RobotDescription) -> Path:

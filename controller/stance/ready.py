@@ -16,6 +16,7 @@ _DRAWN, _REFINED = 30_000, 600  # postures that are drawn, and the likely ones t
 _HEIGHT, _AHEAD = 0.8, 0.4  # of the hand [m], and its distance to the foot as a share of its reach
 _FROM_FOOT = 0.5  # largest height above or below the foot, as a share of its reach
 _CLEARANCE = 0.03  # to itself that is enough [m]
+_FOLDED = 0.1  # cost of a joint per radian from its zero, in radians of tilt
 _DEXTEROUS = 0.08  # manipulability that is enough, of an arm like a Panda
 
 
@@ -38,10 +39,13 @@ def ready_posture(robot: RobotDescription) -> Array:
         ahead = np.hypot(p[:, 0], p[:, 1]) if swivel is not None else p[:, 0]
         aside = np.zeros(len(q)) if swivel is not None else np.abs(p[:, 1])
         ends = np.minimum(q - robot.limits.q_min, robot.limits.q_max - q)
+        folds = _FOLDED * np.abs(q[:, :-1]).sum(axis=1)
         near = np.maximum(0.0, 3.0 * margins - ends).sum(axis=1)
         stiff = np.maximum(0.0, _DEXTEROUS - tools.manipulability / dexterity(robot)) / _DEXTEROUS
         off = np.abs(ahead - _AHEAD * reach) + aside + np.abs(tools.positions[:, 2] - height)
-        return np.asarray(3.0 * off / reach + np.arccos(np.clip(-R[:, 2, 2], -1, 1)) + stiff + near)
+        return np.asarray(
+            3.0 * off / reach + np.arccos(np.clip(-R[:, 2, 2], -1, 1)) + stiff + near + folds
+        )
 
     q = refine(model, down, q[np.argsort(faults(q))[:_REFINED]])[0]
     tools = forward_kinematics(robot, q)

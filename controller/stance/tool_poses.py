@@ -20,8 +20,8 @@ class ToolPoses(NamedTuple):
 
     @property
     def manipulability(self) -> Array:
-        """(N,) Yoshikawa's measure."""
-        J = self.J
+        """(N,) Yoshikawa's measure, of an arm with fewer than six joints that of its joints."""
+        J = self.J if self.J.shape[2] >= 6 else np.swapaxes(self.J, 1, 2)
         squared: Array = np.linalg.det(J @ np.swapaxes(J, 1, 2))
         return np.sqrt(np.maximum(squared, 0.0))
 

@@ -54,8 +54,7 @@ SURFACE = 1e-6  # shapes that overlap by less than this do not touch [m]
 
 def is_panda(robot: RobotDescription) -> bool:
     """Whether these are the shapes of its arm."""
-    joints, panda = robot.arm.joints, load_robot("frankie").arm.joints
-    return len(joints) == len(panda) and all(map(SE3.isApprox, joints, panda))
+    return robot.arm.is_like(load_robot("frankie").arm)
 
 
 def capsule_on_link(capsule: _Capsule, shrunk: float = 0.0) -> tuple[float, float, SE3]:
@@ -105,13 +104,14 @@ class ContactChecker:
         self._data = model.chain.createData()
         self._geometry_data = pin.GeometryData(geometry)
 
-    def __call__(self, q: Array) -> bool:
+    def __call__(self, q: Array, margin: float = 0.0) -> bool:
         """Whether the arm touches itself, the base or the floor at joint positions q (j,) [rad].
 
-        Neighbouring links do not count.
+        Neighbouring links do not count. Shapes of its own file, which are loose, touch when they
+        are nearer than `margin` [m].
         """
         if self._own is not None:
-            return self._own.clearance(q) < -SURFACE
+            return self._own.clearance(q) < margin - SURFACE
         model = self._model
         return bool(
             pin.computeCollisions(

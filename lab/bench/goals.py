@@ -10,6 +10,7 @@ from lab.bench.evaluation import Evaluator
 
 DISC = 4.0  # largest distance of goals from the start [m]
 _MARGIN = 0.1  # distance of postures from every joint limit [rad]
+_ROOM = 0.03  # to itself, of an arm of which only its own shapes are known [m]
 _LOWEST = 0.05  # least height of tool and flange [m]
 
 STARTS = ("ready", "random", "limits", "singular", "stretched")  # start postures of the arm
@@ -38,7 +39,7 @@ def generate_goals(model: RobotModel, count: int, seed: int) -> list[SE3]:
         tool = model.bTe(q)
         height = float(tool.translation[2])
         flange = model.link_poses(SE3.Identity(), q)[-1].translation[2]
-        if min(height, flange) < _LOWEST or np.hypot(radius, height) > DISC or contacts(q):
+        if min(height, flange) < _LOWEST or np.hypot(radius, height) > DISC or contacts(q, _ROOM):
             continue
         place = np.array([radius * np.cos(bearing), radius * np.sin(bearing), height])
         goals.append(SE3(pin.utils.rotate("z", heading) @ tool.rotation, place))

@@ -146,6 +146,19 @@ def place_diagnostics(
         for use in uses
         for diagnostic in _of_use(use, defined.get(id(use.value)), robot, fixtures)
     ]
+    if not robot.gripper.grasps:
+        message, hint = f"`{robot.name}` has no gripper", "import it again with --gripper"
+        found += [
+            Diagnostic(
+                path=use.path,
+                location=use.leaf.location,
+                message=message,
+                rule=COME_TO,
+                hint=hint,
+            )
+            for use in uses
+            if use.leaf.type.key == "grasp"
+        ]
     return list(dict.fromkeys([*found, *_not_set_down(uses, robot, fixtures)]))
 
 

@@ -4,4 +4,4 @@
 imported when the first recorder is made.
 """
 
-from app.live.monitor.recorder import Recorder, RecorderError
+from app.live.monitor.recorder import Recorder, RecorderError, draw_robot

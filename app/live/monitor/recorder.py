@@ -12,6 +12,7 @@ from app.live.snapshot import SceneView, Snapshot
 from app.live.web.ports import Address
 from config import UserError
 from controller import RobotModel
+from robots import RobotDescription
 
 _PERIOD, _LIVE_PERIOD = 0.5, 0.2  # interval of writing without and with a viewer [s of real time]
 _DEPTH_PERIOD = 0.4  # shortest time between two recorded depth images [s]
@@ -103,3 +104,10 @@ def _quiet() -> Iterator[None]:
     yield
     if before is None:
         del os.environ["RUST_LOG"]
+
+
+def draw_robot(robot: RobotDescription, save: Path | None) -> None:
+    """Draw a robot as the controller sees it, ready, in the viewer or into a .rrd file."""
+    from app.live.monitor.robot_visual import draw  # Rerun takes a second to import
+
+    draw(robot, save)

@@ -2,14 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import rerun as rr
-from pinocchio import Quaternion
+from pinocchio import SE3, Quaternion
 
 from app.live.monitor.meshes import Mesh, meshes
 from app.live.robot_parts import arm_parts, base_parts, hand_parts
+from controller import RobotModel
 from robots import Box, Capsule, Cylinder, Geom, Hull, RobotDescription, Sphere
 
 _FINGER_ROOT = 0.0584  # origin of the finger's mesh on the flange, along z [m]
@@ -39,6 +41,20 @@ def robot_visual(robot: RobotDescription) -> RobotVisual:
         root = np.array([0.0, 0.0, robot.gripper.hTe.translation[2] - _FINGER_ROOT])
         palm, finger = [_mesh(installed["hand"])], [_mesh(installed["finger"], root)]
     return RobotVisual(base=base, links=links, hand=[*palm, *camera], finger=finger)
+
+
+def draw(robot: RobotDescription, save: Path | None) -> None:
+    """Draw a robot as the controller sees it, ready, in the viewer or into a .rrd file."""
+    stream = rr.RecordingStream("frankie-task robot")
+    stream.spawn() if save is None else stream.save(save)
+    *links, hand = RobotModel(robot).link_poses(SE3.Identity(), robot.arm.ready)
+    bodies = {f"link{k}": (pose, arm_parts(robot.arm)[k]) for k, pose in enumerate(links)}
+    bodies |= {"base": (SE3.Identity(), base_parts(robot.base))}
+    bodies |= {"hand": (hand, (*hand_parts(robot), *robot.gripper.collision))}
+    for name, (pose, parts) in bodies.items():
+        solid = solids([part.moved(pose) for part in parts])
+        for number, one in enumerate(solid):
+            stream.log(f"{name}/{number}", one, static=True)
 
 
 def _mesh(mesh: Mesh, origin: Any = 0.0) -> rr.Mesh3D:

@@ -35,7 +35,7 @@ _FLOOR = 0.012  # height of lines on the floor, above its surface [m]
 _FAR = 0.5  # larger distances are not drawn [m]
 
 _BASE, _HAND = "world/robot/base", "world/robot/hand"
-_LINKS = tuple(f"world/robot/link{i}" for i in range(8))
+_LINK = "world/robot/link{}"
 _FINGERS = ("world/robot/left_finger", "world/robot/right_finger")
 _CAMERA = "world/camera"
 _GHOST_HAND, _GHOST_BASE = "world/ghost/hand", "world/ghost/base"
@@ -62,7 +62,7 @@ class ScenePanel:
         robot = {
             _BASE: looks.base,
             _HAND: looks.hand,
-            **dict(zip(_LINKS, looks.links, strict=True)),
+            **{_LINK.format(number): link for number, link in enumerate(looks.links)},
             **dict.fromkeys(_FINGERS, looks.finger),
         }
         self._faults = FaultPanel(stream, robot)
@@ -106,7 +106,7 @@ class ScenePanel:
             _HAND: hand,
             _GHOST_HAND: _AWAY if snapshot.hand_goal is None else snapshot.hand_goal,
             _GHOST_BASE: _AWAY if snapshot.base_goal is None else se3_of(snapshot.base_goal),
-            **dict(zip(_LINKS, links, strict=True)),
+            **{_LINK.format(number): pose for number, pose in enumerate(links)},
             **dict(zip(_FINGERS, fingers, strict=True)),
             **dict(zip(self._objects, snapshot.objects, strict=True)),
         }

@@ -20,7 +20,7 @@ BOTH = "both"  # value of `--robot` for all shipped robots
 
 _WIDTH = 120  # of a table outside of a terminal [characters]
 
-Robot = Annotated[str, typer.Option(help="`frankie`, `omni` or `both`.")]
+Robot = Annotated[str, typer.Option(help="`frankie`, `omni`, `both`, or a robot file.")]
 OneRobot = Annotated[str, typer.Option(help="`frankie`, `omni`, or a robot file.")]
 World = Annotated[str, typer.Option(help="`kinematic` or `physics`.")]
 Seeds = Annotated[str, typer.Option(help="First and last seed; a run for each.", metavar="A-B")]
@@ -43,10 +43,12 @@ ReverseSpeed = Annotated[
 
 def chosen_robots(robot: str) -> list[str]:
     """The robots that `--robot` selects."""
-    from robots import robot_names
+    from robots import load_robot, robot_names
 
-    names = robot_names()
-    return names if robot == BOTH else chosen("--robot", [robot], (*names, BOTH))
+    if robot == BOTH:
+        return robot_names()
+    load_robot(robot)
+    return [robot]
 
 
 def chosen(option: str, wanted: Sequence[str] | None, valid: Sequence[str]) -> list[str]:

@@ -1,0 +1,115 @@
+"""`frankie-task robot`: robot files from URDFs, what is missing in them, and how they look."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from app.commands.refuse import RefusingGroup, refuse
+from app.terminal import Terminal
+
+if TYPE_CHECKING:
+    from robots import RobotDescription
+
+robot = typer.Typer(
+    cls=RefusingGroup, no_args_is_help=True, help="Robot files: import from a URDF, check, show."
+)
+
+_Folder = Annotated[str, typer.Argument(help="A robot file, its folder, or a shipped robot.")]
+
+
+@robot.command("import")
+def import_(
+    urdf: Annotated[Path, typer.Argument(help="A URDF, or a .xacro file.")],
+    out: Annotated[Path, typer.Option("-o", "--out", help="New folder of the robot.")],
+    srdf: Annotated[Path | None, typer.Option(help="MoveIt's file with arm and pairs.")] = None,
+    base_frame: Annotated[str | None, typer.Option(help="Link below the arm.")] = None,
+    tool_frame: Annotated[str | None, typer.Option(help="Link at the end of the arm.")] = None,
+    drive: Annotated[
+        str | None, typer.Option(help="`differential`, `omni`, or `none`: it stands still.")
+    ] = None,
+    gripper: Annotated[
+        str | None, typer.Option(help="A part on the tool frame, for example `franka_hand`.")
+    ] = None,
+    approach: Annotated[
+        str | None, typer.Option(help="Axis of the tool frame that points ahead: `x`, `-z` ...")
+    ] = None,
+    closing: Annotated[str | None, typer.Option(help="Axis along which fingers close.")] = None,
+    camera_frame: Annotated[str | None, typer.Option(help="Link of the camera.")] = None,
+    acceleration: Annotated[
+        float | None, typer.Option(min=0.1, help="Of the joints [rad/s^2].")
+    ] = None,
+    base_size: Annotated[
+        tuple[float, float, float] | None, typer.Option(help="Length, width, height [m].")
+    ] = None,
+    packages: Annotated[
+        list[Path] | None, typer.Option(help="A folder with packages of meshes; repeatable.")
+    ] = None,
+) -> None:
+    """Write a robot file from a URDF, and tell what was guessed and which option changes it."""
+    from controller import bank, ready_posture
+    from robots import SHIPPED, ImportOptions, load_robot, write_robot
+
+    axes = [f"{sign}{axis}" for axis in "xyz" for sign in ("", "-")]
+    choices = {"--drive": (drive, ["differential", "omni", "none"])}
+    choices |= {"--approach": (approach, axes), "--closing": (closing, axes)}
+    parts = sorted(path.stem for path in (SHIPPED / "parts").glob("*hand*.yaml"))
+    choices["--gripper"] = gripper, parts
+    for option, (given, known) in choices.items():
+        if given is not None and given not in known:
+            refuse(f"{option} {given}: choose one of {', '.join(known)}")
+    options = ImportOptions(
+        srdf=srdf,
+        base_frame=base_frame,
+        tool_frame=tool_frame,
+        drive=drive,
+        gripper=gripper,
+        approach=approach,
+        closing=closing,
+        camera_frame=camera_frame,
+        acceleration=acceleration,
+        base_size=base_size,
+        packages=packages or (),
+    )
+    console = Terminal()
+    for line in write_robot(urdf, out, options, ready_posture):
+        console.say(line)
+    postures = bank(load_robot(out))  # its postures are drawn here, not in the first run
+    console.say(f"{out}: written, {len(postures.q)} postures drawn; next: frankie-task robot check")
+
+
+@robot.command()
+def check(folder: _Folder) -> None:
+    """Say what a robot can do, and what is missing for the rest."""
+    from controller import bank
+    from robots import load_real_robot, load_robot
+
+    console, robot = Terminal(), load_robot(folder)
+    count = len(bank(robot).q)
+    console.say(f"{robot.name}: {len(robot.arm.joints)} joints, {count} postures")
+    console.say("kinematic world: good")
+    console.say(f"physical world: {_physics(robot) or 'good'}")
+    grasps = "good" if robot.gripper.grasps else "none: import it with --gripper"
+    console.say(f"gripper, for tasks that grasp: {grasps}")
+    real = load_real_robot(folder)
+    hardware = "a file with `hardware` that names this one is missing: docs/hardware.md"
+    console.say(f"hardware: {hardware if real is None else 'see frankie-task doctor'}")
+
+
+def _physics(robot: RobotDescription) -> str:
+    """Why it cannot be in the physical world; empty if it can."""
+    return "" if robot.arm.inertias else "the URDF has no inertia for every link"
+
+
+@robot.command()
+def show(
+    folder: _Folder,
+    save: Annotated[Path | None, typer.Option(help="Write a .rrd file instead.")] = None,
+) -> None:
+    """Draw a robot as the controller sees it, in its ready posture."""
+    from app.live import draw_robot
+    from robots import load_robot
+
+    draw_robot(load_robot(folder), save)

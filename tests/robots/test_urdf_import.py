@@ -1,0 +1,218 @@
+"""Robot files from URDFs: a small mobile manipulator, foreign robots, and whatever is broken."""
+
+from __future__ import annotations
+
+import random
+import re
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from command_line import call
+from pinocchio import SE3
+
+from config import UserError
+from controller import (
+    HolisticController,
+    PoseGoal,
+    RobotModel,
+    SelfCollision,
+    bank,
+    ready_posture,
+)
+from lab.bench.evaluation import Evaluator
+from lab.bench.motion import run_motion
+from robots import ImportOptions, load_robot, write_robot
+
+ARM = """\
+<link name="base_footprint"/>
+<link name="base_link"><collision><origin xyz="0 0 0.15"/>
+ <geometry><box size="0.6 0.5 0.3"/></geometry></collision></link>
+<joint name="j0" type="fixed"><parent link="base_footprint"/><child link="base_link"/></joint>
+{wheels}
+<link name="column">{shape}</link>
+<joint name="lift" type="prismatic"><parent link="base_link"/><child link="column"/>
+ <origin xyz="0.1 0 0.35"/><axis xyz="0 0 1"/>
+ <limit lower="0" upper="0.3" velocity="0.2" effort="500"/></joint>
+{joints}
+<link name="left"><collision><origin xyz="0 0.03 0.04"/>
+ <geometry><box size="0.02 0.01 0.06"/></geometry></collision></link>
+<link name="right"><collision><origin xyz="0 -0.03 0.04"/>
+ <geometry><box size="0.02 0.01 0.06"/></geometry></collision></link>
+<joint name="finger" type="prismatic"><parent link="tool0"/><child link="left"/>
+ <axis xyz="0 1 0"/><limit lower="-0.025" upper="0" velocity="0.05" effort="10"/></joint>
+<joint name="other" type="prismatic"><parent link="tool0"/><child link="right"/>
+ <axis xyz="0 -1 0"/><mimic joint="finger"/>
+ <limit lower="-0.025" upper="0" velocity="0.05" effort="10"/></joint>
+"""
+SHAPE = """<collision><origin xyz="0 0 0.05"/><geometry><cylinder radius="0.05" length="0.1"/>
+</geometry></collision><inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01"
+ ixy="0" ixz="0" iyz="0"/></inertial>"""
+ROD = SHAPE.replace("0 0 0.05", "0 0 0.15").replace('length="0.1"', 'length="0.2"')
+JOINTS = (  # name, kind, axis, height on the one before, shape
+    ("pan", "continuous", "0 0 1", 0.12, SHAPE),
+    ("shoulder", "revolute", "0 1 0", 0.1, ROD),
+    ("elbow", "revolute", "0 1 0", 0.3, ROD),
+    ("roll", "continuous", "0 0 1", 0.28, ""),
+    ("wrist", "revolute", "0 1 0", 0.02, SHAPE),
+    ("turn", "continuous", "0 0 1", 0.12, ""),
+)
+
+
+def urdf(name: str = "small") -> str:
+    """A differential base with a lift, an arm of six joints and a gripper."""
+    wheels, joints, before = "", "", "column"
+    for side, y in (("left", 0.2), ("right", -0.2)):
+        wheels += (
+            f'<link name="{side}_wheel"/><joint name="{side}_wheel_joint" type="continuous">'
+            f'<parent link="base_link"/><child link="{side}_wheel"/><origin xyz="0 {y} 0.1"/>'
+            '<axis xyz="0 1 0"/></joint>\n'
+        )
+    for joint, kind, axis, height, shape in JOINTS:
+        limit = 'lower="-2.2" upper="2.2" ' if kind == "revolute" else ""
+        link = "tool0" if joint == "turn" else f"{joint}_link"
+        joints += (
+            f'<link name="{link}">{shape}</link><joint name="{joint}" type="{kind}">'
+            f'<parent link="{before}"/><child link="{link}"/><origin xyz="0 0 {height}"/>'
+            f'<axis xyz="{axis}"/><limit {limit}velocity="2" effort="80"/></joint>\n'
+        )
+        before = link
+    return f'<robot name="{name}">\n{ARM.format(wheels=wheels, joints=joints, shape=SHAPE)}</robot>'
+
+
+def misses(robot, postures) -> list[object]:
+    """What goes wrong on the way to the hand's poses in some postures, two metres away."""
+    model, found = RobotModel(robot), []
+    evaluator = Evaluator(model)
+    for q in postures:
+        wTe = SE3(pin.utils.rotate("z", 0.6), np.array([1.5, -1.3, 0.0])) * model.bTe(q)
+        goal = PoseGoal(wTe=wTe)
+        step = HolisticController(model).step
+        trial = evaluator(run_motion(step, model, lambda _, g=goal: g, period=0.01, limit=20.0))
+        if trial.failure or trial.limit_violations or trial.contact_samples:
+            found.append((trial, np.round(q, 2)))
+    return found
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("robots")
+    (folder / "small.urdf").write_text(urdf())
+    out = folder / "small"
+    return out, write_robot(folder / "small.urdf", out, ImportOptions(), ready_posture)
+
+
+def test_an_arm_of_every_kind_of_joint_is_that_of_its_urdf(small):
+    out, notes = small
+    robot = load_robot(out)
+    assert robot.arm.slides.tolist() == [True, *[False] * 6]
+    assert robot.limits.q_max[[0, 1]].tolist() == [0.3, np.inf]
+    assert (robot.swivel.joint, robot.base.size) == (1, (0.6, 0.5, 0.3))
+    assert robot.gripper.opening == pytest.approx(0.05)
+    assert any("differential, by its 2 wheels" in note for note in notes)
+    model, data = (whole := pin.buildModelFromXML(urdf())), whole.createData()
+    ours, rng = RobotModel(robot), np.random.default_rng(0)
+    for q in rng.uniform(*robot.limits.within_a_turn, (20, 7)):
+        everything = pin.neutral(model)
+        for joint, value in zip(("lift", *(row[0] for row in JOINTS)), q, strict=True):
+            one = model.joints[model.getJointId(joint)]
+            unit = value if one.nq == 1 else (np.cos(value), np.sin(value))
+            everything[one.idx_q : one.idx_q + one.nq] = unit
+        pin.framesForwardKinematics(model, data, everything)
+        tool = data.oMf[model.getFrameId("tool0")]
+        bTe = ours.bTe(q)
+        np.testing.assert_allclose(bTe.rotation[:, 2], tool.rotation[:, 2], atol=1e-9)
+        np.testing.assert_allclose(bTe.translation, tool.act(np.array([0, 0, 0.06])), atol=1e-6)
+
+
+def test_it_is_ready_with_its_hand_down_and_reaches_what_it_can(small):
+    robot = load_robot(small[0])
+    model, body = RobotModel(robot), SelfCollision(RobotModel(robot))
+    assert model.bTe(robot.arm.ready).rotation[2, 2] < -0.999
+    assert body.clearance(robot.arm.ready) > 0.01
+    postures = bank(robot).q
+    assert len(postures) > 2000
+    assert min(body.clearance(q) for q in postures[::100]) > 0.0
+    assert misses(robot, postures[::4000]) == []
+
+
+def test_commands_import_check_and_refuse(small, tmp_path):
+    file = small[0].parent / "small.urdf"
+    mine, tool = tmp_path / "mine", tmp_path / "tool"
+    assert call("robot", "import", file, "-o", mine, "--drive", "omni")[0] == 0
+    code, output, _ = call("robot", "check", mine)
+    assert (code, "7 joints" in output) == (0, True)
+    assert "physical world: the URDF has no inertia" in output
+    code, _, error = call("robot", "import", file, "-o", mine)
+    assert (code, "exists already" in error) == (2, True)
+    assert call("robot", "import", file, "-o", tool, "--tool-frame", "wrist_link")[0] == 0
+    code, output, _ = call("check", "pick_place", "--robot", tool)
+    assert (code, "`tool` has no gripper" in output) == (2, True)
+
+
+BROKEN = (
+    (urdf().replace('xyz="0 1 0"', 'xyz="0 0 0"'), "is zero"),
+    (urdf().replace('link="tool0"', 'link="tool"'), "which is no link"),
+    (urdf().replace('<child link="elbow_link"/>', '<child link="pan_link"/>'), "two parents"),
+    (urdf().replace('name="elbow_link"', 'name="pan_link"'), "several links are called `pan_link`"),
+    (urdf().replace("0.28", "280"), "millimetres"),
+    (urdf().replace('lower="0" upper="0.3"', ""), "slides and has no range"),
+    ("<robot/>", "no joint in it moves"),
+    ("<sdf/>", "not <robot>"),
+    ("what", "no XML"),
+)
+
+
+@pytest.mark.parametrize(("text", "why"), BROKEN, ids=[why for _, why in BROKEN])
+def test_a_urdf_that_cannot_be_used_is_one_line(tmp_path, text, why):
+    (tmp_path / "r.urdf").write_text(text)
+    code, _, error = call("robot", "import", tmp_path / "r.urdf", "-o", tmp_path / "r")
+    assert (code, why in error, error.strip().count("\n")) == (2, True, 0), error
+
+
+def test_whatever_a_urdf_says_there_is_no_traceback(tmp_path):
+    rng, text = random.Random(7), urdf()
+    words = sorted(set(re.findall(r'"[^"]*"', text)))
+    tags = re.findall(r"<(?:link|joint)[^>]*>.*?</(?:link|joint)>", text, re.DOTALL)
+    for number in range(100):
+        mutant = text
+        for _ in range(rng.randint(1, 3)):
+            kind = rng.randrange(4)
+            if kind == 0:
+                some = rng.choice(['"nan"', '"-1 0"', '""', '"1e300"', '"0 0 0"', '"x"', '"-5"'])
+                mutant = mutant.replace(rng.choice(words), some, rng.choice([1, -1]))
+            elif kind == 1:
+                mutant = mutant.replace(rng.choice(words), rng.choice(words), 1)
+            elif kind == 2:
+                mutant = mutant.replace(rng.choice(tags), rng.choice(["", rng.choice(tags)]), 1)
+            else:
+                at = rng.randrange(len(mutant))
+                mutant = mutant[:at] + mutant[at + rng.randint(1, 20) :]
+        path = tmp_path / f"{number}.urdf"
+        path.write_text(mutant)
+        with suppress(UserError):
+            write_robot(path, tmp_path / str(number), ImportOptions(), lambda r: r.arm.ready)
+
+
+EXAMPLES = next(p for p in Path(pin.__file__).parents if p.name == "cmeel.prefix") / (
+    "share/example-robot-data/robots"
+)
+FOREIGN = {
+    "ur_description/urdf/ur5_gripper.urdf": (6, "franka_hand"),
+    "panda_description/urdf/panda.urdf": (7, None),
+    "tiago_description/robots/tiago_no_hand.urdf": (8, "franka_hand"),
+}
+
+
+@pytest.mark.skipif(not EXAMPLES.is_dir(), reason="example-robot-data is not installed")
+@pytest.mark.parametrize("file", FOREIGN)
+def test_foreign_robots_reach_goals_as_they_are(tmp_path, file):
+    joints, gripper = FOREIGN[file]
+    out = tmp_path / "robot"
+    write_robot(EXAMPLES / file, out, ImportOptions(gripper=gripper), ready_posture)
+    robot = load_robot(out)
+    assert len(robot.arm.joints) == joints
+    assert robot.gripper.grasps
+    assert misses(robot, bank(robot).q[::6000]) == []
