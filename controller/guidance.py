@@ -72,7 +72,7 @@ class Guidance:
         self.next_goal.reset()
         self._start_goal(None)
         self._set_stance(None)
-        self._asked: PoseGoal | None = None
+        self._asked: tuple[object, ...] = ()  # of the last goal, besides its pose
         self._bias: StanceBias | None = None
         self._age = 0  # of the bias [periods]
         self._lasts = False  # whether it may be used again, on a free way to the stance
@@ -134,9 +134,11 @@ class Guidance:
         self._age += 1
         if moved := self._finder.update(surroundings):
             self.next_goal.reset()
-        elif self._lasts and goal is self._asked and self._age < self._settings.slow_periods:
+        asked = goal.speed, goal.straight, goal.hand_may_touch
+        same = asked == self._asked and goal.twist is None and goal.wTe == self._goal
+        if self._lasts and same and not moved and self._age < self._settings.slow_periods:
             return self._bias
-        self._asked, self._lasts = goal, False
+        self._asked, self._lasts = asked, False
         passed, self._age = self._age, 0
         changed = moved or (bool(self.unreachable) and goal.hand_may_touch != self._hand_may_touch)
         follows = goal.is_moving and not goal.straight and self._follower is not None
@@ -174,7 +176,7 @@ class Guidance:
         self._bias = bias_towards(
             model, settings, remaining, goal, wTb, q, detour=detour, following=following
         )
-        waits = remaining.in_transport or remaining.docks or following is not None
+        waits = remaining.in_transport or remaining.docks or goal.twist is not None
         self._lasts = remaining.lead.final and self._search is None and not waits
         return self._bias
 

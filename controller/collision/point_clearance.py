@@ -19,7 +19,6 @@ from robots import Box, Hull, Shape, from_rounded_boxes, rounded_box
 _FAR = 1.0  # points farther than this from a probe are ignored [m]
 _FACE = 0.4  # largest spacing of probes on the faces of boxes [m]
 _MAX_POINTS = 2  # number of nearest points that are kept for one shape
-_YZX, _ZXY = np.array([1, 2, 0]), np.array([2, 0, 1])  # axes of the two products in a cross product
 
 Numbers = npt.NDArray[np.int64]
 
@@ -85,14 +84,15 @@ class PointClearance:
         distances, found = cloud.nearest(places, _FAR)
         self._at_least[some] = at_least = np.minimum(distances, _FAR) - self._covers[some]
         (near,) = np.nonzero(at_least <= self._matters[some])
-        # Probes of one shape may find the same point.
-        _, first = np.unique(body[near] * (len(cloud.points) + 1) + found[near], return_index=True)
-        near = near[first]
-        some, body, R, points = some[near], body[near], R[near], cloud.points[found[near]]
+        some, body, R = some[near], body[near], R[near]
+        found = found[near]
+        points = cloud.points[found]
         local = ((points - origin[near])[:, None, :] @ R)[:, 0]
         d, out = from_rounded_boxes(local, self._half[body], self._radius[body])
-        kept = np.lexsort((d, body))
-        kept = kept[_ranks(body[kept]) < _MAX_POINTS]
+        kept = np.lexsort((found, d, body))
+        # Probes of one shape may find the same point.
+        kept = kept[_differs(found[kept], 1) | _differs(body[kept], 1)]
+        kept = kept[_differs(body[kept], _MAX_POINTS)]
         kept = kept[d[kept] <= self._matters[some[kept]]]
         n, p = (R[kept] @ out[kept][:, :, None])[:, :, 0], points[kept]
         return NearPoints(
@@ -102,15 +102,15 @@ class PointClearance:
 
 def lines_along(n: Array, p: Array) -> Array:
     """Plücker lines (K, 6) along n (K, 3) through p (K, 3): direction, moment about the origin."""
-    moments = p.take(_YZX, 1) * n.take(_ZXY, 1) - p.take(_ZXY, 1) * n.take(_YZX, 1)
-    return np.concatenate([n, moments], axis=1)
+    (nx, ny, nz), (px, py, pz) = n.T, p.T
+    return np.array([nx, ny, nz, py * nz - pz * ny, pz * nx - px * nz, px * ny - py * nx]).T
 
 
-def _ranks(groups: Numbers) -> Numbers:
-    """(K,) the rank of each element within its group of adjacent equal numbers."""
-    first = np.searchsorted(groups, groups, side="left")
-    ranks: Numbers = np.arange(len(groups)) - first
-    return ranks
+def _differs(numbers: Numbers, behind: int) -> npt.NDArray[np.bool_]:
+    """(K,) whether each is another number than the one so many places before."""
+    another = np.ones(len(numbers), dtype=np.bool_)
+    another[behind:] = numbers[behind:] != numbers[:-behind]
+    return another
 
 
 def _places(shape: Shape) -> tuple[Array, float]:
