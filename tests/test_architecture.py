@@ -46,6 +46,7 @@ ROOMS = (
     "app.export",
     "app.authoring",
     "app.serve",
+    "app.agent",
     "app.commands",
     "app",
     "frankie_task",

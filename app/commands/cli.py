@@ -16,7 +16,7 @@ from app.commands.refuse import RefusingGroup, find_tree, refuse
 from app.commands.review import delays, explain, film, replay, runs, view
 from app.commands.robot import robot
 from app.commands.run import run
-from app.commands.serve import serve
+from app.commands.serve import mcp, serve
 from app.terminal import Terminal
 
 app = typer.Typer(
@@ -29,7 +29,7 @@ app = typer.Typer(
 )
 
 app.add_typer(authoring)
-for command in (run, serve, dry, runs, view, film, explain, replay, delays, doctor, drivers):
+for command in (run, serve, mcp, dry, runs, view, film, explain, replay, delays, doctor, drivers):
     app.command()(command)
 app.add_typer(emulate, name="emulate")
 app.add_typer(robot, name="robot")

@@ -1,6 +1,7 @@
-"""`frankie-task serve`: start, watch and stop tasks from a page."""
+"""`frankie-task serve` and `mcp`: tasks from a page, and from a language model."""
 
 import signal
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated
 
@@ -35,3 +36,22 @@ def serve(
         with until_interrupted():
             say(f"tasks at {server.url}   (Ctrl-C ends it)")
         desk.close()
+
+
+def mcp(
+    folder: Annotated[
+        Path,
+        typer.Option(help="What the model reads and writes.", exists=True, file_okay=False),
+    ] = Path(),
+    port: Annotated[
+        int | None, typer.Option(help="Serve HTTP here instead.", min=1, max=65535)
+    ] = None,
+) -> None:
+    """Serve a language model by the Model Context Protocol, on standard input and output.
+
+    It writes, checks and simulates tasks, and proposes them; it moves no real robot.
+    """
+    from app.agent import serve as serve_model
+
+    with suppress(KeyboardInterrupt):
+        serve_model(folder, port, Terminal(stderr=True).say)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import count
 from typing import TypeAlias
@@ -10,6 +10,7 @@ from typing import TypeAlias
 from behaviours import Key
 from config import (
     Diagnostics,
+    Hint,
     Location,
     Rule,
     YamlEntry,
@@ -17,6 +18,7 @@ from config import (
     YamlScalar,
     YamlValue,
     describe,
+    nearest,
     quoted,
     suggest,
 )
@@ -159,7 +161,9 @@ def read_leaf(
             )
         else:
             message = f"`{leaf.key}` has no parameter `{key}`"
-            scope.error(rules.UNKNOWN_KEY, argument.location, message, _parameter_hint(key, leaf))
+            scope.error(
+                rules.UNKNOWN_KEY, argument.location, message, _parameter_hint(key, leaf, given)
+            )
     if leaf.validate is not None and len(arguments) + len(outputs) == len(given):
         known: dict[str, object] = {
             name: Key(value.name) if isinstance(value, KeyRead) else value
@@ -266,8 +270,11 @@ def _usage(leaf: LeafType, scope: Scope) -> str:
     return f"write `{leaf.key}: {{{example}}}`{known}"
 
 
-def _parameter_hint(key: str, leaf: LeafType) -> str:
+def _parameter_hint(key: str, leaf: LeafType, given: Collection[str]) -> str:
     if key in MODIFIERS or key == NAME:
         return f"`{key}` belongs beside `{leaf.key}`, not below it"
     known = [parameter.name for parameter in leaf.described]
+    lacking = [one.name for one in leaf.described if one.required and one.name not in given]
+    if len(lacking) == 1 and len(set(given).difference(known)) == 1 and not nearest(key, known):
+        return Hint(f"did you mean `{lacking[0]}`?", key, lacking[0])
     return suggest(key, known) if known else "it takes none: remove it"

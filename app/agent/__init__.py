@@ -1,0 +1,3 @@
+"""`frankie-task mcp`: a language model writes tasks, and tries them in simulation."""
+
+from app.agent.server import serve

@@ -1,0 +1,81 @@
+"""The folder that a model works in: nothing outside of it is read or written."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from os.path import isfile
+from pathlib import Path
+from tempfile import NamedTemporaryFile
+
+from config import Diagnostics, UserError, YamlList, YamlMap, YamlValue, quoted, read_yaml
+from robots import load_real_robot, robot_names
+from trees import shipped, shipped_names
+
+
+class WorkspaceError(UserError):
+    """What is asked for leads out of the folder, or moves a real robot."""
+
+
+class Workspace:
+    """The folder; its methods raise WorkspaceError."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder.resolve()
+
+    @contextmanager
+    def task(self, task: str) -> Iterator[Path]:
+        """The file of a task that is given by name; a text becomes a file for the context."""
+        if ":" not in task:
+            yield shipped(task) if task in shipped_names() else self._file(task)
+            return
+        with NamedTemporaryFile("wb", dir=self.folder, prefix=".", suffix=".yaml") as file:
+            file.write(task.encode(errors="replace"))
+            file.flush()
+            yield self._file(Path(file.name).name)
+
+    def robot(self, robot: str) -> str:
+        """The description of a robot."""
+        if robot in robot_names():
+            return robot
+        path = self._file(robot)
+        if load_real_robot(path) is not None:
+            raise WorkspaceError(f"{robot}: is a real robot; name one of {quoted(robot_names())}")
+        return str(path)
+
+    def scene(self, scene: str) -> str:
+        """The name or file of a scene."""
+        self._refuse_outside(scene, self.folder)
+        return scene
+
+    def _file(self, name: str) -> Path:
+        """A file, unless one of its texts leads out of the folder."""
+        self._refuse_outside(name, self.folder)
+        path = self.folder / name
+        if not isfile(path):
+            raise WorkspaceError(f"{name[:80]!r}: no such file; give one, or the text of a task")
+        read = read_yaml(Diagnostics(path))
+        for text in _texts(read[1]) if read else ():
+            for folder in (self.folder, path.parent):
+                self._refuse_outside(text, folder)
+        return path
+
+    def _refuse_outside(self, text: str, folder: Path) -> None:
+        """Refuse a text that leads out of our folder when it is read as a path below another."""
+        try:
+            is_inside = (folder / text).resolve().is_relative_to(self.folder)
+        except (OSError, RuntimeError, ValueError):  # a loop of links, or no path at all
+            is_inside = False
+        if not is_inside or ".." in Path(text).parts:
+            raise WorkspaceError(f"{text[:80]!r}: leads out of the folder; name what is in it")
+
+
+def _texts(value: YamlValue) -> Iterator[str]:
+    if isinstance(value, YamlMap):
+        for entry in value.entries.values():
+            yield from _texts(entry.value)
+    elif isinstance(value, YamlList):
+        for item in value.items:
+            yield from _texts(item)
+    elif isinstance(value.value, str):
+        yield value.value
