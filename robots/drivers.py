@@ -55,7 +55,10 @@ def find_driver(kind: str, name: str) -> Driver:
     if len(found) > 1:
         packages = " and ".join(sorted(map(_package, found)))
         raise DriverError(f"`{kind}.{name}` is offered by {packages}; uninstall one of them")
-    return _imported(found[0])
+    driver = _imported(found[0])
+    if isinstance(driver, DriverError):
+        raise driver
+    return driver
 
 
 def has_driver(kind: str, name: str) -> bool:
@@ -99,14 +102,15 @@ def _package(entry: metadata.EntryPoint) -> str:
 
 
 @cache
-def _imported(entry: metadata.EntryPoint) -> Driver:
+def _imported(entry: metadata.EntryPoint) -> Driver | DriverError:
+    """What an entry point offers, or why it cannot be used; imported once in a process."""
     kind, _, name = entry.name.partition(".")
     try:
         make: Any = imported(entry, _IMPORT_TIMEOUT)
         options = _options(make)
         return Driver(kind=kind, name=name, package=_package(entry), options=options, make=make)
     except Exception as error:  # of a package that anybody may have written
-        raise DriverError(_broken(entry, error)) from error
+        return DriverError(_broken(entry, error))
 
 
 def _broken(entry: metadata.EntryPoint, error: Exception) -> str:

@@ -113,10 +113,16 @@ class Ros2Part:
         for number in range(max(self._seen[route] + 1, ring.oldest()), newest + 1):
             if (one := ring.get(number)) is not None:
                 arrived, data = one
-                message = decode(self._routes[route].type, data)
+                message = self._decoded(self._routes[route], data)
                 if (stamp := self._stamp(route, arrived, message)) is not None:
                     yield stamp, message
         self._seen[route] = newest
+
+    def _decoded(self, route: Route, data: bytearray) -> Any:
+        try:
+            return decode(route.type, data)
+        except Exception as error:  # of bytes that anybody may have sent
+            raise HardwareError(f"{_name(route)} is no {route.type}: {error}") from error
 
     def _stamp(self, route: int, arrived: float, message: Any) -> float | None:
         age, last = stopwatch() - arrived, self._last[route]

@@ -84,8 +84,12 @@ def _metres(image: Any) -> DepthArray:
 
 
 def _rows(image: Any, kind: str) -> npt.NDArray[Any]:
-    data = np.frombuffer(image.data, np.uint8).reshape(image.height, image.step)
     size = np.dtype(kind).itemsize * image.width
+    if len(image.data) != image.height * image.step or image.step < size:
+        raise HardwareError(
+            f"an image of {image.width} x {image.height} has {len(image.data)} bytes"
+        )
+    data = np.frombuffer(image.data, np.uint8).reshape(image.height, image.step)
     return np.ascontiguousarray(data[:, :size]).view(kind)
 
 
@@ -107,10 +111,8 @@ def _compressed(image: Any) -> DepthArray:
 def _maps(info: Any, camera: CameraDescription) -> tuple[DepthArray, DepthArray] | None:
     """Where the pixels of the description are in an image; None where they are its own."""
     own, ours = np.reshape(info.k, (3, 3)), camera.intrinsics
-    wanted = np.array([[ours.fx, 0.0, ours.cx], [0.0, ours.fy, ours.cy], [0.0, 0.0, 1.0]])
-    if (info.width, info.height) == (ours.width, ours.height) and np.allclose(
-        own, wanted, atol=1e-3
-    ):
+    is_same = (info.width, info.height) == (ours.width, ours.height)
+    if is_same and np.allclose(own, ours.matrix, atol=1e-3):
         return None
     v, u = np.mgrid[: ours.height, : ours.width].astype(np.float32)
     x = (u - ours.cx) / ours.fx * own[0, 0] + own[0, 2]

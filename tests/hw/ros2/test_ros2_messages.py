@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 import pytest
 
-from hw import DriverContext, WallClock
+from hw import DriverContext, HardwareError, WallClock
 from hw.ros2 import (
     ArmOptions,
     BaseOptions,
@@ -21,7 +21,7 @@ from hw.ros2 import (
     missing,
 )
 from hw.ros2.messages import decode, encode, message
-from hw.ros2.sensing import _compressed
+from hw.ros2.sensing import _compressed, _maps, _metres
 from robots import load_robot
 
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing())
@@ -119,6 +119,20 @@ def test_without_an_address_nothing_but_loopback_is_heard():
     told = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True).stdout
     assert told.startswith("b'lo")
     assert "<AllowMulticast>false" in told
+
+
+def test_depth_is_read_in_metres_row_by_row_and_a_part_of_an_image_is_refused():
+    rows = np.zeros((2, 3), ">f4")  # a row is longer than its pixels
+    rows[:, :2] = [[0.5, np.nan], [1.0, 2.0]]
+    fields = {"height": 2, "width": 2, "step": 12, "encoding": "32FC1", "is_bigendian": 1}
+    image = message("sensor_msgs/msg/Image", **fields, data=rows.view(np.uint8).ravel())
+    np.testing.assert_array_equal(_metres(image), rows[:, :2])
+    camera = CONTEXT.robot.camera
+    info = message("sensor_msgs/msg/CameraInfo", width=640, height=480, k=camera.intrinsics.matrix)
+    assert _maps(info, camera) is None
+    image.data = image.data[:-1]
+    with pytest.raises(HardwareError, match="2 x 2 has 23 bytes"):
+        _metres(image)
 
 
 def test_compressed_depth_is_read_in_metres():
