@@ -18,7 +18,14 @@ from behaviours.core.leaf import Leaf
 from behaviours.core.parameter_types import Region, ToolPose
 from behaviours.views.objects import Choice, ObjectDetection
 from behaviours.views.survey import VIEW_HEIGHT
-from behaviours.views.viewpoint import CAMERA_PATIENCE, MoveCamera, camera_pose, looking_along
+from behaviours.views.viewpoint import (
+    CAMERA_PATIENCE,
+    MoveCamera,
+    camera_pose,
+    hand_for,
+    looking_along,
+    out_of_view,
+)
 from controller import Array
 from perception import DetectedObject, DetectedObjects
 
@@ -87,6 +94,8 @@ def _between(one: float, other: float) -> float:
 class LookAtPlace:
     """The camera goes over a place, and tells apart what stands there.
 
+    Where it sees nothing, as the held object hides a part, it looks again from aside.
+
     Args:
         leaf: sets the goals and gets the feedback message.
         region: of the place.
@@ -98,10 +107,12 @@ class LookAtPlace:
         self.name = region.name
         self._detection = ObjectDetection(leaf.context, region, Choice())
         self._since = leaf.context.clock.now()
-        self._arrived = False
+        self._arrived = self._is_aside = False
+        context, eTc = leaf.context, leaf.context.robot.description.camera.eTc
 
         def view() -> SE3:
-            return looking_along(direction, _floor(region), VIEW_HEIGHT, like)
+            over = looking_along(direction, _floor(region), VIEW_HEIGHT, like)
+            return out_of_view(hand_for(context, over), eTc) * eTc if self._is_aside else over
 
         self._camera = MoveCamera(leaf, view, f"a view of {region.name}", _TIMEOUT)
 
@@ -115,7 +126,12 @@ class LookAtPlace:
             self._detection.begin(context.state.stamp)
         found = self._detection.update()
         if isinstance(found, DetectedObjects):
-            return found
+            if found or not (unseen := self._detection.unseen):
+                return found
+            if self._is_aside:
+                return leaf.failure(unseen)
+            self._is_aside, self._arrived = True, False
+            return leaf.running(f"{unseen}; looking from aside")
         if found is None and context.clock.now() - self._since <= CAMERA_PATIENCE:
             return leaf.running(f"looking at {self._region.name}")
         return leaf.failure(
@@ -146,14 +162,16 @@ class Measurement(LookAtPlace):
     def judge(self) -> Status:
         """SUCCESS if it stands there, FAILURE if it does not, or is not seen."""
         found, leaf, wTr = self.tick(), self._leaf, self._region.wTr
-        if isinstance(found, Status):
+        if found is Status.RUNNING:
             return found
+        if isinstance(found, Status):
+            return self._missed(f"it is not seen where it stands: {leaf.feedback_message}")
 
         def off(one: DetectedObject) -> float:
             return hypot(*(one.position - wTr.translation)[:2])
 
         if not found:
-            return leaf.failure(f"let go, but nothing is seen at {self._region.name}")
+            return self._missed(f"let go, but nothing stands at {self._region.name}")
         one = min(found, key=off)
         text, turn = f"it stands {1000 * off(one):.0f} mm", 0.0
         if one.size[0] >= _LONG * one.size[1]:
@@ -161,4 +179,9 @@ class Measurement(LookAtPlace):
             text += f" and {degrees(turn):.0f}°"
         text += f" from {self._region.name}"
         is_there = off(one) <= self._within and turn <= self._turn
-        return (leaf.success if is_there else leaf.failure)(text)
+        return leaf.success(text) if is_there else self._missed(text)
+
+    def _missed(self, why: str) -> Status:
+        """Fail; the object does not count as placed."""
+        self._leaf.context.log.carried[-1].placed = None
+        return self._leaf.failure(why)

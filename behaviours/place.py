@@ -1,6 +1,6 @@
 """Behaviour `place`: set the held object down in a region, at a pose, or onto an object."""
 
-from math import radians
+from math import pi, radians
 from typing import Annotated, ClassVar
 
 import numpy as np
@@ -44,11 +44,11 @@ class Place(Lowering):
     Args:
         on: region of the task file whose floor is the surface to place on.
         at: a tool pose as a point of a surface: there its middle comes to stand, its longer edge
-            along the x axis. How far off it stands is measured.
+            along the x axis.
         onto: stack it on an object that `detect` found, or on the largest that stands in a region.
         pitch_m: distance between neighbouring places; half of it when the rows are full [m].
-        within_m: fail if it stands farther from `at` [m].
-        within_deg: fail if it is longer than wide, and turned more than this [deg].
+        within_m: fail if it is seen to stand farther from there [m].
+        within_deg: fail if it is longer than wide, and turned from `at` by more [deg].
     """
 
     key: ClassVar[str] = "place"
@@ -69,7 +69,7 @@ class Place(Lowering):
     ) -> None:
         super().__init__(name, context)
         self._onto, self._pitch, self._is_exact = onto, pitch_m, on is None
-        self._within = None if at is None else (within_m, radians(within_deg))
+        self._within = within_m, pi if at is None else radians(within_deg)
         if region := region_at(at) if at is not None else on:
             self._place_on(region, context.direction(region))
         elif isinstance(onto, Region):
@@ -104,6 +104,8 @@ class Place(Lowering):
         if reason := self._nothing_held:
             return self.failure(reason)
         found = self._survey.tick()
+        if found is Status.FAILURE:
+            return self.failure(f"nothing is seen to stack it on: {self.feedback_message}")
         if isinstance(found, Status):
             return found
         if not found:
@@ -205,7 +207,7 @@ class Place(Lowering):
         status = self._releasing.tick()
         if status is not Status.SUCCESS:
             return status
-        if self._within is None:
+        if not self._is_exact:
             return self.success(f"placed on {self._on.name}{self._numbered}")
         within, turn = self._within
         direction = self._way_in.turned(self._on.wTm)

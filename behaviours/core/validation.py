@@ -14,6 +14,7 @@ PLACEHOLDER = "{value}"
 """In a text, what the value takes the place of."""
 _ANY_PLACEHOLDER = re.compile(r"\{\w*\}")
 _FILE = re.compile(r"[A-Za-z0-9_-]{1,60}")
+_PLACES_OF = {"pitch_m": ("on",), "within_m": ("at", "onto"), "within_deg": ("at",)}
 _CHOICE_PARAMETERS = ("choose", "kind", "colour", "min_width_mm", "max_width_mm")
 
 
@@ -83,9 +84,9 @@ def validate_place(arguments: Mapping[str, object]) -> str:
     if len(where) != 1:
         given = "all of " + ", ".join(where) if where else "no place"
         return f"is given {given}; give one of `on`, `at` and `onto`"
-    for name, owner in (("pitch_m", "on"), ("within_m", "at"), ("within_deg", "at")):
-        if name in arguments and where != [owner]:
-            return f"has `{name}`, which belongs to `{owner}`; leave it out"
+    for name, owners in _PLACES_OF.items():
+        if name in arguments and where[0] not in owners:
+            return f"has `{name}`, which belongs to `{owners[0]}`; leave it out"
     return ""
 
 
