@@ -15,9 +15,6 @@ def serve(
     folder: Annotated[Path, typer.Argument(help="With tasks; the shipped ones are there too.")] = (
         Path()
     ),
-    runs: Annotated[
-        Path | None, typer.Option(help="Folder for the folders of runs; default: runs in FOLDER.")
-    ] = None,
     armed: Annotated[
         bool, typer.Option("--arm-the-robot", help="A real robot moves only with this.")
     ] = False,
@@ -29,7 +26,7 @@ def serve(
     from app.serve import TaskDesk
 
     say = Terminal(stderr=True).say
-    desk = TaskDesk(folder, runs or folder / "runs", armed=armed, view=view, say=say)
+    desk = TaskDesk(folder, armed=armed, view=view, say=say)
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     with PageServer(port, desk=desk) as server:
         desk.server = server

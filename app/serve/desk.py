@@ -40,7 +40,7 @@ class Order(StrictModel):
 
 
 class TaskDesk:
-    """Starts tasks of a folder, and the shipped ones; their runs are kept in `runs`.
+    """Starts tasks of a folder, and the shipped ones; their runs are kept in `runs` there.
 
     `armed` is whether a real robot may move, `view` how the 3-D viewer is served, and `say` prints
     a line. `server` has to be set before the first request.
@@ -49,9 +49,9 @@ class TaskDesk:
     server: PageServer
 
     def __init__(
-        self, folder: Path, runs: Path, *, armed: bool, view: View, say: Callable[[str], None]
+        self, folder: Path, *, armed: bool, view: View, say: Callable[[str], None]
     ) -> None:
-        self._folder, self._runs = folder, runs
+        self._folder, self._runs = folder, folder / "runs"
         self._armed, self._view, self._say = armed, view, say
         self.banner = "ARMED: a robot file moves the real robot" if armed else "simulated only"
         self._run: RunProcess | None = None
