@@ -72,7 +72,7 @@ class Severity(Enum):
     WARNING = "warning"
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Diagnostic:
     """One problem in a file; its text is one line."""
 
@@ -113,24 +113,14 @@ class Diagnostics:
         Raises:
             TooManyErrorsError: the limit is reached.
         """
-        self._found.append(
-            Diagnostic(rule=rule, path=self.path, location=location, message=message, hint=hint)
-        )
+        self._found.append(Diagnostic(rule, self.path, location, message, hint))
         if self._limit is not None and len(self._found) >= self._limit:
             raise TooManyErrorsError
 
     def warning(self, rule: Rule, location: Location, message: str, hint: str) -> None:
         """Add a probable mistake."""
-        self._found.append(
-            Diagnostic(
-                rule=rule,
-                path=self.path,
-                location=location,
-                message=message,
-                hint=hint,
-                severity=Severity.WARNING,
-            )
-        )
+        severity = Severity.WARNING
+        self._found.append(Diagnostic(rule, self.path, location, message, hint, severity))
 
     @property
     def fatal(self) -> bool:

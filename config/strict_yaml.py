@@ -163,9 +163,8 @@ def parse_yaml(text: str, diagnostics: Diagnostics) -> YamlValue | None:
         before = text[: int(error.position)]
         location = Location(line=before.count("\n") + 1, column=len(before) - before.rfind("\n"))
         message = f"this is not YAML: character {chr(error.character)!r} is not allowed"
-        diagnostics.error(
-            SYNTAX, location, message, "remove it, or write it as an escape in double quotes"
-        )
+        hint = "remove it, or write it as an escape in double quotes"
+        diagnostics.error(SYNTAX, location, message, hint)
     except yaml.MarkedYAMLError as error:
         problem = error.problem or "it ends too early"
         hint = next(
@@ -242,9 +241,8 @@ class _Composer:
             message = "anchors and aliases are not supported"
             self._diagnostics.error(SYNTAX, location, message, "write the value out")
         if tag := getattr(event, "tag", None):
-            self._diagnostics.error(
-                SYNTAX, location, f"the tag {tag!r} is not supported", "remove it"
-            )
+            message = f"the tag {tag!r} is not supported"
+            self._diagnostics.error(SYNTAX, location, message, "remove it")
         if isinstance(event, yaml.SequenceStartEvent):
             return YamlList(location=location, items=tuple(self._items(depth)))
         if isinstance(event, yaml.MappingStartEvent):
@@ -264,12 +262,8 @@ class _Composer:
             key = self._value(event, depth + 1)
             value = self._value(next(self._events), depth + 1)
             if not isinstance(key, YamlScalar) or not isinstance(key.value, str):
-                self._diagnostics.error(
-                    SYNTAX,
-                    key.location,
-                    "this key is not a word",
-                    "give it a name, or write it in quotes",
-                )
+                hint = "give it a name, or write it in quotes"
+                self._diagnostics.error(SYNTAX, key.location, "this key is not a word", hint)
             elif key.value in entries:
                 first = entries[key.value].location.line
                 message = f"the key `{key.value}` appears twice, first on line {first}"

@@ -17,6 +17,7 @@ from app.agent.describe import description
 from app.agent.workspace import Workspace
 from app.authoring import explained, findings
 from app.review import explain, find_run, run_folders
+from app.terminal import visible
 from config import Severity, UserError
 from trees.draw import tree_text
 from trees.language import load
@@ -129,8 +130,8 @@ class Tools:
         if len(list(path.parent.glob("proposed_*"))) >= _MOST_PROPOSALS:
             raise UserError(f"{_MOST_PROPOSALS} proposals wait for a person already")
         try:
-            with path.open("x", encoding="utf-8") as file:  # what a person has read stays
-                file.write(f"# Proposed by a model: {' '.join(why.split())}\n{task}")
+            with path.open("x", encoding="utf-8", errors="replace") as file:  # never over one read
+                file.write(f"# Proposed by a model: {visible(' '.join(why.split()))}\n{task}")
         except FileExistsError:
             raise UserError(f"{path.name}: is there already; choose another name") from None
         return f"{path.name}: a person may read and start it"

@@ -55,9 +55,7 @@ def build(task: Task, context: Context, make_leaf: LeafMaker = real_leaf) -> Beh
 
 
 def _refused(path: Path, location: Location, message: str, hint: str) -> TaskFileError:
-    return TaskFileError(
-        [Diagnostic(rule=rules.ARGUMENTS, path=path, location=location, message=message, hint=hint)]
-    )
+    return TaskFileError([Diagnostic(rules.ARGUMENTS, path, location, message, hint)])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

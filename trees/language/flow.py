@@ -64,9 +64,8 @@ def check_flow(
             diagnostics.error(rules.UNWRITTEN, output.location, message, suggest(name, flow.writes))
         elif outcomes.success is not None and name not in outcomes.success:
             message = f"the tree can succeed without having written the output `{name}`"
-            diagnostics.error(
-                rules.UNWRITTEN, output.location, message, f"begin it with `set: {{{name}: ...}}`"
-            )
+            hint = f"begin it with `set: {{{name}: ...}}`"
+            diagnostics.error(rules.UNWRITTEN, output.location, message, hint)
     for name, location in flow.writes.items():
         if name not in flow.read:
             hint = f"write `${name}` somewhere, or remove it"
@@ -134,9 +133,8 @@ class _Flow:
         wanted = ValueType(types=(int, float)) if known is None or known.is_number else known
         self._read(KeyRead(location=write.location, name=write.name, type=_ANY_NUMBER), before)
         if known is not None and more is not None and known.is_number and not wanted.takes(more):
-            self.diagnostics.error(
-                rules.KEY_TYPE, write.location, f"`{write.name}` holds {known}", "add a number"
-            )
+            message = f"`{write.name}` holds {known}"
+            self.diagnostics.error(rules.KEY_TYPE, write.location, message, "add a number")
         elif known == ValueType(types=(int,)) and more == ValueType(types=(float,)):
             message = f"`{write.name}` holds a whole number, and cannot take a fraction"
             hint = f"add a whole number, or begin with `set: {{{write.name}: 0.0}}`"
@@ -182,9 +180,8 @@ class _Flow:
         known = self.types.setdefault(write.name, written)
         if known != written:
             message = f"`{write.name}` takes {written} here, and {known} on line {first.line}"
-            self.diagnostics.error(
-                rules.KEY_TYPE, write.location, message, "write it under another name"
-            )
+            hint = "write it under another name"
+            self.diagnostics.error(rules.KEY_TYPE, write.location, message, hint)
 
     def _read(self, value: Argument, before: Keys) -> None:
         if not isinstance(value, KeyRead):

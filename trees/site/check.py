@@ -120,11 +120,11 @@ def furniture_diagnostics(task: Task, fixtures: Sequence[Geom]) -> list[Diagnost
     pieces = {one.piece for one in fixtures if not isinstance(one.shape, Plane)}
     return [
         Diagnostic(
-            rule=FURNITURE,
-            path=path,
-            location=location,
-            message=f"`{place.name}`: no furniture is called `{place.on}`",
-            hint=suggest(place.on, pieces),
+            FURNITURE,
+            path,
+            location,
+            f"`{place.name}`: no furniture is called `{place.on}`",
+            suggest(place.on, pieces),
         )
         for place, path, location in _definitions(task)
         if pieces and isinstance(place, MapPlace) and place.on and place.on not in pieces
@@ -149,13 +149,7 @@ def place_diagnostics(
     if not robot.gripper.grasps:
         message, hint = f"`{robot.name}` has no gripper", "import it again with --gripper"
         found += [
-            Diagnostic(
-                path=use.path,
-                location=use.leaf.location,
-                message=message,
-                rule=COME_TO,
-                hint=hint,
-            )
+            Diagnostic(COME_TO, use.path, use.leaf.location, message, hint)
             for use in uses
             if use.leaf.type.key == "grasp"
         ]
@@ -182,14 +176,7 @@ def _not_set_down(
         if use.leaf.type.key != "place":
             continue
         if (why := why_not_set_down(region, robot, fixtures, tilts)) is not None:
-            yield Diagnostic(
-                rule=SET_DOWN,
-                path=use.path,
-                location=use.leaf.location,
-                message=why[0],
-                hint=why[1],
-                severity=Severity.WARNING,
-            )
+            yield Diagnostic(SET_DOWN, use.path, use.leaf.location, *why, Severity.WARNING)
 
 
 def _of_use(
@@ -224,36 +211,21 @@ def _of_use(
             why, severity = ("the hand points up", "roll 180 lets it look down"), Severity.WARNING
         if why is not None:
             message, hint = f"`{value.name}`: {why[0]}", why[1]
-            yield Diagnostic(
-                rule=REACH,
-                path=path,
-                location=location,
-                message=message,
-                hint=hint,
-                severity=severity,
-            )
+            yield Diagnostic(REACH, path, location, message, hint, severity)
     if isinstance(value, ToolPose) and use.parameter in leaf.type.surfaces:
         value = region_at(value)
     if fixtures and isinstance(value, Region) and use.parameter in leaf.type.surfaces:
         if (why := why_not_come_to(value, robot, fixtures, *_approach(use))) is not None:
-            yield Diagnostic(
-                rule=COME_TO,
-                path=use.path,
-                location=leaf.location,
-                message=why[0],
-                hint=why[1],
-            )
+            yield Diagnostic(COME_TO, use.path, leaf.location, *why)
         bare = bare_places(value, _given(use, "pitch_m", None), fixtures)
         if bare.missing:
-            yield Diagnostic(
-                rule=SURFACE,
-                path=use.path,
-                location=leaf.location,
-                message=f"{bare.missing} of the {bare.of} places on `{value.name}` have no surface "
-                f"of the scene under them, the nearest is {bare.nearest:.2f} m away",
-                hint=f"move `{value.name}`; things stand on its bottom face",
-                severity=Severity.ERROR if bare.missing == bare.of else Severity.WARNING,
+            message = (
+                f"{bare.missing} of the {bare.of} places on `{value.name}` have no surface "
+                f"of the scene under them, the nearest is {bare.nearest:.2f} m away"
             )
+            hint = f"move `{value.name}`; things stand on its bottom face"
+            severity = Severity.ERROR if bare.missing == bare.of else Severity.WARNING
+            yield Diagnostic(SURFACE, use.path, leaf.location, message, hint, severity)
 
 
 def _approach(use: _Use) -> tuple[ApproachWord, float]:
@@ -280,13 +252,10 @@ def _furniture(task: Task, robot: RobotDescription) -> tuple[Sequence[Geom], lis
         path = find_scene(scene_of(task))
     except SceneError as error:
         message, _, hint = str(error).partition("; ")
-        found = Diagnostics(task.path)
-        found.error(SCENE_FILE, location, message, hint)
-        return (), found.in_order()
+        return (), [Diagnostic(SCENE_FILE, task.path, location, message, hint)]
     if mistakes := scene_mistakes(path, robot.base.size[:2]):
-        found, message = Diagnostics(task.path), f"the scene `{task.scene}` has mistakes"
-        found.error(SCENE_FILE, location, message, "correct them there")
-        return (), [*found.in_order(), *mistakes]
+        message, hint = f"the scene `{task.scene}` has mistakes", "correct them there"
+        return (), [Diagnostic(SCENE_FILE, task.path, location, message, hint), *mistakes]
     return load_fixtures(path, unmapped=True), []
 
 

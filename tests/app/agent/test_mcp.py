@@ -144,6 +144,7 @@ def test_a_real_robot_is_refused_and_a_proposal_changes_no_file(tools, tmp_path)
     with pytest.raises(UserError, match="has errors"):
         tools.propose("two", "task: t\ntree: {wiat: }", "why")
     assert (tmp_path / "inside/proposed_one.yaml").read_text().splitlines()[1] == "task: hello"
+    assert tools.check("proposed_one.yaml") == []
 
 
 def test_what_a_task_is_called_is_only_text(tools):
