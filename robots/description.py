@@ -63,8 +63,8 @@ class ArmDescription:
     lag: float  # time constant with which the joints follow velocity commands [s]
     collision: tuple[tuple[Geom, ...], ...]  # j + 1 tuples of shapes, on foot and links
     may_touch: tuple[tuple[str, str], ...]
-    """Pairs of `base`, `floor`, `link0` (the foot) to the last link, and `hand` that can collide;
-    the second of a pair is the outer one."""
+    """Pairs of `base`, `floor`, `link0` (the foot) to the last link, `hand` and `camera` that
+    can collide, the second of a pair the outer one; without `camera` it counts as the hand."""
     inertias: tuple[Inertia, ...]  # j + 1, of the foot and the links, each in its frame; or none
     torque: Array  # (j,) largest torques of the joints [Nm]
     visual: str | None  # mesh drawn instead of the collision shapes, if it is installed

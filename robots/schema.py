@@ -94,7 +94,7 @@ class ArmFile(StrictModel):
             if info.field_name == "collision"
             else [name for pair in value for side in pair for name in side]
         )
-        links += ["base", "floor", "hand"]
+        links += ["base", "floor", "hand", "camera"]
         for name in named:
             if name not in links:
                 raise ValueError(f"no link is called `{name}`; {suggest(name, links)}")

@@ -180,8 +180,10 @@ class CollisionModel:
     def _pair(self, numbers: dict[str, list[int]], edges: list[int], loose: list[int]) -> Pairs:
         """All pairs that can collide: of the robot with itself and with obstacles."""
         found: list[tuple[int, int, PairKind]] = []
-        aliases = {"hand": ("hand", "camera", "held")}
-        for one, other in self._model.description.arm.may_touch:
+        may_touch = self._model.description.arm.may_touch
+        camera = () if any("camera" in pair for pair in may_touch) else ("camera",)
+        aliases = {"hand": ("hand", *camera, "held")}
+        for one, other in may_touch:
             seconds = aliases.get(other, (other,))
             if one == "floor" and other == "hand":
                 seconds = (*seconds, "palm")  # the hand's capsules do not cover its corners

@@ -30,6 +30,8 @@ class SelfCollision:
         parts["hand"] = [
             self._add(model.n, shape.moved(robot.arm.lTh)) for shape in robot.gripper.collision
         ]
+        lTc = robot.arm.lTh * robot.gripper.hTe * robot.camera.eTc
+        parts["camera"] = [self._add(model.n, robot.camera.body.moved(lTc))]
         length, width, height = robot.base.size
         middle = SE3(np.eye(3), np.array([0.0, 0.0, height / 2.0]))
         base = Box((length / 2.0, width / 2.0, height / 2.0))

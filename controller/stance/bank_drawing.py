@@ -69,7 +69,7 @@ def has_shipped_bank(robot: RobotDescription) -> bool:
 
 def _cached(robot: RobotDescription) -> Path:
     arm, limits = robot.arm, robot.limits
-    poses = (robot.bTa, arm.lTh * robot.gripper.hTe, *arm.joints)
+    poses = (robot.bTa, arm.lTh * robot.gripper.hTe, robot.camera.eTc, *arm.joints)
     shapes = [*(one for link in arm.collision for one in link), *robot.gripper.collision]
     poses = (*poses, *(one.pose for one in shapes))
     numbers = [*(pose.homogeneous for pose in poses), limits.q_min, limits.q_max, arm.slides]

@@ -17,8 +17,8 @@ from pinocchio import SE3
 from config import read_config
 from robots.description import RobotDescription
 from robots.load import SHIPPED, load_robot
-from robots.schema import RobotFile
-from robots.shapes import Array
+from robots.schema import CameraFile, RobotFile
+from robots.shapes import GREY, Array, coal_geometry
 from robots.urdf.arm import choose_arm, drive_of
 from robots.urdf.capsules import CapsuleFit, capsules_around, points_of
 from robots.urdf.hand import hand_of
@@ -111,12 +111,13 @@ class _Import:
         if options.gripper is not None:
             wTe = SE3(wTe.rotation, arm.frame(arm.tool)[1].translation)
         self._lTe = self._turns[-1].inverse() * wTe
+        self._eTc = self._camera(wTe)
         base, mount = self._base()
         shapes = self._shapes(base, mount)
         self.arm_file = self._arm_of(shapes, base, mount)
         robot = {"base": base, "arm": "arm", "arm_mount": _pose(mount)}
         robot |= {"gripper": options.gripper or "gripper", "camera": "d435"}
-        self._robot = robot | {"camera_mount": _pose(self._camera(wTe))}
+        self._robot = robot | {"camera_mount": _pose(self._eTc)}
 
     def write(self, folder: Path) -> None:
         """Write the files."""
@@ -232,7 +233,11 @@ class _Import:
             placed = some if joint else [one.moved(mount) for one in some]
             parts.append(Part(f"link{joint}", joint, placed, links - ours))
         hand = [one.moved(self._lTe) for one in self._hand.collision]
-        return [*parts, Part("hand", last, hand, ours), Part("floor", 0, None, set())]
+        body = read_config(SHIPPED / "parts" / "d435.yaml", CameraFile).body.geom("", GREY)
+        box = capsules_around(coal_geometry(body.shape), body.pose)
+        camera = [one.moved(self._lTe * self._eTc) for one in box]
+        parts += [Part("hand", last, hand, ours), Part("camera", last, camera, set())]
+        return [*parts, Part("floor", 0, None, set())]
 
     def _camera(self, wTe: SE3) -> SE3:
         """The camera on the end effector: at its frame, or beside the hand."""
