@@ -18,7 +18,7 @@ from behaviours.core.parameter_types import (
     Region,
     ToolPose,
 )
-from behaviours.core.validation import validate_looks_like
+from behaviours.core.validation import validate_looks_like, validate_times
 from behaviours.views.objects import Choice
 from perception import ColourName, DetectedObject
 
@@ -57,6 +57,34 @@ class BatteryAbove(Condition):
             return self.failure("the robot does not tell the charge of its battery")
         text = f"battery at {100.0 * charge:.1f} %"
         return self.success(text) if 100.0 * charge > self._percent else self.failure(text)
+
+
+class TimeBetween(Condition):
+    """Succeeds at a time of the day, on the clock of the computer.
+
+    A simulated run begins at noon.
+
+    Args:
+        after: hours and minutes, as in `08:30`.
+        before: the same; where it is earlier than `after`, of the next day.
+    """
+
+    key: ClassVar[str] = "time_between"
+    validate = staticmethod(validate_times)
+
+    def __init__(self, name: str, context: Context, *, after: str, before: str) -> None:
+        super().__init__(name, context)
+        if wrong := self.validate({"after": after, "before": before}):
+            raise ValueError(wrong)
+        self._after, self._before = after, before
+
+    def update(self) -> Status:
+        """One tick."""
+        minutes = int((self.context.began_at + self.context.state.stamp) / 60.0) % (24 * 60)
+        now = f"{minutes // 60:02}:{minutes % 60:02}"
+        since, until = self._after <= now, now < self._before
+        is_between = since and until if self._after < self._before else since or until
+        return (self.success if is_between else self.failure)(f"it is {now}")
 
 
 class Near(Condition):

@@ -52,6 +52,7 @@ LEAVES: dict[str, type[Leaf]] = {
         Say,
         ScanForObjects,
         Snapshot,
+        conditions.TimeBetween,
         Wait,
     )
 }

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 from config import lazy_face
 
 if TYPE_CHECKING:
-    from hw.clock import Clock, SimClock, TaskClock, TaskTime, WallClock, Worker, stopwatch
+    from hw.clock import Clock, SimClock, TaskClock, TaskTime, WallClock, Worker, epoch, stopwatch
     from hw.composition import ComposedRobot, InlineExecutor, one_thread
     from hw.contract import BrokenContractError, check_driver
     from hw.drivers import DriverContext, parts_of

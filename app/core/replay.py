@@ -117,6 +117,7 @@ def _options(folder: Path) -> tuple[RunOptions, float]:
             weights=None if weights is None else Path(weights),
             scene=str(options["scene"]),
             seed=int(options["seed"]),
+            time_of_day=options.get("time_of_day"),
             map=None if site is None else Path(site),
             world=str(options["world"]),
             obstacles=ObstacleSource(options.get("obstacles", usual.obstacles)),

@@ -175,6 +175,7 @@ class Run:
         options, task = self._options, self._task
         chosen = asdict(options) | {
             "world": self._setup.world,
+            "time_of_day": self._setup.context.began_at,
             "pace": self._setup.robot.description.pace,
         }
         return make_folder(options.record, task.name, texts(task, options.places), chosen)

@@ -34,6 +34,8 @@ class RunOptions:
     registration: RegistrationForm = RegistrationForm.BOTH
     """What is matched to the map where the localisation may be wrong."""
     seed: int = 0
+    time_of_day: float | None = None
+    """When it begins, since midnight [s]; None for now, or noon in a simulated world."""
     parameters: Mapping[str, str] = field(default_factory=dict)
     places: Path | None = None  # a file of poses and regions, used instead of the task's own
     paced: bool = False  # in real time instead of as fast as possible

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
+from datetime import datetime
 
 from py_trees.behaviour import Behaviour
 
@@ -29,6 +30,7 @@ from controller import (
     Surroundings,
 )
 from hw import (
+    WORLDS,
     Backend,
     FaultInjection,
     Gate,
@@ -40,10 +42,12 @@ from hw import (
     Truth,
     Worker,
     WorldOptions,
+    epoch,
     open_backend,
 )
 from perception import GraspDetector
 
+_NOON = 43_200.0  # [s since midnight]
 _SEARCH = 0.03  # simulated duration of a search for grasps [s] ...
 _REGISTRATION = 0.03  # ... of a registration ...
 _DEPTH_OBSTACLES = 0.03  # ... and of the obstacles in a frame
@@ -177,10 +181,21 @@ def set_up(
                 depth_obstacles=depth_obstacles,
                 fixtures=world_model.fixtures,
                 obstacles=world_model.obstacles,
+                began_at=_time_of_day(options, robot.clock.now()),
                 follows_goals=motion is MotionForm.HOLISTIC,
             ),
             problems=problems,
         )
+
+
+def _time_of_day(options: RunOptions, elapsed: float) -> float:
+    """When the session began, `elapsed` [s] ago; a simulated run is the same at any time."""
+    if options.time_of_day is not None:
+        return options.time_of_day
+    if options.world in WORLDS:
+        return _NOON
+    now = datetime.fromtimestamp(epoch())
+    return 3600.0 * now.hour + 60.0 * now.minute + now.second - elapsed
 
 
 def _localiser(

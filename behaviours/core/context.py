@@ -109,6 +109,8 @@ class Context:
     """Reading of this tick, in the world of the odometry."""
     localisation: Localiser = field(default_factory=Localiser)
     """Where the map is in that world."""
+    began_at: float = 0.0
+    """Time of day at the beginning of the session's clock, since midnight [s]."""
     relocalised: str = ""
     """A message if the localised base pose has jumped since the last tick, so that world positions
     are outdated; else empty."""

@@ -13,6 +13,7 @@ from config import suggest
 PLACEHOLDER = "{value}"
 """In a text, what the value takes the place of."""
 _ANY_PLACEHOLDER = re.compile(r"\{\w*\}")
+_TIME = re.compile(r"([01]\d|2[0-3]):[0-5]\d")
 _FILE = re.compile(r"[A-Za-z0-9_-]{1,60}")
 _PLACES_OF = {"pitch_m": ("on",), "within_m": ("at", "onto"), "within_deg": ("at",)}
 _CHOICE_PARAMETERS = ("choose", "kind", "colour", "min_width_mm", "max_width_mm")
@@ -88,6 +89,15 @@ def validate_place(arguments: Mapping[str, object]) -> str:
         if name in arguments and where[0] not in owners:
             return f"has `{name}`, which belongs to `{owners[0]}`; leave it out"
     return ""
+
+
+def validate_times(arguments: Mapping[str, object]) -> str:
+    """What is no time of the day, or no time between two."""
+    times = [arguments.get(name) for name in ("after", "before")]
+    for time in times:
+        if isinstance(time, str) and not _TIME.fullmatch(time):
+            return f"has the time `{time}`; write hours and minutes, as in 08:30"
+    return "has twice the same time; write two" if times[0] == times[1] else ""
 
 
 def validate_text(arguments: Mapping[str, object]) -> str:

@@ -10,8 +10,9 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours import BasePose, Condition, Posture, ToolPose
-from behaviours.conditions import ArmAt, ArmHealthy, BatteryAbove, Near
+from behaviours.conditions import ArmAt, ArmHealthy, BatteryAbove, Near, TimeBetween
 from behaviours.seen import ObjectVisible, RegionFree
+from frankie_task.testing import trial
 from hw.sim.body import Dynamics
 from robots import load_robot
 
@@ -72,6 +73,20 @@ def test_near_is_about_the_base_for_a_base_pose_and_its_heading_if_asked(within_
         within_deg=within_deg,
     )
     assert asked(harness, condition) == (answer, "0.50 m, 90° from corner")
+
+
+@pytest.mark.parametrize(
+    ("after", "before", "answer"),
+    [("08:00", "12:00", False), ("08:00", "12:01", True), ("22:00", "06:00", False)],
+)
+def test_a_simulated_run_begins_at_noon(after, before, answer):
+    with trial("single") as t:
+        condition = TimeBetween("time_between", t.context, after=after, before=before)
+        assert t.run(condition) is (Status.SUCCESS if answer else Status.FAILURE)
+        assert condition.feedback_message == "it is 12:00"
+    t.context.began_at = 3600.0
+    condition.tick_once()
+    assert condition.status is (Status.SUCCESS if after > before else Status.FAILURE)
 
 
 def test_arm_at_compares_every_joint():

@@ -88,6 +88,7 @@ ERRORS = (
     ("- ¦place: {}", "`place` is given no place; give one of `on`, `at` and `onto`"),
     ("- ¦place: {on: box, onto: box}", "is given all of on, onto; give one"),
     ("- ¦place: {onto: box, pitch_m: 0.1}", "`pitch_m`, which belongs to `on`; leave it out"),
+    ("- ¦time_between: {after: 8:00, before: 12:00}", "the time `8:00`; write hours and min"),
     ("- ¦snapshot: {file: a/b}", "has the file name `a/b`; write at most 60 letters"),
     (
         LIST + "- for_each: {item: o, in: ¦things, do: {look_at: {at: $o}}}",
