@@ -9,7 +9,7 @@ from functools import wraps
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
-from app.agent.tools import Tools
+from app.agent.tools import TOOLS, Tools
 from app.agent.workspace import Workspace
 from config import UserError
 
@@ -52,8 +52,9 @@ def serve(folder: Path, port: int | None, say: Callable[[str], None]) -> None:
 
     os.chdir(folder)  # so that a relative path is one in the folder, wherever it is read
     server = MCPServer("frankie-task", instructions=_INSTRUCTIONS, log_level="ERROR")
-    for tool in Tools(Workspace(Path())).all:
-        server.add_tool(told(tool))
+    tools = Tools(Workspace(Path()))
+    for name in TOOLS:
+        server.add_tool(told(getattr(tools, name)))
     if port is None:
         server.run()
         return

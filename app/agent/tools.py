@@ -7,7 +7,7 @@ import re
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -35,18 +35,16 @@ _Values = Annotated[dict[str, str], Field(max_length=100)]
 _Name = Annotated[str, Field(max_length=200)]
 
 
+TOOLS = ("describe", "check", "draw", "dry", "simulate", "explain", "runs", "propose")
+
+
 class Tools:
-    """Each method is a tool; it raises UserError with what the model did wrong."""
+    """Its methods TOOLS raise UserError with what the model did wrong."""
 
     def __init__(self, workspace: Workspace) -> None:
         self._workspace = workspace
         self._runs = workspace.folder / "runs"
         self._simulating = threading.Lock()
-
-    @property
-    def all(self) -> list[Callable[..., Any]]:
-        """The tools."""
-        return [getattr(self, name) for name in vars(Tools) if name[0] != "_" and name != "all"]
 
     def describe(self, short: bool = False, scene: _Name = "single") -> str:
         """The task language with parameters and ranges, robots, and what stands in a scene.

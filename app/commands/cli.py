@@ -57,11 +57,13 @@ def check(
     from trees.site import check as mistakes_in
 
     console = Terminal()
-    if explain is not None or not trees:
+    if explain is not None:
         from app.authoring import explained
 
-        console.say(explained(explain) if explain else refuse("name a task, or a rule to explain"))
+        console.say(explained(explain))
         return
+    if not trees:
+        refuse("name a task, or a rule by --explain")
     found: list[Diagnostic] = []
     for path in map(find_tree, trees):
         mistakes = mistakes_in(path, robot=robot, places=places)
