@@ -138,8 +138,11 @@ def _check(arm: Arm) -> None:
     for name in arm.joints:
         joint = urdf.joint(name)
         ends = urdf.model.lowerPositionLimit, urdf.model.upperPositionLimit
-        if urdf.kinds[name] == "prismatic" and not ends[0][joint.idx_q] < ends[1][joint.idx_q]:
-            urdf.refuse(f"joint `{name}` slides and has no range", "give it a <limit>")
+        stroke = ends[1][joint.idx_q] - ends[0][joint.idx_q]
+        if urdf.kinds[name] == "prismatic" and not 0.0 < stroke < _LARGEST:
+            what = f"joint `{name}` slides and has no range" if stroke <= 0.0 else ""
+            what = what or f"joint `{name}` slides by {stroke:g} m"
+            urdf.refuse(what, "give it a <limit>, or choose a link above it with --base-frame")
     apart = max(float(np.linalg.norm(one.translation)) for one in arm.model.jointPlacements)
     if apart > _LARGEST:
         what = f"two joints are {apart:.0f} m apart"

@@ -71,6 +71,11 @@ def points_of(geometry: Any) -> tuple[Array, list[Array]]:
     return points, [points]
 
 
+def placed_points(geometry: Any, pose: SE3) -> Array:
+    """Points (N, 3) whose hull holds a geometry at a pose."""
+    return np.asarray(points_of(geometry)[0] @ pose.rotation.T + pose.translation)
+
+
 def capsules_around(geometry: Any, pose: SE3) -> list[CapsuleFit]:
     """Capsules that hold all of a geometry at a pose."""
     if isinstance(geometry, coal.Sphere):

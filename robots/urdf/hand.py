@@ -11,7 +11,7 @@ from pinocchio import SE3
 
 from robots.shapes import Array
 from robots.urdf.arm import Arm, positions
-from robots.urdf.capsules import CapsuleFit, capsule_around, points_of
+from robots.urdf.capsules import CapsuleFit, capsule_around, placed_points
 
 _TIP = 0.02  # length of the pads along the approach [m]
 _OPENINGS = (0.005, 0.4)  # smallest and largest opening of a gripper [m]
@@ -121,7 +121,7 @@ def _points(arm: Arm) -> tuple[Array, tuple[_Fingers, _Fingers]]:
             if link not in beyond:
                 continue
             wTo = data.oMi[wrist].actInv(geometry.oMg[number])
-            points = points_of(one.geometry)[0] @ wTo.rotation.T + wTo.translation
+            points = placed_points(one.geometry, wTo)
             moving = [joint for joint in urdf.path_to(link) if joint in arm.fingers]
             if moving:
                 fingers.setdefault(moving[0], []).append(points)

@@ -14,13 +14,13 @@ import pinocchio as pin
 import yaml
 from pinocchio import SE3
 
-from config import read_config
+from config import ConfigError, read_config
 from robots.description import RobotDescription
 from robots.load import SHIPPED, load_robot
 from robots.schema import CameraFile, RobotFile
 from robots.shapes import GREY, Array, coal_geometry
 from robots.urdf.arm import choose_arm, drive_of
-from robots.urdf.capsules import CapsuleFit, capsules_around, points_of
+from robots.urdf.capsules import CapsuleFit, capsules_around, placed_points
 from robots.urdf.hand import hand_of
 from robots.urdf.reading import Urdf, UrdfError
 from robots.urdf.touching import Part, touching
@@ -70,7 +70,11 @@ def write_robot(
     with TemporaryDirectory() as folder:
         draft = Path(folder) / out.resolve().name
         robot.write(draft)
-        found = ready(load_robot(draft))
+        try:
+            drafted = load_robot(draft)
+        except ConfigError as error:
+            raise UrdfError(f"{source}: {str(error).splitlines()[0]}") from None
+        found = ready(drafted)
         robot.arm_file["ready"] = _rounded(found, 4)
         turned = np.where(robot.slides, found, np.degrees(found))
         robot.notes.append(f"ready: {', '.join(f'{one:.3g}' for one in turned)} (deg, m)")
@@ -169,7 +173,7 @@ class _Import:
     def _still(self, bTu: SE3) -> list[Array]:
         """Points of each shape that no joint of the arm moves, in the base."""
         objects = [one for one in self._arm.geometry.geometryObjects if one.parentJoint == 0]
-        return [_moved(points_of(one.geometry)[0], bTu * one.placement) for one in objects]
+        return [placed_points(one.geometry, bTu * one.placement) for one in objects]
 
     def _shapes(self, base: dict[str, Any], mount: SE3) -> list[list[CapsuleFit]]:
         """Capsules of the foot, in a, and of the links."""
@@ -181,7 +185,7 @@ class _Import:
             if joint == last and arm.link_of(one) in ours:
                 continue
             aTu = (self._turns[joint - 1] if joint else self._uTa).inverse()
-            points = _moved(points_of(one.geometry)[0], self._bTu * one.placement)
+            points = placed_points(one.geometry, self._bTu * one.placement)
             if joint or not self._rides or points[:, 2].min() >= _LOW:
                 shapes[joint] += capsules_around(one.geometry, aTu * one.placement)
         for number, some in enumerate(shapes[1:last], start=1):
@@ -272,10 +276,6 @@ class _Import:
         file["ball"] = {"xyz": _rounded(centre), "radius": round(radius, 5)}
         file["collision"] = [_capsule(one) for one in hand.collision]
         return file | {"inertia": _SMALL, "finger_mass": 0.03, "grasps": hand.grasps}
-
-
-def _moved(points: Array, T: SE3) -> Array:
-    return np.asarray(points @ T.rotation.T + T.translation)
 
 
 def _rounded(values: Array, digits: int = 6) -> list[float]:

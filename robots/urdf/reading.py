@@ -19,6 +19,7 @@ _SPEEDS = {"revolute": 1.0, "continuous": 1.0, "prismatic": 0.1}  # if none is g
 _EFFORT, _MOST_EFFORT = 50.0, 1e4  # if none is given, and what is believed [Nm, N]
 _ENDLESS = 50.0  # a range this wide is none [rad]
 _MOST = 1e12
+_ABOVE = 4  # folders above a xacro file in which the packages that it names may lie
 _SIZES = {"box": {"size": 3}, "sphere": {"radius": 1}, "cylinder": {"radius": 1, "length": 1}}
 _ROS = ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH")  # folders of packages, or above their `share`
 
@@ -52,7 +53,7 @@ class Urdf:
         self.kinds: dict[str, str] = {}  # of its moving joints
         self.mimics: dict[str, Mimic] = {}
         try:
-            root = ElementTree.fromstring(_text(path))
+            root = ElementTree.fromstring(_text(path, self._folders[: len(packages) + _ABOVE]))
         except (ElementTree.ParseError, ValueError) as error:
             self.refuse(f"no XML ({error})", "give a URDF, or a .xacro file")
         if root.tag != "robot":
@@ -234,7 +235,7 @@ class Urdf:
         return numbers
 
 
-def _text(path: Path) -> str:
+def _text(path: Path, folders: list[Path]) -> str:
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
@@ -245,8 +246,12 @@ def _text(path: Path) -> str:
         return text
     try:
         from xacrodoc import XacroDoc
+        from xacrodoc import packages as known
     except ImportError:
         raise UrdfError('xacro files need an extra: pip install "frankie-task[robots]"') from None
+    inside = [one for folder in folders if folder.is_dir() for one in folder.iterdir()]
+    known.look_in(folders)
+    known.update_package_cache({one.name: str(one) for one in inside if one.is_dir()})
     try:
         return str(XacroDoc.from_file(str(path)).to_urdf_string())
     except (Exception, SystemExit) as error:  # xacro ends the process on some mistakes
