@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from math import atan2, degrees, hypot, pi
 
 import numpy as np
@@ -40,22 +38,20 @@ def region_at(pose: ToolPose, side: float = _SIDE) -> Region:
     return _region(pose.name, pose.mTe, side, pose)
 
 
-@dataclass(frozen=True)
-class _Seen:
-    """The frame of what was seen in the world, which drifts."""
-
-    drift: Callable[[], SE3] | None
-
-    def wTm_on(self, piece: str) -> SE3 | None:
-        """Where what was seen has come to in the world."""
-        return None if self.drift is None else self.drift()
+def region_on(context: Context, one: DetectedObject) -> Region:
+    """The region on top of an object, along its longer edge, on the map."""
+    return _at_height(context, one, one.size[2] / 2.0, min(_SIDE, one.width))
 
 
-def region_on(one: DetectedObject) -> Region:
-    """The region on top of an object, along its longer edge."""
-    top = one.seen_at.translation + np.array([0.0, 0.0, one.size[2] / 2.0])
-    here = ToolPose(name=one.name, frame=_Seen(one.drift), mTe=SE3(one.seen_at.rotation, top))
-    return region_at(here, min(_SIDE, one.width))
+def region_around(context: Context, one: DetectedObject) -> Region:
+    """The region in which an object stands, on the map, to look for it again."""
+    return _at_height(context, one, one.floor - float(one.seen_at.translation[2]), _AROUND)
+
+
+def _at_height(context: Context, one: DetectedObject, up: float, side: float) -> Region:
+    seen = one.seen_at * SE3(np.eye(3), np.array([0.0, 0.0, up]))
+    mTe = context.to_map(seen if one.drift is None else one.drift() * seen)
+    return region_at(ToolPose(name=one.name, frame=context.localisation, mTe=mTe), side)
 
 
 def _region(name: str, mTp: SE3, side: float, like: ToolPose | Region) -> Region:
@@ -104,7 +100,6 @@ class LookAtPlace:
 
     def __init__(self, leaf: Leaf, region: Region, direction: Direction) -> None:
         self._leaf, self._region, like = leaf, region, camera_pose(leaf.context)
-        self.name = region.name
         self._detection = ObjectDetection(leaf.context, region, Choice())
         self._since = leaf.context.clock.now()
         self._arrived = self._is_aside = False
@@ -138,6 +133,14 @@ class LookAtPlace:
             found or context.vision.blindness(context.state.stamp) or "no camera frame"
         )
 
+    def nearest(self, found: DetectedObjects) -> DetectedObject:
+        """What stands nearest to the middle of the region."""
+        return min(found, key=self.off)
+
+    def off(self, one: DetectedObject) -> float:
+        """How far from there it stands [m]."""
+        return hypot(*(one.position - self._region.wTr.translation)[:2])
+
 
 def _floor(region: Region) -> Array:
     floor: Array = region.wTr.act(np.array([0.0, 0.0, -region.size[2] / 2.0]))
@@ -167,18 +170,16 @@ class Measurement(LookAtPlace):
         if isinstance(found, Status):
             return self._missed(f"it is not seen where it stands: {leaf.feedback_message}")
 
-        def off(one: DetectedObject) -> float:
-            return hypot(*(one.position - wTr.translation)[:2])
-
         if not found:
             return self._missed(f"let go, but nothing stands at {self._region.name}")
-        one = min(found, key=off)
-        text, turn = f"it stands {1000 * off(one):.0f} mm", 0.0
+        one = self.nearest(found)
+        off, turn = self.off(one), 0.0
+        text = f"it stands {1000 * off:.0f} mm"
         if one.size[0] >= _LONG * one.size[1]:
             turn = abs(_between(_heading(one.seen_at), _heading(wTr)))
             text += f" and {degrees(turn):.0f}°"
         text += f" from {self._region.name}"
-        is_there = off(one) <= self._within and turn <= self._turn
+        is_there = off <= self._within and turn <= self._turn
         return leaf.success(text) if is_there else self._missed(text)
 
     def _missed(self, why: str) -> Status:

@@ -1,20 +1,77 @@
-"""Behaviour `hand_over`: give what the hand holds to a person."""
+"""Behaviours `hand_over` and `receive`: give an object to a person, and take one."""
 
-from typing import ClassVar
+from abc import abstractmethod
+from collections.abc import Callable
+from typing import Annotated, ClassVar
 
 from py_trees.common import Status
 
 from behaviours.core.context import Context
 from behaviours.core.leaf import Leaf
 from behaviours.core.motion import Approach
-from behaviours.core.parameter_types import Speed, Timeout, ToolPose
+from behaviours.core.parameter_types import Bounds, Force, Lift, Speed, Timeout, ToolPose
 from controller import PoseGoal
 
 _PULL = 0.001  # motion of the fingers that hold something by which they are pulled [m]
 _ON_THE_WAY = 60.0  # longest way to the person [s]
 
 
-class HandOver(Leaf):
+class _HeldOut(Leaf):
+    """The hand is held out at a pose, and the fingers do something there."""
+
+    goes_to: ClassVar[tuple[str, ...]] = ("at",)
+    _step: Callable[[], Status]
+
+    def __init__(
+        self, name: str, context: Context, at: ToolPose, speed: float, timeout: float
+    ) -> None:
+        super().__init__(name, context)
+        self._at, self._speed, self._timeout = at, speed, timeout
+
+    @property
+    def phase(self) -> str:
+        """`approach`, then `offer`, and in between `fingers` while they move."""
+        return {self._come: "approach", self._offer: "offer"}.get(self._step, "fingers")
+
+    def initialise(self) -> None:
+        """Set out."""
+        self._approach = Approach(self, self._goal, self._at.name, _ON_THE_WAY)
+        self._step = self._come
+
+    def update(self) -> Status:
+        """One tick of the phase that it is in."""
+        if fault := self.fault():
+            return self.failure(fault)
+        if self._step != self._come:
+            self.pursue(self._goal(), "offer")
+        return self._step()
+
+    def _goal(self) -> PoseGoal:
+        return PoseGoal(wTe=self._at.wTe, speed=self._speed)
+
+    def _come(self) -> Status:
+        status = self._approach.tick()
+        if status is not Status.SUCCESS:
+            return status
+        self._begun = self._since = self.context.clock.now()
+        self._width = self.context.state.gripper_width
+        self._step = self._offer
+        return self.running("holding the hand out")
+
+    @abstractmethod
+    def _offer(self) -> Status:
+        """One tick of the hand at rest."""
+
+    def _opening(self) -> Status | None:
+        """None once the fingers are open."""
+        if self.gripper_is_open:
+            return None
+        width = 1000 * self.context.state.gripper_width
+        stopped = f"the fingers stopped at {width:.0f} mm"
+        return self.fingers("opening") or self.failure(stopped)
+
+
+class HandOver(_HeldOut):
     """Hold the object out to a person, wait until it is pulled, and open the fingers.
 
     It is pulled when the width between the fingers changes: as it turns, or as they close behind
@@ -28,7 +85,6 @@ class HandOver(Leaf):
     """
 
     key: ClassVar[str] = "hand_over"
-    goes_to: ClassVar[tuple[str, ...]] = ("at",)
 
     def __init__(
         self,
@@ -39,57 +95,90 @@ class HandOver(Leaf):
         speed_m_s: Speed = 0.5,
         timeout_s: Timeout = 30.0,
     ) -> None:
-        super().__init__(name, context)
-        self._at, self._speed, self._timeout = at, speed_m_s, timeout_s
-
-    @property
-    def phase(self) -> str:
-        """`approach`, then `offer`, then `release`."""
-        return {self._offer: "offer", self._open: "release"}.get(self._step, "approach")
-
-    def initialise(self) -> None:
-        """Set out."""
-        self._approach = Approach(self, self._goal, self._at.name, _ON_THE_WAY)
-        self._step = self._come
-
-    def update(self) -> Status:
-        """One tick of the phase that it is in."""
-        if fault := self.fault():
-            return self.failure(fault)
-        return self._step()
-
-    def _goal(self) -> PoseGoal:
-        return PoseGoal(wTe=self._at.wTe, speed=self._speed)
+        super().__init__(name, context, at, speed_m_s, timeout_s)
 
     def _come(self) -> Status:
         if reason := self.empty_hand:
             return self.failure(f"nothing to hand over: {reason}")
-        status = self._approach.tick()
-        if status is not Status.SUCCESS:
-            return status
-        self._since, self._width = self.context.clock.now(), self.context.state.gripper_width
-        self._step = self._offer
-        return self.running("holding it out")
+        return super()._come()
 
     def _offer(self) -> Status:
-        context = self.context
-        self.pursue(self._goal(), "offer")
-        waited, width = context.clock.now() - self._since, context.state.gripper_width
+        now, width = self.context.clock.now(), self.context.state.gripper_width
         if self.empty_hand or abs(width - self._width) > _PULL:
             self.open_gripper()
-            if (carried := context.log.in_hand) is not None:
-                carried.let_go = context.clock.now()
-            self._step = self._open
+            if (carried := self.context.log.in_hand) is not None:
+                carried.let_go = now
+            self._step = self._let_go
             return self.running("letting go")
-        if waited > self._timeout:
+        if now - self._begun > self._timeout:
             return self.failure(f"nobody took it within {self._timeout:g} s")
-        return self.running(f"holding it out for {waited:.0f} s")
+        return self.running(f"holding it out for {now - self._begun:.0f} s")
 
-    def _open(self) -> Status:
-        self.pursue(self._goal(), "offer")
-        if self.gripper_is_open:
-            return self.success(f"handed over at {self._at.name}")
-        if (waiting := self.fingers("letting go")) is not None:
+    def _let_go(self) -> Status:
+        return self._opening() or self.success(f"handed over at {self._at.name}")
+
+
+class Receive(_HeldOut):
+    """Hold the open hand out to a person, and take what is between the fingers.
+
+    Nothing sees there, so the fingers feel: they close gently again and again, and stay closed on
+    what stops them; else they open. Announce it by `say`. Fails when nothing is given in time, the
+    hand does not get there, the fingers do not move, or on a fault.
+
+    Args:
+        at: where the hand is held out.
+        every_s: how long the hand is open before the fingers feel [s].
+        force_n: force of the fingers [N].
+        hangs_m: how far what is given may reach below the hand; `place` stops so high [m].
+        speed_m_s: largest speed of the hand on its way there [m/s].
+        timeout_s: how long it waits for a person [s].
+    """
+
+    key: ClassVar[str] = "receive"
+
+    def __init__(
+        self,
+        name: str,
+        context: Context,
+        *,
+        at: ToolPose,
+        every_s: Annotated[float, Bounds(least=0.5, most=60.0)] = 2.0,
+        force_n: Force = 10.0,
+        hangs_m: Lift = 0.1,
+        speed_m_s: Speed = 0.5,
+        timeout_s: Timeout = 30.0,
+    ) -> None:
+        super().__init__(name, context, at, speed_m_s, timeout_s)
+        self._every, self._force, self._hangs = every_s, force_n, hangs_m
+
+    def initialise(self) -> None:
+        """Open the fingers, and set out."""
+        super().initialise()
+        if not self.gripper_is_open:
+            self.open_gripper()
+
+    def _offer(self) -> Status:
+        now = self.context.clock.now()
+        if (opening := self._opening()) is not None:
+            self._since = now
+            return opening
+        if now - self._begun > self._timeout:
+            return self.failure(f"nothing was given within {self._timeout:g} s")
+        if now - self._since < self._every:
+            return self.running(f"holding the hand out for {now - self._begun:.0f} s")
+        self.grip(0.0, self._force)
+        self._step = self._feel
+        return self.running("closing")
+
+    def _feel(self) -> Status:
+        context, log = self.context, self.context.log
+        if (waiting := self.fingers("closing")) is not None:
             return waiting
-        width = 1000 * self.context.state.gripper_width
-        return self.failure(f"not let go: the fingers stopped at {width:.0f} mm")
+        if self.empty_hand:
+            self.open_gripper()
+            self._step = self._offer
+            return self.running("nothing there yet")
+        log.last_grasp, log.grip_height = context.wTe, self._hangs
+        log.grip_outline = log.grip_opening = log.floor_error = None
+        log.attempt(self._begun, context.clock.now())
+        return self.success(f"given something {1000 * context.state.gripper_width:.0f} mm wide")

@@ -6,13 +6,12 @@ from behaviours.detect import Detect
 from behaviours.drive import Drive
 from behaviours.follow import Follow
 from behaviours.grasp import Grasp
-from behaviours.hand_over import HandOver
+from behaviours.hand_over import HandOver, Receive
 from behaviours.look_at import LookAt
 from behaviours.move_arm import MoveArm
 from behaviours.navigate import Navigate
 from behaviours.open_gripper import OpenGripper
 from behaviours.place import Place
-from behaviours.receive import Receive
 from behaviours.recover import Recover
 from behaviours.region_empty import RegionEmpty
 from behaviours.retreat_check import RetreatCheck

@@ -30,27 +30,17 @@ class Lowering(Leaf):
     """Sets the held object down; a subclass says where, and what follows."""
 
     _step: Callable[[], Status]
-    _on: Region
-    """Whose floor it is set down on."""
-    _number: int | None
-    """Of the place there."""
-    _watch: SurfaceWatch
-    """Looks at the place."""
-    _radius: float
-    """Of the disc around the place that has to be free [m]."""
-    _rotation: Array
-    """(3, 3) of the hand that sets down, in the world."""
-    _down: SE3
-    """The hand at the release, in the world."""
-    _up: float
-    """How far the hand comes from above [m]."""
+    _on: Region  # whose floor it is set down on
+    _number: int | None  # of the place there
+    _watch: SurfaceWatch  # looks at the place
+    _radius: float  # of the disc around the place that has to be free [m]
+    _rotation: Array  # (3, 3) of the hand that sets down, in the world
+    _down: SE3  # the hand at the release, in the world
+    _up: float  # how far the hand comes from above [m]
     _looking_since: TaskTime | None
-    _is_high: bool
-    """Whether the arm depends on its stance: straight down on what is above the shoulder."""
-    _is_below: bool
-    """Whether something is near above."""
-    _goes_straight: bool
-    """Until it gets stuck."""
+    _is_high: bool  # depends on its stance: straight down on what is above the shoulder
+    _is_below: bool  # whether something is near above
+    _goes_straight: bool  # until it gets stuck
 
     @property
     @abstractmethod

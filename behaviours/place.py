@@ -13,7 +13,14 @@ from behaviours.core.held_object import reach_on_surface
 from behaviours.core.parameter_types import Bounds, Deviation, Pitch, Region, ToolPose
 from behaviours.core.reachable_directions import room_above
 from behaviours.core.validation import validate_place
-from behaviours.exact_place import LookAtPlace, Measurement, aligned, region_at, region_on
+from behaviours.exact_place import (
+    LookAtPlace,
+    Measurement,
+    aligned,
+    region_around,
+    region_at,
+    region_on,
+)
 from behaviours.lowering import ABOVE, Lowering
 from behaviours.places import Places
 from behaviours.release import reach_down, release_height
@@ -45,7 +52,8 @@ class Place(Lowering):
         on: region of the task file whose floor is the surface to place on.
         at: a tool pose as a point of a surface: there its middle comes to stand, its longer edge
             along the x axis.
-        onto: stack it on an object that `detect` found, or on the largest that stands in a region.
+        onto: stack it on an object that `detect` found, or on what stands nearest to the middle of
+            a region.
         pitch_m: distance between neighbouring places; half of it when the rows are full [m].
         within_m: fail if it is seen to stand farther from there [m].
         within_deg: fail if it is longer than wide, and turned from `at` by more [deg].
@@ -73,7 +81,7 @@ class Place(Lowering):
         if region := region_at(at) if at is not None else on:
             self._place_on(region, context.direction(region))
         elif isinstance(onto, Region):
-            self._place_on(onto, context.direction(onto))
+            self._way_in = context.direction(onto)
 
     def _place_on(self, on: Region, way_in: Direction) -> None:
         context, self._on, self._way_in = self.context, on, way_in
@@ -88,16 +96,15 @@ class Place(Lowering):
 
     def initialise(self) -> None:
         """Choose the place."""
-        self._step = self._begin
+        context, self._step = self.context, self._begin
         self._begin_anew()
-        if isinstance(self._onto, Region):
-            direction = self._way_in.turned(self._onto.wTm)
-            self._survey = LookAtPlace(self, self._onto, direction)
-            self._step = self._look_below
-            return
-        if self._onto is not None:
-            self._place_on(region_on(self._onto), self.context.direction_now(self._onto))
-        self._plan()
+        if (onto := self._onto) is None:
+            return self._plan()
+        if isinstance(onto, DetectedObject):
+            self._way_in = context.direction_now(onto).turned(context.to_map(SE3.Identity()))
+            onto = region_around(context, onto)
+        self._survey = LookAtPlace(self, onto, self._way_in.turned(onto.wTm))
+        self._step = self._look_below
 
     def _look_below(self) -> Status:
         """Find what it is to stand on."""
@@ -109,9 +116,8 @@ class Place(Lowering):
         if isinstance(found, Status):
             return found
         if not found:
-            return self.failure(f"nothing stands in {self._survey.name} to stack it on")
-        largest = max(found, key=lambda one: one.area)
-        self._place_on(region_on(largest), self._way_in)
+            return self.failure("nothing stands there to stack it on")
+        self._place_on(region_on(self.context, self._survey.nearest(found)), self._way_in)
         self._plan()
         self._step = self._begin
         return self._begin()

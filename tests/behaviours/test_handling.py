@@ -23,10 +23,9 @@ from py_trees.common import Status
 
 from behaviours import Place, Region, ToolPose
 from behaviours.conditions import HoldingObject
-from behaviours.hand_over import HandOver
+from behaviours.hand_over import HandOver, Receive
 from behaviours.open_gripper import OpenGripper
 from behaviours.places import Places, slots
-from behaviours.receive import Receive
 from behaviours.retreat_check import RetreatCheck
 from hw.sim.contact import separation
 from robots import load_robot, reach
@@ -195,7 +194,7 @@ def test_a_person_takes_what_is_held_out_and_gives_another_thing():
     receive = Receive("receive", harness.context, at=out, every_s=0.5, timeout_s=3.0)
     assert harness.run(receive) is Status.FAILURE
     assert receive.feedback_message == "nothing was given within 3 s"
-    harness.run_into(receive, "feel")
+    harness.run_into(receive, "fingers")
     harness.run_into(receive, "offer")
     gift = replace(block(name="gift"), pose=SE3(np.eye(3), harness.context.wTe.translation))
     harness.world.objects.append(gift)
