@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import atan2, degrees, hypot, pi
 
 import numpy as np
@@ -35,7 +36,14 @@ _TIMEOUT = 30.0  # of the way to a view [s]
 
 def region_at(pose: ToolPose, side: float = _SIDE) -> Region:
     """The region of a pose that is a point of a surface, and a heading along its x axis."""
-    return _region(pose.name, pose.mTe, side, pose)
+    centre = pose.mTe.translation + np.array([0.0, 0.0, _HEIGHT / 2.0])
+    return Region(
+        name=pose.name,
+        on=pose.on,
+        frame=pose.frame,
+        mTr=SE3(pin.utils.rotate("z", _heading(pose.mTe)), centre),
+        size=np.array([side, side, _HEIGHT]),
+    )
 
 
 def region_on(context: Context, one: DetectedObject) -> Region:
@@ -52,18 +60,6 @@ def _at_height(context: Context, one: DetectedObject, up: float, side: float) ->
     seen = one.seen_at * SE3(np.eye(3), np.array([0.0, 0.0, up]))
     mTe = context.to_map(seen if one.drift is None else one.drift() * seen)
     return region_at(ToolPose(name=one.name, frame=context.localisation, mTe=mTe), side)
-
-
-def _region(name: str, mTp: SE3, side: float, like: ToolPose | Region) -> Region:
-    heading = atan2(mTp.rotation[1, 0], mTp.rotation[0, 0])
-    centre = mTp.translation + np.array([0.0, 0.0, _HEIGHT / 2.0])
-    return Region(
-        name=name,
-        on=like.on,
-        frame=like.frame,
-        mTr=SE3(pin.utils.rotate("z", heading), centre),
-        size=np.array([side, side, _HEIGHT]),
-    )
 
 
 def aligned(context: Context, wRe: Array, region: Region) -> tuple[Array, Array]:
@@ -158,8 +154,8 @@ class Measurement(LookAtPlace):
     def __init__(
         self, leaf: Leaf, place: Region, direction: Direction, *, within: float, turn: float
     ) -> None:
-        point = SE3(place.mTr.rotation, place.mTr.act(np.array([0.0, 0.0, -_HEIGHT / 2.0])))
-        super().__init__(leaf, _region(place.name, point, _AROUND, place), direction)
+        size = np.array([_AROUND, _AROUND, _HEIGHT])
+        super().__init__(leaf, replace(place, size=size), direction)
         self._within, self._turn = within, turn
 
     def judge(self) -> Status:

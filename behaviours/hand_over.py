@@ -30,8 +30,8 @@ class _HeldOut(Leaf):
 
     @property
     def phase(self) -> str:
-        """`approach`, then `offer`, and in between `fingers` while they move."""
-        return {self._come: "approach", self._offer: "offer"}.get(self._step, "fingers")
+        """`offer` once the hand is there, and `fingers` while they move."""
+        return {self._come: "", self._offer: "offer"}.get(self._step, "fingers")
 
     def initialise(self) -> None:
         """Set out."""
