@@ -28,8 +28,8 @@ def test_postures_in_contact_are_rejected(monkeypatch):
     asked = []
     plain = ContactChecker.__call__
 
-    def ask(self, q):
-        asked.append(plain(self, q))
+    def ask(self, *posture):
+        asked.append(plain(self, *posture))
         return asked[-1]
 
     monkeypatch.setattr(ContactChecker, "__call__", ask)
