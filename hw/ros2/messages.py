@@ -1,8 +1,11 @@
 """Messages of ROS 2 without ROS: definitions, CDR and type hashes by rosbags, for cyclonedds."""
 
-from functools import cache
+from collections.abc import Callable
+from functools import cache, partial
 from importlib.util import find_spec
-from typing import Any
+from typing import Any, NamedTuple
+
+import numpy as np
 
 DISTRIBUTION = "ROS2_JAZZY"  # its definitions
 _TIME, _UUID, _CLIENT = "builtin_interfaces/Time", "unique_identifier_msgs/UUID", "uint64 client"
@@ -10,6 +13,11 @@ _GRIPPER = "control_msgs/action/GripperCommand"
 _PARALLEL = "control_msgs/action/ParallelGripperCommand"
 _HEAD = f"{_CLIENT}\nint64 number\n"  # of requests and replies, as rmw_cyclonedds has it
 _MORE = {
+    "nav2_msgs/msg/BehaviorTreeStatusChange": (
+        f"{_TIME} timestamp\nstring node_name\nuint16 uid\n"
+        "string previous_status\nstring current_status"
+    ),
+    "nav2_msgs/msg/BehaviorTreeLog": f"{_TIME} timestamp\nBehaviorTreeStatusChange[] event_log",
     "control_msgs/msg/JointJog": (
         "std_msgs/Header header\nstring[] joint_names\nfloat64[] displacements\n"
         "float64[] velocities\nfloat64 duration"
@@ -29,7 +37,7 @@ _MORE = {
     },
     **{f"{one}_GetResult_Request": f"{_HEAD}{_UUID} goal_id" for one in (_GRIPPER, _PARALLEL)},
 }
-"""What rosbags lacks; nested messages are written out, which CDR does not tell apart."""
+"""What rosbags lacks; in actions nested messages are written out, which CDR does not tell apart."""
 
 
 def missing() -> str:
@@ -55,27 +63,61 @@ def _stored(name: str) -> str:
     return name.replace("/action/", "/msg/").replace("/srv/", "/msg/")
 
 
-def message(name: str, /, **fields: Any) -> Any:
-    """A message; without its other fields, which are zero or empty."""
-    import numpy as np
+class _Field(NamedTuple):
+    name: str
+    kind: str  # the type of the messages in it; empty if it has none
+    zero: Callable[[], Any]
 
-    zeros = {"string": "", "bool": False}
-    for field, (kind, what) in store().fielddefs[_stored(name)][1]:
-        if field not in fields:
-            if kind.name == "NAME":
-                fields[field] = message(what)
-            elif kind.name == "BASE":
-                fields[field] = zeros.get(what[0], 0)
-            else:
-                (inner, base), length = what
-                is_numbers = inner.name == "BASE" and base[0] != "string"
-                count = length if kind.name == "ARRAY" else 0
-                fields[field] = np.zeros(count, base[0]) if is_numbers else []
-    return store().types[_stored(name)](**fields)
+
+@cache
+def _fields(name: str) -> tuple[_Field, ...]:
+    return tuple(_field(one, *what) for one, what in store().fielddefs[_stored(name)][1])
+
+
+def _field(name: str, kind: Any, what: Any) -> _Field:
+    if kind.name == "NAME":
+        return _Field(name, what, dict)
+    if kind.name == "BASE":
+        zeros = {"string": str, "bool": bool, "float32": float, "float64": float}
+        return _Field(name, "", zeros.get(what[0], int))
+    (inner, of), length = what
+    if inner.name == "NAME":
+        return _Field(name, of, list)
+    count = length if kind.name == "ARRAY" else 0
+    return _Field(name, "", list if of[0] == "string" else partial(np.zeros, count, of[0]))
+
+
+def message(name: str, /, **fields: Any) -> Any:
+    """A message of a type, as `sensor_msgs/msg/Image`; fields that are left out are zero or empty.
+
+    Messages in it may be dictionaries.
+    """
+    values = {
+        one.name: _made(one.kind, fields[one.name] if one.name in fields else one.zero())
+        for one in _fields(name)
+    }
+    return store().types[_stored(name)](**values)
+
+
+def _made(kind: str, value: Any) -> Any:
+    if kind and isinstance(value, list):
+        return [_made(kind, one) for one in value]
+    return message(kind, **value) if isinstance(value, dict) else value
+
+
+def moment(ns: int) -> Any:
+    """A time in messages [ns since 1970]."""
+    return message("builtin_interfaces/msg/Time", sec=ns // 10**9, nanosec=ns % 10**9)
+
+
+def definition(name: str) -> str:
+    """The definition of a type and of those in it, as bags have it."""
+    return str(store().generate_msgdef(name, ros_version=2)[0])
 
 
 def encode(name: str, one: Any) -> bytes:
-    """CDR of a message."""
+    """CDR of a message, or of its fields."""
+    one = _made(name, one)
     return bytes(store().serialize_cdr(one, _stored(name)))
 
 

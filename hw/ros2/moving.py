@@ -13,7 +13,7 @@ from pydantic import Field
 from hw.clock import epoch
 from hw.drivers import DriverContext
 from hw.ros2.carrier import FRESH
-from hw.ros2.messages import message
+from hw.ros2.messages import message, moment
 from hw.ros2.part import Ros2Options, Ros2Part
 from hw.state import ArmState, Array, BaseState, LocalisedPose
 from robots import Positive
@@ -213,8 +213,7 @@ def rows_of(states: Any, joints: Sequence[str]) -> list[int] | None:
 
 def header(frame: str, later: float = 0.0) -> Any:
     """Of now, or of a moment later [s]."""
-    second, part = divmod(epoch() + later, 1.0)
-    stamp = message("builtin_interfaces/msg/Time", sec=int(second), nanosec=int(1e9 * part))
+    stamp = moment(round(1e9 * (epoch() + later)))
     return message("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
 
 

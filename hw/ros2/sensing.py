@@ -14,6 +14,7 @@ from robots import CameraDescription
 
 _IMAGE, _SCAN = 1 << 23, 1 << 17  # longest messages [bytes]
 _PNG = 12  # of compressed depth, behind a header of so many bytes
+_TYPES = {"16UC1": "u2", "mono16": "u2", "32FC1": "f4"}  # by encoding
 
 
 class CameraOptions(Ros2Options):
@@ -29,7 +30,7 @@ class Ros2Camera(Ros2Part):
     """A depth camera; images are brought to the intrinsics of the description."""
 
     def __init__(self, options: CameraOptions, context: DriverContext) -> None:
-        self._camera, self._is_compressed = context.robot.camera, options.compressed
+        self._camera = context.robot.camera
         kind = f"sensor_msgs/msg/{'CompressedImage' if options.compressed else 'Image'}"
         routes = [
             options.hears(options.depth, kind, slots=3, size=_IMAGE),
@@ -57,8 +58,7 @@ class Ros2Camera(Ros2Part):
         images = list(self._new(0)) if self._info is not None else []
         if images:
             stamp, image = images[-1]
-            depth = _compressed(image) if self._is_compressed else _metres(image)
-            self._image = DepthImage(depth=self._rectified(depth), stamp=stamp)
+            self._image = DepthImage(depth=self._rectified(_metres(image)), stamp=stamp)
         return bool(images)
 
     def _rectified(self, depth: DepthArray) -> DepthArray:
@@ -73,39 +73,46 @@ class Ros2Camera(Ros2Part):
 
 
 def _metres(image: Any) -> DepthArray:
-    """(H, W) depth of an Image; HardwareError: of an encoding that is not known."""
-    order = ">" if image.is_bigendian else "<"
-    if image.encoding in ("16UC1", "mono16"):
-        rows = _rows(image, f"{order}u2")
-        return rows.astype(np.float32) * np.float32(1e-3)
-    if image.encoding == "32FC1":
-        return _rows(image, f"{order}f4").astype(np.float32)
-    raise HardwareError(f"depth images are 16UC1 or 32FC1, not {image.encoding}")
+    pixels = depth_of(image)
+    if pixels is None:
+        form = getattr(image, "encoding", "") or image.format
+        raise HardwareError(f"depth images are 16UC1 or 32FC1, compressed as PNG, not {form}")
+    unit = 1e-3 if pixels.dtype.kind == "u" else 1.0
+    return np.asarray(pixels * np.float32(unit), np.float32)
 
 
-def _rows(image: Any, kind: str) -> npt.NDArray[Any]:
-    size = np.dtype(kind).itemsize * image.width
+def depth_of(image: Any) -> npt.NDArray[Any] | None:
+    """(H, W) depth of an Image or CompressedImage: whole numbers are millimetres, others metres.
+
+    None: it is no depth, which is 16UC1 or 32FC1 (REP 118). HardwareError: bytes are missing.
+    """
+    if (form := getattr(image, "format", None)) is not None:
+        return _compressed(image) if "compressedDepth" in form else None
+    if (kind := _TYPES.get(image.encoding)) is None:
+        return None
+    number = np.dtype(kind).newbyteorder(">" if image.is_bigendian else "<")
+    size = number.itemsize * image.width
     if len(image.data) != image.height * image.step or image.step < size:
         raise HardwareError(
             f"an image of {image.width} x {image.height} has {len(image.data)} bytes"
         )
-    data = np.frombuffer(image.data, np.uint8).reshape(image.height, image.step)
-    return np.ascontiguousarray(data[:, :size]).view(kind)
+    rows = np.frombuffer(image.data, np.uint8).reshape(image.height, image.step)
+    return np.ascontiguousarray(rows[:, :size]).view(number)
 
 
-def _compressed(image: Any) -> DepthArray:
-    """(H, W) depth of a CompressedImage: PNG, of 32FC1 the quantised inverse; or HardwareError."""
+def _compressed(image: Any) -> npt.NDArray[Any] | None:
+    """The depth in a PNG, which of 32FC1 is the quantised inverse; None if that is no depth."""
     import cv2
 
-    head, png = bytes(image.data[:_PNG]), np.frombuffer(image.data, np.uint8)[_PNG:]
-    pixels = cv2.imdecode(png, cv2.IMREAD_UNCHANGED)
+    data = np.frombuffer(image.data, np.uint8)
+    pixels = cv2.imdecode(data[_PNG:], cv2.IMREAD_UNCHANGED)
     if pixels is None or pixels.dtype != np.uint16:
-        raise HardwareError(f"depth images are compressed as PNG, not as {image.format}")
+        return None
     if not image.format.startswith("32FC1"):
-        return pixels.astype(np.float32) * np.float32(1e-3)
-    a, b = np.frombuffer(head, "<f4", 2, 4)
+        return pixels
+    a, b = data[4:_PNG].view("<f4")
     with np.errstate(divide="ignore"):
-        return np.where(pixels > 0, a / (pixels.astype(np.float32) - b), np.nan).astype(np.float32)
+        return np.where(pixels > 0, a / (pixels.astype(np.float32) - b), np.nan)
 
 
 def _maps(info: Any, camera: CameraDescription) -> tuple[DepthArray, DepthArray] | None:

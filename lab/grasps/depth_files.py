@@ -13,6 +13,7 @@ import numpy.typing as npt
 import yaml
 
 from config import ConfigError
+from hw.ros2 import depth_of
 from robots import Array, Intrinsics
 
 _D435_FOCAL = 0.6  # focal length of a D435 in image widths
@@ -22,7 +23,6 @@ _FORMATS = (
     "ROS bag (.mcap, .db3, .bag)"
 )
 _BAGS = (".mcap", ".db3", ".bag")
-_DEPTH_TYPES = {"16UC1": "u2", "mono16": "u2", "32FC1": "f4"}  # by encoding, as in REP 118
 _NUMPY_TYPES = {"F": "f", "I": "i", "U": "u"}  # of the types of a PCD file
 
 
@@ -183,38 +183,19 @@ def _bag(path: Path, at: float | None) -> tuple[Any, Any]:
             if one.msgtype not in ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"):
                 continue
             if one.topic not in is_depth:
-                is_depth[one.topic] = _depth_in(bag.deserialize(raw, one.msgtype)) is not None
+                is_depth[one.topic] = depth_of(bag.deserialize(raw, one.msgtype)) is not None
             away = -time if at is None else abs(time - bag.start_time - 1e9 * at)
             if is_depth[one.topic] and away < best:
                 best, found, image = away, one.topic, (raw, one.msgtype)
         if image is None:
             raise ConfigError(f"{path}: the bag has no depth images; {_FORMATS}")
-        depth = _depth_in(bag.deserialize(*image))
+        depth = depth_of(bag.deserialize(*image))
         for one, _, raw in bag.messages():
             near = found.startswith(one.topic.rpartition("/")[0])
             if one.msgtype == "sensor_msgs/msg/CameraInfo" and near:
                 info: Any = bag.deserialize(raw, one.msgtype)
                 return depth, info.k if hasattr(info, "k") else info.K
     return depth, None
-
-
-def _depth_in(message: Any) -> Any:
-    """(H, W) depth of a ROS image, in millimetres if they are whole numbers; None if it has none.
-
-    Compressed depth is a PNG behind 12 bytes, and in metres as A / (value - B) with A and B there.
-    """
-    if "compressedDepth" in getattr(message, "format", ""):
-        a, b = message.data[4:12].view("<f4").astype(float)
-        image = cv2.imdecode(message.data[12:], cv2.IMREAD_UNCHANGED)
-        if "32FC1" not in message.format or image is None:
-            return image
-        return np.where(image > 0, a / (np.maximum(image, 1) - b), np.nan)
-    kind = _DEPTH_TYPES.get(getattr(message, "encoding", ""))
-    if kind is None:
-        return None
-    number = np.dtype(kind).newbyteorder(">" if message.is_bigendian else "<")
-    rows = message.data.reshape(message.height, message.step)
-    return rows[:, : message.width * number.itemsize].copy().view(number)
 
 
 _IMAGES: dict[str, Callable[[Path], Any]] = {".npy": _numpy}

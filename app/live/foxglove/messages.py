@@ -11,13 +11,13 @@ from pinocchio import SE3
 
 from app.live.feed import Throttle
 from app.live.foxglove.markers import markers, posed, rotation, xyz
-from app.live.foxglove.ros import cdr, moment
 from app.live.happenings import Happenings
 from app.live.nodes import Look, looks
 from app.live.robot_parts import arm_parts, base_parts, finger_poses, hand_parts
 from app.live.snapshot import SceneView, ShownRun, Snapshot
 from controller import Pose2D, RobotModel, se3_of
 from hw import DepthFrame
+from hw.ros2 import encode, moment
 
 TOPICS = {
     "/joint_states": "sensor_msgs/msg/JointState",
@@ -81,13 +81,13 @@ class Messages:
         """The messages of the next snapshot."""
         now = self._began + round(seen.stamp * 1e9)
         for topic, fields in self._contents(seen, moment(now)):
-            yield Message(topic, now, cdr(TOPICS[topic], fields))
+            yield Message(topic, now, encode(TOPICS[topic], fields))
         if self._scenes.due(seen.stamp):
             yield Message("/scene", now, self._scene)
         if (frame := seen.frame) is not None and self._images.due(frame.stamp):
             captured = self._began + round(frame.stamp * 1e9)
             for topic, fields in _picture(frame, moment(captured)):
-                yield Message(topic, captured, cdr(TOPICS[topic], fields))
+                yield Message(topic, captured, encode(TOPICS[topic], fields))
 
     def _contents(self, seen: Snapshot, now: Any) -> Iterator[tuple[str, Any]]:
         """Topics and fields of the messages but pictures and shapes."""
@@ -204,7 +204,7 @@ class Messages:
         found += markers("furniture", "map", scene.fixtures)
         for frame, (_, parts) in zip(self._objects, scene.objects, strict=True):
             found += markers("objects", frame, parts)
-        return cdr(TOPICS["/scene"], {"markers": [m | {"id": i} for i, m in enumerate(found)]})
+        return encode(TOPICS["/scene"], {"markers": [m | {"id": i} for i, m in enumerate(found)]})
 
 
 def _picture(frame: DepthFrame, now: Any) -> Iterator[tuple[str, Any]]:

@@ -12,16 +12,20 @@ from foxglove.websocket import Client, ServerListener
 
 from app.live.feed import Feed
 from app.live.foxglove.messages import TOPICS, Messages
-from app.live.foxglove.ros import definition
 from app.live.operator import Control
 from app.live.snapshot import ShownRun, Snapshot
 from app.live.web.ports import choose_port
 from config import UserError
+from hw.ros2 import definition
 
 USUAL_PORT = 8765  # Foxglove's default
 
 _PERIOD = 0.05  # interval of sending [s of real time]
 _PATIENCE = 5.0  # time to send the rest [s]
+_SCHEMAS = {
+    topic: Schema(name=kind, encoding="ros2msg", data=definition(kind).encode())
+    for topic, kind in TOPICS.items()
+}
 
 
 class _Channels:
@@ -29,8 +33,7 @@ class _Channels:
 
     def __init__(self, run: ShownRun) -> None:
         self.context, self._messages, self._channels = Context(), Messages(run), {}
-        for topic, kind in TOPICS.items():
-            schema = Schema(name=kind, encoding="ros2msg", data=definition(kind).encode())
+        for topic, schema in _SCHEMAS.items():
             self._channels[topic] = Channel(
                 topic, message_encoding="cdr", schema=schema, context=self.context
             )

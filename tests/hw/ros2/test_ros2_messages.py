@@ -21,7 +21,7 @@ from hw.ros2 import (
     missing,
 )
 from hw.ros2.messages import decode, encode, message
-from hw.ros2.sensing import _compressed, _maps, _metres
+from hw.ros2.sensing import _maps, _metres
 from robots import load_robot
 
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing())
@@ -139,5 +139,5 @@ def test_compressed_depth_is_read_in_metres():
     millimetres = np.array([[0, 500], [1000, 2000]], np.uint16)
     png = b"\0" * 12 + cv2.imencode(".png", millimetres)[1].tobytes()
     fields = {"format": "16UC1; compressedDepth png", "data": np.frombuffer(png, np.uint8)}
-    depth = _compressed(message("sensor_msgs/msg/CompressedImage", **fields))
+    depth = _metres(message("sensor_msgs/msg/CompressedImage", **fields))
     np.testing.assert_allclose(depth, millimetres / 1000.0)
