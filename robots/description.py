@@ -101,7 +101,7 @@ class GripperDescription:
     pad: Geom  # the left pad, a box in e, when the pads touch; its inner face lies in y = 0
     tip: float  # distance from the grasp centre to the end of the pads, along the approach [m]
     ball: Geom  # a ball around palm and fingers at any opening, in e
-    collision: tuple[Geom, ...]  # capsules around the hand and its fingers at any opening, in h
+    collision: tuple[Geom, ...]  # around the hand and its fingers at any opening, in h
     inertia: Inertia  # without the fingers, in h
     finger_mass: float  # of one finger [kg]
     visual: str | None  # mesh that the viewer draws instead of the boxes, if it is installed

@@ -26,8 +26,17 @@ from robots.description import (
     Limits,
     RobotDescription,
 )
-from robots.schema import ArmFile, BaseFile, CameraFile, GripperFile, LaserFile, RobotFile
-from robots.schema_geometry import PoseFile
+from robots.schema import (
+    ArmFile,
+    BaseFile,
+    CameraFile,
+    GripperFile,
+    LaserFile,
+    LinkCapsuleFile,
+    LinkHullFile,
+    RobotFile,
+)
+from robots.schema_geometry import CapsuleFile, HullFile, PoseFile
 from robots.schema_hardware import HardwareFile, RealRobotFile, read_real_robot
 from robots.shapes import Box, Colour, Geom, half_extents
 
@@ -158,6 +167,7 @@ def _load(path: Path) -> RobotDescription:
 
 
 def _arm(file: ArmFile) -> ArmDescription:
+    shapes: list[LinkCapsuleFile | LinkHullFile] = [*file.collision, *file.hulls]
     return ArmDescription(
         joints=tuple(joint.pose() for joint in file.joints),
         slides=np.array([joint.kind == "prismatic" for joint in file.joints]),
@@ -165,7 +175,7 @@ def _arm(file: ArmFile) -> ArmDescription:
         ready=np.array(file.ready),
         lag=file.lag,
         collision=tuple(
-            tuple(part.geom(f"link{link}") for part in file.collision if part.link == link)
+            tuple(part.geom(f"link{link}") for part in shapes if part.link == link)
             for link in range(len(file.joints) + 1)
         ),
         may_touch=tuple(pair for ours, theirs in file.may_touch for pair in product(ours, theirs)),
@@ -176,6 +186,7 @@ def _arm(file: ArmFile) -> ArmDescription:
 
 
 def _gripper(file: GripperFile) -> GripperDescription:
+    shapes: list[CapsuleFile | HullFile] = [*file.collision, *file.hulls]
     return GripperDescription(
         hTe=file.grasp_centre.pose(),
         opening=file.opening,
@@ -185,7 +196,7 @@ def _gripper(file: GripperFile) -> GripperDescription:
         pad=file.pad.geom("pad", _RUBBER),
         tip=file.pad.xyz[2] + file.pad.size[2] / 2.0,
         ball=file.ball.geom("hand"),
-        collision=tuple(part.geom("hand") for part in file.collision),
+        collision=tuple(part.geom("hand") for part in shapes),
         inertia=file.inertia.inertia(),
         finger_mass=file.finger_mass,
         grasps=file.grasps,

@@ -16,6 +16,7 @@ from robots.schema_geometry import (
     BoxFile,
     CapsuleFile,
     Finite,
+    HullFile,
     InertiaFile,
     NotNegative,
     PoseFile,
@@ -27,10 +28,19 @@ from robots.schema_geometry import (
 MOST_JOINTS = 12  # of an arm
 
 
+_Link: TypeAlias = Annotated[int, Field(ge=0, le=MOST_JOINTS)]  # 0 is the foot
+
+
 class LinkCapsuleFile(CapsuleFile):
     """A capsule of one link."""
 
-    link: Annotated[int, Field(ge=0, le=MOST_JOINTS)]  # 0 is the foot
+    link: _Link
+
+
+class LinkHullFile(HullFile):
+    """A hull of one link."""
+
+    link: _Link
 
 
 class JointFile(PoseFile):
@@ -63,6 +73,7 @@ class ArmFile(StrictModel):
     lag: Positive  # time constant of the joint velocities [s]
     visual: str | None = None  # mesh that the viewer draws, if it is installed
     collision: tuple[LinkCapsuleFile, ...]
+    hulls: tuple[LinkHullFile, ...] = ()  # more of the collision shapes
     may_touch: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...]  # all of the first and second
     inertia: tuple[InertiaFile, ...] = ()
     """Of the foot and the links, each in its frame; only the physical world needs it."""
@@ -79,7 +90,7 @@ class ArmFile(StrictModel):
                 raise ValueError(f"joint {number} is outside of its limits {low} to {high} rad")
         return ready
 
-    @field_validator("collision", "may_touch", "inertia")
+    @field_validator("collision", "hulls", "may_touch", "inertia")
     @classmethod
     def _has_its_links(cls, value: Any, info: ValidationInfo) -> Any:
         links = [f"link{number}" for number in range(len(info.data.get("joints", ())) + 1)]
@@ -91,7 +102,7 @@ class ArmFile(StrictModel):
             return value
         named = (
             [f"link{part.link}" for part in value]
-            if info.field_name == "collision"
+            if info.field_name in ("collision", "hulls")
             else [name for pair in value for side in pair for name in side]
         )
         links += ["base", "floor", "hand", "camera"]
@@ -112,6 +123,7 @@ class GripperFile(StrictModel):
     pad: BoxFile
     ball: BallFile  # around palm and fingers at any opening
     collision: tuple[CapsuleFile, ...]  # on the flange
+    hulls: tuple[HullFile, ...] = ()  # the same
     inertia: InertiaFile  # without the fingers, on the flange
     finger_mass: Positive  # of one finger [kg]
     visual: str | None = None  # mesh that the viewer draws, if it is installed

@@ -14,7 +14,7 @@ from pinocchio import SE3
 from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from config import StrictModel
-from robots.shapes import Array, Box, Capsule, Colour, Geom, Sphere
+from robots.shapes import Array, Box, Capsule, Colour, Geom, Sphere, hull_of
 
 # Bounds of all numbers, in SI units, degrees or pixels.
 Finite: TypeAlias = Annotated[float, Field(ge=-1e4, le=1e4, allow_inf_nan=False)]
@@ -112,6 +112,22 @@ class CapsuleFile(StrictModel):
             return Geom(shape, SE3(_AXES[self.axis], np.array(self.xyz)), name)
         turn = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), np.array(self.axis))
         return Geom(shape, SE3(turn.matrix(), np.array(self.xyz)), name)
+
+
+class HullFile(StrictModel):
+    """The convex hull of points, in the frame of what it belongs to."""
+
+    corners: Annotated[tuple[Vector, ...], Field(min_length=4)]  # [m]
+
+    @field_validator("corners")
+    @classmethod
+    def _has_volume(cls, corners: tuple[Vector, ...]) -> tuple[Vector, ...]:
+        hull_of(np.array(corners))
+        return corners
+
+    def geom(self, name: str) -> Geom:
+        """The shape in its frame."""
+        return hull_of(np.array(self.corners), name)
 
 
 class InertiaFile(StrictModel):

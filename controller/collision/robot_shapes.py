@@ -1,6 +1,7 @@
 """Collision shapes of the robot, and edges of boxes around it.
 
-The arm is made of capsules, the base of a box with a capsule in each corner, the camera of a box.
+The arm is made of capsules or hulls, the base of a box with a capsule in each corner, the camera of
+a box.
 
 The nearest points of two faces jump from one edge to another while the base turns. So edges are
 shapes of their own: without their distances the base would turn into the wall that it faces.

@@ -1,6 +1,6 @@
 """Self-collision: distances of the arm to itself, the base and the floor.
 
-Coal measures between the capsules of the arm, the box of the base and the half-space of the floor.
+Coal measures between the shapes of the arm, the box of the base and the half-space of the floor.
 The floor moves with the base, as it is flat: only the joints of the arm matter.
 """
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from controller.command import Array
 from controller.floor.cost_field import CELL, CostField, Floor
 from controller.floor.footprints import Footprint, footprint
-from robots import Geom, RobotDescription
+from robots import Geom, Hull, RobotDescription
 
 FAR = 1.0  # largest distance of a point in the map [m]
 NEAR = 0.7  # largest distance of the base in the map [m]
@@ -188,7 +188,10 @@ def _column_discs(description: RobotDescription) -> Array:
             offset = np.zeros(2) if turns else part.pose.translation[:2]
             swept = hypot(*part.pose.translation[:2].tolist()) if turns else 0.0
             along = part.pose.rotation[:2, 2] * getattr(part.shape, "half_length", 0.0)
-            radius = getattr(part.shape, "radius", 0.0) + swept
+            radius = getattr(part.shape, "radius", 0.0)
+            if isinstance(part.shape, Hull):  # its pose is not turned
+                radius = hypot(*part.shape.half[:2])
+            radius += swept
             centre = origin + offset
             discs += [(*(centre - along), radius), (*(centre + along), radius)]
     return np.array(discs).T

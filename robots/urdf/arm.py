@@ -127,7 +127,7 @@ def drive_of(arm: Arm) -> tuple[str, str]:
     urdf = arm.urdf
     driven = [one for one in urdf.kinds if _WHEEL.search(one) and not _LOOSE.search(one)]
     if not driven:
-        return "", "it has no wheels"
+        return "", "assumed as the file has no wheels"
     words = " ".join([urdf.name, *urdf.kinds, *urdf.parents])
     is_holonomic = _HOLONOMIC.search(words) is not None or len(driven) == 3
     return "omni" if is_holonomic else "differential", f"by its {len(driven)} wheels"

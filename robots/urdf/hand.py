@@ -9,9 +9,9 @@ import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
 
-from robots.shapes import Array
+from robots.shapes import Array, Geom
 from robots.urdf.arm import Arm, positions
-from robots.urdf.capsules import CapsuleFit, capsule_around, placed_points
+from robots.urdf.hulls import hull_around, placed_points
 
 _TIP = 0.02  # length of the pads along the approach [m]
 _OPENINGS = (0.005, 0.4)  # smallest and largest opening of a gripper [m]
@@ -35,7 +35,7 @@ class Hand:
     palm: BoxFit  # in e
     finger: BoxFit  # the left one, when the pads touch
     pad: BoxFit
-    collision: list[CapsuleFit]  # in e
+    collision: list[Geom]  # in e
     grasps: bool = True
 
     @property
@@ -100,7 +100,7 @@ def hand_of(arm: Arm, approach: str | None, closing: str | None, notes: list[str
             np.array([centre[0], thick / 2.0, 0.0]),
             np.array([min(float(size[0]), _TIP), thick, _TIP]),
         ),
-        collision=[capsule_around(one) for one in bodies],
+        collision=[hull_around(one) for one in bodies],
     )
 
 
@@ -161,7 +161,7 @@ def _tool(wTe: SE3, points: Array) -> Hand:
     shown = (points - wTe.translation) @ wTe.rotation
     shown = shown if len(shown) else _STUB * _SIGNS - [0.0, 0.0, _STUB]
     finger = np.array([0.0, _THIN, -_THIN]), np.full(3, 2.0 * _THIN)
-    around = [capsule_around(shown)]
+    around = [hull_around(shown)]
     return Hand(wTe, _THIN, _SLOW, _box(shown), finger, finger, around, grasps=False)
 
 

@@ -9,6 +9,7 @@ from shutil import copytree
 from tempfile import TemporaryDirectory
 from typing import Any
 
+import coal
 import numpy as np
 import pinocchio as pin
 import yaml
@@ -18,10 +19,10 @@ from config import ConfigError, read_config
 from robots.description import RobotDescription
 from robots.load import SHIPPED, load_robot
 from robots.schema import CameraFile, RobotFile
-from robots.shapes import GREY, Array, coal_geometry
+from robots.shapes import GREY, Array, Geom, Hull
 from robots.urdf.arm import choose_arm, drive_of
-from robots.urdf.capsules import CapsuleFit, capsules_around, placed_points
 from robots.urdf.hand import hand_of
+from robots.urdf.hulls import hull_around, placed_points
 from robots.urdf.reading import Urdf, UrdfError
 from robots.urdf.touching import Part, touching
 
@@ -175,11 +176,11 @@ class _Import:
         objects = [one for one in self._arm.geometry.geometryObjects if one.parentJoint == 0]
         return [placed_points(one.geometry, bTu * one.placement) for one in objects]
 
-    def _shapes(self, base: dict[str, Any], mount: SE3) -> list[list[CapsuleFit]]:
-        """Capsules of the foot, in a, and of the links."""
+    def _shapes(self, base: dict[str, Any], mount: SE3) -> list[list[Geom]]:
+        """Hulls of the foot, in a, and of the links."""
         arm, last = self._arm, len(self._joints)
         ours = set(arm.beyond) if self._options.gripper is None else set()
-        shapes: list[list[CapsuleFit]] = [[] for _ in range(last + 1)]
+        shapes: list[list[Geom]] = [[] for _ in range(last + 1)]
         for one in arm.geometry.geometryObjects:
             joint = one.parentJoint
             if joint == last and arm.link_of(one) in ours:
@@ -187,17 +188,18 @@ class _Import:
             aTu = (self._turns[joint - 1] if joint else self._uTa).inverse()
             points = placed_points(one.geometry, self._bTu * one.placement)
             if joint or not self._rides or points[:, 2].min() >= _LOW:
-                shapes[joint] += capsules_around(one.geometry, aTu * one.placement)
+                points = placed_points(one.geometry, aTu * one.placement)
+                shapes[joint] += [hull_around(points)] if len(points) else []
         for number, some in enumerate(shapes[1:last], start=1):
             end = self._joints[number].translation
             if not some and (length := float(np.linalg.norm(end))) > _ROD:
-                some.append(CapsuleFit(end / 2.0, end / length, _ROD, length))
+                turn = pin.Quaternion.FromTwoVectors(_Z, end).matrix()
+                rod = placed_points(coal.Capsule(_ROD, length), SE3(turn, end / 2.0))
+                some.append(hull_around(rod))
                 self.notes.append(f"link{number}: no shape, so a rod of {2.0 * _ROD:g} m")
         return shapes
 
-    def _arm_of(
-        self, shapes: list[list[CapsuleFit]], base: dict[str, Any], mount: SE3
-    ) -> dict[str, Any]:
+    def _arm_of(self, shapes: list[list[Geom]], base: dict[str, Any], mount: SE3) -> dict[str, Any]:
         arm, joints, middle = self._arm, [], []
         model, turning = arm.model, self._options.acceleration or _ACCELERATIONS[0]
         self.notes.append(f"accelerations: {turning:g} rad/s^2 (--acceleration)")
@@ -213,7 +215,8 @@ class _Import:
             middle.append(sum(between) / 2.0 if joint.nq == 1 else 0.0)
         file = {"joints": joints, "flange": _pose(self._lTe), "ready": middle, "lag": _LAG}
         links = enumerate(shapes)
-        file["collision"] = [{"link": k} | _capsule(one) for k, some in links for one in some]
+        file["collision"] = []
+        file["hulls"] = [{"link": k} | _hull(one) for k, some in links for one in some]
         places = [mount * self._joints[0], *self._joints[1:]]
         parts = self._parts(shapes, base, mount)
         file["may_touch"] = touching(arm, parts, places, self.slides, self.notes)
@@ -226,9 +229,7 @@ class _Import:
             self.notes.append("inertia: not of every link, so no physical world")
         return file
 
-    def _parts(
-        self, shapes: list[list[CapsuleFit]], base: dict[str, Any], mount: SE3
-    ) -> list[Part]:
+    def _parts(self, shapes: list[list[Geom]], base: dict[str, Any], mount: SE3) -> list[Part]:
         """Shapes by part, for the search of those that can touch."""
         frames, ours, last = self._arm.model.frames, set(self._arm.beyond), len(self._joints)
         parts = [Part("base", 0, tuple(base["size"]), {self._arm.base})]
@@ -238,8 +239,7 @@ class _Import:
             parts.append(Part(f"link{joint}", joint, placed, links - ours))
         hand = [one.moved(self._lTe) for one in self._hand.collision]
         body = read_config(SHIPPED / "parts" / "d435.yaml", CameraFile).body.geom("", GREY)
-        box = capsules_around(coal_geometry(body.shape), body.pose)
-        camera = [one.moved(self._lTe * self._eTc) for one in box]
+        camera = [body.moved(self._lTe * self._eTc)]
         parts += [Part("hand", last, hand, ours), Part("camera", last, camera, set())]
         return [*parts, Part("floor", 0, None, set())]
 
@@ -274,7 +274,8 @@ class _Import:
         file |= {k: {"xyz": _rounded(c), "size": _rounded(s)} for k, (c, s) in boxes.items()}
         file["pad"]["xyz"][1] = file["pad"]["size"][1] / 2.0
         file["ball"] = {"xyz": _rounded(centre), "radius": round(radius, 5)}
-        file["collision"] = [_capsule(one) for one in hand.collision]
+        file["collision"] = []
+        file["hulls"] = [_hull(one) for one in hand.collision]
         return file | {"inertia": _SMALL, "finger_mass": 0.03, "grasps": hand.grasps}
 
 
@@ -288,10 +289,9 @@ def _pose(pose: SE3) -> dict[str, Any]:
     return {"xyz": _rounded(pose.translation), **turned}
 
 
-def _capsule(one: CapsuleFit) -> dict[str, Any]:
-    radius, length = round(one.radius + 1e-5, 5), round(one.length + 1e-5, 5)
-    axis = _rounded(one.axis)
-    return {"xyz": _rounded(one.centre), "axis": axis, "radius": radius, "length": length}
+def _hull(one: Geom) -> dict[str, Any]:
+    assert isinstance(one.shape, Hull)
+    return {"corners": [_rounded(p) for p in one.shape.vertices + one.pose.translation]}
 
 
 def _inertia(one: pin.Inertia) -> dict[str, Any]:

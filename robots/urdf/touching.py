@@ -15,8 +15,8 @@ import numpy.typing as npt
 import pinocchio as pin
 from pinocchio import SE3
 
+from robots.shapes import Geom, coal_geometry
 from robots.urdf.arm import Arm
-from robots.urdf.capsules import CapsuleFit
 
 _DRAWN, _SEED = 2000, 5
 _OFTEN = 0.6  # share of postures in contact from which a pair is left out
@@ -29,7 +29,7 @@ class Part(NamedTuple):
 
     name: str
     joint: int
-    shapes: list[CapsuleFit] | tuple[float, ...] | None  # a box on the floor; None is the floor
+    shapes: list[Geom] | tuple[float, ...] | None  # a box on the floor; None is the floor
     links: set[str]  # of the URDF
 
 
@@ -93,7 +93,7 @@ def _add(part: Part, geometry: pin.GeometryModel) -> list[int]:
         middle = SE3(np.eye(3), np.array([0.0, 0.0, part.shapes[2] / 2.0]))
         shapes = [(middle, coal.Box(*part.shapes))]
     else:
-        shapes = [(one.pose, coal.Capsule(one.radius, one.length)) for one in part.shapes]
+        shapes = [(one.pose, coal_geometry(one.shape)) for one in part.shapes]
     named = ((f"{part.name}/{number}", *one) for number, one in enumerate(shapes))
     objects = [pin.GeometryObject(name, part.joint, *one) for name, *one in named]
     return [int(geometry.addGeometryObject(one)) for one in objects]

@@ -12,6 +12,7 @@ import pinocchio as pin
 import pytest
 from command_line import call
 from pinocchio import SE3
+from scipy.spatial import ConvexHull
 
 from config import UserError
 from controller import (
@@ -25,6 +26,7 @@ from controller import (
 from lab.bench.evaluation import Evaluator
 from lab.bench.motion import run_motion
 from robots import ImportOptions, load_robot, write_robot
+from robots.urdf.hulls import hull_around
 
 ARM = """\
 <link name="base_footprint"/>
@@ -56,7 +58,7 @@ JOINTS = (  # name, kind, axis, height on the one before, shape
     ("shoulder", "revolute", "0 1 0", 0.1, ROD),
     ("elbow", "revolute", "0 1 0", 0.3, ROD),
     ("roll", "continuous", "0 0 1", 0.28, ""),
-    ("wrist", "revolute", "0 1 0", 0.02, SHAPE),
+    ("wrist", "revolute", "0 1 0", 0.06, SHAPE),
     ("turn", "continuous", "0 0 1", 0.12, ""),
 )
 
@@ -216,3 +218,19 @@ def test_foreign_robots_reach_goals_as_they_are(tmp_path, file):
     assert len(robot.arm.joints) == joints
     assert robot.gripper.grasps
     assert misses(robot, bank(robot).q[::6000]) == []
+    body, q = SelfCollision(RobotModel(robot)), robot.arm.ready.copy()
+    for turn in np.linspace(robot.limits.q_min[-1], robot.limits.q_max[-1], 20):
+        q[-1] = turn
+        assert body.clearance(q) > 0.02  # the hand turns freely
+
+
+def test_a_hull_holds_all_points_with_few_corners():
+    ball = np.random.default_rng(0).normal(size=(5000, 3))
+    ball *= 0.1 / np.linalg.norm(ball, axis=1, keepdims=True)
+    for points in (ball, ball * [1.0, 1.0, 0.0], ball[:40] + 1.0):
+        one = hull_around(points)
+        assert len(one.shape.vertices) < 400
+        corners = np.round(one.shape.vertices + one.pose.translation, 6)  # as in the file
+        planes = ConvexHull(corners).equations
+        assert (points @ planes[:, :3].T + planes[:, 3]).max() < 1e-9
+        assert np.ptp(corners, axis=0).max() < 0.21
