@@ -10,7 +10,8 @@ The slack can be eliminated: with Q = diag(Λ_q, Λ_δ) (eq. 10) and C = (c, 0) 
 
 which has the same minimiser, only n variables, and always a solution; the bounds of the slack (±10
 in the published example) are left out. Not in the paper: smoothness term, bias towards a stance,
-acceleration bounds, a least |e| in the weights 1/|e|, and a desired bearing other than 0 (eq. 13).
+acceleration bounds, a least |e| in the weights 1/|e|, a desired bearing other than 0 (eq. 13), and
+the manipulability as a share of what is usual for the arm.
 """
 
 from math import atan2
@@ -24,6 +25,7 @@ from controller.floor.base_drive import wrap
 from controller.model import RobotModel, manipulability
 from controller.qp_solver import QP
 from controller.settings import ControllerSettings
+from controller.stance.bank_drawing import dexterity
 from controller.stance.bias import StanceBias
 
 
@@ -96,7 +98,8 @@ def build_qp(
     # λ_q (eq. 14)
     base_effort, arm_effort = settings.base_effort * tracking, settings.arm_effort
     # Plain floats: on nine numbers they are faster than arrays.
-    gain, smoothness = settings.manipulability_gain, settings.smoothness
+    gain = settings.manipulability_gain / dexterity(model.description)
+    smoothness = settings.smoothness
     turn = settings.heading_gain * wrap(linearisation.heading_error - bearing)
     gradient, before = linearisation.gradient.tolist(), last.tolist()
     # C (eq. 11)
