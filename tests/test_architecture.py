@@ -40,7 +40,7 @@ ROOMS = (
     "app.terminal",
     "app.task_time",
     "app.live",
-    "app.live.foxglove",
+    "app.live.ros2",
     "app.core",
     "app.review",
     "app.export",

@@ -143,6 +143,9 @@ def run(
     web_port: Annotated[
         int | None, typer.Option(help="Of the page of --view web.", min=1, max=65535)
     ] = None,
+    ros2: Annotated[
+        bool, typer.Option("--ros2", help="Publish the run as ROS 2 topics on this computer.")
+    ] = False,
     control: Annotated[
         bool, typer.Option("--control", help="Serve a page that pauses, steps and stops the run.")
     ] = False,
@@ -193,7 +196,10 @@ def run(
         from hw import HardwareError
         from robots import load_real_robot
 
-        paced = speed is Speed.REAL or load_real_robot(robot) is not None
+        real = load_real_robot(robot)
+        if ros2 and real and "ros2" in (real.hardware.base.driver, real.hardware.arm.driver):
+            refuse("--ros2: this robot tells such topics itself, and would be heard twice")
+        paced = speed is Speed.REAL or real is not None
         if paced and motion is MotionForm.PLANNING:
             refuse("--motion planning: plans are made within a tick, for simulation at --speed max")
         options = RunOptions(
@@ -217,6 +223,7 @@ def run(
             replayable=replayable,
             weights=weights,
             view=ViewOptions(view=view, host=view_host, port=view_port, web_port=web_port),
+            ros2=ros2,
             control=ControlOptions(
                 page=control or control_pipe is not None,
                 page_port=control_port,

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager, nullcontext, suppress
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, ExitStack, nullcontext, suppress
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from app.core.decisions import RecordedDecisions
 from app.core.fault_schedule import FaultSchedule
@@ -31,6 +30,7 @@ from app.live import (
     RunInfo,
     SceneView,
     ShownRun,
+    Snapshot,
     View,
     Viewer,
     tree_view,
@@ -39,9 +39,6 @@ from app.terminal import Loading, Terminal
 from controller import RobotModel
 from hw import DEFAULT_LEVEL, Robot, stopwatch
 from trees.language import Task, TreeNode
-
-if TYPE_CHECKING:
-    from app.live.foxglove import FoxgloveServer
 
 _SHORT_PATIENCE = 1.0  # time for the disk to write the rest of an abandoned run [s]
 
@@ -121,8 +118,9 @@ class Run:
             self._console.open(),
             interrupts(self._console.leave, setup.robot.stop, End.INTERRUPTED.exit_code),
             self._make_display() as self._display,
-            self._make_foxglove() as self._foxglove,
+            ExitStack() as senders,
         ):
+            self._senders = dict(self._make_senders(senders))
             outcome = setup.session(
                 self._console.root,
                 RecordedDecisions(self._console.control, setup.recorded),
@@ -154,8 +152,8 @@ class Run:
         console.control.node_changed(changed)
         if (recorder := self._recorder) is not None:
             tell("the recording", lambda: recorder.record(seen))
-        if (foxglove := self._foxglove) is not None:
-            tell("Foxglove", lambda: foxglove.show(seen))
+        for name, sender in self._senders.items():
+            tell(name, partial(sender, seen))
         log = self._setup.context.log
         moment = Moment(seen, log.placed, log.attempts, why, log.in_hand is not None)
         tell("the controls", lambda: console.show(moment, changed=changed))
@@ -203,17 +201,21 @@ class Run:
             server=self._viewer.server,
         )
 
-    def _make_foxglove(self) -> AbstractContextManager[FoxgloveServer | None]:
-        view = self._options.view
-        if view.view is not View.FOXGLOVE:
-            return nullcontext()
-        from app.live.foxglove import FoxgloveServer  # an extra
-
-        robot, tree = self._setup.robot.description, tuple(tree_view(self._nodes))
+    def _make_senders(self, opened: ExitStack) -> Iterator[tuple[str, Callable[[Snapshot], None]]]:
+        """What sends snapshots to other programs, with names for people."""
+        view, robot = self._options.view, self._setup.robot.description
+        tree = tuple(tree_view(self._nodes))
         run = ShownRun(robot, tree, self._scene, begun(self._folder))
-        server = FoxgloveServer(run, self._console.control, view.host, view.port)
-        tell(str(server))
-        return server
+        if self._options.ros2:
+            from app.live.ros2 import published  # an extra
+
+            yield "ROS 2", opened.enter_context(published(run))
+        if view.view is View.FOXGLOVE:
+            from app.live.ros2 import FoxgloveServer  # an extra
+
+            server = FoxgloveServer(run, self._console.control, view.host, view.port)
+            tell(str(server))
+            yield "Foxglove", opened.enter_context(server).show
 
     def _make_display(self) -> AbstractContextManager[RunDisplay | None]:
         if not self._options.shown:

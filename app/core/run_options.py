@@ -43,6 +43,7 @@ class RunOptions:
     replayable: bool = False  # keep the camera's images, so that it can be replayed
     weights: Path | None = None  # of GG-CNN; None for the shipped ones
     view: ViewOptions = field(default_factory=ViewOptions)
+    ros2: bool = False  # publish it in ROS 2
     control: ControlOptions = field(default_factory=ControlOptions)
     faults: tuple[ScheduledFault, ...] = ()  # faults to inject
     shown: bool = False  # whether the terminal shows the tree

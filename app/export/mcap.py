@@ -48,7 +48,7 @@ def export_mcap(folder: Path, out: Path) -> None:
 
     Raises UserError: the extra is missing, the run cannot be read, or the file cannot be written.
     """
-    from app.live.foxglove import write_mcap  # an extra
+    from app.live.ros2 import write_mcap  # an extra
 
     log, (states, commands) = read_log(folder), read_motion(folder)
     changes: list[_Change] = [(event.time, "event", event) for event in log.events]

@@ -58,6 +58,12 @@ class Feed(Generic[Item]):
         if len(self._items) >= self._batch:
             self._wake.set()
 
+    def offer(self, item: Item) -> None:
+        """Add an item; raises the exception that ended the writing."""
+        if self.error is not None:
+            raise self.error
+        self.put(item)
+
     def close(self, patience: float) -> bool:
         """Write the rest within `patience` [s]; returns whether the thread has ended."""
         self._closing = True

@@ -1,4 +1,4 @@
-"""The process that carries messages between ROS 2 and one part of a robot, and its watchdog.
+"""The process that carries messages between ROS 2 and a part of a robot, or a run; its watchdog.
 
 Messages are bytes here. A command comes with the message that stops the part: that is sent when no
 other command has come for `FRESH`, and when the parent has ended.
@@ -175,7 +175,7 @@ def _qos(route: Route) -> Any:
 
     return Qos(
         Policy.Reliability.BestEffort
-        if route.hears and route.sensor
+        if route.sensor
         else Policy.Reliability.Reliable(duration(milliseconds=100)),
         Policy.Durability.TransientLocal if route.latched else Policy.Durability.Volatile,
         Policy.History.KeepLast(route.slots),
@@ -191,10 +191,11 @@ def main() -> None:
         carrier = Carrier(settings["domain"], settings["address"], routes, memory)
         parent.tell(loaded=True)
         commanded = next((route.topic for route in routes if not route.hears), None)
-        if commanded and (other := claim(f"ROS 2 {what}", commanded)):
-            parent.tell(error=other)
-            leave(1)
-        hurry()
+        if settings["drives"]:
+            if commanded and (other := claim(f"ROS 2 {what}", commanded)):
+                parent.tell(error=other)
+                leave(1)
+            hurry()
         parent.tell(ready=True)
         while parent.commands():
             still_alive()

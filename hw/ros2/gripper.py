@@ -50,9 +50,9 @@ class Ros2Gripper(Ros2Part):
         routes = [options.hears(options.states, "sensor_msgs/msg/JointState")]
         for service, kind in (("send_goal", "SendGoal"), ("get_result", "GetResult")):
             kinds = (f"{self._action}_{kind}_Request", f"{self._action}_{kind}_Response")
-            routes.append(Route(f"rq/{path}/{service}Request", kinds[0], False))
+            routes.append(Route(f"rq/{path}/{service}Request", kinds[0], False, sensor=False))
             routes.append(Route(f"rr/{path}/{service}Reply", kinds[1], True, sensor=False))
-        routes.append(Route(f"rq/{path}/cancel_goalRequest", _CANCEL, False))
+        routes.append(Route(f"rq/{path}/cancel_goalRequest", _CANCEL, False, sensor=False))
         super().__init__(options, context.clock, routes)
         self._lacks = f"{options.name(options.states)} does not tell {options.joint}"
         self._state: GripperState | None = None

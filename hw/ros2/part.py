@@ -43,7 +43,7 @@ class Ros2Options(DriverOptions):
 
     def tells(self, topic: str, kind: str) -> Route:
         """A topic to publish."""
-        return Route(f"rt/{self.name(topic).lstrip('/')}", kind, False)
+        return Route(f"rt/{self.name(topic).lstrip('/')}", kind, False, sensor=False)
 
 
 class Ros2Part:
@@ -55,12 +55,12 @@ class Ros2Part:
         self._clock, self._routes, self._silence = clock, routes, options.silence
         address = f" at {options.address}" if options.address else ""
         self._where = f"domain {options.domain}{address}"
-        settings = {"domain": options.domain, "address": options.address, "routes": routes}
+        settings = {"address": options.address, "routes": routes, "drives": True}
         self._process = DriverProcess(
             "hw.ros2.carrier",
             type(self).__name__,
             f"{self._where} {options.namespace}".strip(),
-            settings,
+            settings | {"domain": options.domain},
             pages(routes),
             _CONNECTING,
             missing,

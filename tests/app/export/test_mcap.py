@@ -14,7 +14,7 @@ from rosbags.highlevel import AnyReader
 
 from app.core import RunOptions, run_task
 from app.export import export_mcap
-from app.live.foxglove.messages import TOPICS
+from app.live.ros2.messages import TOPICS
 from app.live.viewer.viewer import converted
 from app.review import chunks, depth_images
 from controller import RobotModel

@@ -13,7 +13,7 @@ from websockets.sync.client import connect
 from app.choices import View
 from app.core import RunOptions, run_task
 from app.live import ViewOptions
-from app.live.foxglove.messages import TOPICS
+from app.live.ros2.messages import TOPICS
 from app.live.web.ports import choose_port
 
 TASK = """\
@@ -116,7 +116,7 @@ def test_a_foreign_client_decodes_a_run_and_pauses_it_with_the_token(run):
 
 
 def test_the_layout_shows_topics_that_there_are():
-    layout = json.loads((files("app.live.foxglove") / "layout.json").read_text())
+    layout = json.loads((files("app.live.ros2") / "layout.json").read_text())
     panels = layout["configById"]
     placed = json.dumps(layout["layout"])
     assert all(f'"{panel}"' in placed for panel in panels)

@@ -27,6 +27,11 @@ sensor_msgs.msg.Image header:Header height:uint32 width:uint32 encoding:str is_b
 sensor_msgs.msg.RegionOfInterest x_offset:uint32 y_offset:uint32 height:uint32 width:uint32 do_rectify:bool
 sensor_msgs.msg.CameraInfo header:Header height:uint32 width:uint32 distortion_model:str d:float64* k:float64[9] r:float64[9] p:float64[12] binning_x:uint32 binning_y:uint32 roi:RegionOfInterest
 sensor_msgs.msg.LaserScan header:Header angle_min:float32 angle_max:float32 angle_increment:float32 time_increment:float32 scan_time:float32 range_min:float32 range_max:float32 ranges:float32* intensities:float32*
+geometry_msgs.msg.Transform translation:Vector3 rotation:Quaternion
+geometry_msgs.msg.TransformStamped header:Header child_frame_id:str transform:Transform
+tf2_msgs.msg.TFMessage transforms:TransformStamped*
+nav2_msgs.msg.BehaviorTreeStatusChange timestamp:Time node_name:str uid:uint16 previous_status:str current_status:str
+nav2_msgs.msg.BehaviorTreeLog timestamp:Time event_log:BehaviorTreeStatusChange*
 unique_identifier_msgs.msg.UUID uuid:uint8[16]
 control_msgs.action.GripperCommand_SendGoal_Request client:uint64 number:int64 goal_id:UUID position:float64 max_effort:float64
 control_msgs.action.GripperCommand_SendGoal_Response client:uint64 number:int64 accepted:bool stamp:Time

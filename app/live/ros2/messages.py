@@ -10,10 +10,10 @@ import numpy as np
 from pinocchio import SE3
 
 from app.live.feed import Throttle
-from app.live.foxglove.markers import markers, posed, rotation, xyz
 from app.live.happenings import Happenings
 from app.live.nodes import Look, looks
 from app.live.robot_parts import arm_parts, base_parts, finger_poses, hand_parts
+from app.live.ros2.markers import markers, posed, rotation, xyz
 from app.live.snapshot import SceneView, ShownRun, Snapshot
 from controller import Pose2D, RobotModel, se3_of
 from hw import DepthFrame

@@ -6,26 +6,32 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, Self
 
-from foxglove import Capability, Channel, Context, Parameter, Schema, open_mcap, start_server
-from foxglove.mcap import MCAPWriteOptions
-from foxglove.websocket import Client, ServerListener
-
 from app.live.feed import Feed
-from app.live.foxglove.messages import TOPICS, Messages
 from app.live.operator import Control
+from app.live.ros2.messages import TOPICS, Messages
 from app.live.snapshot import ShownRun, Snapshot
 from app.live.web.ports import choose_port
 from config import UserError
 from hw.ros2 import definition
 
+try:
+    from foxglove import Capability, Channel, Context, Parameter, Schema, open_mcap, start_server
+    from foxglove.mcap import MCAPWriteOptions
+    from foxglove.websocket import Client, ServerListener
+
+    _SCHEMAS = {
+        topic: Schema(name=kind, encoding="ros2msg", data=definition(kind).encode())
+        for topic, kind in TOPICS.items()
+    }
+except ModuleNotFoundError as error:
+    raise UserError(
+        f'MCAP and Foxglove need {error.name}: pip install "frankie-task[foxglove]"'
+    ) from None
+
 USUAL_PORT = 8765  # Foxglove's default
 
 _PERIOD = 0.05  # interval of sending [s of real time]
 _PATIENCE = 5.0  # time to send the rest [s]
-_SCHEMAS = {
-    topic: Schema(name=kind, encoding="ros2msg", data=definition(kind).encode())
-    for topic, kind in TOPICS.items()
-}
 
 
 class _Channels:
@@ -121,9 +127,7 @@ class FoxgloveServer:
 
     def show(self, snapshot: Snapshot) -> None:
         """Add a snapshot; the loop never waits. Raises Exception: that ended the sending."""
-        if self._feed.error is not None:
-            raise self._feed.error
-        self._feed.put(snapshot)
+        self._feed.offer(snapshot)
 
     def _send(self, batch: Sequence[Snapshot]) -> None:
         self._channels.write(batch)
