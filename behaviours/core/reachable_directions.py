@@ -38,6 +38,7 @@ _EASY = 1.0  # a way point lower than this has a stance for a hand that looks do
 _BESIDE = 0.1  # or this near beside that [m]
 _OVER_FLOOR = 0.05  # height over the floor of a region that the hand reaches [m]
 _BACK = (0.0, 0.12, 0.24)  # where it is tried along the way in, before the place [m]
+_ASTRAY = 0.02  # a way point is reached though it lies this much farther, and higher [m]
 _SIDEWAYS = (radians(45.0), radians(60.0))  # tilts of a hand that comes from the side
 _SPREAD = 0.25  # of the tried places to either side of the middle, as a share of its size
 
@@ -200,10 +201,13 @@ def tilted_if_needed(
     ahead = atan2(mTe.translation[1], mTe.translation[0])
     headings = [ahead + turn * pi / 4.0 for turn in (0, 1, -1, 2, -2, 3, -3, 4)]
 
-    def leaning(direction: Direction) -> SE3:
-        return SE3(_tilted(mTe.rotation, direction), mTe.translation)
+    def leaning(direction: Direction, farther: float = 0.0) -> SE3:
+        way = np.array([cos(direction.heading), sin(direction.heading), 1.0])
+        return SE3(_tilted(mTe.rotation, direction), mTe.translation + farther * way)
 
-    direction = first_reached(robot, fixtures, headings, leaning)
+    direction = first_reached(
+        robot, fixtures, headings, lambda one: (leaning(one), leaning(one, _ASTRAY))
+    ) or first_reached(robot, fixtures, headings, lambda one: (leaning(one),))
     return pose if direction is None else replace(pose, mTe=leaning(direction))
 
 
@@ -221,13 +225,13 @@ def first_reached(
     robot: RobotDescription,
     fixtures: tuple[Geom, ...],
     headings: Sequence[float],
-    pose: Callable[[Direction], SE3],
+    poses: Callable[[Direction], Sequence[SE3]],
 ) -> Direction | None:
-    """The direction with the least tilt for which a stance reaches the hand's pose on the map.
+    """The direction with the least tilt for which stances reach the hand's poses on the map.
 
     None if there is none; `headings` are tried in order [rad].
     """
     for direction in _directions(0.0, pi / 2.0, headings):
-        if not why_no_stance(robot, pose(direction), fixtures):
+        if not any(why_no_stance(robot, pose, fixtures) for pose in poses(direction)):
             return direction
     return None

@@ -170,7 +170,7 @@ def view_directions(
             return hand_for(context, looking_along(direction, point, height, like=start))
 
         headings = headings_into(region)
-        return first_reached(robot, context.fixtures, headings, hand) or DOWN
+        return first_reached(robot, context.fixtures, headings, lambda one: (hand(one),)) or DOWN
 
     return tuple(best(point) for point in points)
 
