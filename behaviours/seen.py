@@ -49,7 +49,7 @@ class ObjectVisible(_Glance):
 
     Args:
         within: region of the task file; its floor is what objects stand on.
-        least: so many objects at least.
+        least: smallest number of objects.
         smallest_cm2: less than this, seen from above, counts as nothing [cm^2].
     """
 

@@ -32,5 +32,6 @@ from config.strict_yaml import (
     parse_scalar,
     parse_yaml,
     read_yaml,
+    texts,
     written,
 )

@@ -115,6 +115,18 @@ def content(value: YamlValue) -> Any:
     return value.value
 
 
+def texts(value: YamlValue) -> Iterator[tuple[str, Location]]:
+    """Every scalar in a value that is text, and where it stands."""
+    if isinstance(value, YamlMap):
+        for entry in value.entries.values():
+            yield from texts(entry.value)
+    elif isinstance(value, YamlList):
+        for item in value.items:
+            yield from texts(item)
+    elif isinstance(value.value, str):
+        yield value.value, value.location
+
+
 def read_yaml(diagnostics: Diagnostics) -> tuple[str, YamlValue] | None:
     """Text and content of the file of the diagnostics; None after an error in them."""
     text = _read_text(diagnostics.path, diagnostics)

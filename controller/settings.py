@@ -187,7 +187,7 @@ class ControllerSettings(Checked):
     smoothness: float = 3.0  # cost of changing the velocities from one period to the next
     collision: CollisionSettings | None = CollisionSettings()  # None for no collision avoidance
     slow_periods: int = 3
-    """In every so many periods what changes slowly is computed: Ĵ_m, and the bias on a free way."""
+    """Periods between computations of what changes slowly: Ĵ_m, and the bias on a free way."""
     guidance: GuidanceSettings | None = GuidanceSettings()
     """None for no stances: the end effector may get stuck in local minima."""
 

@@ -40,7 +40,7 @@ def check_state(state: KinematicState, last: Command) -> None:
 
 
 def check_goal(goal: MotionGoal | None, joints: int) -> None:
-    """Check a goal of an arm with so many joints.
+    """Check a goal of an arm by its number of joints.
 
     Raises:
         GoalError: names what is wrong with it.

@@ -8,7 +8,7 @@ from os.path import isfile
 from pathlib import Path
 from tempfile import NamedTemporaryFile
 
-from config import Diagnostics, UserError, YamlList, YamlMap, YamlValue, quoted, read_yaml
+from config import Diagnostics, UserError, quoted, read_yaml, texts
 from robots import load_real_robot, robot_names
 from trees import shipped, shipped_names
 
@@ -55,7 +55,7 @@ class Workspace:
         if not isfile(path):
             raise WorkspaceError(f"{name[:80]!r}: no such file; give one, or the text of a task")
         read = read_yaml(Diagnostics(path))
-        for text in _texts(read[1]) if read else ():
+        for text, _ in texts(read[1]) if read else ():
             for folder in (self.folder, path.parent):
                 self._refuse_outside(text, folder)
         return path
@@ -68,14 +68,3 @@ class Workspace:
             is_inside = False
         if not is_inside or ".." in Path(text).parts:
             raise WorkspaceError(f"{text[:80]!r}: leads out of the folder; name what is in it")
-
-
-def _texts(value: YamlValue) -> Iterator[str]:
-    if isinstance(value, YamlMap):
-        for entry in value.entries.values():
-            yield from _texts(entry.value)
-    elif isinstance(value, YamlList):
-        for item in value.items:
-            yield from _texts(item)
-    elif isinstance(value.value, str):
-        yield value.value

@@ -79,7 +79,7 @@ def _snapshots(
     nodes: int,
     objects: int,
 ) -> Iterator[Snapshot]:
-    """One for each reading, in order, of so many nodes and objects."""
+    """One for each reading, in order; `nodes` and `objects` are how many there are."""
     statuses, faults = (NodeStatus(Status.INVALID, ""),) * nodes, tuple[Fault, ...]()
     poses, mTo, exact = (SE3.Identity(),) * objects, SE3.Identity(), True
     now, done = dict[str, Any](), 0

@@ -73,7 +73,7 @@ class LogBook:
                 self._count += 1
 
     def after(self, count: int) -> tuple[int, list[LogLine]]:
-        """The number of lines so far, and the last of them, after so many."""
+        """The number of lines so far, and the last of those after the first `count`."""
         with self._lock:
             new = min(self._count - count, len(self._lines))
             return self._count, list(self._lines)[len(self._lines) - new :]

@@ -205,10 +205,12 @@ def tilted_if_needed(
         way = np.array([cos(direction.heading), sin(direction.heading), 1.0])
         return SE3(_tilted(mTe.rotation, direction), mTe.translation + farther * way)
 
-    direction = first_reached(
-        robot, fixtures, headings, lambda one: (leaning(one), leaning(one, _ASTRAY))
-    ) or first_reached(robot, fixtures, headings, lambda one: (leaning(one),))
-    return pose if direction is None else replace(pose, mTe=leaning(direction))
+    barely = None
+    for direction in reached(robot, fixtures, headings, leaning):
+        if not why_no_stance(robot, leaning(direction, _ASTRAY), fixtures):
+            return replace(pose, mTe=leaning(direction))
+        barely = barely or direction
+    return pose if barely is None else replace(pose, mTe=leaning(barely))
 
 
 def _tilted(wRe: Array, direction: Direction) -> Array:
@@ -221,17 +223,16 @@ def _tilted(wRe: Array, direction: Direction) -> Array:
     return turned
 
 
-def first_reached(
+def reached(
     robot: RobotDescription,
     fixtures: tuple[Geom, ...],
     headings: Sequence[float],
-    poses: Callable[[Direction], Sequence[SE3]],
-) -> Direction | None:
-    """The direction with the least tilt for which stances reach the hand's poses on the map.
+    pose: Callable[[Direction], SE3],
+) -> Iterator[Direction]:
+    """Directions for which a stance reaches the hand's pose on the map, the least tilt first.
 
-    None if there is none; `headings` are tried in order [rad].
+    `headings` are tried in order [rad].
     """
     for direction in _directions(0.0, pi / 2.0, headings):
-        if not any(why_no_stance(robot, pose, fixtures) for pose in poses(direction)):
-            return direction
-    return None
+        if not why_no_stance(robot, pose(direction), fixtures):
+            yield direction

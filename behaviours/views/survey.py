@@ -13,7 +13,7 @@ from behaviours.core.directions import DOWN, Direction
 from behaviours.core.leaf import Leaf
 from behaviours.core.motion import Approach
 from behaviours.core.parameter_types import Region
-from behaviours.core.reachable_directions import first_reached, headings_into, is_high
+from behaviours.core.reachable_directions import headings_into, is_high, reached
 from behaviours.views.viewpoint import CAMERA_PATIENCE, camera_pose, hand_for, looking_along
 from controller import PoseGoal
 from hw import DepthFrame
@@ -170,7 +170,7 @@ def view_directions(
             return hand_for(context, looking_along(direction, point, height, like=start))
 
         headings = headings_into(region)
-        return first_reached(robot, context.fixtures, headings, lambda one: (hand(one),)) or DOWN
+        return next(reached(robot, context.fixtures, headings, hand), DOWN)
 
     return tuple(best(point) for point in points)
 

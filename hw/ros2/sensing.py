@@ -13,7 +13,7 @@ from hw.state import DepthArray, DepthImage, Fault, LaserReading
 from robots import CameraDescription
 
 _IMAGE, _SCAN = 1 << 23, 1 << 17  # longest messages [bytes]
-_PNG = 12  # of compressed depth, behind a header of so many bytes
+_PNG = 12  # length of the header before compressed depth [bytes]
 _TYPES = {"16UC1": "u2", "mono16": "u2", "32FC1": "f4"}  # by encoding
 
 

@@ -59,7 +59,6 @@ class SubpixelKernels:
     down: tuple[tuple[Tensor, Tensor, int, int], ...]  # weight, bias, stride, padding
     up: tuple[tuple[Tensor, Tensor, int], ...]  # 3x3 weight, bias and shuffle factor of each
     head: tuple[Tensor, Tensor]
-    more: int  # rows and columns beyond a multiple of the factor after the last of `up`
 
 
 def subpixel_form(network: GGCNN, *, cells: bool) -> SubpixelKernels:
@@ -81,12 +80,7 @@ def subpixel_form(network: GGCNN, *, cells: bool) -> SubpixelKernels:
         split = weight.view(-1, factor, factor, *weight.shape[1:])
         weight, bias = split[:, 1:, 1:].flatten(0, 2), bias.view(-1, factor**2)[:, :4].flatten()
         head, factor = head.flatten(1)[..., None, None], 1
-    return SubpixelKernels(
-        down=down,
-        up=(*up, (weight, bias, factor)),
-        head=(head, head_bias),
-        more=0 if cells else 1,
-    )
+    return SubpixelKernels(down=down, up=(*up, (weight, bias, factor)), head=(head, head_bias))
 
 
 def _subpixel_convolution(layer: nn.ConvTranspose2d) -> tuple[Tensor, Tensor, int]:
@@ -115,7 +109,8 @@ def evaluate(kernels: SubpixelKernels, image: Tensor) -> Tensor:
     for weight, bias, stride, padding in kernels.down:
         x = functional.conv2d(x, weight, bias, stride=stride, padding=padding).relu_()
     for index, (weight, bias, factor) in enumerate(kernels.up):
-        end = 1 + (kernels.more if index == len(kernels.up) - 1 else 0)
+        # The last upsampling has one row and column more than a multiple of its factor.
+        end = 2 if factor > 1 and index == len(kernels.up) - 1 else 1
         x = functional.pad(x, (1, end, 1, end))
         x = functional.conv2d(x, weight, bias).relu_()
         if factor > 1:

@@ -61,5 +61,4 @@ def _channels_last_kernels(kernels: SubpixelKernels) -> SubpixelKernels:
         down=tuple((_channels_last(w), b.clone(), s, p) for w, b, s, p in kernels.down),
         up=tuple((_channels_last(w), b, factor) for w, b, factor in kernels.up),
         head=(_channels_last(weight), bias),
-        more=kernels.more,
     )

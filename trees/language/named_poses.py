@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, cast
@@ -16,12 +16,9 @@ from config import (
     Location,
     StrictModel,
     YamlEntry,
-    YamlList,
-    YamlMap,
-    YamlScalar,
-    YamlValue,
     quoted,
     read_yaml,
+    texts,
     validate,
 )
 from trees.language import rules
@@ -222,27 +219,16 @@ def read_named_values(
                 continue
             named.locations[name] = location
             full_name = f"{section}.{name}"
-            if references := list(_references(value)):
-                message = f"{full_name}: `{references[0].value}` stands in place of a number"
+            # Only the tree may have `$name`.
+            if reference := next((one for one in texts(value) if one[0].startswith("$")), None):
+                message = f"{full_name}: `{reference[0]}` stands in place of a number"
                 hint = "write numbers here, and choose among poses by a parameter of type `pose`"
-                diagnostics.error(rules.VALUE, references[0].location, message, hint)
+                diagnostics.error(rules.VALUE, reference[1], message, hint)
                 continue
             checked = validate(value, model, diagnostics, name=full_name, location=location)
             if checked is not None:
                 named.values[name] = checked.make(name)
     return named
-
-
-def _references(value: YamlValue) -> Iterator[YamlScalar]:
-    """Every `$name` in a value; only the tree may have them."""
-    if isinstance(value, YamlMap):
-        for entry in value.entries.values():
-            yield from _references(entry.value)
-    elif isinstance(value, YamlList):
-        for item in value.items:
-            yield from _references(item)
-    elif isinstance(value.value, str) and value.value.startswith("$"):
-        yield value
 
 
 SITE_KEYS = ("description", "poses", "regions")  # what may stand in such a file
