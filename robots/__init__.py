@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from robots.schema_geometry import NotNegative, Positive
     from robots.schema_hardware import HardwareFile, Port, Text
     from robots.shapes import (
+        CORNERS,
         GREY,
         Array,
         Box,

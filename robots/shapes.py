@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache, cached_property
+from itertools import product
 from typing import Any, TypeAlias
 
 import coal
@@ -16,6 +17,7 @@ Triangles: TypeAlias = npt.NDArray[np.int32]
 Colour: TypeAlias = tuple[int, int, int]
 
 GREY: Colour = (160, 160, 165)
+CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))  # (8, 3) of the cube of half edge 1
 
 
 @dataclass(frozen=True)

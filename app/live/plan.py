@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 from importlib.resources import files
-from itertools import product
 
 import cv2
 import numpy as np
@@ -18,12 +17,11 @@ from pinocchio import SE3
 from app.live.changes import Moment
 from app.live.snapshot import Array, SceneView
 from controller import se3_of
-from robots import Cylinder, Geom, Hull, Plane, Sphere, half_extents
+from robots import CORNERS, Cylinder, Geom, Hull, Plane, Sphere, half_extents
 
 STYLE = files("app.live") / "plan.css"
 _MARGIN = 40.0  # around what is drawn [cm]
 _LEAST_UNCERTAINTY = 0.02  # drawn as a circle from here on [m]
-_CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 
 
 class Plan:
@@ -118,7 +116,7 @@ def _corners(pose: SE3, half: Array) -> Array:
 def _outline(part: Geom) -> Array:
     """(N, 2) convex outline of a shape from above."""
     shape = part.shape
-    points = shape.vertices if isinstance(shape, Hull) else _CORNERS * half_extents(shape)
+    points = shape.vertices if isinstance(shape, Hull) else CORNERS * half_extents(shape)
     if isinstance(shape, Sphere | Cylinder):
         turn = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
         ring = np.column_stack([np.cos(turn), np.sin(turn), 0.0 * turn])

@@ -18,7 +18,7 @@ from controller.collision.robot_shapes import Part, robot_parts, upright_edges
 from controller.command import Array
 from controller.model import RobotModel
 from controller.surroundings import OPEN_FLOOR, Surroundings
-from robots import Geom, bounding_radius, coal_geometry, half_extents
+from robots import CORNERS, Geom, bounding_radius, coal_geometry, half_extents
 
 
 class PairKind(IntEnum):
@@ -233,8 +233,7 @@ class CollisionModel:
 
 def _corners(pose: SE3, half: Array) -> Array:
     """(8, 3) corners of the box around a shape, in the frame of its pose [m]."""
-    signs = np.array(list(product((-1.0, 1.0), repeat=3)))
-    return np.asarray((signs * half) @ pose.rotation.T + pose.translation)
+    return np.asarray((CORNERS * half) @ pose.rotation.T + pose.translation)
 
 
 class CollisionModels:

@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
 
-from robots.shapes import Array, Geom
+from robots.shapes import CORNERS, Array, Geom
 from robots.urdf.arm import Arm, positions
 from robots.urdf.hulls import hull_around, placed_points
 
@@ -18,7 +18,6 @@ _OPENINGS = (0.005, 0.4)  # smallest and largest opening of a gripper [m]
 _PADS = (0.004, 0.01)  # least and most thickness of a pad [m]
 _THIN, _STUB = 0.002, 0.02  # half sizes of a finger of a tool, and of a tool without shapes [m]
 _FASTEST, _SLOW = 0.2, 0.1  # speeds of a gripper: most that is believed, and without slides [m/s]
-_SIGNS = np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, -1).T
 _WORLD = np.eye(3)
 
 BoxFit: TypeAlias = tuple[Array, Array]  # centre and edge lengths (3,) each
@@ -43,7 +42,7 @@ class Hand:
         """Centre in e and radius of a ball around palm and open fingers."""
         wide = np.array([0.0, self.opening / 2.0, 0.0])
         boxes = (self.palm, self.finger, self.pad)
-        points = np.vstack([centre + _SIGNS * size / 2.0 for centre, size in boxes])
+        points = np.vstack([centre + CORNERS * size / 2.0 for centre, size in boxes])
         points = np.vstack([points, points + wide, points * [1.0, -1.0, 1.0] - wide])
         middle = (points[:, 2].min() + points[:, 2].max()) / 2.0
         centre = np.array([0.0, 0.0, middle])
@@ -94,7 +93,7 @@ def hand_of(arm: Arm, approach: str | None, closing: str | None, notes: list[str
         wTe=wTe,
         opening=jaws.opening,
         speed=float(min([_FASTEST, *speeds])) if speeds else _SLOW,
-        palm=_box(bodies[0]) if len(still) else _box(_STUB * _SIGNS - [0.0, 0.0, 4.0 * _STUB]),
+        palm=_box(bodies[0]) if len(still) else _box(_STUB * CORNERS - [0.0, 0.0, 4.0 * _STUB]),
         finger=(centre, size),
         pad=(
             np.array([centre[0], thick / 2.0, 0.0]),
@@ -159,7 +158,7 @@ def _jaws(ends: tuple[_Fingers, _Fingers], R: Array) -> _Jaws | None:
 def _tool(wTe: SE3, points: Array) -> Hand:
     """A tool that grasps nothing: all its shapes are its palm."""
     shown = (points - wTe.translation) @ wTe.rotation
-    shown = shown if len(shown) else _STUB * _SIGNS - [0.0, 0.0, _STUB]
+    shown = shown if len(shown) else _STUB * CORNERS - [0.0, 0.0, _STUB]
     finger = np.array([0.0, _THIN, -_THIN]), np.full(3, 2.0 * _THIN)
     around = [hull_around(shown)]
     return Hand(wTe, _THIN, _SLOW, _box(shown), finger, finger, around, grasps=False)

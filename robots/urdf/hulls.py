@@ -9,12 +9,11 @@ import numpy as np
 from pinocchio import SE3
 from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
 
-from robots.shapes import Array, Geom, hull_of
+from robots.shapes import CORNERS, Array, Geom, hull_of
 
 _ROUND = 32  # corners of a circle
 _MOST = 200  # corners of a hull; where it has more, planes in these directions stand for it
 _HEIGHTS, _TURNS = np.linspace(-1.0, 1.0, 81)[1::2], np.pi * (5.0**0.5 - 1.0) * np.arange(40)
-_SIGNS = np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, -1).T
 _WIDER, _THIN = 1.001, 1e-4  # for the digits of the file, and half thickness of what is flat [m]
 
 _ACROSS = np.sqrt(1.0 - _HEIGHTS**2)
@@ -26,7 +25,7 @@ def placed_points(geometry: Any, pose: SE3) -> Array:
     """Points (N, 3) whose hull holds a geometry of Coal at a pose."""
     match geometry:
         case coal.Box():
-            points = _SIGNS * geometry.halfSide
+            points = CORNERS * geometry.halfSide
         case coal.Sphere():
             points = _between_planes(np.full(len(_DIRECTIONS), geometry.radius), np.zeros(3))
         case coal.Cylinder() | coal.Capsule():
@@ -46,7 +45,7 @@ def hull_around(points: Array) -> Geom:
     try:
         corners = points[ConvexHull(points).vertices]
     except QhullError:  # they are flat
-        points = (points[:, None] + _THIN * _SIGNS).reshape(-1, 3)
+        points = (points[:, None] + _THIN * CORNERS).reshape(-1, 3)
         corners = points[ConvexHull(points).vertices]
     middle = corners.mean(axis=0)
     if len(corners) > _MOST:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import product
 from math import radians, tan
 
 import numpy as np
@@ -16,7 +15,7 @@ from app.live.monitor.signals_panel import SHARES, Curves
 from app.live.monitor.tree_panel import PILL_RADIUS, ROW, pills
 from app.live.nodes import NodeInfo
 from app.live.snapshot import Array, SceneView
-from robots import Plane, half_extents
+from robots import CORNERS, Plane, half_extents
 
 _PLOT_WINDOW, _HISTORY_WINDOW = 20.0, 30.0  # shown before the cursor [s]
 _FEWEST_ROWS, _MOST_ROWS = 22, 40  # of the tree
@@ -172,10 +171,9 @@ def task_points(scene: SceneView) -> Array:
     for part in scene.fixtures:
         if not isinstance(part.shape, Plane):
             boxes.append((part.pose, np.array(half_extents(part.shape))))
-    corners = np.array(list(product((-1.0, 1.0), repeat=3)))
     found = [robot_points(0.0, 0.0)]
     for pose, half in boxes:
-        found.append((corners * half) @ pose.rotation.T + pose.translation)
+        found.append((CORNERS * half) @ pose.rotation.T + pose.translation)
     for _, pose in scene.goals:
         x, y, z = pose.translation
         found.append(robot_points(x, y, _AROUND, max(_HEIGHT, z + 0.3)))
