@@ -13,6 +13,7 @@ from config.diagnostics import (
     TooManyErrorsError,
     UserError,
     nearest,
+    parted,
     quoted,
     suggest,
 )

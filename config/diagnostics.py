@@ -40,6 +40,12 @@ class Hint(str):
         return self
 
 
+def parted(text: str) -> tuple[str, str]:
+    """Message and hint of the text `message; hint`; of a `Hint` with what is meant."""
+    message, _, hint = text.partition("; ")
+    return message, Hint(hint, text.given, text.meant) if isinstance(text, Hint) else hint
+
+
 def suggest(word: str, known: Iterable[str]) -> str:
     """The hint for an unknown word: the nearest known one, else all of them."""
     words = sorted(known)
@@ -48,9 +54,21 @@ def suggest(word: str, known: Iterable[str]) -> str:
     return f"known: {quoted(words)}" if words else "remove it"
 
 
+_OPPOSITES = (
+    *(("open", "close"), ("forward", "backward"), ("left", "right"), ("min", "max")),
+    *(("least", "most"), ("before", "after"), ("above", "below"), ("up", "down")),
+)
+
+
+def _are_opposite(one: str, other: str) -> bool:
+    """Whether two words differ in a part that means the opposite, however near they look."""
+    return any((a in one and b in other) or (b in one and a in other) for a, b in _OPPOSITES)
+
+
 def nearest(word: str, known: Iterable[str]) -> Hint:
     """Asks whether the nearest known word was meant; empty if none is near."""
-    close = difflib.get_close_matches(word, sorted(known), n=2)
+    likely = sorted(one for one in known if not _are_opposite(one, word))
+    close = difflib.get_close_matches(word, likely, n=2)
     likeness = [difflib.SequenceMatcher(None, one, word).ratio() for one in close]
     is_certain = bool(close) and likeness.count(likeness[0]) == 1
     text = f"did you mean `{close[0]}`?" if close else ""
@@ -96,8 +114,9 @@ class TooManyErrorsError(Exception):
 class Diagnostics:
     """Collects the diagnostics of a file and of its included files, up to a limit of errors."""
 
-    def __init__(self, path: Path, limit: int | None = None) -> None:
+    def __init__(self, path: Path, limit: int | None = None, text: str | None = None) -> None:
         self.path = path
+        self.text = text  # of the file, instead of what it contains
         self._limit = limit
         self._found: list[Diagnostic] = []
 

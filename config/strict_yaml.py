@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 
 import yaml
 
-from config.diagnostics import Diagnostics, Location
+from config.diagnostics import Diagnostics, Hint, Location
 from config.rules import FILE, SYNTAX
 
 MAX_BYTES = 64_000  # a task of a thousand nodes is smaller
@@ -129,7 +129,8 @@ def texts(value: YamlValue) -> Iterator[tuple[str, Location]]:
 
 def read_yaml(diagnostics: Diagnostics) -> tuple[str, YamlValue] | None:
     """Text and content of the file of the diagnostics; None after an error in them."""
-    text = _read_text(diagnostics.path, diagnostics)
+    text = diagnostics.text
+    text = _read_text(diagnostics.path, diagnostics) if text is None else text
     document = None if text is None else parse_yaml(text, diagnostics)
     return None if text is None or document is None else (text, document)
 
@@ -274,7 +275,9 @@ class _Composer:
             key = self._value(event, depth + 1)
             value = self._value(next(self._events), depth + 1)
             if not isinstance(key, YamlScalar) or not isinstance(key.value, str):
-                hint = "give it a name, or write it in quotes"
+                plain = written(key.value) if isinstance(key, YamlScalar) else ""
+                quotes = f'"{plain}"' if plain else ""
+                hint = Hint("give it a name, or write it in quotes", plain, quotes)
                 self._diagnostics.error(SYNTAX, key.location, "this key is not a word", hint)
             elif key.value in entries:
                 first = entries[key.value].location.line

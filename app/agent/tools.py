@@ -21,7 +21,6 @@ from app.terminal import visible
 from config import Severity, UserError
 from trees.draw import tree_text
 from trees.language import load
-from trees.site import check
 
 _DRY, _REST = 60, 20  # for a dry run, and for a simulation to end when it is told to [s]
 _TIMED_OUT = 124  # exit code of `timeout`
@@ -59,7 +58,7 @@ class Tools:
         Where a finding has a patch, its text replaces those lines. `explain` explains the codes.
         """
         with self._workspace.task(task) as path:
-            found = findings(check(path, robot=self._workspace.robot(robot)))
+            found = findings(path, self._workspace.robot(robot))
             return [one | {"file": Path(one["file"]).name} for one in found]
 
     def draw(self, task: _Task) -> str:
@@ -88,16 +87,19 @@ class Tools:
         seed: Annotated[int, Field(ge=0)] = 0,
         limit_s: Annotated[int, Field(gt=0, le=600)] = 120,
         parameters: _Values | None = None,
+        faults: Annotated[list[str], Field(max_length=20)] = [],  # noqa: B006
     ) -> dict[str, Any]:
         """Run a task in a simulated world, `kinematic` or `physics`: the summary and first cause.
 
-        It is stopped after `limit_s` of real time. `explain` tells more of the run.
+        It is stopped after `limit_s` of real time. `faults` are what goes wrong meanwhile, as
+        `reflex@carry` or, by a person who takes it, `object taken@offer`. `explain` tells more.
         """
         given = {"robot": self._workspace.robot(robot), "world": world, "seed": str(seed)}
         given |= {"scene": self._workspace.scene(scene), "record": str(self._runs)}
         given |= {"view": "none", "speed": "max"}
         words = [f"--{name}={value}" for name, value in given.items() if value]
         words += ["--json", *_options("parameter", parameters)]
+        words += [f"--fault={fault}" for fault in faults]
         with self._simulating, self._workspace.task(task) as path:
             before = run_folders(self._runs)
             done = self._child(limit_s, "run", *words, "--", str(path))
@@ -133,6 +135,12 @@ class Tools:
         except FileExistsError:
             raise UserError(f"{path.name}: is there already; choose another name") from None
         return f"{path.name}: a person may read and start it"
+
+    def keep(self, run: str, name: str, text: str) -> None:
+        """Keep a text beside the other files of a run, or of all runs; not for the model."""
+        path = self._runs / run / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
 
     def _child(self, seconds: int, *words: str) -> subprocess.CompletedProcess[str]:
         """A command that has ended; it is interrupted after a time, even if we are gone by then."""

@@ -3,34 +3,77 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from config import Diagnostic, Hint, UserError, suggest
-from trees.site import RULES
+from trees.site import RULES, check
+
+_ROUNDS = 5  # of correcting what is certain, and looking again
+
+_BARE = re.compile(r"-?[\d.]+|\{(\w+: .*)?\}")  # what is not written in quotes
+_Lines: TypeAlias = dict[tuple[Path, int], str]  # corrected lines
 
 
-def findings(found: Sequence[Diagnostic]) -> list[dict[str, Any]]:
-    """What JSON says of diagnostics, in their order.
+def findings(path: Path, robot: str, places: Path | None = None) -> list[dict[str, Any]]:
+    """What JSON says of the diagnostics of a file, for a robot and the places of a site.
 
-    The text of a `patch` replaces a line, with every certain mistake in it corrected.
+    The text of a `patch` replaces a line, with every certain mistake in it corrected: those too
+    that show only when others are. The column of such a one is that in the corrected line.
     """
-    patches: dict[tuple[Path, int], str] = {}
+    found = check(path, robot=robot, places=places)
+    told, lines = {_identity(one): one for one in found}, _Lines()
+    for _ in range(_ROUNDS):
+        if not (patches := _patches(found, lines)):
+            break
+        lines |= patches
+        text = (lines.get((path, at), line) for at, line in enumerate(_text(path), start=1))
+        found = check(path, robot=robot, places=places, text="\n".join(text))
+        told |= {key: one for one in found if (key := _identity(one)) not in told}
+    return [_finding(one, lines) for one in told.values()]
+
+
+def patched(text: str, found: Sequence[Mapping[str, Any]]) -> str:
+    """A text with the patches of its `findings`."""
+    lines = text.splitlines()
+    for patch in (one["patch"] for one in found if one["patch"]):
+        lines[patch["first_line"] - 1 : patch["last_line"]] = [patch["text"]]
+    return "\n".join([*lines, ""])
+
+
+def _identity(one: Diagnostic) -> tuple[object, ...]:
+    """What two diagnostics of the same mistake have in common, before and after a patch."""
+    return one.path, one.location and one.location.line, one.message
+
+
+def _text(path: Path) -> list[str]:
+    return path.read_text("utf-8-sig").splitlines()
+
+
+def _patches(found: Sequence[Diagnostic], lines: _Lines) -> _Lines:
+    """The lines that have a certain mistake, corrected."""
+    patches = _Lines()
     for one in reversed(found):  # from the right, so that columns stay
         if one.location and isinstance(one.hint, Hint) and one.hint.meant:
             at = one.path, one.location.line
-            line = patches.get(at) or one.path.read_text("utf-8-sig").splitlines()[at[1] - 1]
-            before = rf"^.{{{one.location.column - 1}}}[\"'$]*"
-            if found_at := re.match(rf"({before}){re.escape(one.hint.given)}(?![\w.])", line):
-                patches[at] = found_at[1] + one.hint.meant + line[found_at.end() :]
-    return [_finding(one, patches) for one in found]
+            line = patches.get(at) or lines.get(at) or _text(one.path)[at[1] - 1]
+            # Where it points to; else behind that, as it may point to the node that is given it.
+            for way in ("[\"'$]*", r".*?(?<![\w.])"):
+                before = rf"^.{{{one.location.column - 1}}}{way}"
+                if match := re.match(rf"({before}){re.escape(one.hint.given)}(?!\w|\.\w)", line):
+                    head, tail = match[1], line[match.end() :]
+                    if _BARE.fullmatch(one.hint.meant) and head[-1:] == tail[:1] in ('"', "'"):
+                        head, tail = head[:-1], tail[1:]
+                    patches[at] = head + one.hint.meant + tail
+                    break
+    return patches
 
 
-def _finding(one: Diagnostic, patches: dict[tuple[Path, int], str]) -> dict[str, Any]:
+def _finding(one: Diagnostic, lines: _Lines) -> dict[str, Any]:
     line = one.location.line if one.location else None
     meant = one.hint.meant if isinstance(one.hint, Hint) else ""
-    patch = patches.get((one.path, line)) if line and meant else None
+    patch = lines.get((one.path, line)) if line and meant else None
     return {
         "code": one.rule.code,
         "severity": one.severity.value,

@@ -16,7 +16,7 @@ from app.commands.refuse import RefusingGroup, find_tree, refuse
 from app.commands.review import delays, explain, film, replay, runs, view
 from app.commands.robot import robot
 from app.commands.run import run
-from app.commands.serve import mcp, serve
+from app.commands.serve import ask, mcp, serve
 from app.terminal import Terminal
 
 app = typer.Typer(
@@ -29,7 +29,9 @@ app = typer.Typer(
 )
 
 app.add_typer(authoring)
-for command in (run, serve, mcp, dry, runs, view, film, explain, replay, delays, doctor, drivers):
+for command in (run, serve, mcp, ask, dry, runs, view, film):
+    app.command()(command)
+for command in (explain, replay, delays, doctor, drivers):
     app.command()(command)
 app.add_typer(emulate, name="emulate")
 app.add_typer(robot, name="robot")
@@ -53,7 +55,7 @@ def check(
     ] = None,
 ) -> None:
     """Name every mistake in tasks and scenes; ends with exit code 2 if there is one."""
-    from config import Diagnostic, Severity, UserError
+    from config import Severity, UserError
     from trees.site import check as mistakes_in
 
     console = Terminal()
@@ -64,23 +66,24 @@ def check(
         return
     if not trees:
         refuse("name a task, or a rule by --explain")
-    found: list[Diagnostic] = []
-    for path in map(find_tree, trees):
-        mistakes = mistakes_in(path, robot=robot, places=places)
-        found += mistakes
-        if as_json:
-            continue
-        for mistake in mistakes:
-            console.say(f"{mistake} [{mistake.rule.code}]")
-        if all(mistake.severity is Severity.WARNING for mistake in mistakes):
-            console.say(f"{path}: good")
+    paths, is_wrong = list(map(find_tree, trees)), False
     if as_json:
         import json
 
         from app.authoring import findings
 
-        typer.echo(json.dumps(findings(found), indent=1))
-    if any(mistake.severity is Severity.ERROR for mistake in found):
+        told = [one for path in paths for one in findings(path, robot, places)]
+        typer.echo(json.dumps(told, indent=1))
+        is_wrong = any(one["severity"] == Severity.ERROR.value for one in told)
+    for path in [] if as_json else paths:
+        mistakes = mistakes_in(path, robot=robot, places=places)
+        for mistake in mistakes:
+            console.say(f"{mistake} [{mistake.rule.code}]")
+        if all(mistake.severity is Severity.WARNING for mistake in mistakes):
+            console.say(f"{path}: good")
+        else:
+            is_wrong = True
+    if is_wrong:
         raise typer.Exit(UserError.exit_code)
 
 

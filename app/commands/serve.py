@@ -1,5 +1,6 @@
-"""`frankie-task serve` and `mcp`: tasks from a page, and from a language model."""
+"""`frankie-task serve`, `mcp` and `ask`: tasks from a page, and from a language model."""
 
+import os
 import signal
 from contextlib import suppress
 from pathlib import Path
@@ -8,6 +9,7 @@ from typing import Annotated
 import typer
 
 from app.choices import View
+from app.commands.refuse import refuse
 from app.terminal import Terminal, until_interrupted
 
 
@@ -52,3 +54,46 @@ def mcp(
 
     with suppress(KeyboardInterrupt):
         serve_model(folder, port, Terminal(stderr=True).say)
+
+
+def ask(
+    request: Annotated[str, typer.Argument(help="What is to be done, in your words.")],
+    model: Annotated[str, typer.Option(help="Its name at the endpoint.")],
+    url: Annotated[str, typer.Option(help="Of an OpenAI-compatible endpoint.")] = (
+        "http://127.0.0.1:8080/v1"
+    ),
+    key_variable: Annotated[
+        str, typer.Option(help="The environment variable that has the key.")
+    ] = "OPENAI_API_KEY",
+    folder: Annotated[
+        Path, typer.Option(help="What it may read and write.", exists=True, file_okay=False)
+    ] = Path(),
+    scene: Annotated[str, typer.Option(help="Where it is to be done, simulated.")] = "single",
+    robot: Annotated[str, typer.Option(help="Whose description is used.")] = "frankie",
+    rounds: Annotated[int, typer.Option(help="Of drafts, at most.", min=1, max=20)] = 4,
+    patience: Annotated[float, typer.Option(help="For an answer [s].", min=1.0)] = 120.0,
+) -> None:
+    """Let a language model write a task, see it simulated, and say whether it is kept.
+
+    It moves no real robot: you start what is kept.
+    """
+    from app.agent import Endpoint, Tools, Workspace, name_for
+    from app.agent import ask as ask_model
+
+    endpoint = Endpoint(url, model, os.environ.get(key_variable, ""), patience)
+    os.chdir(folder)
+    tools, terminal, say = Tools(Workspace(Path())), Terminal(), Terminal(stderr=True).say
+    done = ask_model(request, endpoint, tools, scene=scene, robot=robot, rounds=rounds, say=say)
+    nearest = "\nThe nearest that can be done:" * bool(done.task)
+    if done.cannot:
+        terminal.say(f"It cannot be done: {done.cannot}{nearest}")
+    if not done.task:
+        raise typer.Exit(1)
+    summary = done.summary or {}
+    terminal.say(f"{tools.draw(done.task)}\n{tools.dry(done.task)}\n{tools.explain(done.run)}")
+    for name, on in summary["lies_on"].items():
+        terminal.say(f"{name} lies on {on or 'nothing'}")
+    terminal.say(f"frankie-task view --web {Path('runs', done.run)}   (shows it)")
+    if not typer.confirm("Keep this task?", default=False):
+        refuse("not kept")
+    terminal.say(tools.propose(name_for(request, Path()), done.task, request))

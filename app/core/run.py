@@ -241,6 +241,7 @@ class Run:
             seed=options.seed,
             objects=len(self._supports),
             placed=delivered(self._supports, supports(setup.truth)),
+            lies_on=dict(supports(setup.truth)),
             paused_s=round(setup.clock.paused_s, 3),
             perception_s=round(setup.vision.seconds, 2),
             localisation=localised_by(

@@ -45,6 +45,7 @@ class Summary:
     node: str  # the node that failed; empty if none did
     objects: int  # number of objects at the beginning
     placed: int  # number of objects that were delivered, by the contacts of the simulator
+    lies_on: dict[str, str]  # what each object lies on in the end, by the simulator
     claimed: int  # number of objects that the tree claims to have placed
     attempts: int  # how often the fingers closed to grasp
     duration_s: float  # from the first tick, without pauses

@@ -8,7 +8,7 @@ import re
 from collections.abc import Mapping
 
 from behaviours.core.parameter_types import Key
-from config import suggest
+from config import Hint, suggest
 
 PLACEHOLDER = "{value}"
 """In a text, what the value takes the place of."""
@@ -33,7 +33,8 @@ def validate_choice(arguments: Mapping[str, object]) -> str:
 
         if kind not in (known := known_classes(kind)).recognisers:
             hint = known.problems[0] if known.problems else suggest(kind, known.recognisers)
-            return f"asks for a `{kind}`, which no recogniser knows; {hint}"
+            text = f"asks for a `{kind}`, which no recogniser knows; {hint}"
+            return Hint(text, kind, getattr(hint, "meant", ""))
     return ""
 
 
@@ -96,7 +97,9 @@ def validate_times(arguments: Mapping[str, object]) -> str:
     times = [arguments.get(name) for name in ("after", "before")]
     for time in times:
         if isinstance(time, str) and not _TIME.fullmatch(time):
-            return f"has the time `{time}`; write hours and minutes, as in 08:30"
+            meant = f"0{time}" if _TIME.fullmatch(f"0{time}") else ""
+            text = f"has the time `{time}`; write hours and minutes, as in 08:30"
+            return Hint(text, time, meant)
     return "has twice the same time; write two" if times[0] == times[1] else ""
 
 
@@ -106,7 +109,8 @@ def validate_text(arguments: Mapping[str, object]) -> str:
     if not isinstance(text, str):
         return ""
     if odd := [blank for blank in _ANY_PLACEHOLDER.findall(text) if blank != PLACEHOLDER]:
-        return f"`{odd[0]}` in the text is filled by nothing; write {PLACEHOLDER} and give `value`"
+        text = f"`{odd[0]}` in the text is filled by nothing; write {PLACEHOLDER} and give `value`"
+        return Hint(text, odd[0], PLACEHOLDER if value is not None else "")
     if (value is not None) != (PLACEHOLDER in text):
         where = f"write {PLACEHOLDER} where the value belongs"
         return f"has only one of {PLACEHOLDER} and `value`; {where}"

@@ -83,9 +83,13 @@ def examine(
     *,
     leaves: Mapping[str, type[Leaf]] | None = None,
     places: Path | None = None,
+    text: str | None = None,
 ) -> tuple[Task | None, list[Diagnostic]]:
-    """The task, None if there is an error, and the diagnostics of `check`."""
-    return _read(Path(path), leaves, NO_OVERRIDES, _Mode.CHECK, places)
+    """The task, None if there is an error, and the diagnostics of `check`.
+
+    `text` is read instead of what the file contains.
+    """
+    return _read(Path(path), leaves, NO_OVERRIDES, _Mode.CHECK, places, text)
 
 
 class _Mode(Enum):
@@ -102,9 +106,10 @@ def _read(
     overrides: Mapping[str, str],
     mode: _Mode,
     places: Path | None,
+    text: str | None = None,
 ) -> tuple[Task | None, list[Diagnostic]]:
     """The task, or None if there are errors; and all diagnostics in order."""
-    known, diagnostics = Installed(leaves), Diagnostics(path, MAX_ERRORS)
+    known, diagnostics = Installed(leaves), Diagnostics(path, MAX_ERRORS, text)
     task = None
     try:
         site = None if places is None else (places, read_site(diagnostics.of(places)))

@@ -6,18 +6,45 @@ from typing import Any
 
 from config import (
     Diagnostics,
+    Hint,
     Location,
     YamlEntry,
     YamlMap,
     YamlScalar,
     YamlValue,
     describe,
+    nearest,
     quoted,
     suggest,
 )
 from trees.language import rules
+from trees.language.leaf_type import LeafType
+from trees.words import MODIFIERS, NAME, NamedValue
 
 WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")  # names of parameters, keys, poses, regions, tasks
+
+_OTHER_NAMES: Mapping[str, str] = {
+    "selector": "`fallback`",
+    **dict.fromkeys(("go", "goto", "go_to", "move_to"), "`navigate`"),
+    **dict.fromkeys(("speak", "tell", "print", "announce"), "`say`"),
+    **dict.fromkeys(("pick", "pick_up"), "`grasp`"),
+    **dict.fromkeys(("put", "put_down"), "`place`"),
+    **dict.fromkeys(("picture", "photo"), "`snapshot`"),
+    **dict.fromkeys(("times", "repetitions"), "`repeat`"),
+    **dict.fromkeys(("attempts", "tries"), "`retry`"),
+    "inverter": "the modifier `invert: true`, or `not` for a condition",
+    "loop": "`forever`, `until`, or the modifier `repeat`",
+    "if": "`unless` or `while` beside a node, `switch`, or a `fallback`",
+    "and": "`all_of`",
+    "or": "`any_of`",
+    "sleep": "`wait`",
+    "guard": "the modifier `while`",
+    "condition": "the key of the condition itself",
+    "action": "the key of the behaviour itself",
+    "include": "`subtree`",
+    "close_gripper": "`grasp`, which closes the fingers",
+}
+"""What nodes and modifiers of other tree languages are called here."""
 
 ABSENT: Any = None  # the default of a field that may be left out, but not be null
 
@@ -72,3 +99,60 @@ def named_entries(
         else:
             message = f"`{name}` cannot be a name in `{section}`"
             diagnostics.error(rules.NAMING, named.location, message, NAMING_HINT)
+
+
+def called(key: str, words: Collection[str]) -> str:
+    """What a key may have been meant for among the words that can stand there."""
+    meant = _OTHER_NAMES.get(key.lower(), "")
+    word = meant.strip("`")
+    hint = Hint(f"write {meant}", key, word if word in words else "")
+    return hint if meant else suggest(key, words)
+
+
+def usage(leaf: LeafType, named: Mapping[str, NamedValue]) -> str:
+    """How a leaf is written with what it requires, and the names that fit."""
+    if leaf.names_keys:
+        return f"write `{leaf.key}: {{key: value}}`"
+    required = [parameter for parameter in leaf.described if parameter.required]
+    if not required:
+        return f"write `{leaf.key}` alone, or its parameters by name"
+    example = ", ".join(f"{parameter.name}: ..." for parameter in required)
+    types = tuple(one for parameter in required for one in parameter.type.named_types)
+    fitting = [name for name, value in named.items() if isinstance(value, types)]
+    known = f" (known: {quoted(sorted(fitting))})" if fitting else ""
+    return f"write `{leaf.key}: {{{example}}}`{known}"
+
+
+def likely(place: NamedValue | None, leaf: LeafType, given: Collection[str]) -> list[str]:
+    """The parameters not given yet that need a value; of a place, else those for little else."""
+    fitting = [
+        one
+        for one in leaf.described
+        if one.name not in given and (not place or isinstance(place, one.type.named_types))
+    ]
+    needed = [one.name for one in fitting if one.required]
+    if needed or not place:
+        return needed
+    narrow = min((len(one.type.types) for one in fitting), default=0)
+    return [one.name for one in fitting if len(one.type.types) == narrow]
+
+
+def parameter_hint(
+    key: str, place: NamedValue | None, leaf: LeafType, given: Collection[str]
+) -> str:
+    """Which parameter an unknown one was meant for, whose value may be the name of a place.
+
+    That is told by what lacks a value, by the kind of the place, and by the spelling.
+    """
+    if key in MODIFIERS:
+        return f"`{key}` belongs beside `{leaf.key}`, not below it"
+    free = [one.name for one in leaf.described if one.name not in given]
+    unknown = set(given).difference(one.name for one in leaf.described)
+    fitting = likely(place, leaf, given)
+    if near := nearest(key, (place and fitting) or free):
+        return near
+    if len(fitting) == 1 and (place or len(unknown) == 1):
+        return Hint(f"did you mean `{fitting[0]}`?", key, fitting[0])
+    if key == NAME:
+        return f"`{key}` belongs beside `{leaf.key}`, not below it"
+    return suggest(key, free) if free else "it takes no more: remove it"

@@ -9,7 +9,6 @@ from functools import partial
 from typing import TypeAlias
 
 from config import (
-    Hint,
     Location,
     Plain,
     YamlEntry,
@@ -19,14 +18,13 @@ from config import (
     YamlValue,
     describe,
     quoted,
-    suggest,
 )
 from trees.language import rules
-from trees.language.mappings import fields
+from trees.language.mappings import called, fields
 from trees.language.node_syntax import FORMS
 from trees.language.scope import Scope, read_leaf
 from trees.language.syntax import CompositeNode, LeafNode, Modifiers, Node, is_condition
-from trees.language.values import KeyRead, MismatchError, convert
+from trees.language.values import KeyRead, MismatchError, convert, number_in
 from trees.words import (
     CHILDREN,
     COMPOSITES,
@@ -44,21 +42,6 @@ _Given: TypeAlias = Plain | KeyRead | LeafNode | CompositeNode  # what a modifie
 _OF_CONDITIONS = tuple(key for key, word in COMPOSITES.items() if word.is_condition)
 
 _WORDS = frozenset({*COMPOSITES, SUBTREE, *MODIFIERS, NAME})
-
-_OTHER_NAMES: Mapping[str, str] = {
-    "selector": "`fallback`",
-    "inverter": "the modifier `invert: true`, or `not` for a condition",
-    "loop": "`forever`, `until`, or the modifier `repeat`",
-    "if": "`unless` or `while` beside a node, `switch`, or a `fallback`",
-    "and": "`all_of`",
-    "or": "`any_of`",
-    "sleep": "`wait`",
-    "guard": "the modifier `while`",
-    "condition": "the key of the condition itself",
-    "action": "the key of the behaviour itself",
-    "include": "`subtree`",
-}
-"""What nodes of other tree languages are called here."""
 
 MAX_LEVELS = 100
 """Of nodes and modifiers one inside the other, over all files: a tick goes through all of them."""
@@ -127,16 +110,13 @@ def _node_key(location: Location, entries: Mapping[str, YamlEntry], scope: Scope
         if key in scope.problems:
             message, _, hint = scope.problems[key].rpartition("; ")
         elif not keys:
-            meant = _OTHER_NAMES.get(key.lower(), "")
-            message, hint = f"unknown node `{key}`", suggest(key, nodes)
-            word = meant.strip("`")
-            hint = Hint(f"write {meant}", key, word if word in nodes else "") if meant else hint
+            message, hint = f"unknown node `{key}`", called(key, nodes)
         elif keys[0] in scope.leaves and key in scope.leaves[keys[0]].parameters:
             message = f"`{key}` stands beside `{keys[0]}`, and is a parameter of it"
             hint = f"indent it below `{keys[0]}:`"
         else:
             message = f"unknown key `{key}` beside `{keys[0]}`"
-            hint = suggest(key, (*nodes, *MODIFIERS, NAME))
+            hint = called(key, (*MODIFIERS, NAME))
         scope.error(
             rules.ONE_NODE if keys else rules.UNKNOWN_NODE, entries[key].location, message, hint
         )
@@ -190,7 +170,10 @@ def _read_fixed(key: str, value: YamlValue, expected: ValueType, scope: Scope) -
     try:
         given = convert(resolved, expected, {})
     except MismatchError as mismatch:
-        scope.mismatch(mismatch.rule, resolved, f"`{key}`: {mismatch.message}", mismatch.hint)
+        text = str(scope.text(value))
+        in_seconds = key.endswith("_s") and number_in(text, "s", expected.within)
+        hint = in_seconds or mismatch.hint
+        scope.mismatch(mismatch.rule, resolved, f"`{key}`: {mismatch.message}", hint)
         return None
     assert not isinstance(given, NamedValue)
     if not isinstance(given, KeyRead):

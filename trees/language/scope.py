@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+import json
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import count
 from typing import TypeAlias
@@ -18,14 +19,14 @@ from config import (
     YamlScalar,
     YamlValue,
     describe,
-    nearest,
-    quoted,
+    parted,
     suggest,
+    written,
 )
 from trees.language import rules
 from trees.language.documents import TaskParameter
 from trees.language.leaf_type import ADD, LeafType
-from trees.language.mappings import WORD
+from trees.language.mappings import WORD, likely, parameter_hint, usage
 from trees.language.named_poses import NamedValues
 from trees.language.syntax import LeafNode, SubtreeNode
 from trees.language.values import (
@@ -37,9 +38,10 @@ from trees.language.values import (
     convert,
     described,
     meant,
+    number_in,
     radians_for_degrees,
 )
-from trees.words import MODIFIERS, NAME, NAMED_TYPES, NamedValue, ValueType
+from trees.words import NAMED_TYPES, NamedValue, ValueType
 
 Include: TypeAlias = "Callable[[YamlEntry, Scope], SubtreeNode | None]"
 """Reads the node below `subtree:`."""
@@ -146,7 +148,7 @@ def read_leaf(
             about = f": {parameter.description}" if parameter.description else ""
             purpose = "a key for " if parameter.name in leaf.outputs else ""
             message = f"`{leaf.key}` lacks `{parameter.name}` ({purpose}{parameter.type}{about})"
-            scope.error(rules.MISSING_KEY, entry.location, message, _usage(leaf, scope))
+            scope.error(rules.MISSING_KEY, entry.location, message, usage(leaf, scope.named.values))
     arguments: dict[str, Argument] = {}
     outputs: dict[str, KeyWrite] = {}
     for key, argument in given.items():
@@ -162,7 +164,10 @@ def read_leaf(
         else:
             message = f"`{leaf.key}` has no parameter `{key}`"
             scope.error(
-                rules.UNKNOWN_KEY, argument.location, message, _parameter_hint(key, leaf, given)
+                rules.UNKNOWN_KEY,
+                argument.location,
+                message,
+                parameter_hint(key, _place(argument.value, scope), leaf, given),
             )
     if leaf.validate is not None and len(arguments) + len(outputs) == len(given):
         known: dict[str, object] = {
@@ -170,7 +175,7 @@ def read_leaf(
             for name, value in arguments.items()
         }
         if wrong := leaf.validate(known):
-            message, _, hint = wrong.partition("; ")
+            message, hint = parted(wrong)
             scope.error(
                 rules.ARGUMENTS, entry.location, f"`{leaf.key}` {message}", hint or "change it"
             )
@@ -194,10 +199,14 @@ def read_argument(
         given = getattr(resolved, "value", None)
         number = given if isinstance(given, float | int) and not isinstance(given, bool) else 0.0
         hint = meant(number, unit, expected.within) or mismatch.hint
+        if isinstance(given, str) and given in scope.parameters:
+            hint = Hint(f"write `${given}`", given, f"${given}")
+        elif isinstance(given, str) and expected.is_number:
+            hint = number_in(given, unit, expected.within) or hint
         scope.mismatch(mismatch.rule, resolved, f"`{name}`{about}: {mismatch.message}", hint)
         return {}
     if unit == "°" and isinstance(argument, float) and (odd := radians_for_degrees(argument)):
-        message, _, hint = odd.partition("; ")
+        message, hint = parted(odd)
         scope.error(rules.VALUE, value.location, f"`{name}`: {message}", hint)
         return {}
     scope.use(argument)
@@ -212,7 +221,15 @@ def _below(entry: YamlEntry, leaf: LeafType, scope: Scope) -> Mapping[str, YamlE
     if isinstance(value, YamlMap):
         return value.entries
     message = f"`{leaf.key}` takes a mapping of parameters, not {describe(value)}"
-    scope.error(rules.VALUE, value.location, message, _usage(leaf, scope))
+    hint = usage(leaf, scope.named.values)
+    if isinstance(value, YamlScalar) and not isinstance(value.value, bool):
+        if len(meant_for := likely(_place(value, scope), leaf, ())) == 1:
+            text = written(value.value)
+            inner = text if WORD.fullmatch(text.lstrip("$")) else json.dumps(value.value)
+            hint = Hint(hint, text, f"{{{meant_for[0]}: {inner}}}")
+    elif isinstance(value, YamlScalar) and not leaf.described:
+        hint = Hint(hint, written(value.value), "{}")
+    scope.error(rules.VALUE, value.location, message, hint)
     return None
 
 
@@ -246,7 +263,8 @@ def read_key_name(key: str, value: YamlValue, scope: Scope) -> KeyWrite | None:
     name = value.value if isinstance(value, YamlScalar) else None
     if not isinstance(name, str) or not WORD.fullmatch(name):
         message = f"`{key}` names a key to write to, and cannot be {describe(value)}"
-        hint = "write a word of letters, digits and `_`, without `$`"
+        plain = (name, name[1:]) if isinstance(name, str) and name.startswith("$") else ()
+        hint = Hint("write a word of letters, digits and `_`, without `$`", *plain)
         scope.error(rules.NAMING, value.location, message, hint)
         return None
     if name in scope.parameters:
@@ -256,25 +274,6 @@ def read_key_name(key: str, value: YamlValue, scope: Scope) -> KeyWrite | None:
     return KeyWrite(location=value.location, name=name)
 
 
-def _usage(leaf: LeafType, scope: Scope) -> str:
-    """How the leaf is written with what it requires, and the names that fit."""
-    if leaf.names_keys:
-        return f"write `{leaf.key}: {{key: value}}`"
-    required = [parameter for parameter in leaf.described if parameter.required]
-    if not required:
-        return f"write `{leaf.key}` alone, or its parameters by name"
-    example = ", ".join(f"{parameter.name}: ..." for parameter in required)
-    types = tuple(one for parameter in required for one in parameter.type.named_types)
-    fitting = [name for name, value in scope.named.values.items() if isinstance(value, types)]
-    known = f" (known: {quoted(sorted(fitting))})" if fitting else ""
-    return f"write `{leaf.key}: {{{example}}}`{known}"
-
-
-def _parameter_hint(key: str, leaf: LeafType, given: Collection[str]) -> str:
-    if key in MODIFIERS or key == NAME:
-        return f"`{key}` belongs beside `{leaf.key}`, not below it"
-    known = [parameter.name for parameter in leaf.described]
-    lacking = [one.name for one in leaf.described if one.required and one.name not in given]
-    if len(lacking) == 1 and len(set(given).difference(known)) == 1 and not nearest(key, known):
-        return Hint(f"did you mean `{lacking[0]}`?", key, lacking[0])
-    return suggest(key, known) if known else "it takes none: remove it"
+def _place(value: YamlValue, scope: Scope) -> NamedValue | None:
+    """The place that a value names."""
+    return scope.named.values.get(str(scope.text(value)))

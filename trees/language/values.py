@@ -1,6 +1,7 @@
 """Conversion of values of a task file to the Python values that parameters expect, and hints."""
 
 import math
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -133,8 +134,9 @@ def _mismatch(
     expected: ValueType, value: YamlScalar | Reference, hint: str | None = None
 ) -> MismatchError:
     message = f"expected {expected}, got {described(value)}"
-    if expected.choices and isinstance(value.value, str):
-        hint = nearest(value.value, map(written, expected.choices)) or hint
+    if isinstance(text := value.value, str):
+        hint = nearest(text, map(written, expected.choices)) or hint
+        hint = hint or (expected.is_number and number_in(text, "", expected.within)) or None
     if hint is None and not SEEN_TYPES.keys().isdisjoint(expected.types):
         hint = "give `$` and the key of a `detect`, or the item of a `for_each` over it"
     return MismatchError(message, hint or f"write {expected}")
@@ -176,6 +178,16 @@ _OTHER_UNITS: Mapping[str, tuple[tuple[str, float], ...]] = {
 }
 """In which a number may have been given instead, and what to multiply it by."""
 
+
+def number_in(text: str, unit: str, fits: Callable[[float], bool]) -> Hint:
+    """The hint for a number that was written as a text, perhaps with its unit; else empty."""
+    units = "°|deg" if unit == "°" else re.escape(unit)
+    number = re.fullmatch(rf"(-?\d+(?:\.\d+)?) ?(?:{units})?", text)
+    if number is None or not fits(float(number[1])):
+        return Hint("")
+    return Hint(f"did you mean {number[1]}?", text, number[1])
+
+
 _ROUND = math.pi / 12.0  # angles in radians are multiples of this ...
 _CLOSE = 0.005  # ... rounded to about two digits [rad]
 
@@ -198,15 +210,16 @@ def meant(number: float, unit: str, fits: Callable[[float], bool]) -> Hint:
     return Hint(f"did you mean {ways}?" if likely else "", written(number), other)
 
 
-def radians_for_degrees(number: float) -> str:
+def radians_for_degrees(number: float) -> Hint:
     """Message and hint, `; ` between them, about degrees that look like radians; else empty.
 
     They do if they are no whole number, and a round angle in radians.
     """
     if number == round(number, 1) or abs(number) > 2.0 * math.pi + _CLOSE:
-        return ""
+        return Hint("")
     steps = round(number / _ROUND)
     if steps == 0 or abs(number - steps * _ROUND) > _CLOSE:
-        return ""
-    angle = math.degrees(steps * _ROUND)
-    return f"{number:g}° looks like radians; did you mean {angle:g}? Else write {number:.1f}"
+        return Hint("")
+    angle = f"{math.degrees(steps * _ROUND):g}"
+    text = f"{number:g}° looks like radians; did you mean {angle}? Else write {number:.1f}"
+    return Hint(text, written(number), angle)

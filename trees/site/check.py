@@ -85,14 +85,15 @@ def check(
     *,
     places: Path | None = None,
     robot: str | Path = _USUAL,
+    text: str | None = None,
 ) -> list[Diagnostic]:
     """Every diagnostic of a task file and its subtrees, in order: for a robot, in its own scene.
 
-    Of a scene file, every diagnostic of that. `places` as for `load`; `robot` is a
-    shipped one or a robot file. Raises ConfigError: there is no such robot; LeafError: a leaf
-    class, not the file, is at fault.
+    Of a scene file, every diagnostic of that. `places` as for `load`, `text` as for `examine`;
+    `robot` is a shipped one or a robot file. Raises ConfigError: there is no such robot;
+    LeafError: a leaf class, not the file, is at fault.
     """
-    task, found = examine(path, places=places)
+    task, found = examine(path, places=places, text=text)
     # To import and read a robot takes longer than to read a task, and the shipped one is right.
     is_of_scene = task is None and _is_scene(Path(path))
     is_of_place = task is not None and (task.scene or any(_uses(task)))

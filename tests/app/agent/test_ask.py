@@ -1,0 +1,152 @@
+"""`frankie-task ask` with a scripted endpoint behind a real socket."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from threading import Thread
+
+import pytest
+from command_line import call
+
+TASK = "task: hello\nscene: single\ntree: {say: {text: Hello.}}\n"
+
+
+class Script(ThreadingHTTPServer):
+    """Answers a model's texts in turn, the last one again and again; or bytes as they are."""
+
+    daemon_threads = True
+
+    def __init__(self, *answers: object) -> None:
+        super().__init__(("127.0.0.1", 0), Speaker)
+        self.answers, self.asked = list(answers), []
+
+    @property
+    def options(self) -> tuple[str, ...]:
+        return "--url", f"http://127.0.0.1:{self.server_port}/v1", "--model", "scripted"
+
+
+class Speaker(BaseHTTPRequestHandler):
+    server: Script
+
+    def do_POST(self) -> None:
+        script = self.server
+        body = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
+        script.asked.append((self.path, dict(self.headers), body))
+        answer = script.answers.pop(0) if len(script.answers) > 1 else script.answers[0]
+        if isinstance(answer, bytes):
+            self.wfile.write(answer)
+        elif answer is None:  # a byte now and then, for ever
+            self.wfile.write(b"HTTP/1.0 200 OK\r\n\r\n")
+            with suppress(BrokenPipeError, ConnectionResetError):
+                while True:
+                    self.wfile.write(b" ")
+                    time.sleep(0.1)
+        else:
+            text = answer if isinstance(answer, str) else json.dumps(answer)
+            said = json.dumps({"choices": [{"message": {"content": text}}]})
+            self.wfile.write(b"HTTP/1.0 200 OK\r\n\r\n" + said.encode())
+
+    def log_message(self, *_: object) -> None:
+        pass
+
+
+@contextmanager
+def endpoint(*answers: object) -> Iterator[Script]:
+    with Script(*answers) as server:
+        Thread(target=server.serve_forever, daemon=True).start()
+        yield server
+        server.shutdown()
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("OPENAI_API_KEY", "sesame")
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("typed", "code"), [("y\n", 0), pytest.param("\n", 2, marks=pytest.mark.slow)]
+)
+def test_a_draft_is_repaired_simulated_shown_and_kept_by_a_person(folder, typed, code):
+    drafts = ("I think ...", {"task": TASK.replace("say", "speak"), "cannot": "I cannot wave."})
+    with endpoint(*drafts) as script:
+        done = call("ask", "Say hello!", *script.options, typed=typed)
+    assert done[0] == code, done
+    assert (folder / "proposed_say_hello.yaml").is_file() is (code == 0)
+    for told in ("I cannot wave.", "nearest", "say", "hello, dry: success", "view --web runs"):
+        assert told in done[1]
+    [(path, headers, first), (_, _, second)] = script.asked
+    assert (path, headers["Authorization"]) == ("/v1/chat/completions", "Bearer sesame")
+    assert first["response_format"]["json_schema"]["schema"]["required"] == ["task", "cannot"]
+    assert "one JSON object" in second["messages"][-1]["content"]
+    [newest] = folder.glob("runs/*-hello/transcript.json")
+    assert [one["role"] for one in json.loads(newest.read_text())] == [
+        *("system", "user", "assistant", "user", "assistant")
+    ]
+    assert "sesame" not in newest.read_text()
+
+
+def test_what_cannot_be_done_is_said(folder):
+    with endpoint({"task": "", "cannot": "There is no mug.\x1b[2J"}) as script:
+        code, out, _ = call("ask", "Bring me the mug", *script.options)
+    assert (code, len(script.asked)) == (1, 1)
+    assert out == "It cannot be done: There is no mug.\\x1b[2J\n"
+    assert "no mug" in (folder / "runs/transcript.json").read_text()
+
+
+@pytest.mark.parametrize(
+    ("task", "told"),
+    [
+        ("task: t\ntree: {subtree: {file: ../secret.yaml}}", "leads out of the folder"),
+        ("task: t\nrobot: real\ntree: {say: {text: x}}", "has no key `robot`"),
+        (TASK.replace("say: {text: Hello.}", "pour: {}"), "unknown node `pour`"),
+        (TASK.replace("say: {text: Hello.}", "arm_at: {posture: up}, force_failure: true"), "up"),
+    ],
+)
+def test_a_model_that_does_not_give_in_is_given_up(folder, task, told):
+    with endpoint({"task": task, "cannot": ""}) as script:
+        code, out, _ = call("ask", "Do it", *script.options, "--rounds", 3, typed="y\n")
+    assert (code, len(script.asked)) == (1, 3)
+    assert "3 rounds brought no task that works" in out
+    assert told in out
+    assert not list(folder.glob("proposed_*"))
+
+
+@pytest.mark.slow
+def test_a_task_that_fails_in_simulation_is_told_why(folder):
+    failing = TASK.replace("{say", "{force_failure: true, say")
+    with endpoint({"task": failing, "cannot": ""}) as script:
+        assert call("ask", "Do it", *script.options, "--rounds", 2)[0] == 1
+    assert "in simulation: force_failure failed" in script.asked[1][2]["messages"][-1]["content"]
+
+
+@pytest.mark.parametrize(
+    ("answer", "told"),
+    [
+        (None, "it did not answer in time"),
+        (b"HTTP/1.0 302 Found\r\nLocation: http://127.0.0.1:9/\r\n\r\n", "HTTP status 302"),
+        (b"HTTP/1.0 401 No\r\n\r\n\x1b[2Jwrong key", "HTTP status 401; look at URL, model and key"),
+        (b"HTTP/1.0 200 OK\r\n\r\n" + b" " * 1_100_000, "longer than 1000000 bytes"),
+        (b"HTTP/1.0 200 OK\r\n\r\n[]", "as an OpenAI-compatible one does"),
+        (b"nonsense", "127.0.0.1"),
+    ],
+)
+def test_a_bad_endpoint_is_one_line(answer, told):
+    with endpoint(answer) as script:
+        before = time.monotonic()
+        code, _, err = call("ask", "Do it", *script.options, "--patience", 2)
+    assert code == 2
+    assert told in err.splitlines()[-1]
+    assert "\x1b" not in err
+    assert time.monotonic() - before < 30.0
+
+
+def test_the_key_goes_to_no_one_else():
+    for url, told in (("http://models.example/v1", "use https"), ("models", "is no URL")):
+        code, _, err = call("ask", "Do it", "--url", url, "--model", "x")
+        assert (code, told in err) == (2, True)
