@@ -29,10 +29,10 @@ app = typer.Typer(
 )
 
 app.add_typer(authoring)
-for command in (run, serve, mcp, ask, dry, runs, view, film):
+for command in (run, serve, mcp, ask, dry, runs, view, film, explain, replay, delays):
     app.command()(command)
-for command in (explain, replay, delays, doctor, drivers):
-    app.command()(command)
+for about in (doctor, drivers):
+    app.command()(about)
 app.add_typer(emulate, name="emulate")
 app.add_typer(robot, name="robot")
 
