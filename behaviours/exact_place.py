@@ -99,11 +99,14 @@ class LookAtPlace:
         self._detection = ObjectDetection(leaf.context, region, Choice())
         self._since = leaf.context.clock.now()
         self._arrived = self._is_aside = False
-        context, eTc = leaf.context, leaf.context.robot.description.camera.eTc
+        context, camera = leaf.context, leaf.context.robot.description.camera
 
         def view() -> SE3:
             over = looking_along(direction, _floor(region), VIEW_HEIGHT, like)
-            return out_of_view(hand_for(context, over), eTc) * eTc if self._is_aside else over
+            if not self._is_aside:
+                return over
+            hand, middle = hand_for(context, over), _floor(region)[None]
+            return out_of_view(hand, camera, context.held, middle) * camera.eTc
 
         self._camera = MoveCamera(leaf, view, f"a view of {region.name}", _TIMEOUT)
 

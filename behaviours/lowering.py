@@ -16,9 +16,11 @@ from behaviours.views.surface import SurfaceWatch
 from behaviours.views.viewpoint import CAMERA_PATIENCE, out_of_view
 from controller import Array, PoseGoal, StepReport
 from hw import FaultKind, TaskTime
+from perception import disc
 
 _MOST_RELOCALISATIONS = 3  # after which the hand goes back over the place
 _MOST_UNSEEN = 1  # places that are skipped as they are not seen
+_POINTS = 50  # of the place that the camera is to see
 _MOST_STUCK = 1  # places that are skipped as the hand does not get there
 ABOVE, _LEAST_ABOVE = 0.12, 0.06  # height over the place, and where that is out of reach [m]
 _BARELY = np.array([0.0, 0.0, 0.03])  # below what is near, it comes in so high [m]
@@ -36,6 +38,7 @@ class Lowering(Leaf):
     _radius: float  # of the disc around the place that has to be free [m]
     _rotation: Array  # (3, 3) of the hand that sets down, in the world
     _down: SE3  # the hand at the release, in the world
+    _aside: SE3  # the hand that lets the camera see the place, in the world
     _up: float  # how far the hand comes from above [m]
     _looking_since: TaskTime | None
     _is_high: bool  # depends on its stance: straight down on what is above the shoulder
@@ -118,6 +121,9 @@ class Lowering(Leaf):
         if self._looking_since is None:
             self._looking_since = self.context.clock.now()
         self._step = self._give_way
+        camera, place = self.context.robot.description.camera, self._watch.centre
+        shown = disc(place, self._radius, _POINTS)
+        self._aside = out_of_view(self._above, camera, self.context.held, shown)
         return self.running("looking at the place")
 
     def _give_way(self) -> Status:
@@ -134,8 +140,7 @@ class Lowering(Leaf):
             if reason or self._unseen > _MOST_UNSEEN or self._pass_over():
                 return self.failure(reason or f"{here} is not seen")
             return self.running(f"{here} is not seen, going to {self._place}")
-        aside = out_of_view(self._above, context.robot.description.camera.eTc)
-        goal = PoseGoal(wTe=aside, speed=_APPROACH_SPEED, straight=True)
+        goal = PoseGoal(wTe=self._aside, speed=_APPROACH_SPEED, straight=True)
         self.pursue(goal, "looking at the place")
         return self.running("looking at the place")
 

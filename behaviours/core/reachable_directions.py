@@ -187,6 +187,7 @@ def _inside(region: Region, direction: Direction) -> Iterator[tuple[SE3, bool]]:
     yield SE3(mRe @ quarter, region.mTr.act(floor)), True
 
 
+@lru_cache(maxsize=64)
 def tilted_if_needed(
     robot: RobotDescription, fixtures: tuple[Geom, ...], pose: ToolPose, within: float
 ) -> ToolPose:

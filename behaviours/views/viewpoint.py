@@ -1,6 +1,6 @@
 """Viewpoints of the wrist camera: poses of camera and hand, and the motion to one."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import cos, radians, sin, tan
 
 import numpy as np
@@ -13,11 +13,15 @@ from behaviours.core.directions import Direction, heading_of, looking_down, poin
 from behaviours.core.leaf import Leaf
 from behaviours.core.motion import Approach, hand_twist
 from controller import Array, PoseGoal
+from robots import CameraDescription, Geom, half_extents
 
 LOOK_SPEED = 0.5  # of the hand that moves the camera [m/s]
 CAMERA_PATIENCE = 2.0  # a camera without a frame for longer is blind [s]
 _STEEP = tan(radians(75.0))  # a flatter view shows less of a floor, and objects hide more of it
 _ASIDE = 0.18  # how far the hand moves to let the camera see what it is above [m]
+_WAYS_ASIDE = [(back, side) for back in (1.0, 1.7) for side in (0.0, 0.7, -0.7, 1.2, -1.2)]
+"""Of a tilted hand, in these lengths: back and to its left."""
+_SHADOW = 0.01  # around what is held, from where one of two imagers sees nothing [m]
 _AT_REST = 0.05  # a slower hand stands still [m/s and rad/s]
 _IMAGE_UP = np.array([[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
 """Camera in the axes of a direction: x to the side, so that up in the image is up in the world."""
@@ -79,20 +83,41 @@ def turned_towards(
     return SE3(turn @ wTc.rotation, eye)
 
 
-def out_of_view(above: SE3, eTc: SE3) -> SE3:
+def out_of_view(above: SE3, camera: CameraDescription, held: Sequence[Geom], points: Array) -> SE3:
     """A hand that has moved aside, so that what it holds no longer hides what it is above.
+
+    A tilted hand goes back, or back and to a side: the least that shows most of the points.
 
     Args:
         above: the hand before, in the world.
-        eTc: camera in the end effector.
+        camera: on the hand.
+        held: shapes of the held object, in e.
+        points: (N, 3) to be seen, in the world [m].
     """
-    camera = eTc.translation[:2]
-    back = -_ASIDE * camera / max(float(np.linalg.norm(camera)), 1e-6)
     if points_down(above.rotation):
+        from_hand = camera.eTc.translation[:2]
+        back = -_ASIDE * from_hand / max(float(np.linalg.norm(from_hand)), 1e-6)
         return above * SE3(np.eye(3), np.array([*back, 0.0]))
     heading = heading_of(above.rotation)
-    level = _ASIDE * np.array([cos(heading), sin(heading), 0.0])
-    return SE3(above.rotation, above.translation - level)
+    ahead, left = np.array([[cos(heading), sin(heading), 0.0], [-sin(heading), cos(heading), 0.0]])
+    ways = (side * _ASIDE * left - back * _ASIDE * ahead for back, side in _WAYS_ASIDE)
+    hands = [SE3(above.rotation, above.translation + way) for way in ways]
+    return max(hands, key=lambda hand: _shown(hand, camera, held, points))
+
+
+def _shown(wTe: SE3, camera: CameraDescription, held: Sequence[Geom], points: Array) -> int:
+    """How many of (N, 3) points of the world are in the image and not behind the held object."""
+    ray = (points - wTe.translation) @ wTe.rotation - camera.eTc.translation
+    u, v, depth = camera.intrinsics.matrix @ camera.eTc.rotation.T @ ray.T
+    is_within = (u > 0.0) & (u < camera.intrinsics.width * depth)
+    shown = is_within & (v > 0.0) & (v < camera.intrinsics.height * depth)
+    for geom in held:
+        half = np.array(half_extents(geom.shape)) + _SHADOW
+        eye, along = geom.pose.actInv(camera.eTc.translation), ray @ geom.pose.rotation
+        with np.errstate(divide="ignore", invalid="ignore"):
+            enter, leave = np.sort((np.array([-half, half])[:, None] - eye) / along, axis=0)
+        shown &= enter.max(axis=1) > np.minimum(leave.min(axis=1), 1.0)
+    return int(shown.sum())
 
 
 def is_at_rest(context: Context) -> bool:

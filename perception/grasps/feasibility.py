@@ -33,6 +33,7 @@ _CONTACT_BELOW = 0.006  # the body is measured this far below the grasp centre, 
 _CONTACT_ABOVE = 0.004  # ... and this far above it, to see how it widens towards the tips [m]
 _FINGER_CLEARANCE = 0.002  # between an open finger and its neighbour [m]
 _PALM_CLEARANCE = 0.006  # between the palm and what is under it, for errors of arm and camera [m]
+_LEVEL_ERROR = 0.006  # of where the base stands: a level palm comes nearer by so much [m]
 _MIN_ROOM = 0.004  # on either side of the object before closing, for errors of the arm [m]
 _EXTRA_ROOM = 0.008  # beyond that, where it is free [m]
 _MIN_WIDTH = 0.003  # of an object; less is noise [m]
@@ -233,7 +234,10 @@ def _lowest(
     highest = _highest(scene, floor)
     x, y, c, s = (each[:, None] for each in (x, y, cosine, sine))
     lowest = np.full(len(x), -np.inf)
-    upwards = None if scene.wRa is None else c * scene.wRa[2, 1] - s * scene.wRa[2, 0]
+    upwards, clearance = None, _PALM_CLEARANCE
+    if scene.wRa is not None:
+        upwards = c * scene.wRa[2, 1] - s * scene.wRa[2, 0]
+        clearance += _LEVEL_ERROR * float(np.hypot(*scene.wRa[:2, 2]))
     for part, (height, along, across) in enumerate(hand.overhead):
         at = x + c * along - s * across, y + s * along + c * across
         at_each = look_up(highest, scene.origin, scene.cell, *at)
@@ -241,7 +245,7 @@ def _lowest(
             is_clear = (np.abs(upwards) > CAMERA_UP) & (upwards * across < 0.0)
             at_each = np.where(is_clear, -np.inf, at_each)
         under = at_each.max(axis=1)
-        lowest = np.maximum(lowest, under + _PALM_CLEARANCE - height)
+        lowest = np.maximum(lowest, under + clearance - height)
     return lowest
 
 

@@ -9,8 +9,11 @@ from pinocchio.utils import rotate
 from behaviours import Region, ToolPose, region_direction, tilted_if_needed
 from behaviours.core.directions import Direction, tilt_of, upright, way_out
 from behaviours.core.held_object import SetDownObjects
+from behaviours.views.viewpoint import out_of_view
+from controller import Array
 from hw.sim import load_fixtures
-from robots import half_extents, load_robot
+from perception import disc
+from robots import Box, CameraDescription, Geom, half_extents, load_robot
 
 FRANKIE = load_robot("frankie")
 COUNTER = load_fixtures("counter")
@@ -75,3 +78,23 @@ def test_what_a_tilted_hand_has_set_down_is_upright_and_on_the_surface() -> None
     (box,) = objects.extents
     assert abs(box.pose.rotation[2, 2]) == pytest.approx(1.0)
     assert box.pose.translation[2] - half_extents(box.shape)[2] == pytest.approx(0.95 - 0.05)
+
+
+def test_a_tilted_hand_moves_where_what_it_holds_does_not_hide_the_place() -> None:
+    camera, above = FRANKIE.camera, hand(60.0)
+    held = Geom(Box((0.04, 0.03, 0.05)), SE3.Identity())
+    place = disc(above.translation - [0.0, 0.0, 0.08], 0.05, 30)
+    aside = out_of_view(above, camera, (held,), place)
+    assert sees(above, camera, held, place) < 0.5
+    assert sees(aside, camera, held, place) == 1.0
+
+
+def sees(wTe: SE3, camera: CameraDescription, held: Geom, points: Array) -> float:
+    """Share of (N, 3) points that are in a wide image and not behind a box."""
+    eye = (wTe * camera.eTc).translation
+    rays = eye + np.linspace(0.0, 1.0, 200)[:, None, None] * (points - eye)
+    in_box = (rays - wTe.act(held.pose.translation)) @ wTe.rotation @ held.pose.rotation
+    hidden = (np.abs(in_box) < half_extents(held.shape)).all(axis=2).any(axis=0)
+    ahead = (points - eye) @ (wTe * camera.eTc).rotation
+    inside = np.abs(ahead[:, :2] / ahead[:, 2:]).max(axis=1) < 0.9
+    return float((inside & ~hidden).mean())
