@@ -226,6 +226,7 @@ def run(
             ros2=ros2,
             control=ControlOptions(
                 page=control or control_pipe is not None,
+                remote=view is View.FOXGLOVE,
                 page_port=control_port,
                 pipe=control_pipe,
                 paused=paused,

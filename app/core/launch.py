@@ -14,7 +14,7 @@ from app.core.setup import Setup, open_setup
 from app.core.snapshots import scene_view
 from app.core.summary import Result
 from app.core.world_model import supports
-from app.live import OperatorConsole, PageServer, Plan, RunInfo, View, Viewer
+from app.live import OperatorConsole, PageServer, Plan, RunInfo, Viewer
 from app.terminal import Loading
 from config import Severity
 from hw import WallClock
@@ -45,8 +45,7 @@ def run_task(
     """
     loading, instruments = loading or Loading(), instruments or Instruments()
     loading("the task")
-    foxglove = options.view.view is View.FOXGLOVE  # which is no viewer of Rerun's
-    viewer = Viewer(replace(options.view, view=View.NONE) if foxglove else options.view, say=tell)
+    viewer = Viewer(options.view, say=tell)
     task = load(options.tree, overrides=options.parameters, places=options.places)
     options = replace(options, scene=options.scene or scene_of(task) or DEFAULT_SCENE)
     loading("the grasp network")

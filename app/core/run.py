@@ -10,7 +10,7 @@ from pathlib import Path
 
 from app.core.decisions import RecordedDecisions
 from app.core.fault_schedule import FaultSchedule
-from app.core.files.folder import RECORDING, SUMMARY, VIEWER_LOG, begun, make_folder, texts
+from app.core.files.folder import RECORDING, SUMMARY, VIEWER_LOG, make_folder, texts
 from app.core.files.outputs import Outputs
 from app.core.interrupts import interrupts, leave, terminal_settings
 from app.core.measurements import Measurements
@@ -37,7 +37,7 @@ from app.live import (
 )
 from app.terminal import Loading, Terminal
 from controller import RobotModel
-from hw import DEFAULT_LEVEL, Robot, stopwatch
+from hw import DEFAULT_LEVEL, Robot, epoch, stopwatch
 from trees.language import Task, TreeNode
 
 _SHORT_PATIENCE = 1.0  # time for the disk to write the rest of an abandoned run [s]
@@ -108,9 +108,12 @@ class Run:
         """Run the task; the outcome, the summary and the folder of the run."""
         setup = self._setup
         self._instruments.begin(setup, self._nodes)
-        self._folder = self._make_folder()
-        self._outputs = self._make_outputs()
-        self._recorder = self._make_recorder()
+        with ExitStack() as opened:
+            self._senders = dict(self._make_senders(opened))  # first, as they may be refused
+            self._folder = self._make_folder()
+            self._outputs = self._make_outputs()
+            self._recorder = self._make_recorder()
+            senders = opened.pop_all()
         begun, self._terminal = stopwatch(), terminal_settings()
         with (
             self._viewer.showing(self._folder / VIEWER_LOG),
@@ -118,9 +121,8 @@ class Run:
             self._console.open(),
             interrupts(self._console.leave, setup.robot.stop, End.INTERRUPTED.exit_code),
             self._make_display() as self._display,
-            ExitStack() as senders,
+            senders,
         ):
-            self._senders = dict(self._make_senders(senders))
             outcome = setup.session(
                 self._console.root,
                 RecordedDecisions(self._console.control, setup.recorded),
@@ -205,7 +207,7 @@ class Run:
         """What sends snapshots to other programs, with names for people."""
         view, robot = self._options.view, self._setup.robot.description
         tree = tuple(tree_view(self._nodes))
-        run = ShownRun(robot, tree, self._scene, begun(self._folder))
+        run = ShownRun(robot, tree, self._scene, round(1e9 * epoch()))
         if self._options.ros2:
             from app.live.ros2 import published  # an extra
 

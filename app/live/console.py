@@ -36,6 +36,7 @@ class ControlOptions:
     """Options of control."""
 
     page: bool = False
+    remote: bool = False  # whether a viewer may resume
     page_port: int | None = None  # None takes the usual port, or a free one if that is taken
     pipe: int | None = None  # a socket to the process that serves the page instead, if any
     paused: bool = False
@@ -216,11 +217,11 @@ def _server(options: ControlOptions) -> Iterator[PageServer | PagePipe]:
 
 def _check(options: ControlOptions) -> None:
     """Raise UserError for a run that would pause and that nobody could resume."""
-    has_person = options.page or options.groot or in_terminal(0)
+    has_person = options.page or options.groot or options.remote or in_terminal(0)
     if (options.paused or options.breaks or options.approve) and not has_person:
         raise UserError(
             "--paused, --break and --approve wait for a person, but there is no terminal for "
-            "keys; add --control or --groot2"
+            "keys; add --control, --groot2 or --view foxglove"
         )
     if options.force and not options.page:
         raise UserError("--force-outcomes is for the page; add --control")

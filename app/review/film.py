@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from app.live import ViewError, headless_viewer
+from app.live import ViewError, check_recording, headless_viewer
 from config import UserError
 from hw import stopwatch
 
@@ -30,18 +30,22 @@ def make_film(recording: Path, out: Path, begin: float, end: float) -> int:
     """Make a film of a recording from `begin` to `end` [s]; returns the number of pictures.
 
     Raises UserError: the file is no .webp or cannot be written, or `end` is before `begin`;
-    ViewError: the viewer does not start.
+    ViewError: the viewer does not start, or has nothing to show.
     """
     if out.suffix != ".webp":
         raise UserError(f"{out}: a film ends in .webp")
     if not 0.0 <= begin < end:
         raise UserError(f"from {begin:g} s to {end:g} s is no time; give --from and --to")
+    check_recording(recording)
     pictures = []
     with headless_viewer(size=_SIZE) as viewer:
         client = viewer.client
         client.open(str(recording))
         views = _shown_views(client)
-        client.set_time("t", duration=float(begin), play_state="paused")
+        try:
+            client.set_time("t", duration=float(begin), play_state="paused")
+        except ConnectionError:
+            raise ViewError(f"{recording}: nothing happened in the run; name another") from None
         threading.Event().wait(_NOTICES)
         for moment in np.arange(begin, end, _SPEED / _RATE):
             client.set_time("t", duration=float(moment), play_state="paused")

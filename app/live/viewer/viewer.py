@@ -60,9 +60,13 @@ class Viewer:
         self._view = _resolved(options.view)
         self.server: Address | None = None  # where the recorder serves; None without a viewer
         self.page: str | None = None
+        self._open = ""  # the address that others can reach
         if self._view is View.NONE:
             return
         host = _checked(options.host)
+        self._open = "" if ipaddress.ip_address(host).is_loopback else host
+        if self._view is View.FOXGLOVE:  # which has a server of its own
+            return
         port = _port(host, options.port, USUAL_PORT, "--view-port")
         self.server = Address(host=host, port=port)
         if self._view is View.WEB:
@@ -78,14 +82,11 @@ class Viewer:
         that has it open. A viewer that does not start is reported, and the run goes on. The
         viewer's messages go to the file `log`.
         """
+        if self._open:
+            self._say(f"warning: anybody who can reach {self._open} can watch, without a password")
         if self.server is None:
             yield
             return
-        if not ipaddress.ip_address(self.server.host).is_loopback:
-            self._say(
-                f"warning: anybody who can reach {self.server.host} can watch this run, "
-                "without a password"
-            )
         files = None
         if self._view is View.WEB:
             files = self._serve_page(self.server)
@@ -141,7 +142,7 @@ def _resolved(view: View) -> View:
         return View.SPAWN if has_screen() else View.NONE
     if view is View.SPAWN and not has_screen():
         raise ViewError("--view spawn: there is no screen here; --view web shows it in a browser")
-    if view is not View.NONE:
+    if view not in (View.NONE, View.FOXGLOVE):
         viewer_program()
     return view
 
@@ -174,7 +175,7 @@ def open_in_viewer(recording: Path, *, web: bool, say: Callable[[str], None]) ->
     `say` receives the address of the page; a window takes the place of this process. Raises
     ViewError: there is no recording, or no screen for a window; WebFilesError: there is no viewer.
     """
-    _check_recording(recording)
+    check_recording(recording)
     if web:
         viewer_web_files()
         with TemporaryDirectory() as folder:
@@ -204,7 +205,7 @@ def converted(bag: Path, recording: Path) -> Path:
     return recording
 
 
-def _check_recording(recording: Path) -> None:
+def check_recording(recording: Path) -> None:
     """Raise ViewError for what the viewer could not open."""
     try:
         if not recording.is_file():

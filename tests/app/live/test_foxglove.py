@@ -1,18 +1,20 @@
 """A live run, watched and paused over WebSocket by a client that knows nothing of it."""
 
 import json
+import socket
 import struct
 import threading
 from importlib.resources import files
 from types import SimpleNamespace
 
 import pytest
+from command_line import call
 from mcap_ros2.decoder import DecoderFactory
 from websockets.sync.client import connect
 
 from app.choices import View
 from app.core import RunOptions, run_task
-from app.live import ViewOptions
+from app.live import ControlOptions, ViewOptions
 from app.live.ros2.messages import TOPICS
 from app.live.web.ports import choose_port
 
@@ -71,7 +73,7 @@ class Client:
 
 @pytest.fixture
 def run(tmp_path, capfd):
-    """Address and token of a run, and its folder."""
+    """Address and token of a run that waits for a client, and its folder."""
     (tmp_path / "task.yaml").write_text(TASK)
     over = threading.Event()
     options = RunOptions(
@@ -80,12 +82,13 @@ def run(tmp_path, capfd):
         paced=True,
         record=tmp_path / "runs",
         recording=False,
-        view=ViewOptions(view=View.FOXGLOVE, port=choose_port()),
+        view=ViewOptions(view=View.FOXGLOVE, host="0.0.0.0", port=choose_port()),
+        control=ControlOptions(paused=True, remote=True),
     )
     thread = threading.Thread(target=run_task, args=(options,), kwargs={"interrupted": over.is_set})
     thread.start()
     said = ""
-    while "pause:" not in said and thread.is_alive():
+    while "without a password" not in said and thread.is_alive():
         over.wait(0.1)
         said += capfd.readouterr().err
     words = said[said.index("ws://") :].split()
@@ -97,22 +100,31 @@ def run(tmp_path, capfd):
 def test_a_foreign_client_decodes_a_run_and_pauses_it_with_the_token(run):
     url, token, folder = run
     client = Client(url)
+    assert client.set(token="no", paused=False) is True
     assert {topic for topic, _ in client.channels.values()} == set(TOPICS)
+    assert client.set(token=token, paused=False) is False
     while not {"/joint_states", "/tf", "/scene", "/diagnostics", "/goal_pose"} <= set(client.seen):
         client.receive()
     assert client.seen["/joint_states"].name[0] == "panda_joint1"
     assert any(one.message.startswith("RUNNING") for one in client.seen["/diagnostics"].status)
     assert len(client.seen["/scene"].markers) > 20
-    assert client.set(paused=True) is False
-    assert client.set(token="no", paused=True) is False
-    assert client.set(token=token, paused=True) is True
+    assert client.set(paused=True) is True
     while max(map(abs, client.seen["/joint_states"].velocity[:7])) > 1e-3:
         client.receive()
     assert Client(url).set(paused=False) is True  # another client has not shown the token
     assert client.set(paused=False) is False
     (events,) = folder.glob("*/events.jsonl")
-    while '"resume"' not in events.read_text():  # at the latest after half a second
+    while events.read_text().count('"resume"') < 2:  # at the latest after half a second
         client.receive()
+
+
+def test_what_cannot_be_served_is_told_before_there_is_a_folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("ROS_DOMAIN_ID", "999")
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        for words in (("--ros2",), ("--view", "foxglove", "--view-port", port)):
+            code, _, said = call("run", "pick_one", "--record", tmp_path / "runs", *words)
+            assert (code, (tmp_path / "runs").exists()) == (2, False), said
 
 
 def test_the_layout_shows_topics_that_there_are():
