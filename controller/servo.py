@@ -88,6 +88,7 @@ class _Filter:
         return self._rate * min(1.0, share) if share > 0.0 else None
 
 
+_GAIN_LAG = 0.6  # largest product of gain and lag: the phase margin of pure lag is then 55 deg
 _NEAR, _NEAR_ANGLE = 0.04, 0.14
 """Error below which the twist is low-pass filtered, fully at half of this [m and rad]."""
 
@@ -122,11 +123,12 @@ class Servo:
     gains of its own.
     """
 
-    def __init__(self, settings: ControllerSettings) -> None:
+    def __init__(self, settings: ControllerSettings, lag: float) -> None:
         servo, self._period = settings.servo, settings.period
         self._estimates_motion = settings.guidance is not None
         gain, steadying = servo.straight_gain, servo.straight_steadying
         straight = replace(servo, gain=gain, rotation_gain=gain, steadying=steadying)
+        servo, straight = (_steady(one, lag) for one in (servo, straight))
         self._plain, self._straight = servo, straight if self._estimates_motion else servo
         self.reset()
 
@@ -167,6 +169,12 @@ class Servo:
             return twist
         R = bTw.rotation
         return np.concatenate([twist[:3] + R @ goal.twist[:3], twist[3:] + R @ goal.twist[3:]])
+
+
+def _steady(servo: ServoSettings, lag: float) -> ServoSettings:
+    """The same with gains at which an arm that follows late [s] does not swing."""
+    gain, rotation_gain = (min(one, _GAIN_LAG / lag) for one in (servo.gain, servo.rotation_gain))
+    return replace(servo, gain=gain, rotation_gain=rotation_gain)
 
 
 def desired_twist(

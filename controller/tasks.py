@@ -115,7 +115,7 @@ class PoseTask:
     ) -> None:
         self._model, self._settings = model, settings
         self._guidance, self._lag = guidance, lag
-        self._servo = Servo(settings)
+        self._servo = Servo(settings, model.description.arm.lag)
 
     def reset(self, goal: MotionGoal | None) -> None:
         """Forget the last pose goal, in a period with another kind of goal."""

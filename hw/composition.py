@@ -4,6 +4,7 @@ from bisect import bisect_left
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from contextlib import ExitStack
+from itertools import chain
 from math import inf
 from typing import Generic, ParamSpec, Self, TypeVar
 
@@ -109,13 +110,8 @@ class ComposedRobot:
         self._bases.add(base)
         stamp = min(arm.stamp, base.stamp)
         arm_then, base_then = self._arms.at(stamp), self._bases.at(stamp)
-        faults = (
-            *arm.faults,
-            *base.faults,
-            *gripper.faults,
-            *self._camera.faults(),
-            *self._failures(),
-        )
+        parts = arm.faults, base.faults, gripper.faults, self._camera.faults(), self._failures()
+        faults = tuple(dict.fromkeys(chain(*parts)))  # two parts may miss the same topic
         self._has_fault = bool(faults)
         return RobotState(
             stamp=stamp,

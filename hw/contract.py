@@ -16,6 +16,7 @@ from robots import RobotDescription, load_robot
 _PERIOD = 0.01  # of the loop [s]
 _BLOCKED = 0.05  # a call that takes longer has waited [s]
 _RESTS = 0.01  # a slower part rests [m/s, rad/s]
+_SLOW = 0.05  # speed at which a robot is left alone [m/s, rad/s]
 _FORCE = 20.0  # of the fingers [N]
 _WIDTH = 5e-3  # tolerance of a width [m]
 
@@ -175,6 +176,24 @@ def _rests_told(trial: _Trial) -> Iterator[str]:
     stopped = trial.clock.now()
     threading.Thread(target=trial.part.stop).start()
     yield from _rests(trial, stopped)
+
+
+def left_alone(kind: str, part: Any, robot: RobotDescription, clock: Clock, holds: float) -> float:
+    """Drive a part of a robot in ROS 2 slowly, then only wait: when it rests, after so long [s].
+
+    Infinite: not before its driver stops it after `holds` [s]. Raises HardwareError: it has a
+    fault, or does not follow.
+    """
+    trial = _Trial(kind, part, robot, clock, None, _SLOW, 0.0, 0.0, holds)
+    trial.drive()
+    follows = bool(np.abs(trial.velocity()).max() > _RESTS)
+    part.send_last(trial.command, holds)
+    since = clock.now()
+    rests = trial.wait(lambda: bool(np.abs(trial.velocity()).max() < _RESTS))
+    if not follows or trial.faults():
+        why = [fault.text for fault in trial.faults()]
+        raise HardwareError("; ".join(why) or f"it does not follow {_SLOW:g} m/s or rad/s")
+    return float(part.read().stamp - since) if rests else np.inf
 
 
 def _rests(trial: _Trial, since: float) -> Iterator[str]:

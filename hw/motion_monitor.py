@@ -46,20 +46,21 @@ class MotionMonitor:
     """Compares the commands of one robot with its measured motion."""
 
     def __init__(self, description: RobotDescription) -> None:
-        limits = description.limits
-        self._base_surplus = _BASE_SURPLUS + 2.0 * description.base.lag * limits.base_twist.max()
-        self._arm_surplus = _ARM_SURPLUS + 2.0 * description.arm.lag * limits.qd
+        limits, base_lag, arm_lag = description.limits, description.base.lag, description.arm.lag
+        self._base_lag, self._arm_lag = base_lag, arm_lag
+        self._base_surplus = _BASE_SURPLUS + 2.0 * base_lag * limits.base_twist.max()
+        self._arm_surplus = _ARM_SURPLUS + 2.0 * arm_lag * limits.qd
         self._fastest = 2.0 * (limits.base_twist[:2].max() + 0.3 * limits.base_twist[2])
         self._moments: deque[_Moment] = deque()
-        self._base = _SpeedMonitor(limits.base_acceleration, description.base.lag, _BASE_FASTER)
+        self._told: deque[tuple[float, Command]] = deque()  # with their stamps [s]
+        self._base = _SpeedMonitor(limits.base_acceleration, base_lag, _BASE_FASTER)
         self._slides = description.arm.slides
-        self._arm = _SpeedMonitor(
-            limits.qdd, description.arm.lag, np.full(len(limits.qd), _ARM_FASTER)
-        )
+        self._arm = _SpeedMonitor(limits.qdd, arm_lag, np.full(len(limits.qd), _ARM_FASTER))
 
     def reset(self) -> None:
         """Compare from the next reading on, for example after a fault or a gap in the commands."""
         self._moments.clear()
+        self._told.clear()
         self._base.reset()
         self._arm.reset()
 
@@ -77,17 +78,21 @@ class MotionMonitor:
         dt = state.stamp - before.stamp
         if dt <= 0.0:
             return ""
-        vx, vy, w = applied.base_twist.tolist()
+        self._told.append((state.stamp, applied))
+        while self._told[0][0] < state.stamp - _WINDOW:
+            self._told.popleft()
+        vx, vy, w = self._followed(self._base_lag).base_twist.tolist()
+        qd = self._followed(self._arm_lag).qd
         if _length(_between(before.base_measured, measured)) > self._fastest * dt + _JUMP:
             self._rebase(measured)
             before = self._moments[-1]
         newest = _Moment(
             stamp=state.stamp,
             base_path=before.base_path + (hypot(vx, vy) + _METRES_PER_RADIAN * abs(w)) * dt,
-            arm_path=before.arm_path + float(np.abs(applied.qd).max()) * dt,
+            arm_path=before.arm_path + float(np.abs(qd).max()) * dt,
             base_commanded=_moved(before.base_commanded, vx * dt, vy * dt, w * dt),
             base_measured=measured,
-            arm_commanded=before.arm_commanded + applied.qd * dt,
+            arm_commanded=before.arm_commanded + qd * dt,
             q=state.q,
         )
         self._moments.append(newest)
@@ -98,6 +103,11 @@ class MotionMonitor:
             or self._base_mismatch(newest)
             or self._arm_mismatch(newest)
         )
+
+    def _followed(self, lag: float) -> Command:
+        """The command that a part follows now, after its lag [s]."""
+        now = self._told[-1][0]
+        return next((one for at, one in reversed(self._told) if at <= now - lag), self._told[0][1])
 
     def _overspeed(self, state: RobotState, applied: Command) -> str:
         axis = self._base.faster(state.stamp, state.base_twist, applied.base_twist)

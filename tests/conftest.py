@@ -18,7 +18,7 @@ add_to(app)
 REAL_TIME = tuple(
     str(Path(__file__).parent / name)
     for name in (
-        *("hw/hardware", "hw/omron", "hw/panda", "hw/realsense", "app/live"),
+        *("hw/hardware", "hw/omron", "hw/panda", "hw/realsense", "hw/ros2", "app/live"),
         *("app/core/test_watchdog.py", "app/core/test_interrupts.py", "app/test_interrupt.py"),
     )
 )

@@ -1,4 +1,4 @@
-"""`frankie-task doctor`: checks installation, drivers and robot. Nothing moves."""
+"""`frankie-task doctor`: checks installation, drivers and robot."""
 
 from __future__ import annotations
 
@@ -26,9 +26,15 @@ def doctor(
         Path | None,
         typer.Option(help="Write the full-scale values that the base tells, for `full_scale`."),
     ] = None,
+    armed: Annotated[
+        bool,
+        typer.Option(
+            "--arm-the-robot", help="A robot in ROS 2 moves a little: does it rest by itself?"
+        ),
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="A JSON object a line.")] = False,
 ) -> None:
-    """Look at computer, drivers and robot. Nothing moves. Ends with 3 if something is bad."""
+    """Look at computer, drivers, robot; nothing moves unarmed. Ends with 3 if something is bad."""
     from app.core import End
     from hw.hardware import emulating, examine
     from robots import load_real_robot
@@ -40,7 +46,7 @@ def doctor(
     if real is None and write_site is not None:
         refuse("--write-site: add --robot FILE")
     with emulating(real):
-        bad = _tell(examine(real), console, as_json=as_json)
+        bad = _tell(examine(real, armed=armed), console, as_json=as_json)
         if write_site is not None and real is not None:
             bad += not _write(real, write_site, console)
     if real is not None and real.hardware.emulated is None:

@@ -213,11 +213,10 @@ class Run:
 
             yield "ROS 2", opened.enter_context(published(run))
         if view.view is View.FOXGLOVE:
-            from app.live.ros2 import FoxgloveServer  # an extra
+            from app.live.ros2 import served  # an extra
 
-            server = FoxgloveServer(run, self._console.control, view.host, view.port)
-            tell(str(server))
-            yield "Foxglove", opened.enter_context(server).show
+            server = served(run, self._console.control, view.host, view.port, tell)
+            yield "Foxglove", opened.enter_context(server)
 
     def _make_display(self) -> AbstractContextManager[RunDisplay | None]:
         if not self._options.shown:

@@ -1,4 +1,4 @@
-"""Diagnostics of computer, robot file and parts, without motion."""
+"""Diagnostics of computer, robot file and parts, without motion unless the robot is armed."""
 
 from collections.abc import Iterator
 from math import degrees
@@ -13,8 +13,11 @@ from hw.robot import HardwareError
 from robots import RealRobot, load_robot
 
 
-def examine(real: RealRobot | None) -> Iterator[Finding]:
-    """Findings about the computer, and a robot (whose emulators run if it is emulated) if given."""
+def examine(real: RealRobot | None, *, armed: bool = False) -> Iterator[Finding]:
+    """Findings about the computer, and a robot (whose emulators run if it is emulated) if given.
+
+    An armed robot in ROS 2 moves a little, to see that it rests when commands stop.
+    """
     yield from computer()
     if real is None:
         return
@@ -29,7 +32,7 @@ def examine(real: RealRobot | None) -> Iterator[Finding]:
         clock = WallClock()
         for kind, part in parts_of(real, load_robot(real.path), clock).items():
             try:
-                yield from findings_of(kind, part, real, clock)
+                yield from findings_of(kind, part, real, clock, armed=armed)
             except HardwareError as error:
                 yield Finding(kind, Verdict.BAD, str(error))
     finally:

@@ -1,4 +1,4 @@
-"""Diagnostics of the parts of a robot: each is connected, read and closed; nothing moves."""
+"""Diagnostics of the parts of a robot: each is connected, read and closed."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -11,12 +11,14 @@ import numpy as np
 import pinocchio as pin
 
 from hw.clock import Clock, WallClock, stopwatch
+from hw.contract import left_alone
 from hw.drivers import parts_of
 from hw.hardware.computer import Finding, Verdict, is_good
 from hw.omron import LASER, POSE, TIMEOUT, OmronBase, OmronLaser, OmronOptions, Values
 from hw.panda import INTERFACE_VERSION, PandaArm, PandaHand
 from hw.realsense import RealSenseCamera, RealSenseOptions
 from hw.robot import HardwareError, Part
+from hw.ros2 import Mover
 from robots import DriverOptions, RealRobot, load_robot
 
 _LOOKS, _PERIOD = 200, 0.01  # number of readings of a part, and their period [s]
@@ -25,10 +27,14 @@ _SAME = 1e-3  # relative tolerance of full-scale values
 _TIMEOUTS = 0.1, 0.35  # good ones: the base checks every 0.1 s, and WLAN is 0.3 s late [s]
 _SET = f"set `{TIMEOUT}` to 0.14 s in its Teleop settings (over WLAN 0.3 s)"
 
+_LEFT = 1.0  # a robot is left alone for so long at most [s]
+
 Read = TypeVar("Read")
 
 
-def findings_of(kind: str, part: Any, real: RealRobot, clock: Clock) -> Iterator[Finding]:
+def findings_of(
+    kind: str, part: Any, real: RealRobot, clock: Clock, *, armed: bool = False
+) -> Iterator[Finding]:
     """Faults, battery and age of the readings of one part, and what else its driver tells."""
     if isinstance(part, OmronLaser):
         return  # over the connection of the base, which tells of it
@@ -48,6 +54,20 @@ def findings_of(kind: str, part: Any, real: RealRobot, clock: Clock) -> Iterator
             if newest is None:
                 newest, oldest = part.latest, _OLD_SCAN
             yield _ages(kind, "readings", lambda: clock.now() - newest().stamp, oldest)
+            if isinstance(part, Mover):
+                yield _last_net(kind, part, real, clock, armed)
+
+
+def _last_net(kind: str, part: Mover, real: RealRobot, clock: Clock, armed: bool) -> Finding:
+    """What the robot does when commands stop, if it may move to see that."""
+    if not armed:
+        text = "does it rest without commands? --arm-the-robot moves it by 0.1 m or rad to see"
+        return Finding(kind, Verdict.OPEN, text)
+    after = left_alone(kind, part, load_robot(real.path), clock, _LEFT)
+    if after < _LEFT:
+        return Finding(kind, Verdict.GOOD, f"without commands it rests after {after:.2f} s")
+    text = f"without commands it still moves after {_LEFT:g} s: only the driver stops it"
+    return Finding(kind, Verdict.BAD, f"{text}; set a time-out in its controller")
 
 
 def _omron(base: OmronBase, real: RealRobot) -> Iterator[Finding]:

@@ -47,11 +47,15 @@ class Mover(Ros2Part):
         self._tell(applied)
         return applied
 
+    def send_last(self, velocity: Array, holds: float) -> None:
+        """Follow a velocity until the robot's own time-out, or a stop that comes after [s]."""
+        self._tell(velocity, holds)
+
     def stop(self) -> None:
         """Command rest."""
         self._tell(np.zeros(self._size))
 
-    def _tell(self, velocity: Array) -> None:
+    def _tell(self, velocity: Array, holds: float = FRESH) -> None:
         raise NotImplementedError
 
 
@@ -115,8 +119,8 @@ class Ros2Base(Mover):
                     stamp=state.stamp, mTb=mTo * state.wTb, covariance=np.diag(np.square(sigmas))
                 )
 
-    def _tell(self, velocity: Array) -> None:
-        self._publish(1, self._twist(velocity), self._twist(np.zeros(3), FRESH))
+    def _tell(self, velocity: Array, holds: float = FRESH) -> None:
+        self._publish(1, self._twist(velocity), self._twist(np.zeros(3), holds), holds)
 
     def _twist(self, velocity: Array, later: float = 0.0) -> Any:
         v, w = message("geometry_msgs/msg/Vector3"), message("geometry_msgs/msg/Vector3")
@@ -180,11 +184,12 @@ class Ros2Arm(Mover):
                 self._state = ArmState(stamp=stamp, q=q, qd=qd)
         return self._state is not before
 
-    def _tell(self, qd: Array) -> None:
+    def _tell(self, qd: Array, holds: float = FRESH) -> None:
         if self._options.message == "JointTrajectory":  # ends at rest by itself
             self._publish(1, self._trajectory(qd))
         else:
-            self._publish(1, self._velocities(qd), self._velocities(np.zeros(self._size), FRESH))
+            stop = self._velocities(np.zeros(self._size), holds)
+            self._publish(1, self._velocities(qd), stop, holds)
 
     def _velocities(self, qd: Array, later: float = 0.0) -> Any:
         if self._options.message == "Float64MultiArray":

@@ -46,6 +46,13 @@ class Ros2Options(DriverOptions):
         return Route(f"rt/{self.name(topic).lstrip('/')}", kind, False, sensor=False)
 
 
+def carrier(what: str, where: str, routes: list[Route], settings: dict[str, Any]) -> DriverProcess:
+    """The process that carries messages; not started yet."""
+    settings = settings | {"routes": routes}
+    size = pages(routes)
+    return DriverProcess("hw.ros2.carrier", what, where, settings, size, _CONNECTING, missing)
+
+
 class Ros2Part:
     """A part of a robot behind a process; the first of its routes must not fall silent."""
 
@@ -53,18 +60,9 @@ class Ros2Part:
 
     def __init__(self, options: Ros2Options, clock: Clock, routes: list[Route]) -> None:
         self._clock, self._routes, self._silence = clock, routes, options.silence
-        address = f" at {options.address}" if options.address else ""
-        self._where = f"domain {options.domain}{address}"
-        settings = {"address": options.address, "routes": routes, "drives": True}
-        self._process = DriverProcess(
-            "hw.ros2.carrier",
-            type(self).__name__,
-            f"{self._where} {options.namespace}".strip(),
-            settings | {"domain": options.domain},
-            pages(routes),
-            _CONNECTING,
-            missing,
-        )
+        self._where = f"domain {options.domain}" + f" at {options.address}" * bool(options.address)
+        settings = {"domain": options.domain, "address": options.address, "drives": True}
+        self._process = carrier(type(self).__name__, self._where, routes, settings)
         self._status = Mailbox(self._process.memory, 0, STATUS)
         self._rings = rings(self._process.memory, routes)
         self._seen = [0] * len(routes)
@@ -155,12 +153,12 @@ class Ros2Part:
         status = self._status.get()
         if status is None or stopwatch() - status[0] > _HUNG:
             return f"the driver of ROS 2 ({self._where}) gets no time"
-        for route, matched in zip(self._routes, status[1:], strict=False):
-            if not matched and not (route.hears and (route.sensor or route.latched)):
-                return f"nobody listens to {_name(route)} in {self._where} as {route.type}"
         arrival = self._rings[0].arrival()
         if arrival is None or stopwatch() - arrival > self._silence:
             return f"nobody publishes {_name(self._routes[0])} in {self._where}: look at its node"
+        for route, matched in zip(self._routes, status[1:], strict=False):
+            if not matched and not (route.hears and (route.sensor or route.latched)):
+                return f"nobody listens to {_name(route)} in {self._where} as {route.type}"
         return self._lacks if self._clock.now() - self._heard > self._silence else ""
 
 

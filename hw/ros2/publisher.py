@@ -5,12 +5,10 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from hw.clock import stopwatch
-from hw.processes.process import DriverProcess
 from hw.robot import HardwareError
-from hw.ros2.carrier import COMMAND, Route, pages, rings
-from hw.ros2.messages import missing
+from hw.ros2.carrier import COMMAND, Route, rings
+from hw.ros2.part import carrier
 
-_CONNECTING = 20.0  # timeout of the process [s]
 _HOLDS = 1.0  # a message that has waited for longer is not sent [s]
 _REST = 0.1  # time for the process to send the last messages [s]
 
@@ -21,11 +19,8 @@ def publisher(domain: int, routes: list[Route]) -> Iterator[Callable[[str, bytes
 
     Raises HardwareError, as that function does: the process does not start, or has ended.
     """
-    settings = {"domain": domain, "address": "", "routes": routes, "drives": False}
-    where, size = f"domain {domain}", pages(routes)
-    process = DriverProcess(
-        "hw.ros2.carrier", "publisher", where, settings, size, _CONNECTING, missing
-    )
+    settings = {"domain": domain, "address": "", "drives": False}
+    process = carrier("publisher", f"domain {domain}", routes, settings)
     topics = [route.topic for route in routes]
     of_topic = dict(zip(topics, rings(process.memory, routes), strict=True))
 

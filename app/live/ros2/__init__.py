@@ -6,6 +6,6 @@ from config import lazy_face
 
 if TYPE_CHECKING:
     from app.live.ros2.dds import published
-    from app.live.ros2.foxglove import FoxgloveServer, write_mcap
+    from app.live.ros2.foxglove import served, write_mcap
 else:
     __getattr__ = lazy_face(__name__)

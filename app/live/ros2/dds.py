@@ -42,5 +42,7 @@ def published(run: ShownRun) -> Iterator[Callable[[Snapshot], None]]:
                     publish(_NAMES[one.topic], one.data)
 
         feed = Feed(send, lossless=False, period=_PERIOD, name="ros2")
-        yield feed.offer
-        feed.close(_PATIENCE)
+        try:
+            yield feed.offer
+        finally:
+            feed.close(_PATIENCE)

@@ -1,10 +1,11 @@
 """Where the messages of a run go: into an MCAP file, or to live viewers."""
 
 import secrets
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 from app.live.feed import Feed
 from app.live.operator import Control
@@ -87,50 +88,43 @@ class _Parameters(ServerListener):
         return self.values()
 
 
-class FoxgloveServer:
-    """Serves the messages of a run over WebSocket until the end of the `with` statement.
+@contextmanager
+def served(
+    run: ShownRun, control: Control, host: str, port: int | None, say: Callable[[str], None]
+) -> Iterator[Callable[[Snapshot], None]]:
+    """Serve the snapshots that are given to a function over WebSocket; `say` tells where.
 
-    Anybody who can connect can watch; who has the token can pause. `port` None takes the usual one,
-    or a free one if that is taken. Raises UserError: the port is not available.
+    The loop never waits for it. Anybody who can connect can watch; who has the token can pause.
+    `port` None takes the usual one, or a free one if that is taken. Raises UserError: the port is
+    not available.
     """
-
-    def __init__(self, run: ShownRun, control: Control, host: str, port: int | None) -> None:
-        self._control, self._host, self._paused = control, host, control.state.paused
-        self._channels, self._parameters = _Channels(run), _Parameters(control)
-        try:
-            self._server = start_server(
-                name="frankie-task",
-                host=host,
-                port=choose_port(host, port, USUAL_PORT),
-                capabilities=[Capability.Parameters],
-                server_listener=self._parameters,
-                context=self._channels.context,
-            )
-        except (OSError, RuntimeError) as error:
-            where = f"--view-port {port or USUAL_PORT} on {host}"
-            raise UserError(f"{where}: {error}; choose another port or address") from error
-        self._feed = Feed(self._send, lossless=False, period=_PERIOD, name="foxglove")
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._feed.close(_PATIENCE)
-        self._server.stop()
-
-    def __str__(self) -> str:
-        layout, address = (
-            files(__package__) / "layout.json",
-            f"ws://{self._host}:{self._server.port}",
+    channels, parameters = _Channels(run), _Parameters(control)
+    try:
+        server = start_server(
+            name="frankie-task",
+            host=host,
+            port=choose_port(host, port, USUAL_PORT),
+            capabilities=[Capability.Parameters],
+            server_listener=parameters,
+            context=channels.context,
         )
-        return f"Foxglove at {address} (layout: {layout}); token to pause: {self._parameters.token}"
+    except (OSError, RuntimeError) as error:
+        where = f"--view-port {port or USUAL_PORT} on {host}"
+        raise UserError(f"{where}: {error}; choose another port or address") from error
+    layout, address = files(__package__) / "layout.json", f"ws://{host}:{server.port}"
+    say(f"Foxglove at {address} (layout: {layout}); token to pause: {parameters.token}")
+    told = control.state.paused
 
-    def show(self, snapshot: Snapshot) -> None:
-        """Add a snapshot; the loop never waits. Raises Exception: that ended the sending."""
-        self._feed.offer(snapshot)
+    def send(batch: Sequence[Snapshot]) -> None:
+        nonlocal told
+        channels.write(batch)
+        if control.state.paused is not told:
+            told = not told
+            server.publish_parameter_values(parameters.values())
 
-    def _send(self, batch: Sequence[Snapshot]) -> None:
-        self._channels.write(batch)
-        if self._control.state.paused is not self._paused:
-            self._paused = not self._paused
-            self._server.publish_parameter_values(self._parameters.values())
+    feed = Feed(send, lossless=False, period=_PERIOD, name="foxglove")
+    try:
+        yield feed.offer
+    finally:
+        feed.close(_PATIENCE)
+        server.stop()

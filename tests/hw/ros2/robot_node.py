@@ -17,6 +17,7 @@ from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
+import scipy.optimize  # noqa: F401 - the first grip must not wait for it
 from cyclonedds.domain import Domain, DomainParticipant
 from cyclonedds.pub import DataWriter
 from cyclonedds.qos import Policy, Qos
@@ -46,7 +47,6 @@ LOOPBACK = (
     '<Peers><Peer address="127.0.0.1"/></Peers></Discovery></Domain></CycloneDDS>'
 )
 JOINTS = [f"panda_joint{k}" for k in range(1, 8)]
-TIMEOUT = 0.5  # of commands, as that of diff_drive_controller [s]
 RELIABLE = Qos(Policy.Reliability.Reliable(duration(milliseconds=100)), Policy.History.KeepLast(10))
 SENSOR = Qos(Policy.Reliability.BestEffort, Policy.History.KeepLast(5))
 
@@ -99,10 +99,12 @@ class Node:
             for topic, kind in READS
         }
         self.delay, self.shuffles, self.rng = 0.0, False, random.Random(seed)
+        self.dies = np.inf  # so long after the first command [s]
         self.late: deque = deque()  # what is under way: when it is due, and what to do then
         self.twist, self.qd = np.zeros(3), np.zeros(7)
         self.heard = {"base": -1e9, "arm": -1e9}
-        self.results: list = []
+        self.timeouts = {"base": 0.5, "arm": 0.5}  # of commands, as of diff_drive_controller [s]
+        self.began, self.results = 0.0, []
         self.seen: dict = {"moved": 0.0, "commanded": 0.0, "told": 1.0, "hit": ""}
         self.scan = None
 
@@ -141,14 +143,17 @@ class Node:
             self.body.grip(2.0 * sample.position, sample.max_effort)
             answer, stamp = T["GripperCommand_SendGoal_Response"], T["Time"](0, 0)
             told = answer(sample.client, sample.number, True, stamp)
-            self.send(f"rr/{GRIPPER}/send_goalReply", told)
+            self.later(self.send, f"rr/{GRIPPER}/send_goalReply", told)
         elif topic.endswith("get_resultRequest"):
             self.results.append(sample)
 
     def note(self, part: str, velocity: np.ndarray) -> None:
         self.heard[part] = now = time.monotonic()
         if velocity.any():
+            self.began = self.began or now
             self.seen["commanded"] = now
+            if now > self.began + self.dies:
+                os._exit(0)
         if self.twist.any() or self.qd.any():
             self.seen["told"] = 0.0
         elif not self.seen["told"]:
@@ -156,8 +161,10 @@ class Node:
 
     def move(self) -> None:
         now = time.monotonic()
-        twist = self.twist if now - self.heard["base"] < TIMEOUT else np.zeros(3)
-        qd = self.qd if now - self.heard["arm"] < TIMEOUT else np.zeros(7)
+        twist, qd = (
+            told if now - self.heard[part] < self.timeouts[part] else np.zeros_like(told)
+            for part, told in (("base", self.twist), ("arm", self.qd))
+        )
         self.body.advance()
         if what := self.body.reflex.reason or self.body.bumper.reason:
             self.seen["hit"] = what
@@ -188,7 +195,7 @@ class Node:
             for one in self.results:
                 made = T["GripperCommand_GetResult_Response"]
                 result = made(one.client, one.number, 4, state.width / 2.0, 0.0, False, True)
-                self.send(f"rr/{GRIPPER}/get_resultReply", result)
+                self.later(self.send, f"rr/{GRIPPER}/get_resultReply", result)
             self.results.clear()
 
     def film(self) -> None:
@@ -226,14 +233,18 @@ def main() -> None:
             word, *values = line.split()
             if word == "delay":
                 node.delay = float(values[0])
+            if word == "timeout":
+                node.timeouts[values[0]] = float(values[1])
+            if word == "die":
+                node.dies = float(values[0])
             node.shuffles = word == "shuffle" or node.shuffles
             supports = sorted(node.truth.supports().values())
             print(json.dumps(node.seen | {"supports": supports}), flush=True)
         os._exit(0)
 
+    hurry()  # and its threads
     for work in (listen, node.film):
         threading.Thread(target=work, daemon=True).start()
-    hurry()
     print("ready", flush=True)
     node.run()
 
