@@ -16,9 +16,7 @@ from robots import RobotDescription, load_robot
 _PERIOD = 0.01  # of the loop [s]
 _BLOCKED = 0.05  # a call that takes longer has waited [s]
 _RESTS = 0.01  # a slower part rests [m/s, rad/s]
-_SLOW = 0.05  # speed at which a robot is left alone [m/s, rad/s]
-_FORCE = 20.0  # of the fingers [N]
-_WIDTH = 5e-3  # tolerance of a width [m]
+_FORCE, _WIDTH = 20.0, 5e-3  # of the fingers [N], and tolerance of their width [m]
 
 
 class BrokenContractError(AssertionError):
@@ -51,8 +49,11 @@ class _Trial(NamedTuple):
     def velocity(self) -> Array:
         """As measured."""
         reading = self.part.read()
-        velocity: Array = reading.qd if self.kind == "arm" else reading.twist
-        return velocity
+        return np.asarray(reading.qd if self.kind == "arm" else reading.twist)
+
+    def rests(self) -> bool:
+        """Whether it hardly moves."""
+        return bool(np.abs(self.velocity()).max() < _RESTS)
 
     def faults(self) -> Sequence[Fault]:
         """Those that the part reports; a laser reports none."""
@@ -142,7 +143,7 @@ def _identity(trial: _Trial) -> Iterator[str]:
 
 def _follows(trial: _Trial) -> Iterator[str]:
     """It rests until it is commanded, then follows; `send` returns what was applied."""
-    if np.abs(trial.velocity()).max() > _RESTS:
+    if not trial.rests():
         yield "it moves without a command"
     kept = trial.newest()
     values = kept.q if trial.kind == "arm" else kept.wTb.homogeneous
@@ -179,28 +180,23 @@ def _rests_told(trial: _Trial) -> Iterator[str]:
 
 
 def left_alone(kind: str, part: Any, robot: RobotDescription, clock: Clock, holds: float) -> float:
-    """Drive a part of a robot in ROS 2 slowly, then only wait: when it rests, after so long [s].
+    """Drive a part in ROS 2 slowly, then wait: when it rests [s]; inf: its driver stops it.
 
-    Infinite: not before its driver stops it after `holds` [s]. Raises HardwareError: it has a
-    fault, or does not follow.
+    Raises HardwareError: it has a fault, or does not follow.
     """
-    trial = _Trial(kind, part, robot, clock, None, _SLOW, 0.0, 0.0, holds)
+    trial = _Trial(kind, part, robot, clock, None, 0.05, 0.0, 0.0, holds)
     trial.drive()
-    follows = bool(np.abs(trial.velocity()).max() > _RESTS)
+    follows = not trial.rests()
     part.send_last(trial.command, holds)
     since = clock.now()
-    rests = trial.wait(lambda: bool(np.abs(trial.velocity()).max() < _RESTS))
-    if not follows or trial.faults():
-        why = [fault.text for fault in trial.faults()]
-        raise HardwareError("; ".join(why) or f"it does not follow {_SLOW:g} m/s or rad/s")
+    rests, faults = trial.wait(trial.rests), [fault.text for fault in trial.faults()]
+    if faults or not follows:
+        raise HardwareError("; ".join(faults) or f"it does not follow {trial.speed:g} m/s or rad/s")
     return float(part.read().stamp - since) if rests else np.inf
 
 
 def _rests(trial: _Trial, since: float) -> Iterator[str]:
-    def rests() -> bool:
-        return bool(np.abs(trial.velocity()).max() < _RESTS)
-
-    if not trial.wait(rests):
+    if not trial.wait(trial.rests):
         yield f"it still moves after {trial.patience:g} s"
     elif (after := trial.part.read().stamp - since) > trial.rest:
         yield f"it rests after {after:.2f} s, of {trial.rest:g}"

@@ -52,7 +52,7 @@ class MotionMonitor:
         self._arm_surplus = _ARM_SURPLUS + 2.0 * arm_lag * limits.qd
         self._fastest = 2.0 * (limits.base_twist[:2].max() + 0.3 * limits.base_twist[2])
         self._moments: deque[_Moment] = deque()
-        self._told: deque[tuple[float, Command]] = deque()  # with their stamps [s]
+        self._told: deque[tuple[float, Command]] = deque(maxlen=100)  # with their stamps [s]
         self._base = _SpeedMonitor(limits.base_acceleration, base_lag, _BASE_FASTER)
         self._slides = description.arm.slides
         self._arm = _SpeedMonitor(limits.qdd, arm_lag, np.full(len(limits.qd), _ARM_FASTER))
@@ -79,8 +79,6 @@ class MotionMonitor:
         if dt <= 0.0:
             return ""
         self._told.append((state.stamp, applied))
-        while self._told[0][0] < state.stamp - _WINDOW:
-            self._told.popleft()
         vx, vy, w = self._followed(self._base_lag).base_twist.tolist()
         qd = self._followed(self._arm_lag).qd
         if _length(_between(before.base_measured, measured)) > self._fastest * dt + _JUMP:

@@ -5,6 +5,7 @@ overtaken while it copies sees that by the number in the slot.
 """
 
 import struct
+from collections.abc import Iterator
 from mmap import mmap
 from typing import Any
 
@@ -48,9 +49,13 @@ class Ring:
         """Number of the newest message; 0 before the first."""
         return int(self._newest[0])
 
-    def oldest(self) -> int:
-        """Number of the oldest message that is still there."""
-        return max(1, self.newest() - self._slots + 2)  # the one after it is being written
+    def since(self, number: int) -> Iterator[tuple[int, tuple[float, bytearray]]]:
+        """Numbers, and what `get` gives, of the messages after one that are still there."""
+        newest = self.newest()
+        oldest = max(1, newest - self._slots + 2)  # the one before it is being overwritten
+        for later in range(max(number + 1, oldest), newest + 1):
+            if (one := self.get(later)) is not None:
+                yield later, one
 
     def get(self, number: int) -> tuple[float, bytearray] | None:
         """When a message arrived [s], and a copy; None if it is not there any more."""

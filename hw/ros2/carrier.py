@@ -120,6 +120,7 @@ class Carrier:
                 self._writers.append((writer, ring, kind))
                 self._endpoints.append(writer.get_matched_subscriptions)
         self._sent = [ring.newest() for _, ring, _ in self._writers]  # not what was before
+        self._stops = [(0.0, b"")] * len(self._writers)  # until when a command holds, what stops it
         self._stopped_at = [0.0] * len(self._writers)
         self._looked = 0.0
 
@@ -140,14 +141,14 @@ class Carrier:
     def send(self, now: float, *, is_over: bool = False) -> None:
         """Send new commands; stops where there is none at a time [s], or in the end."""
         for k, (writer, ring, kind) in enumerate(self._writers):
-            newest = ring.newest()
-            for number in range(max(self._sent[k] + 1, ring.oldest()), newest + 1):
-                given, holds, message, _ = _command(ring, number)
-                if not is_over and now - given <= holds:
-                    self._write(writer, kind, message)
-            self._sent[k] = newest
-            given, holds, _, stop = _command(ring, newest)
-            is_due = is_over or holds < now - given < holds + _STOPS
+            for number, (given, data) in ring.since(self._sent[k]):
+                length, holds = COMMAND.unpack_from(data)
+                end = COMMAND.size + length
+                self._sent[k], self._stops[k] = number, (given + holds, bytes(data[end:]))
+                if not is_over and now <= given + holds:
+                    self._write(writer, kind, bytes(data[COMMAND.size : end]))
+            until, stop = self._stops[k]
+            is_due = is_over or until < now < until + _STOPS
             if stop and is_due and now - self._stopped_at[k] >= _STOP_EVERY:
                 self._stopped_at[k] = now
                 self._write(writer, kind, stop)
@@ -157,16 +158,6 @@ class Carrier:
         sample = kind()
         sample.cdr = cdr
         writer.write(sample)
-
-
-def _command(ring: Ring, number: int) -> tuple[float, float, bytes, bytes]:
-    """When it was given and how long it holds [s], itself, what stops it; empty if it is gone."""
-    if not number or (one := ring.get(number)) is None:
-        return 0.0, 0.0, b"", b""
-    given, data = one
-    length, holds = COMMAND.unpack_from(data)
-    end = COMMAND.size + length
-    return given, holds, bytes(data[COMMAND.size : end]), bytes(data[end:])
 
 
 def _qos(route: Route) -> Any:

@@ -107,14 +107,11 @@ class Ros2Part:
         The stamps are those of their headers, else of the arrival. A message that was overtaken
         by another is left out.
         """
-        ring, newest = self._rings[route], self._rings[route].newest()
-        for number in range(max(self._seen[route] + 1, ring.oldest()), newest + 1):
-            if (one := ring.get(number)) is not None:
-                arrived, data = one
-                message = self._decoded(self._routes[route], data)
-                if (stamp := self._stamp(route, arrived, message)) is not None:
-                    yield stamp, message
-        self._seen[route] = newest
+        for number, (arrived, data) in self._rings[route].since(self._seen[route]):
+            self._seen[route] = number
+            message = self._decoded(self._routes[route], data)
+            if (stamp := self._stamp(route, arrived, message)) is not None:
+                yield stamp, message
 
     def _decoded(self, route: Route, data: bytearray) -> Any:
         try:

@@ -92,25 +92,21 @@ class Messages:
     def _contents(self, seen: Snapshot, now: Any) -> Iterator[tuple[str, Any]]:
         """Topics and fields of the messages but pictures and shapes."""
         state, on_map = seen.state, {"stamp": now, "frame_id": "map"}
-        yield (
-            "/joint_states",
-            {
-                "header": {"stamp": now},
-                "name": self._joints,
-                "position": np.array([*state.q, *[state.gripper_width / 2.0] * 2]),
-                "velocity": np.array([*state.qd, np.nan, np.nan]),
-            },
-        )
+        joints = {
+            "header": {"stamp": now},
+            "name": self._joints,
+            "position": np.array([*state.q, *[state.gripper_width / 2.0] * 2]),
+            "velocity": np.array([*state.qd, np.nan, np.nan]),
+        }
+        yield "/joint_states", joints
         if self._poses.due(seen.stamp):
-            yield (
-                "/odom",
-                {
-                    "header": {"stamp": now, "frame_id": "odom"},
-                    "child_frame_id": "base_link",
-                    "pose": {"pose": posed(_mTo(seen).actInv(state.wTb))},
-                    "twist": {"twist": _twist(state.base_twist)},
-                },
-            )
+            odometry = {
+                "header": {"stamp": now, "frame_id": "odom"},
+                "child_frame_id": "base_link",
+                "pose": {"pose": posed(_mTo(seen).actInv(state.wTb))},
+                "twist": {"twist": _twist(state.base_twist)},
+            }
+            yield "/odom", odometry
             on_base = {"stamp": now, "frame_id": "base_link"}
             yield "/cmd_vel", {"header": on_base, "twist": _twist(seen.command.base_twist)}
             transforms = [

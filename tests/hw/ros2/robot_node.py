@@ -1,7 +1,7 @@
 """A simulated Frankie that speaks ROS 2 only, in a process of its own.
 
-Its types and its CDR are not those of the driver. Arguments: domain, scene, seed. Words on its
-input do things to it.
+Its types and its CDR are not those of the driver. Arguments: domain, scene, seed. Statements on its
+input do things to `node`.
 """
 
 from __future__ import annotations
@@ -230,14 +230,7 @@ def main() -> None:
 
     def listen() -> None:
         for line in sys.stdin:
-            word, *values = line.split()
-            if word == "delay":
-                node.delay = float(values[0])
-            if word == "timeout":
-                node.timeouts[values[0]] = float(values[1])
-            if word == "die":
-                node.dies = float(values[0])
-            node.shuffles = word == "shuffle" or node.shuffles
+            exec(line, {"node": node})
             supports = sorted(node.truth.supports().values())
             print(json.dumps(node.seen | {"supports": supports}), flush=True)
         os._exit(0)

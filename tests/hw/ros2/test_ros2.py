@@ -27,6 +27,7 @@ from robots.load import SHIPPED
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing())
 NODE = Path(__file__).with_name("robot_node.py")
 DOMAINS = count(os.getpid() % 150)
+WAYS = ("node.delay = 0.05", "node.shuffles = True")  # of its messages
 PATIENCE = 30.0  # also on a busy machine [s]
 
 
@@ -49,8 +50,8 @@ class Node:
         )
         assert self.process.stdout.readline() == "ready\n"
 
-    def do(self, words: str = "tell") -> dict:
-        self.process.stdin.write(words + "\n")
+    def do(self, statement: str = "pass") -> dict:
+        self.process.stdin.write(statement + "\n")
         self.process.stdin.flush()
         return json.loads(self.process.stdout.readline())
 
@@ -89,21 +90,22 @@ def connected(path: Path, *kinds: str):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("how", ["alone", "again", "delay 0.05", "shuffle", "die 4"])
+@pytest.mark.parametrize("how", ["pass", "again = 1", *WAYS, "node.dies = 4.0"])
 def test_pick_one_is_done_over_ros_2_alone(tmp_path, monkeypatch, how):
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
     site = {"speed_percent: 25": "speed_percent: 100", "\nhardware:": "map: household\nhardware:"}
-    if how == "delay 0.05":  # each way; so slowly, and with what `frankie-task delays` measures
+    if "delay" in how:  # each way; so slowly, and with what `frankie-task delays` measures
         site = {"\nhardware:": "base_lag: 0.24\narm_lag: 0.18\nmap: household\nhardware:"}
-    node = Node(tmp_path, "household", how == "again", **site)
+    node = Node(tmp_path, "household", int("again" in how), **site)
     prove(load_real_robot(node.path))  # else it moves at a tenth of its speeds
     words = ("--robot", node.path, "--record", tmp_path, "--view", "none", "--arm-the-robot")
     node.do(how)
     try:
         told = json.loads(call("run", "pick_one", *words, "--json")[1])
-        if how.startswith("die"):
+        if "dies" in how:
             assert told["outcome"] != "success", told
-            assert f"nobody publishes /odom in domain {node.domain}: look at its node" in str(told)
+            words = f"nobody publishes /joint_states in domain {node.domain}: look at its node"
+            assert words in told["reason"]
             return
         assert told["outcome"] == "success", told
         seen = node.do()
@@ -129,25 +131,22 @@ def test_each_part_keeps_the_contract(node, kind):
     def make(context):
         return parts(node.path, context.clock)[kind]
 
-    limits = {"age": 0.2, "rest": 0.6, "patience": PATIENCE}
+    limits = {"age": 0.2, "rest": 0.4, "patience": PATIENCE}
     check_driver(kind, make, fault=None if kind == "laser" else node.frozen, **limits)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("how", "timeout"), [("alone", 9.0), ("delay 0.05", 9.0), ("shuffle", 9.0), ("killed", 0.06)]
-)
-def test_robots_rest_soon_after_the_last_command(node, how, timeout):
+@pytest.mark.parametrize("how", ["pass", *WAYS, "node.timeouts = dict(base=0.06, arm=0.06)"])
+def test_robots_rest_soon_after_the_last_command(node, how):
     """By our watchdog, or by the robot's own if ours is killed: 0.3 s and the way to the robot.
 
     Of that 0.23 s are its drives': from 0.1 m/s to 0.01 m/s with a time constant of 0.1 s.
     """
     with connected(node.path, "base", "arm") as (base, arm):
+        node.do("node.timeouts = dict(base=9.0, arm=9.0)")
         node.do(how)
-        for part in ("base", "arm"):
-            node.do(f"timeout {part} {timeout}")
         last = drive(base, arm)
-        if how == "killed":
+        if "0.06" in how:
             for part in (base, arm):
                 part._process.process.kill()
         else:
@@ -161,7 +160,7 @@ def test_robots_rest_soon_after_the_last_command(node, how, timeout):
 
 @pytest.mark.slow
 def test_the_doctor_sees_whether_a_robot_rests_without_commands(node):
-    node.do("timeout arm 9")  # as velocity controllers of ros2_control, which have none
+    node.do("node.timeouts['arm'] = 9.0")  # velocity controllers of ros2_control have none
     found = list(examine(load_real_robot(node.path), armed=True))
     base, arm = (
         next(one for one in found if one.about == part and "without commands" in one.text)
@@ -188,20 +187,6 @@ def test_a_program_that_is_killed_leaves_a_robot_that_was_told_to_rest(node):
         killed = time.monotonic()
     time.sleep(1.0)
     assert node.do()["told"] - killed < 0.3
-
-
-@pytest.mark.slow
-def test_a_killed_node_is_a_fault_in_words_and_nothing_is_commanded(node):
-    with connected(node.path, "base", "arm") as (base, arm):
-        drive(base, arm, 0.3)
-        node.process.kill()
-        begun = time.monotonic()
-        while not (base.read().faults and arm.read().faults):
-            assert time.monotonic() < begun + PATIENCE
-        (fault,) = base.read().faults
-        assert fault.text == f"nobody publishes /odom in domain {node.domain}: look at its node"
-        assert not base.send(np.array([0.1, 0.0, 0.0])).any()
-        assert not base.read().twist.any()
 
 
 @pytest.mark.slow

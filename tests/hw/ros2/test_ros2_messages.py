@@ -32,7 +32,7 @@ def test_commands_are_what_the_robots_file_says():
     """As their CDR has them: trajectories end at rest by themselves, the others are stopped."""
     qd, sent = np.full(7, 0.2), {}
 
-    def tell(_, message, stop=None, **__):
+    def tell(_, message, stop=None, *__):
         kind = message.__msgtype__
         sent[kind.rpartition("/")[2]] = decode(kind, encode(kind, message)), stop
 
@@ -65,11 +65,8 @@ def test_the_pose_on_the_map_comes_by_tf_or_with_its_covariance(source):
     odometry.twist.twist.linear.x = 0.3
     if source == "/tf":
         link = message("geometry_msgs/msg/TransformStamped", child_frame_id="odom")
-        link.header.frame_id, link.transform.translation.x, link.transform.rotation.w = (
-            "map",
-            10.0,
-            1.0,
-        )
+        link.header.frame_id = "map"
+        link.transform.translation.x, link.transform.rotation.w = 10.0, 1.0
         told = message("tf2_msgs/msg/TFMessage", transforms=[link])
     else:
         told = message("geometry_msgs/msg/PoseWithCovarianceStamped")
