@@ -1,11 +1,16 @@
 """The holistic controller: one control step, from state and goal to velocities of base and arm."""
 
-from math import sqrt
+from math import hypot
 
 import numpy as np
 
 from controller.collision.collision_model import CollisionModels
-from controller.collision.distance_constraints import SLACK_COSTS, CollisionAvoidance, NearestPair
+from controller.collision.distance_constraints import (
+    NOTHING_NEAR,
+    SLACK_COSTS,
+    CollisionAvoidance,
+    NearestPair,
+)
 from controller.collision.moving_obstacles import waits_for
 from controller.collision.self_collision import SelfCollision
 from controller.command import (
@@ -17,7 +22,6 @@ from controller.command import (
     PoseGoal,
     PostureGoal,
 )
-from controller.floor.base_drive import Pose2D
 from controller.guidance import Guidance
 from controller.holistic_qp import Linearisation, linearise
 from controller.model import Lag, RobotModel
@@ -67,7 +71,7 @@ class HolisticController:
         if settings.collision is not None:
             self._avoidance = CollisionAvoidance(model, settings.collision, models, self._lag)
         self._solver = Solver(SLACK_COSTS)
-        self._compensation = np.zeros(model.n)
+        self._compensation: Array | None = None
         """(n,) by which the arm compensated for the lag of the base in the last period."""
         self._waits_for = ""
         self._linearised: Linearisation | None = None
@@ -120,11 +124,10 @@ class HolisticController:
         surroundings: Surroundings,
     ) -> Tick:
         """Stage 1: check the inputs; velocity bounds and kinematics of this period."""
-        check_state(state, last)
+        base, applied = check_state(state, last), self.model.velocities(last)
         if goal is not self._checked:
             check_goal(goal, len(state.q))
             self._checked = goal
-        base, applied = Pose2D.of(state.wTb), self.model.velocities(last)
         bounds = self._bounds(state.q, applied, _caution(surroundings.uncertainty))
         self._lag.update(applied)
         before = self._linearised if self._periods % self.settings.slow_periods else None
@@ -138,7 +141,8 @@ class HolisticController:
         if isinstance(goal, PoseGoal):
             if self._guidance is not None:
                 self._guidance.waits = bool(self._waits_for)
-            return self._pose_task(tick, goal, tick.applied - self._compensation)
+            last, extra = tick.applied, self._compensation
+            return self._pose_task(tick, goal, last if extra is None else last - extra)
         self._pose_task.reset(goal)
         match goal:
             case PostureGoal():
@@ -151,7 +155,7 @@ class HolisticController:
     def _distance_constraints(self, tick: Tick) -> tuple[Rows | None, NearestPair]:
         """Stage 3: rows of the QP that keep the robot off obstacles and itself."""
         if self._avoidance is None:
-            return None, NearestPair()
+            return None, NOTHING_NEAR
         return self._avoidance.rows(
             tick.state, tick.base, tick.goal, tick.bounds, tick.surroundings
         )
@@ -160,11 +164,11 @@ class HolisticController:
         self, tick: Tick, task: Task, rows: Rows | None, velocities: Array | None
     ) -> tuple[Array | None, float]:
         """Stage 4: let the arm compensate for the lag of the base; also the norm of the slack."""
-        self._compensation = np.zeros(self.model.n)
+        self._compensation = None
         if velocities is None or task.twist is None:
             return velocities, 0.0
         missing = task.twist - tick.kinematics.J @ velocities
-        slack = sqrt(missing @ missing)
+        slack = hypot(*missing.tolist())
         if slack >= _MAX_SLACK:
             return velocities, slack
         qp = task.lag_compensation(velocities[: self.model.n_base])

@@ -35,7 +35,9 @@ class Linearisation(NamedTuple):
     bTe: SE3
     J: Array  # (6, n) Jacobian at the end effector in base axes
     manipulability: float  # of the arm
-    gradient: Array  # (n,) Ĵ_m: gradient of the manipulability chosen by the settings (eq. 12)
+    gradient: (
+        Array  # (n,) Ĵ_m of the manipulability chosen by the settings, times its gain (eq. 12)
+    )
     heading_error: float  # θ_ε: bearing of the end effector seen from the base [rad] (eq. 13)
 
 
@@ -61,6 +63,7 @@ def linearise(
             gradient = manipulability(screws, hessian)[1]
         elif settings.manipulability_of == "none":
             gradient = np.zeros(model.n)
+        gradient *= settings.manipulability_gain / dexterity(model.description)
     x, y, _ = bTe.translation.tolist()
     return Linearisation(bTe, J, m, gradient, atan2(y, x))
 
@@ -95,30 +98,19 @@ def build_qp(
         twist = twist - (1.0 - bias.response) * (base @ bias.coasting)
         J = np.hstack([bias.response * base, J[:, n_base:]])
     tracking = 1.0 / max(error, settings.min_error)  # λ_δ
-    # λ_q (eq. 14)
-    base_effort, arm_effort = settings.base_effort * tracking, settings.arm_effort
-    # Plain floats: on nine numbers they are faster than arrays.
-    gain = settings.manipulability_gain / dexterity(model.description)
+    base_effort, arm_effort = settings.base_effort * tracking, settings.arm_effort  # λ_q (eq. 14)
     smoothness = settings.smoothness
-    turn = settings.heading_gain * wrap(linearisation.heading_error - bearing)
-    gradient, before = linearisation.gradient.tolist(), last.tolist()
-    # C (eq. 11)
-    linear = [-gain * g - smoothness * v for g, v in zip(gradient, before, strict=True)]
-    for number, share in enumerate(model.base_turn.tolist()):
-        linear[number] -= turn * share  # ε (eq. 13)
-    base_effort += smoothness
-    arm_effort += smoothness
+    wanted = linearisation.gradient + smoothness * last  # -C (eq. 11)
+    wanted[model.turning] += settings.heading_gain * wrap(linearisation.heading_error - bearing)
     if bias is not None:
         tracking = tracking * (1.0 - bias.blend) ** 2 + bias.min_tracking
         base_effort += bias.base_weight
         arm_effort += bias.posture_weight
-        weights = [bias.base_weight] * n_base + [bias.posture_weight] * (model.n - n_base)
-        wanted = [*bias.base_velocity.tolist(), *bias.joint_velocity.tolist()]
-        linear = [c - w * v for c, w, v in zip(linear, weights, wanted, strict=True)]
+        wanted += bias.pull
 
     tracked = tracking * J.T
     P = tracked @ J
+    efforts = [base_effort + smoothness] * n_base + [arm_effort + smoothness] * (model.n - n_base)
     diagonal = P.reshape(-1)[:: model.n + 1]
-    diagonal[:n_base] += base_effort
-    diagonal[n_base:] += arm_effort
-    return QP(P, np.array(linear) - tracked @ twist, *bounds)
+    diagonal += efforts
+    return QP(P, tracked @ -twist - wanted, *bounds)

@@ -3,11 +3,10 @@
 The base is a chain of virtual joints that stay at zero: poses are in the base frame.
 """
 
-from math import exp, prod, sqrt
+from math import exp, prod
 from pathlib import Path
 from typing import NamedTuple
 
-import eigenpy
 import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
@@ -72,8 +71,8 @@ class RobotModel:
         free = np.full(self.n_base, np.inf)
         self.position_limits = np.array([[*-free, *limits.q_min], [*free, *limits.q_max]])
         """(2, n) lower and upper positions of every degree of freedom, base first."""
-        self._base_axes = axes.argmax(axis=0).tolist()
-        self.base_turn = axes[2]  # (n_base,) rotation of the base per degree of freedom
+        self._base_axes = axes.argmax(axis=0)
+        self.turning = int(axes[2].argmax())  # the degree of freedom that turns the base
         self.chain = _chain(description)  # the Pinocchio model: base joints, then the arm's
         self._data = self.chain.createData()
         self._tool = self.chain.getFrameId("tool")
@@ -82,15 +81,13 @@ class RobotModel:
 
     def command(self, velocities: Array) -> Command:
         """The command for velocities (n,) of all degrees of freedom, base first."""
-        every, twist = velocities.tolist(), [0.0, 0.0, 0.0]
-        for axis, speed in zip(self._base_axes, every, strict=False):
-            twist[axis] = speed
-        return Command(base_twist=np.array(twist), qd=np.array(every[self.n_base :]))
+        twist = np.zeros(3)
+        twist[self._base_axes] = velocities[: self.n_base]
+        return Command(base_twist=twist, qd=velocities[self.n_base :])
 
     def velocities(self, command: Command) -> Array:
         """(n,) velocities of all degrees of freedom, base first: the inverse of `command`."""
-        twist = command.base_twist.tolist()
-        return np.array([*(twist[axis] for axis in self._base_axes), *command.qd.tolist()])
+        return np.concatenate([command.base_twist[self._base_axes], command.qd])
 
     def joints(self, q: Array) -> Array:
         """(n,) joint positions of the chain for arm joints q (7,): the base's are zero."""
@@ -150,12 +147,14 @@ def manipulability(screws: Array, hessian: Array) -> tuple[float, Array]:
     hessian[k]ᵀ. The gradient (n,) is m vec(J H_kᵀ)ᵀ vec((J Jᵀ)⁻¹) for every joint k, and zero where
     that part is singular.
     """
-    squares = eigenpy.LDLT(screws @ screws.T)
-    m = sqrt(max(prod(squares.vectorD().tolist()), 0.0))
+    from scipy.linalg import lapack  # imported here: only what moves a robot needs it
+
     n = screws.shape[1]
+    cholesky, inverse, singular = lapack.dposv(screws @ screws.T, screws)
+    m = 0.0 if singular else prod(cholesky.diagonal().tolist())
     if m < _SINGULAR:
         return m, np.zeros(n)
-    return m, m * (hessian.reshape(n, 6 * n) @ squares.solve(screws).T.reshape(6 * n))
+    return m, m * (hessian.reshape(n, 6 * n) @ inverse.T.reshape(6 * n))
 
 
 class Lag:

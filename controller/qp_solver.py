@@ -2,7 +2,6 @@
 
 from typing import Any, NamedTuple
 
-import eigenpy
 import numpy as np
 import numpy.typing as npt
 import piqp
@@ -17,6 +16,7 @@ _ROW_TOLERANCE = 1e-7  # violation up to which a row counts as satisfied
 _WIDENING = 1e-8  # PIQP gets bounds this much wider: where they coincide there is no interior
 _MOST_SLACK = 100.0
 _MAX_ITERATIONS = 100
+_MAX_CHANGES = 8  # of the set of variables that are at their bounds
 
 
 class QP(NamedTuple):
@@ -52,6 +52,9 @@ class Solver:
     """
 
     def __init__(self, slack_costs: Array) -> None:
+        from scipy.linalg import lapack  # imported here: only what moves a robot needs it
+
+        self._lapack = lapack
         self._slack_costs = slack_costs
         self._box = _Workspace(_PRECISION)
         self._hard = _Workspace(_PRECISION)
@@ -72,13 +75,32 @@ class Solver:
         return x if softened is None else softened
 
     def _solve_box(self, qp: QP) -> Array | None:
-        free: Array = eigenpy.LLT(qp.P).solve(-qp.c)
-        if all(((free >= qp.lower) & (free <= qp.upper)).tolist()):
-            return free
+        """By the primal-dual active set method (Hintermüller et al., 2003), else by PIQP.
+
+        With the variables A fixed at their bounds b, x = f - P⁻¹_A μ, where f is the minimiser
+        without bounds, P⁻¹_A are columns of P⁻¹, and the multipliers μ solve P⁻¹_AA μ = f_A - b.
+        """
+        cholesky, free, failed = self._lapack.dposv(qp.P, -qp.c)
+        lower, upper = qp.lower.tolist(), qp.upper.tolist()
+        x: Array = free
+        fixed: dict[int, float] = {}
+        kept: dict[int, float] = {}
+        for _ in range(0 if failed else _MAX_CHANGES):
+            places = enumerate(zip(x.tolist(), lower, upper, strict=True))
+            fixes = {i: a if v < a else b for i, (v, a, b) in places if not a <= v <= b} | kept
+            if fixes == fixed:
+                return x
+            fixed, some, bounds = fixes, list(fixes), list(fixes.values())
+            columns = self._lapack.dpotrs(cholesky, np.eye(len(x))[:, some])[0]
+            multipliers = self._lapack.dposv(columns[some], free[some] - bounds)[1]
+            x = free - columns @ multipliers
+            x[some] = bounds
+            pulls = zip(fixed.items(), multipliers.tolist(), strict=True)
+            kept = {i: b for (i, b), pull in pulls if b == (upper if pull > 0.0 else lower)[i]}
         # P is symmetric: its transpose is the column-major matrix that PIQP wants, without a copy.
         lower, upper = qp.lower - _WIDENING, qp.upper + _WIDENING
-        x = self._box.solve(P=qp.P.T, c=qp.c, x_l=lower, x_u=upper)
-        return None if x is None else np.minimum(np.maximum(x, qp.lower), qp.upper)
+        found = self._box.solve(P=qp.P.T, c=qp.c, x_l=lower, x_u=upper)
+        return None if found is None else np.minimum(np.maximum(found, qp.lower), qp.upper)
 
     def _solve_hard(self, qp: QP, rows: Rows) -> Array | None:
         n, m = len(qp.c), len(rows.least)

@@ -105,7 +105,7 @@ class PoseError(NamedTuple):
 def pose_error(current: SE3, target: SE3) -> PoseError:
     """The translation and rotation from one pose to another, both in the same frame."""
     translation = target.translation - current.translation
-    rotation = current.rotation @ pin.log3(current.actInv(target).rotation)
+    rotation = pin.log3((target * current.inverse()).rotation)
     return PoseError(_length(translation), _length(rotation), translation, rotation)
 
 

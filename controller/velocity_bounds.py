@@ -34,7 +34,8 @@ class VelocityBounds:
         shares = limits.margins(1.0, _SHORT)
         columns = (limits.q_min, limits.q_max, limits.qd, limits.qdd, shares)
         rows = zip(*(column.tolist() for column in columns), strict=True)
-        self._joints = [self._joint(lag, *row) for row in rows]
+        joints = [self._joint(lag, *row) for row in rows]
+        self._joints = [(n, *joint.free, joint) for n, joint in enumerate(joints, model.n_base)]
 
     def _joint(
         self, lag: float, low: float, high: float, speed: float, acceleration: float, share: float
@@ -45,7 +46,7 @@ class VelocityBounds:
         braking = speed * lag + speed * speed / (2.0 * acceleration)
         near = max(influence, stop + 1.001 * braking)
         free = low + near, high - near
-        return _Joint(low, high, speed, acceleration, lag, stop, influence, slope, *free)
+        return _Joint(low, high, speed, acceleration, lag, stop, influence, slope, free)
 
     def __call__(self, q: Array, last: Array, base_share: float = 1.0) -> tuple[Array, Array]:
         """Lower and upper bounds (n,), lower <= upper, [m/s, rad/s].
@@ -59,12 +60,10 @@ class VelocityBounds:
             for number in range(self._n_base):
                 lower[number] *= base_share
                 upper[number] *= base_share
-        for number, (joint, position) in enumerate(
-            zip(self._joints, q.tolist(), strict=True), self._n_base
-        ):
-            if position < joint.free_from:
+        for (number, start, end, joint), position in zip(self._joints, q.tolist(), strict=True):
+            if position < start:
                 lower[number] = -self._approach_speed(joint, position - joint.low)
-            if position > joint.free_to:
+            if position > end:
                 upper[number] = self._approach_speed(joint, joint.high - position)
         if self._limit_acceleration:
             for number, (v, change) in enumerate(zip(last.tolist(), self._changes, strict=True)):
@@ -99,5 +98,4 @@ class _Joint(NamedTuple):
     stop: float  # ρ_s: distance at which motion towards the limit stops [rad] ...
     influence: float  # ... and at which the damper begins [rad]
     slope: float  # of the damper [1/s]
-    free_from: float  # between this position and `free_to` no limit is near enough to matter [rad]
-    free_to: float
+    free: tuple[float, float]  # positions between which no limit is near enough to matter [rad]

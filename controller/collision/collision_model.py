@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from enum import IntEnum
 from itertools import product
 from math import hypot
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -86,6 +86,10 @@ class CollisionModel:
         self.mapped = np.isin(pairs.second, [*self.fixed, *edges])
         """(P,) whether the second is a fixture."""
         self._results = results = pin.GeometryData(self._shapes)
+        self._distances = [results.distanceResults[pair] for pair in range(len(pairs.first))]
+        """Coal's result for every pair: a view."""
+        results.deactivateAllCollisionPairs()
+        self._measured: set[int] = set()  # the active pairs
         placed = [results.oMg[shape] for shape in range(len(self._moves))]
         self._placed = [(one.rotation, one.translation) for one in placed]
         """Rotation (3, 3) and origin (3,) of every shape in the world: views of the results."""
@@ -102,13 +106,28 @@ class CollisionModel:
         self._q = self._model.joints(q)
         pin.updateGeometryPlacements(self._chain, self._data, self._shapes, self._results, self._q)
 
-    def measure(self, pair: int) -> Any:
-        """Coal's result for one pair: distance [m], nearest points, normal from first to second."""
-        return pin.computeDistance(self._shapes, self._results, pair)
+    def measure(self, pairs: Sequence[int]) -> Array:
+        """Distances (K,) of pairs as they are placed [m]."""
+        wanted, results = set(pairs), self._results
+        for pair in wanted - self._measured:
+            results.activateCollisionPair(pair)
+        for pair in self._measured - wanted:
+            results.deactivateCollisionPair(pair)
+        self._measured = wanted
+        pin.computeDistances(self._shapes, results)
+        return np.array([self._distances[pair].min_distance for pair in pairs])
+
+    def lines(self, pairs: Sequence[int]) -> Array:
+        """Plücker lines (K, 6) from first to second through the nearest points, as measured."""
+        lines = []
+        for one in (self._distances[pair] for pair in pairs):
+            (nx, ny, nz), (x, y, z) = one.normal.tolist(), one.getNearestPoint1().tolist()
+            lines.append([nx, ny, nz, y * nz - z * ny, z * nx - x * nz, x * ny - y * nx])
+        return np.array(lines)
 
     def nearest_points(self, pair: int) -> tuple[Array, Array]:
         """The nearest points (3,) of a pair when it was last measured."""
-        result = self._results.distanceResults[pair]
+        result = self._distances[pair]
         return result.getNearestPoint1().copy(), result.getNearestPoint2().copy()
 
     def poses(self, shapes: npt.NDArray[np.int64]) -> tuple[Array, Array]:
@@ -128,11 +147,8 @@ class CollisionModel:
 
     def clearance(self, q: Array, wTb: SE3 | None = None) -> float:
         """Smallest distance of the robot to itself, floor and static obstacles at q (j,) [m]."""
-        self._chain.jointPlacements[1] = wTb or SE3.Identity()
-        nearest = pin.computeDistances(
-            self._chain, self._data, self._shapes, self._results, self._model.joints(q)
-        )
-        return float(self._results.distanceResults[nearest].min_distance)
+        self.place(wTb or SE3.Identity(), q)
+        return float(self.measure(range(len(self.pairs.first))).min())
 
     def contact_test(
         self, wTb: SE3, pairs: npt.NDArray[np.int64], margins: Array

@@ -48,15 +48,16 @@ class DistanceConstraints:
 
     def __init__(self, model: RobotModel, collision: CollisionSettings, lag: Lag) -> None:
         self._settings = collision
-        self._acceleration = model.acceleration_limits
-        robot = model.description
-        turns = robot.base.axes[2] != 0.0
-        self._turns_and_drives = np.array([turns, ~turns]).T.astype(float)
-        """(n_base, 2) 1 where a degree of freedom of the base turns it, and where it drives it."""
+        acceleration, numbers = model.acceleration_limits, np.arange(model.n)
+        robot, turns = model.description, numbers == model.turning
+        drives = (numbers < model.n_base) & ~turns
+        parts = np.array([turns, drives, numbers >= model.n_base])
+        self._braking = (collision.braking * parts * acceleration).T
+        """(n, 3) deceleration of a degree of freedom that turns the base, drives it, is a joint."""
         self._lag = lag
         wait = collision.delay_periods * lag.period
-        drive = self._acceleration[: model.n_base][~turns]
-        base_braking = min(_ASSUMED_DECELERATION, collision.braking * float(drive.min()))
+        slowest = float(acceleration[drives].min())
+        base_braking = min(_ASSUMED_DECELERATION, collision.braking * slowest)
         self._delay = _by_kind(robot.base.lag + wait, SELF=robot.arm.lag + wait)
         near_stop = collision.near_stop_distance
         self._far = _by_kind(collision.stop_distance, SELF=near_stop)
@@ -76,7 +77,7 @@ class DistanceConstraints:
         distances: Distances,
         bounds: tuple[Array, Array],
         goal: MotionGoal | None,
-        margins: Array | float = 0.0,
+        margins: Array | None = None,
     ) -> Rows | None:
         """The rows that can bind within the bounds (n,); None if there are none.
 
@@ -111,7 +112,7 @@ class DistanceConstraints:
         return self._near if goal.straight else self._far
 
     def _allowed(
-        self, distances: Distances, stop: Array, margins: Array | float
+        self, distances: Distances, stop: Array, margins: Array | None
     ) -> tuple[Array, Array]:
         """Speeds (K,) at which distances may shrink [m/s], and their slopes by distance [1/s].
 
@@ -119,29 +120,21 @@ class DistanceConstraints:
         """
         s, rows, kind = self._settings, distances.rows, distances.kind
         room = distances.d - stop[kind]
-        room = np.minimum(room, np.maximum(room - margins, 0.0))
+        if margins is not None:
+            room = np.minimum(room, np.maximum(room - margins, 0.0))
         # Until they have caught up [m or rad].
         ahead = self._lag.constants * (self._lag.velocities - self._lag.commanded)
         room = np.minimum(room + rows @ ahead, np.maximum(room, 0.0) + _MAX_GAIN)
 
-        braking = s.braking * self._braking(np.abs(rows) * self._acceleration)
+        # The base alone brakes by driving or turning, whichever is more: a turn that compensates
+        # for speed brings its next corner there.
+        turn, drive, arm = (np.abs(rows) @ self._braking).T
+        braking = np.where(arm > 0.0, turn + drive + arm, np.maximum(turn, drive))
         deceleration = np.minimum(np.maximum(braking, s.min_deceleration), s.max_deceleration)
         late = deceleration * self._delay[kind]
         root = np.sqrt(late * late + 2.0 * deceleration * np.maximum(room, 0.0))
         back = np.maximum(s.return_gain * room, -s.return_speed)
         return np.where(room < 0.0, back, root - late), deceleration / root
-
-    def _braking(self, shares: Array) -> Array:
-        """Joint deceleration (K,) of degrees of freedom with shares (K, n).
-
-        The base alone brakes by driving or turning, whichever is more: a turn that compensates for
-        speed brings its next corner there.
-        """
-        n_base = len(self._turns_and_drives)
-        turn, drive = (shares[:, :n_base] @ self._turns_and_drives).T
-        arm = shares[:, n_base:].sum(axis=1)
-        both: Array = np.where(arm > 0.0, turn + drive + arm, np.maximum(turn, drive))
-        return both
 
 
 def _by_kind(value: float, **exceptions: float) -> Array:
@@ -159,6 +152,9 @@ class NearestPair(NamedTuple):
     clearance: float = inf
     name: str = ""
     points: tuple[Array, Array] | None = None  # the nearest points (3,) of the two in the world
+
+
+NOTHING_NEAR = NearestPair()
 
 
 class CollisionAvoidance:
@@ -196,11 +192,11 @@ class CollisionAvoidance:
         if isinstance(goal, PoseGoal) and goal.hand_may_touch:
             near = near.without(PairKind.HAND)
         if not len(near.d):
-            return None, NearestPair()
-        to_obstacles = np.where(near.kind == PairKind.SELF, inf, near.d)
-        first = int(to_obstacles.argmin())
-        clearance = float(to_obstacles[first])
-        margins: Array | float = 0.0
+            return None, NOTHING_NEAR
+        which = enumerate(zip(near.d.tolist(), near.kind.tolist(), strict=True))
+        to_obstacles = ((d, number) for number, (d, kind) in which if kind != PairKind.SELF)
+        clearance, first = min(to_obstacles, default=(inf, 0))
+        margins = None
         if margin > 0.0:
             margins = np.where(self._may_be_nearer(near, goal), margin, 0.0)
         rows = self._constraints.rows(near, bounds, goal, margins)

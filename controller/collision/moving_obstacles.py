@@ -144,7 +144,7 @@ class MovingObstacleAvoidance:
 def _grid(model: RobotModel) -> Array:
     """(V, n_base) velocities on a grid over the limits."""
     lower, upper = model.velocity_limits[:, : model.n_base]
-    turning = model.base_turn > 0.5
+    turning = np.arange(model.n_base) == model.turning
     counts = np.where(turning, 5, 6) if model.n_base == 2 else np.where(turning, 3, 5)
     axes = [np.linspace(a, b, n) for a, b, n in zip(lower, upper, counts.tolist(), strict=True)]
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, model.n_base)

@@ -96,11 +96,11 @@ class PointClearance:
         kept = kept[d[kept] <= self._matters[some[kept]]]
         n, p = (R[kept] @ out[kept][:, :, None])[:, :, 0], points[kept]
         return NearPoints(
-            d[kept], lines_along(n, p), self._shape[body[kept]], self._kind[some[kept]]
+            d[kept], _lines_along(n, p), self._shape[body[kept]], self._kind[some[kept]]
         )
 
 
-def lines_along(n: Array, p: Array) -> Array:
+def _lines_along(n: Array, p: Array) -> Array:
     """Plücker lines (K, 6) along n (K, 3) through p (K, 3): direction, moment about the origin."""
     (nx, ny, nz), (px, py, pz) = n.T, p.T
     return np.array([nx, ny, nz, py * nz - pz * ny, pz * nx - px * nz, px * ny - py * nx]).T

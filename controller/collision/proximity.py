@@ -15,12 +15,15 @@ import numpy.typing as npt
 from pinocchio import SE3
 
 from controller.collision.collision_model import CollisionModels, PairKind
-from controller.collision.point_clearance import NearPoints, PointClearance, lines_along
+from controller.collision.point_clearance import NearPoints, PointClearance
 from controller.command import Array
 from controller.floor.base_drive import Pose2D, wrap
 from controller.model import RobotModel
 from controller.surroundings import OPEN_FLOOR, Surroundings
 
+_AHEAD = 4.0
+"""With pairs that must be measured, those are that would follow in so many periods: measuring many
+together takes little more time."""
 _POINT_MARGIN = 0.01  # by which a surface may be nearer between two depth points [m]
 
 
@@ -59,8 +62,11 @@ class Ranges(NamedTuple):
         delay, braking, most = self.delay[kind], 0.5 / self.deceleration[kind], self.most[kind]
 
         def within(speeds: Array) -> Array:
-            needed = self.stop + speeds * (delay + speeds * braking)
-            return np.asarray(np.minimum(needed, most))
+            needed = speeds * braking
+            needed += delay
+            needed *= speeds
+            needed += self.stop
+            return np.minimum(needed, most, out=needed)
 
         return within
 
@@ -81,7 +87,7 @@ class Proximity:
         self._none = Distances(
             nothing, np.zeros((0, model.n)), nothing, nothing.astype(int), nothing.astype(int)
         )
-        self._here, self._q = Pose2D(0.0, 0.0, 0.0), [0.0] * (model.n - model.n_base)
+        self._here, self._q = Pose2D(0.0, 0.0, 0.0), [0.0] * model.n_arm
         self._known = OPEN_FLOOR
         self._start()
 
@@ -142,8 +148,8 @@ class Proximity:
         if margin > 0.0:
             matters += margin
         (some,) = (self._at_least <= matters).nonzero()
-        if len(some):  # and those that would follow in the next period: less often all together
-            (some,) = (self._at_least - nearer <= matters).nonzero()
+        if len(some):
+            (some,) = (self._at_least - _AHEAD * nearer <= matters).nonzero()
         points, cloud = None, surroundings.depth_points
         if cloud is not None:
             depth = self._depth = self._depth or PointClearance(collision, self._ranges.of)
@@ -151,37 +157,29 @@ class Proximity:
         if not len(some) and points is None:
             return self._none
         collision.place(wTb, q, [one.geom for one in surroundings.moving])
-        screws = collision.jacobian()
-        near = self._measure(some, matters[some], screws) if len(some) else self._none
-        return near if points is None else near.joined(self._points(depth.measure(points), screws))
+        near = self._measure(some, matters[some]) if len(some) else self._none
+        return near if points is None else near.joined(self._points(depth.measure(points)))
 
-    def _measure(self, some: npt.NDArray[np.int64], matters: Array, screws: Array) -> Distances:
+    def _measure(self, some: npt.NDArray[np.int64], matters: Array) -> Distances:
         collision, pairs = self._collision, self._collision.pairs
-        results = [collision.measure(pair) for pair in some.tolist()]
-        d = np.array([result.min_distance for result in results])
-        self._at_least[some] = d
+        self._at_least[some] = d = collision.measure(some.tolist())
         (near,) = (d <= matters).nonzero()
         if not len(near):
             return self._none
-        some, results = some[near], [results[k] for k in near.tolist()]
-        lines = lines_along(
-            np.array([one.normal for one in results]),
-            np.array([one.getNearestPoint1() for one in results]),
-        )
-        return Distances(
-            d[near],
-            (lines @ screws) * self._moves[some],
-            (lines[:, :3] * self._velocities[pairs.second[some]]).sum(axis=1),
-            pairs.kind[some],
-            some,
-        )
+        some = some[near]
+        lines = collision.lines(some.tolist())
+        drift = np.zeros(len(some))
+        if collision.moving:
+            drift = (lines[:, :3] * self._velocities[pairs.second[some]]).sum(axis=1)
+        rows = (lines @ collision.jacobian()) * self._moves[some]
+        return Distances(d[near], rows, drift, pairs.kind[some], some)
 
-    def _points(self, points: NearPoints, screws: Array) -> Distances:
+    def _points(self, points: NearPoints) -> Distances:
         """Distances to depth points; their indices follow those of the pairs."""
         collision = self._collision
         return Distances(
             points.d - _POINT_MARGIN,
-            -(points.lines @ screws) * collision.masks[points.shape],
+            -(points.lines @ collision.jacobian()) * collision.masks[points.shape],
             np.zeros(len(points.d)),
             points.kind,
             len(collision.pairs.first) + points.shape,

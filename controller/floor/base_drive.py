@@ -41,7 +41,7 @@ class Pose2D(NamedTuple):
     @classmethod
     def of(cls, wTb: SE3) -> Pose2D:
         """The pose on the floor of a base pose in space."""
-        (x, y, _), ((c, _, _), (s, _, _), _) = wTb.translation.tolist(), wTb.rotation.tolist()
+        (c, _, _, x), (s, _, _, y), _, _ = wTb.homogeneous.tolist()
         return cls(x, y, atan2(s, c))
 
     def relative_to(self, frame: Pose2D) -> Pose2D:

@@ -209,9 +209,7 @@ class _ArmSpace:
     def _distances(self, q: Array) -> Array:
         """(P,) of the pairs at a posture [m]."""
         self._collision.place(self._wTb, q)
-        return np.array(
-            [self._collision.measure(pair).min_distance for pair in self._pairs.tolist()]
-        )
+        return self._collision.measure(self._pairs.tolist())
 
 
 _METRES_PER_TILT = 0.3  # distance equivalent to the cosine of a tilt between postures [m]

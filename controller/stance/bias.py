@@ -7,6 +7,8 @@ weights of one QP blend the two.
 from math import cos, hypot, inf, sin
 from typing import NamedTuple
 
+import numpy as np
+
 from controller.command import Array, PoseGoal
 from controller.floor.base_drive import Lead, Pose2D, drive_along
 from controller.model import RobotModel
@@ -22,7 +24,7 @@ class StanceBias(NamedTuple):
     base_weight: float
     base_velocity: Array  # (n_base,) towards the base pose
     posture_weight: float
-    joint_velocity: Array  # (j,) towards the posture [rad/s]
+    pull: Array  # (n,) wanted velocities of base and joints times their weights
     coasting: Array | None = None  # (n_base,) present velocity of a lagging base; None without lag
     response: float = 1.0  # share of a commanded change that the base takes up, in (0, 1]
 
@@ -74,6 +76,7 @@ def bias_towards(
         0.0 if remaining.in_transport else g.posture_time * min(remaining.base_time, _LONGEST_FOLD),
         remaining.joint_time / g.joint_speed,
     )
+    base_weight *= g.base_weight
     posture_weight = g.posture_weight * max(blend, g.min_posture)
     assert remaining.joint_error is not None
     joint_velocity = remaining.joint_error / duration
@@ -81,17 +84,16 @@ def bias_towards(
         posture_weight = g.posture_weight
         upright = _POSTURE_RATE * elbow_upright(model, q)
         joint_velocity = joint_velocity * blend + (1.0 - blend) * upright
+        base_velocity = following
+    else:
+        base_velocity = _base_velocity(model, settings, remaining, goal, wTb)
     return StanceBias(
         blend=blend,
         min_tracking=min_tracking,
-        base_weight=g.base_weight * base_weight,
-        base_velocity=(
-            _base_velocity(model, settings, remaining, goal, wTb)
-            if following is None
-            else following
-        ),
+        base_weight=base_weight,
+        base_velocity=base_velocity,
         posture_weight=posture_weight,
-        joint_velocity=joint_velocity,
+        pull=np.concatenate([base_weight * base_velocity, posture_weight * joint_velocity]),
     )
 
 

@@ -68,12 +68,15 @@ class FreeSpace:
         )
         away = np.linalg.norm(np.maximum(np.abs(seen) - self._half, 0.0), axis=2)
         near = away < within + np.array([radius for _, radius in balls])[:, None]
-        for row, fixture in zip(*np.nonzero(near), strict=True):
-            distance = collision.measure(int(self._pairs[some[row], fixture])).min_distance
-            if distance < found.distance:
-                name = names[self._shapes[some[row]]]
-                found = Nearest(float(distance), name, self._solid[fixture].name)
-        return found
+        rows, fixtures = np.nonzero(near)
+        if not len(rows):
+            return found
+        distances = collision.measure(self._pairs[np.array(some)[rows], fixtures].tolist())
+        first = int(distances.argmin())
+        if distances[first] >= within:
+            return found
+        name = names[self._shapes[some[rows[first]]]]
+        return Nearest(float(distances[first]), name, self._solid[fixtures[first]].name)
 
     def hand_at(self, wTe: SE3) -> Nearest:
         """The deepest penetration of the hand with the end effector at `wTe`."""

@@ -85,13 +85,14 @@ class NextGoalApproach:
             slower, velocity, np.clip(velocity, self._led - change, self._led + change)
         )
         weight = _BASE_WEIGHT / max(error, self._settings.min_error)
+        weight *= self._ease(manipulability, q)
         return StanceBias(
             blend=0.0,
             min_tracking=0.0,
-            base_weight=weight * self._ease(manipulability, q),
+            base_weight=weight,
             base_velocity=self._led,
             posture_weight=0.0,
-            joint_velocity=np.zeros(len(q)),
+            pull=np.concatenate([weight * self._led, np.zeros(len(q))]),
             coasting=lag.base,
             response=lag.response,
         )

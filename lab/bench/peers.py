@@ -123,7 +123,7 @@ def _rtb(model: RobotModel, period: float) -> Velocities:
     frame = model.chain.frames[model.chain.getFrameId("tool")].placement
     parts.append(rtb.ET.SE3(frame.homogeneous))
     robot, arm = rtb.Robot(rtb.ETS(parts)), rtb.ETS(parts[2 * n_base :])
-    turns = int(np.argmax(model.base_turn))
+    turns = model.turning
     speeds = np.concatenate([model.velocity_limits[1], np.full(6, 10.0)])
 
     def velocities(joints: Array, goal: SE3) -> Array | None:

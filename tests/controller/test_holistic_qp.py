@@ -68,9 +68,8 @@ def test_the_qp_without_slack_variables_is_the_papers(robot):
             [settings.base_effort * weight] * n_base + [settings.arm_effort] * 7 + [weight] * 6
         )
         C = np.zeros(n + 6)
-        C[:n] = -settings.manipulability_gain * linearisation.gradient
-        turning = 0 if robot == "frankie" else 2
-        C[turning] -= settings.heading_gain * linearisation.heading_error
+        C[:n] = -linearisation.gradient
+        C[model.turning] -= settings.heading_gain * linearisation.heading_error
         equality = np.hstack([linearisation.J, np.eye(6)])
         start = np.concatenate([np.zeros(n), twist])
         answer = minimize(
