@@ -19,15 +19,7 @@ from py_trees.common import Status
 from app.core import OPTIONS, RECORDING, begun, recorded_scene
 from app.export.episodes import ExportError
 from app.live import NodeInfo, NodeStatus, PoseEstimate, ShownRun, Snapshot
-from app.review import (
-    FaultEvent,
-    NodeEvent,
-    chunks,
-    depth_images,
-    read_log,
-    read_motion,
-    timeline,
-)
+from app.review import FaultEvent, NodeEvent, chunks, depth_images, read_log, read_motion, timeline
 from controller import Command, Pose2D, PoseGoal, RobotModel, StepReport, se3_of
 from hw import DepthFrame, Fault, FaultKind, RobotState
 from robots import Array, Intrinsics, load_robot

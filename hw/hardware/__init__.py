@@ -1,4 +1,4 @@
-"""A real robot from its file: drivers, lock, arming, emulators, and diagnostics without motion."""
+"""A real robot from its file: drivers, lock, arming, emulators, and diagnostics."""
 
 from hw.hardware.arming import NotArmedError, check_armed
 from hw.hardware.computer import Finding, Verdict

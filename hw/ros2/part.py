@@ -48,8 +48,7 @@ class Ros2Options(DriverOptions):
 
 def carrier(what: str, where: str, routes: list[Route], settings: dict[str, Any]) -> DriverProcess:
     """The process that carries messages; not started yet."""
-    settings = settings | {"routes": routes}
-    size = pages(routes)
+    settings, size = settings | {"routes": routes}, pages(routes)
     return DriverProcess("hw.ros2.carrier", what, where, settings, size, _CONNECTING, missing)
 
 

@@ -4,6 +4,7 @@ import secrets
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from importlib.resources import files
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ from app.live.feed import Feed
 from app.live.operator import Control
 from app.live.ros2.messages import TOPICS, Messages
 from app.live.snapshot import ShownRun, Snapshot
-from app.live.web.ports import choose_port
+from app.live.web.ports import choose_port, reachable
 from config import UserError
 from hw.ros2 import definition
 
@@ -35,28 +36,27 @@ _PERIOD = 0.05  # interval of sending [s of real time]
 _PATIENCE = 5.0  # time to send the rest [s]
 
 
-class _Channels:
-    """Writes the messages of a run to what its context is given to."""
+def _writer(run: ShownRun) -> tuple[Context, Callable[[Iterable[Snapshot]], None]]:
+    """What writes the messages of a run, and the context whose sinks get them."""
+    context, messages = Context(), Messages(run)
+    channels = {
+        topic: Channel(topic, message_encoding="cdr", schema=schema, context=context)
+        for topic, schema in _SCHEMAS.items()
+    }
 
-    def __init__(self, run: ShownRun) -> None:
-        self.context, self._messages, self._channels = Context(), Messages(run), {}
-        for topic, schema in _SCHEMAS.items():
-            self._channels[topic] = Channel(
-                topic, message_encoding="cdr", schema=schema, context=self.context
-            )
+    def write(snapshots: Iterable[Snapshot]) -> None:
+        for one in chain.from_iterable(map(messages.of, snapshots)):
+            channels[one.topic].log(one.data, log_time=one.time)
 
-    def write(self, snapshots: Iterable[Snapshot]) -> None:
-        for snapshot in snapshots:
-            for one in self._messages.of(snapshot):
-                self._channels[one.topic].log(one.data, log_time=one.time)
+    return context, write
 
 
 def write_mcap(path: Path, run: ShownRun, snapshots: Iterable[Snapshot]) -> None:
     """Write the messages of a run into a new file; UserError: it exists or cannot be written."""
-    channels, options = _Channels(run), MCAPWriteOptions(profile="ros2")
+    (context, write), options = _writer(run), MCAPWriteOptions(profile="ros2")
     try:
-        with open_mcap(path, context=channels.context, writer_options=options):
-            channels.write(snapshots)
+        with open_mcap(path, context=context, writer_options=options):
+            write(snapshots)
     except (OSError, RuntimeError) as error:
         raise UserError(f"{path}: cannot be written ({error}); name a new file") from error
 
@@ -98,7 +98,7 @@ def served(
     `port` None takes the usual one, or a free one if that is taken. Raises UserError: the port is
     not available.
     """
-    channels, parameters = _Channels(run), _Parameters(control)
+    (context, write), parameters = _writer(run), _Parameters(control)
     try:
         server = start_server(
             name="frankie-task",
@@ -106,18 +106,18 @@ def served(
             port=choose_port(host, port, USUAL_PORT),
             capabilities=[Capability.Parameters],
             server_listener=parameters,
-            context=channels.context,
+            context=context,
         )
     except (OSError, RuntimeError) as error:
         where = f"--view-port {port or USUAL_PORT} on {host}"
         raise UserError(f"{where}: {error}; choose another port or address") from error
-    layout, address = files(__package__) / "layout.json", f"ws://{host}:{server.port}"
+    layout, address = files(__package__) / "layout.json", f"ws://{reachable(host)}:{server.port}"
     say(f"Foxglove at {address} (layout: {layout}); token to pause: {parameters.token}")
     told = control.state.paused
 
     def send(batch: Sequence[Snapshot]) -> None:
         nonlocal told
-        channels.write(batch)
+        write(batch)
         if control.state.paused is not told:
             told = not told
             server.publish_parameter_values(parameters.values())

@@ -50,7 +50,6 @@ JOINTS = [f"panda_joint{k}" for k in range(1, 8)]
 RELIABLE = Qos(Policy.Reliability.Reliable(duration(milliseconds=100)), Policy.History.KeepLast(10))
 SENSOR = Qos(Policy.Reliability.BestEffort, Policy.History.KeepLast(5))
 
-
 GRIPPER = "panda_gripper/gripper_action/_action"
 WRITES = (
     ("rt/joint_states", "JointState", RELIABLE),

@@ -11,15 +11,7 @@ import numpy as np
 import pytest
 
 from hw import DriverContext, HardwareError, WallClock
-from hw.ros2 import (
-    ArmOptions,
-    BaseOptions,
-    GripperOptions,
-    Ros2Arm,
-    Ros2Base,
-    Ros2Gripper,
-    missing,
-)
+from hw.ros2 import ArmOptions, BaseOptions, GripperOptions, Ros2Arm, Ros2Base, Ros2Gripper, missing
 from hw.ros2.messages import decode, encode, message
 from hw.ros2.sensing import _maps, _metres
 from robots import load_robot
