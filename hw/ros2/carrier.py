@@ -104,7 +104,7 @@ class Carrier:
             stay_on_loopback()
         self._waits, self._nap = WaitSet(participant), duration(milliseconds=_NAP)
         self._readers: list[tuple[Any, Ring]] = []
-        self._writers: list[tuple[Any, Ring, Any]] = []
+        self._writers: list[_Writer] = []
         self._endpoints: list[Any] = []
         any_state = SampleState.Any | ViewState.Any | InstanceState.Any
         for route, ring in zip(routes, rings(shared, routes), strict=True):
@@ -117,11 +117,8 @@ class Carrier:
                 self._endpoints.append(reader.get_matched_publications)
             else:
                 writer = DataWriter(participant, topic, qos=qos)
-                self._writers.append((writer, ring, kind))
+                self._writers.append(_Writer(writer, ring, kind))
                 self._endpoints.append(writer.get_matched_subscriptions)
-        self._sent = [ring.newest() for _, ring, _ in self._writers]  # not what was before
-        self._stops = [(0.0, b"")] * len(self._writers)  # until when a command holds, what stops it
-        self._stopped_at = [0.0] * len(self._writers)
         self._looked = 0.0
 
     def step(self) -> None:
@@ -132,32 +129,42 @@ class Carrier:
             for sample in reader.take(N=32):
                 if hasattr(sample, "cdr"):
                     ring.put(now, sample.cdr)
-        self.send(stopwatch())
+        self.send()
         if now - self._looked > _LOOK:
             self._looked = now
             counts = [len(matched()) for matched in self._endpoints]
             self._status.put(now, *counts, *[0] * (16 - len(counts)))
 
-    def send(self, now: float, *, is_over: bool = False) -> None:
-        """Send new commands; stops where there is none at a time [s], or in the end."""
-        for k, (writer, ring, kind) in enumerate(self._writers):
-            for number, (given, data) in ring.since(self._sent[k]):
-                length, holds = COMMAND.unpack_from(data)
-                end = COMMAND.size + length
-                self._sent[k], self._stops[k] = number, (given + holds, bytes(data[end:]))
-                if not is_over and now <= given + holds:
-                    self._write(writer, kind, bytes(data[COMMAND.size : end]))
-            until, stop = self._stops[k]
-            is_due = is_over or until < now < until + _STOPS
-            if stop and is_due and now - self._stopped_at[k] >= _STOP_EVERY:
-                self._stopped_at[k] = now
-                self._write(writer, kind, stop)
+    def send(self, *, is_over: bool = False) -> None:
+        """Send new commands; stops where there is none, or in the end."""
+        for writer in self._writers:
+            writer.send(stopwatch(), is_over)
 
-    @staticmethod
-    def _write(writer: Any, kind: Any, cdr: bytes) -> None:
-        sample = kind()
+
+class _Writer:
+    """Sends the commands of one topic, and what stops the part when none has come in time."""
+
+    def __init__(self, writer: Any, ring: Ring, kind: Any) -> None:
+        self._writer, self._ring, self._kind = writer, ring, kind
+        self._sent = ring.newest()  # not what was before
+        self._until, self._stop, self._stopped = 0.0, b"", 0.0  # [s], message, [s]
+
+    def send(self, now: float, is_over: bool) -> None:
+        for number, (given, data) in self._ring.since(self._sent):
+            length, holds = COMMAND.unpack_from(data)
+            end = COMMAND.size + length
+            self._sent, self._until, self._stop = number, given + holds, bytes(data[end:])
+            if now <= self._until and not is_over:
+                self._write(bytes(data[COMMAND.size : end]))
+        is_due = is_over or self._until < now < self._until + _STOPS
+        if self._stop and is_due and now - self._stopped >= _STOP_EVERY:
+            self._stopped = now
+            self._write(self._stop)
+
+    def _write(self, cdr: bytes) -> None:
+        sample = self._kind()
         sample.cdr = cdr
-        writer.write(sample)
+        self._writer.write(sample)
 
 
 def _qos(route: Route) -> Any:
@@ -192,8 +199,8 @@ def main() -> None:
             still_alive()
             carrier.step()
         until = stopwatch() + _STOPS / 2.0
-        while (now := stopwatch()) < until:
-            carrier.send(now, is_over=True)
+        while stopwatch() < until:
+            carrier.send(is_over=True)
             time.sleep(_STOP_EVERY)
     except Exception as error:
         parent.tell(error=f"{type(error).__name__}: {error}")

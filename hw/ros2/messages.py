@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from functools import cache, partial
 from importlib.util import find_spec
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -63,28 +63,23 @@ def _stored(name: str) -> str:
     return name.replace("/action/", "/msg/").replace("/srv/", "/msg/")
 
 
-class _Field(NamedTuple):
-    name: str
-    kind: str  # the type of the messages in it; empty if it has none
-    zero: Callable[[], Any]
-
-
 @cache
-def _fields(name: str) -> tuple[_Field, ...]:
-    return tuple(_field(one, *what) for one, what in store().fielddefs[_stored(name)][1])
+def _fields(name: str) -> dict[str, tuple[str, Callable[[], Any]]]:
+    """Of each field the type of the messages in it, empty if it has none, and what makes a zero."""
+    return {field: _field(*what) for field, what in store().fielddefs[_stored(name)][1]}
 
 
-def _field(name: str, kind: Any, what: Any) -> _Field:
+def _field(kind: Any, what: Any) -> tuple[str, Callable[[], Any]]:
     if kind.name == "NAME":
-        return _Field(name, what, dict)
+        return what, dict
     if kind.name == "BASE":
         zeros = {"string": str, "bool": bool, "float32": float, "float64": float}
-        return _Field(name, "", zeros.get(what[0], int))
+        return "", zeros.get(what[0], int)
     (inner, of), length = what
     if inner.name == "NAME":
-        return _Field(name, of, list)
+        return of, list
     count = length if kind.name == "ARRAY" else 0
-    return _Field(name, "", list if of[0] == "string" else partial(np.zeros, count, of[0]))
+    return "", list if of[0] == "string" else partial(np.zeros, count, of[0])
 
 
 def message(name: str, /, **fields: Any) -> Any:
@@ -93,8 +88,8 @@ def message(name: str, /, **fields: Any) -> Any:
     Messages in it may be dictionaries.
     """
     values = {
-        one.name: _made(one.kind, fields[one.name] if one.name in fields else one.zero())
-        for one in _fields(name)
+        field: _made(kind, fields[field] if field in fields else zero())
+        for field, (kind, zero) in _fields(name).items()
     }
     return store().types[_stored(name)](**values)
 

@@ -123,11 +123,10 @@ class Ros2Base(Mover):
         self._publish(1, self._twist(velocity), self._twist(np.zeros(3), holds), holds)
 
     def _twist(self, velocity: Array, later: float = 0.0) -> Any:
-        v, w = message("geometry_msgs/msg/Vector3"), message("geometry_msgs/msg/Vector3")
-        v.x, v.y, w.z = map(float, velocity)
-        twist = message("geometry_msgs/msg/Twist", linear=v, angular=w)
+        vx, vy, w = map(float, velocity)
+        twist = {"linear": {"x": vx, "y": vy}, "angular": {"z": w}}
         if not self._options.stamped:
-            return twist
+            return message(self._type, **twist)
         return message(self._type, header=header(self._options.frame, later), twist=twist)
 
 
@@ -202,11 +201,11 @@ class Ros2Arm(Mover):
         zero = np.zeros(self._size)
         q, now = (zero, zero) if self._state is None else (self._state.q, self._state.qd)
         reached = q + FRESH * (now + qd) / 2.0
-        points = []
-        for k, (place, velocity) in enumerate(((reached, qd), (reached + FRESH * qd / 2.0, zero))):
-            after = message("builtin_interfaces/msg/Duration", nanosec=round(1e9 * (k + 1) * FRESH))
-            fields = {"positions": place, "velocities": velocity, "time_from_start": after}
-            points.append(message("trajectory_msgs/msg/JointTrajectoryPoint", **fields))
+        ends = (reached, qd, FRESH), (reached + FRESH * qd / 2.0, zero, 2.0 * FRESH)
+        points = [
+            {"positions": q, "velocities": v, "time_from_start": {"nanosec": round(1e9 * after)}}
+            for q, v, after in ends
+        ]
         return message(self._type, joint_names=list(self._options.joints), points=points)
 
 
