@@ -82,6 +82,9 @@ class Ros2Gripper(Ros2Part):
             if not answer.accepted:
                 raise HardwareError(f"{options.action} refuses to go to {width:.3f} m")
             result = self._call(3, _LONGEST, "GetResult", goal_id=self._goal)
+            done, pause = self._clock.now(), threading.Event()
+            while not self._trouble() and self.read().stamp < done:  # a width from before
+                pause.wait(_POLL)
         finally:
             self._goal = None
         if result.status != _SUCCEEDED and not result.stalled:

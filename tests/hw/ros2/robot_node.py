@@ -142,7 +142,7 @@ class Node:
             self.body.grip(2.0 * sample.position, sample.max_effort)
             answer, stamp = T["GripperCommand_SendGoal_Response"], T["Time"](0, 0)
             told = answer(sample.client, sample.number, True, stamp)
-            self.later(self.send, f"rr/{GRIPPER}/send_goalReply", told)
+            self.send(f"rr/{GRIPPER}/send_goalReply", told)
         elif topic.endswith("get_resultRequest"):
             self.results.append(sample)
 
@@ -194,7 +194,7 @@ class Node:
             for one in self.results:
                 made = T["GripperCommand_GetResult_Response"]
                 result = made(one.client, one.number, 4, state.width / 2.0, 0.0, False, True)
-                self.later(self.send, f"rr/{GRIPPER}/get_resultReply", result)
+                self.send(f"rr/{GRIPPER}/get_resultReply", result)
             self.results.clear()
 
     def film(self) -> None:
