@@ -27,10 +27,7 @@ def doctor(
         typer.Option(help="Write the full-scale values that the base tells, for `full_scale`."),
     ] = None,
     armed: Annotated[
-        bool,
-        typer.Option(
-            "--arm-the-robot", help="A robot in ROS 2 moves a little: does it rest by itself?"
-        ),
+        bool, typer.Option("--arm-the-robot", help="In ROS 2: it moves a little, to see it rest.")
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="A JSON object a line.")] = False,
 ) -> None:

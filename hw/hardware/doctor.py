@@ -14,10 +14,7 @@ from robots import RealRobot, load_robot
 
 
 def examine(real: RealRobot | None, *, armed: bool = False) -> Iterator[Finding]:
-    """Findings about the computer, and a robot (whose emulators run if it is emulated) if given.
-
-    An armed robot in ROS 2 moves a little, to see that it rests when commands stop.
-    """
+    """Findings about the computer, and a robot (with its emulators) if given; armed it may move."""
     yield from computer()
     if real is None:
         return

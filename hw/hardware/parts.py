@@ -64,10 +64,10 @@ def _last_net(kind: str, part: Mover, real: RealRobot, clock: Clock, armed: bool
         text = "does it rest without commands? --arm-the-robot moves it by 0.1 m or rad to see"
         return Finding(kind, Verdict.OPEN, text)
     after = left_alone(kind, part, load_robot(real.path), clock, _LEFT)
-    if after < _LEFT:
-        return Finding(kind, Verdict.GOOD, f"without commands it rests after {after:.2f} s")
-    text = f"without commands it still moves after {_LEFT:g} s: only the driver stops it"
-    return Finding(kind, Verdict.BAD, f"{text}; set a time-out in its controller")
+    text = f"rests after {after:.2f} s"
+    if after >= _LEFT:
+        text = f"still moves after {_LEFT:g} s: only the driver stops it, not its controller"
+    return is_good(kind, after < _LEFT, f"without commands it {text}")
 
 
 def _omron(base: OmronBase, real: RealRobot) -> Iterator[Finding]:

@@ -25,7 +25,6 @@ class BaseOptions(Ros2Options):
     odometry: str = "odom"  # nav_msgs/Odometry
     command: str = "cmd_vel"
     stamped: bool = False  # TwistStamped instead of Twist
-    frame: str = "base_link"  # of stamped commands
     localisation: str = ""
     """Topic of its pose on the map (PoseWithCovarianceStamped, as `/amcl_pose`), or `/tf`; empty:
     the odometry is the place on the map."""
@@ -127,7 +126,7 @@ class Ros2Base(Mover):
         twist = {"linear": {"x": vx, "y": vy}, "angular": {"z": w}}
         if not self._options.stamped:
             return message(self._type, **twist)
-        return message(self._type, header=header(self._options.frame, later), twist=twist)
+        return message(self._type, header=header("base_link", later), twist=twist)
 
 
 class ArmOptions(Ros2Options):

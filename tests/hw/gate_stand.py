@@ -66,7 +66,7 @@ class Stand:
 
 
 def command(base=(0.0, 0.0, 0.0), qd=0.0) -> Command:
-    return Command(base_twist=np.array(base, dtype=float), qd=np.full(7, float(qd)))
+    return Command(base_twist=np.array(base, dtype=float), qd=np.zeros(7) + qd)
 
 
 def untrusted(act) -> UntrustedRobotError:

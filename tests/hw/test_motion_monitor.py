@@ -50,7 +50,7 @@ def test_a_late_and_noisy_base_is_not_faster_than_commanded():
     rng, step = np.random.default_rng(1), LIMITS.base_acceleration * DT
     told, twist, late = np.zeros(3), np.zeros(3), [np.zeros(3)] * 10
     for k in range(1500):
-        wish = np.array([0.5, 0.0, 0.9]) * np.sign(np.sin(k / 80.0)) * (k % 700 < 600)
+        wish = np.array([0.5, 0.0, 0.9]) * np.sign(np.sin(k / 25.0)) * (k % 700 < 600)
         wish[0] *= 0.3 if wish[0] < 0.0 else 1.0
         told = told + np.clip(wish - told, -step, step)
         late = [*late[1:], stand.gate.applied.base_twist]
@@ -61,4 +61,15 @@ def test_a_late_and_noisy_base_is_not_faster_than_commanded():
         vx, vy, w = twist * DT
         stand.wTb = stand.wTb * pin.exp6(np.array([vx, vy, 0.0, 0.0, 0.0, w]))
         stand.now += DT
+    assert not any(stand.gate.refusals.values())
+
+
+def test_an_arm_that_turns_back_late_does_what_it_is_commanded():
+    stand = Stand(replace(FRANKIE, arm=replace(FRANKIE.arm, lag=0.18)))
+    late = [np.zeros(7)] * 18
+    for k in range(500):
+        told = 0.9 * np.sin(k / 25.0) * np.eye(7)[6]
+        late = [*late[1:], stand.gate.applied.qd]
+        stand.gate.send(command(qd=told), stand.reading(qd=late[0]), stand.now)
+        stand.q, stand.now = stand.q + late[0] * DT, stand.now + DT
     assert not any(stand.gate.refusals.values())

@@ -42,7 +42,5 @@ def published(run: ShownRun) -> Iterator[Callable[[Snapshot], None]]:
                     publish(_NAMES[one.topic], one.data)
 
         feed = Feed(send, lossless=False, period=_PERIOD, name="ros2")
-        try:
-            yield feed.offer
-        finally:
-            feed.close(_PATIENCE)
+        yield feed.offer
+        feed.close(_PATIENCE)

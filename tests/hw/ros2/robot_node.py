@@ -104,7 +104,7 @@ class Node:
         self.heard = {"base": -1e9, "arm": -1e9}
         self.timeouts = {"base": 0.5, "arm": 0.5}  # of commands, as of diff_drive_controller [s]
         self.began, self.results = 0.0, []
-        self.seen: dict = {"moved": 0.0, "commanded": 0.0, "told": 1.0, "hit": ""}
+        self.seen: dict = {"moved": 0.0, "commanded": 0.0, "hit": ""}
         self.scan = None
 
     def later(self, do, *arguments) -> None:
@@ -153,10 +153,6 @@ class Node:
             self.seen["commanded"] = now
             if now > self.began + self.dies:
                 os._exit(0)
-        if self.twist.any() or self.qd.any():
-            self.seen["told"] = 0.0
-        elif not self.seen["told"]:
-            self.seen["told"] = now  # to rest
 
     def move(self) -> None:
         now = time.monotonic()
