@@ -35,9 +35,9 @@ from controller.qp_solver import Rows
 from controller.settings import CollisionSettings
 from controller.surroundings import Obstacle, Surroundings
 
-SLACK_COSTS = np.array([1e4, 1e4, 1e4, 1e4, 1e4, 1e3, 3e3, 1.5e3])
-"""By `PairKind`: static obstacles have priority over moving ones, and the prediction of moving
-obstacles over their present distance to the base."""
+SLACK_COSTS = np.array([1e4, 1e4, 1e4, 1e4, 1e4, 1e3, 3e3, 1.5e3, 1.5e3, 1.5e3])
+"""By `PairKind`, the last for every degree of freedom of the base: static obstacles have priority
+over moving ones, and the prediction of moving obstacles over their present distance to the base."""
 _ASSUMED_DECELERATION = 1.0  # of base and arm, to decide which pairs matter [m/s^2]
 Mask: TypeAlias = npt.NDArray[np.bool_]
 _MAX_GAIN = 0.05  # by which the lag may enlarge a distance [m]

@@ -17,6 +17,7 @@ import numpy as np
 
 from controller.collision.collision_model import PairKind
 from controller.collision.rollouts import (
+    ARM_RADIUS,
     HORIZON,
     MARGIN,
     STOPPING,
@@ -104,13 +105,15 @@ class MovingObstacleAvoidance:
         cost += np.sqrt(((rollouts[:, :, -1] - there) ** 2) @ [1.0, 1.0, _TURN**2])
         if before is not None:
             cost += _CHANGE * (((tried - before) / self._upper) ** 2).sum(axis=1)[:, None]
-        found = self._cheapest(cost.ravel(), rollouts.reshape(-1, *rollouts.shape[2:]), wTb, floor)
-        self._taken = taken = tried[found // rollouts.shape[1]]
+        rollouts = rollouts.reshape(-1, *rollouts.shape[2:])
+        found = self._cheapest(cost.ravel(), rollouts, scene, floor)
+        self._taken = taken = tried[found // cost.shape[1]]
         command = np.clip(taken, bounds[0][:n_base], bounds[1][:n_base])
         A = np.zeros((2 * n_base, n))
         A[:n_base, :n_base], A[n_base:, :n_base] = np.eye(n_base), -np.eye(n_base)
         least = np.concatenate([command, -command]) - _TOLERANCE
-        return Rows(A, least, np.full(2 * n_base, int(PairKind.AHEAD)))
+        # Where one cannot be kept because of a static obstacle, the others still are.
+        return Rows(A, least, PairKind.AHEAD + np.tile(np.arange(n_base), 2))
 
     def _may_meet(self, obstacle: Obstacle, wTb: Pose2D) -> bool:
         """Whether an obstacle moves and can reach the robot within the horizon."""
@@ -120,20 +123,25 @@ class MovingObstacleAvoidance:
         fastest = float(self._model.limits.base_twist[0])
         return speed > _STILL and hypot(x - wTb.x, y - wTb.y) < reach + (speed + fastest) * HORIZON
 
-    def _cheapest(self, cost: Array, rollouts: Array, wTb: Pose2D, floor: FloorMap | None) -> int:
+    def _cheapest(
+        self, cost: Array, rollouts: Array, scene: MovingScene, floor: FloorMap | None
+    ) -> int:
         """Index of the cheapest rollout free of static obstacles; else of that with most room."""
         order = np.argsort(cost, kind="stable")
         if floor is None or floor.free:
             return int(order[0])
-        (here,) = floor.stands_free(np.array([wTb])).tolist()
+        wTb = scene.wTb
+        here = _rooms(floor, scene.arm, np.array([wTb]))
         best, most = int(order[0]), -inf
         c, s = np.cos(wTb.heading), np.sin(wTb.heading)
         for first in range(0, min(_MAX_CHECKED, len(order)), _BATCH):
             some = order[first : first + _BATCH]
             x, y, heading = np.moveaxis(rollouts[some][:, 1::2], -1, 0)
             poses = [wTb.x + c * x - s * y, wTb.y + s * x + c * y, wTb.heading + heading]
-            room = floor.stands_free(np.stack(poses, axis=-1)).reshape(x.shape).min(axis=1)
-            (free,) = np.nonzero(room >= min(_ROOM, here - _NOISE))
+            rooms = _rooms(floor, scene.arm, np.stack(poses, axis=-1))
+            rooms = rooms.reshape(2, *x.shape).min(axis=2)
+            room = (rooms - np.minimum(here - _NOISE, _ROOM)).min(axis=0)
+            (free,) = np.nonzero(room >= 0.0)
             if len(free):
                 return int(some[free[0]])
             if room.max() > most:
@@ -150,13 +158,23 @@ def _grid(model: RobotModel) -> Array:
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, model.n_base)
 
 
+def _rooms(floor: FloorMap, arm: Array, bases: Array) -> Array:
+    """(2, N) distances of base and arm to static obstacles, seen from above, at poses (..., 3)."""
+    bases = bases.reshape(-1, 3)
+    c, s = np.cos(bases[:, 2:]), np.sin(bases[:, 2:])
+    x = bases[:, :1] + c * arm[:, 0] - s * arm[:, 1]
+    y = bases[:, 1:2] + s * arm[:, 0] + c * arm[:, 1]
+    above = floor.clearance(np.stack([x, y], axis=-1).reshape(-1, 2)).reshape(x.shape).min(axis=1)
+    return np.stack([floor.stands_free(bases), above - ARM_RADIUS])
+
+
 def waits_for(
     here: Pose2D, moving: tuple[Obstacle, ...], rows: Rows | None, velocities: Array | None
 ) -> str:
     """Name of the nearest moving obstacle, if a row because of one binds velocities (n,)."""
     if rows is None or velocities is None:
         return ""
-    because = (rows.group >= PairKind.BASE_MOVING) & (rows.group <= PairKind.AHEAD)
+    because = rows.group >= PairKind.BASE_MOVING
     if not (because & (rows.A @ velocities < rows.least + _BINDS)).any():
         return ""
 

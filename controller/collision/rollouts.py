@@ -24,7 +24,7 @@ _STOPPED_MARGIN = 0.04  # desired distance to where the obstacle is, if the base
 _CONTACT_SPEED_COST = 80.0  # cost of a contact per approach speed [s/m] ...
 _CONTACT_DEPTH_COST = 240.0  # ... and per `MARGIN` of its depth
 _BRAKING = 0.8  # share of the acceleration limits assumed for the base
-_ARM_RADIUS = 0.08  # of the discs around the points that represent the arm [m]
+ARM_RADIUS = 0.08  # of the discs around the points that represent the arm [m]
 
 
 class MovingScene(NamedTuple):
@@ -120,7 +120,7 @@ class Rollouts:
         d = np.hypot(np.maximum(beyond_x, 0.0), np.maximum(beyond_y, 0.0))
         d += np.minimum(np.maximum(beyond_x, beyond_y), 0.0)
         for ax, ay in arm.tolist():
-            d = np.minimum(d, np.hypot(x - ax, y - ay) - _ARM_RADIUS)
+            d = np.minimum(d, np.hypot(x - ax, y - ay) - ARM_RADIUS)
         return np.asarray(d)
 
 

@@ -189,6 +189,31 @@ def test_a_pose_without_a_rotation_is_refused(rotation):
         controller.step(State(wTb=wrong), None, Command.stop(7))
 
 
+FR3 = (
+    (2.62, 0.30, 12.0, 2.75010),
+    (2.62, 0.20, 5.17, 1.79180),
+    (2.62, 0.20, 7.00, 2.90650),
+    (2.62, 0.30, 8.00, -0.14580),
+    (5.26, 0.35, 34.0, 2.81010),
+    (4.18, 0.35, 11.0, 4.52050),
+    (5.26, 0.35, 34.0, 3.01960),
+)  # its maker allows min(a, sqrt(c (d - q)) - b) at a position q [rad/s]
+
+
+@pytest.mark.parametrize("joint", range(7))
+def test_an_fr3_is_no_faster_than_its_maker_allows_at_a_position(joint):
+    model, (most, less, slope, end) = robot_model("frankie_fr3"), FR3[joint]
+    bounds, number = VelocityBounds(model, ControllerSettings()), model.n_base + joint
+    q, last, fastest = model.description.arm.ready.copy(), np.zeros(model.n), 0.0
+    q[joint] = model.limits.q_min[joint] + 0.1
+    for _ in range(500):
+        last[number] = bounds(q, last)[1][number]
+        fastest = max(fastest, last[number])
+        assert last[number] <= min(most, max(np.sqrt(slope * (end - q[joint])) - less, 0.0)) + 1e-9
+        q[joint] += 0.01 * last[number]
+    assert fastest > 0.9 * most
+
+
 @pytest.mark.parametrize("joint", [1, 3, 5])
 @pytest.mark.parametrize("side", [0, 1])
 def test_an_arm_that_lags_behind_its_commands_still_brakes_before_its_limits(joint, side):

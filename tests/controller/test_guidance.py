@@ -168,7 +168,7 @@ def test_going_down_on_a_grasp_is_straight_though_the_base_follows_late(robot, x
 def test_the_stored_bank_is_what_its_seed_draws():
     stored = np.load(BANK)
     again = draw(
-        [load_robot(name) for name in robot_names()], 500, np.random.default_rng(SEED)
+        [load_robot(name) for name in ("frankie", "omni")], 500, np.random.default_rng(SEED)
     ).astype(np.float16)
     np.testing.assert_array_equal(stored[:500], again)
 

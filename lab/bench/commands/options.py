@@ -43,10 +43,10 @@ ReverseSpeed = Annotated[
 
 def chosen_robots(robot: str) -> list[str]:
     """The robots that `--robot` selects."""
-    from robots import load_robot, robot_names
+    from robots import load_robot
 
     if robot == BOTH:
-        return robot_names()
+        return ["frankie", "omni"]
     load_robot(robot)
     return [robot]
 
