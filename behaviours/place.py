@@ -35,7 +35,7 @@ _OFF_EDGE = 0.005  # by which a place that is too near to an edge is moved farth
 
 
 class Place(Lowering):
-    """Set the held object down and rise: on the next free place of a region, or exactly there.
+    """Set the held object down, on a free place of a region or exactly there.
 
     The camera has to see nearly all of the floor at the place before the hand is lowered. A place
     at a seen edge is moved off it, and passed over if that is too far; so is one on which something

@@ -14,13 +14,13 @@ _SPEED = 0.5  # of the rising hand [m/s]
 
 
 class RetreatCheck(Leaf):
-    """Rise, or go back the way the hand came, and check on the way that it holds something.
+    """Rise, and check that the hand holds something.
 
-    It holds something if the fingers have moved since they were told to close, and stopped between
-    closed and as far apart as they were before. Fails otherwise and when the arm has a fault
-    (Haviland 2022, section V), so that the tree tries again. Fingers that still close on the way up
-    hold nothing: they are waited for. A grasp that failed is remembered and not chosen again while
-    there are others.
+    It goes back the way it came. It holds something if the fingers have moved since they were told
+    to close, and stopped between closed and as far apart as they were before. Fails otherwise and
+    when the arm has a fault (Haviland 2022, section V), so that the tree tries again. Fingers that
+    still close on the way up hold nothing: they are waited for. A grasp that failed is remembered
+    and not chosen again while there are others.
 
     Args:
         rise_m: how far the hand goes [m].

@@ -5,7 +5,7 @@ nor network is loaded. It shows the logic: which node runs after which outcome, 
 halted, how the task ends.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -18,10 +18,11 @@ from app.authoring.script import Script, read_keys, read_script
 from app.core import End, Outcome
 from behaviours import Context, Key, TaskLog
 from config import Plain
-from hw import SimClock, TaskClock
+from hw import SimClock, TaskClock, WallClock
 from trees.language import (
     COMPOSITES,
     LeafNode,
+    TaskFileError,
     ValueType,
     build,
     failed_node,
@@ -35,6 +36,7 @@ PERIOD = 0.1  # simulated time between ticks [s]
 _GLYPHS: Mapping[str, str] = {"success": "✔", "failure": "✗", "running": "▶", "invalid": "■"}
 
 _MOST_SHOWN, _MOST_TICKS = 200, 1000
+_POLL_PERIOD = 0.2  # interval of looking for a saved file [s]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -199,3 +201,47 @@ def _outcome_of(root: Behaviour) -> Outcome:
         return Outcome(end=End.FAILURE, reason=reason)
     node = failed_node(root)
     return Outcome(end=End.FAILURE, reason=node.feedback_message, node=node.name)
+
+
+def again_on_save(
+    tree: Path,
+    overrides: Mapping[str, str],
+    places: Path | None,
+    *,
+    act: Callable[[], None],
+    say: Callable[[str], None],
+) -> None:
+    """Call `act` each time that a file of a task is saved, until Ctrl-C; report its mistakes.
+
+    Raises UserError: bad input other than the task.
+    """
+    files, site = {tree}, [] if places is None else [places]
+    clock = WallClock()
+    try:
+        while True:
+            before = _stamps([*files, *site])
+            try:
+                files = set(load(tree, overrides=overrides, places=places).files)
+                before = _stamps([*files, *site])
+                act()
+            except TaskFileError as error:
+                say(str(error))
+                files |= {mistake.path for mistake in error.diagnostics}
+                before |= _stamps(files - before.keys())
+            say(f"{tree}: save it to run it again; Ctrl-C ends")
+            while _stamps(before) == before:
+                clock.sleep_until(clock.now() + _POLL_PERIOD)
+    except KeyboardInterrupt:
+        return
+
+
+def _stamps(paths: Iterable[Path]) -> dict[Path, tuple[int, int] | None]:
+    """When files were saved, and their sizes; None for what is not there."""
+    found: dict[Path, tuple[int, int] | None] = {}
+    for path in paths:
+        try:
+            status = path.stat()
+            found[path] = status.st_mtime_ns, status.st_size
+        except OSError:
+            found[path] = None
+    return found

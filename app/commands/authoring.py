@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from app.choices import Form
 from app.commands.refuse import find_tree, refuse, task_parameters, write
 from app.terminal import Terminal, visible
-
-if TYPE_CHECKING:
-    from app.core import Saved
-
 
 authoring = typer.Typer()
 
@@ -231,19 +227,17 @@ def dry(
     ] = False,
 ) -> None:
     """Try the logic of a task without a robot: leaves end at once, as you say."""
-    from app.authoring import dry_run
-    from app.core import again_on_save
+    from app.authoring import again_on_save, dry_run
 
     path, parameters = find_tree(tree), task_parameters(parameter or [])
     codes: list[int] = []
 
-    def act(saved: Saved | None = None) -> bool:
+    def act() -> None:
         result = dry_run(
             path, outcomes=outcome or [], keys=key or [], overrides=parameters, places=places
         )
         typer.echo(visible(result.to_text()))
         codes.append(result.outcome.end.exit_code)
-        return False
 
     if watch:
         again_on_save(path, parameters, places, act=act, say=Terminal(stderr=True).say)

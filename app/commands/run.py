@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 
 
 def finished(as_json: bool) -> Callable[[Result], str]:
-    """A function that shows a result and returns its explanation."""
+    """A function that shows a result and returns its explanation, without the heading."""
 
     def show_and_explain(result: Result) -> str:
         from app.review import explain
 
         show_result(result, as_json)
         try:
-            return str(explain(result.folder))
+            return str(explain(result.folder)).partition("\n\n")[2]
         except Exception as error:  # as when the disk is full
             return f"cannot be explained: {error}"
 
@@ -183,16 +183,12 @@ def run(
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the summary as one JSON object.")
     ] = False,
-    watch: Annotated[
-        bool, typer.Option("--watch", help="Run anew whenever the task is saved.")
-    ] = False,
 ) -> None:
     """Run a task; leaves a folder with a recording and a summary."""
     parameters = task_parameters(parameter or [])
     with Loading(f"{Path(tree).stem} on {Path(robot).stem}") as loading:
-        from app.core import End, RunOptions, parse_fault, run_on_save, run_task
+        from app.core import End, RunOptions, parse_fault, run_task
         from app.live import ControlOptions, ViewOptions
-        from config import UserError
         from hw import HardwareError
         from robots import load_real_robot
 
@@ -240,11 +236,8 @@ def run(
             faults=tuple(parse_fault(text) for text in fault or ()),
         )
         try:
-            if watch:
-                result = run_on_save(options, finished=finished(as_json), say=say)
-            else:
-                result = run_task(options, loading=loading, finished=finished(as_json))
+            result = run_task(options, loading=loading, finished=finished(as_json))
         except HardwareError as error:  # while connecting: a run that has begun ends with a summary
             say(str(error))
             raise typer.Exit(End.HARDWARE.exit_code) from None
-    raise typer.Exit(result.outcome.end.exit_code if result else UserError.exit_code)
+    raise typer.Exit(result.outcome.end.exit_code)

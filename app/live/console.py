@@ -69,7 +69,6 @@ class OperatorConsole:
         viewer: str | None,
         say: Callable[[str], None],
         plan: Plan | None = None,
-        server: PageServer | PagePipe | None = None,
     ) -> None:
         _check(options)
         self.control = Control(
@@ -83,7 +82,7 @@ class OperatorConsole:
         self._emergency = ""
         self._groot: GrootServer | None = None
         self._page: ControlPage | None = None
-        self._server, self._stays = server, server is None and options.pipe is None
+        self._server: PageServer | PagePipe | None = None
         tree = tree_view(nodes)
         self.root, hooks = self._insert(options, nodes)
         with ExitStack() as stack:
@@ -91,7 +90,7 @@ class OperatorConsole:
                 groot = GrootServer(info.task, tree, hooks, self.control, port=options.groot_port)
                 self._groot = stack.enter_context(groot)
             if options.page:
-                pages = self._server or stack.enter_context(_server(options))
+                self._server = stack.enter_context(_server(options))
                 self._page = ControlPage(
                     self.control,
                     tree,
@@ -103,10 +102,7 @@ class OperatorConsole:
                     hooks=hooks,
                     may_force=options.force,
                 )
-                self._server = pages
-                pages.serve(self._page)
-                if pages.stopped:  # since the run before
-                    self.control.stop()
+                self._server.serve(self._page)
             self._stack = stack.pop_all()
 
     def __enter__(self) -> OperatorConsole:
@@ -155,12 +151,12 @@ class OperatorConsole:
     def stay(self, outcome: str, explanation: str) -> None:
         """Show on the page how the run ended, and keep it until Ctrl-C.
 
-        Returns at once if another run may follow on the page, or after Ctrl-C in the run.
+        Returns at once if another process serves the page, or after Ctrl-C in the run.
         """
         if self._page is None:
             return
         self._page.end(outcome, explanation)
-        if not self._stays or not isinstance(self._server, PageServer):
+        if not isinstance(self._server, PageServer):
             return
         if self.left:
             self._server.farewell()

@@ -11,6 +11,7 @@ from trees.language import TreeNode
 
 _LONGEST_GIVEN = 24
 _NEXT = "next_goal"
+_UNITS = ("m", "s", "percent")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,6 +22,7 @@ class NodeInfo:
     kind: str  # its key in a task file, for example `sequence` or `navigate`
     depth: int  # number of ancestors; 0 at the root
     given: str = ""  # its main argument, as `at_table` of a `navigate`; empty for most
+    does: str = ""  # what a leaf does, in a sentence
 
     @property
     def title(self) -> str:
@@ -69,6 +71,7 @@ def tree_view(nodes: Sequence[TreeNode]) -> list[NodeInfo]:
             kind=str(getattr(n.node, "key", "")),
             depth=n.depth,
             given=_in_words(getattr(n.node, "given", {})),
+            does="" if n.node.children else (type(n.node).__doc__ or "").partition("\n")[0],
         )
         for n in nodes
     ]
@@ -76,10 +79,18 @@ def tree_view(nodes: Sequence[TreeNode]) -> list[NodeInfo]:
 
 def _in_words(given: Mapping[str, object]) -> str:
     """The names of poses, regions and keys among a leaf's arguments, or else its first value."""
-    values = [value for word, value in given.items() if word != _NEXT]
-    names = [str(name) for value in values if (name := getattr(value, "name", None))]
-    others = [f"{value:g}" if isinstance(value, float) else str(value) for value in values]
+    given = {word: value for word, value in given.items() if word != _NEXT}
+    names = [str(name) for value in given.values() if (name := getattr(value, "name", None))]
+    others = [
+        f"{value:g} {_unit(word)}".strip() if isinstance(value, float) else str(value)
+        for word, value in given.items()
+    ]
     return shortened(", ".join(names) or next(iter(others), ""), _LONGEST_GIVEN)
+
+
+def _unit(word: str) -> str:
+    unit = word.rpartition("_")[2]
+    return unit if unit in _UNITS else ""
 
 
 def shortened(text: str, longest: int) -> str:

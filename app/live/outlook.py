@@ -2,38 +2,56 @@
 
 import re
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from app.live.nodes import NodeInfo, NodeStatus, parents, path_from_root
 
 _SEQUENCES = ("sequence", "reactive_sequence", "resuming_sequence", "all_of", "for_each")
 _FALLBACKS = ("fallback", "reactive_fallback", "any_of", "switch")
-_ENDS = {True: "the task succeeds", False: "the task fails"}
-
-
+_AGAIN = ("retry", "forever", "repeat")
 _ATTEMPT = re.compile(r"attempt \d+ of \d+")
 
 
+class Step(NamedTuple):
+    """What comes next."""
+
+    title: str
+    does: str = ""  # what a leaf does, in a sentence
+
+
+_ENDS = {True: Step("the task succeeds"), False: Step("the task fails")}
+
+
 def purpose(tree: Sequence[NodeInfo], nodes: Sequence[NodeStatus], index: int) -> list[str]:
-    """What a node is done for, from the root down: ancestors with a name, and their attempts."""
+    """What a node is done for, from the root down: ancestors with a name, and their attempts.
+
+    The question of an `until` ends in a question mark.
+    """
     found = []
     for above in path_from_root(tree, index)[:-1]:
         if tree[above].name != tree[above].kind:
-            found.append(tree[above].name)
+            asks = above > 0 and tree[above - 1].kind == "until"
+            found.append(f"{tree[above].name.removesuffix('?')}?" if asks else tree[above].name)
         if tree[above].kind == "retry" and (tried := _ATTEMPT.match(nodes[above].message)):
             found.append(tried[0])
     return found
 
 
-def outlook(tree: Sequence[NodeInfo], index: int) -> tuple[str, str]:
-    """What comes after a success of a node and after its failure, in words.
+def outlook(tree: Sequence[NodeInfo], index: int) -> tuple[Step, Step]:
+    """What comes after a success of a node and after its failure.
 
-    Limits on attempts and times are left out.
+    Limits on attempts and times are left out. Between two attempts it is the next attempt.
     """
     above = parents(tree)
+    if tree[index].kind in _AGAIN and index in above:
+        again = _again(tree, above, index)
+        return again, again
     return _after(tree, above, index, True), _after(tree, above, index, False)
 
 
-def _after(tree: Sequence[NodeInfo], above: Sequence[int | None], index: int, success: bool) -> str:
+def _after(
+    tree: Sequence[NodeInfo], above: Sequence[int | None], index: int, success: bool
+) -> Step:
     parent = above[index]
     if parent is None:
         return _ENDS[success]
@@ -49,12 +67,10 @@ def _after(tree: Sequence[NodeInfo], above: Sequence[int | None], index: int, su
             return _entered(tree, above, later[0])
         case "until" if success and not first:
             return _entered(tree, above, later[0] if later else children[0])
-        case "retry" | "forever" if not success:
-            return f"{_entered(tree, above, index)} again"
-        case "repeat" if success:
-            return f"{_entered(tree, above, index)} again"
+        case kind if kind in _AGAIN and success is (kind == "repeat"):
+            return _again(tree, above, index)
         case "parallel":
-            return f"the rest of {tree[parent].name}"
+            return Step(f"the rest of {tree[parent].name}")
         case "invert" | "not":
             success = not success
         case "force_success" | "force_failure":
@@ -62,10 +78,15 @@ def _after(tree: Sequence[NodeInfo], above: Sequence[int | None], index: int, su
     return _after(tree, above, parent, success)
 
 
-def _entered(tree: Sequence[NodeInfo], above: Sequence[int | None], index: int) -> str:
-    """The first node below, the first that its author has named or that does something."""
+def _again(tree: Sequence[NodeInfo], above: Sequence[int | None], index: int) -> Step:
+    step = _entered(tree, above, index)
+    return step._replace(title=f"{step.title} again")
+
+
+def _entered(tree: Sequence[NodeInfo], above: Sequence[int | None], index: int) -> Step:
+    """The first node below that its author has named or that does something."""
     while tree[index].name == tree[index].kind and (inner := index + 1) in range(len(tree)):
         if above[inner] != index:
             break
         index = inner
-    return tree[index].title
+    return Step(tree[index].title, tree[index].does)

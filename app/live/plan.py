@@ -20,7 +20,7 @@ from controller import se3_of
 from robots import CORNERS, Cylinder, Geom, Hull, Plane, Sphere, half_extents
 
 STYLE = files("app.live") / "plan.css"
-_MARGIN = 40.0  # around what is drawn [cm]
+_MARGIN = 55.0  # around what is drawn [cm]
 _LEAST_UNCERTAINTY = 0.02  # drawn as a circle from here on [m]
 
 
@@ -72,9 +72,9 @@ class Plan:
 
     def robot(self, wTb: SE3, look: str = "robot") -> str:
         """The outline of the base, with a mark at its front."""
-        nose = np.array([[0.6, 0.5], [1.0, 0.0], [0.6, -0.5]]) * self._half
+        nose = np.array([[0.6, 0.3], [0.9, 0.0], [0.6, -0.3]]) * self._half
         front = nose @ wTb.rotation[:2, :2].T + wTb.translation[:2]
-        return _polygon(look, _corners(wTb, self._half)) + line("nose", front)
+        return _polygon(look, _corners(wTb, self._half)) + _polygon("nose", front)
 
     def view_box(self, *more: Array) -> str:
         """The part of the plan that shows all of it, and more points (N, 2) [m]."""

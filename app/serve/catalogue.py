@@ -61,7 +61,6 @@ def _described(name: str, path: Path) -> Told:
         "name": name,
         "description": "" if task is None else task.description,
         "scene": "" if task is None else task.scene,
-        "shipped": name == path.stem,
         "bad": any(one.severity is Severity.ERROR for one in found),
         "parameters": [_field(key, one) for key, one in parameters.items()],
     }
@@ -89,4 +88,5 @@ def _shown(one: Diagnostic) -> Told:
         lines = one.path.read_text(encoding="utf-8").splitlines()
         line, column = one.location.line, one.location.column
         source = f"{line:4}  {lines[line - 1]}\n{' ' * (5 + column)}^"
-    return {"text": str(one), "severity": one.severity.value, "source": source}
+    text = str(one).removeprefix(f"{one.path.parent}/")
+    return {"text": text, "severity": one.severity.value, "source": source}

@@ -4,12 +4,12 @@
 const PERIOD = 200, TIMEOUT = 4000;  // [ms]
 const SILENCE = 3;  // after which to connect anew [s]
 const SEVERITIES = ["info", "warning", "error"];
-const MOST_LINES = 300;  // of the log
+const MOST_LINES = 300, LONGEST_NAME = 39;  // of the log
 const seconds = () => performance.now() / 1000;
 
 let run = null, about = null, answer = "none", heard = seconds(), took = 0;
 let wanted = null;  // Stop or Pause, sent again until the state confirms it
-let note = "", trouble = "", chosen = null, tree = null, pictured = null, shownAt = null, drawn = null, desk = null;
+let note = "", trouble = null, chosen = null, tree = null, pictured = null, shownAt = null, drawn = null, desk = null;
 
 function state() {
   return {
@@ -46,7 +46,7 @@ function hear(told) {
   if (run && told.run === run.run && told.told_at < run.told_at) return;
   const over = run && run.phase !== "over" && told.phase === "over";
   run = told;
-  const done = run.stopped || run.phase === "idle" || (run.phase === "over" && !run.again);
+  const done = run.stopped || run.phase === "idle" || run.phase === "over";
   if (wanted && (done || (wanted.id === "pause" && (run.paused || run.phase === "over")))) wanted = null;
   if (run.desk && desk === null) desk = new Tasks(element("tasks"), () => show("robot"));
   if (run.phase === "idle" && document.body.dataset.tab === "robot") show("tasks");
@@ -99,7 +99,9 @@ function draw() {
   if (tree && run) tree.show(run, chosen);
   if (run && run.moving && element("moving").drawn !== run.moving) {
     element("moving").innerHTML = element("moving").drawn = run.moving;
-    element("plan").setAttribute("viewBox", run.view_box);
+    const plan = element("plan"), [, , width, height] = run.view_box.split(" ");
+    plan.setAttribute("viewBox", run.view_box);
+    plan.style.setProperty("--pixel", Math.max(width / plan.clientWidth, height / plan.clientHeight));
   }
 }
 
@@ -125,6 +127,7 @@ function drawPending(forced) {
 function choose(index) {
   chosen = index;
   setText(element("chosen-name"), tree.nodes[index].title);
+  setText(element("chosen-does"), tree.nodes[index].does || tree.nodes[index].kind);
   draw();
 }
 
@@ -166,7 +169,7 @@ function begin(told) {
   const same = JSON.stringify(about) === JSON.stringify(told || {});
   about = told || {};
   element("log").replaceChildren();
-  trouble = "";
+  trouble = null;
   if (same) return;
   [chosen, pictured] = [null, null];
   element("moving").innerHTML = "";
@@ -178,10 +181,16 @@ function begin(told) {
 
 function log(lines) {
   const worst = lines.filter(([, severity, node]) => severity !== "info" && node !== null).at(-1);
-  if (worst) trouble = `${worst[3]} (${worst[0].toFixed(1)} s)`;
+  if (worst) trouble = { text: worst[3].slice(2), seconds: worst[0] };
   const place = element("log");
-  place.prepend(...lines.reverse().map(([time, severity, node, text]) => made("li", { className: severity },
-    made("time", { textContent: `${time.toFixed(2)} s` }), made("span", { textContent: text }))));
+  place.prepend(...lines.reverse().map(([time, severity, node, text]) => made("li", {
+    className: severity,
+    onclick: () => {
+      if (node === null) return;
+      choose(node);
+      tree.follow(node);
+    },
+  }, made("time", { textContent: `${time.toFixed(1)} s` }), made("span", { textContent: text }))));
   while (place.childElementCount > MOST_LINES) place.lastChild.remove();
   filter();
 }
@@ -248,7 +257,12 @@ element("fold").addEventListener("click", () => tree && tree.foldAll(true));
 element("unfold").addEventListener("click", () => tree && tree.foldAll(false));
 element("severity").addEventListener("change", filter);
 element("words").addEventListener("input", filter);
-element("jump").addEventListener("click", openViewer);
+element("jump").addEventListener("click", () => document.querySelector("iframe").contentWindow.postMessage("now", "*"));
+element("history").addEventListener("click", () => {
+  element("words").value = tree.nodes[chosen].title.slice(0, LONGEST_NAME);
+  filter();
+  show("log");
+});
 
 // The only key of the whole page; it stops, and nothing else.
 document.addEventListener("keydown", (event) => {

@@ -68,7 +68,7 @@ class ControlPage:
             "where": info.where,
             "real": info.real,
             "objects": info.objects,
-            "nodes": [(one.name, one.title, one.kind, one.depth) for one in self._tree],
+            "nodes": [(one.title, one.kind, one.depth, one.does) for one in self._tree],
             "plan": plan.fixed if plan else "",
             "injectable": _OFFERED,
             "can_force": may_force,
@@ -188,6 +188,7 @@ class ControlPage:
             spent = [round(seconds, 1) for seconds in self._changes.spent(seen.time)]
         told: Told = {
             "time": in_words(seen.time),
+            "seconds": seen.time,
             "paused_s": seen.paused_s,
             "stamp": seen.stamp,
             "placed": moment.placed,
@@ -196,7 +197,7 @@ class ControlPage:
             "purpose": purpose(self._tree, seen.nodes, index),
             "message": seen.nodes[index].message,
             "then": then,
-            "otherwise": otherwise,
+            "otherwise": otherwise.title,
             "figures": _figures(moment),
             "faults": [fault.text for fault in seen.state.faults],
             "looks": "".join(look[0] for look in looks(self._tree, seen.nodes)),
@@ -227,7 +228,7 @@ def _figures(moment: Moment) -> dict[str, str]:
     seen = moment.seen
     state, report = seen.state, seen.report
     vx, vy, w = state.base_twist
-    turning = f", turning {abs(w):.1f} rad/s" if abs(w) > 0.05 else ""
+    turning = f", {abs(w):.1f} rad/s" if abs(w) > 0.05 else ""
     figures = {
         "base": f"{(vx * vx + vy * vy) ** 0.5:.2f} m/s{turning}",
         "fastest joint": f"{max(abs(state.qd)):.2f} rad/s",
@@ -243,7 +244,7 @@ def _figures(moment: Moment) -> dict[str, str]:
     if seen.grasp is not None:
         figures["grasp"] = f"{seen.grasp.quality:.2f}" + (" locked" if seen.locked else "")
     if located := _localised(seen):
-        figures["position on the map"] = located
+        figures["on the map"] = located
     return figures
 
 

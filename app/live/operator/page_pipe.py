@@ -20,7 +20,6 @@ class PagePipe:
     """Tells another process about the newest page; use it in a `with` statement."""
 
     def __init__(self, file: int) -> None:
-        self.stopped = False
         self._socket = socket.socket(fileno=file)
         self._page: ControlPage | None = None
         self._closing = threading.Event()

@@ -76,25 +76,21 @@ class PageServer(BoundedServer):
 
     Port and token stay the same from run to run, and so does the page that a person has open.
 
-    It listens on `port`; None takes the usual one, or a free one if that is taken. `again` is
-    whether another run may follow, as with `--watch`, `desk` what is there between runs, and
-    `seconds` real time [s]. Raises PageError: the port is not available.
+    It listens on `port`; None takes the usual one, or a free one if that is taken. `desk` is what
+    is there between runs, and `seconds` real time [s]. Raises PageError: the port is not available.
     """
 
     def __init__(
         self,
         port: int | None = None,
         *,
-        again: bool = False,
         desk: Desk | None = None,
         seconds: Callable[[], float] = stopwatch,
     ) -> None:
         self.token = secrets.token_urlsafe(16)
         self.ticket = secrets.token_urlsafe(16)
         """Begins paths that may be read without the token: the viewer sends no cookie."""
-        self.again = again
         self.desk = desk
-        self.stopped = False
         self.page: ControlPage | RunProcess | None = None
         self.seconds = seconds
         self.watching: set[object] = set()
@@ -124,8 +120,7 @@ class PageServer(BoundedServer):
         self.page, self._run = page, self._run + 1
 
     def stop(self) -> None:
-        """End the run; between two runs, the next one."""
-        self.stopped = self.again
+        """End the run."""
         if self.page is not None:
             self.page.stop()
 
@@ -143,10 +138,8 @@ class PageServer(BoundedServer):
         return state | {
             "run": self._run,
             "told_at": self.seconds(),
-            "again": self.again,
             "desk": self.desk.banner if self.desk else "",
             "people": len(self.watching),
-            "stopped": state["stopped"] or self.stopped,
         }
 
     def events(self) -> Iterator[bytes]:
@@ -183,7 +176,6 @@ class PageServer(BoundedServer):
 
     def farewell(self) -> None:
         """Give browsers time to receive how the last run ended."""
-        self.again = False
         threading.Event().wait(_FAREWELL)
 
     def __enter__(self) -> PageServer:

@@ -33,13 +33,13 @@ class Tasks {
     this.choice = made("ul", { id: "choice" });
     this.form = made("form", { hidden: true });
     this.said = made("ul", { className: "mistakes", role: "alert" });
-    this.runs = made("section", { id: "runs" });
+    this.runs = made("ul", { id: "runs" });
     this.form.onsubmit = (event) => {
       event.preventDefault();
       this.send(event.submitter && event.submitter.name === "check" ? "/check" : "/start");
     };
-    place.replaceChildren(made("section", {}, made("h2", { textContent: "Tasks" }), this.choice),
-      made("section", {}, this.form, this.said), this.runs);
+    const part = (title, ...children) => made("section", {}, ...(title ? [made("h2", { textContent: title })] : []), ...children);
+    place.replaceChildren(part("Tasks", this.choice), part("", this.form, this.said), part("Runs", this.runs));
     this.load();
     this.loadRuns();
   }
@@ -48,7 +48,7 @@ class Tasks {
     this.all = await json("/tasks");
     this.choice.replaceChildren(...this.all.tasks.map((task) => {
       const button = made("button", { type: "button", onclick: () => this.choose(task.name) }, made("b", { textContent: task.name }),
-        ` ${task.bad ? "has mistakes" : task.shipped ? "" : "in the folder"}`);
+        made("small", task.bad ? { className: "error", textContent: "has mistakes" } : { textContent: task.description }));
       button.setAttribute("aria-pressed", this.task === task.name);
       button.dataset.task = task.name;
       return made("li", {}, button);
@@ -68,19 +68,19 @@ class Tasks {
       return field(one.name, control, one.description || one.type);
     });
     const run = [
-      field("robot", suggested(this.all.robots, "frankie"), this.all.real),
+      field("robot", suggested(this.all.robots, "frankie")),
       field("world", choices(this.all.worlds)),
       field("scene", suggested(this.all.scenes, "", task.scene || "household")),
       field("seed", made("input", { type: "number", min: 0, step: 1, value: 0 })),
-      field("speed", choices(["real", "max"]), "of simulated time"),
+      field("speed", choices(["real", "max"]), "of a simulated robot"),
       field("approve", made("input", { type: "checkbox" }), "every motion waits for a person"),
-      field("force", made("input", { type: "checkbox" }), "people may answer for nodes"),
+      field("force", made("input", { type: "checkbox" }), "people may choose how a node ends"),
     ];
     this.parameters = made("fieldset", {}, made("legend", { textContent: "parameters" }), ...parameters);
     this.options = made("fieldset", {}, made("legend", { textContent: "run" }), ...run);
     this.form.replaceChildren(made("h2", { textContent: task.name }), made("p", { textContent: task.description }),
       ...(parameters.length ? [this.parameters] : []), this.options,
-      made("button", { name: "start", className: "good", textContent: "Start" }), " ",
+      made("button", { name: "start", className: "start", textContent: "Start" }), " ",
       made("button", { name: "check", textContent: "Check" }));
     this.form.hidden = false;
     this.form.scrollIntoView({ block: "nearest" });
@@ -114,16 +114,16 @@ class Tasks {
   tell(mistakes) {
     this.said.replaceChildren(...mistakes.map(({ text, severity, source }) => made("li", { className: severity }, text,
       ...(source ? [made("code", { textContent: source, tabIndex: 0 })] : []))));
+    this.said.scrollIntoView({ block: "nearest" });
   }
 
   async loadRuns() {
     const all = await json("/runs"), viewer = (path) => `/viewer/?url=${encodeURIComponent(location.origin + path)}&hide_welcome_screen=1`;
     const link = (href, textContent) => made("a", { href, textContent, target: "_blank" });
-    const heads = ["when", "task", "outcome", "time", "what decided it", ""];
-    const cells = (run) => [run.when, run.task, run.outcome, run.time, run.cause,
-      made("span", {}, link(run.explanation, "explanation"), " ", ...(run.recording ? [link(viewer(run.recording), "recording")] : []))];
-    this.runs.replaceChildren(made("h2", { textContent: "Runs" }), made("table", {},
-      made("tr", {}, ...heads.map((textContent) => made("th", { textContent }))),
-      ...all.map((run) => made("tr", {}, ...cells(run).map((cell) => made("td", {}, cell))))));
+    this.runs.replaceChildren(...all.map((run) => made("li", {}, made("b", { textContent: run.task }),
+      ` ${run.outcome}${run.time && ` after ${run.time}`} `, made("small", { textContent: run.when }),
+      made("p", { textContent: run.cause }), link(run.explanation, "explanation"), " ",
+      ...(run.recording ? [link(viewer(run.recording), "recording")] : []))));
+    if (!all.length) this.runs.textContent = "none yet";
   }
 }

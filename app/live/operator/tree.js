@@ -18,7 +18,7 @@ const setText = (one, text) => { if (one.textContent !== text) one.textContent =
 
 class Tree {
   constructor(place, nodes, choose) {
-    this.nodes = nodes.map(([name, title, kind, depth]) => ({ name, title, kind, depth }));
+    this.nodes = nodes.map(([title, kind, depth, does]) => ({ title, kind, depth, does }));
     this.folded = new Set();
     this.words = "";
     this.tip = -1;
@@ -31,14 +31,12 @@ class Tree {
       if (node.parent !== null) this.nodes[node.parent].inner = true;
     });
     this.parts = this.nodes.map((node, index) => {
-      const named = node.name !== node.kind;
       const parts = {
         fold: made("span", { className: "fold" }), mark: made("span", { className: "mark" }),
         badge: made("span", { className: "badge" }), spent: made("span", { className: "spent" }),
       };
       parts.row = made("div", { tabIndex: -1, title: `${node.title} (${node.kind})` }, parts.fold, parts.mark,
-        made("span", { className: "name", textContent: node.title }),
-        made("span", { className: "kind", textContent: named ? node.kind : "" }), parts.badge, parts.spent);
+        made("span", { className: "name", textContent: node.title }), parts.badge, parts.spent);
       parts.row.style.setProperty("--depth", node.depth);
       parts.row.dataset.node = index;
       parts.row.setAttribute("role", "treeitem");
@@ -151,9 +149,9 @@ class Tree {
     }
   }
 
-  // Scroll to the running node, or what it is folded into.
-  follow() {
-    const shown = this.pathTo(this.tip).find((index) => !this.parts[index].row.hidden);
+  // Scroll to a node, or what it is folded into.
+  follow(index = this.tip) {
+    const shown = this.pathTo(index).find((one) => !this.parts[one].row.hidden);
     if (shown === undefined) return;
     const { row } = this.parts[shown], { place } = this;
     const middle = row.offsetTop - place.clientHeight / 2;

@@ -15,7 +15,7 @@ const whole = (seconds) => `${Math.floor(seconds)} s`;
      wanted    action that is not confirmed yet: { id, name, seconds }, or null
      note      result of the last action, or ""
      chosen    number of the selected node, or null
-     trouble   what failed last, or ""
+     trouble   what failed last: { text, seconds }, or null
      shownAt   time that the viewer shows [s], or null
      pictured  stamp of the picture, or null
 */
@@ -23,7 +23,7 @@ function view(state) {
   const run = { phase: "unknown", breaks: [], forced: {}, faults: [], figures: {}, purpose: [], ...state.run };
   const about = { nodes: [], ...state.about };
   const over = run.phase === "over", idle = run.phase === "idle";
-  const ended = (over && !run.again) || idle;
+  const ended = over || idle;
   const silent = state.silent > state.patience && (!ended || run.desk);
   const age = state.silent + (run.age || 0);
   const stuck = run.phase === "running" && age > Math.max(OLD, state.patience);
@@ -50,7 +50,6 @@ function view(state) {
       return ["lost", `frozen for ${whole(age)}: ${what}${danger}`];
     }
     if (!state.run) return ["over", "connecting"];
-    if (over) return ["over", "the run has ended; the next begins when the task is saved"];
     if (run.phase === "finished") return ["over", "the robot is at rest; the run is being written down"];
     if (run.stopped) return ["over", "stopping"];
     if (run.phase === "starting") return ["over", "starting"];
@@ -69,7 +68,7 @@ function view(state) {
     resume: open && Boolean(run.paused) && !latched && !asks,
     step: open && !latched && !asks,
     next: open && !latched && !asks,
-    again: over && !silent,
+    again: over && !silent, jump: state.shownAt !== null,
     fault: open, inject: open, clear: open,
     acknowledge: open && !run.pressed,
     approve: open && asks, refuse: open && asks,
@@ -77,6 +76,8 @@ function view(state) {
     "force-success": open, "force-failure": open, "force-nothing": open,
   };
   const shown = {
+    controls: !ended || (over && Boolean(run.desk)), tabs: !idle,
+    pause: !ended, resume: !ended, step: !ended, next: !ended, stop: !ended,
     acknowledge: latched && run.phase === "running",
     approve: asks, refuse: asks, wanted: asks,
     again: over && Boolean(run.desk),
@@ -86,8 +87,8 @@ function view(state) {
     "force-success": force, "force-failure": force,
     forced: forced !== undefined, "force-nothing": forced !== undefined && force,
     notice: notice() !== "",
-    now: Boolean(tip) && !over, views: Boolean(tip), tests: !over && !about.real,
-    picture: state.pictured !== null, trouble: state.trouble !== "", "trouble-label": state.trouble !== "",
+    now: Boolean(tip) && !over, otherwise: Boolean(run.then) && run.otherwise !== run.then[0], views: Boolean(tip), tests: !over && !about.real,
+    picture: state.pictured !== null, trouble: state.trouble !== null, "trouble-label": state.trouble !== null,
     "tab-viewer": Boolean(about.viewer), "tab-tasks": Boolean(run.desk),
     "ticks-label": Boolean(tip),
   };
@@ -98,22 +99,24 @@ function view(state) {
     task: about.task || "frankie-task",
     world: about.where ? (about.real ? `THE REAL ROBOT · ${about.where}` : `simulated · ${about.where}`) : run.desk || "",
     progress: progress.filter(Boolean).join(", "),
-    trouble: state.trouble,
-    behind: state.shownAt === null ? "loading" : `shows ${Math.max(0, run.stamp - state.shownAt + age).toFixed(0)} s ago`,
-    description: about.description || "",
+    trouble: state.trouble ? `${state.trouble.text}, ${whole(Math.max(0, run.seconds - state.trouble.seconds))} ago` : "",
+    behind: state.shownAt === null ? "loading" : `${whole(Math.max(0, run.stamp - state.shownAt + age))} behind the run`,
     age: state.run && !over && !idle ? `${age.toFixed(1)} s old` : "",
     time: run.time ? `${run.time}${run.paused_s >= 1 ? `, paused ${whole(run.paused_s)}` : ""}` : "",
     people: run.people > 1 ? `${run.people} people watch` : "",
     ticks: state.run ? String(run.ticks || 0) : "–",
-    doing: tip ? [tip[1], run.message].filter(Boolean).join(": ") : "",
-    purpose: [about.task, ...run.purpose].join(" › "),
-    onward: !tip ? "" : run.then === run.otherwise ? run.then : `${run.then}; if this fails: ${run.otherwise}`,
+    doing: tip ? [tip[0], run.message].filter(Boolean).join(": ") : "",
+    purpose: [(about.description || about.task || "").replace(/\.$/, ""), ...run.purpose].join(" › "),
+    onward: run.then ? run.then[0] : "",
+    "onward-does": run.then ? run.then[1] : "",
+    otherwise: tip ? `If this fails: ${run.otherwise}` : "",
     faults: faults.join("; "),
     wanted: `the robot wants to: ${run.approve}`,
     forced: `It will end with ${forced}, whatever it does.`,
     outcome: run.outcome || "",
     explanation: run.explanation || "",
-    pictured: state.pictured === null ? "no image yet" : `image ${Math.max(0, run.stamp - state.pictured + age).toFixed(1)} s old`,
+    pictured: state.pictured === null ? "no image of the wrist camera yet"
+      : `wrist camera, ${Math.max(0, run.stamp - state.pictured + age).toFixed(1)} s old; best grasp green`,
   };
   const old = live || over || idle ? "" : "old";
   const looks = {

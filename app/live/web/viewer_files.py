@@ -37,11 +37,14 @@ _POLICY = (
 ANCESTORS = "http://127.0.0.1:* http://localhost:*"
 """What may frame the viewer: a page under the other name of this host. A browser then runs it in a
 process of its own, so that it cannot hold up the page."""
-_TELL = (
+_BRIDGE = (
     "<script>setInterval(() => window._handle && "
-    'parent.postMessage(window._handle.viewer_state(), "*"), 500);</script>'
+    'parent.postMessage(window._handle.viewer_state(), "*"), 500);'
+    'addEventListener("message", ({data, source}) => source === parent && data === "now" && '
+    "window._handle && window._handle.viewer_control(new Uint8Array([50, 2, 40, 3])));</script>"
 )
-"""Tells a page around it what it shows, as Rerun encodes it."""
+"""Tells a page around it what it shows, as Rerun encodes it, and follows the newest data when that
+page says so: a ViewerControlRequest with set_time_cursor (6) to play state (5) following (3)."""
 _FOREIGN = re.compile(r"<link\s[^>]*https://[^>]*>")
 _PROXIES = ("ALL_PROXY", "HTTPS_PROXY", "HTTP_PROXY", "all_proxy", "https_proxy", "http_proxy")
 _PATIENCE = 60.0  # time for the viewer's program to serve its files [s]
@@ -110,7 +113,7 @@ def read_file(name: str, hosts: str = "'self'") -> tuple[bytes, str] | None:
         meta = f'<meta http-equiv="Content-Security-Policy" content="{viewer_policy(hosts)}">'
         text = _FOREIGN.sub("", content.decode())
         text = text.replace("<head>", f"<head>\n    {meta}", 1)
-        content = text.replace("</body>", f"{_TELL}</body>", 1).encode()
+        content = text.replace("</body>", f"{_BRIDGE}</body>", 1).encode()
     return content, FILES[name]
 
 

@@ -244,12 +244,12 @@ def test_events_tell_of_the_tree_the_picture_what_happened_and_how_the_run_ended
     for tick in (0, 60, 180):
         page.show(moment(tick), changed=True)
     told = client.events("about", "state", "picture", "log")
-    assert [title for _, title, _, _ in told["about"]["nodes"]] == [node.title for node in TREE]
+    assert [title for title, *_ in told["about"]["nodes"]] == [node.title for node in TREE]
     state = told["state"]
     assert (state["phase"], state["time"], state["placed"]) == ("running", "3 s", 7)
     assert (state["looks"][1], state["looks"][4], state["looks"][8]) == ("r", "n", "s")
     assert state["purpose"] == ["main", "until empty", "pick", "pick once"]
-    assert (state["then"], state["otherwise"]) == ("navigate to table", "pick once again")
+    assert (state["then"][0], state["otherwise"]) == ("navigate to table", "pick once again")
     assert state["spent"][8] == pytest.approx(2.4)
     assert told["picture"]["url"].startswith("data:image/jpeg;base64,")
     assert [text for _, _, _, text in told["log"]][-1].startswith("▶ grasp")

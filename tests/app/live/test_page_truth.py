@@ -143,26 +143,3 @@ def test_approval_works_after_a_gap_and_stop_at_a_frozen_process_when_it_thaws(t
         page.wait_for_timeout(1500)
         assert sentence(page) == "the run has ended"  # it has said so itself
         page.close()
-
-
-def test_the_open_page_lives_on_through_saves(tmp_path, browser):
-    from playwright.sync_api import expect
-
-    with Run(tmp_path, "--view", "none", "--watch", task=TWO) as run:
-        page = opened_page(browser, run.url)
-        expect_run(page, "running")
-        for name in ("other", "third"):
-            (tmp_path / "toy.yaml").write_text(TWO.replace("second", name))
-            expect(page.locator("#tree")).to_contain_text(name, timeout=30_000)
-            expect_run(page, "running")
-            assert enabled(page) == LIVE
-        (tmp_path / "toy.yaml").write_text("task: toy\ntree:\n  wait: {duration_s: 0.1}\n")
-        expect(page.locator("#outcome")).to_contain_text("toy succeeded", timeout=30_000)
-        expect_run(page, "the run has ended; the next begins when the task is saved")
-        assert enabled(page) == {"stop"}
-        page.click("#stop")
-        expect_run(page, "the run has ended")
-        assert run.process.wait(20.0) == 0
-        page.wait_for_timeout(1500)
-        assert sentence(page) == "the run has ended"
-        page.close()
