@@ -44,7 +44,7 @@ experiments: .venv/developing
 # The moving picture of the README; needs a Vulkan driver (Debian: mesa-vulkan-drivers).
 film: .venv/installed
 	$(BIN)/frankie-task run trees/pick_place.yaml --seed 0 --view none
-	$(BIN)/frankie-task film last docs/images/pick_place.webp --to 17
+	$(BIN)/frankie-task film last docs/images/pick_place.webp --from 3.5 --to 18.5
 
 .venv/installed: pyproject.toml constraints.txt
 	@PYTHON="$(PYTHON)" ./install.sh

@@ -3,7 +3,17 @@
 from app.choices import MotionForm, ObstacleSource, RegistrationForm
 from app.core.fault_schedule import PHASES, ScheduledFault, current_phases, parse_fault, phases_of
 from app.core.files.events import EVENTS
-from app.core.files.folder import COMMANDS, FRAMES, OPTIONS, RECORDING, STATES, SUMMARY, begun
+from app.core.files.folder import (
+    COMMANDS,
+    FRAMES,
+    OPTIONS,
+    PLACES,
+    RECORDING,
+    STATES,
+    SUMMARY,
+    TASK,
+    begun,
+)
 from app.core.launch import run_task
 from app.core.measurements import Measurements
 from app.core.outcome import End, Outcome

@@ -12,7 +12,7 @@ from app.live.feed import Feed, Throttle
 from app.live.monitor import Recorder, RecorderError, draw_robot
 from app.live.nodes import NodeInfo, NodeStatus, tip, tree_view
 from app.live.operator import Control, Document, Hook, PageServer, RunProcess, Told
-from app.live.picture import colour_png, depth_png
+from app.live.picture import colour_png, depth_picture, depth_png
 from app.live.plan import STYLE, Plan, line
 from app.live.run_display import RunDisplay
 from app.live.snapshot import PoseEstimate, SceneView, ShownRun, Snapshot, key_figures

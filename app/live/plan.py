@@ -103,7 +103,7 @@ def _circle(look: str, at: Array, radius: float) -> str:
 
 
 def _points(points: Array) -> str:
-    return " ".join(f"{100.0 * x:.0f},{-100.0 * y:.0f}" for x, y in points)
+    return " ".join(f"{x},{-y}" for x, y in np.rint(100.0 * points).astype(int).tolist())
 
 
 def _corners(pose: SE3, half: Array) -> Array:

@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
+from dataclasses import replace
 from html import escape
+from pathlib import Path
+from typing import Any
 
-from app.core import OPTIONS, recorded_scene
-from app.live import STYLE, Plan, line
+from app.core import OPTIONS, PLACES, RECORDING, TASK, recorded_scene
+from app.live import STYLE, Plan, depth_picture, line
+from app.review.event_log import recorded_time
 from app.review.explanation import Explanation
 from app.review.finished import read_motion
+from app.review.recorded_images import NoDepthError, depth_images
+from behaviours import Region
 from config import UserError
 from controller import Pose2D, se3_of
 from robots import load_robot
+from trees.language import load
 
 _STYLE = """:root { color-scheme: only light; }
 body { max-width: 60rem; margin: 1.5rem auto; padding: 0 1rem; color: #1a1d22;
@@ -20,7 +28,11 @@ h1 { font-size: 1.2rem; } h2 { font-size: 1rem; margin: 1.2rem 0 .3rem; break-af
 .cause { font-size: 1.3rem; font-weight: 700; border-left: 6px solid #b3261e; padding-left: .8rem }
 .success .cause { border-color: #17692f; }
 pre { font: 12.5px/1.45 ui-monospace, monospace; white-space: pre-wrap; margin: 0; }
-figure { margin: 1rem 0; break-inside: avoid; } .plan { max-height: 26rem; }"""
+figure { margin: 1rem 0; break-inside: avoid; } .plan { max-height: 26rem; }
+.pictures { display: grid; grid-template-columns: repeat(auto-fill, 12rem); gap: 1rem; }
+.pictures figure { margin: 0; font-size: .85rem; } img { width: 100%; }
+@page { margin: 15mm; } @media print { body { margin: 0; padding: 0; } }"""
+_MOST_PICTURES = 8
 
 
 def explanation_page(run: Explanation) -> str:
@@ -31,9 +43,11 @@ def explanation_page(run: Explanation) -> str:
         f'<p class="cause">{escape(why[0])}</p>',
         _preformatted(why[1:]),
         _map(run),
+        _pictures(run),
     ]
     for first, *rest in sections:
-        parts.append(f"<h2>{escape(first)}</h2>{_preformatted(rest)}")
+        head = "h2" if rest else "p"
+        parts.append(f"<{head}>{escape(first)}</{head}>{_preformatted(rest)}")
     return (
         f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         f"<title>{escape(head[0])}</title><style>{STYLE.read_text(encoding='utf-8')}{_STYLE}</style></head>"
@@ -46,17 +60,53 @@ def _preformatted(lines: list[str]) -> str:
 
 
 def _map(run: Explanation) -> str:
-    """The furniture, the way of the base, and where it ended; empty if they are not known."""
+    """Furniture, regions, the way of the base, and where it ended; empty if they are not known."""
     folder = run.record.folder
     try:
         options = json.loads((folder / OPTIONS).read_text(encoding="utf-8"))
         robot = load_robot(options["robot"])
-        plan = Plan(recorded_scene(options, robot), robot.base.size)
+        scene = replace(recorded_scene(options, robot), regions=_regions(folder, options))
+        plan = Plan(scene, robot.base.size)
         way = read_motion(folder)[0][:, 1:4]
     except (OSError, UserError, LookupError, TypeError, ValueError):
         return ""
     drawn = plan.fixed + line("track", way[::20, :2]) + plan.robot(se3_of(Pose2D(*way[-1])))
     return (
         f'<figure><svg class="plan" viewBox="{plan.view_box(way[:, :2])}">{drawn}</svg>'
-        "<figcaption>The way of the base, by odometry, and where it ended.</figcaption></figure>"
+        "<figcaption>Regions of the task (green); the way of the base, by odometry, and where it "
+        "ended.</figcaption></figure>"
     )
+
+
+def _regions(folder: Path, options: Mapping[str, Any]) -> tuple[Region, ...]:
+    """The regions of the task of a run."""
+    places = folder / PLACES
+    task = load(
+        folder / TASK,
+        overrides=options["parameters"],
+        places=places if places.is_file() else None,
+    )
+    return tuple(one for one in task.regions.values() if isinstance(one, Region))
+
+
+def _pictures(run: Explanation) -> str:
+    """The last image of the camera in each failed attempt; empty if there is none."""
+    folder = run.record.folder
+    failed = [one for one in run.attempts if one.cause is not None][:_MOST_PICTURES]
+    spans = [[recorded_time(folder, time) for time in (one.begin, one.end)] for one in failed]
+    last: dict[int, Any] = {}
+    try:
+        for time, depth in depth_images(folder / RECORDING) if failed else ():
+            for index, (begin, end) in enumerate(spans):
+                if begin <= time <= end:
+                    last[index] = depth
+    except NoDepthError:
+        return ""
+    shown = "".join(
+        f'<figure><img alt="" src="{depth_picture(last[index])}"><figcaption>{one.begin:.1f} s to '
+        f"{one.end:.1f} s, {escape(one.what)}: {escape(one.result)}</figcaption></figure>"
+        for index, one in enumerate(failed)
+        if index in last
+    )
+    head = "<h2>What the camera saw last in failed attempts</h2>"
+    return f'{head}<div class="pictures">{shown}</div>' if shown else ""

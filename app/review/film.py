@@ -1,24 +1,29 @@
-"""Film of a recorded run: `frankie-task film RUN run.webp`.
+"""Film of a recorded run: scene, camera, and what runs. `frankie-task film RUN run.webp`.
 
 The viewer shows the recording without a window; it needs a Vulkan driver, see `headless_viewer`.
 Pillow, which comes with Rerun, writes the film.
 """
 
 import threading
-from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
+from textwrap import wrap
 from typing import Any
 
 import numpy as np
 
 from app.live import ViewError, check_recording, headless_viewer
+from app.review.event_log import Log, NodeEvent, NowEvent, read_log
+from app.review.timeline import Timeline, timeline
 from config import UserError
 from hw import stopwatch
 
-_VIEWS = ("tree", "scene")
+_VIEWS = ("scene", "depth and grasp quality")
 _SIZE = "1920x1080"
-_WIDTH = 960  # of the film [px]
+_SCENE, _SIDE = (620, 418), (332, 249)  # width and height of scene and camera [px]
+_GAP = 8  # between the panes [px]
+_TEXT, _LINE, _LONGEST = 21, 27, 29  # height of letters and lines [px], characters in a line
+_GROUND, _EDGE, _BRIGHT, _DIM = (24, 26, 31), (58, 64, 74), (240, 242, 245), (150, 156, 166)
 _SPEED, _RATE = 2.5, 10.0  # recorded seconds per second, and pictures per second
 _NOTICES = 8.0  # time for which the viewer's own notifications cover a corner of its window [s]
 _PATIENCE = 60.0
@@ -29,15 +34,16 @@ _LAST = 1.5  # duration of the last picture [s]
 def make_film(recording: Path, out: Path, begin: float, end: float) -> int:
     """Make a film of a recording from `begin` to `end` [s]; returns the number of pictures.
 
-    Raises UserError: the file is no .webp or cannot be written, or `end` is before `begin`;
-    ViewError: the viewer does not start, or has nothing to show.
+    Raises UserError: the file is no .webp or cannot be written, `end` is before `begin`, or the run
+    has no event log; ViewError: the viewer does not start, or has nothing to show.
     """
     if out.suffix != ".webp":
         raise UserError(f"{out}: a film ends in .webp")
     if not 0.0 <= begin < end:
         raise UserError(f"from {begin:g} s to {end:g} s is no time; give --from and --to")
     check_recording(recording)
-    pictures = []
+    log = read_log(recording.parent)
+    run, pictures = timeline(log), []
     with headless_viewer(size=_SIZE) as viewer:
         client = viewer.client
         client.open(str(recording))
@@ -49,7 +55,8 @@ def make_film(recording: Path, out: Path, begin: float, end: float) -> int:
         threading.Event().wait(_NOTICES)
         for moment in np.arange(begin, end, _SPEED / _RATE):
             client.set_time("t", duration=float(moment), play_state="paused")
-            pictures.append(_side_by_side([_screenshot(client, view) for view in views]))
+            words = _what_runs(log, run, float(moment))
+            pictures.append(_sheet(*(_screenshot(client, view) for view in views), words))
     shown = [round(1000.0 / _RATE)] * (len(pictures) - 1) + [round(1000.0 * _LAST)]
     first, *others = pictures
     try:
@@ -82,16 +89,38 @@ def _screenshot(client: Any, view: str) -> bytes:
     return bytes(client.take_screenshot(view))
 
 
-def _side_by_side(pngs: Sequence[bytes]) -> Any:
-    """Pictures of the same height beside each other."""
-    from PIL import Image
+def _what_runs(log: Log, run: Timeline, time: float) -> list[str]:
+    """The running nodes that have a name of their own, the leaf, and its message."""
+    leaf = run.leaf_at(time)
+    if leaf is None:
+        return []
+    names, above = [run.nodes[leaf].name], run.parents[leaf]
+    while above is not None:
+        node, above = run.nodes[above], run.parents[above]
+        if node.name != node.kind:
+            names.insert(0, node.name)
+    said = [
+        event.message
+        for event in log.events
+        if isinstance(event, NodeEvent | NowEvent) and event.node == leaf and event.time <= time
+    ]
+    return [*names, said[-1] if said else ""]
 
-    pictures = [Image.open(BytesIO(png)).convert("RGB") for png in pngs]
-    shares = [one.width / one.height for one in pictures]
-    height = round(_WIDTH / sum(shares))
-    sheet = Image.new("RGB", (_WIDTH, height))
-    left = 0.0
-    for picture, share in zip(pictures, shares, strict=True):
-        sheet.paste(picture.resize((round(share * height), height)), (round(left), 0))
-        left += share * height
+
+def _sheet(scene: bytes, camera: bytes, words: list[str]) -> Any:
+    """The scene, and beside it what the camera sees above what runs."""
+    from PIL import Image, ImageDraw, ImageFont, ImageOps
+
+    left, height = _SCENE[0] + _GAP, _SCENE[1]
+    sheet = Image.new("RGB", (left + _SIDE[0], height), _GROUND)
+    for png, size, at in ((scene, _SCENE, 0), (camera, _SIDE, left)):
+        picture = Image.open(BytesIO(png)).convert("RGB")
+        sheet.paste(ImageOps.fit(picture, size), (at, 0))
+    draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(_TEXT)
+    draw.rectangle((left, 0, sheet.width - 1, _SIDE[1] - 1), outline=_EDGE)
+    *names, message = words or [""]
+    lines = [(_DIM, name) for name in names[:-1]] + [(_BRIGHT, name) for name in names[-1:]]
+    lines += [(_DIM, line) for line in wrap(message, _LONGEST)[:2]]
+    for row, (colour, line) in enumerate(lines):
+        draw.text((left + _GAP, _SIDE[1] + _GAP + row * _LINE), line, colour, font)
     return sheet

@@ -98,7 +98,7 @@ def _rows(recording: Path, entities: str = "/**") -> Iterator[_Row]:
         for index in range(batch.num_rows):
             row = {name: batch.column(name)[index].as_py() for name in names if ":" in name}
             time = 1e-9 * times[index].as_py() if times is not None else 0.0
-            yield {name: value for name, value in row.items() if value is not None} | {"time": time}
+            yield {name: value for name, value in row.items() if value} | {"time": time}
 
 
 def _has_depth(row: _Row) -> bool:

@@ -22,7 +22,7 @@ from config import Severity, StrictModel, UserError
 
 _MOST_RUNS = 40
 _STAMP = "%Y-%m-%d-%H%M%S"
-_PLAIN = "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'"
+_PLAIN = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; frame-ancestors 'none'"
 
 
 class Order(StrictModel):

@@ -22,7 +22,11 @@ STALE = 1.5  # age from which a picture is out of date [s]
 
 _CAMERA = "world/camera"
 _IMAGE = "world/camera/image"
-_PARTS = tuple(f"{_CAMERA}/{part}" for part in ("depth", "quality", "grasps"))
+_PARTS = {
+    f"{_CAMERA}/depth": rr.EncodedDepthImage,
+    f"{_CAMERA}/quality": rr.SegmentationImage,
+    f"{_CAMERA}/grasps": rr.LineStrips2D,
+}
 _DEPTH, _QUALITY, _GRASPS = _PARTS
 _WIDEST = 320  # most columns of a recorded image [px]
 _LEVELS = 20  # steps of the heat map; step 0 is transparent
@@ -62,8 +66,8 @@ class CameraPanel:
             elif self._shown is not None and snapshot.stamp >= self._shown + STALE:
                 self._shown = None
                 set_time(self._stream, snapshot)
-                for path in _PARTS:
-                    self._stream.log(path, rr.Clear(recursive=False))
+                for path, kind in _PARTS.items():  # after a `Clear` the viewer shows shadows
+                    self._stream.log(path, kind.from_fields(clear_unset=True))
 
     def _draw_camera(self, camera: Intrinsics) -> None:
         """Log the pinhole model of the recorded image."""

@@ -165,7 +165,7 @@ class PageServer(BoundedServer):
     def _encoded(self) -> bytes:
         """The state as JSON, made once for all browsers."""
         with self._lock:
-            if self.seconds() - self._told[0] > _PERIOD / 2.0:
+            if self.seconds() - self._told[0] > 0.9 * _PERIOD:
                 self._told = self.seconds(), json.dumps(self.state()).encode()
             return self._told[1]
 

@@ -18,7 +18,7 @@ from typing import Any
 from app.live.web.viewer_files import ANCESTORS, read_file, viewer_policy
 
 MOST_CONNECTIONS = 64  # at a time; each has a thread
-_PACE = 0.002  # delay between new connections when there are too many [s]
+_PACE = 0.004  # between new connections, so that a flood of them leaves the loop its time [s]
 RECORDING = "recording.rrd"
 _PATIENCE = 10.0  # a client that is silent for so long is disconnected [s]
 _POLL = 0.1  # interval of checking whether to end [s]
@@ -71,10 +71,10 @@ class BoundedServer(ThreadingHTTPServer):
                 self._open.pop(oldest, None)
             if oldest is not request:
                 self._open[request] = True
+        threading.Event().wait(_PACE)
         if oldest is not None:
             with suppress(OSError):  # the client has ended it meanwhile
                 oldest.shutdown(socket.SHUT_RDWR)
-            threading.Event().wait(_PACE)
         if oldest is request:
             self.shutdown_request(request)
         else:

@@ -91,10 +91,10 @@ def test_a_picture_that_is_old_goes_with_its_points_and_grasps(tmp_path: Path) -
     for tick in range(200, 320):
         run[tick] = replace(run[tick], frame=None, detection=None)
     path = record(tmp_path / "x.rrd", run)
-    seen_last = max(row["t"] for row in with_component(path, "/world/camera/depth", "blob"))
-    for part in ("depth", "quality", "grasps"):
-        (gone,) = with_component(path, f"/world/camera/{part}", "is_recursive")
-        assert gone["t"] == pytest.approx(seen_last + STALE, abs=0.6)
+    for part, component in (("depth", "blob"), ("quality", "buffer"), ("grasps", "strips")):
+        *_, seen_last, gone = with_component(path, f"/world/camera/{part}", component)
+        assert not len(gone[component])
+        assert gone["t"] == pytest.approx(seen_last["t"] + STALE, abs=0.6)
 
 
 def test_obstacles_that_the_camera_has_seen_are_points(tmp_path: Path) -> None:

@@ -12,6 +12,8 @@ from app.review import explain, explanation_page
 from behaviours import Leaf
 from trees.language import describe_leaves
 
+SPOT = "{centre: [1.0, 0.0, 0.1], size: [0.2, 0.2, 0.2]}"
+
 
 class Clumsy(Leaf):
     """Raises."""
@@ -31,7 +33,7 @@ def record(tmp_path, monkeypatch):
 
     def run(tree: str):
         path = tmp_path / "toy.yaml"
-        path.write_text(f"task: toy\ntree: {tree}\n")
+        path.write_text(f"task: toy\nregions: {{spot: {SPOT}}}\ntree: {tree}\n")
         options = RunOptions(tree=path, scene="single", record=tmp_path, recording=False)
         told = explain(run_task(options).folder)
         return told, str(told)
@@ -79,3 +81,4 @@ def test_the_page_is_one_light_file_with_the_cause_first_and_a_map_with_the_way(
     cause = page.index(f'<p class="cause">{escape(told.headline)}')
     assert cause < page.index('<polyline class="track"') < page.index("What happened")
     assert '<polygon class="furniture"' in page
+    assert '<polygon class="region"' in page
