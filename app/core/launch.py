@@ -106,12 +106,17 @@ def _check_places(options: RunOptions, task: Task, setup: Setup) -> None:
 
 def _info(options: RunOptions, task: Task, setup: Setup, nodes: Sequence[TreeNode]) -> RunInfo:
     real = load_real_robot(options.robot)
-    where = (setup.robot.description.name, setup.world, str(options.scene))
+    where = [setup.world, str(options.scene), f"seed {options.seed}"]
+    if real is not None:
+        on = real.hardware
+        parts = (on.base, on.arm, on.gripper, on.camera)
+        where = [f"{one.driver} {getattr(one, 'address', '') or ''}".strip() for one in parts]
+        where.append(f"{on.speed_percent:g} % speed")
     places = any(getattr(place.node, "key", "") == "place" for place in nodes)
     return RunInfo(
         task=task.name,
         description=task.description,
-        where=" · ".join((*where, f"seed {options.seed}")),
+        where=" · ".join((setup.robot.description.name, *where)),
         objects=len(supports(setup.truth)) if places else 0,
-        real=real is not None and real.hardware.emulated is None,
+        real=real is not None and options.armed,
     )

@@ -35,7 +35,7 @@ class RunInfo:
     where: str
     description: str = ""  # what the task does, for people
     objects: int = 0  # number of objects to be placed; 0 if unknown or none
-    real: bool = False  # whether it moves a real robot
+    real: bool = False  # whether it is armed, to move a real robot
 
 
 class Moment(NamedTuple):

@@ -89,11 +89,11 @@ const BUTTONS = {
 
 function draw() {
   drawn = view(state());
-  for (const [id, is] of Object.entries(drawn.enabled)) element(id).disabled = !is;
-  for (const [id, is] of Object.entries(drawn.shown)) element(id).hidden = !is;
+  for (const [id, is] of Object.entries(drawn.enabled)) set(element(id), "disabled", !is);
+  for (const [id, is] of Object.entries(drawn.shown)) set(element(id), "hidden", !is);
   for (const [id, text] of Object.entries(drawn.texts)) setText(element(id), text);
-  for (const [id, look] of Object.entries(drawn.looks)) element(id).className = look;
-  document.title = `${drawn.texts.run.slice(0, 20)} · ${drawn.texts.task}`;
+  for (const [id, look] of Object.entries(drawn.looks)) set(element(id), "className", look);
+  set(document, "title", `${drawn.texts.run.slice(0, 20)} · ${drawn.texts.task}`);
   drawFigures(drawn.figures);
   drawPending(drawn.forced);
   if (tree && run) tree.show(run, chosen);

@@ -14,7 +14,9 @@ function made(kind, properties = {}, ...children) {
   return one;
 }
 
-const setText = (one, text) => { if (one.textContent !== text) one.textContent = text; };
+// A browser works for each property that is set, even to what it was.
+const set = (one, property, value) => { if (one[property] !== value) one[property] = value; };
+const setText = (one, text) => set(one, "textContent", text);
 
 class Tree {
   constructor(place, nodes, choose) {

@@ -97,7 +97,7 @@ function view(state) {
     run: said,
     notice: notice(),
     task: about.task || "frankie-task",
-    world: about.where ? (about.real ? `THE REAL ROBOT · ${about.where}` : `simulated · ${about.where}`) : run.desk || "",
+    world: about.where ? (about.real ? `ARMED · ${about.where}` : `simulated · ${about.where}`) : run.desk || "",
     progress: progress.filter(Boolean).join(", "),
     trouble: state.trouble ? `${state.trouble.text}, ${whole(Math.max(0, run.seconds - state.trouble.seconds))} ago` : "",
     behind: state.shownAt === null ? "loading" : `${whole(Math.max(0, run.stamp - state.shownAt + age))} behind the run`,
@@ -116,7 +116,7 @@ function view(state) {
     outcome: run.outcome || "",
     explanation: run.explanation || "",
     pictured: state.pictured === null ? "no image of the wrist camera yet"
-      : `wrist camera, ${Math.max(0, run.stamp - state.pictured + age).toFixed(1)} s old; best grasp green`,
+      : `wrist camera, ${over ? "the last image" : `${Math.max(0, run.stamp - state.pictured + age).toFixed(1)} s old`}; best grasp green`,
   };
   const old = live || over || idle ? "" : "old";
   const looks = {

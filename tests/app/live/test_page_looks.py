@@ -11,7 +11,9 @@ from app.live.operator import Control, ControlPage, PageServer
 pytestmark = pytest.mark.slow
 
 SCREENS = [(1600, 900), (1280, 720), (820, 1180), (390, 844), (360, 640)]
-INFO = RunInfo(task="sort", where="frankie · kinematic · household · seed 0", objects=10)
+INFO = RunInfo(
+    task="sort", where="frankie · omron 10.10.10.10 · panda 172.16.0.2", objects=10, real=True
+)
 
 
 @pytest.fixture(scope="module")
@@ -36,6 +38,7 @@ def address():
 @pytest.mark.parametrize(("width", "height"), SCREENS)
 def test_stop_is_in_sight_and_nothing_is_cut_off(browser, address, width, height):
     page = opened_page(browser, address, width=width, height=height)
+    assert page.inner_text("#world") == f"ARMED · {INFO.where}"
     for tab in page.locator("[role=tab]").all():
         if tab.is_visible():
             tab.click()
