@@ -46,8 +46,8 @@ def explanation_page(run: Explanation) -> str:
         _pictures(run),
     ]
     for first, *rest in sections:
-        head = "h2" if rest else "p"
-        parts.append(f"<{head}>{escape(first)}</{head}>{_preformatted(rest)}")
+        kind = "h2" if rest else "p"
+        parts.append(f"<{kind}>{escape(first)}</{kind}>{_preformatted(rest)}")
     return (
         f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         f"<title>{escape(head[0])}</title><style>{STYLE.read_text(encoding='utf-8')}{_STYLE}</style></head>"

@@ -5,6 +5,7 @@ Pillow, which comes with Rerun, writes the film.
 """
 
 import threading
+from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
 from textwrap import wrap
@@ -55,8 +56,8 @@ def make_film(recording: Path, out: Path, begin: float, end: float) -> int:
         threading.Event().wait(_NOTICES)
         for moment in np.arange(begin, end, _SPEED / _RATE):
             client.set_time("t", duration=float(moment), play_state="paused")
-            words = _what_runs(log, run, float(moment))
-            pictures.append(_sheet(*(_screenshot(client, view) for view in views), words))
+            pngs = [_screenshot(client, view) for view in views]
+            pictures.append(_sheet(pngs, _what_runs(log, run, float(moment))))
     shown = [round(1000.0 / _RATE)] * (len(pictures) - 1) + [round(1000.0 * _LAST)]
     first, *others = pictures
     try:
@@ -107,13 +108,13 @@ def _what_runs(log: Log, run: Timeline, time: float) -> list[str]:
     return [*names, said[-1] if said else ""]
 
 
-def _sheet(scene: bytes, camera: bytes, words: list[str]) -> Any:
+def _sheet(pngs: Sequence[bytes], words: Sequence[str]) -> Any:
     """The scene, and beside it what the camera sees above what runs."""
     from PIL import Image, ImageDraw, ImageFont, ImageOps
 
     left, height = _SCENE[0] + _GAP, _SCENE[1]
     sheet = Image.new("RGB", (left + _SIDE[0], height), _GROUND)
-    for png, size, at in ((scene, _SCENE, 0), (camera, _SIDE, left)):
+    for png, size, at in zip(pngs, (_SCENE, _SIDE), (0, left), strict=False):
         picture = Image.open(BytesIO(png)).convert("RGB")
         sheet.paste(ImageOps.fit(picture, size), (at, 0))
     draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(_TEXT)

@@ -3,7 +3,8 @@
 They are removed once the picture is out of date.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import cv2
 import numpy as np
@@ -22,7 +23,7 @@ STALE = 1.5  # age from which a picture is out of date [s]
 
 _CAMERA = "world/camera"
 _IMAGE = "world/camera/image"
-_PARTS = {
+_PARTS: Mapping[str, Any] = {
     f"{_CAMERA}/depth": rr.EncodedDepthImage,
     f"{_CAMERA}/quality": rr.SegmentationImage,
     f"{_CAMERA}/grasps": rr.LineStrips2D,
