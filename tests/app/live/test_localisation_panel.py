@@ -114,9 +114,9 @@ def test_the_page_says_how_well_it_is_localised(sigma: float, line: str) -> None
     page = ControlPage(Control(), samples.TREE, inject=print, clear=print)
     seen = estimated(samples.snapshot(0), sigma**2 * np.eye(3))
     page.show(Moment(seen, 0, 0), changed=True)
-    assert page.state()["figures"]["position on the map"] == line
+    assert page.state()["figures"]["on the map"] == line
     page.show(Moment(samples.snapshot(0), 0, 0), changed=True)
-    assert "position on the map" not in page.state()["figures"], "it is exact"
+    assert "on the map" not in page.state()["figures"], "it is exact"
 
 
 def shown(path: Path) -> set[str]:
