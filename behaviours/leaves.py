@@ -41,6 +41,7 @@ LEAVES: dict[str, type[Leaf]] = {
         Navigate,
         conditions.Near,
         seen.ObjectVisible,
+        seen.ObstacleWithin,
         OpenGripper,
         Place,
         Receive,

@@ -1,14 +1,46 @@
-"""Conditions on the newest picture of the camera: how much stands in a region, or nothing."""
+"""Conditions on the newest picture, or scan: what stands in a region, or near the base."""
 
 from typing import ClassVar
 
+import numpy as np
 from py_trees.common import Status
 
 from behaviours.core.context import Context
 from behaviours.core.leaf import Condition
-from behaviours.core.parameter_types import Area, Count, Region
+from behaviours.core.parameter_types import Area, Count, Distance, Region
 from behaviours.views.survey import LEAST_SEEN, glance
 from hw import DepthFrame
+
+_SCAN_AGE = 0.3  # of a scan that tells what is near [s]
+
+
+class ObstacleWithin(Condition):
+    """Succeeds if the laser sees something near the base, at the height of its beam.
+
+    Everything counts, furniture too. What is not seen is not free: without a scan of the last
+    0.3 s it succeeds as well.
+
+    Args:
+        distance_m: from the outline of the base [m].
+    """
+
+    key: ClassVar[str] = "obstacle_within"
+
+    def __init__(self, name: str, context: Context, *, distance_m: Distance) -> None:
+        super().__init__(name, context)
+        self._distance = distance_m
+
+    def update(self) -> Status:
+        """One tick."""
+        robot = self.context.robot
+        if (scan := robot.laser.latest(_SCAN_AGE)) is None:
+            return self.success("no scan tells what is near")
+        half = np.array(robot.description.base.size[:2]) / 2.0
+        seen = scan.points[np.isfinite(scan.ranges), :2]
+        outside = np.maximum(np.abs(seen) - half, 0.0)
+        nearest = float(np.linalg.norm(outside, axis=1).min(initial=np.inf))
+        text = f"the nearest that the laser sees is {nearest:.2f} m away"
+        return self.success(text) if nearest < self._distance else self.failure(text)
 
 
 class _Glance(Condition):

@@ -1,6 +1,7 @@
 """The conditions: each to yes, to no, and to what keeps it from knowing."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pinocchio as pin
@@ -11,7 +12,7 @@ from py_trees.common import Status
 
 from behaviours import BasePose, Condition, Posture, ToolPose
 from behaviours.conditions import ArmAt, ArmHealthy, BatteryAbove, Near, TimeBetween
-from behaviours.seen import ObjectVisible, RegionFree
+from behaviours.seen import ObjectVisible, ObstacleWithin, RegionFree
 from frankie_task.testing import trial
 from hw.sim.body import Dynamics
 from robots import load_robot
@@ -87,6 +88,16 @@ def test_a_simulated_run_begins_at_noon(after, before, answer):
     t.context.began_at = 3600.0
     condition.tick_once()
     assert condition.status is (Status.SUCCESS if after > before else Status.FAILURE)
+
+
+def test_what_the_laser_does_not_see_is_not_free():
+    with trial("single") as t:  # whose table stands 1.05 m from the base
+        near = ObstacleWithin("obstacle_within", t.context, distance_m=0.8)
+        assert t.run(near) is Status.FAILURE
+        assert t.run(ObstacleWithin("far", t.context, distance_m=1.2)) is Status.SUCCESS
+        t.context.robot = SimpleNamespace(laser=SimpleNamespace(latest=lambda max_age: None))
+        assert near.update() is Status.SUCCESS
+        assert near.feedback_message == "no scan tells what is near"
 
 
 def test_arm_at_compares_every_joint():
