@@ -72,12 +72,21 @@ class Trial:
 
 @contextmanager
 def trial(
-    scene: str | Path = "single", *, robot: str = "frankie", seed: int = 0
+    scene: str | Path = "single",
+    *,
+    robot: str = "frankie",
+    world: str = "kinematic",
+    seed: int = 0,
 ) -> Iterator[Trial]:
-    """A simulated robot in a scene; raises UserError if there is no such scene or robot."""
+    """A simulated robot in a scene; raises UserError if there is no such one, robot or world."""
     detector = GraspDetector(gripper=load_robot(robot).gripper)
     options = RunOptions(
-        tree=Path(), robot=robot, scene=str(scene), seed=seed, localisation="exact"
+        tree=Path(),
+        robot=robot,
+        world=world,
+        scene=str(scene),
+        seed=seed,
+        localisation="exact",
     )
     with open_setup(options, detector) as setup:
         yield Trial(setup)

@@ -2,19 +2,26 @@
 of them."""
 
 import json
+from importlib.util import find_spec
 from math import atan2, pi, radians
 from pathlib import Path
 
+import numpy as np
 import pytest
 from command_line import call
-from py_trees.common import Status
+from pinocchio import SE3
+from py_trees.behaviour import Behaviour
+from py_trees.common import ParallelPolicy, Status
+from py_trees.composites import Parallel
 
-from frankie_task.testing import trial
+from frankie_task.testing import Trial, trial
 from trees.language import build, load
 from trees.site import check
 
 LESSONS = Path(__file__).parents[3] / "trees" / "lessons"
 SEEDS = (1, 2, 3)
+PHYSICS = pytest.mark.skipif(find_spec("mujoco") is None, reason="needs the extra `physics`")
+each_world = pytest.mark.parametrize("world", ["kinematic", pytest.param("physics", marks=PHYSICS)])
 
 
 def run(record: Path, lesson: str, *arguments: object) -> tuple[int, dict]:
@@ -86,23 +93,77 @@ def test_tools_are_brought_from_a_scene_of_ones_own(seed):
 
 
 @pytest.mark.slow
-def test_one_box_stands_exactly_at_its_pose_and_the_other_one_on_it():
+@each_world
+@pytest.mark.parametrize("seed", SEEDS)
+def test_one_box_stands_exactly_at_its_pose_and_the_other_one_on_it(world, seed):
     task = load(LESSONS / "stack.yaml")
-    with trial(LESSONS / "stack_scene.yaml", seed=1) as t:
+    with trial(LESSONS / "stack_scene.yaml", seed=seed, world=world) as t:
         root = build(task, t.context)
         assert t.run(root, seconds=400.0) is Status.SUCCESS, root.feedback_message
         below, above = (one.pose for one in t.world.objects)
         heights = [one.parts[0].shape.half[2] for one in t.world.objects]
-    assert below.translation[:2] == pytest.approx([0.1, 1.6], abs=0.005)
+        assert [name for name, _ in t.context.log.pictures] == ["stack"]
+    assert below.translation[:2] == pytest.approx([0.1, 1.6], abs=0.01)
     turn = atan2(below.rotation[1, 0], below.rotation[0, 0]) - radians(30.0)
-    assert (turn + pi / 2.0) % pi - pi / 2.0 == pytest.approx(0.0, abs=radians(4.0))
-    assert above.translation[:2] == pytest.approx(below.translation[:2], abs=0.01)
-    assert above.translation[2] - below.translation[2] == pytest.approx(sum(heights), abs=0.002)
+    assert (turn + pi / 4.0) % (pi / 2.0) - pi / 4.0 == pytest.approx(0.0, abs=radians(6.0))
+    assert above.translation[:2] == pytest.approx(below.translation[:2], abs=0.02)
+    assert above.translation[2] - below.translation[2] == pytest.approx(sum(heights), abs=0.003)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("fault", "said"), [((), 2), (("--fault", "object taken@offer"), 1)])
-def test_a_person_takes_it_or_it_goes_on_the_table(tmp_path, fault, said):
-    code, summary = run(tmp_path, "hand_over", "--seed", 1, *fault)
+@each_world
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize(("fault", "on"), [((), "table"), (("--fault", "object taken@offer"), "")])
+def test_a_person_takes_it_or_it_goes_on_the_table(tmp_path, world, seed, fault, on):
+    code, summary = run(tmp_path, "hand_over", "--seed", seed, "--world", world, *fault)
     assert code == 0, summary["reason"]
-    assert (len(summary["messages"]), summary["claimed"]) == (said, said - 1)
+    assert on in summary["lies_on"].values()
+    assert "container" not in summary["lies_on"].values()
+
+
+class Person(Behaviour):
+    """Holds the first object between the fingers that feel for it, until they have it."""
+
+    def __init__(self, t: Trial, root: Behaviour) -> None:
+        super().__init__("person")
+        [self._receive] = [one for one in root.iterate() if getattr(one, "key", "") == "receive"]
+        self._trial, self._gift = t, t.world.objects[0]
+
+    def update(self) -> Status:
+        is_taken = self._trial.world.supports()[self._gift.name] == "hand"
+        if self._receive.status is Status.RUNNING and self._receive.phase and not is_taken:
+            self._gift.pose = self._trial.context.wTe * SE3(np.eye(3), np.array([0.0, 0.0, 0.02]))
+        return Status.RUNNING
+
+
+@pytest.mark.slow
+@each_world
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("gives", [True, False])
+def test_what_a_person_gives_goes_on_the_table_and_without_it_the_robot_goes_home(
+    world, seed, gives
+):
+    task = load(LESSONS / "porter.yaml")
+    with trial(LESSONS / "stack_scene.yaml", seed=seed, world=world) as t:
+        root = build(task, t.context)
+        first = ParallelPolicy.SuccessOnSelected([root], synchronise=False)
+        together = Parallel("both", first, [Person(t, root), root]) if gives else root
+        assert t.run(together, seconds=200.0) is Status.SUCCESS, root.feedback_message
+        on, home = t.world.supports()["box 1"], t.context.state.wTb.translation[:2]
+    assert on == ("table" if gives else "container")
+    assert gives or np.linalg.norm(home) < 0.05
+
+
+@pytest.mark.slow
+@each_world
+def test_a_way_that_is_blocked_ends_honestly(tmp_path, world):
+    path = tmp_path / "blocked.yaml"
+    crate = "{name: crate, centre: [1.6, 0.4], size: [0.6, 0.6], height: 0.5, objects: {count: 0}}"
+    at_hall = f"side_tables: [{crate}]\n"
+    path.write_text((LESSONS / "stack_scene.yaml").read_text() + at_hall)
+    with trial(path, seed=1, world=world) as t:
+        root = build(load(LESSONS / "porter.yaml"), t.context)
+        assert t.run(root, seconds=200.0) is Status.FAILURE
+        assert "hall" in root.feedback_message
+        assert not t.world.touches
+        assert not t.context.log.messages
