@@ -13,6 +13,7 @@ from behaviours.core.parameter_types import Bounds, Force, Lift, Speed, Timeout,
 from controller import PoseGoal
 
 _PULL = 0.001  # motion of the fingers that hold something by which they are pulled [m]
+_CREEP = 1.0  # a slower change than `_PULL` in this time is no pull, but the object settling [s]
 _ON_THE_WAY = 60.0  # longest way to the person [s]
 
 
@@ -112,6 +113,8 @@ class HandOver(_HeldOut):
             return self.running("letting go")
         if now - self._begun > self._timeout:
             return self.failure(f"nobody took it within {self._timeout:g} s")
+        self._width += (width - self._width) * min(1.0, (now - self._since) / _CREEP)
+        self._since = now
         return self.running(f"holding it out for {now - self._begun:.0f} s")
 
     def _let_go(self) -> Status:

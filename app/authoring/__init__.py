@@ -2,5 +2,5 @@
 
 from app.authoring.dry import again_on_save, dry_run
 from app.authoring.findings import explained, findings, patched
-from app.authoring.node_reference import show_all, show_one
+from app.authoring.node_reference import all_words, one_word
 from app.authoring.teach import teach

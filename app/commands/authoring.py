@@ -26,12 +26,10 @@ _HEIGHTS = (0.1, 0.3, 0.5, 0.7, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4)  # [m]
 @authoring.command()
 def nodes(name: Annotated[str | None, typer.Argument(help="One of them, in full.")] = None) -> None:
     """What a task can be made of: leaves, composites, modifiers, with their parameters."""
-    from app.authoring import show_all, show_one
+    from app.authoring import all_words, one_word
 
-    if name is None:
-        show_all(Terminal())
-        return
-    show_one(name, Terminal())
+    lines = one_word(name) if name else all_words(about=True, parameters=False)
+    Terminal().say("\n".join(lines))
 
 
 @authoring.command()

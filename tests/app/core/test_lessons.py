@@ -113,12 +113,18 @@ def test_one_box_stands_exactly_at_its_pose_and_the_other_one_on_it(world, seed)
 @pytest.mark.slow
 @each_world
 @pytest.mark.parametrize("seed", SEEDS)
-@pytest.mark.parametrize(("fault", "on"), [((), "table"), (("--fault", "object taken@offer"), "")])
+@pytest.mark.parametrize(
+    ("fault", "on"), [((), "table"), (("--fault", "object taken@offer"), "floor")]
+)
 def test_a_person_takes_it_or_it_goes_on_the_table(tmp_path, world, seed, fault, on):
-    code, summary = run(tmp_path, "hand_over", "--seed", seed, "--world", world, *fault)
+    scene = tmp_path / "one_box.yaml"
+    boxes = (LESSONS / "stack_scene.yaml").read_text()
+    scene.write_text(boxes.replace("    - {kind: box, colour: blue}\n", ""))
+    where = ("--scene", scene, "--seed", seed, "--world", world)
+    code, summary = run(tmp_path, "hand_over", *where, *fault)
     assert code == 0, summary["reason"]
-    assert on in summary["lies_on"].values()
-    assert "container" not in summary["lies_on"].values()
+    assert list(summary["lies_on"].values()) == [on]
+    assert len(summary["messages"]) == (1 if fault else 2)
 
 
 class Person(Behaviour):
