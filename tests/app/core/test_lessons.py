@@ -127,6 +127,15 @@ def test_a_person_takes_it_or_it_goes_on_the_table(tmp_path, world, seed, fault,
     assert len(summary["messages"]) == (1 if fault else 2)
 
 
+@pytest.mark.slow
+@pytest.mark.flaky(reruns=2)  # in real time
+def test_an_emulated_robot_hands_over(tmp_path):
+    robot = ("--robot", "emulated", "--arm-the-robot", "--fault", "object taken@offer")
+    code, summary = run(tmp_path, "hand_over", "--seed", 1, *robot)
+    assert code == 0, summary["reason"]
+    assert list(summary["lies_on"].values()) == ["floor"]
+
+
 class Person(Behaviour):
     """Holds the first object between the fingers that feel for it, until they have it."""
 
