@@ -35,9 +35,7 @@ class Linearisation(NamedTuple):
     bTe: SE3
     J: Array  # (6, n) Jacobian at the end effector in base axes
     manipulability: float  # of the arm
-    gradient: (
-        Array  # (n,) Ĵ_m of the manipulability chosen by the settings, times its gain (eq. 12)
-    )
+    gradient: Array  # (n,) Ĵ_m of the manipulability of the settings, times its gain (eq. 12)
     heading_error: float  # θ_ε: bearing of the end effector seen from the base [rad] (eq. 13)
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from functools import lru_cache
 from math import atan2, cos, pi, radians, sin
 from typing import TYPE_CHECKING
 
@@ -66,7 +65,6 @@ def region_direction(
     return _chosen(robot, fixtures, region, round(least, 6), most)
 
 
-@lru_cache(maxsize=64)
 def _chosen(
     robot: RobotDescription, fixtures: tuple[Geom, ...], region: Region, least: float, most: float
 ) -> Direction | None:
@@ -95,7 +93,6 @@ def _count_reached(
     return reached
 
 
-@lru_cache(maxsize=64)
 def sideways(
     robot: RobotDescription, fixtures: tuple[Geom, ...], region: Region, direction: Direction
 ) -> tuple[Direction, ...]:
@@ -187,7 +184,6 @@ def _inside(region: Region, direction: Direction) -> Iterator[tuple[SE3, bool]]:
     yield SE3(mRe @ quarter, region.mTr.act(floor)), True
 
 
-@lru_cache(maxsize=64)
 def tilted_if_needed(
     robot: RobotDescription, fixtures: tuple[Geom, ...], pose: ToolPose, within: float
 ) -> ToolPose:

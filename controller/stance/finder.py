@@ -100,6 +100,13 @@ class StanceFinder:
         where = self._model, self._bank, self._collision, wTe, wTb, q, failed, self.space
         return StanceSearch(*where, next_goal, in_front=in_front)
 
+    def why_unreached(self, goal: PoseGoal) -> str:
+        """Why no stance reaches a goal from the origin of the world; empty if one does."""
+        ready = self._model.description.arm.ready
+        search = self.search(goal.wTe, Pose2D(0.0, 0.0, 0.0), ready)
+        search.finish()
+        return self.why_none(search)
+
     def why_none(self, search: StanceSearch) -> str:
         """Why a finished search has found no stance; empty if it has found one."""
         if _UNREACHED < search.error < np.inf:
@@ -122,18 +129,20 @@ def why_no_stance(
 
     What the controller says at the start of a run, as to a goal for which it may take any way.
     """
-    finder = _among(robot, fixtures)
-    goal = PoseGoal(wTe=wTe, hand_may_touch=hand_may_touch)
-    if reason := finder.obstacle_to(goal):
-        return reason
-    search = finder.search(wTe, Pose2D(0.0, 0.0, 0.0), robot.arm.ready)
-    search.finish()
-    return finder.why_none(search)
+    finder, known = _among(robot, fixtures)
+    asked = wTe.homogeneous.tobytes(), hand_may_touch
+    if asked not in known:
+        goal = PoseGoal(wTe=wTe, hand_may_touch=hand_may_touch)
+        known[asked] = finder.obstacle_to(goal) or finder.why_unreached(goal)
+    return known[asked]
 
 
 @lru_cache(maxsize=2)
-def _among(robot: RobotDescription, fixtures: tuple[Geom, ...]) -> StanceFinder:
+def _among(
+    robot: RobotDescription, fixtures: tuple[Geom, ...]
+) -> tuple[StanceFinder, dict[tuple[bytes, bool], str]]:
+    """The finder among fixtures, and what it has told."""
     model = RobotModel(robot)
     finder = StanceFinder(model, SelfCollision(model), CollisionModels(model))
     finder.update(Surroundings(fixtures=fixtures))
-    return finder
+    return finder, {}
