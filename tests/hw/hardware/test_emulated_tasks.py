@@ -82,10 +82,11 @@ def running() -> list[str]:
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGSTOP])
 def test_base_and_arm_come_to_rest_when_the_program_is_killed_or_suspended(tmp_path, how):
     """Commanded to rest within 0.25 s of the last good command, by the emulators' own clocks."""
-    path, task = robot_file(tmp_path), tmp_path / "short.yaml"
-    task.write_text(SHORT)
+    path, task = robot_file(tmp_path), tmp_path / "far.yaml"
+    task.write_text(SHORT.replace("[0.9, 0.1, 0.7]", "[2.2, 0.4, 0.9]"))
+    world = ("--scene", "single", "--seed", "1", "--localisation", "exact")
     with emulated(path) as link:
-        process = begin(path, task, "--scene", "single", "--seed", "1", record=tmp_path)
+        process = begin(path, task, *world, record=tmp_path)
         wait_until(link, lambda told: told["wanted"][0] > 0.2 and brisk(told["qd"]), process)
         process.send_signal(how)
         killed = stopwatch()
