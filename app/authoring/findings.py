@@ -31,6 +31,7 @@ def findings(path: Path, robot: str, places: Path | None = None) -> list[dict[st
         text = (lines.get((path, at), line) for at, line in enumerate(_text(path), start=1))
         found = check(path, robot=robot, places=places, text="\n".join(text))
         told |= {key: one for one in found if (key := _identity(one)) not in told}
+        found = [one for one in found if one.path == path]  # the others stay as they were
     return [_finding(one, lines) for one in told.values()]
 
 
