@@ -99,10 +99,15 @@ function draw() {
   if (tree && run) tree.show(run, chosen);
   if (run && run.moving && element("moving").drawn !== run.moving) {
     element("moving").innerHTML = element("moving").drawn = run.moving;
-    const plan = element("plan"), [, , width, height] = run.view_box.split(" ");
-    plan.setAttribute("viewBox", run.view_box);
-    plan.style.setProperty("--pixel", Math.max(width / plan.clientWidth, height / plan.clientHeight));
+    element("plan").setAttribute("viewBox", run.view_box);
+    measurePlan();
   }
+}
+
+// The size of a pixel in the units of the plan, for its letters.
+function measurePlan() {
+  const plan = element("plan"), { width, height } = plan.viewBox.baseVal;
+  if (plan.clientWidth) plan.style.setProperty("--pixel", Math.max(width / plan.clientWidth, height / plan.clientHeight));
 }
 
 function drawFigures(figures) {
@@ -261,8 +266,9 @@ element("jump").addEventListener("click", () => document.querySelector("iframe")
 element("history").addEventListener("click", () => {
   element("words").value = tree.nodes[chosen].title.slice(0, LONGEST_NAME);
   filter();
-  show("log");
+  if (element("tab-log").offsetParent) show("log");
 });
+new ResizeObserver(measurePlan).observe(element("plan"));
 
 // The only key of the whole page; it stops, and nothing else.
 document.addEventListener("keydown", (event) => {

@@ -30,7 +30,7 @@ function view(state) {
   const live = run.phase === "running" && !silent && !stuck && !["forbidden", "asleep"].includes(state.answer);
   const open = live && !run.stopped;
   const latched = Boolean(run.emergency), faults = run.faults;
-  const asks = Boolean(run.approve) && run.paused && !run.stopped && run.phase === "running";
+  const asks = Boolean(run.approve) && run.paused && !run.stopped && !latched && run.phase === "running";
   const forced = state.chosen === null ? undefined : run.forced[state.chosen];
   const broken = run.breaks.includes(state.chosen);
   const tip = about.nodes[run.tip], force = Boolean(about.can_force);
@@ -53,7 +53,7 @@ function view(state) {
     if (run.phase === "finished") return ["over", "the robot is at rest; the run is being written down"];
     if (run.stopped) return ["over", "stopping"];
     if (run.phase === "starting") return ["over", "starting"];
-    return run.paused ? ["paused", `paused ${run.why}`] : ["running", "running"];
+    return run.paused ? ["paused", `paused: ${run.why}`] : ["running", "running"];
   }
 
   function notice() {
@@ -121,7 +121,7 @@ function view(state) {
   const old = live || over || idle ? "" : "old";
   const looks = {
     run: look,
-    banner: faults.length && !over ? "fault" : asks ? "asks" : "",
+    banner: faults.length && !over ? "fault" : asks || latched ? "asks" : "",
     line: old, tree: old, views: old, now: old,
     world: about.real || (!about.where && /^ARMED/.test(run.desk)) ? "real" : "",
   };

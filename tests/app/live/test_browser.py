@@ -75,7 +75,7 @@ def test_a_person_sets_breakpoints_steps_forces_outcomes_and_reads_how_it_ended(
         expect_run(page, "running")
         node(page, "wait").first.click()
         page.click("#force-success")
-        expect_run(page, "paused before the end")
+        expect_run(page, "paused: before the end")
         assert "waits" in node(page, "the end").get_attribute("class")
         paused_at = settled(page)
         page.click("#step")
@@ -83,7 +83,7 @@ def test_a_person_sets_breakpoints_steps_forces_outcomes_and_reads_how_it_ended(
         page.click("#resume")
         wait_until_ticks(page, paused_at + 5)
         page.click("#pause")
-        expect_run(page, "paused by a person")
+        expect_run(page, "paused: by a person")
         assert page.locator("header").bounding_box() == header, "the header does not jump"
         node(page, "the end").click()
         page.click("#force-failure")

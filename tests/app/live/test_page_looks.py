@@ -1,5 +1,7 @@
 """The page on four screens: Stop in sight, nothing cut off, readable for all, and quick."""
 
+from dataclasses import replace
+
 import pytest
 from browsers import chromium, opened_page
 from sample_run import SCENE, TREE, moment
@@ -7,10 +9,12 @@ from sample_run import SCENE, TREE, moment
 from app.live import Plan, RunInfo
 from app.live.nodes import NodeInfo
 from app.live.operator import Control, ControlPage, PageServer
+from hw import Fault, FaultKind
 
 pytestmark = pytest.mark.slow
 
 SCREENS = [(1600, 900), (1280, 720), (820, 1180), (390, 844), (360, 640)]
+FAULT = Fault(kind=FaultKind.EMERGENCY_STOP, text="emergency stop", clearable=False)
 INFO = RunInfo(
     task="sort", where="frankie · omron 10.10.10.10 · panda 172.16.0.2", objects=10, real=True
 )
@@ -25,13 +29,17 @@ def browser():
 @pytest.fixture
 def address():
     with PageServer() as server:
-        plan = Plan(SCENE, (0.7, 0.5))
+        plan, control = Plan(SCENE, (0.7, 0.5)), Control()
+        control.emergency_stop(FAULT.text, pressed=False)
         page = ControlPage(
-            Control(), TREE, inject=print, clear=print, info=INFO, plan=plan, may_force=True
+            control, TREE, inject=print, clear=print, info=INFO, plan=plan, may_force=True
         )
         server.serve(page)
         for tick in (0, 60, 180):
             page.show(moment(tick), changed=True)
+        last = moment(181)
+        last.seen.state = replace(last.seen.state, faults=(FAULT,))
+        page.show(last, changed=False)
         yield server.url
 
 

@@ -65,7 +65,7 @@ def test_the_keyboard_is_enough_and_the_one_global_key_stops(browser, tmp_path):
         assert sentence(page) == "running"
         page.focus("#pause")
         page.keyboard.press(" ")
-        expect_run(page, "paused by a person")
+        expect_run(page, "paused: by a person")
         ticks = page.inner_text("#ticks")
         page.focus("#step")
         page.keyboard.press("Enter")
@@ -114,7 +114,7 @@ def test_approval_works_after_a_gap_and_stop_at_a_frozen_process_when_it_thaws(t
         expect_run(page, re.compile(LOST.format("[1-4]")))
         assert enabled(page) == {"stop", "pause"}
         page.context.set_offline(False)
-        expect_run(page, "paused ahead waits for approval")
+        expect_run(page, "paused: ahead waits for approval")
         assert enabled(page) == asked
         page.click("#approve")
         expect(page.locator("#wanted")).to_contain_text("the robot wants to: back")
