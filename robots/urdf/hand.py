@@ -78,7 +78,7 @@ def hand_of(arm: Arm, approach: str | None, closing: str | None, notes: list[str
     R = np.column_stack([np.cross(y, z), y, z])
     jaws = _jaws(ends, R) if len(moved) > 1 else None
     if jaws is None:
-        notes.append("gripper: none, so no tasks that grasp (--gripper franka_hand adds one)")
+        notes.append("gripper: none in the URDF, so no grasps without --gripper franka_hand")
         return _tool(SE3(R, wTt.translation), everything)
     notes.append(f"gripper: opens by {jaws.opening:.3f} m (--closing, --gripper)")
     wTe = SE3(R, R @ jaws.middle)

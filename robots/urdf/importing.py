@@ -114,8 +114,6 @@ class _Import:
         self._joints = [last.inverse() * here * turn for last, here, turn in placed]
         wTe = self._hand.wTe
         if options.gripper is not None:
-            self.notes = [one for one in self.notes if not one.startswith("gripper: ")]
-            self.notes.append(f"gripper: {options.gripper} on `{arm.tool}`")
             wTe = SE3(wTe.rotation, arm.frame(arm.tool)[1].translation)
         self._lTe = self._turns[-1].inverse() * wTe
         self._eTc = self._camera(wTe)
