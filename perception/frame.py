@@ -59,8 +59,9 @@ class Workspace(Protocol):
 class ObjectRegion(Workspace, Protocol):
     """A workspace made of segmented objects: only a grasp on one of them counts."""
 
-    def owns(self, centres: Array, contacts: Array) -> Mask:
+    def owns(self, centres: Array, contacts: Array, pads: Array) -> Mask:
         """(N,) which grasps are on one of the objects and touch nothing else.
 
-        `centres` (N, 3) and `contacts` (N, 2, 3) of both fingers are in the world [m].
+        `centres` (N, 3), `contacts` (N, 2, 3) and the ends of both `pads` (N, 4, 3) are in the
+        world [m].
         """

@@ -103,7 +103,8 @@ class GraspTarget:
         if self._neighbour and not (meant := neighbours(meant[0], objects)):
             self.reason = "nothing stands beside what is meant"
             return
-        self._chosen, self.reason = Chosen(objects=tuple(meant)), ""
+        others = tuple(one for one in objects if one not in meant)
+        self._chosen, self.reason = Chosen(objects=tuple(meant), others=others), ""
 
 
 def ways_into(

@@ -110,6 +110,8 @@ class Chosen:
 
     objects: tuple[DetectedObject, ...]
     """At least one."""
+    others: tuple[DetectedObject, ...] = ()
+    """What else was seen, which the fingers must leave."""
 
     @property
     def floor(self) -> float:
@@ -127,17 +129,15 @@ class Chosen:
         )
         return inside
 
-    def owns(self, centres: Array, contacts: Array) -> npt.NDArray[np.bool_]:
-        """Which grasps are on one of them, and close on nothing else.
-
-        Args:
-            centres: (N, 3) in the world [m].
-            contacts: (N, 2, 3) of both fingers, in the world [m].
-        """
+    def owns(self, centres: Array, contacts: Array, pads: Array) -> npt.NDArray[np.bool_]:
+        """Which grasps are on one of them, and close on nothing else; see `ObjectRegion`."""
+        ends = pads.reshape(-1, 3)
+        beside = np.any([other.contains(ends) for other in self.others], axis=0)
         owned = np.zeros(len(centres), dtype=np.bool_)
         for one in self.objects:
             on = one.contains(contacts.reshape(-1, 3)).reshape(-1, 2).all(axis=1)
-            owned |= on & one.covers(centres)
+            alone = ~(beside & ~one.covers(ends)).reshape(-1, 4).any(axis=1)
+            owned |= on & alone & one.covers(centres)
         return owned
 
 

@@ -45,9 +45,10 @@ class ObjectsAlong(WorkspaceAlong):
         super().__init__(workspace, wRa)
         self._objects = workspace
 
-    def owns(self, centres: Array, contacts: Array) -> Mask:
+    def owns(self, centres: Array, contacts: Array, pads: Array) -> Mask:
         """See `ObjectRegion`."""
-        return self._objects.owns(centres @ self._aRw, contacts @ self._aRw)
+        aRw = self._aRw
+        return self._objects.owns(centres @ aRw, contacts @ aRw, pads @ aRw)
 
 
 def level_direction(wRa: Array) -> float:

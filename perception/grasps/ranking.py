@@ -17,7 +17,7 @@ from perception.grasps.network_input import INPUT_SIZE, Prepared
 from perception.grasps.object_centroids import ObjectCentroids
 from perception.grasps.patches import HoldProbability, grasp_patches
 from perception.grasps.refinement import RefinedGrasps, refine
-from robots import GripperDescription
+from robots import GripperDescription, half_extents
 
 MIN_OBJECT_HEIGHT = 0.008  # surfaces lower than this above the floor are not grasped [m]
 LEAST_HOLD = 0.25  # grasps less likely to hold than this are discarded
@@ -127,9 +127,13 @@ class GraspRanking:
         """Which grasps close on the workspace's objects alone."""
         assert isinstance(self._workspace, ObjectRegion)
         centres = np.stack([found.x, found.y, found.z], axis=1)
-        aside = np.stack([np.cos(direction), np.sin(direction), np.zeros(len(direction))], axis=1)
-        aside *= 0.5 * found.width[:, None]
-        return self._workspace.owns(centres, np.stack([centres - aside, centres + aside], axis=1))
+        across = np.stack([np.cos(direction), np.sin(direction), np.zeros(len(direction))], axis=1)
+        across *= 0.5 * found.width[:, None]
+        along = np.stack([-np.sin(direction), np.cos(direction), np.zeros(len(direction))], axis=1)
+        along *= half_extents(self._gripper.pad.shape)[0]
+        contacts = np.stack([centres - across, centres + across], axis=1)
+        pads = np.concatenate([contacts - along[:, None], contacts + along[:, None]], axis=1)
+        return self._workspace.owns(centres, contacts, pads)
 
     def _outline(self, aTg: SE3) -> Array:
         """(K, 3) corners in g, at z = 0, of the object that a grasp is on [m]."""

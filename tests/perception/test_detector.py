@@ -121,7 +121,7 @@ class Half:
         inside: Mask = WORKSPACE.contains(points) & (points[:, 0] > 3.03)
         return inside
 
-    def owns(self, centres: Array, contacts: Array) -> Mask:
+    def owns(self, centres: Array, contacts: Array, pads: Array) -> Mask:
         owned: Mask = self.contains(contacts.reshape(-1, 3)).reshape(-1, 2).all(axis=1)
         return owned & self.contains(centres)
 
