@@ -8,7 +8,7 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours.core.context import Context
-from behaviours.core.directions import Direction, upright
+from behaviours.core.directions import Direction, points_down, upright
 from behaviours.core.held_object import reach_on_surface
 from behaviours.core.parameter_types import Bounds, Deviation, Pitch, Region, ToolPose
 from behaviours.core.reachable_directions import room_above
@@ -87,10 +87,10 @@ class Place(Lowering):
         context, self._on, self._way_in = self.context, on, way_in
         robot = context.robot.description
         shoulder = float((robot.bTa * robot.arm.joints[0]).translation[2])
-        self._is_high = self._way_in.is_straight and on.floor > shoulder
+        self._is_above_shoulder, self._is_high = on.floor > shoulder, False
         self._is_below = room_above(on, context.fixtures) < _BOARD
-        self._goes_straight = not (self._is_high or self._is_below)
-        self._places = Places(context, on, self._pitch, far_first=not self._is_high)
+        self._goes_straight = not self._is_below
+        self._places = Places(context, on, self._pitch)
         self._most_moved = 0.0 if self._is_exact else _PITCH_SHARE * min(self._pitch, *on.size[:2])
         self._radius = min(_RADIUS, _PITCH_SHARE * min(self._pitch, *on.size[:2]))
 
@@ -124,9 +124,11 @@ class Place(Lowering):
 
     def _plan(self) -> None:
         context = self.context
-        self._places.begin()
         now, way_in = context.wTe.rotation, self._way_in.turned(self._on.wTm)
         self._rotation, self._to_hand = upright(context.log.last_grasp, now, way_in), np.zeros(3)
+        if self._is_above_shoulder and points_down(self._rotation):
+            self._is_high, self._goes_straight = True, False
+        self._places.begin(far_first=not self._is_high)
         if self._is_exact:
             self._rotation, self._to_hand = aligned(context, self._rotation, self._on)
             for places in (context.log.places_used, context.log.places_blocked):

@@ -57,15 +57,10 @@ class Places:
         context: shared by the leaves.
         region: whose floor.
         pitch: least distance between neighbouring places [m].
-        far_first: whether rows far from the base are filled first, so that the arm does not reach
-            over placed objects; else near ones.
     """
 
-    def __init__(
-        self, context: Context, region: Region, pitch: float, *, far_first: bool = True
-    ) -> None:
+    def __init__(self, context: Context, region: Region, pitch: float) -> None:
         self._context, self._region = context, region
-        self._sign = -1.0 if far_first else 1.0
         regular = _rows(region, pitch)
         self._regular, self._spare_pitch = len(regular), _CLOSER * pitch
         self._slots = [*regular, *_grid(region, self._spare_pitch / 2.0)]
@@ -100,8 +95,13 @@ class Places:
         in_row = number is not None and number <= self._regular
         return f"place {number}" if in_row else "a place between the rows"
 
-    def begin(self) -> None:
-        """Forget the places that were passed over."""
+    def begin(self, *, far_first: bool = True) -> None:
+        """Forget the places that were passed over.
+
+        `far_first` is whether rows far from the base are filled first, so that the arm does not
+        reach over placed objects; else near ones.
+        """
+        self._sign = -1.0 if far_first else 1.0
         self._passed_over: set[int] = set()
 
     def next_free(self) -> int | None:
