@@ -135,7 +135,7 @@ class Places:
         name = self._region.name
         blocked = len(self._context.log.places_blocked.get(name, set()) | self._passed_over)
         or_blocked = f" or blocked ({blocked})" if blocked else ""
-        return f"all {self._regular} places on {name} are taken{or_blocked}"
+        return f"no place free on {name}, {self._regular} taken{or_blocked}"
 
     def _in_order(self) -> list[int]:
         """The numbers of the places, row by row."""

@@ -13,6 +13,7 @@ from behaviours.core.fault_memory import WayOut
 from behaviours.core.leaf import Leaf
 from behaviours.core.motion import AWAY_SPEED, IN_THE_WAY, BackOff, Progress, Rise
 from behaviours.core.parameter_types import Lift, Posture
+from config import counted
 from controller import PostureGoal
 
 _FOLDED = 0.05  # an arm that is nearer to the posture need not rise first [rad]
@@ -86,7 +87,8 @@ class Recover(Leaf):
                 self._way, self._progress = None, Progress(context, rest=_REST)
             return self.running(doing)
         if self._arm is None:
-            return self.success(f"cleared {self._faults} faults" if self._faults else "healthy")
+            cleared = f"cleared {counted(self._faults, 'fault')}"
+            return self.success(cleared if self._faults else "healthy")
         return self._fold(self._arm)
 
     def _clear(self, fault_text: str) -> Status:

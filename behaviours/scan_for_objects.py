@@ -8,6 +8,7 @@ from behaviours.core.context import Context
 from behaviours.core.leaf import Leaf
 from behaviours.core.parameter_types import Area, Count, Distance, Key, Region, Timeout
 from behaviours.views.survey import Survey, view_directions
+from config import counted
 
 
 class ScanForObjects(Leaf):
@@ -73,4 +74,4 @@ class ScanForObjects(Leaf):
         count = len(seen.segments(self._smallest))
         self._count.write(count)
         self.context.log.note_stock(self._region.name, seen.least_count)
-        return self.success(f"{count} objects in {self._region.name}")
+        return self.success(f"{counted(count, 'object')} in {self._region.name}")

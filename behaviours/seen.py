@@ -9,6 +9,7 @@ from behaviours.core.context import Context
 from behaviours.core.leaf import Condition
 from behaviours.core.parameter_types import Area, Count, Distance, Region
 from behaviours.views.survey import LEAST_SEEN, glance
+from config import counted
 from hw import DepthFrame
 
 _SCAN_AGE = 0.3  # of a scan that tells what is near [s]
@@ -67,7 +68,7 @@ class _Glance(Condition):
 
     @property
     def _text(self) -> str:
-        text = f"{self._count} objects seen in {self._region.name}"
+        text = f"{counted(self._count, 'object')} seen in {self._region.name}"
         if self._share < LEAST_SEEN:
             text += f", {100 * (1 - self._share):.0f} % of which is not seen"
         return text

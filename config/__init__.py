@@ -12,6 +12,7 @@ from config.diagnostics import (
     Severity,
     TooManyErrorsError,
     UserError,
+    counted,
     nearest,
     parted,
     quoted,

@@ -27,6 +27,11 @@ def quoted(words: Iterable[object]) -> str:
     return ", ".join(f"`{word}`" for word in words)
 
 
+def counted(number: int, noun: str) -> str:
+    """A number of things, as `1 object` and `2 objects`."""
+    return f"{number} {noun}{'s' * (number != 1)}"
+
+
 class Hint(str):
     """A hint; `meant` is what belongs in place of the text `given`, where that is certain."""
 

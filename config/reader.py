@@ -6,7 +6,7 @@ from typing import Any, TypeAlias, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from config.diagnostics import Diagnostics, Location, UserError, suggest
+from config.diagnostics import Diagnostics, Location, UserError, counted, suggest
 from config.rules import MISSING_KEY, UNKNOWN_KEY, VALUE
 from config.strict_yaml import (
     YamlList,
@@ -149,9 +149,9 @@ class _Position:
             holder = f"below `{self.parent or name}`" if self.parent or name else "at the top level"
             return self.key_location, f"{path}: is missing", f"add it {holder}"
         if type_ in ("too_short", "too_long"):
-            bound = context.get("min_length", context.get("max_length"))
-            message = f"{path}: expected {bound} values, got {context['actual_length']}"
-            return self.value.location, message, f"write {bound} values"
+            bound = counted(context.get("min_length", context.get("max_length")), "value")
+            message = f"{path}: expected {bound}, got {context['actual_length']}"
+            return self.value.location, message, f"write {bound}"
         if type_ == "value_error":
             text = str(context["error"])
             message, _, hint = text.partition("; " if "; " in text else ": ")

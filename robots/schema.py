@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 import numpy as np
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
-from config import StrictModel, suggest
+from config import StrictModel, counted, suggest
 from robots.schema_geometry import (
     BallFile,
     BoxFile,
@@ -83,7 +83,7 @@ class ArmFile(StrictModel):
     def _is_within_limits(cls, ready: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
         joints: tuple[JointFile, ...] = info.data.get("joints", ())  # missing if they are wrong
         if joints and len(ready) != len(joints):
-            raise ValueError(f"{len(joints)} joints have {len(joints)} positions")
+            raise ValueError(f"write {counted(len(joints), 'position')}, one a joint")
         for number, (joint, q) in enumerate(zip(joints, ready, strict=False), start=1):
             low, high = joint.limits
             if not low <= q <= high:
@@ -98,7 +98,7 @@ class ArmFile(StrictModel):
             return value
         if info.field_name == "inertia":
             if value and len(value) != len(links):
-                raise ValueError(f"give it for the foot and {len(links) - 1} links")
+                raise ValueError(f"give it for the foot and {counted(len(links) - 1, 'link')}")
             return value
         named = (
             [f"link{part.link}" for part in value]

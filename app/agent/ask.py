@@ -14,7 +14,7 @@ from pydantic import ValidationError
 from app.agent.endpoint import Endpoint, Message
 from app.agent.tools import Tools
 from app.authoring import patched
-from config import Severity, StrictModel, UserError
+from config import Severity, StrictModel, UserError, counted
 
 _TRANSCRIPT = "transcript.json"
 _SYSTEM = """\
@@ -73,7 +73,7 @@ def ask(
             if not why:
                 return asked
             said.append({"role": "user", "content": why})
-        return Asked(f"{rounds} rounds brought no task that works: {why}", run=asked.run)
+        return Asked(f"{counted(rounds, 'round')} brought no task that works: {why}", run=asked.run)
     finally:
         tools.keep(asked.run, _TRANSCRIPT, json.dumps(said, indent=1))
 

@@ -17,7 +17,7 @@ from py_trees.common import Status
 from app.authoring.script import Script, read_keys, read_script
 from app.core import End, Outcome
 from behaviours import Context, Key, TaskLog
-from config import Plain
+from config import Plain, counted
 from hw import SimClock, TaskClock, WallClock
 from trees.language import (
     COMPOSITES,
@@ -77,7 +77,7 @@ class DryRun:
             for step in news[:_MOST_SHOWN]
         ]
         if len(news) > _MOST_SHOWN:
-            lines.append(f"{'...':>8}    {len(news) - _MOST_SHOWN} more lines")
+            lines.append(f"{'...':>8}    {counted(len(news) - _MOST_SHOWN, 'more line')}")
         where = f" (in {self.outcome.node})" if self.outcome.node else ""
         end = self.outcome.end.value if self.ended else "no end"
         lines.append(f"{self.task}, dry: {end}: {self.outcome.reason}{where}")

@@ -191,11 +191,13 @@ def _make_folder(folder: Path) -> None:
 def _export_runs(names: list[str], folder: Path, runs: Path, fps: int) -> None:
     from app.export import export_lerobot
     from app.review import find_run
+    from config import counted
 
     done = export_lerobot([find_run(name, runs) for name in names], folder, fps)
     video = "with depth video" if done.has_video else "without video: a run has no pictures"
     typer.echo(
-        f"{folder}: {done.episodes} episodes ({done.failed} failed), {done.frames} frames, {video}"
+        f"{folder}: {counted(done.episodes, 'episode')} ({done.failed} failed), "
+        f"{done.frames} frames, {video}"
     )
 
 

@@ -57,10 +57,11 @@ def film(
 ) -> None:
     """Make a moving picture of a recorded run; needs a Vulkan driver, but no screen."""
     from app.review import make_film, recorded_time
+    from config import counted
 
     recording = _recording(run, runs)
     begin, end = (recorded_time(recording.parent, moment) for moment in (begin, end))
-    Terminal().say(f"{out}: {make_film(recording, out, begin, end)} pictures")
+    Terminal().say(f"{out}: {counted(make_film(recording, out, begin, end), 'picture')}")
 
 
 def explain(

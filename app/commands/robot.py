@@ -83,12 +83,13 @@ def import_(
 @robot.command()
 def check(folder: _Folder) -> None:
     """Say what a robot can do, and what is missing for the rest."""
+    from config import counted
     from controller import bank
     from robots import load_real_robot, load_robot
 
     console, robot = Terminal(), load_robot(folder)
     count = len(bank(robot).q)
-    console.say(f"{robot.name}: {len(robot.arm.joints)} joints, {count} postures")
+    console.say(f"{robot.name}: {counted(len(robot.arm.joints), 'joint')}, {count} postures")
     console.say("kinematic world: good")
     console.say(f"physical world: {_physics(robot) or 'good'}")
     grasps = "good" if robot.gripper.grasps else "none: import it with --gripper"

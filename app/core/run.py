@@ -36,6 +36,7 @@ from app.live import (
     tree_view,
 )
 from app.terminal import Loading, Terminal
+from config import counted
 from controller import RobotModel
 from hw import DEFAULT_LEVEL, Robot, epoch, stopwatch
 from trees.language import Task, TreeNode
@@ -257,7 +258,7 @@ class Run:
         """Close the recorder; returns what is missing in the recording, a line each."""
         if (recorder := self._recorder) is None:
             return []
-        missing = f"the recording lacks {recorder.dropped} ticks, as writing was too slow"
+        missing = f"the recording lacks {counted(recorder.dropped, 'tick')}: writing was too slow"
         problems = [missing] if recorder.dropped else []
         try:
             recorder.close()

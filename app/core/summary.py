@@ -19,6 +19,7 @@ from app.core.measurements import Measurements
 from app.core.outcome import End, Outcome
 from app.task_time import task_time
 from behaviours import Carried, Localiser, TaskLog
+from config import counted
 from hw import MAY_TOUCH, Refusal, Touch
 
 _MARKS = {
@@ -116,14 +117,15 @@ class Summary:
         style = "bold green" if self.succeeded else "bold red"
         console.print(self.achieved, style=style, soft_wrap=True)
         claim = f"; the task claims {self.claimed}" if self.claimed != self.placed else ""
-        hits = ", ".join(f"{n} times {text}" for text, n in self.contacts_by_name.items())
+        hits = ", ".join(f"{n} x {text}" for text, n in self.contacts_by_name.items())
         rows = {
-            "placed": f"{self.placed} of {self.objects} objects in {self.attempts} attempts{claim}",
+            "placed": f"{self.placed} of {self.objects} objects in "
+            f"{counted(self.attempts, 'attempt')}{claim}",
             "grasp": _seconds(self.grasp_time_mean_s),
             "pick and place": _seconds(self.pick_place_time_mean_s),
             "time": f"{task_time(self.duration_s, self.paused_s)}, "
             f"{self.real_time_factor:.2f} times real time",
-            "limits": f"{self.limit_violations} violations in {self.ticks} ticks; "
+            "limits": f"{counted(self.limit_violations, 'violation')} in {self.ticks} ticks; "
             f"at most {self.highest_speed_percent:.0f} % of a speed limit, "
             f"joints at least {self.smallest_joint_margin_deg:.1f}° inside their range",
             "control tick": f"median {self.tick_median_ms:.2f} ms, p99 {self.tick_p99_ms:.2f} ms; "
@@ -203,7 +205,7 @@ def localised_by(here: Localiser, level: str, registration: str) -> str:
     how = {"both": "laser and camera"}.get(registration, registration)
     off, turn = here.largest
     return (
-        f"{level}, registered to the map by {how} {here.registrations} times, "
+        f"{level}, registered to the map by {how} {counted(here.registrations, 'time')}, "
         f"corrected by at most {1000.0 * off:.0f} mm and {np.degrees(turn):.1f}°"
     )
 

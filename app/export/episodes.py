@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from app.core import End
 from app.review import DamagedRunError, Timeline, read_log, read_motion, read_run, timeline
-from config import Diagnostics, UserError, content, read_yaml
+from config import Diagnostics, UserError, content, counted, read_yaml
 
 
 class ExportError(UserError):
@@ -66,7 +66,7 @@ def read_episodes(folder: Path, fps: int) -> list[Episode]:
     states, commands = read_motion(folder)
     count = min(len(states), len(commands))
     if count < 2:
-        raise ExportError(f"{folder}: the run is too short ({count} ticks); name another")
+        raise ExportError(f"{folder}: too short a run ({counted(count, 'tick')}); name another")
     period = float(np.median(np.diff(states[:count, 0])))
     if not _SHORTEST <= period <= _LONGEST:
         raise ExportError(f"{folder}: its stamps are {period:g} s apart; name another run")

@@ -28,6 +28,7 @@ from app.live.nodes import (
 )
 from app.task_time import task_time
 from app.terminal import Terminal
+from config import counted
 from hw import stopwatch
 
 _PERIOD = 0.2  # interval of writing [s of real time]
@@ -149,7 +150,7 @@ def _figures(info: RunInfo, moment: Moment, elapsed: float) -> Text:
     text, seen = Text(), moment.seen
     if info.objects:
         text.append(f"{moment.placed} of {info.objects} placed", style="bold")
-        text.append(f"  {moment.attempts} grasp{'' if moment.attempts == 1 else 's'}  ")
+        text.append(f"  {counted(moment.attempts, 'grasp')}  ")
     speed = f", {seen.stamp / elapsed:.1f} times real time" if elapsed > 0.0 else ""
     text.append(f"{task_time(seen.time, seen.paused_s)}{speed}", style="bright_black")
     return text
@@ -174,5 +175,5 @@ def _tree_lines(tree: Sequence[NodeInfo], nodes: Sequence[NodeStatus], *, rows: 
             line.append(f"  {message}", style="dim")
         lines.append(line)
     if not fits:
-        lines[-1].append(f"   (+ {len(tree) - len(shown)} nodes)", style="bright_black")
+        lines[-1].append(f"   (+ {counted(len(tree) - len(shown), 'node')})", style="bright_black")
     return lines

@@ -38,7 +38,7 @@ _WORDS = (
     ),
     (r"camera frame|frames come|depth was measured|same in every pixel|is not seen", "no picture"),
     (r"^no grasp for", "no grasp found"),
-    (r"no place free|places on .* are taken", "no place free"),
+    (r"no place free", "no place free"),
     (r"^not done (within|after)|^not at .* after", "out of time"),
     (r"stuck|^arm stopped|^not at ", "not reached"),
     (r"does not do what it is commanded|does not answer", "the robot does not obey"),

@@ -13,6 +13,7 @@ from app.review.event_log import FaultEvent, LoggedEvent, Node, NodeEvent, NowEv
 from app.review.finished import UNFINISHED, RunRecord, read_run
 from app.review.timeline import Span, Timeline, history, timeline
 from app.task_time import task_time
+from config import counted
 
 _MOST_LINES, _MOST_ATTEMPTS, _MOST_LEAVES = 40, 12, 5
 
@@ -208,15 +209,15 @@ def _sections(run: Explanation) -> Iterator[Sequence[str]]:
         width = max(len(one.name) for one in run.leaf_times)
         rows = [
             f"  {one.name:{width}}  {one.seconds:>7.1f} s  "
-            f"{100.0 * one.seconds / max(run.time, 1e-9):>3.0f} %  {one.rounds} rounds"
+            f"{100.0 * one.seconds / max(run.time, 1e-9):>3.0f} %  {counted(one.rounds, 'round')}"
             for one in run.leaf_times
         ]
         yield ["What took the time", *rows]
     lines = [f"  {line}" for line in run.history or ["no node ended"]]
     yield ["What happened", *_shortened(lines, _MOST_LINES)]
     if summary.objects:
-        placed = f"{summary.placed} of {summary.objects} objects placed"
-        yield [f"{placed}, {summary.attempts} grasps attempted"]
+        placed = f"{summary.placed} of {counted(summary.objects, 'object')} placed"
+        yield [f"{placed}, {counted(summary.attempts, 'grasp')} attempted"]
     if summary.localisation:
         yield [f"Localisation: {summary.localisation}"]
     yield run.damage

@@ -15,6 +15,7 @@ from behaviours.core.parameter_types import Region
 from behaviours.views.objects import Choice, Chosen, ObjectDetection, detect_once, neighbours
 from behaviours.views.survey import views
 from behaviours.views.viewpoint import MoveCamera, camera_pose, looking_along
+from config import counted
 from controller import Array
 from perception import DetectedObject, GraspEstimate
 
@@ -96,7 +97,7 @@ class GraspTarget:
             return
         fitting = self._choice.fitting(objects, self._context.state.wTb.translation)
         if not fitting:
-            self.reason = f"{self._choice} is not among the {len(objects)} objects in sight"
+            self.reason = f"{self._choice} is not among {counted(len(objects), 'object')} in sight"
             return
         is_one = self._choice.choose != "best"
         meant = fitting[:1] if is_one else fitting

@@ -15,6 +15,7 @@ from behaviours.core.motion import Approach
 from behaviours.core.parameter_types import Region
 from behaviours.core.reachable_directions import headings_into, is_high, reached
 from behaviours.views.viewpoint import CAMERA_PATIENCE, camera_pose, hand_for, looking_along
+from config import counted
 from controller import PoseGoal
 from hw import DepthFrame
 from perception import RegionMap
@@ -144,7 +145,7 @@ class Survey:
         elif not awaited and now - self._waiting_since > self._patience:
             return leaf.failure(blindness or "no camera frame")
         if self._taken < self._frames:
-            return leaf.running(f"looking at {self._region.name}, {self._taken} pictures")
+            return leaf.running(f"looking at {self._region.name}, {counted(self._taken, 'image')}")
         here = context.localisation
         vague = here.uncertainty > _CERTAIN and here.registrations == self._registrations
         if (vague or here.pending > _MOVED) and now - self._waiting_since < _AWAITED:

@@ -177,7 +177,7 @@ def table_iv(figures: Sequence[PickPlaceFigures]) -> Table:
 def pick_place_notes(figures: Sequence[PickPlaceFigures]) -> list[str]:
     """Causes of failures, and ratios of the times of two motion forms."""
     notes = [
-        f"{one.motion}: {count} times {cause}"
+        f"{one.motion}: {count} x {cause}"
         for one in figures
         for cause, count in one.failures_by_cause.items()
     ]

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from pinocchio import SE3
 
-from config import UserError
+from config import UserError, counted
 from lab.calibration.fit import Spread
 
 
@@ -68,9 +68,9 @@ class Calibration:
         return [
             f"{self.what}: {x:.2f}, {y:.2f}, {z:.2f} mm; "
             f"{moved.mm:.2f} mm and {moved.deg:.3f} deg from the robot file",
-            f"{self.views} views, residual {self.residual:.3f} {self.unit} rms, "
+            f"{counted(self.views, 'view')}, residual {self.residual:.3f} {self.unit} rms, "
             f"uncertainty {self.uncertainty.mm:.2f} mm and {self.uncertainty.deg:.3f} deg",
-            f"{self.held_out} held-out views, the worst off by "
+            f"{counted(self.held_out, 'held-out view')}, the worst off by "
             f"{self.check.mm:.2f} mm and {self.check.deg:.3f} deg",
         ]
 

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import yaml
 
-from config import ConfigError
+from config import ConfigError, counted
 from hw.ros2 import depth_of
 from robots import Array, Intrinsics
 
@@ -210,7 +210,7 @@ def _projected(path: Path, points: Array) -> tuple[npt.NDArray[np.float32], Intr
     """
     points = points[np.isfinite(points).all(axis=1) & (points[:, 2] != 0.0)]
     if len(points) < 100:
-        raise ConfigError(f"{path}: contains {len(points)} points; {_FORMATS}")
+        raise ConfigError(f"{path}: contains {counted(len(points), 'point')}; {_FORMATS}")
     if np.median(points[:, 2]) < 0.0:
         points = points * np.array([1.0, -1.0, -1.0])
     points = points[points[:, 2] > 0.0]

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from rich.table import Table
 
+from config import counted
 from lab.shared import paired_difference, percent
 
 HARD = 60.0  # A contact with more force on the hand is a hard one [N]
@@ -127,7 +128,7 @@ def evaluation_notes(evaluation: GraspEvaluation) -> list[str]:
     hopeless = Counter(evaluation.scenes[number] for number in first.hopeless)
     return [
         *(
-            f"{scene}: in {count} scenes none of {evaluation.by_chance} grasps by chance held"
+            f"{scene}: in {counted(count, 'scene')} none of {evaluation.by_chance} by chance held"
             for scene, count in hopeless.most_common()
         ),
         *(f"{first.name}, {count} x {end}" for end, count in failed.most_common(_LISTED)),

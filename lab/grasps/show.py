@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 from pinocchio import SE3
 
-from config import ConfigError
+from config import ConfigError, counted
 from hw import DepthFrame
 from lab.grasps.depth_files import DepthFile
 from perception import Detection, GraspDetector, GraspEstimate
@@ -51,8 +51,8 @@ def show_grasps(name: Path, image: DepthFile, out: Path, detector: GraspDetector
         best = detection.grasps[0]
         x, y, z = wTc.actInv(best.wTg).translation
         summary = (
-            f"{len(detection.grasps)} grasps; the best: {1000 * best.width:.0f} mm wide, quality "
-            f"{best.quality:.2f}, at x {x:.3f} y {y:.3f} z {z:.3f} m from the camera"
+            f"{counted(len(detection.grasps), 'grasp')}; the best {1000 * best.width:.0f} mm wide, "
+            f"quality {best.quality:.2f}, at x {x:.3f} y {y:.3f} z {z:.3f} m from the camera"
         )
     picture = overlay(depth, camera, detection)
     try:

@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 
 import pinocchio as pin
 
-from config import UserError, quoted, suggest
+from config import UserError, counted, quoted, suggest
 
 _MOVING, _STILL = ("revolute", "continuous", "prismatic"), ("fixed", "floating", "planar")
 _SPEEDS = {"revolute": 1.0, "continuous": 1.0, "prismatic": 0.1}  # if none is given [rad/s, m/s]
@@ -224,7 +224,7 @@ class Urdf:
         if not words and usual is not None:
             return [usual] * count
         if len(words) != count:
-            what = f"{where}: `{key}` has {len(words)} numbers, not {count}"
+            what = f"{where}: `{key}` has {counted(len(words), 'number')}, not {count}"
             self.refuse(what, "write them with spaces between")
         try:
             numbers = [float(word) for word in words]

@@ -242,7 +242,7 @@ def test_places_that_are_taken_or_blocked_are_counted_and_unseen_ones_come_last(
     leaf = place(harness)
     harness.tick(leaf)
     assert leaf.status is Status.FAILURE
-    assert leaf.feedback_message == "all 6 places on table are taken or blocked (3)"
+    assert leaf.feedback_message == "no place free on table, 6 taken or blocked (3)"
 
 
 def test_open_gripper_says_that_the_fingers_did_not_move():

@@ -136,7 +136,7 @@ def test_when_the_rows_are_full_places_between_them_are_used():
     apart = np.linalg.norm(np.array(found)[:, None] - np.array(found), axis=2)
     assert apart[apart > 0].min() >= 0.5 * 0.2
     assert region.contains(np.array(found) + np.array([0.0, 0.0, 1e-6])).all()
-    assert places.none_free() == "all 2 places on bin are taken"
+    assert places.none_free() == "no place free on bin, 2 taken"
 
 
 @pytest.mark.slow

@@ -90,7 +90,7 @@ def test_a_scan_does_not_count_by_what_it_cannot_see():
 def test_a_scan_fails_on_a_fault_at_a_view():
     harness = over_the_table()
     leaf = ScanForObjects("scan", harness.context, region=LARGE, count=Key("count"))
-    while not leaf.feedback_message.endswith("1 pictures"):
+    while not leaf.feedback_message.endswith("1 image"):
         harness.tick(leaf)
     harness.robot.faults = (REFLEX,)
     assert harness.run(leaf) is Status.FAILURE

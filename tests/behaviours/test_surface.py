@@ -204,7 +204,7 @@ def test_when_something_stands_at_every_place_nothing_is_let_go():
     harness.context.log.places_used["table"] = set(between)
     leaf = place(harness)
     assert harness.run(leaf, seconds=40.0) is Status.FAILURE
-    assert leaf.feedback_message == "all 6 places on table are taken or blocked (6)"
+    assert leaf.feedback_message == "no place free on table, 6 taken or blocked (6)"
     assert harness.world.held is not None
 
 

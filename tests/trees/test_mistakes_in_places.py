@@ -33,7 +33,7 @@ POSES = (
 POSTURES = (
     ("[0, -0.3, 0, -2.2, 0, 2.0, 0.8]", "did you mean [0, -17, 0, -126, 0, 115, 46]?"),
     ("[0, -17, 0, 10, 0, 115, 45]", "joint 4 of `frankie` goes from -176° to -4°, not to 10°"),
-    ("[0, -17, 0]", "`frankie` has 7 joints, not 3; write 7 positions"),
+    ("[0, -17, 0]", "`frankie` has 7 joints, not 3; write one position a joint"),
 )
 REGIONS = (
     ("place: {on: x}", "{centre: [0, 0, 0.5], size: [0.4, 0.3, 0.2]}", "2 of the 2 places on `x`"),

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement
 
-from config import Diagnostics, Location
+from config import Diagnostics, Location, counted
 from trees.btcpp.ports import (
     ANY_TYPE,
     PARALLEL,
@@ -154,7 +154,7 @@ class _Writer:
     def _switch(self, node: CompositeNode, above: Element) -> None:
         number = len(node.cases)
         if number not in SWITCHES:
-            message = f"`switch` has {number} cases, and the XML has switches of 2 to 6"
+            message = f"`switch` has {counted(number, 'case')}, and the XML has switches of 2 to 6"
             self._refuse(node.location, message, "split it, or make it a `fallback`")
         variable = self._text(node.options["value"], None, node.location, "value")
         element = SubElement(above, f"Switch{number}", switch_attributes(variable, node.cases))

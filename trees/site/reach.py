@@ -16,6 +16,7 @@ from behaviours import (
     region_direction,
     slots,
 )
+from config import counted
 from controller import Array, out_of_reach, reached_instead, why_no_stance
 from robots import Box, Geom, Plane, RobotDescription, Sphere
 
@@ -51,8 +52,8 @@ def points_up(value: object) -> bool:
 
 def _beyond_joints(q: Array, robot: RobotDescription) -> tuple[str, str] | None:
     if q.shape not in ((0,), robot.arm.ready.shape):  # empty is `ready`
-        joints = len(robot.arm.joints)
-        return f"`{robot.name}` has {joints} joints, not {len(q)}", f"write {joints} positions"
+        joints = counted(len(robot.arm.joints), "joint")
+        return f"`{robot.name}` has {joints}, not {len(q)}", "write one position a joint"
     if not len(q):
         return None
     low, high = robot.limits.q_min - _ROUNDING, robot.limits.q_max + _ROUNDING

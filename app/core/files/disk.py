@@ -20,7 +20,7 @@ import numpy.typing as npt
 from numpy.lib.format import dtype_to_descr, write_array_header_1_0
 
 from app.live import Feed
-from config import UserError
+from config import UserError, counted
 
 _PERIOD = 0.5  # interval between writes [s of real time]
 _CAPACITY = 20_000
@@ -69,7 +69,7 @@ class Disk:
         if not self._feed.close(patience):
             return [f"the disk did not take the rest of the run within {patience:.0f} s"]
         if self._feed.dropped:
-            wrong.append(f"{self._feed.dropped} pieces are missing because the disk was too slow")
+            wrong.append(f"the disk was too slow for {counted(self._feed.dropped, 'piece')}")
         return [*wrong, *filter(None, [file.close() for file in self._files])]
 
     def _write(self, batch: Sequence[tuple[GrowingFile, Any]]) -> None:

@@ -69,7 +69,7 @@ def show(*lines: Any) -> None:
         terminal.print(line, highlight=False, markup=False, soft_wrap=isinstance(line, str))
 
 
-def counted(number: int) -> Callable[[Summary], None]:
+def announcing(number: int) -> Callable[[Summary], None]:
     """A function that prints the summary of each of a number of runs, and how many are done."""
     ended = 0
 

@@ -17,9 +17,9 @@ from lab.bench.commands.options import (
     Seeds,
     Workers,
     World,
+    announcing,
     check_writable,
     chosen,
-    counted,
     seed_range,
     show,
     write_json,
@@ -75,7 +75,7 @@ def pick_place(
         localisation=localisation,
         record=record,
     )
-    done = counted(len(wanted) * len(motions))
+    done = announcing(len(wanted) * len(motions))
     runs = bench.run_pick_place(options, wanted, done, motions=motions, workers=cluster or workers)
     figures = bench.pick_place_figures(runs)
     show(bench.table_iv(figures), *bench.pick_place_notes(figures))
@@ -109,7 +109,7 @@ def on_the_move(
         record=record,
         recording=False,
     )
-    done = counted(2 * len(wanted))
+    done = announcing(2 * len(wanted))
     runs = bench.run_on_the_move(options, wanted, done, workers=cluster or workers)
     figures, saved = bench.passing_figures(runs), bench.saving(runs)
     show(bench.on_the_move_table(figures))
@@ -157,7 +157,7 @@ def uncertainty(
         tree=find_tree(tree), robot=robot, world=world, record=record, recording=False
     )
     rows = len(levels) * len(forms) - levels.count("exact") * (len(forms) - 1)
-    done = counted(rows * len(scenes) * len(wanted))
+    done = announcing(rows * len(scenes) * len(wanted))
     runs = bench.run_uncertainty(
         options, levels, forms, scenes, wanted, done, workers=cluster or workers
     )

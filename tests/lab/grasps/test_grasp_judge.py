@@ -140,7 +140,7 @@ def test_an_object_that_no_grasp_holds_does_not_count_as_lost(tmp_path: Path) ->
     few = ("--scenes", 2, "--bins", 0, "--workers", 1, "--by-chance", 4)
     code, out, err = call("grasp", "eval", "--meshes", tmp_path, *few)
     assert code == 0, err
-    assert "too_wide: in 1 scenes none of 4 grasps by chance held" in out
+    assert "too_wide: in 1 scene none of 4 by chance held" in out
     assert re.search(r"bins +│ 50\.0", out)
     assert re.search(r"bins, where any grasp holds +│ 100\.0", out)
 
