@@ -55,6 +55,7 @@ class LogLine(NamedTuple):
     severity: str  # info, warning or error
     node: int | None  # index; None if it concerns the robot, or the whole run
     text: str
+    stamp: float = 0.0  # of the session, as in the recording [s]
 
 
 class LogBook:
@@ -81,6 +82,7 @@ class LogBook:
 
 class _Noted(NamedTuple):
     time: float
+    stamp: float
     nodes: tuple[NodeStatus, ...]
     faults: tuple[str, ...]
     paused: str
@@ -100,7 +102,7 @@ class Changes:
         self._questions = {index for index, path in enumerate(above) if asked.intersection(path)}
         self._names = [shortened(node.title, LONGEST_NAME) for node in tree]
         never = NodeStatus(Status.INVALID, "")
-        self._last = _Noted(0.0, (never,) * len(tree), (), "", 0)
+        self._last = _Noted(0.0, 0.0, (never,) * len(tree), (), "", 0)
         self._waiting: deque[_Noted] = deque(maxlen=_MOST)
         self._seen: tuple[str, int] = ("", 0)  # pause and number of faults of the last tick
         self._spent, self._since = [0.0] * len(tree), [0.0] * len(tree)
@@ -112,14 +114,15 @@ class Changes:
         if changed or seen != self._seen:
             self._seen = seen
             texts = tuple(fault.text for fault in faults)
-            now = moment.seen.time, moment.seen.nodes, texts, moment.paused, moment.placed
-            self._waiting.append(_Noted(*now))
+            now = (moment.seen.nodes, texts, moment.paused, moment.placed)
+            self._waiting.append(_Noted(moment.seen.time, moment.seen.stamp, *now))
 
     def take(self) -> Iterator[LogLine]:
         """What the ticks changed that were noted since the last call."""
         while self._waiting:
             before, self._last = self._last, self._waiting.popleft()
-            yield from self._lines(before, self._last)
+            for line in self._lines(before, self._last):
+                yield line._replace(stamp=self._last.stamp)
 
     def spent(self, time: float) -> list[float]:
         """How long each node has run until a task time [s]."""
@@ -165,5 +168,5 @@ class Changes:
         glyph = LOOK_GLYPH[Look.NOT_YET] if answered_no else STATUS_GLYPH[now.status]
         is_setback = failed and not answered_no and index not in self._questions
         severity = "warning" if is_setback else "info"
-        text = f"{glyph} {name}" + (f": {message}" if message else "")
+        text = f"{glyph} {name}" + (f": {message}" if message not in name else "")
         yield LogLine(time, severity, index, text)

@@ -23,15 +23,11 @@ _ENDS = {True: Step("the task succeeds"), False: Step("the task fails")}
 
 
 def purpose(tree: Sequence[NodeInfo], nodes: Sequence[NodeStatus], index: int) -> list[str]:
-    """What a node is done for, from the root down: ancestors with a name, and their attempts.
-
-    The question of an `until` ends in a question mark.
-    """
+    """What a node is done for, from the root down: ancestors with a name, and their attempts."""
     found = []
     for above in path_from_root(tree, index)[:-1]:
         if tree[above].name != tree[above].kind:
-            asks = above > 0 and tree[above - 1].kind == "until"
-            found.append(f"{tree[above].name.removesuffix('?')}?" if asks else tree[above].name)
+            found.append(_title(tree, above))
         if tree[above].kind == "retry" and (tried := _ATTEMPT.match(nodes[above].message)):
             found.append(tried[0])
     return found
@@ -89,4 +85,10 @@ def _entered(tree: Sequence[NodeInfo], above: Sequence[int | None], index: int) 
         if above[inner] != index:
             break
         index = inner
-    return Step(tree[index].title, tree[index].does)
+    return Step(_title(tree, index), tree[index].does)
+
+
+def _title(tree: Sequence[NodeInfo], index: int) -> str:
+    """The title of a node; that of the question of an `until` ends in a question mark."""
+    asks = index > 0 and tree[index - 1].kind == "until"
+    return f"{tree[index].title.removesuffix('?')}?" if asks else tree[index].title

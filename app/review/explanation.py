@@ -206,10 +206,9 @@ def _sections(run: Explanation) -> Iterator[Sequence[str]]:
         head = f"  {'#':>3}  {'from':>8}  {'took':>7}  what came of it"
         yield ["Attempts", head, *_shortened(rows, _MOST_ATTEMPTS)]
     if run.leaf_times:
-        width = max(len(one.name) for one in run.leaf_times)
         rows = [
-            f"  {one.name:{width}}  {one.seconds:>7.1f} s  "
-            f"{100.0 * one.seconds / max(run.time, 1e-9):>3.0f} %  {counted(one.rounds, 'round')}"
+            f"  {one.seconds:>7.1f} s  {100.0 * one.seconds / max(run.time, 1e-9):>3.0f} %  "
+            f"{counted(one.rounds, 'round'):>9}  {one.name}"
             for one in run.leaf_times
         ]
         yield ["What took the time", *rows]

@@ -27,7 +27,9 @@ body { max-width: 60rem; margin: 1.5rem auto; padding: 0 1rem; color: #1a1d22;
 h1 { font-size: 1.2rem; } h2 { font-size: 1rem; margin: 1.2rem 0 .3rem; break-after: avoid; }
 .cause { font-size: 1.3rem; font-weight: 700; border-left: 6px solid #b3261e; padding-left: .8rem }
 .success .cause { border-color: #17692f; }
-pre { font: 12.5px/1.45 ui-monospace, monospace; white-space: pre-wrap; margin: 0; }
+pre { font: 12.5px/1.45 ui-monospace, monospace; white-space: pre-wrap; margin: 0;
+  overflow-wrap: anywhere; }
+pre div { padding-left: calc(1ch * var(--hang)); text-indent: calc(-1ch * var(--hang)); }
 figure { margin: 1rem 0; break-inside: avoid; } .plan { max-height: 26rem; }
 .pictures { display: grid; grid-template-columns: repeat(auto-fill, 12rem); gap: 1rem; }
 .pictures figure { margin: 0; font-size: .85rem; } img { width: 100%; }
@@ -56,7 +58,9 @@ def explanation_page(run: Explanation) -> str:
 
 
 def _preformatted(lines: list[str]) -> str:
-    return f"<pre>{escape(chr(10).join(lines))}</pre>" if lines else ""
+    """Lines whose last column hangs where it begins."""
+    rows = (f'<div style="--hang:{one.rfind("  ") + 2}">{escape(one)}</div>' for one in lines)
+    return f"<pre>{''.join(rows)}</pre>" if lines else ""
 
 
 def _map(run: Explanation) -> str:

@@ -9,7 +9,7 @@ const seconds = () => performance.now() / 1000;
 
 let run = null, about = null, answer = "none", heard = seconds(), took = 0;
 let wanted = null;  // Stop or Pause, sent again until the state confirms it
-let note = "", trouble = null, chosen = null, tree = null, pictured = null, shownAt = null, drawn = null, desk = null;
+let note = "", trouble = null, chosen = null, tree = null, pictured = null, drawn = null, desk = null;
 
 function state() {
   return {
@@ -96,6 +96,7 @@ function draw() {
   set(document, "title", `${drawn.texts.run.slice(0, 20)} · ${drawn.texts.task}`);
   drawFigures(drawn.figures);
   drawPending(drawn.forced);
+  setLines(element("explanation"), drawn.explanation);
   if (tree && run) tree.show(run, chosen);
   if (run && run.moving && element("moving").drawn !== run.moving) {
     element("moving").innerHTML = element("moving").drawn = run.moving;
@@ -140,34 +141,9 @@ const TABS = ["robot", "tree", "log", "viewer", "tasks"];
 function show(tab) {
   document.body.dataset.tab = tab;
   for (const one of TABS) element(`tab-${one}`).setAttribute("aria-selected", one === tab);
-  if (tab === "viewer") openViewer();
-  else element("frame").replaceChildren();
+  showViewer(tab === "viewer" && about && about.viewer);
   if (tab === "tree" && tree) tree.follow();
 }
-
-// The viewer is there as long as its tab is open, under the other name of this host: see `ANCESTORS`.
-function openViewer() {
-  const name = location.hostname === "localhost" ? "127.0.0.1" : "localhost";
-  const source = about && about.viewer && `http://${name}:${location.port}${about.viewer}`;
-  shownAt = null;
-  element("frame").replaceChildren(...(source ? [made("iframe", { src: source, title: "3-D viewer" })] : []));
-}
-
-// The time that the viewer shows [s]: in its state, after the name and the kind of its time line.
-const TIME_LINE = [10, 3, 10, 1, 116, 16, 2, 26];
-window.addEventListener("message", ({ data, source }) => {
-  const frame = document.querySelector("iframe");
-  if (!frame || source !== frame.contentWindow || !(data instanceof Uint8Array)) return;
-  let at = data.findLastIndex((_, i) => TIME_LINE.every((byte, j) => data[i + j] === byte));
-  if (at < 0) return;
-  at += TIME_LINE.length + 2;
-  let nanoseconds = 0, scale = 1;
-  do {
-    nanoseconds += (data[at] & 127) * scale;
-    scale *= 128;
-  } while (data[at++] > 127);
-  shownAt = nanoseconds / 1e9;
-});
 
 // Begin to show another run, or the same again after a gap.
 function begin(told) {
@@ -188,16 +164,26 @@ function log(lines) {
   const worst = lines.filter(([, severity, node]) => severity !== "info" && node !== null).at(-1);
   if (worst) trouble = { text: worst[3].slice(2), seconds: worst[0] };
   const place = element("log");
-  place.prepend(...lines.reverse().map(([time, severity, node, text]) => made("li", {
+  place.prepend(...lines.reverse().map(([time, severity, node, text, stamp]) => made("li", {
     className: severity,
     onclick: () => {
       if (node === null) return;
       choose(node);
       tree.follow(node);
     },
-  }, made("time", { textContent: `${time.toFixed(1)} s` }), made("span", { textContent: text }))));
+  }, shown(time, stamp), made("span", { textContent: text }))));
   while (place.childElementCount > MOST_LINES) place.lastChild.remove();
   filter();
+}
+
+// A time of the log, which leads to its moment in the viewer.
+function shown(time, stamp) {
+  const textContent = `${time.toFixed(1)} s`;
+  if (!about.viewer) return made("time", { textContent });
+  return made("button", { textContent, title: "show it in 3-D", onclick() {
+    show("viewer");
+    seek(stamp);
+  } });
 }
 
 function filter() {
@@ -262,7 +248,7 @@ element("fold").addEventListener("click", () => tree && tree.foldAll(true));
 element("unfold").addEventListener("click", () => tree && tree.foldAll(false));
 element("severity").addEventListener("change", filter);
 element("words").addEventListener("input", filter);
-element("jump").addEventListener("click", () => document.querySelector("iframe").contentWindow.postMessage("now", "*"));
+element("jump").addEventListener("click", () => tellViewer(FOLLOW));
 element("history").addEventListener("click", () => {
   element("words").value = tree.nodes[chosen].title.slice(0, LONGEST_NAME);
   filter();

@@ -32,7 +32,7 @@ USUAL_PORT = 9097
 _KINDS = {"html": "text/html", "js": "text/javascript", "css": "text/css"}
 _FILES = {"/": "operator/page.html", "/plan.css": "plan.css"} | {
     f"/{name}": f"operator/{name}"
-    for name in ("page.css", "page.js", "view.js", "tree.js", "tasks.js")
+    for name in ("page.css", "page.js", "view.js", "tree.js", "tasks.js", "viewer.js")
 }
 _POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src data:; "

@@ -18,6 +18,17 @@ function made(kind, properties = {}, ...children) {
 const set = (one, property, value) => { if (one[property] !== value) one[property] = value; };
 const setText = (one, text) => set(one, "textContent", text);
 
+// Lines whose last column hangs where it begins.
+function setLines(place, text) {
+  if (place.text === text) return;
+  place.text = text;
+  place.replaceChildren(...text.split("\n").map((line) => {
+    const one = made("div", { textContent: line || " " });
+    one.style.setProperty("--hang", line.lastIndexOf("  ") + 2);
+    return one;
+  }));
+}
+
 class Tree {
   constructor(place, nodes, choose) {
     this.nodes = nodes.map(([title, kind, depth, does]) => ({ title, kind, depth, does }));

@@ -114,7 +114,6 @@ function view(state) {
     wanted: `the robot wants to: ${run.approve}`,
     forced: `It will end with ${forced}, whatever it does.`,
     outcome: run.outcome || "",
-    explanation: run.explanation || "",
     pictured: state.pictured === null ? "no image of the wrist camera yet"
       : `wrist camera, ${over ? "the last image" : `${Math.max(0, run.stamp - state.pictured + age).toFixed(1)} s old`}; best grasp green`,
   };
@@ -125,5 +124,5 @@ function view(state) {
     line: old, tree: old, views: old, now: old,
     world: about.real || (!about.where && /^ARMED/.test(run.desk)) ? "real" : "",
   };
-  return { enabled, shown, texts, looks, figures: run.figures, forced: over ? {} : run.forced };
+  return { enabled, shown, texts, looks, figures: run.figures, forced: over ? {} : run.forced, explanation: run.explanation || "" };
 }

@@ -40,11 +40,10 @@ process of its own, so that it cannot hold up the page."""
 _BRIDGE = (
     "<script>setInterval(() => window._handle && "
     'parent.postMessage(window._handle.viewer_state(), "*"), 500);'
-    'addEventListener("message", ({data, source}) => source === parent && data === "now" && '
-    "window._handle && window._handle.viewer_control(new Uint8Array([50, 2, 40, 3])));</script>"
+    'addEventListener("message", ({data, source}) => source === parent && window._handle && '
+    "window._handle.viewer_control(data));</script>"
 )
-"""Tells a page around it what it shows, as Rerun encodes it, and follows the newest data when that
-page says so: a ViewerControlRequest with set_time_cursor (6) to play state (5) following (3)."""
+"""Tells a page around it what it shows, and does what that page asks for, as Rerun encodes both."""
 _FOREIGN = re.compile(r"<link\s[^>]*https://[^>]*>")
 _PROXIES = ("ALL_PROXY", "HTTPS_PROXY", "HTTP_PROXY", "all_proxy", "https_proxy", "http_proxy")
 _PATIENCE = 60.0  # time for the viewer's program to serve its files [s]

@@ -252,7 +252,7 @@ def test_events_tell_of_the_tree_the_picture_what_happened_and_how_the_run_ended
     assert (state["then"][0], state["otherwise"]) == ("navigate to table", "pick once again")
     assert state["spent"][8] == pytest.approx(2.4)
     assert told["picture"]["url"].startswith("data:image/jpeg;base64,")
-    assert [text for _, _, _, text in told["log"]][-1].startswith("▶ grasp")
+    assert [text for _, _, _, text, _ in told["log"]][-1].startswith("▶ grasp")
     page.end("toy failed", "because")
     state = client.state()
     assert (state["phase"], state["outcome"], state["explanation"]) == (

@@ -68,7 +68,7 @@ def test_what_took_the_time_adds_up(record):
         ("sequence > wait", 3),
         ("sequence > wait 2", 1),
     ]
-    assert re.search(r"sequence > wait +3\.0 s +75 %", str(told))
+    assert re.search(r"3\.0 s +75 % +1 round +sequence > wait\n", str(told))
 
 
 def test_an_interrupted_run_tells_what_had_failed_before(record):
