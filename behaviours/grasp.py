@@ -163,7 +163,7 @@ class Grasp(Leaf):
                     return self._look()
                 reason = vision.blindness(read) or self._sought.reason or vision.tracker.reason
                 return self.failure(f"no grasp for {self._patience:g} s: {reason}")
-            return self.running("looking for a grasp")
+            return self.running(f"looking for a grasp: {vision.blindness(read)}".removesuffix(": "))
         self._seen = now
         wTg = grasp.wTg_at(read)
         above = wTg * SE3(np.eye(3), np.array([0.0, 0.0, -_STANDOFF]))

@@ -19,7 +19,7 @@ from app.core.measurements import Measurements
 from app.core.outcome import End, Outcome
 from app.core.replay import replay_run
 from app.core.run import Instruments
-from app.core.run_options import RunOptions
+from app.core.run_options import DEFAULT_SCENE, RunOptions
 from app.core.session import Session, Tick
 from app.core.setup import Setup, set_up
 from app.core.snapshots import recorded_scene

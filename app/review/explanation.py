@@ -216,7 +216,7 @@ def _sections(run: Explanation) -> Iterator[Sequence[str]]:
     yield ["What happened", *_shortened(lines, _MOST_LINES)]
     if summary.objects:
         placed = f"{summary.placed} of {counted(summary.objects, 'object')} placed"
-        yield [f"{placed}, {counted(summary.attempts, 'grasp')} attempted"]
+        yield [f"{placed}, {counted(summary.attempts or 0, 'grasp')} attempted"]
     if summary.localisation:
         yield [f"Localisation: {summary.localisation}"]
     yield run.damage

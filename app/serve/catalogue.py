@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 
-from app.live import Told
+from app.core import DEFAULT_SCENE
+from app.live import Plan, SceneView, Told
+from behaviours import Region
 from config import Diagnostic, Severity, UserError, written
 from hw import WORLDS
-from hw.sim import scene_names
+from hw.sim import load_fixtures, scene_names
 from robots import robot_names
 from trees import shipped, shipped_names
-from trees.language import TaskFileError, TaskParameter, examine, load
+from trees.language import Task, TaskFileError, TaskParameter, examine, load
 from trees.site import check
 
 _TASK = re.compile(r"^task:", re.MULTILINE)
@@ -63,7 +66,18 @@ def _described(name: str, path: Path) -> Told:
         "scene": "" if task is None else task.scene,
         "bad": any(one.severity is Severity.ERROR for one in found),
         "parameters": [_field(key, one) for key, one in parameters.items()],
+        "picture": "" if task is None else _picture(task),
     }
+
+
+def _picture(task: Task) -> str:
+    """Furniture and regions as SVG, seen from above; empty if there are none."""
+    with suppress(UserError, ValueError):  # a scene with a mistake, or an empty one
+        regions = tuple(one for one in task.regions.values() if isinstance(one, Region))
+        fixtures = load_fixtures(task.scene or DEFAULT_SCENE)
+        plan = Plan(SceneView(fixtures=fixtures, regions=regions), ())
+        return f'<svg class="plan" viewBox="{plan.view_box()}">{plan.fixed}</svg>'
+    return ""
 
 
 def _field(name: str, parameter: TaskParameter) -> Told:

@@ -47,7 +47,8 @@ class Tasks {
   async load() {
     this.all = await json("/tasks");
     this.choice.replaceChildren(...this.all.tasks.map((task) => {
-      const button = made("button", { type: "button", onclick: () => this.choose(task.name) }, made("b", { textContent: task.name }),
+      const button = made("button", { type: "button", onclick: () => this.choose(task.name) },
+        made("span", { innerHTML: task.picture, ariaHidden: true }), made("b", { textContent: task.name }),
         made("small", task.bad ? { className: "error", textContent: "has mistakes" } : { textContent: task.description }));
       button.setAttribute("aria-pressed", this.task === task.name);
       button.dataset.task = task.name;

@@ -76,11 +76,6 @@ def served(control: Control, tree=TREE, **others) -> Iterator[tuple[Client, Page
 
 
 @pytest.fixture
-def waiting(control):
-    return Waiting(control)
-
-
-@pytest.fixture
 def faults():
     return []
 
@@ -179,65 +174,41 @@ def test_the_viewer_is_served_at_home_dark_and_may_only_talk_to_its_data(control
         assert client.ask("GET", "/viewer/../secret")[0] == 404
 
 
-class Waiting:
-    """A tree with hooks on all nodes, ticked by a test."""
-
-    def __init__(self, control: Control) -> None:
-        self.leaves = [py_trees.behaviours.Running(name="first"), py_trees.behaviours.Success("b")]
-        root = py_trees.composites.Sequence("root", memory=True, children=list(self.leaves))
-        nodes = [root, *self.leaves]
-        self.root, self.hooks = insert_hooks(root, nodes, lambda hook: control.pause(hook.name))
-        self.tree = [
-            NodeInfo(name=node.name, kind="", depth=int(node is not root)) for node in nodes
-        ]
-
-
-@pytest.fixture
-def hooked(control, waiting):
-    with served(control, waiting.tree, hooks=waiting.hooks, may_force=True) as (client, _):
-        yield client
-
-
-def test_a_breakpoint_is_set_and_removed(hooked, waiting, control):
-    hooked.ask("POST", "/break/1")
-    assert hooked.state()["breaks"] == [1]
-    waiting.root.tick_once()
-    assert control.state.paused
-    assert hooked.state()["waiting"] == 1
-    hooked.ask("POST", "/unbreak/1")
-    hooked.ask("POST", "/resume")
-    waiting.root.tick_once()
-    state = hooked.state()
-    assert (state["breaks"], state["waiting"], state["paused"]) == ([], None, False)
-
-
-def test_an_outcome_is_forced_on_what_runs_and_on_what_comes(hooked, waiting, control):
-    with served(control, waiting.tree, hooks=waiting.hooks) as (client, _):
+def test_breakpoints_outcomes_and_approvals_reach_the_hooks_of_their_nodes(control):
+    leaves = [py_trees.behaviours.Running(name="first"), py_trees.behaviours.Success("b")]
+    root = py_trees.composites.Sequence("root", memory=True, children=list(leaves))
+    tree = [NodeInfo(name=one.name, kind="", depth=int(one is not root)) for one in (root, *leaves)]
+    root, hooks = insert_hooks(root, [root, *leaves], lambda hook: control.pause(hook.name))
+    with served(control, tree, hooks=hooks) as (client, _):
         assert client.about()["can_force"] is False
         assert client.ask("POST", "/force/1/success")[0] == 404
-    waiting.root.tick_once()
-    hooked.ask("POST", "/force/2/failure")
-    hooked.ask("POST", "/force/1/success")
-    waiting.root.tick_once()
-    assert [leaf.status for leaf in waiting.leaves] == [Status.SUCCESS, Status.FAILURE]
-    assert waiting.leaves[0].feedback_message == "success forced by a person"
-    assert waiting.root.status is Status.FAILURE
+    with served(control, tree, hooks=hooks, may_force=True) as (client, _):
 
+        def tick_after(*paths: str) -> dict[str, object]:
+            for path in paths:
+                client.ask("POST", path)
+            root.tick_once()
+            return client.state()
 
-def test_a_motion_waits_until_a_person_approves_and_fails_if_refused(hooked, waiting, control):
-    waiting.hooks[1].asks = True
-    waiting.root.tick_once()
-    assert waiting.leaves[0].status is Status.INVALID, "it has not begun"
-    assert hooked.state()["approve"] == "first"
-    hooked.ask("POST", "/approve/1")
-    waiting.root.tick_once()
-    assert waiting.leaves[0].status is Status.RUNNING
-    waiting.root.stop(Status.INVALID)
-    waiting.root.tick_once()
-    hooked.ask("POST", "/refuse/1")
-    assert not control.state.paused
-    waiting.root.tick_once()
-    assert waiting.leaves[0].status is Status.FAILURE
+        state = tick_after("/break/1")
+        assert (state["breaks"], state["waiting"], state["paused"]) == ([1], 1, True)
+        state = tick_after("/unbreak/1", "/resume")
+        assert (state["breaks"], state["waiting"], state["paused"]) == ([], None, False)
+        tick_after("/force/2/failure", "/force/1/success")
+        assert leaves[0].feedback_message == "success forced by a person"
+        assert [one.status for one in (*leaves, root)] == [
+            *(Status.SUCCESS, Status.FAILURE, Status.FAILURE)
+        ]
+        root.stop(Status.INVALID)
+        hooks[1].asks = True
+        assert tick_after()["approve"] == "first"
+        assert leaves[0].status is Status.INVALID, "it has not begun"
+        tick_after("/approve/1")
+        assert leaves[0].status is Status.RUNNING
+        root.stop(Status.INVALID)
+        root.tick_once()
+        assert tick_after("/refuse/1")["paused"] is False
+        assert leaves[0].status is Status.FAILURE
 
 
 def test_events_tell_of_the_tree_the_picture_what_happened_and_how_the_run_ended(page, client):
