@@ -39,22 +39,6 @@ def test_a_breakpoint_holds_every_time_the_node_is_entered():
     assert len(run.reached) == 3
 
 
-def test_a_person_may_choose_the_outcome_of_a_node_that_waits():
-    run = ControlledRun(two_leaves, hooked=["second"])
-    run.hooks[0].asks = True
-
-    def choose() -> None:
-        run.hooks[0].answer = Status.FAILURE
-        run.control.resume()
-
-    run._at = {40: choose}
-    outcome = run.run()
-    assert outcome.end is End.FAILURE
-    assert outcome.node == "second"
-    assert outcome.reason == "failure chosen by a person"
-    assert run.nodes[2].node.begun == 0
-
-
 def test_hooks_that_do_nothing_change_nothing():
     def root(context):
         inner = Sequence("inner", [leaf("a", 3)(context), leaf("b", 3, Status.FAILURE)(context)])

@@ -209,6 +209,7 @@ def test_breakpoints_outcomes_and_approvals_reach_the_hooks_of_their_nodes(contr
         root.tick_once()
         assert tick_after("/refuse/1")["paused"] is False
         assert leaves[0].status is Status.FAILURE
+        assert leaves[0].feedback_message == "failure chosen by a person"
 
 
 def test_events_tell_of_the_tree_the_picture_what_happened_and_how_the_run_ended(page, client):

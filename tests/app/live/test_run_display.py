@@ -49,10 +49,6 @@ def test_pauses_and_faults_are_badges() -> None:
     text = picture(ABOUT, samples.TREE, one, elapsed=2.0, width=100, rows=30)
     first = text.plain.splitlines()[0]
     assert first.startswith(" FAULT: collision reflex   PAUSED by a person  pick_place")
-    assert (
-        "PAUSED"
-        not in picture(ABOUT, samples.TREE, moment(60), elapsed=2.0, width=100, rows=30).plain
-    )
 
 
 def test_what_a_terminal_has_no_rows_for_is_left_out_but_never_the_running_leaf() -> None:

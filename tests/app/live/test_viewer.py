@@ -5,7 +5,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from command_line import call
 
 from app.live import View, Viewer, ViewError, ViewOptions
 from app.live.web.ports import LOOPBACK
@@ -64,16 +63,6 @@ def test_an_address_that_is_not_this_machines_is_refused() -> None:
         viewer(view=View.WEB, host="nowhere")
     with pytest.raises(ViewError, match=r"--view-port 9876 on 203\.0\.113\.7: .*address"):
         viewer(view=View.WEB, host="203.0.113.7")
-
-
-def test_a_bad_port_ends_with_exit_code_2_before_anything_is_written(
-    taken: int, tmp_path: Path
-) -> None:
-    options = ["--view", "web", "--view-port", taken, "--record", tmp_path / "runs"]
-    code, _, err = call("run", "pick_one", *options)
-    assert code == 2
-    assert f"--view-port {taken}" in err
-    assert not (tmp_path / "runs").exists()
 
 
 def test_whoever_serves_others_is_warned_that_there_is_no_password(tmp_path: Path) -> None:
