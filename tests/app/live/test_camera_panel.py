@@ -37,10 +37,7 @@ def test_depth_is_kept_to_the_millimetre_with_what_was_found(
         assert (kept == np.rint(np.nan_to_num(frame.depth) * 1000)).all()
         assert kept[0, 0] == 0
         assert kept.max() > 500
-    heat, outlines = (
-        rows(recording, "/world/camera/quality"),
-        rows(recording, "/world/camera/grasps"),
-    )
+    heat, outlines = (rows(recording, f"/world/camera/{name}") for name in ("quality", "grasps"))
     assert [row["tick"] for row in heat] == [row["tick"] for row in outlines]
     assert [row["tick"] for row in heat] == [row["tick"] for row in images]
     for row, outline in zip(heat, outlines, strict=True):
@@ -52,9 +49,8 @@ def test_depth_is_kept_to_the_millimetre_with_what_was_found(
         else:
             v, u = np.unravel_index(steps.argmax(), steps.shape)
             assert (u, v) == pytest.approx(found.grasps[0].pixel, abs=1.5)
-            assert np.mean(outline["strips"][0][:4], axis=0) == pytest.approx(
-                found.grasps[0].pixel, abs=1e-3
-            )
+            middle = np.mean(outline["strips"][0][:4], axis=0)
+            assert middle == pytest.approx(found.grasps[0].pixel, abs=1e-3)
 
 
 def test_an_image_that_arrives_late_is_recorded_at_its_time_of_capture(tmp_path: Path) -> None:

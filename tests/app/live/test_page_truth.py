@@ -19,6 +19,7 @@ tree:
     - name: second
       wait: {duration_s: 1000}
 """
+UNCONFIRMED = r"Stop sent, not confirmed yet \([1-5] s\)"
 LOST = r"connection lost {} s ago, the robot may be moving; press the emergency stop"
 FROZEN = r"frozen for {} s: no answer, the robot may be moving; press the emergency stop"
 
@@ -93,9 +94,7 @@ def test_a_process_that_was_killed_is_a_lost_connection_for_ever(browser, run):
     assert enabled(page) == {"stop", "pause"}
     page.click("#stop")
     page.wait_for_timeout(2300)
-    assert re.fullmatch(r"Stop sent, not confirmed yet \([1-5] s\)", page.inner_text("#notice")), (
-        page.inner_text("#notice")
-    )
+    assert re.fullmatch(UNCONFIRMED, page.inner_text("#notice"))
     assert re.fullmatch(LOST.format(r"\d+"), sentence(page))
     assert "stop" in enabled(page)
     page.close()
@@ -127,9 +126,7 @@ def test_approval_works_after_a_gap_and_stop_at_a_frozen_process_when_it_thaws(t
             assert enabled(page) == {"stop", "pause"}
             page.click("#stop")
             page.wait_for_timeout(2300)
-            assert re.fullmatch(
-                r"Stop sent, not confirmed yet \([1-5] s\)", page.inner_text("#notice")
-            )
+            assert re.fullmatch(UNCONFIRMED, page.inner_text("#notice"))
             page.wait_for_timeout(max(0.0, 6000 - 1000 * (time.monotonic() - begun)))
             expect_run(page, re.compile(FROZEN.format("[5-8]")))
         finally:
