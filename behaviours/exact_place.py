@@ -152,14 +152,22 @@ class Measurement(LookAtPlace):
     Args:
         within: the largest distance [m].
         turn: the largest turn of what is longer than wide [rad].
+        least: how high it reaches over the place at least [m]; what fell off is lower.
     """
 
     def __init__(
-        self, leaf: Leaf, place: Region, direction: Direction, *, within: float, turn: float
+        self,
+        leaf: Leaf,
+        place: Region,
+        direction: Direction,
+        *,
+        within: float,
+        turn: float,
+        least: float,
     ) -> None:
         size = np.array([_AROUND, _AROUND, _HEIGHT])
         super().__init__(leaf, replace(place, size=size), direction)
-        self._within, self._turn = within, turn
+        self._within, self._turn, self._least = within, turn, least
 
     def judge(self) -> Status:
         """SUCCESS if it stands there, FAILURE if it does not, or is not seen."""
@@ -168,10 +176,12 @@ class Measurement(LookAtPlace):
             return found
         if isinstance(found, Status):
             return self._missed(f"it is not seen where it stands: {leaf.feedback_message}")
-
         if not found:
             return self._missed(f"let go, but nothing stands at {self._region.name}")
         one = self.nearest(found)
+        if (low := self._least - one.size[2]) > 0.0:
+            place = self._region.name
+            return self._missed(f"it does not stand on {place}: {1000 * low:.0f} mm too low")
         off, turn = self.off(one), 0.0
         text = f"it stands {1000 * off:.0f} mm"
         if one.size[0] >= _LONG * one.size[1]:

@@ -32,6 +32,7 @@ _BOARD = 0.5  # what is nearer above is a board, below which the hand comes in [
 _RADIUS = 0.06  # of the disc around the place that has to be free [m] ...
 _PITCH_SHARE = 0.45  # ... and most of the distance between places, by which one is moved, too
 _OFF_EDGE = 0.005  # by which a place that is too near to an edge is moved farther [m]
+_FALLEN = 0.01  # what reaches less high than the hand held it has fallen off, if by more [m]
 
 
 class Place(Lowering):
@@ -217,9 +218,16 @@ class Place(Lowering):
             return status
         if not self._is_exact:
             return self.success(f"placed on {self._on.name}{self._numbered}")
-        within, turn = self._within
-        direction = self._way_in.turned(self._on.wTm)
-        self._measured = Measurement(self, self._on, direction, within=within, turn=turn)
+        within, turn, log = *self._within, self.context.log
+        is_known = self._onto is not None and log.grip_outline is not None
+        self._measured = Measurement(
+            self,
+            self._on,
+            self._way_in.turned(self._on.wTm),
+            within=within,
+            turn=turn,
+            least=log.grip_height - _FALLEN if is_known else 0.0,
+        )
         self._step = self._measured.judge
         return self.running("measuring where it stands")
 

@@ -3,14 +3,19 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf
+from pathlib import Path
 
+import numpy as np
+from pinocchio import SE3
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from app.core import Setup
 from behaviours import Leaf
-from hw import WallClock
+from hw import DisturbableWorld, WallClock
 
+TREE = Path(__file__).parent / "tasks/one_object.yaml"
+_LESSONS = Path(__file__).parents[2] / "trees/lessons"
 _BLOCKED = 1.5  # duration for which a leaf blocks [s of real time]
 
 INTO = {"recover": 0.3, "navigate": 1.0, "carry": 1.0, "place": 0.5, "close": 0.05, "lock": 0.05}
@@ -31,6 +36,10 @@ class Fault:
     paced: bool = False  # whether it is about real time, and the run goes in real time
     inject: Inject | None = None  # None injects the fault of that name into the robot
     acknowledged: bool = False  # whether a simulated person acknowledges that it is over
+    tree: Path = TREE
+    phase: str | None = None  # the only one in which it occurs; None for each of `PHASES`
+    entry: int = 1  # how often the phase has been entered when it occurs
+    goal: str | None = "table"  # where all objects rest after a success; None if that is wrong
 
     def begin(self, setup: Setup, nodes: list[Behaviour]) -> Callable[[], None]:
         """Begin the fault; returns what ends it."""
@@ -80,6 +89,28 @@ def _solver_raises(setup: Setup, nodes: list[Behaviour]) -> Callable[[], None]:
     return _replace_method(setup.controller, "_solve", solve)
 
 
+def _nothing(setup: Setup, nodes: list[Behaviour]) -> Callable[[], None]:
+    return lambda: None
+
+
+def _pulled_away(setup: Setup, nodes: list[Behaviour]) -> Callable[[], None]:
+    setup.robot.inject("object taken")
+    return lambda: None
+
+
+def _put(choose: Callable[[list[float]], float], x: float) -> Inject:
+    """Puts the object whose height is chosen on the table, at x [m]."""
+
+    def inject(setup: Setup, nodes: list[Behaviour]) -> Callable[[], None]:
+        world = setup.truth
+        assert isinstance(world, DisturbableWorld)
+        by_height = {float(one.pose.translation[2]): one.name for one in world.objects}
+        world.put(by_height[choose([*by_height])], SE3(np.eye(3), np.array([x, 1.6, 0.7])))
+        return lambda: None
+
+    return inject
+
+
 FAULTS = (
     Fault(name="reflex"),
     Fault(name="bumper"),
@@ -115,6 +146,44 @@ FAULTS = (
     Fault(name="leaf blocks", inject=_leaf_blocks, stops=True, paced=True),
     Fault(name="solver gives up", inject=_solver_gives_up, duration=0.5),
     Fault(name="solver raises", inject=_solver_raises, stops=True),
+    Fault(name="nobody takes", inject=_nothing, tree=_LESSONS / "hand_over.yaml", phase="offer"),
+    Fault(
+        name="pulled away",
+        inject=_pulled_away,
+        tree=_LESSONS / "hand_over.yaml",
+        phase="hand_over",
+        goal=None,
+    ),
+    Fault(
+        name="nobody gives",
+        inject=_nothing,
+        tree=_LESSONS / "porter.yaml",
+        phase="offer",
+        goal="container",
+    ),
+    Fault(
+        name="never free",
+        inject=_put(max, 0.0),
+        tree=_LESSONS / "porter.yaml",
+        phase="navigate",
+        goal=None,
+    ),
+    Fault(
+        name="slides off",
+        inject=_put(max, 0.3),
+        tree=_LESSONS / "stack.yaml",
+        phase="rise",
+        entry=2,
+        goal=None,
+    ),
+    Fault(
+        name="pulled from below",
+        inject=_put(min, 0.3),
+        tree=_LESSONS / "stack.yaml",
+        phase="lower",
+        entry=2,
+        goal=None,
+    ),
 )
 
 QUICK = ("reflex", "gripper dead", "object taken", "state nan", "leaf raises")

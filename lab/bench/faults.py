@@ -23,9 +23,6 @@ from lab.bench.witness import AT_REST, Witness
 from lab.shared import machine
 from trees.language import TreeNode
 
-TREE = Path(__file__).parent / "tasks/one_object.yaml"
-GOAL = "table"  # where the object must rest in the end
-
 LONGEST = 240.0  # a run that takes longer hangs [s of simulated time]
 LONGEST_REAL = 600.0  # the same [s of real time]
 
@@ -71,6 +68,7 @@ class _CellRun(Instruments):
     fault: Fault
     phase: str
     entered: float | None = None
+    entries: int = 0
     injected: float | None = None
     cleared: float | None = None
     rest: float | None = None
@@ -101,7 +99,10 @@ class _CellRun(Instruments):
             self.entered = None
         elif self.entered is None:
             self.entered = now
-        elif now - self.entered >= INTO.get(self.phase, USUALLY_INTO):
+            self.entries += 1
+        elif self.entries >= self.fault.entry and now - self.entered >= INTO.get(
+            self.phase, USUALLY_INTO
+        ):
             self._undo = self.fault.begin(self._setup, self._nodes)
             self.injected = now
 
@@ -143,11 +144,12 @@ class _CellRun(Instruments):
 
 
 def cells(faults: Sequence[str], phases: Sequence[str], seeds: Sequence[int]) -> list[Cell]:
-    """The cells of these rows and columns."""
+    """The cells of these rows and columns; a fault that has a phase of its own occurs there."""
     return [
-        Cell(fault=name, phase=phase, seed=seed)
-        for name in faults
-        for phase in phases
+        Cell(fault=fault.name, phase=phase, seed=seed)
+        for fault in FAULTS
+        if fault.name in faults
+        for phase in ([fault.phase] if fault.phase else phases)
         for seed in seeds
     ]
 
@@ -163,7 +165,7 @@ def run_cell(cell: Cell) -> CellResult:
         redirect_stderr(nothing),
     ):
         options = RunOptions(
-            tree=TREE,
+            tree=fault.tree,
             seed=cell.seed,
             paced=fault.paced,
             record=Path(folder),
@@ -176,7 +178,7 @@ def run_cell(cell: Cell) -> CellResult:
             end, reason, code = outcome.end.value, outcome.reason, outcome.end.exit_code
         except Exception:
             end, reason, code = "exception", format_exc().strip().splitlines()[-1], None
-    is_placed = set(run.supports().values()) == {GOAL}
+    is_placed = set(run.supports().values()) == {fault.goal}
     return CellResult(
         **asdict(cell),
         injected_s=None if run.injected is None else round(run.injected, 2),

@@ -9,6 +9,7 @@ from harness import Harness
 from controller import Command
 from hw import INJECTABLE
 from lab.bench import faults
+from lab.bench.fault_matrix import Fault
 from lab.bench.faults import Cell, faults_notes
 from lab.bench.witness import Witness
 
@@ -27,11 +28,21 @@ def test_a_fault_that_harms_nothing_leaves_a_clean_row():
 
 @pytest.mark.slow
 def test_an_object_that_is_not_where_the_tree_says_is_a_wrong_success(monkeypatch):
-    monkeypatch.setattr(faults, "GOAL", "another table")
+    elsewhere = Fault(name=CARRY.fault, duration=3.0, goal="another table")
+    monkeypatch.setattr(faults, "FAULTS", (elsewhere,))
     result = faults.run_cell(CARRY)
     assert result.outcome == "success"
     assert result.wrong_success
     assert "wrong success" in faults_notes([result])[0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("fault", [one for one in faults.FAULTS if one.phase], ids=lambda f: f.name)
+def test_what_a_person_does_to_a_lesson_ends_honestly(fault):
+    (cell,) = faults.cells([fault.name], ["carry"], [1])
+    result = faults.run_cell(cell)
+    assert result.outcome == ("failure" if fault.goal is None else "success")
+    assert faults_notes([result]) == []
 
 
 def test_an_exception_instead_of_an_outcome_is_a_crash(monkeypatch):
