@@ -87,7 +87,7 @@ def test_the_hand_takes_the_kind_that_was_asked_for_and_nothing_else():
     harness = table()
     grasp = Grasp("grasp", harness.context, within=ON_TABLE, kind="ball", patience_s=0.5)
     assert harness.run(grasp) is Status.FAILURE
-    assert "a ball is not among 2 objects in sight" in grasp.feedback_message
+    assert "a ball is not among the 2 objects in sight" in grasp.feedback_message
     grasp = Grasp("grasp", harness.context, within=ON_TABLE, kind="can")
     assert harness.run(grasp) is Status.SUCCESS, grasp.feedback_message
     assert harness.world.held is harness.world.find("can")
