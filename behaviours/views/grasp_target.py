@@ -97,7 +97,8 @@ class GraspTarget:
             return
         fitting = self._choice.fitting(objects, self._context.state.wTb.translation)
         if not fitting:
-            self.reason = f"{self._choice} is not among the {counted(len(objects), 'object')} in sight"
+            seen = counted(len(objects), "object")
+            self.reason = f"{self._choice} is not among the {seen} in sight"
             return
         is_one = self._choice.choose != "best"
         meant = fitting[:1] if is_one else fitting
