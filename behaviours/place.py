@@ -88,7 +88,7 @@ class Place(Lowering):
         context, self._on, self._way_in = self.context, on, way_in
         robot = context.robot.description
         shoulder = float((robot.bTa * robot.arm.joints[0]).translation[2])
-        self._is_above_shoulder, self._is_high = on.floor > shoulder, False
+        self._is_above_shoulder = on.floor > shoulder
         self._is_below = room_above(on, context.fixtures) < _BOARD
         self._goes_straight = not self._is_below
         self._places = Places(context, on, self._pitch)
@@ -127,8 +127,8 @@ class Place(Lowering):
         context = self.context
         now, way_in = context.wTe.rotation, self._way_in.turned(self._on.wTm)
         self._rotation, self._to_hand = upright(context.log.last_grasp, now, way_in), np.zeros(3)
-        if self._is_above_shoulder and points_down(self._rotation):
-            self._is_high, self._goes_straight = True, False
+        self._is_high = self._is_above_shoulder and points_down(self._rotation)
+        self._goes_straight = self._goes_straight and not self._is_high
         self._places.begin(far_first=not self._is_high)
         if self._is_exact:
             self._rotation, self._to_hand = aligned(context, self._rotation, self._on)

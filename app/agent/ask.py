@@ -52,7 +52,7 @@ def ask(
     rounds: int,
     say: Callable[[str], None],
 ) -> Asked:
-    """What a model makes of a request, in at most so many rounds; the transcript is in the run.
+    """What a model makes of a request within a number of rounds; the transcript is in the run.
 
     `say` tells the progress. Raises UserError: the endpoint cannot be used, or there is no such
     scene or robot.

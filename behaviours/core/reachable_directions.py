@@ -62,12 +62,6 @@ def region_direction(
     least = max(least, least_tilt)
     if Direction(least, 0.0).is_straight and not is_high(region, fixtures):
         return DOWN
-    return _chosen(robot, fixtures, region, round(least, 6), most)
-
-
-def _chosen(
-    robot: RobotDescription, fixtures: tuple[Geom, ...], region: Region, least: float, most: float
-) -> Direction | None:
     directions = list(_directions(least, most, headings_into(region)))
     for direction in directions:
         poses = list(_inside(region, direction))

@@ -22,8 +22,8 @@ from controller.model import RobotModel
 from controller.surroundings import OPEN_FLOOR, Surroundings
 
 _AHEAD = 4.0
-"""With pairs that must be measured, those are that would follow in so many periods: measuring many
-together takes little more time."""
+"""Periods: with the pairs that are due, those due within them are measured, which takes little more
+time."""
 _POINT_MARGIN = 0.01  # by which a surface may be nearer between two depth points [m]
 
 
