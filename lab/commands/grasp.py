@@ -65,13 +65,6 @@ def evaluate(
             min=0,
         ),
     ] = 0,
-    by_view: Annotated[
-        bool,
-        typer.Option(
-            "--by-view",
-            help="Scenes of one object from 36 tilts and distances of the camera instead.",
-        ),
-    ] = False,
     tilts: Annotated[
         str | None,
         typer.Option(
@@ -93,12 +86,6 @@ def evaluate(
     if json is not None and not json.parent.is_dir():
         refuse(f"{json}: there is no folder {json.parent}; create it first")
     choice = grasps.NetworkChoice(weights=weights, network=network)
-    if by_view:
-        if meshes or by_chance or json:
-            refuse("--by-view: goes with --network, --weights and --scenes alone")
-        views = grasps.evaluate_views(choice, scenes=scenes, workers=workers)
-        Terminal().print(grasps.views_table(views))
-        return
     if tilts is not None:
         if meshes:
             refuse("--tilts: goes without --meshes")

@@ -10,4 +10,3 @@ from lab.grasps.scenes import ROBOT, noisy_frame
 from lab.grasps.show import show_grasps
 from lab.grasps.tilts import evaluate_tilts
 from lab.grasps.train import TrainingRecipe, train_weights
-from lab.grasps.views import evaluate_views, views_table

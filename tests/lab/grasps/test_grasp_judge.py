@@ -12,7 +12,7 @@ from command_line import call
 from pinocchio import SE3
 
 from hw.sim import SimObject, World
-from lab.grasps import evaluation, views
+from lab.grasps import evaluation
 from lab.grasps.choice import NetworkChoice
 from lab.grasps.scenes import FLOOR, ROBOT, random_view
 from perception import (
@@ -145,15 +145,6 @@ def test_an_object_that_no_grasp_holds_does_not_count_as_lost(tmp_path: Path) ->
     assert re.search(r"bins, where any grasp holds +│ 100\.0", out)
 
 
-def test_every_view_of_a_scene_is_judged(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(views, "TILTS_DEG", (0.0, 40.0))
-    monkeypatch.setattr(views, "DISTANCES", (0.45,))
-    seen = views.evaluate_views(NetworkChoice(network="none"), scenes=2, workers=1)
-    assert [(one.tilt_deg, one.distance) for one in seen] == [(0.0, 0.45), (40.0, 0.45)] * 2
-    assert any(one.held for one in seen)
-    assert "0.45 m" in str([column.header for column in views.views_table(seen).columns])
-
-
 def test_the_same_scenes_are_judged_along_every_tilt(tmp_path: Path) -> None:
     file = tmp_path / "tilts.json"
     few = ("--scenes", 2, "--by-chance", 2, "--workers", 1, "--json", file)
@@ -173,7 +164,6 @@ def test_the_same_scenes_are_judged_along_every_tilt(tmp_path: Path) -> None:
         (("--network", "check", "--weights", "x"), "give one of the two"),
         (("--json", "/nowhere/x.json"), "no folder"),
         (("--meshes", "/nowhere"), "no mesh"),
-        (("--by-view", "--by-chance", "3"), "--by-view"),
         (("--tilts", "30,120"), "0 to 90 degrees"),
     ],
 )
