@@ -1,17 +1,19 @@
 """Time of a perception step, from a frame of the wrist camera to grasps, on one thread."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 
 import cv2
 import numpy as np
 from pinocchio import SE3
+from rich.table import Table
 
 from behaviours import Region
 from hw import DepthFrame
 from hw.sim import D435Noise, Hand, load_scene
 from lab.bench.timing import Interleaved, Timing
 from lab.grasps import ROBOT, noisy_frame
+from lab.shared import fixed, machine, table
 from perception import GraspDetector
 
 _ROUNDS = 3
@@ -47,7 +49,20 @@ def time_perception(frames: int) -> list[Timing]:
     for frame in [seen[0], *seen * _ROUNDS]:
         works["step"] = partial(detector.detect, frame, _CONTAINER)
         timer(works)
-    return timer.timings(list(works), "perception: ")
+    return timer.timings(works)
+
+
+def perception_table(timings: Sequence[Timing]) -> Table:
+    """One row for each part."""
+    names = ("median", "p95", "p99", "worst", "cpu_median", "cpu_p95", "cpu_p99")
+    return table(
+        f"Times in µs, on {machine()['machine']}",
+        timings,
+        {"": lambda one: one.name},
+        {"steps": lambda one: one.steps}
+        | {name: lambda one, name=name: fixed(getattr(one, name), 0) for name in names},
+        title_justify="left",
+    )
 
 
 def _approach(frames: int) -> list[DepthFrame]:

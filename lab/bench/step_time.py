@@ -1,4 +1,4 @@
-"""Time of a control step: ours beside its peers on the way to seeded goals, and in a whole task.
+"""Time of a control step: ours beside its peers, on the way to seeded goals.
 
 All controllers compute the same step from the same state; the command of ours moves the robot.
 """
@@ -8,21 +8,18 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 from pinocchio import SE3
 from rich.table import Table
 
-from app.core import Instruments, RunOptions, Setup, Tick, run_task
 from controller import Command, KinematicState, MotionGoal, PoseGoal, StepReport, Surroundings
 from lab.bench.configuration import Configuration
 from lab.bench.goals import generate_goals
 from lab.bench.motion import Step, run_motion
 from lab.bench.peers import LACKS
-from lab.bench.timing import Interleaved, Timing
+from lab.bench.timing import Interleaved
 from lab.shared import fixed, machine, table
-from trees.language import TreeNode
 
 _GOALS = 100
 _LIMIT = 20.0  # of one motion [s]
@@ -133,35 +130,3 @@ def _move_to(step: Step, configuration: Configuration, wTe: SE3) -> None:
         orientation_tolerance=float(np.deg2rad(1.0)),
     )
     run_motion(step, model, lambda time: goal, period=configuration.period, limit=_LIMIT)
-
-
-class _StepTimer(Instruments):
-    """Times every tick of a run and the controller's step in it."""
-
-    def __init__(self) -> None:
-        self.timer = Interleaved(0)
-        self.ticks: list[float] = []
-
-    def after(self, tick: Tick) -> None:
-        """Note the duration of the tick."""
-        self.ticks.append(tick.seconds)
-
-    def begin(self, setup: Setup, nodes: Sequence[TreeNode]) -> None:
-        """Wrap the controller's step, which the loop looks up on this object."""
-        step = _interleaved({"step": setup.controller.step}, self.timer)
-        setup.controller.step = step  # type: ignore[method-assign, assignment]
-
-
-def time_task(tree: Path, robot: str, seed: int, record: Path) -> list[Timing]:
-    """Run a task and time every tick, and the control step in it with stances and routes.
-
-    Raises UserError: bad input; nothing has moved.
-    """
-    options = RunOptions(
-        tree=tree, robot=robot, seed=seed, localisation="exact", record=record, recording=False
-    )
-    instruments = _StepTimer()
-    summary = run_task(options, instruments=instruments).summary
-    name = f"{summary.robot}: {summary.task}, {summary.scene}, seed {summary.seed}, "
-    ticks = Timing.of(f"{name}tick", 1e9 * np.array(instruments.ticks))
-    return [*instruments.timer.timings(["step"], name), ticks]

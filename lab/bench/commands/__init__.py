@@ -2,7 +2,7 @@
 
 import typer
 
-from lab.bench.commands.measures import experiments, step, timing
+from lab.bench.commands.measures import experiments, perception, step
 from lab.bench.commands.motions import moving, obstacles, poses, reach
 from lab.bench.commands.tasks import faults, on_the_move, pick_place, uncertainty
 
@@ -13,5 +13,5 @@ app = typer.Typer(
 )
 _MOTIONS = (reach, poses, moving, obstacles)
 _TASKS = (pick_place, on_the_move, uncertainty, faults)
-for command in (*_MOTIONS, *_TASKS, step, timing, experiments):
+for command in (*_MOTIONS, *_TASKS, step, perception, experiments):
     app.command(command.__name__.replace("_", "-"))(command)

@@ -1,15 +1,12 @@
-"""`bench step` and `timing`: times; `bench experiments`: the figures of the documents again."""
-
-from __future__ import annotations
+"""`bench step` and `perception`: times; `bench experiments`: the figures of the documents again."""
 
 from dataclasses import asdict
 from pathlib import Path
-from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from app.commands import find_tree, refuse
+from app.commands import refuse
 from app.terminal import Terminal
 from lab.bench.commands.options import (
     BOTH,
@@ -22,13 +19,6 @@ from lab.bench.commands.options import (
     write_json,
     write_results,
 )
-
-if TYPE_CHECKING:
-    from lab.bench.timing import Timing
-
-
-PARTS = ("task", "perception")
-"""To time: every tick and control step of a task, and from a frame to grasps."""
 
 
 def step(
@@ -55,39 +45,17 @@ def step(
     write_results(json, rows)
 
 
-def timing(
-    parts: Annotated[
-        list[str] | None, typer.Argument(help="task or perception; default: perception.")
-    ] = None,
-    robot: Robot = BOTH,
-    task: Annotated[str, typer.Option(help="task: a task file or a shipped task.")] = "pick_place",
-    seed: Annotated[int, typer.Option(help="Seed of the task.", min=0)] = 0,
+def perception(
     count: Annotated[int, typer.Option(help="Frames.", min=1)] = 60,
     json: Json = None,
 ) -> None:
-    """Time the parts of the software; other processes hardly disturb the CPU times."""
-    from lab.bench.timing import timing_table
+    """Time the step from a frame to grasps, and GG-CNN in it; CPU times are hardly disturbed."""
+    from lab.bench.perception_time import perception_table, time_perception
 
     check_writable(json)
-    wanted = chosen("timing", parts or ["perception"], PARTS)
-    robots, tree = chosen_robots(robot), find_tree(task)
-    timings = [one for part in wanted for one in _measured(part, robots, tree, seed, count)]
-    show(timing_table(timings))
+    timings = time_perception(count)
+    show(perception_table(timings))
     write_results(json, timings)
-
-
-def _measured(part: str, robots: list[str], tree: Path, seed: int, count: int) -> list[Timing]:
-    match part:
-        case "task":
-            from lab.bench.step_time import time_task
-
-            with TemporaryDirectory() as folder:
-                where = Path(folder)
-                return [one for name in robots for one in time_task(tree, name, seed, where)]
-        case _:
-            from lab.bench.perception_time import time_perception
-
-            return time_perception(count)
 
 
 def experiments(

@@ -45,7 +45,7 @@ def test_a_sweep_has_a_row_for_every_value_and_changes_the_outcome(tmp_path):
 
 
 def test_bad_options_are_refused_in_one_line(tmp_path):
-    for command in ("reach", "poses", "timing"):
+    for command in ("reach", "poses", "perception"):
         refused("cannot be written", command, "--json", tmp_path / "no" / "file")
     refused("stretched", "reach", "--starts", "streched", "--count", 1)
     refused("as 5-30", "reach", "--jitter-ms", "30-5", "--count", 1)
