@@ -103,25 +103,18 @@ def realsense(
     port: Annotated[int, typer.Option(help="To listen on; 0: any.", min=0, max=65535)] = 7435,
     host: Annotated[str, typer.Option(help="The address to listen on.")] = "127.0.0.1",
     scene: Annotated[str, typer.Option(help="What it sees: a shipped scene or a file.")] = "single",
-    seed: Annotated[int, typer.Option(help="Of the scene, the noise and the faults.")] = 0,
-    fault: Annotated[
-        list[str] | None, typer.Option(help="What is wrong with it; `list` names all.")
-    ] = None,
+    seed: Annotated[int, typer.Option(help="Of the scene and the noise.")] = 0,
     as_reported: AsReported = None,
 ) -> None:
     """A RealSense D435 on a robot that stands in a scene, until Ctrl-C.
 
     It sends images to the driver, which feeds a software device of the vendor's library with them.
     """
-    from hw.emulators.realsense import FAULTS, Options, RealSenseEmulator, of_scene
+    from hw.emulators.realsense import Options, RealSenseEmulator, of_scene
 
     console, ways = Terminal(), _ways("realsense", as_reported)
-    faults = tuple(fault or ())
-    if "list" in faults:
-        _list(console, FAULTS)
-        return
     options, source = Options(host=host, port=port, seed=seed), of_scene(scene, seed)
-    with RealSenseEmulator(source, options, faults, **ways) as emulator, until_interrupted():
+    with RealSenseEmulator(source, options, **ways) as emulator, until_interrupted():
         console.say(f"RealSense at {emulator.address}, scene {scene}")
 
 

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from hw.clock import epoch, stopwatch
 from hw.emulators.common import chosen, listen
-from hw.emulators.realsense.options import AS_REPORTED, Options, add_fault
+from hw.emulators.realsense.options import AS_REPORTED, Options
 from hw.emulators.realsense.sources import Shot, Source
 from hw.realsense import HEAD, RESET, Introduction
 
@@ -36,12 +36,9 @@ class RealSenseEmulator:
         self,
         source: Source,
         options: Options | None = None,
-        faults: tuple[str, ...] = (),
         as_reported: Sequence[str] = (),
     ) -> None:
         self.options = options = options or Options()
-        for fault in faults:
-            add_fault(options, fault)
         options.as_reported = ways = chosen(as_reported, AS_REPORTED, "camera")
         options.rate = min(options.rate, 15) if "usb2" in ways else options.rate
         options.firmware = "05.08.15.00" if "old-firmware" in ways else options.firmware

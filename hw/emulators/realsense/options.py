@@ -1,9 +1,7 @@
-"""Options, faults and reported behaviours of an emulated camera."""
+"""Options and reported behaviours of an emulated camera."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
-from config import UserError, suggest
 from hw.emulators.common import reported
 from robots import Intrinsics
 
@@ -12,7 +10,7 @@ _D435 = Intrinsics(width=640, height=480, fx=383.0, fy=383.0, cx=319.5, cy=239.5
 
 @dataclass(kw_only=True)
 class Options:
-    """Of one emulated camera; fault options may be changed while it runs."""
+    """Of one emulated camera; they may be changed while it runs."""
 
     host: str = "127.0.0.1"
     port: int = 0  # 0: any free one
@@ -31,25 +29,6 @@ class Options:
     unplugged: bool = False  # whether connections are closed and refused
     firmware: str = "05.16.00.01"
     as_reported: frozenset[str] = frozenset()  # names of `AS_REPORTED`
-
-
-FAULTS: Mapping[str, str] = {
-    "drops": "every tenth image, at random, is lost",
-    "delay": "images come 50 ms late",
-    "jitter": "images come up to 40 ms late, each by another time",
-    "frozen": "the connection stands and no images come",
-    "unplugged": "the cable is not plugged in",
-}
-"""Initial faults by name."""
-_VALUES = {"drops": ("drop", 0.1), "delay": ("delay", 0.05), "jitter": ("jitter", 0.04)}
-
-
-def add_fault(options: Options, name: str) -> None:
-    """Add an initial fault; UserError: there is none of this name."""
-    if name not in FAULTS:
-        raise UserError(f"no fault is called `{name}`; {suggest(name, FAULTS)}")
-    option, value = _VALUES.get(name, (name, True))
-    setattr(options, option, value)
 
 
 AS_REPORTED = reported("""

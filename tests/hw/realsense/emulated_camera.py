@@ -49,14 +49,13 @@ class Counting:
 def plugged_in(
     source: Any = None,
     options: Options | None = None,
-    faults: tuple[str, ...] = (),
     as_reported: tuple[str, ...] = (),
     **settings: Any,
 ) -> Iterator[tuple[RealSenseEmulator, RealSenseCamera, WallClock]]:
     """A connected camera."""
     clock = WallClock()
     source = source or still(picture())
-    with RealSenseEmulator(source, options, faults, as_reported) as emulator:
+    with RealSenseEmulator(source, options, as_reported) as emulator:
         told = RealSenseSettings(emulator=emulator.address, **settings)
         camera = RealSenseCamera(D435, clock, told)
         camera.connect()

@@ -56,7 +56,7 @@ def test_what_the_camera_cannot_do_is_said():
 @needs_library
 @pytest.mark.slow
 def test_a_camera_that_sends_nothing_is_no_camera():
-    with RealSenseEmulator(still(picture()), faults=("frozen",)) as emulator:
+    with RealSenseEmulator(still(picture()), Options(frozen=True)) as emulator:
         assert "it is plugged in and sends no images" in refusal(emulator=emulator.address)
 
 
