@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import gc
+import itertools
 import os
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -73,3 +74,40 @@ def interruptible() -> Iterator[None]:
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
+
+
+NUMBERS = itertools.count()
+
+
+@pytest.fixture
+def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., None]]:
+    """Installs a package with one module, as the metadata of pip describe it.
+
+    Called with the source, the group of the entry point, its name, and its object in the module.
+    """
+    from perception import known_classes
+    from trees.language import known_leaves, registry
+
+    def forget() -> None:
+        registry.offer_of.cache_clear()
+        known_classes.cache_clear()
+        known_leaves()
+
+    def install(source: str, group: str, name: str, offered: str) -> None:
+        module = f"package_{next(NUMBERS)}"  # one whose import hangs blocks its name for ever
+        info = home / f"{module}-1.0.dist-info"
+        info.mkdir()
+        (home / f"{module}.py").write_text(source)
+        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {module}\nVersion: 1.0\n")
+        entry = f"[frankie_task.{group}]\n{name} = {module}:{offered}\n"
+        (info / "entry_points.txt").write_text(entry)
+        known_classes.cache_clear()
+
+    home = tmp_path / "site"
+    home.mkdir()
+    monkeypatch.syspath_prepend(str(home))
+    monkeypatch.setattr(registry, "IMPORT_TIMEOUT", 1.0)
+    forget()
+    yield install
+    monkeypatch.undo()
+    forget()

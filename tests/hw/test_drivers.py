@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
-
 import pytest
 from command_line import call
 
@@ -11,7 +9,6 @@ from config import ConfigError
 from robots import load_robot
 from robots.load import SHIPPED
 
-NUMBERS = itertools.count()
 DRIVER = """\
 from frankie_task import DriverOptions
 
@@ -31,20 +28,8 @@ BROKEN = {
 
 
 @pytest.fixture
-def install(tmp_path, monkeypatch):
-    """Installs a package that offers a base, as the metadata of pip describe it."""
-    monkeypatch.syspath_prepend(str(tmp_path))
-
-    def install(source: str) -> None:
-        module = f"driver_{next(NUMBERS)}"
-        (tmp_path / f"{module}.py").write_text(source)
-        info = tmp_path / f"{module}-1.0.dist-info"
-        info.mkdir()
-        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {module}\nVersion: 1.0\n")
-        offer = f"[frankie_task.drivers]\nbase.mine = {module}:mine\n"
-        (info / "entry_points.txt").write_text(offer)
-
-    return install
+def install_base(install):
+    return lambda source: install(source, "drivers", "base.mine", "mine")
 
 
 @pytest.fixture
@@ -57,8 +42,8 @@ def file(tmp_path):
     return path
 
 
-def test_options_are_validated_by_the_model_of_the_driver(install, file):
-    install(DRIVER)
+def test_options_are_validated_by_the_model_of_the_driver(install_base, file):
+    install_base(DRIVER)
     load_robot(file)
     file.write_text(file.read_text().replace("    address: 10.0.0.1", "    adress: 10.0.0.1"))
     with pytest.raises(ConfigError, match=r"11:5: hardware\.base\.adress: unknown .* `address`"):
@@ -69,13 +54,13 @@ def test_options_are_validated_by_the_model_of_the_driver(install, file):
 
 
 @pytest.mark.parametrize("kind", BROKEN)
-def test_a_broken_driver_hinders_only_the_robots_that_use_it(install, file, kind):
+def test_a_broken_driver_hinders_only_the_robots_that_use_it(install_base, file, kind):
     source, told = BROKEN[kind]
-    install(source)
+    install_base(source)
     with pytest.raises(ConfigError) as refused:
         load_robot(file)
     (line,) = str(refused.value).splitlines()
-    assert "10:13: hardware.base.driver: the driver `base.mine` of `driver_" in line
+    assert "10:13: hardware.base.driver: the driver `base.mine` of `package_" in line
     assert told in line
     load_robot("frankie_site")
     code, out, err = call("drivers")
@@ -84,8 +69,8 @@ def test_a_broken_driver_hinders_only_the_robots_that_use_it(install, file, kind
     assert err.startswith("warning: ")
 
 
-def test_two_packages_with_one_name_are_both_told(install, file):
-    install(DRIVER)
-    install(DRIVER)
-    with pytest.raises(ConfigError, match=r"is offered by driver_\d+ 1.0 and driver_\d+ 1.0"):
+def test_two_packages_with_one_name_are_both_told(install_base, file):
+    install_base(DRIVER)
+    install_base(DRIVER)
+    with pytest.raises(ConfigError, match=r"is offered by package_\d+ 1.0 and package_\d+ 1.0"):
         load_robot(file)

@@ -1,14 +1,12 @@
 """Packages that offer leaves, installed as pip does it: good ones, and broken ones of all kinds."""
 
-import itertools
 import json
 import re
-import sys
 
 import pytest
 from command_line import call
 
-from trees.language import check, known_leaves, plugin_problems, registry
+from trees.language import check, known_leaves, plugin_problems
 
 LEAF = """\
 from frankie_task import Leaf, Status
@@ -35,7 +33,7 @@ BROKEN = {
     ),
 }
 PROBLEM = (
-    r"behaviour `hello` of `plugin_\d+:Hello` cannot be used: .+; fix or uninstall its package"
+    r"behaviour `hello` of `package_\d+:Hello` cannot be used: .+; fix or uninstall its package"
 )
 TOLD = {
     "raises": "ValueError: two lines",
@@ -44,37 +42,13 @@ TOLD = {
     "offers a function": "it is no class that derives from Leaf or Condition",
     "takes the key of a shipped leaf": "it takes the key `navigate`, which is taken",
 }
-NUMBERS = itertools.count()
 UNRELATED = "task: toy\ntree: {wait: {duration_s: 0.02}}\n"
 USER = "task: toy\ntree: {hello: {}}\n"
 
 
 @pytest.fixture
-def install(tmp_path, monkeypatch):
-    """Installs a package with one module, as the metadata of pip describe it."""
-    home = tmp_path / "site"
-    home.mkdir()
-    monkeypatch.syspath_prepend(str(home))
-    monkeypatch.setattr(registry, "IMPORT_TIMEOUT", 1.0)
-    registry.offer_of.cache_clear()
-    installed = []
-
-    def install(source: str, entry: str = "hello") -> None:
-        module = f"plugin_{next(NUMBERS)}"  # a package whose import hangs blocks its name for ever
-        (home / f"{module}.py").write_text(source)
-        info = home / f"{module}-1.0.dist-info"
-        info.mkdir()
-        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {module}\nVersion: 1.0\n")
-        offer = f"[frankie_task.behaviours]\n{entry} = {module}:Hello\n"
-        (info / "entry_points.txt").write_text(offer)
-        installed.append(module)
-
-    yield install
-    for module in installed:
-        sys.modules.pop(module, None)
-    monkeypatch.undo()
-    registry.offer_of.cache_clear()
-    known_leaves()  # forgets the problems
+def install_leaf(install):
+    return lambda source, name="hello": install(source, "behaviours", name, "Hello")
 
 
 @pytest.fixture
@@ -87,10 +61,10 @@ def task(tmp_path):
     return write
 
 
-def test_a_good_package_adds_a_leaf(install, task):
+def test_a_good_package_adds_a_leaf(install_leaf, task):
     path = task(USER)
     assert "unknown node `hello`" in str(check(path)[0])
-    install(LEAF)
+    install_leaf(LEAF)
     assert check(path) == []
     assert plugin_problems() == []
     code, _, err = call("dry", path)
@@ -99,8 +73,8 @@ def test_a_good_package_adds_a_leaf(install, task):
 
 
 @pytest.mark.parametrize("kind", BROKEN)
-def test_a_broken_package_is_named_and_stops_only_who_uses_it(install, task, kind, tmp_path):
-    install(BROKEN[kind])
+def test_a_broken_package_is_named_and_stops_only_who_uses_it(install_leaf, task, kind, tmp_path):
+    install_leaf(BROKEN[kind])
     run = ("--scene", "single", "--view", "none", "--record", str(tmp_path / "runs"))
     path = task(UNRELATED)
     for arguments in (("check", path), ("dry", path)):
@@ -123,8 +97,8 @@ def test_a_broken_package_is_named_and_stops_only_who_uses_it(install, task, kin
     assert not (tmp_path / "runs").exists()
 
 
-def test_an_unrelated_task_really_runs_beside_a_broken_package(install, task, tmp_path):
-    install("import sys\nsys.exit(3)\n")
+def test_an_unrelated_task_really_runs_beside_a_broken_package(install_leaf, task, tmp_path):
+    install_leaf("import sys\nsys.exit(3)\n")
     options = ("--scene", "single", "--view", "none", "--record", str(tmp_path / "runs"), "--json")
     code, out, err = call("run", task(UNRELATED), *options)
     assert code == 0
@@ -132,10 +106,10 @@ def test_an_unrelated_task_really_runs_beside_a_broken_package(install, task, tm
     assert "behaviour `hello`" not in err
 
 
-def test_a_broken_package_takes_no_good_one_along(install, task):
-    install(BROKEN["raises"], entry="bad")
-    install(LEAF)
-    install(LEAF, entry="again")
+def test_a_broken_package_takes_no_good_one_along(install_leaf, task):
+    install_leaf(BROKEN["raises"], name="bad")
+    install_leaf(LEAF)
+    install_leaf(LEAF, name="again")
     assert check(task(USER)) == []
     assert plugin_problems() == []
     known_leaves()
@@ -144,8 +118,8 @@ def test_a_broken_package_takes_no_good_one_along(install, task):
     assert "takes the key `hello`, which is taken" in "".join(plugin_problems())
 
 
-def test_ctrl_c_during_an_import_is_one(install, task):
-    install("raise KeyboardInterrupt\n")
+def test_ctrl_c_during_an_import_is_one(install_leaf, task):
+    install_leaf("raise KeyboardInterrupt\n")
     with pytest.raises(KeyboardInterrupt):
         check(task(USER))
 
@@ -159,9 +133,9 @@ def test_ctrl_c_during_an_import_is_one(install, task):
     ],
 )
 def test_a_constructor_that_raises_is_refused_before_anything_moves(
-    install, task, tmp_path, raised, told
+    install_leaf, task, tmp_path, raised, told
 ):
-    install(LEAF + f"    def __init__(self, name, context):\n        raise {raised}\n")
+    install_leaf(LEAF + f"    def __init__(self, name, context):\n        raise {raised}\n")
     options = ("--scene", "single", "--view", "none", "--record", str(tmp_path / "runs"))
     path = task(USER)
     code, out, err = call("run", path, *options)

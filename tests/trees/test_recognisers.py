@@ -1,19 +1,14 @@
 """Kinds of things: those that the shapes tell, and those that a package adds."""
 
-import itertools
-import sys
-
 import numpy as np
 import pytest
 from harness import ON_TABLE, TABLE_TOP, Harness, block, table_world, with_the_hand_at
 from py_trees.common import Status
 
 from behaviours import Detect, DetectedObjects, Grasp, Key
-from perception import known_classes
 from robots import Cylinder, Geom
 from trees.language import check
 
-NUMBERS = itertools.count()
 APPLES = """
 from frankie_task import Labelled
 
@@ -33,25 +28,8 @@ tree: {grasp: {within: box, kind: KIND}}
 
 
 @pytest.fixture
-def install(tmp_path, monkeypatch):
-    """Installs a package with one module, as the metadata of pip describe it."""
-    monkeypatch.syspath_prepend(str(tmp_path))
-    known_classes.cache_clear()
-
-    def install(source: str) -> None:
-        module = f"recogniser_{next(NUMBERS)}"
-        (tmp_path / f"{module}.py").write_text(source)
-        info = tmp_path / f"{module}-1.0.dist-info"
-        info.mkdir()
-        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {module}\nVersion: 1.0\n")
-        offer = f"[frankie_task.recognisers]\nfruit = {module}:Apples\n"
-        (info / "entry_points.txt").write_text(offer)
-        known_classes.cache_clear()
-
-    yield install
-    known_classes.cache_clear()
-    for name in [name for name in sys.modules if name.startswith("recogniser_")]:
-        del sys.modules[name]
+def install_fruit(install):
+    return lambda source: install(source, "recognisers", "fruit", "Apples")
 
 
 @pytest.fixture
@@ -93,20 +71,20 @@ def test_the_hand_takes_the_kind_that_was_asked_for_and_nothing_else():
     assert harness.world.held is harness.world.find("can")
 
 
-def test_check_knows_the_kinds_of_recognisers(task, install):
+def test_check_knows_the_kinds_of_recognisers(task, install_fruit):
     assert check(task("can")) == []
     (mistake,) = check(task("cann"))
     assert (mistake.location.line, mistake.location.column) == (3, 8)
     assert "asks for a `cann`, which no recogniser knows" in mistake.message
     assert mistake.hint == "did you mean `can`?"
     assert "which no recogniser knows" in str(check(task("apple"))[0])
-    install(APPLES)
+    install_fruit(APPLES)
     assert check(task("apple")) == []
     assert check(task("aple"))[0].hint == "did you mean `apple`?"
 
 
-def test_a_package_adds_a_kind(install):
-    install(APPLES)
+def test_a_package_adds_a_kind(install_fruit):
+    install_fruit(APPLES)
     assert list(kinds_seen(table(), "apple")) == ["apple"]
     assert kinds_seen(table(), "pear") == {}  # its box is on no object
 
@@ -118,11 +96,11 @@ BROKEN = {
 
 
 @pytest.mark.parametrize("source", BROKEN)
-def test_a_broken_package_is_named_once_and_stops_only_who_asks_for_it(task, install, source):
-    install(source)
+def test_a_broken_package_is_named_once_and_stops_only_who_asks_for_it(task, install_fruit, source):
+    install_fruit(source)
     assert check(task("can")) == []
     (mistake,) = check(task("apple"))
-    assert "recogniser `fruit` of `recogniser_" in mistake.hint
+    assert "recogniser `fruit` of `package_" in mistake.hint
     assert BROKEN[source] in mistake.hint
     assert "\n" not in str(mistake)
 
@@ -138,9 +116,9 @@ def test_a_broken_package_is_named_once_and_stops_only_who_asks_for_it(task, ins
         ("return [Labelled(kind='apple', box=(0, 0, 1, 1), score=7)]", "a score from 0 to 1"),
     ],
 )
-def test_a_recogniser_that_fails_is_the_reason_of_the_leaf(install, body, told):
+def test_a_recogniser_that_fails_is_the_reason_of_the_leaf(install_fruit, body, told):
     head = "from frankie_task import Labelled\nclass Apples:\n    kinds = ['apple']\n"
-    install(head + f"    def recognise(self, frame, objects):\n        {body}\n")
+    install_fruit(head + f"    def recognise(self, frame, objects):\n        {body}\n")
     harness = table()
     detect = Detect("see", harness.context, region=ON_TABLE, kind="apple")
     assert harness.run(detect) is Status.FAILURE
