@@ -8,6 +8,7 @@ from mistakes import MARK, marked
 
 from config import Severity
 from trees import shipped, shipped_names
+from trees.language import load
 from trees.site import check
 
 TASK = """\
@@ -35,10 +36,49 @@ POSTURES = (
     ("[0, -17, 0, 10, 0, 115, 45]", "joint 4 of `frankie` goes from -176° to -4°, not to 10°"),
     ("[0, -17, 0]", "`frankie` has 7 joints, not 3; write one position a joint"),
 )
-REGIONS = (
-    ("place: {on: x}", "{centre: [0, 0, 0.5], size: [0.4, 0.3, 0.2]}", "2 of the 2 places on `x`"),
-    ("place: {on: x}", "{centre: [0, 1.6, 0.8], size: [1.0, 0.4, 0.2]}", "0.20 m away"),
-    ("grasp: {within: x}", "{centre: [0, 0, 0.5], size: [0.4, 0.3, 0.2]}", "have no surface"),
+USES = (
+    (
+        "regions:\n  x: {centre: [0, 0, 0.5], size: [0.4, 0.3, 0.2]}",
+        "¦place: {on: x}",
+        "2 of the 2",
+    ),
+    (
+        "regions:\n  x: {centre: [0, 1.6, 0.8], size: [1, 0.4, 0.2]}",
+        "¦place: {on: x}",
+        "0.20 m away",
+    ),
+    (
+        "regions:\n  x: {centre: [0, 0, 0.5], size: [0.4, 0.3, 0.2]}",
+        "¦grasp: {within: x}",
+        "have no",
+    ),
+    (
+        "  x: {xyz: [0, 1.6, 0.7], rpy_deg: [180, 0, 0]}",
+        "¦place: {at: x}",
+        "nearest is 0.20 m away",
+    ),
+    (
+        "  ¦x: {xyz: [0, 1.4, 0.85], rpy_deg: [180, 0, 90], on: tabel}",
+        "navigate: {to: x}",
+        "`x`: no furniture is called `tabel`; did you mean `table`?",
+    ),
+    (
+        "  ¦x: {base: [0, 0], heading_deg: 0, on: table}",
+        "drive: {to: x}",
+        "`on` is for poses of the hand; leave it out",
+    ),
+)
+WARNINGS = (
+    (
+        "regions:\n  x: {centre: [0, 1.9, 0.6], size: [1.0, 0.4, 0.2]}",
+        "¦place: {on: x}",
+        "5 of the 10 places on `x`",
+    ),
+    (
+        "  ¦x: {xyz: [1.0, 0.0, 0.9], rpy_deg: [0, 0, 0]}",
+        "navigate: {to: x}",
+        "`x`: the hand points up; roll 180 lets it look down",
+    ),
 )
 
 
@@ -61,39 +101,25 @@ def test_a_pose_where_the_robot_cannot_be_is_refused_where_it_is_defined(tmp_pat
 
 @pytest.mark.parametrize(("angles", "why"), POSTURES, ids=[angles for angles, _ in POSTURES])
 def test_a_posture_outside_of_the_joint_limits_is_refused(tmp_path, angles, why):
-    at, [one] = mistakes(tmp_path, f"  {MARK}x: {{joints_deg: {angles}}}", "recover: {arm: x}")
+    told_where_marked(tmp_path, (f"  {MARK}x: {{joints_deg: {angles}}}", "recover: {arm: x}", why))
+
+
+def told_where_marked(folder, row, severity=Severity.ERROR):
+    place, use, why = row
+    at, [one] = mistakes(folder, place, use)
     assert (one.location.line, one.location.column) == at
+    assert one.severity is severity
     assert why in str(one)
 
 
-@pytest.mark.parametrize(("use", "region", "why"), REGIONS, ids=[row[0] for row in REGIONS])
-def test_a_region_without_a_surface_is_refused_where_it_is_used(tmp_path, use, region, why):
-    at, [one] = mistakes(tmp_path, f"regions:\n  x: {region}", f"{MARK}{use}")
-    assert (one.location.line, one.location.column) == at
-    assert one.severity is Severity.ERROR
-    assert why in str(one)
+@pytest.mark.parametrize("row", USES)
+def test_a_place_that_its_use_does_not_fit_is_refused(tmp_path, row):
+    told_where_marked(tmp_path, row)
 
 
-def test_a_point_to_place_at_that_is_on_no_surface_is_refused_where_it_is_used(tmp_path):
-    point = "  x: {xyz: [0, 1.6, 0.7], rpy_deg: [180, 0, 0]}"
-    _, [one] = mistakes(tmp_path, point, f"{MARK}place: {{at: x}}")
-    assert one.severity is Severity.ERROR
-    assert "have no surface of the scene under them, the nearest is 0.20 m away" in str(one)
-
-
-def test_a_region_that_hangs_over_the_edge_is_warned_of(tmp_path):
-    region = "regions:\n  x: {centre: [0, 1.9, 0.6], size: [1.0, 0.4, 0.2]}"
-    _, [one] = mistakes(tmp_path, region, f"{MARK}place: {{on: x}}")
-    assert one.severity is Severity.WARNING
-    assert "5 of the 10 places on `x`" in str(one)
-
-
-def test_a_hand_that_points_up_is_warned_of(tmp_path):
-    place = f"  {MARK}x: {{xyz: [1.0, 0.0, 0.9], rpy_deg: [0, 0, 0]}}"
-    at, [one] = mistakes(tmp_path, place, "navigate: {to: x}")
-    assert (one.location.line, one.location.column) == at
-    assert one.severity is Severity.WARNING
-    assert str(one).endswith("`x`: the hand points up; roll 180 lets it look down")
+@pytest.mark.parametrize("row", WARNINGS)
+def test_a_place_that_hardly_fits_is_warned_of(tmp_path, row):
+    told_where_marked(tmp_path, row, Severity.WARNING)
 
 
 def test_a_pose_that_is_only_looked_at_may_be_anywhere(tmp_path):
@@ -103,8 +129,10 @@ def test_a_pose_that_is_only_looked_at_may_be_anywhere(tmp_path):
 
 @pytest.mark.parametrize("robot", ["frankie", "omni"])
 @pytest.mark.parametrize("name", shipped_names())
-def test_the_shipped_tasks_can_be_done(name, robot):
+def test_the_shipped_tasks_can_be_done_and_are_named_as_their_files(name, robot):
     assert check(shipped(name), robot=robot) == []
+    task = load(shipped(name))
+    assert (task.name, bool(task.description)) == (name, True)
 
 
 SCENES = (
@@ -184,20 +212,6 @@ def test_a_run_refuses_what_check_refuses_and_warns_in_other_scenes(tmp_path, na
     ended, _, err = call("run", path, "--record", tmp_path / "runs")
     assert (ended, call("check", path)[0]) == (code, code)
     assert "places on `x` have no surface of the scene under them" in err
-
-
-def test_a_place_on_furniture_that_the_scene_does_not_have_is_refused_where_it_is_defined(tmp_path):
-    place = f"  {MARK}x: {{xyz: [0, 1.4, 0.85], rpy_deg: [180, 0, 90], on: tabel}}"
-    at, [one] = mistakes(tmp_path, place, "navigate: {to: x}")
-    assert (one.location.line, one.location.column) == at
-    assert str(one).endswith("`x`: no furniture is called `tabel`; did you mean `table`?")
-
-
-def test_a_pose_of_the_base_is_on_no_furniture(tmp_path):
-    place = f"  {MARK}x: {{base: [0, 0], heading_deg: 0, on: table}}"
-    at, [one] = mistakes(tmp_path, place, "drive: {to: x}")
-    assert (one.location.line, one.location.column) == at
-    assert "`on` is for poses of the hand; leave it out" in str(one)
 
 
 @pytest.mark.parametrize(("tilt", "warned"), [("", True), (", least_tilt_deg: 45", False)])

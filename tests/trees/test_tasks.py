@@ -9,7 +9,7 @@ from tree_toys import TOYS, ToyContext
 import trees
 from behaviours.core.parameter_types import Posture
 from robots import load_robot
-from trees.language import Task, build, check, load, nodes_in_order
+from trees.language import Task, build, load, nodes_in_order
 
 READY = load_robot("frankie").arm.ready
 
@@ -93,14 +93,6 @@ tree:
         ("sequence/open_gripper 2 2", 1),
     ]
     assert (task.name, task.description) == ("toy", "twice")
-
-
-@pytest.mark.parametrize("name", trees.shipped_names())
-def test_a_shipped_task_is_named_as_its_file_and_has_no_mistake(name):
-    assert check(trees.shipped(name)) == []
-    task = load(trees.shipped(name))
-    assert task.name == name
-    assert task.description
 
 
 def test_a_tree_is_found_by_name_or_by_path(tmp_path, monkeypatch):
