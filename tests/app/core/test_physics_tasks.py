@@ -7,16 +7,19 @@ from pathlib import Path
 import pytest
 from test_shipped_tasks import run
 
+from trees.language import check
+
 pytest.importorskip("mujoco", reason="needs the extra `physics`")
 
 
 def physically(record: Path, task: str, *arguments: object) -> dict:
     """The summary of a run that has succeeded and kept to its limits."""
-    code, summary, _ = run(record, task, "--world", "physics", *arguments)
+    code, summary, folder = run(record, task, "--world", "physics", *arguments)
     assert (code, summary["world"]) == (0, "physics")
     assert summary["limit_violations"] == 0
     hit = [text for text in summary["contacts_by_name"] if text.startswith(("the base", "link"))]
     assert hit == []
+    assert check(folder / "task.yaml") == []  # its parts are kept with it, to run it again
     return summary
 
 
@@ -31,6 +34,7 @@ def test_the_container_is_emptied(tmp_path, seed):
 @pytest.mark.slow
 def test_two_tables_are_tidied(tmp_path):
     summary = physically(tmp_path, "tidy_two_tables", "--seed", 1)
+    assert summary["messages"] == ["Both tables are clear."]
     assert (summary["placed"], summary["objects"]) == (4, 4)
 
 

@@ -9,8 +9,6 @@ import pytest
 from command_line import call
 from rerun.chunk import RrdReader
 
-from trees.language import check
-
 SCENES = Path(__file__).parents[3] / "hw" / "sim" / "scenes"
 
 
@@ -113,15 +111,6 @@ def test_a_task_that_cannot_be_done_names_the_node(tmp_path, task, base, changes
 
 
 @pytest.mark.slow
-def test_patrol_goes_round_and_says_so(tmp_path):
-    code, summary, _ = run(tmp_path, "patrol")
-    assert code == 0
-    assert summary["scene"] == "household"
-    assert summary["messages"] == ["I am on my way to the window.", "All is quiet."]
-    assert summary["limit_violations"] == 0
-
-
-@pytest.mark.slow
 def test_patrol_breaks_off_and_goes_home_when_the_battery_is_low(tmp_path):
     code, summary, _ = run(tmp_path, "patrol", "-p", "reserve_percent=99.95")
     assert code == 1
@@ -152,15 +141,6 @@ def test_a_moving_object_is_followed_and_picked_up_when_it_stops(tmp_path):
     assert summary["messages"] == ["I have it."]
     assert summary["attempts"] == 1
     assert summary["duration_s"] > 10.0
-
-
-@pytest.mark.slow
-def test_two_tables_are_tidied(tmp_path):
-    code, summary, folder = run(tmp_path, "tidy_two_tables", "--seed", 1)
-    assert code == 0
-    assert (summary["placed"], summary["objects"]) == (4, 4)
-    assert summary["messages"] == ["Both tables are clear."]
-    assert check(folder / "task.yaml") == []  # its parts are kept with it, to run it again
 
 
 @pytest.mark.slow

@@ -4,6 +4,7 @@ import json
 
 import cv2
 import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from command_line import call
@@ -31,7 +32,7 @@ def folders(tmp_path_factory):
     found = []
     for name, text, seconds in (
         ("a", "Go near.", 0.3),
-        ("b", "Go on.", 0.2),
+        ("b", "Go on.", 9.0),
         ("c", "Go near.", 0.2),
     ):
         (root / "task.yaml").write_text(TASK.format(name=name, text=text, seconds=seconds))
@@ -83,6 +84,9 @@ def test_episodes_and_tasks_point_into_the_data(dataset):
         assert {row["episode_index"] for row in part} == {number}
         assert [row["frame_index"] for row in part] == list(range(episode["length"]))
         assert {row["task_index"] for row in part} == {0 if number != 1 else 1}
+        assert [row["next.done"] for row in part] == [False] * (len(part) - 1) + [True]
+        assert [row["next.success"] for row in part] == [False] * (len(part) - 1) + [number == 1]
+        assert (episode["success"], episode["ended"] == "success") == (number == 1, number == 1)
     assert begin == frames
 
 
@@ -133,7 +137,7 @@ def test_the_command_line_exports(folders, tmp_path):
 
 
 def test_kept_images_become_a_video_with_a_picture_for_every_frame(tmp_path):
-    (tmp_path / "task.yaml").write_text(TASK.format(name="a", text="Go near.", seconds=0.1))
+    (tmp_path / "task.yaml").write_text(TASK.format(name="a", text="Go near.", seconds=2.0))
     run = run_task(
         RunOptions(
             tree=tmp_path / "task.yaml",
@@ -148,12 +152,18 @@ def test_kept_images_become_a_video_with_a_picture_for_every_frame(tmp_path):
     assert done.has_video
     info = json.loads((tmp_path / "out/meta/info.json").read_text())
     key = "observation.images.depth"
+    [episode] = rows(tmp_path / "out/meta/episodes/chunk-000/file-000.parquet")
+    assert episode[f"videos/{key}/to_timestamp"] == done.frames / 50
     path = info["video_path"].format(video_key=key, chunk_index=0, file_index=0)
     video, count = cv2.VideoCapture(str(tmp_path / "out" / path)), 0
+    assert video.get(cv2.CAP_PROP_FPS) == info["fps"] == 50
     while (read := video.read())[0]:
         assert read[1].shape == tuple(info["features"][key]["shape"])
-        count += 1
+        count, shown = count + 1, read[1][:, :, 0].astype(float)
     assert count == done.frames
+    *_, newest = pa.ipc.open_stream(pa.memory_map(str(run.folder / "frames.arrow")))
+    depth = newest["depth"].flatten().to_numpy().reshape(newest["shape"].flatten().to_numpy())
+    assert np.median(np.abs(shown - pictured(depth))) <= 6.0  # 3 cm: compressed with loss
     statistics = json.loads((tmp_path / "out/meta/stats.json").read_text())[key]
     assert statistics["max"][0][0][0] > 0.2
 
