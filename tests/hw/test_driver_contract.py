@@ -8,9 +8,10 @@ import emulated_camera
 import emulated_panda
 import numpy as np
 import pytest
-from emulated import base_of, connected, wait_for
+from emulated import base_of, connected
 from pinocchio import SE3
 from test_omron_laser import Beside
+from waiting import until
 
 from frankie_task.testing import BrokenContractError, check_driver
 from hw.emulators.omron import OmronEmulator
@@ -69,7 +70,7 @@ def test_the_hand(panda):
         begun = time.monotonic()
         panda.do("unplug 3")
         yield
-        wait_for(lambda: time.monotonic() > begun + 3.0)
+        until(lambda: time.monotonic() > begun + 3.0)
 
     options = HandOptions(address=panda.address)
     check_driver("gripper", lambda context: franka_hand(options, context), fault=unplugged, **SLOW)

@@ -191,20 +191,3 @@ def test_a_frame_knows_where_it_was_captured(driven):
     wTc = model.wTe(then.wTb, then.q) * driven.robot.description.camera.eTc
     distance = np.linalg.norm(wTc.translation - frame.wTc.translation)
     assert distance < 0.2 * PERIOD + 1e-6  # a period at 0.2 m/s
-
-
-def test_closing_twice_is_allowed_and_stops_the_robot(driven):
-    driven.run(0.3, driving(0.2))
-    driven.robot.close()
-    driven.robot.close()
-
-
-def test_the_truth_of_the_world_is_consistent(driven):
-    truth = driven.backend.truth
-    if truth is None:
-        pytest.skip("no truth of this world")
-    names = [one.name for one in truth.objects]
-    assert len(set(names)) == len(names) > 0
-    assert set(truth.supports()) == set(names)
-    assert all(np.isfinite(one.pose.homogeneous).all() for one in truth.objects)
-    assert all(geom.name for geom in truth.fixtures)

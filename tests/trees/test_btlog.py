@@ -84,9 +84,3 @@ def test_nodes_are_numbered_and_every_change_is_there_with_its_time(logged):
         (30_000, 1, "success"),
         (30_000, 4, "success"),
     ]
-
-
-def test_names_that_xml_cannot_say_do_not_break_the_log(tmp_path):
-    run = Run(tmp_path, 'name: "a <b> & \\"c\\" é"\nplay: {script: S}')
-    log = read(BtLog(nodes_in_order(run.root)).head)
-    assert log.names == {1: 'a <b> & "c" é'}

@@ -1,6 +1,5 @@
 """Packages that offer leaves, installed as pip does it: good ones, and broken ones of all kinds."""
 
-import json
 import re
 
 import pytest
@@ -95,15 +94,6 @@ def test_a_broken_package_is_named_and_stops_only_who_uses_it(install_leaf, task
     assert code == 2
     assert re.match(rf"{path}:2:8: {PROBLEM} \[R201\]\n", out)
     assert not (tmp_path / "runs").exists()
-
-
-def test_an_unrelated_task_really_runs_beside_a_broken_package(install_leaf, task, tmp_path):
-    install_leaf("import sys\nsys.exit(3)\n")
-    options = ("--scene", "single", "--view", "none", "--record", str(tmp_path / "runs"), "--json")
-    code, out, err = call("run", task(UNRELATED), *options)
-    assert code == 0
-    assert json.loads(out)["outcome"] == "success"
-    assert "behaviour `hello`" not in err
 
 
 def test_a_broken_package_takes_no_good_one_along(install_leaf, task):

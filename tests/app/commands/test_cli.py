@@ -134,15 +134,3 @@ def test_a_folder_that_cannot_be_written_is_said_before_anything_moves(tmp_path,
     code, _, err = call("run", task("navigate: {to: near}"), "--record", tmp_path / "file")
     assert code == 2
     assert "--record" in err
-
-
-def test_check_names_every_mistake_of_a_file(task):
-    tree = task("navigat: {to: near}", "navigate: {to: nowhere}", "place: {on: table, pitch: 2}")
-    code, out, _ = call("check", tree)
-    assert code == 2
-    lines = out.splitlines()
-    assert [line.split(": ")[0] for line in lines] == [
-        f"{tree}:9:7",
-        f"{tree}:10:22",
-        f"{tree}:11:26",
-    ]

@@ -220,3 +220,12 @@ def test_late_ticks_are_counted_with_what_they_tell_watchers():
     assert bench.measurements.late_ticks >= len(slow)
     stamps = np.array([tick.state.stamp for tick in bench.ticks])
     np.testing.assert_allclose(np.diff(stamps), 0.01, atol=1e-12)  # the next ticks are not shifted
+
+
+def test_the_same_run_gives_the_same_commands_bit_for_bit():
+    runs = []
+    for _ in range(2):
+        bench = Bench(lambda: Status.SUCCESS, ticks=60)
+        bench.run()
+        runs.append(bench.commands.tobytes())
+    assert runs[0] == runs[1]

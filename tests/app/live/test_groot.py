@@ -12,6 +12,7 @@ import pytest
 from groot_client import PORT, Client, ServedTree
 from py_trees.common import Status
 from sample_run import STATUSES, TREE, snapshot
+from waiting import until
 
 from app.live.groot import GrootError
 
@@ -32,13 +33,6 @@ def client(served):
         client = Client(context)
         yield client
         context.destroy(linger=0)
-
-
-def wait_for(condition) -> None:
-    deadline = time.monotonic() + 60.0
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
 
 
 def test_the_tree_comes_with_numbers_and_models(client):
@@ -119,7 +113,7 @@ def test_a_silent_client_leaves_no_breakpoints_but_the_robot_stays_paused(served
     client.hook(9)
     served.tick(8)
     served.now += 6.0
-    wait_for(lambda: not served.hooks[8].groot_stops)
+    until(lambda: not served.hooks[8].groot_stops)
     assert served.tick(9) is Status.SUCCESS
     assert served.control.state.paused
     client.ask(b"S")

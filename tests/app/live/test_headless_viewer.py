@@ -3,14 +3,14 @@
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 import sample_run as samples
 from recordings import recorder
+from waiting import until
 
 from app.live.monitor.glyphs import LETTERS, SYMBOLS
 from app.live.monitor.signals_panel import PLOTS
@@ -28,16 +28,6 @@ VIEWS = {
 }
 CLOSE_BEHIND = 2.0
 """A viewer that is this close is live [s]."""
-
-
-def wait_for(what: Callable[[], Any], seconds: float = 60.0) -> Any:
-    """What `what` gives as soon as it is something."""
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        if result := what():
-            return result
-        threading.Event().wait(0.1)
-    raise AssertionError(f"nothing came in {seconds:.0f} s")
 
 
 def assert_nothing_is_wrong(viewer: HeadlessViewer) -> None:
@@ -67,7 +57,7 @@ def test_a_recording_shows_every_part_and_complains_of_none(tmp_path: Path) -> N
     made.close()
     with headless_viewer() as viewer:
         viewer.client.open(str(path))
-        wait_for(lambda: viewer.client.get_state().views)
+        until(lambda: viewer.client.get_state().views)
         for stamp in (0.5, 3.9, 5.5):
             viewer.client.set_time("t", duration=stamp, play_state="paused")
             assert len(viewer.client.take_screenshot()) > 50_000, "the picture is not empty"
@@ -112,14 +102,14 @@ def test_a_viewer_that_hangs_holds_up_nothing_and_a_late_one_gets_it_all(
     live: LiveRun,
 ) -> None:
     with headless_viewer(watch=live.server.url) as viewer:
-        wait_for(lambda: viewer.cursor > 0.0)
+        until(lambda: viewer.cursor > 0.0)
         viewer.process.send_signal(signal.SIGSTOP)
         hung = live.stamp
-        wait_for(lambda: live.stamp > hung + 10.0)
+        until(lambda: live.stamp > hung + 10.0)
         viewer.process.send_signal(signal.SIGCONT)
-        wait_for(lambda: live.stamp - viewer.cursor < CLOSE_BEHIND)
+        until(lambda: live.stamp - viewer.cursor < CLOSE_BEHIND)
     with headless_viewer(watch=live.server.url) as late:
-        wait_for(lambda: live.stamp - late.cursor < CLOSE_BEHIND)
+        until(lambda: live.stamp - late.cursor < CLOSE_BEHIND)
         (recording,) = late.client.get_state().recordings
         (begin,) = (line.start for line in recording.timelines if line.name == "t")
         assert begin == 0

@@ -3,18 +3,11 @@
 import os
 import pty
 import termios
-import time
 
 import pytest
+from waiting import until
 
 from app.live.operator import Control, keys
-
-
-def wait_for(condition) -> None:
-    deadline = time.monotonic() + 60.0
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
 
 
 def test_keys_pause_step_go_on_and_stop_and_the_terminal_is_given_back(monkeypatch):
@@ -26,19 +19,19 @@ def test_keys_pause_step_go_on_and_stop_and_the_terminal_is_given_back(monkeypat
         assert listening
         assert not termios.tcgetattr(terminal)[3] & (termios.ECHO | termios.ICANON)
         os.write(person, b" ")
-        wait_for(lambda: control.state.paused)
+        until(lambda: control.state.paused)
         os.write(person, b"x")  # means nothing
         os.write(person, b"s")
-        wait_for(control.take_turn)
+        until(control.take_turn)
         assert not control.take_turn()
         os.write(person, b" ")  # never resumes
         os.write(person, b"s")
-        wait_for(control.take_turn)
+        until(control.take_turn)
         assert control.state.paused
         os.write(person, b"r")
-        wait_for(lambda: not control.state.paused)
+        until(lambda: not control.state.paused)
         os.write(person, b"q")
-        wait_for(lambda: control.stopped)
+        until(lambda: control.stopped)
     assert termios.tcgetattr(terminal) == before
     with pytest.raises(RuntimeError), keys(control, terminal):
         raise RuntimeError("the run breaks")

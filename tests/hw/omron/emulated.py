@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
+from waiting import until
 
 from hw import WallClock
 from hw.clock import stopwatch
@@ -76,22 +77,13 @@ def repeating(act: Callable[[], Any]) -> Iterator[None]:
         thread.join()
 
 
-def wait_for(done: Callable[[], Any]) -> float:
-    """How long it takes until something is true [s]."""
-    begun = stopwatch()
-    while not done():
-        assert stopwatch() - begun < PATIENCE
-        time.sleep(0.005)
-    return stopwatch() - begun
-
-
 def wait_for_fault(base: OmronBase, kind: FaultKind, words: str) -> BaseState:
     """The first reading with a fault of this kind that says these words."""
 
     def there() -> bool:
         return any(fault.kind is kind and words in fault.text for fault in base.read().faults)
 
-    wait_for(there)
+    until(there)
     return base.read()
 
 
@@ -105,7 +97,7 @@ def told_to_rest(what: str, emulator: OmronEmulator, moment: float) -> float:
 
     `pytest -rP` shows both times.
     """
-    wait_for(lambda: is_at_rest(emulator))
+    until(lambda: is_at_rest(emulator))
     moving = [one.at for one in emulator.moved if abs(one.v) > 1e-3 or abs(one.w) > 1e-3]
     last = max((one.at for one in emulator.heard if not one.is_zero), default=moment)
     told = next(one.at for one in emulator.heard if one.is_zero and one.at >= last) - moment

@@ -6,7 +6,8 @@ import itertools
 
 import numpy as np
 import pytest
-from emulated import base_of, connected, drive, is_at_rest, wait_for, wait_for_fault
+from emulated import base_of, connected, drive, is_at_rest, wait_for_fault
+from waiting import until
 
 from hw import FaultKind, HardwareError
 from hw.emulators.omron import AS_REPORTED, OmronEmulator, Options
@@ -59,17 +60,17 @@ def test_whatever_a_base_does_it_never_runs_away_and_never_stands_in_silence(way
             assert gone(emulator) > 0.5 * TOLD * 2.5 * 0.67
         assert peak(emulator) < TOLD + 0.04 + 0.015 + 0.3  # for 0.2 s, and its way to rest
         base.stop()
-        wait_for(lambda: is_at_rest(emulator))
+        until(lambda: is_at_rest(emulator))
 
 
 def test_a_base_that_is_too_fast_is_stopped_and_not_driven_on_by_a_program():
     """`full_scale` of the file is not that of the base: told 0.3 m/s it goes at 0.54 m/s."""
     with emulator_of("full-scale-is-top") as emulator, connected(emulator) as base:
-        wait_for(lambda: drive(base, 0.3, seconds=0.1) and base.read().faults)
+        until(lambda: drive(base, 0.3, seconds=0.1) and base.read().faults)
         state = wait_for_fault(base, FaultKind.NOT_READY, "and was stopped")
         assert "told 0.3" in state.faults[0].text
         assert not state.faults[0].clearable
-        wait_for(lambda: is_at_rest(emulator))
+        until(lambda: is_at_rest(emulator))
         with pytest.raises(HardwareError, match="and was stopped"):
             base.recover()
         assert base.send(np.array([0.3, 0.0, 0.0])).max() == 0.0
@@ -87,7 +88,7 @@ def test_where_the_button_of_the_base_is_needed_that_is_said(monkeypatch):
             base.recover()
         with emulator.held() as controller:
             controller.push_button()
-        wait_for(lambda: not base.read().faults)
+        until(lambda: not base.read().faults)
 
 
 def test_a_second_client_of_the_text_interface_is_told_why_it_gets_none():
@@ -125,6 +126,6 @@ def test_recoveries_that_follow_each_other_wait_longer_and_longer(monkeypatch):
                 base.recover()
             return True
 
-        took = [wait_for(fails) for _ in range(4)]
+        took = [until(fails) for _ in range(4)]
         assert took[1] > 0.2
         assert min(took[2:]) > 0.4

@@ -7,7 +7,8 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
-from emulated import SPEED, base_of, connected, repeating, wait_for
+from emulated import SPEED, base_of, connected, repeating
+from waiting import until
 
 from hw import HardwareError, WallClock
 from hw.emulators.omron import EVERYTHING, OmronEmulator, Options
@@ -114,7 +115,7 @@ def test_a_base_that_somebody_else_moves():
         connected(emulator) as first,
         repeating(lambda: first.send(np.array([SPEED, 0.0, 0.0]))),
     ):
-        wait_for(lambda: first.read().twist[0] > 0.1)
+        until(lambda: first.read().twist[0] > 0.1)
         refused(base_of(emulator), "'Drive'", "somebody else")
 
 
@@ -124,7 +125,7 @@ def test_a_base_that_somebody_else_holds_at_rest():
         connected(emulator) as first,
         repeating(lambda: first.send(np.zeros(3))),
     ):
-        wait_for(lambda: emulator.controller.mode == "Drive")
+        until(lambda: emulator.controller.mode == "Drive")
         refused(base_of(emulator), "'Drive'", "another program")
 
 

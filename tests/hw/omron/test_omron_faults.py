@@ -4,16 +4,8 @@ import socket
 
 import numpy as np
 import pytest
-from emulated import (
-    SPEED,
-    connected,
-    drive,
-    is_at_rest,
-    repeating,
-    set_off,
-    wait_for,
-    wait_for_fault,
-)
+from emulated import SPEED, connected, drive, is_at_rest, repeating, set_off, wait_for_fault
+from waiting import until
 
 from hw import FaultKind, HardwareError
 from hw.clock import stopwatch
@@ -26,7 +18,7 @@ def test_without_commands_the_base_rests_and_goes_on_with_the_next():
     with OmronEmulator() as emulator, connected(emulator) as base:
         for _ in range(2):
             set_off(emulator, base)
-            wait_for(lambda: is_at_rest(emulator) and emulator.heard[-1].name == "stop")
+            until(lambda: is_at_rest(emulator) and emulator.heard[-1].name == "stop")
         assert base.read().faults == ()
         set_off(emulator, base)
         base.close()  # which waits until the base is at rest
@@ -44,7 +36,7 @@ def test_a_frozen_server_is_a_stale_pose_then_a_lost_connection_and_recovers():
         emulator.options.frozen = True
         wait_for_fault(base, FaultKind.STALE_POSE, "no pose of the base")
         assert not base.send(GO).any()
-        wait_for(lambda: is_at_rest(emulator))
+        until(lambda: is_at_rest(emulator))
         state = wait_for_fault(base, FaultKind.CONNECTION, "nothing heard for 1.5 s")
         assert all(fault.clearable for fault in state.faults)
         with pytest.raises(HardwareError, match="does not greet"):
@@ -69,7 +61,7 @@ def test_a_connection_that_ends(happens, words):
         state = wait_for_fault(base, FaultKind.CONNECTION, words)
         assert "check cable" in state.faults[0].text
         assert not base.send(GO).any()
-        wait_for(lambda: is_at_rest(emulator))
+        until(lambda: is_at_rest(emulator))
         base.recover()
         assert base.read().faults == ()
 
@@ -80,7 +72,7 @@ def test_a_mistake_in_the_driver_does_not_leave_the_base_driving(monkeypatch):
         with monkeypatch.context() as patch:
             patch.setattr("hw.omron.link.Telemetry.take", lambda *_: 1 // 0)
             wait_for_fault(base, FaultKind.CONNECTION, "ZeroDivisionError")
-        wait_for(lambda: is_at_rest(emulator))
+        until(lambda: is_at_rest(emulator))
         base.recover()
         assert base.read().faults == ()
 
@@ -110,7 +102,7 @@ def test_without_the_text_interface_a_base_that_does_not_follow_is_noticed():
     with OmronEmulator() as emulator, connected(emulator) as base:
         with emulator.held() as controller:
             controller.press()
-        wait_for(lambda: drive(base, seconds=0.05) and base.read().faults)
+        until(lambda: drive(base, seconds=0.05) and base.read().faults)
         state = wait_for_fault(base, FaultKind.NOT_READY, "stands although it is commanded")
         assert "emergency stop" in state.faults[0].text
         with emulator.held() as controller:
@@ -132,9 +124,9 @@ def test_lost_localisation_stops_the_base_and_nothing_but_localising_helps():
         state = wait_for_fault(base, FaultKind.STALE_POSE, "localise it in MobilePlanner")
         assert not state.faults[0].clearable
         assert not base.send(GO).any()
-        wait_for(lambda: is_at_rest(emulator))
+        until(lambda: is_at_rest(emulator))
         emulator.options.lost = False
-        wait_for(lambda: not base.read().faults)
+        until(lambda: not base.read().faults)
         assert base.link.score == pytest.approx(0.87, abs=0.001)
         emulator.options.score = 0.3
         wait_for_fault(base, FaultKind.STALE_POSE, "score is below 0.5")
@@ -162,10 +154,10 @@ def test_a_second_commander_is_noticed():
                 controller.ratio_drive(50.0, 0.0, 100.0, stopwatch())
 
         with repeating(somebody_else):
-            wait_for(lambda: drive(base, v=0.0, seconds=0.1) and base.read().faults)
+            until(lambda: drive(base, v=0.0, seconds=0.1) and base.read().faults)
             wait_for_fault(base, FaultKind.NOT_READY, "somebody else commands it")
         base.recover()
-        wait_for(lambda: is_at_rest(emulator))
+        until(lambda: is_at_rest(emulator))
         assert base.read().faults == ()
 
 

@@ -5,7 +5,8 @@ import random
 import threading
 
 import numpy as np
-from emulated import base_of, connected, drive, is_at_rest, wait_for
+from emulated import base_of, connected, drive, is_at_rest
+from waiting import until
 
 from hw.emulators.omron import OmronEmulator
 from hw.emulators.omron import client as emulated_client
@@ -45,7 +46,7 @@ def test_a_base_that_babbles_gives_faults_but_no_exception_and_no_nonsense(monke
             assert state.battery is None or 0.0 <= state.battery <= 1.0
         babbling.clear()
         base.stop()
-        wait_for(lambda: is_at_rest(emulator))
+        until(lambda: is_at_rest(emulator))
         base.close()
 
 
@@ -55,7 +56,7 @@ def test_ratios_that_are_no_numbers_do_not_move_the_base():
         for text in ("nan", "INF", "x", ""):
             body = Writer().string(text).string(text).string("100").string("0").body
             base.link.send(seal(number, body))
-        wait_for(lambda: len(emulator.heard) == 4)
+        until(lambda: len(emulator.heard) == 4)
         assert all(one.is_zero for one in emulator.heard)
 
 
@@ -65,7 +66,7 @@ def test_connections_leave_no_thread_no_process_and_no_file_behind():
         def once() -> None:
             with connected(emulator, arcl="adept") as base:
                 drive(base, v=0.0, seconds=0.02)
-            wait_for(lambda: not emulator.clients and not emulator.text_clients)
+            until(lambda: not emulator.clients and not emulator.text_clients)
 
         once()
         files, threads = len(os.listdir("/proc/self/fd")), threading.active_count()

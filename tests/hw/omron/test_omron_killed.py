@@ -9,16 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from emulated import (
-    SPEED,
-    connected,
-    drive,
-    is_at_rest,
-    set_off,
-    told_to_rest,
-    wait_for,
-    wait_for_fault,
-)
+from emulated import SPEED, connected, drive, is_at_rest, set_off, told_to_rest, wait_for_fault
+from waiting import until
 
 from hw import FaultKind
 from hw.clock import stopwatch
@@ -51,7 +43,7 @@ def driving(emulator: OmronEmulator) -> Iterator[tuple[subprocess.Popen[str], in
     try:
         assert process.stdout is not None
         guardian = int(process.stdout.readline())
-        wait_for(lambda: is_moving(emulator))
+        until(lambda: is_moving(emulator))
         yield process, guardian
     finally:
         process.kill()
@@ -73,15 +65,15 @@ def exists(pid: int) -> bool:
 def test_suspended_the_base_is_stopped_and_killed_it_is_stopped_too():
     with OmronEmulator() as emulator, driving(emulator) as (process, guardian):
         process.send_signal(signal.SIGSTOP)
-        wait_for(lambda: is_at_rest(emulator) and emulator.heard[-1].name == "stop")
+        until(lambda: is_at_rest(emulator) and emulator.heard[-1].name == "stop")
         before = len(emulator.heard)
         process.send_signal(signal.SIGCONT)
-        wait_for(lambda: is_moving(emulator))  # its commands are fresh again
+        until(lambda: is_moving(emulator))  # its commands are fresh again
         ratios = [one.values for one in list(emulator.heard)[before:] if not one.is_zero]
         assert ratios[0][0] <= 10.5  # it begins slowly: by a pulse
         process.kill()
-        wait_for(lambda: is_at_rest(emulator) and emulator.heard[-1].name == "stop")
-        wait_for(lambda: not exists(guardian) and not emulator.clients)
+        until(lambda: is_at_rest(emulator) and emulator.heard[-1].name == "stop")
+        until(lambda: not exists(guardian) and not emulator.clients)
 
 
 def test_without_its_guardian_the_driver_does_not_go_on():
@@ -89,7 +81,7 @@ def test_without_its_guardian_the_driver_does_not_go_on():
         set_off(emulator, base)
         os.kill(base.link.guardian.pid, signal.SIGKILL)
         wait_for_fault(base, FaultKind.CONNECTION, "guards it")
-        wait_for(lambda: is_at_rest(emulator))
+        until(lambda: is_at_rest(emulator))
         base.recover()
         assert base.read().faults == ()
         assert exists(base.link.guardian.pid)

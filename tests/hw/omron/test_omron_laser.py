@@ -4,7 +4,8 @@ from math import cos, inf, sin
 
 import numpy as np
 import pytest
-from emulated import SPEED, connected, repeating, wait_for
+from emulated import SPEED, connected, repeating
+from waiting import until
 
 from hw import WallClock
 from hw.emulators.frankie.world import EmulatedWorld
@@ -37,7 +38,7 @@ def test_a_scan_is_in_the_base_at_its_capture_whatever_the_base_takes_for_its_po
         connected(emulator) as base,
     ):
         laser = OmronLaser(lambda: base.echoes, LASER, WallClock())
-        wait_for(lambda: laser.latest() is not None)
+        until(lambda: laser.latest() is not None)
         scan = laser.latest()
         assert laser.latest() is scan
         assert scan.points.shape == (3, 3)
@@ -50,13 +51,13 @@ def test_a_scan_is_in_the_base_at_its_capture_whatever_the_base_takes_for_its_po
             return new is not scan and np.linalg.norm(new.points[0][:2] - seen) < 0.05
 
         with repeating(lambda: base.send(np.array([SPEED, 0.0, -0.4]))):
-            wait_for(lambda: wheels.twist()[0] > 0.1)
-            wait_for(is_right)
+            until(lambda: wheels.twist()[0] > 0.1)
+            until(is_right)
 
 
 def test_a_base_without_a_laser_and_one_that_sees_nothing_have_no_points():
     with OmronEmulator() as emulator, connected(emulator) as base:
-        wait_for(lambda: base.echoes is not None)
+        until(lambda: base.echoes is not None)
         assert base.echoes.points.shape == (0, 2)
     without = Options(omit=frozenset({"Laser_1Current"}))
     with OmronEmulator(without) as emulator, connected(emulator) as base:

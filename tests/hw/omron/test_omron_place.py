@@ -9,8 +9,9 @@ from struct import pack
 import numpy as np
 import pinocchio as pin
 import pytest
-from emulated import SPEED, connected, repeating, wait_for, wait_for_fault
+from emulated import SPEED, connected, repeating, wait_for_fault
 from pinocchio import SE3
+from waiting import until
 
 from hw import FaultKind
 from hw.emulators.frankie.world import EmulatedWorld
@@ -95,14 +96,14 @@ def test_the_world_begins_with_the_map_and_stays_when_the_localised_pose_jumps()
         sigma = np.sqrt(np.diag(begin.localised.covariance))
         np.testing.assert_allclose(sigma, (0.03, 0.03, radians(0.5)))
         with repeating(lambda: base.send(np.array([SPEED, 0.0, -0.4]))):
-            wait_for(lambda: wheels.twist()[0] > 0.1)
+            until(lambda: wheels.twist()[0] > 0.1)
         base.stop()
-        wait_for(lambda: not base.read().twist.any() and not any(wheels.twist()))
+        until(lambda: not base.read().twist.any() and not any(wheels.twist()))
         emulator.options.offset = (0.0, 0.0, 0.0)
         there = placed(wheels.pose())
-        wait_for(lambda: base.read().localised.mTb.isApprox(there, 1e-4))
+        until(lambda: base.read().localised.mTb.isApprox(there, 1e-4))
         gone = believed * placed(START).actInv(there)
-        wait_for(lambda: base.read().wTb.isApprox(gone, 1e-4))
+        until(lambda: base.read().wTb.isApprox(gone, 1e-4))
         emulator.break_off()
         wait_for_fault(base, FaultKind.CONNECTION, "connection to the base lost")
         base.recover()
@@ -129,15 +130,15 @@ def test_a_lost_base_has_no_localised_pose_and_the_world_begins_once_it_has():
         wait_for_fault(base, FaultKind.STALE_POSE, "does not know where it is")
         assert base.read().localised is None
         options.offset = START
-        wait_for(lambda: np.allclose(base.link.telemetry.pose.x, START[0]))
+        until(lambda: np.allclose(base.link.telemetry.pose.x, START[0]))
         options.lost = False
-        wait_for(lambda: base.read().localised is not None)
+        until(lambda: base.read().localised is not None)
         assert base.read().wTb.isApprox(placed(START), 1e-4)
         good = base.read().localised.covariance
         options.score = 0.35
-        wait_for(lambda: np.allclose(base.read().localised.covariance, 4.0 * good))
+        until(lambda: np.allclose(base.read().localised.covariance, 4.0 * good))
         options.lost = True
-        wait_for(lambda: base.read().localised is None)
+        until(lambda: base.read().localised is None)
         assert base.read().wTb.isApprox(placed(START), 1e-4)
 
 
@@ -162,7 +163,7 @@ def test_an_emulated_outage_is_told(tmp_path):
     level = tmp_path / "outages.yaml"
     level.write_text("outages: {interval: 0.1, duration: 1.0}\n")
     world = world_of(str(level))
-    wait_for(lambda: world._step() or world.is_lost)
+    until(lambda: world._step() or world.is_lost)
     with OmronEmulator(Options(), world) as emulator, connected(emulator) as base:
         wait_for_fault(base, FaultKind.STALE_POSE, "does not know where it is")
         assert base.read().localised is None

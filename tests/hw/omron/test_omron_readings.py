@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from emulated import SPEED, connected, is_at_rest, repeating, wait_for
+from emulated import SPEED, connected, is_at_rest, repeating
+from waiting import until
 
 from hw.emulators.omron import OmronEmulator, Options, Unicycle
 from hw.omron import OmronBase
@@ -46,12 +47,12 @@ def test_the_base_drives_and_tells_where_it_is_under(options):
         assert start.battery == pytest.approx(0.87)
         late = 0.05 + options.delay + options.jitter
         with repeating(lambda: base.send(np.array([SPEED, 0.0, -0.4]))):
-            wait_for(lambda: wheels.twist()[0] > 0.1)
-            wait_for(lambda: away(base, wheels) < 0.01 + 0.3 * late)
+            until(lambda: wheels.twist()[0] > 0.1)
+            until(lambda: away(base, wheels) < 0.01 + 0.3 * late)
         base.stop()
-        wait_for(lambda: not base.read().twist.any())
+        until(lambda: not base.read().twist.any())
         still = np.array([*wheels.pose()[:2], 0.0])
-        wait_for(lambda: np.abs(base.read().wTb.translation - still).max() < 2e-3)
+        until(lambda: np.abs(base.read().wTb.translation - still).max() < 2e-3)
         assert base.read().faults == ()
 
 

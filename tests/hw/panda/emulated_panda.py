@@ -90,15 +90,6 @@ class Emulator:
         self.process.wait(5.0)
 
 
-def until(done, patience: float = 60.0) -> float:
-    """Wait for something; how long that took [s]."""
-    begun = time.monotonic()
-    while not done():
-        assert time.monotonic() < begun + patience, f"not within {patience:g} s"
-        time.sleep(0.002)
-    return time.monotonic() - begun
-
-
 @contextmanager
 def emulated(reported):
     emulator = Emulator(reported=reported)

@@ -9,7 +9,8 @@ import time
 
 import numpy as np
 import pytest
-from emulated_panda import IN_TIME, drive, needs_library, until
+from emulated_panda import IN_TIME, drive, needs_library
+from waiting import until
 
 from hw import FaultKind, HardwareError, WallClock
 from hw.panda import PandaArm

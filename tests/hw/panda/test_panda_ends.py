@@ -8,7 +8,8 @@ import subprocess
 import sys
 
 import pytest
-from emulated_panda import ROOT, Emulator, free_address, needs_library, until
+from emulated_panda import ROOT, Emulator, free_address, needs_library
+from waiting import until
 
 from hw import FaultKind, HardwareError, WallClock
 from hw.panda import PandaArm

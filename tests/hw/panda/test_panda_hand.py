@@ -7,8 +7,9 @@ import time
 
 import pytest
 from child_in_thread import child_in_thread
-from emulated_panda import free_address, needs_library, until
+from emulated_panda import free_address, needs_library
 from stepped_panda import SteppedHand
+from waiting import until
 
 from hw import FaultKind, HardwareError, WallClock
 from hw.panda import PandaHand, hand_process

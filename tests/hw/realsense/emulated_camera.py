@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 import pytest
+from waiting import until
 
 from hw import WallClock
 from hw.clock import stopwatch
@@ -63,15 +63,6 @@ def plugged_in(
             yield emulator, camera, clock
         finally:
             camera.close()
-
-
-def until(done: Callable[[], Any], patience: float = 60.0) -> float:
-    """Wait for something; how long that took [s]."""
-    begun = time.monotonic()
-    while not done():
-        assert time.monotonic() < begun + patience, f"not within {patience:g} s"
-        time.sleep(0.002)
-    return time.monotonic() - begun
 
 
 def new_images(camera: RealSenseCamera, count: int) -> list[Any]:

@@ -6,8 +6,9 @@ import time
 
 import numpy as np
 import pytest
-from emulated_camera import D435, needs_library, plugged_in, until
+from emulated_camera import D435, needs_library, plugged_in
 from pinocchio import SE3
+from waiting import until
 
 from hw import DepthFrame, HardwareError
 from hw.clock import stopwatch

@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from child_in_thread import child_in_thread
-from emulated_camera import D435, Counting, needs_library, picture, plugged_in, until
+from emulated_camera import D435, Counting, needs_library, picture, plugged_in
+from waiting import until
 
 from hw import FaultKind, HardwareError, WallClock
 from hw.emulators.realsense import Options, RealSenseEmulator, still

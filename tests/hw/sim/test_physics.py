@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 from pinocchio import SE3
-from solid_world import TOOL, Solid, box, box_at_the_hand, cube, physical, turning
+from solid_world import Solid, box, box_at_the_hand, cube, physical, turning
 
 from hw import FaultInjection, HardwareError, WorldError, WorldOptions, open_backend
 from hw.sim import Walker
@@ -111,15 +111,6 @@ def test_the_bumper_stops_the_base_and_lets_it_leave():
     sim.robot.recover()
     assert sim.drive((-0.3, 0.0, 0.0), s=1.0) == []
     assert sim.x + FRONT < 0.75
-
-
-def test_the_camera_hits_a_board_in_both_worlds():
-    camera = FRANKIE.camera
-    x, y, z = (TOOL * camera.eTc * camera.body.pose).translation
-    board = box("board", (x + 0.1, y, z), (0.05, 0.2, 0.01))
-    for sim in (Solid(board), physical(board)):
-        sim.drive((0.3, 0.0, 0.0), s=1.0)
-        assert sim.touches[0] == "the camera hit board"
 
 
 def test_the_reflex_stops_the_arm_at_30_newtons_and_lets_it_leave():

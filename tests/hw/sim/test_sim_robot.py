@@ -5,8 +5,8 @@ from math import inf
 
 import numpy as np
 import pytest
-from harness import TABLE_TOP, block, table_world
-from solid_world import TOOL, Solid, box_at_the_hand, turning
+from harness import block, table_world
+from solid_world import Solid, box_at_the_hand
 
 from hw.sim import kinematic_robot
 from robots import load_robot
@@ -57,17 +57,6 @@ def test_a_constant_twist_drives_an_arc():
     np.testing.assert_allclose(sim.robot.read().wTb.translation, [0.0, 0.3, 0.0], atol=1e-9)
 
 
-def test_the_camera_measures_the_depth_below_the_hand():
-    frame = Solid(world=table_world(block())).robot.camera.latest(inf)
-    camera = FRANKIE.camera.intrinsics
-    assert frame.depth.shape == (camera.height, camera.width)
-    assert frame.wTc.isApprox(TOOL * FRANKIE.camera.eTc, 1e-12)
-    x, y, z = frame.wTc.actInv(np.array([0.7, 0.0, TABLE_TOP + 0.05]))  # top of the block
-    u, v = round(camera.fx * x / z + camera.cx), round(camera.fy * y / z + camera.cy)
-    seen = frame.depth[v - 3 : v + 4, u - 3 : u + 4]
-    assert np.nanmedian(seen) == pytest.approx(z, abs=0.005)
-
-
 def test_frames_come_at_their_rate_and_depend_on_seed_and_time_only():
     def seeded(seed: int) -> Solid:
         def make(*args):
@@ -89,18 +78,6 @@ def test_frames_come_at_their_rate_and_depend_on_seed_and_time_only():
         depths.append(other.robot.camera.latest(inf).depth)
     np.testing.assert_array_equal(depths[0], depths[1])
     assert not np.array_equal(depths[0], depths[2], equal_nan=True)
-
-
-def test_fingers_close_on_an_object_carry_and_release_it():
-    sim = gripping()
-    thing = sim.world.find("box")
-    assert sim.robot.read().gripper_width == pytest.approx(0.04, abs=0.001)
-    height = thing.pose.translation[2]
-    sim.drive(qd=turning(2, -0.3), s=0.5)
-    assert thing.pose.translation[2] > height + 0.03
-    sim.robot.grip(0.08, 20.0)
-    assert sim.world.held is None
-    assert sim.world.resting_on(thing) != ""
 
 
 def test_fingers_that_cannot_hold_an_object_stop_and_slip_off_when_the_hand_rises():
