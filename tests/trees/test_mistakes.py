@@ -28,7 +28,7 @@ ERRORS = (
     ("poses: {a: {base: [0, 1], heading_deg: ¦540}}", "more than a turn"),
     ("regions: {a: {centre: [0, 0, 0], size: [¦400, 1, 0.2]}}", "did you mean 0.4 ("),
     ("regions: {a: {centre: [0, 0, 0], size: [¦12, 1, 0.2]}}", "longer than 10 m"),
-    ("regions: {a: {centre: [0, 0, 0], size: [¦-0.4, 1, 0.2]}}", "not positive"),
+    ("regions: {a: {centre: [0, 0, 0], size: [¦0, 1, 0.2]}}", "not positive"),
     # two movers at a time
     ("- parallel: [drive: {to: door}, ¦navigate: {to: above}]", "both move the robot"),
     (
