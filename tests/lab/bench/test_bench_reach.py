@@ -88,12 +88,6 @@ def test_moving_follows_every_path(tmp_path):
         assert (row["limit_violations"], row["contact_samples"]) == (0, 0)
 
 
-def test_help_names_every_bench():
-    out = call("--help")[1]
-    names = "reach poses moving obstacles pick-place on-the-move faults timing"
-    assert all(name in out for name in (*names.split(), "experiments"))
-
-
 def test_a_cluster_needs_its_extra(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     options = ("--count", 1, "--robot", "omni", "--cluster", "tcp://127.0.0.1:1")
