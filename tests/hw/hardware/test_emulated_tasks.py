@@ -22,6 +22,8 @@ from robots import load_real_robot
 
 pytestmark = needs_drivers
 
+EXACT = ("--localisation", "exact")  # as the emulators that a test starts
+
 SHORT = """\
 task: short
 poses:
@@ -84,7 +86,7 @@ def test_base_and_arm_come_to_rest_when_the_program_is_killed_or_suspended(tmp_p
     """Commanded to rest within 0.25 s of the last good command, by the emulators' own clocks."""
     path, task = robot_file(tmp_path), tmp_path / "far.yaml"
     task.write_text(SHORT.replace("[0.9, 0.1, 0.7]", "[2.2, 0.4, 0.9]"))
-    world = ("--scene", "single", "--seed", "1", "--localisation", "exact")
+    world = ("--scene", "single", "--seed", "1", *EXACT)
     with emulated(path) as link:
         process = begin(path, task, *world, record=tmp_path)
         wait_until(link, lambda told: told["wanted"][0] > 0.2 and brisk(told["qd"]), process)
@@ -145,7 +147,7 @@ def test_emulators_of_another_world_are_named(tmp_path):
 def test_pick_place_puts_all_ten_objects_on_the_table(tmp_path):
     path = robot_file(tmp_path)
     with emulated(path, "household", 0) as link:
-        told = summary(begin(path, "pick_place", "--speed", "real", record=tmp_path))
+        told = summary(begin(path, "pick_place", *EXACT, "--speed", "real", record=tmp_path))
         assert told["limit_violations"] == 0
         assert (told["outcome"], told["placed"]) == ("success", 10), told
         assert on_the_table(link) == 10
@@ -157,7 +159,7 @@ def test_pick_place_goes_on_after_what_goes_wrong(tmp_path):
     path = robot_file(tmp_path)
     with emulated(path, "household", 0) as link:
         link.do("delay 0.01 0.005")
-        process = begin(path, "pick_place", "--acknowledge-after", "1", record=tmp_path)
+        process = begin(path, "pick_place", *EXACT, "--acknowledge-after", "1", record=tmp_path)
         wait_for(link, 1, process)
         link.do("arm reflex")
         wait_for(link, 2, process)
