@@ -87,7 +87,8 @@ class CollisionModel:
         """(P,) whether the second is a fixture."""
         self._results = results = pin.GeometryData(self._shapes)
         self._distances = [results.distanceResults[pair] for pair in range(len(pairs.first))]
-        """Coal's result for every pair: a view."""
+        self._normals = [result.normal for result in self._distances]
+        """Coal's result for every pair, and the normal in it: views."""
         results.deactivateAllCollisionPairs()
         self._measured: set[int] = set()  # the active pairs
         placed = [results.oMg[shape] for shape in range(len(self._moves))]
@@ -119,11 +120,8 @@ class CollisionModel:
 
     def lines(self, pairs: Sequence[int]) -> Array:
         """Plücker lines (K, 6) from first to second through the nearest points, as measured."""
-        lines = []
-        for one in (self._distances[pair] for pair in pairs):
-            (nx, ny, nz), (x, y, z) = one.normal.tolist(), one.getNearestPoint1().tolist()
-            lines.append([nx, ny, nz, y * nz - z * ny, z * nx - x * nz, x * ny - y * nx])
-        return np.array(lines)
+        points = [self._distances[pair].getNearestPoint1() for pair in pairs]
+        return lines_along(np.array([self._normals[pair] for pair in pairs]), np.array(points))
 
     def nearest_points(self, pair: int) -> tuple[Array, Array]:
         """The nearest points (3,) of a pair when it was last measured."""
@@ -245,6 +243,12 @@ class CollisionModel:
             rows[shape, n_base:joint][robot.arm.slides[: joint - n_base]] = 1.0
             rows[shape, :n_base] = np.abs(axes[:2]).sum(axis=0) + swing * np.abs(axes[2])
         return rows
+
+
+def lines_along(n: Array, p: Array) -> Array:
+    """Plücker lines (K, 6) along n (K, 3) through p (K, 3): direction, moment about the origin."""
+    (nx, ny, nz), (px, py, pz) = n.T, p.T
+    return np.array([nx, ny, nz, py * nz - pz * ny, pz * nx - px * nz, px * ny - py * nx]).T
 
 
 def _corners(pose: SE3, half: Array) -> Array:

@@ -193,9 +193,9 @@ class CollisionAvoidance:
             near = near.without(PairKind.HAND)
         if not len(near.d):
             return None, NOTHING_NEAR
-        which = enumerate(zip(near.d.tolist(), near.kind.tolist(), strict=True))
-        to_obstacles = ((d, number) for number, (d, kind) in which if kind != PairKind.SELF)
-        clearance, first = min(to_obstacles, default=(inf, 0))
+        to_obstacles = np.where(near.kind == PairKind.SELF, inf, near.d)
+        first = int(to_obstacles.argmin())
+        clearance = float(to_obstacles[first])
         margins = None
         if margin > 0.0:
             margins = np.where(self._may_be_nearer(near, goal), margin, 0.0)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from controller.collision.collision_model import CollisionModel
+from controller.collision.collision_model import CollisionModel, lines_along
 from controller.command import Array
 from controller.surroundings import PointCloud
 from robots import Box, Hull, Shape, from_rounded_boxes, rounded_box
@@ -96,14 +96,8 @@ class PointClearance:
         kept = kept[d[kept] <= self._matters[some[kept]]]
         n, p = (R[kept] @ out[kept][:, :, None])[:, :, 0], points[kept]
         return NearPoints(
-            d[kept], _lines_along(n, p), self._shape[body[kept]], self._kind[some[kept]]
+            d[kept], lines_along(n, p), self._shape[body[kept]], self._kind[some[kept]]
         )
-
-
-def _lines_along(n: Array, p: Array) -> Array:
-    """Plücker lines (K, 6) along n (K, 3) through p (K, 3): direction, moment about the origin."""
-    (nx, ny, nz), (px, py, pz) = n.T, p.T
-    return np.array([nx, ny, nz, py * nz - pz * ny, pz * nx - px * nz, px * ny - py * nx]).T
 
 
 def _differs(numbers: Numbers, behind: int) -> npt.NDArray[np.bool_]:

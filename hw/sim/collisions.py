@@ -5,6 +5,9 @@ keeps its last measured gap, less the largest possible motion of both since then
 again only where nothing is left of it.
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 import coal
@@ -18,7 +21,6 @@ from hw.sim.robot_shapes import (
     FINGERS,
     HAND,
     HELD,
-    Configuration,
     Hand,
     Member,
     frames,
@@ -28,7 +30,7 @@ from hw.sim.robot_shapes import (
 from hw.sim.sim_object import SimObject
 from hw.sim.walker import Walker
 from hw.sim.world import World
-from robots import Array, Geom, Plane, coal_geometry
+from robots import Array, Geom, GripperDescription, Plane, bounding_radius, coal_geometry
 
 Movable: TypeAlias = SimObject | Walker
 
@@ -73,9 +75,9 @@ class Collisions:
     def __init__(self, model: RobotModel, world: World) -> None:
         self._model = model
         self._world = world
-        self._own = self._rows = members(model.description)
+        self._own = members(model.description)
         self._palm = next(i for i, row in enumerate(self._own) if row.part == HAND)
-        self._levers = np.array([row.levers for row in self._own])
+        self._take(self._own)
         self._shapes = list(world.fixtures)
         self._things: list[_Thing] = []
         movable: tuple[Movable, ...] = (*world.walkers, *world.objects)
@@ -96,13 +98,18 @@ class Collisions:
                     self._gaps[row, column] = np.inf  # it stands there
         self._held: SimObject | None = None
         self._eTo: SE3 | None = None
-        self._before: Configuration | None = None
+        self._before: tuple[Array, float] | None = None
 
-    def find(self, now: Configuration) -> list[Contact]:
-        """The contacts, the deepest one of each part with each thing."""
+    def find(self, wTb: SE3, q: Array, width: float) -> list[Contact]:
+        """The contacts, the deepest one of each part with each thing.
+
+        The robot is at q (j,) [rad], its pads `width` apart [m].
+        """
+        placed = frames(self._model, wTb, q)
+        here = np.array([frame.homogeneous for frame in placed])
         if self._before is not None:
-            self._gaps -= (self._levers @ now.motion(self._before))[:, None]
-        self._before = now
+            self._gaps -= self._travel(here - self._before[0], width - self._before[1])
+        self._before = here, width
         if self._world.held is not self._held or self._world.eTo is not self._eTo:
             self._update_held(self._world.held)
         for thing in self._things:
@@ -112,10 +119,29 @@ class Collisions:
                     pose = thing.one.pose * self._shapes[column].pose
                     self._placed[column] = transform(pose)
         due = np.argwhere(self._gaps < 0.0).tolist()
-        return self._measure(due, now) if due else []
+        own = _Placement(placed, self._model.description.gripper, width, self._palm)
+        return self._measure(due, own) if due else []
 
-    def _measure(self, due: list[list[int]], now: Configuration) -> list[Contact]:
-        own = _Placement(self._model, now, self._palm)
+    def _take(self, rows: list[Member]) -> None:
+        """Check these shapes of the robot."""
+        self._rows = rows
+        self._frame = np.array([row.frame for row in rows])
+        self._centre = np.array([[*row.geom.pose.translation, 1.0] for row in rows])[:, :, None]
+        self._opens = np.array([0.5 * (row.part == FINGERS) for row in rows])
+        radius = np.array([bounding_radius(row.geom.shape) for row in rows])
+        self._radius = radius + self._opens * self._model.description.gripper.opening
+
+    def _travel(self, change: Array, opened: float) -> Array:
+        """(M, 1) largest motion of a point of each shape [m].
+
+        That of its centre, and the turn of its frame times its radius: `change` (F, 4, 4) are the
+        differences of the frames' matrices, of whose rotations sqrt(2) of a turn is the norm.
+        """
+        centre = np.linalg.norm((change[self._frame] @ self._centre)[:, :3], axis=1)
+        turn = np.sqrt(0.5 * np.square(change[:, :3, :3]).sum(axis=(1, 2)))[self._frame]
+        return centre + (turn * self._radius + self._opens * abs(opened))[:, None]
+
+    def _measure(self, due: list[list[int]], own: _Placement) -> list[Contact]:
         found: dict[tuple[str, str], Contact] = {}
         result = coal.DistanceResult()
         for row, column in due:
@@ -140,30 +166,28 @@ class Collisions:
 
     def _update_held(self, held: SimObject | None) -> None:
         """Check the object in the hand with the robot, and a released one as an obstacle."""
-        description, own = self._model.description, len(self._own)
-        gaps = self._gaps[:own]
+        gaps = self._gaps[: len(self._own)]
         for thing in self._things:
             if thing.one is self._held:
                 gaps[:, thing.columns] = _DUE
             if thing.one is held:
                 gaps[:, thing.columns] = np.inf
         self._held, self._eTo = held, self._world.eTo
-        extra = held_members(description, held, self._world.eTo) if held is not None else []
+        extra = held_members(held, self._world.eTo) if held is not None else []
         against = np.full((len(extra), len(self._shapes)), _DUE)
         for thing in self._things:
             if isinstance(thing.one, SimObject):  # it may touch them, as when it is set on them
                 against[:, thing.columns] = np.inf
-        self._rows = [*self._own, *extra]
-        self._levers = np.array([row.levers for row in self._rows])
+        self._take([*self._own, *extra])
         self._gaps = np.concatenate([gaps, against])
 
 
 class _Placement:
-    def __init__(self, model: RobotModel, now: Configuration, palm: int) -> None:
-        self._frames = frames(model, now.wTb, now.q)
-        self._gripper = model.description.gripper
-        self._width = now.width
-        self._palm = palm
+    def __init__(
+        self, placed: Sequence[SE3], gripper: GripperDescription, width: float, palm: int
+    ) -> None:
+        self._frames, self._gripper = placed, gripper
+        self._width, self._palm = width, palm
         self._hand: list[Geom] = []
         self._known: dict[int, Any] = {}
 

@@ -12,7 +12,7 @@ from pinocchio import SE3
 from controller import Command
 from hw.sim.body import Reflex, SimBody
 from hw.sim.collisions import Collisions, Contact
-from hw.sim.robot_shapes import BASE, HAND_TOLERANCE, Configuration
+from hw.sim.robot_shapes import BASE, HAND_TOLERANCE
 from hw.sim.sim_object import SimObject
 
 _SLIPS = 0.005  # motion of the hand until fingers that press without holding slip off [m]
@@ -121,8 +121,7 @@ class KinematicBody(SimBody):
                 self._width_goal = self._wanted_width
 
     def _contacts(self, now: float) -> tuple[list[Contact], list[Contact]]:
-        here = Configuration(wTb=self.wTb, q=self.q, width=self.width)
-        contacts = self._collisions.find(here)
+        contacts = self._collisions.find(self.wTb, self.q, self.width)
         for one in contacts:
             if one.excess > 0.0:
                 self._note_touch(one.part, one.thing, one.text, now)

@@ -1,9 +1,4 @@
-"""Collision shapes of the simulated robot: hand, links and base, and bounds of their motion.
-
-A shape of the arm moves at most as far as the base drives, plus every rotation below it times its
-lever: the longest way along the chain from that axis to the farthest point of the shape. The levers
-are one row of numbers, so the travel of all shapes is one product with the motion.
-"""
+"""Collision shapes of the simulated robot: hand, links and base."""
 
 from __future__ import annotations
 
@@ -76,27 +71,7 @@ class Member:
     part: str
     frame: int  # number of its frame
     geom: Geom  # in that frame; a finger also moves with the width
-    tolerance: float  # penetration below which a contact is no collision [m]
-    levers: Array
-    """(j + 3,) travel per driven metre, rotation of the base, motion of each joint, and motion of a
-    finger [m, m/rad, m]."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Configuration:
-    """Configuration of the robot."""
-
-    wTb: SE3
-    q: Array  # (j,) [rad]
-    width: float  # between the pads [m]
-
-    def motion(self, since: Configuration) -> Array:
-        """(j + 3,) distance from another one: driven, turned, joints, finger [m, rad, m]."""
-        (x, y, _), (u, v, _) = self.wTb.translation, since.wTb.translation
-        (a, b), (c, s) = self.wTb.rotation[:2, 0], since.wTb.rotation[:2, 0]
-        turn = np.arctan2(b * c - a * s, a * c + b * s)
-        finger = (self.width - since.width) / 2.0
-        return np.abs((np.hypot(x - u, y - v), turn, *(self.q - since.q), finger))
+    tolerance: float = HAND_TOLERANCE  # penetration below which a contact is no collision [m]
 
 
 def members(robot: RobotDescription) -> list[Member]:
@@ -106,49 +81,25 @@ def members(robot: RobotDescription) -> list[Member]:
     middle = SE3(np.eye(3), np.array([0.0, 0.0, height / 2.0]))
     box = Geom(Box((length / 2.0, width / 2.0, height / 2.0)), middle, BASE)
     arm = [
-        _member(robot, f"link{link}", link + 1, shape)
+        Member(f"link{link}", link + 1, shape)
         for link, shapes in enumerate(robot.arm.collision)
         for shape in shapes
     ]
     return [
-        _member(robot, BASE, 0, box),
+        Member(BASE, 0, box),
         *arm,
-        _member(robot, HAND, _TOOL_FRAME, palm),
-        *(_member(robot, FINGERS, _TOOL_FRAME, part) for part in fingers),
-        _member(robot, CAMERA, _TOOL_FRAME, robot.camera.body.moved(robot.camera.eTc)),
+        Member(HAND, _TOOL_FRAME, palm),
+        *(Member(FINGERS, _TOOL_FRAME, part) for part in fingers),
+        Member(CAMERA, _TOOL_FRAME, robot.camera.body.moved(robot.camera.eTc)),
     ]
 
 
-def held_members(robot: RobotDescription, held: SimObject, eTo: SE3) -> list[Member]:
+def held_members(held: SimObject, eTo: SE3) -> list[Member]:
     """The collision shapes of a held object."""
-    return [_member(robot, HELD, _TOOL_FRAME, part) for part in held.placed(eTo)]
+    return [Member(HELD, _TOOL_FRAME, part, HELD_TOLERANCE) for part in held.placed(eTo)]
 
 
 def frames(model: RobotModel, wTb: SE3, q: Array) -> tuple[SE3, ...]:
     """The frames of the members in the world, for q (j,) [rad]."""
     links = model.link_poses(wTb, q)
     return (wTb, *links, links[-1] * model.description.gripper.hTe)
-
-
-def _member(robot: RobotDescription, part: str, frame: int, geom: Geom) -> Member:
-    tolerance = HELD_TOLERANCE if part == HELD else HAND_TOLERANCE
-    return Member(part, frame, geom, tolerance, _levers(robot, part, frame, geom))
-
-
-def _levers(robot: RobotDescription, part: str, frame: int, geom: Geom) -> Array:
-    radius, levers = bounding_radius(geom.shape), np.zeros(len(robot.arm.joints) + 3)
-    levers[0] = 1.0
-    levers[-1] = float(part == FINGERS)
-    if frame == 0:
-        levers[1] = float(np.hypot(*geom.pose.translation[:2])) + radius
-        return levers
-    place = geom.pose
-    if frame == _TOOL_FRAME:
-        place = robot.arm.lTh * robot.gripper.hTe * place
-    lever = float(np.linalg.norm(place.translation)) + radius
-    last = len(robot.arm.joints) if frame == _TOOL_FRAME else frame - 1
-    for joint in range(last - 1, -1, -1):
-        levers[2 + joint] = 1.0 if robot.arm.slides[joint] else lever
-        lever += float(np.linalg.norm(robot.arm.joints[joint].translation) + robot.strokes[joint])
-    levers[1] = lever + float(np.hypot(*robot.bTa.translation[:2]))
-    return levers

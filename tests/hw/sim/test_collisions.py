@@ -9,7 +9,7 @@ from controller import Command
 from hw import FaultKind
 from hw.sim import SimObject, Walker, load_scene
 from hw.sim.contact import separation
-from hw.sim.robot_shapes import Configuration, frames, members
+from hw.sim.robot_shapes import frames, members
 from robots import Box, Geom
 
 FORWARD = Command(base_twist=np.array([0.5, 0.0, 0.0]), qd=np.zeros(7))
@@ -154,7 +154,7 @@ def test_the_bounds_of_gaps_miss_no_contact():
         turn = exp3(np.array([0.0, 0.0, rng.uniform(-0.05, 0.05)]))
         wTb = SE3(wTb.rotation @ turn, wTb.translation + rng.uniform(-0.02, 0.02, 3) * (1, 1, 0))
         q = np.clip(q + rng.uniform(-0.05, 0.05, 7), sim.model.limits.q_min, sim.model.limits.q_max)
-        found = sim.body._collisions.find(Configuration(wTb=wTb, q=q, width=width))
+        found = sim.body._collisions.find(wTb, q, width)
         told = {(one.part, one.thing): one.depth for one in found if one.excess > 0.0}
         at = frames(sim.model, wTb, q)
         expected: dict[tuple[str, str], float] = {}
