@@ -87,7 +87,7 @@ class Snapshots:
         is_new = vision.frame is not self._shown
         self._shown = vision.frame
         state, goal = context.localisation.on_map(tick.state, context.goal)
-        frame, grasp = vision.frame, vision.grasp
+        frame, grasp = vision.frame if is_new else None, vision.grasp
         if (mTw := context.localisation.mTw) is not None:
             frame = None if frame is None else replace(frame, wTc=mTw * frame.wTc)
             grasp = None if grasp is None else grasp.moved(mTw)
@@ -103,7 +103,7 @@ class Snapshots:
             goal=goal,
             estimate=self._estimate(context.localisation),
             objects=tuple(map(_POSE, self._movable)),
-            frame=frame if is_new else None,
+            frame=frame,
             pictures=self._pictures(context.log),
             detection=vision.detection if is_new else None,
             grasp=grasp,

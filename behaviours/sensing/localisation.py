@@ -6,7 +6,7 @@ from collections.abc import Collection
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass, field, replace
 from math import degrees, hypot, inf, sqrt
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from pinocchio import SE3
@@ -80,7 +80,8 @@ class Localiser:
         """The newest that was registered, or is being."""
         self.updates: list[Update] = []
         """What the measurements of this tick did to the estimate."""
-        self._goal: MotionGoal | None = None  # on the map, in the last tick
+        self._asked: tuple[object, ...] = (None, None, None)
+        self._on_map: tuple[Any, MotionGoal | None] = None, None  # what was answered
         self.relocalised = ""
         """What happened if this tick replaced the estimate by what the base says; else empty."""
         self.registrations = 0
@@ -113,9 +114,10 @@ class Localiser:
     @property
     def uncertainty(self) -> float:
         """Two standard deviations of where the base is on the map, the way it is larger [m]."""
-        if (estimate := self.estimate) is None:
+        if self._filter is None:
             return 0.0
-        return 2.0 * sqrt(float(np.linalg.eigvalsh(estimate[1][:2, :2])[1]))
+        covariance = self._filter.covariance(self._history[-1][1])
+        return 2.0 * sqrt(float(np.linalg.eigvalsh(covariance[:2, :2])[1]))
 
     @property
     def pending(self) -> float:
@@ -222,8 +224,11 @@ class Localiser:
         """A reading and a goal of the world, on the map, as the controller needs them."""
         if (mTw := self.mTw) is None:
             return state, goal
-        self._goal = None if goal is None else _same(goal.moved(mTw), self._goal)
-        return replace(state, wTb=self.mTb), self._goal
+        asked, before = (mTw, state, goal), self._on_map[1]
+        if any(one is not known for one, known in zip(asked, self._asked, strict=True)):
+            moved = None if goal is None else _same(goal.moved(mTw), before)
+            self._asked, self._on_map = asked, (replace(state, wTb=self.mTb), moved)
+        return self._on_map
 
     def close(self) -> None:
         """End the thread."""
