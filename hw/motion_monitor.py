@@ -6,12 +6,12 @@ that is faster than commanded, or moves the other way.
 """
 
 from collections import deque
-from math import cos, hypot, pi, remainder, sin
-from typing import NamedTuple, TypeAlias
+from math import cos, hypot, sin
+from typing import NamedTuple
 
 import numpy as np
 
-from controller import Command
+from controller import Command, Pose2D
 from hw.state import Array, RobotState
 from robots import RobotDescription
 
@@ -27,9 +27,6 @@ _FASTER_FOR = 0.2  # time for which a larger surplus is tolerated [s]
 _DEAD_TIME = 0.1  # a command counts for the lag and this [s]; then it fades at the limit
 _METRES_PER_RADIAN = 0.3  # weight of a rotation of the base [m/rad]
 _JUMP = 0.03  # a base that moves this much farther than it can was relocalised [m]
-
-
-Pose2D: TypeAlias = tuple[float, float, float]  # x, y, heading
 
 
 class _Moment(NamedTuple):
@@ -66,10 +63,9 @@ class MotionMonitor:
 
     def mismatch(self, state: RobotState, applied: Command) -> str:
         """How measured and commanded motion differ, for people; empty if they agree."""
-        heading = float(np.arctan2(state.wTb.rotation[1, 0], state.wTb.rotation[0, 0]))
-        measured = (float(state.wTb.translation[0]), float(state.wTb.translation[1]), heading)
+        measured = Pose2D.of(state.wTb)
         if not self._moments:
-            start = (0.0, 0.0, 0.0)
+            start = Pose2D(0.0, 0.0, 0.0)
             self._moments.append(
                 _Moment(state.stamp, 0.0, 0.0, start, measured, np.zeros(len(state.q)), state.q)
             )
@@ -81,7 +77,7 @@ class MotionMonitor:
         self._told.append((state.stamp, applied))
         vx, vy, w = self._followed(self._base_lag).base_twist.tolist()
         qd = self._followed(self._arm_lag).qd
-        if _length(_between(before.base_measured, measured)) > self._fastest * dt + _JUMP:
+        if _length(measured.relative_to(before.base_measured)) > self._fastest * dt + _JUMP:
             self._rebase(measured)
             before = self._moments[-1]
         newest = _Moment(
@@ -130,14 +126,14 @@ class MotionMonitor:
             if newest.base_path - moment.base_path < _BASE_PATH:
                 break
             then = moment
-        commanded = _between(then.base_commanded, newest.base_commanded)
-        moved = _length(_between(then.base_measured, newest.base_measured))
+        commanded = newest.base_commanded.relative_to(then.base_commanded)
+        moved = _length(newest.base_measured.relative_to(then.base_measured))
         asked = _length(commanded)
         if asked >= 0.8 * _BASE_PATH and moved < _MIN_SHARE * asked:
             return "the base does not do what it is commanded"
         first = self._moments[0]
-        commanded = _between(first.base_commanded, newest.base_commanded)
-        surplus = _between(commanded, _between(first.base_measured, newest.base_measured))
+        commanded = newest.base_commanded.relative_to(first.base_commanded)
+        surplus = newest.base_measured.relative_to(first.base_measured).relative_to(commanded)
         if _length(surplus) > self._base_surplus:
             return "the base moves as it was not commanded"
         return ""
@@ -205,17 +201,10 @@ class _SpeedMonitor:
 
 
 def _moved(pose: Pose2D, x: float, y: float, turn: float) -> Pose2D:
-    heading = pose[2] + turn / 2.0
+    heading = pose.heading + turn / 2.0
     c, s = cos(heading), sin(heading)
-    return (pose[0] + c * x - s * y, pose[1] + s * x + c * y, pose[2] + turn)
-
-
-def _between(a: Pose2D, b: Pose2D) -> Pose2D:
-    """Pose b seen from pose a."""
-    x, y = b[0] - a[0], b[1] - a[1]
-    c, s = cos(a[2]), sin(a[2])
-    return (c * x + s * y, c * y - s * x, remainder(b[2] - a[2], 2.0 * pi))
+    return Pose2D(pose.x + c * x - s * y, pose.y + s * x + c * y, pose.heading + turn)
 
 
 def _length(pose: Pose2D) -> float:
-    return hypot(pose[0], pose[1]) + _METRES_PER_RADIAN * abs(pose[2])
+    return hypot(pose.x, pose.y) + _METRES_PER_RADIAN * abs(pose.heading)

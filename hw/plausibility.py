@@ -76,10 +76,10 @@ def _is_complete(state: RobotState, arm: tuple[int, ...]) -> bool:
     shapes = (np.shape(state.base_twist), np.shape(state.q), np.shape(state.qd))
     if shapes != ((3,), arm, arm):
         return False
-    rotation = state.wTb.rotation
-    numbers = (*state.base_twist, *state.q, *state.qd, *state.wTb.translation, state.gripper_width)
-    return bool(
-        all(map(isfinite, numbers))
-        and np.abs(rotation @ rotation.T - np.eye(3)).max() < _ROTATION_TOLERANCE
-        and np.linalg.det(rotation) > 0.0
-    )
+    (a, b, c, x), (d, e, f, y), (g, h, i, z), _ = state.wTb.homogeneous.tolist()
+    squares = a * a + b * b + c * c + d * d + e * e + f * f + g * g + h * h + i * i
+    determinant = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
+    # The product of three singular values is 1 and their squares add up to 3 only if all are 1.
+    is_rotation = max(abs(squares - 3.0), abs(determinant - 1.0)) < _ROTATION_TOLERANCE
+    numbers = (*state.base_twist, *state.q, *state.qd, x, y, z, state.gripper_width)
+    return is_rotation and all(map(isfinite, numbers))

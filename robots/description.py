@@ -38,8 +38,11 @@ class Limits:
 
     def base_speed(self, twist: Array) -> Array:
         """(3,) largest base speeds in the directions of a twist (3,) [m/s, m/s, rad/s]."""
-        along_x = self.base_reverse if twist[0] < 0.0 else self.base_twist[0]
-        return np.array([along_x, *self.base_twist[1:]])
+        return self._base_backwards if twist[0] < 0.0 else self.base_twist
+
+    @cached_property
+    def _base_backwards(self) -> Array:
+        return np.array([self.base_reverse, *self.base_twist[1:]])
 
     @property
     def within_a_turn(self) -> tuple[Array, Array]:

@@ -51,7 +51,7 @@ class Progress:
         self._context = context
         self._patience = _STRAIGHT_PATIENCE if straight else _DETOUR_PATIENCE
         self._rest = rest
-        self._best = np.full(3, np.inf)
+        self._best: tuple[float, ...] = inf, inf, inf
         self._last = context.clock.now()
         self._without = self._at_rest = 0.0
         self.because = ""
@@ -68,11 +68,12 @@ class Progress:
         if report.waits_for:
             passed = 0.0
         turn = METRES_PER_RADIAN * report.orientation_error
-        remaining = np.array([report.position_error + turn, report.base_time, report.posture_error])
+        remaining = report.position_error + turn, report.base_time, report.posture_error
         self._without += passed
         self._at_rest = 0.0 if self._moves else self._at_rest + passed
-        if (remaining < self._best - _STEP).any():
-            self._best = np.minimum(remaining, self._best)
+        both = zip(remaining, self._best, strict=True)
+        if any(left < best - _STEP for left, best in both):
+            self._best = tuple(map(min, remaining, self._best))
             self._without = self._at_rest = 0.0
         return self._at_rest > self._rest or self._without > self._patience
 

@@ -13,11 +13,11 @@ from perception.registration.planar import compose, difference, inverse
 from perception.registration.registering import CHI2_3, Registration, parallel
 
 _ROUNDING = 1e-9  # of information matrices, relative to their largest element
-_SLIP = (0.04, 0.04, radians(0.5))
+_SLIP = np.array([0.04, 0.04, radians(0.5)])
 """Odometry errors: share of the distance, share of the angle, heading a metre [rad/m]."""
-_ALIKE = (2.0, 3.0, 2.0)
+_ALIKE = np.array([2.0, 3.0, 2.0])
 """Distance [m], angle [rad] and distance over which they last: a first-order process."""
-_DRIFT = (0.001, 0.001, radians(0.03))
+_DRIFT = np.array([0.001, 0.001, radians(0.03)])
 """What else is wrong after one metre, or radian, and grows with the root of it."""
 _CORRELATION_TIME = 5.0
 """Time constant of the error of the base's own localisation [s]."""
@@ -126,7 +126,7 @@ class Localisation:
         back, F = self._back(oTb), np.eye(9)
         F[:3, 6:], F[6:, 6:] = back @ slipping, np.diag(kept)
         self._P = F @ self._P @ F.T
-        self._P[6:, 6:] += np.diag((1.0 - kept**2) * np.square(_SLIP))
+        self._P[[6, 7, 8], [6, 7, 8]] += (1.0 - kept**2) * np.square(_SLIP)
         self._widen((way + abs(turned)) * np.square(_DRIFT), back)
 
     def localised(self, mTb: Array, covariance: Array, stamp: float, oTb: Array) -> Update:
@@ -276,7 +276,9 @@ class Localisation:
 
     def _back(self, oTb: Array) -> Array:
         """The inverse of `_arm`."""
-        return 2.0 * np.eye(3) - self._arm(oTb)
+        back = self._arm(oTb)
+        back[:2, 2] *= -1.0
+        return back
 
     def _widen(self, variances: Array, back: Array) -> None:
         """Add variances (3,) of mTb where `_back` is (3, 3)."""
