@@ -208,7 +208,6 @@ class HolisticController:
             clearance=nearest.clearance,
             nearest=nearest.name,
             nearest_points=nearest.points,
-            near_pairs=nearest.pairs,
             way=None if self._guidance is None else self._guidance.way,
             waits_for=self._waits_for,
         )

@@ -31,7 +31,6 @@ class StepReport(NamedTuple):
     blend: float = 0.0  # s in [0, 1]: 0 leaves the motion to the end effector, 1 to base and arm
     detour: bool = False  # whether the stance is a detour after a stall
     clearance: float = inf  # distance between robot and nearest obstacle, if one is near [m]
-    near_pairs: int = 0  # pairs of shapes near enough to matter at their speed
     nearest: str = ""  # the parts that `clearance` is between; empty if nothing is near
     nearest_points: tuple[Array, Array] | None = None
     """The two points (3,) in the world that `clearance` is between; None if nothing is near, or

@@ -114,10 +114,9 @@ class Localiser:
     @property
     def uncertainty(self) -> float:
         """Two standard deviations of where the base is on the map, the way it is larger [m]."""
-        if self._filter is None:
+        if (estimate := self.estimate) is None:
             return 0.0
-        covariance = self._filter.covariance(self._history[-1][1])
-        return 2.0 * sqrt(float(np.linalg.eigvalsh(covariance[:2, :2])[1]))
+        return 2.0 * sqrt(float(np.linalg.eigvalsh(estimate[1][:2, :2])[1]))
 
     @property
     def pending(self) -> float:

@@ -148,7 +148,6 @@ def _by_kind(value: float, **exceptions: float) -> Array:
 class NearestPair(NamedTuple):
     """The pair of shapes with the smallest distance, the robot's own pairs left out."""
 
-    pairs: int = 0  # number of all near pairs
     clearance: float = inf
     name: str = ""
     points: tuple[Array, Array] | None = None  # the nearest points (3,) of the two in the world
@@ -201,10 +200,10 @@ class CollisionAvoidance:
             margins = np.where(self._may_be_nearer(near, goal), margin, 0.0)
         rows = self._constraints.rows(near, bounds, goal, margins)
         if clearance == inf:
-            return rows, NearestPair(len(near.d))
+            return rows, NOTHING_NEAR
         pair = int(near.pair[first])
         name, points = self._proximity.pair_name(pair), self._proximity.pair_points(pair)
-        return rows, NearestPair(len(near.d), clearance, name, points)
+        return rows, NearestPair(clearance, name, points)
 
     def _may_be_nearer(self, near: Distances, goal: MotionGoal | None) -> Mask:
         """(K,) whether the second of a pair is only known from the map.

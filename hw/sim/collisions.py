@@ -139,7 +139,8 @@ class Collisions:
         """
         centre = np.linalg.norm((change[self._frame] @ self._centre)[:, :3], axis=1)
         turn = np.sqrt(0.5 * np.square(change[:, :3, :3]).sum(axis=(1, 2)))[self._frame]
-        return centre + (turn * self._radius + self._opens * abs(opened))[:, None]
+        travel: Array = centre + (turn * self._radius + self._opens * abs(opened))[:, None]
+        return travel
 
     def _measure(self, due: list[list[int]], own: _Placement) -> list[Contact]:
         found: dict[tuple[str, str], Contact] = {}
