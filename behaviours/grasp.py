@@ -21,7 +21,7 @@ from behaviours.core.parameter_types import (
     ToolPose,
 )
 from behaviours.core.validation import validate_grasp
-from behaviours.views.grasp_target import GraspTarget, OtherViews, ways_into
+from behaviours.views.grasp_target import GraspTarget, OtherViews
 from behaviours.views.objects import Choice, Choose
 from behaviours.views.surface import floor_error
 from controller import Array, PoseGoal, StepReport
@@ -101,7 +101,7 @@ class Grasp(Leaf):
         self._within = within
         choice = Choice.of(choose, kind, colour, min_width_mm, max_width_mm)
         self._sought = GraspTarget(context, within, choice, neighbour=neighbour)
-        self._ways = ways_into(context, within, approach, radians(least_tilt_deg))
+        self._way = context.direction(within, approach, radians(least_tilt_deg))
         self._lock_distance, self._force = lock_distance_m, force_n
         self._next = next_goal
         self._placed_before = -1
@@ -124,8 +124,8 @@ class Grasp(Leaf):
         self._came_nearer = False
         self._sought.begin()
         self._go_after(_NOWHERE)
-        ways, vision = self._ways, self.context.vision
-        self._views = OtherViews(self, self._sought, self._within, ways, self._timeout)
+        way, vision = self._way, self.context.vision
+        self._views = OtherViews(self, self._sought, self._within, way, self._timeout)
         vision.tracker.lock_distance = self._lock_distance if self.context.follows_goals else inf
         vision.reset(self._views.wRa)
 

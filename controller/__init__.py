@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from controller.planning.rrt import PlanningError, planning_library
     from controller.report import MotionController, StepReport
     from controller.settings import PAPER, PRESETS, ControllerSettings
-    from controller.stance.finder import why_no_stance
+    from controller.stance.finder import stance_search, why_no_stance
     from controller.stance.free_space import se3_of
     from controller.stance.posture_bank import bank
     from controller.stance.reach import farthest, out_of_reach, reached_instead

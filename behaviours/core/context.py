@@ -1,7 +1,7 @@
 """The context that the leaves of one tree share: inputs of the tick, and its motion goal."""
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from math import degrees, hypot, radians
 from typing import NamedTuple
@@ -158,20 +158,24 @@ class Context:
         return self._places[id(place)][1]
 
     def direction(
-        self, region: Region, word: ApproachWord = "auto", least_tilt: float = 0.0
+        self, to: Region | DetectedObject, word: ApproachWord = "auto", least_tilt: float = 0.0
     ) -> Direction:
         """On the map, see `region_direction`; straight down if the hand gets there in none.
 
-        It may take seconds: leaves ask when they are made.
+        It may take seconds: leaves ask when they are made. To an object the hand comes as into its
+        region, which is known during the run; see `direction_now`.
         """
+        if not isinstance(to, Region):
+            return DOWN
         robot = self.robot.description
-        found = region_direction(robot, self.fixtures, region, word, least_tilt) or DOWN
-        self._regions.append((region, found))
+        found = region_direction(robot, self.fixtures, to, word, least_tilt) or DOWN
+        self._regions.append((to, found))
         return found
 
-    def sideways(self, region: Region, direction: Direction) -> tuple[Direction, ...]:
-        """See `reachable_directions.sideways`; leaves ask when they are made."""
-        return sideways(self.robot.description, self.fixtures, region, direction)
+    def sideways(self, direction: Direction, point: Array) -> Iterator[Direction | None]:
+        """See `reachable_directions.sideways`; the point is in the world."""
+        on_map = self.to_map(SE3(np.eye(3), point)).translation
+        return sideways(self.robot.description, self.fixtures, direction, on_map)
 
     def direction_now(self, to: Region | DetectedObject, on_map: Direction = DOWN) -> Direction:
         """In the world: one on the map for a region, or for an object that of its region."""

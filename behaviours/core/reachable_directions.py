@@ -6,7 +6,7 @@ reaches all that matters.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from dataclasses import replace
 from math import atan2, cos, pi, radians, sin
 from typing import TYPE_CHECKING
@@ -16,7 +16,7 @@ import pinocchio as pin
 from pinocchio import SE3
 
 from behaviours.core.directions import DOWN, ApproachWord, Direction, points_down
-from controller import Array, why_no_stance
+from controller import Array, stance_search, why_no_stance
 from robots import Geom, Plane, RobotDescription, reach
 
 if TYPE_CHECKING:
@@ -38,7 +38,9 @@ _BESIDE = 0.1  # or this near beside that [m]
 _OVER_FLOOR = 0.05  # height over the floor of a region that the hand reaches [m]
 _BACK = (0.0, 0.12, 0.24)  # where it is tried along the way in, before the place [m]
 _ASTRAY = 0.02  # a way point is reached though it lies this much farther, and higher [m]
-_SIDEWAYS = (radians(45.0), radians(60.0))  # tilts of a hand that comes from the side
+_TURNS = tuple(radians(turn) for turn in (-90.0, 90.0, -75.0, 75.0))  # to come from the side ...
+_SIDEWAYS = (radians(50.0), radians(60.0))  # ... and the tilts then
+_CLOSE = (0.0, 0.12, 0.2)  # where it must be reached along its way, before the place [m]
 _SPREAD = 0.25  # of the tried places to either side of the middle, as a share of its size
 
 
@@ -88,22 +90,35 @@ def _count_reached(
 
 
 def sideways(
-    robot: RobotDescription, fixtures: tuple[Geom, ...], region: Region, direction: Direction
-) -> tuple[Direction, ...]:
-    """Directions to either side of a tilted one, in which the hand gets into a region, too.
+    robot: RobotDescription, fixtures: tuple[Geom, ...], direction: Direction, point: Array
+) -> Iterator[Direction | None]:
+    """Directions to either side of a tilted one, in which the hand gets to a point (3,) of the map.
 
-    What lies across one of them, and is too long for the fingers, lies along another.
+    What lies across one of them, and is too long for the fingers, lies along another: those that
+    are turned most come first. None comes after each bounded piece of work.
     """
-    if direction.is_straight or region.front is not None:
-        return ()
-    found = []
-    for turn in (-pi / 2.0, pi / 2.0):
+    farther = point + _ASTRAY * np.array([cos(direction.heading), sin(direction.heading), 0.0])
+    for turn in _TURNS:
         for tilt in _SIDEWAYS:
             beside = Direction(max(tilt, direction.tilt), direction.heading + turn)
-            if _count_reached(robot, fixtures, _inside(region, beside)) >= len(_BACK):
-                found.append(beside)
+            way = [SE3(beside.hand, farther - back * beside.hand[:, 2]) for back in _CLOSE]
+            if (yield from _are_reached(robot, fixtures, way)):
+                yield beside
                 break
-    return tuple(found)
+
+
+def _are_reached(
+    robot: RobotDescription, fixtures: tuple[Geom, ...], poses: Iterable[SE3]
+) -> Generator[None, None, bool]:
+    """Whether a stance reaches each of the hand's poses on the map; in bounded pieces of work."""
+    for pose in poses:
+        search = stance_search(robot, pose, fixtures)
+        while not search.done:
+            search.advance()
+            yield
+        if search.best is None:
+            return False
+    return True
 
 
 def is_high(region: Region, fixtures: Sequence[Geom]) -> bool:

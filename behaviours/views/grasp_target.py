@@ -3,13 +3,13 @@
 Any object in a region, or one that is chosen once and then followed.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator
 
 import numpy as np
 from py_trees.common import Status
 
 from behaviours.core.context import Context
-from behaviours.core.directions import DOWN, ApproachWord, Direction
+from behaviours.core.directions import Direction
 from behaviours.core.leaf import Leaf
 from behaviours.core.parameter_types import Region
 from behaviours.views.objects import Choice, Chosen, ObjectDetection, detect_once, neighbours
@@ -21,6 +21,7 @@ from perception import DetectedObject, GraspEstimate
 
 LOOKS = 2  # attempts look again this often, where no grasp, or a doubtful one, is seen
 LOOK_HEIGHT = 0.4  # distance of the camera then [m]
+_BESIDE = 0.3  # ... and when it looks from a side, from where it reaches less far [m]
 _VIEW = 0.36  # side of the part of a region that it shows then [m]
 
 
@@ -109,27 +110,16 @@ class GraspTarget:
         self._chosen, self.reason = Chosen(objects=tuple(meant), others=others), ""
 
 
-def ways_into(
-    context: Context, within: Region | DetectedObject, word: ApproachWord, least_tilt: float
-) -> tuple[Direction, ...]:
-    """Directions on the map in which the hand may come to a target, the best first.
-
-    See `Context.direction`; of an object they are those of its region, during the run.
-    """
-    if not isinstance(within, Region):
-        return (DOWN,)
-    way_in = context.direction(within, word, least_tilt)
-    return way_in, *context.sideways(within, way_in)
-
-
 class OtherViews:
     """Views of the target, or of a region in which nothing is seen.
+
+    From the second view on, a tilted hand looks from the sides from which it gets to what is there.
 
     Args:
         leaf: sets the goals and gets the feedback message.
         target: what is looked at.
         within: the region, or the object.
-        ways: directions of the camera on the map: from the second view on, another one each.
+        way: direction of the camera on the map.
         timeout: to reach a view [s].
     """
 
@@ -138,21 +128,23 @@ class OtherViews:
         leaf: Leaf,
         target: GraspTarget,
         within: Region | DetectedObject,
-        ways: Sequence[Direction],
+        way: Direction,
         timeout: float,
     ) -> None:
         self._leaf, self._target, self._timeout = leaf, target, timeout
-        self._ways = [leaf.context.direction_now(within, way) for way in ways]
-        self._left, self._begun = LOOKS + len(ways) - 1, False
+        self._within, self._way = within, way
+        self._turned = leaf.context.direction_now(within, way)
+        self._begun = self._has_sides = False
         # Straight down, the way point of the task shows what a hand can reach.
         self._parts: list[Array] = []
-        if isinstance(within, Region) and not ways[0].is_straight:
-            self._parts = views(within, _VIEW)
+        if isinstance(within, Region) and not way.is_straight:
+            self._parts, self._has_sides = views(within, _VIEW), within.front is None
+        self._left = LOOKS + self._has_sides
 
     @property
     def wRa(self) -> Array | None:
         """(3, 3) the axes of the present direction; None for straight down."""
-        return None if self._ways[0].is_straight else self._ways[0].rotation
+        return None if self._turned.is_straight else self._turned.rotation
 
     def begin(self, point: Array | None = None) -> bool:
         """Start to look at a point (3,) in the world [m]; whether there is another view.
@@ -167,11 +159,13 @@ class OtherViews:
         if point is None or self._left == 0:
             return False
         self._left -= 1
-        if self._begun and len(self._ways) > 1:
-            self._ways.pop(0)
+        self._point = point
+        self._camera: MoveCamera | None = None
+        if not (self._begun and self._has_sides):
+            self._ways: Iterator[Direction | None] = iter((self._way,))
+        elif self._left == LOOKS - 1:
+            self._ways = context.sideways(self._way, point)
         self._begun = True
-        wTc = looking_along(self._ways[0], point, LOOK_HEIGHT, like=camera_pose(context))
-        self._camera = MoveCamera(self._leaf, lambda: wTc, "another view", self._timeout)
         return True
 
     def begin_if_lost(self, target: Array) -> bool:
@@ -183,5 +177,19 @@ class OtherViews:
         return is_lost and self.begin(target)
 
     def tick(self) -> Status:
-        """RUNNING until the camera is there, or as far as it gets."""
+        """RUNNING until the camera is as near as it gets; FAILURE if no way leads there."""
+        leaf = self._leaf
+        if self._camera is None:
+            try:
+                way = next(self._ways)
+            except StopIteration:
+                self._left = 0
+                return leaf.failure("it is not reached from another side")
+            if way is None:
+                return leaf.running("looking for another way to it")
+            self._turned = leaf.context.direction_now(self._within, way)
+            distance = LOOK_HEIGHT if way is self._way else _BESIDE
+            like = camera_pose(leaf.context)
+            wTc = looking_along(self._turned, self._point, distance, like=like)
+            self._camera = MoveCamera(leaf, lambda: wTc, "another view", self._timeout)
         return self._camera.tick()

@@ -100,13 +100,6 @@ class StanceFinder:
         where = self._model, self._bank, self._collision, wTe, wTb, q, failed, self.space
         return StanceSearch(*where, next_goal, in_front=in_front)
 
-    def why_unreached(self, goal: PoseGoal) -> str:
-        """Why no stance reaches a goal from the origin of the world; empty if one does."""
-        ready = self._model.description.arm.ready
-        search = self.search(goal.wTe, Pose2D(0.0, 0.0, 0.0), ready)
-        search.finish()
-        return self.why_none(search)
-
     def why_none(self, search: StanceSearch) -> str:
         """Why a finished search has found no stance; empty if it has found one."""
         if _UNREACHED < search.error < np.inf:
@@ -132,9 +125,18 @@ def why_no_stance(
     finder, known = _among(robot, fixtures)
     asked = wTe.homogeneous.tobytes(), hand_may_touch
     if asked not in known:
-        goal = PoseGoal(wTe=wTe, hand_may_touch=hand_may_touch)
-        known[asked] = finder.obstacle_to(goal) or finder.why_unreached(goal)
+        reason = finder.obstacle_to(PoseGoal(wTe=wTe, hand_may_touch=hand_may_touch))
+        if not reason:
+            search = stance_search(robot, wTe, fixtures)
+            search.finish()
+            reason = finder.why_none(search)
+        known[asked] = reason
     return known[asked]
+
+
+def stance_search(robot: RobotDescription, wTe: SE3, fixtures: tuple[Geom, ...]) -> StanceSearch:
+    """The search for a stance among fixtures, from the origin of the world, not begun yet."""
+    return _among(robot, fixtures)[0].search(wTe, Pose2D(0.0, 0.0, 0.0), robot.arm.ready)
 
 
 @lru_cache(maxsize=2)

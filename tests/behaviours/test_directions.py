@@ -9,6 +9,7 @@ from pinocchio.utils import rotate
 from behaviours import Region, ToolPose, region_direction, tilted_if_needed
 from behaviours.core.directions import Direction, tilt_of, upright, way_out
 from behaviours.core.held_object import SetDownObjects
+from behaviours.core.reachable_directions import sideways
 from behaviours.views.viewpoint import out_of_view
 from controller import Array
 from hw.sim import load_fixtures
@@ -36,6 +37,16 @@ def test_the_hand_tilts_towards_the_wall_only_where_furniture_asks_for_it() -> N
     assert level is not None
     assert level.tilt >= np.radians(75.0)
     assert region_direction(FRANKIE, COUNTER, region(2.61, 1.9, 0.42)) is None
+
+
+@pytest.mark.parametrize(("x", "turns"), [(2.5, [-90, 90, -75, 75]), (2.79, [-75, 75])])
+def test_the_hand_comes_from_the_side_only_as_far_as_it_gets_to_the_object(
+    x: float, turns: list[int]
+) -> None:
+    ahead, point = Direction(np.radians(30.0), 0.0), np.array([x, 0.0, 0.95])
+    pieces = list(sideways(FRANKIE, COUNTER, ahead, point))
+    assert [round(np.degrees(way.heading)) for way in pieces if way is not None] == turns
+    assert pieces.count(None) > 100  # of work, each short
 
 
 def test_a_way_point_is_tilted_about_the_finger_tips_if_it_is_no_place_to_be_met() -> None:
