@@ -49,6 +49,13 @@ class View(StrEnum):
     NONE = "none"
 
 
+class Schemas(StrEnum):
+    """Definitions of messages in MCAP files."""
+
+    ROS2 = "ros2"
+    FOXGLOVE = "foxglove"
+
+
 class Form(StrEnum):
     """Pose of a robot that is taught."""
 

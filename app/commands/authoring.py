@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from app.choices import Form
+from app.choices import Form, Schemas
 from app.commands.refuse import find_tree, refuse, task_parameters, write
 from app.terminal import Terminal, visible
 
@@ -139,8 +139,11 @@ def export(
         Path | None, typer.Option(help="Write a LeRobotDataset of runs into this new folder.")
     ] = None,
     mcap: Annotated[
-        Path | None, typer.Option(help="Write a run as ROS 2 messages into this new file.")
+        Path | None, typer.Option(help="Write a run as messages into this new file.")
     ] = None,
+    schemas: Annotated[
+        Schemas, typer.Option(help="With --mcap: ROS 2 messages, or Foxglove's own schemas.")
+    ] = Schemas.ROS2,
     runs: Annotated[Path, typer.Option("--runs", help="Where the runs are.")] = Path("runs"),
     fps: Annotated[
         int, typer.Option(help="With --lerobot: frames a second; divides the control rate.")
@@ -161,7 +164,7 @@ def export(
         from app.export import export_mcap
         from app.review import find_run
 
-        export_mcap(find_run(names[0], runs), mcap)
+        export_mcap(find_run(names[0], runs), mcap, schemas)
         typer.echo(f"{mcap}: written")
         return
     from trees.btcpp import export_files, export_xml

@@ -16,6 +16,7 @@ import numpy as np
 from pinocchio import SE3, Quaternion
 from py_trees.common import Status
 
+from app.choices import Schemas
 from app.core import OPTIONS, RECORDING, begun, recorded_scene
 from app.export.episodes import ExportError
 from app.live import NodeInfo, NodeStatus, PoseEstimate, ShownRun, Snapshot
@@ -35,8 +36,8 @@ _SOON = 0.004  # times of one tick differ by less [s]
 _Change = tuple[float, str, Any]  # time [s], what it is, and its value from then on
 
 
-def export_mcap(folder: Path, out: Path) -> None:
-    """Write what a run showed into a new file, as ROS 2 messages.
+def export_mcap(folder: Path, out: Path, schemas: Schemas = Schemas.ROS2) -> None:
+    """Write what a run showed into a new file, as messages.
 
     Raises UserError: the extra is missing, the run cannot be read, or the file cannot be written.
     """
@@ -61,7 +62,7 @@ def export_mcap(folder: Path, out: Path) -> None:
         tree.append(NodeInfo(name=node.name, kind=node.kind, depth=depth))
     turns = zip(states, sent, strict=True)
     snapshots = _snapshots(turns, changes, RobotModel(robot), len(tree), len(scene.objects))
-    write_mcap(out, ShownRun(robot, tuple(tree), scene, begun(folder)), snapshots)
+    write_mcap(out, ShownRun(robot, tuple(tree), scene, begun(folder)), snapshots, schemas)
 
 
 def _snapshots(

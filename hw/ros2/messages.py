@@ -58,6 +58,7 @@ def store() -> Any:
     return types
 
 
+@cache
 def _stored(name: str) -> str:
     """Under which the store keeps the parts of actions and services."""
     return name.replace("/action/", "/msg/").replace("/srv/", "/msg/")

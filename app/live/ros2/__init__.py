@@ -1,4 +1,4 @@
-"""Runs as ROS 2 messages: into MCAP files, to Foxglove, and over DDS."""
+"""Runs as messages of ROS 2 or Foxglove: into MCAP files, to Foxglove, and over DDS."""
 
 from typing import TYPE_CHECKING
 

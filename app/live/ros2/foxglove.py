@@ -8,9 +8,10 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
+from app.choices import Schemas
 from app.live.feed import Feed
 from app.live.operator import Control
-from app.live.ros2.messages import TOPICS, Messages
+from app.live.ros2.messages import TOPICS, Messages, cdr
 from app.live.snapshot import ShownRun, Snapshot
 from app.live.web.ports import choose_port, reachable
 from config import UserError
@@ -21,7 +22,9 @@ try:
     from foxglove.mcap import MCAPWriteOptions
     from foxglove.websocket import Client, ServerListener
 
-    _SCHEMAS = {
+    from app.live.ros2.own_schemas import SCHEMAS, encode
+
+    _ROS2 = {
         topic: Schema(name=kind, encoding="ros2msg", data=definition(kind).encode())
         for topic, kind in TOPICS.items()
     }
@@ -32,16 +35,22 @@ except ModuleNotFoundError as error:
 
 USUAL_PORT = 8765  # Foxglove's default
 
+_ENCODINGS = {"ros2msg": "cdr", "jsonschema": "json", "protobuf": "protobuf"}  # by the schema's
 _PERIOD = 0.05  # interval of sending [s of real time]
 _PATIENCE = 5.0  # time to send the rest [s]
 
 
-def _writer(run: ShownRun) -> tuple[Context, Callable[[Iterable[Snapshot]], None]]:
+def _writer(
+    run: ShownRun, schemas: Schemas = Schemas.ROS2
+) -> tuple[Context, Callable[[Iterable[Snapshot]], None]]:
     """What writes the messages of a run, and the context whose sinks get them."""
-    context, messages = Context(), Messages(run)
+    those, encoded = {Schemas.ROS2: (_ROS2, cdr), Schemas.FOXGLOVE: (SCHEMAS, encode)}[schemas]
+    context, messages = Context(), Messages(run, encoded)
     channels = {
-        topic: Channel(topic, message_encoding="cdr", schema=schema, context=context)
-        for topic, schema in _SCHEMAS.items()
+        topic: Channel(
+            topic, message_encoding=_ENCODINGS[one.encoding], schema=one, context=context
+        )
+        for topic, one in those.items()
     }
 
     def write(snapshots: Iterable[Snapshot]) -> None:
@@ -51,9 +60,10 @@ def _writer(run: ShownRun) -> tuple[Context, Callable[[Iterable[Snapshot]], None
     return context, write
 
 
-def write_mcap(path: Path, run: ShownRun, snapshots: Iterable[Snapshot]) -> None:
+def write_mcap(path: Path, run: ShownRun, snapshots: Iterable[Snapshot], schemas: Schemas) -> None:
     """Write the messages of a run into a new file; UserError: it exists or cannot be written."""
-    (context, write), options = _writer(run), MCAPWriteOptions(profile="ros2")
+    context, write = _writer(run, schemas)
+    options = MCAPWriteOptions(profile="ros2" if schemas is Schemas.ROS2 else "")
     try:
         with open_mcap(path, context=context, writer_options=options):
             write(snapshots)

@@ -8,7 +8,7 @@ from pinocchio import SE3, Quaternion
 
 from robots import Box, Capsule, Cylinder, Geom, Hull, Sphere
 
-_CUBE, _SPHERE, _CYLINDER, _TRIANGLES = 1, 2, 3, 11  # kinds of visualization_msgs/Marker
+CUBE, SPHERE, CYLINDER, _TRIANGLES = 1, 2, 3, 11  # kinds of visualization_msgs/Marker
 
 
 def xyz(values: Any) -> dict[str, float]:
@@ -47,15 +47,15 @@ def _primitives(body: Geom) -> Iterator[tuple[int, SE3, Any, Any]]:
     """Kind, pose, scale [m] and corners of the markers of a shape."""
     match body.shape:
         case Box(half=half):
-            yield _CUBE, body.pose, 2.0 * np.array(half), ()
+            yield CUBE, body.pose, 2.0 * np.array(half), ()
         case Sphere(radius=r):
-            yield _SPHERE, body.pose, (2 * r, 2 * r, 2 * r), ()
+            yield SPHERE, body.pose, (2 * r, 2 * r, 2 * r), ()
         case Cylinder(radius=r, half_length=h):
-            yield _CYLINDER, body.pose, (2 * r, 2 * r, 2 * h), ()
+            yield CYLINDER, body.pose, (2 * r, 2 * r, 2 * h), ()
         case Capsule(radius=r, half_length=h):
-            yield _CYLINDER, body.pose, (2 * r, 2 * r, 2 * h), ()
+            yield CYLINDER, body.pose, (2 * r, 2 * r, 2 * h), ()
             for z in (-h, h):
                 end = body.pose * SE3(np.eye(3), np.array([0.0, 0.0, z]))
-                yield _SPHERE, end, (2 * r, 2 * r, 2 * r), ()
+                yield SPHERE, end, (2 * r, 2 * r, 2 * r), ()
         case Hull(vertices=vertices, triangles=triangles):
             yield _TRIANGLES, body.pose, (1, 1, 1), vertices[triangles.ravel()]

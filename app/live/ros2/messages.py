@@ -3,7 +3,7 @@
 Frames are those of REP 105, and of the Panda's URDF where the arm is one.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -49,13 +49,19 @@ class Message(NamedTuple):
 
     topic: str
     time: int  # [ns since 1970]
-    data: bytes  # CDR
+    data: bytes
+
+
+def cdr(topic: str, fields: Any) -> bytes:
+    """The fields of a message as ROS 2 has them."""
+    return encode(TOPICS[topic], fields)
 
 
 class Messages:
-    """Turns the snapshots of one run, in order, into messages."""
+    """Turns the snapshots of one run, in order, into messages, whose fields `encoded` encodes."""
 
-    def __init__(self, run: ShownRun) -> None:
+    def __init__(self, run: ShownRun, encoded: Callable[[str, Any], bytes] = cdr) -> None:
+        self._encoded = encoded
         robot, tree, scene = run.robot, run.tree, run.scene
         self._robot, self._model = robot, RobotModel(robot)
         self._tree, self._began = tree, run.began
@@ -81,13 +87,13 @@ class Messages:
         """The messages of the next snapshot."""
         now = self._began + round(seen.stamp * 1e9)
         for topic, fields in self._contents(seen, moment(now)):
-            yield Message(topic, now, encode(TOPICS[topic], fields))
+            yield Message(topic, now, self._encoded(topic, fields))
         if self._scenes.due(seen.stamp):
             yield Message("/scene", now, self._scene)
         if (frame := seen.frame) is not None and self._images.due(frame.stamp):
             captured = self._began + round(frame.stamp * 1e9)
             for topic, fields in _picture(frame, moment(captured)):
-                yield Message(topic, captured, encode(TOPICS[topic], fields))
+                yield Message(topic, captured, self._encoded(topic, fields))
 
     def _contents(self, seen: Snapshot, now: Any) -> Iterator[tuple[str, Any]]:
         """Topics and fields of the messages but pictures and shapes."""
@@ -200,7 +206,7 @@ class Messages:
         found += markers("furniture", "map", scene.fixtures)
         for frame, (_, parts) in zip(self._objects, scene.objects, strict=True):
             found += markers("objects", frame, parts)
-        return encode(TOPICS["/scene"], {"markers": [m | {"id": i} for i, m in enumerate(found)]})
+        return self._encoded("/scene", {"markers": [m | {"id": i} for i, m in enumerate(found)]})
 
 
 def _picture(frame: DepthFrame, now: Any) -> Iterator[tuple[str, Any]]:

@@ -6,7 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import call
+from jsonschema import validate
 from mcap.reader import make_reader
+from mcap_protobuf.decoder import DecoderFactory as ProtobufFactory
 from mcap_ros2.decoder import DecoderFactory
 from pinocchio import SE3, Quaternion
 from pinocchio.utils import rotate
@@ -122,6 +124,50 @@ def test_the_scene_hangs_on_frames_that_are_told(read):
     assert {one.header.frame_id for one in markers} <= known | {"map"}
     assert {one.ns for one in markers} == {"robot", "furniture", "objects"}
     assert len({one.id for one in markers}) == len(markers)
+
+
+def test_the_same_run_in_the_schemas_of_foxglove(run, bag, read, tmp_path):
+    assert call("export", run, "--mcap", tmp_path / "own.mcap", "--schemas", "foxglove")[0] == 0
+    own, names, times, theirs = {}, {}, {}, {}
+    with bag.open("rb") as file, (tmp_path / "own.mcap").open("rb") as mine:
+        for _, channel, one in make_reader(file).iter_messages():
+            theirs.setdefault(channel.topic, []).append(one.log_time)
+        for schema, channel, one in make_reader(mine).iter_messages():
+            names[channel.topic] = schema.name
+            times.setdefault(channel.topic, []).append(one.log_time)
+            if decode := ProtobufFactory().decoder_for(channel.message_encoding, schema):
+                own.setdefault(channel.topic, []).append(decode(one.data))
+            else:
+                validate(json.loads(one.data), json.loads(schema.data))
+    assert times == theirs
+    assert names == {
+        "/joint_states": "foxglove.JointStates",
+        "/tf": "foxglove.FrameTransforms",
+        "/odom": "foxglove.Odometry",
+        "/goal_pose": "foxglove.PoseInFrame",
+        "/plan": "foxglove.PosesInFrame",
+        "/camera/depth/image_rect_raw": "foxglove.RawImage",
+        "/camera/depth/camera_info": "foxglove.CameraCalibration",
+        "/rosout": "foxglove.Log",
+        "/scene": "foxglove.SceneUpdate",
+        **{f"/{name}": name for name in ("cmd_vel", "behavior_tree_log", "diagnostics")},
+    }
+    states = np.load(run / "states.npy")
+    ticks = [one.timestamp.ToNanoseconds() for one in own["/joint_states"]]
+    assert ticks == times["/joint_states"]
+    np.testing.assert_allclose(np.subtract(ticks, ticks[0]) / 1e9, states[:, 0], atol=1e-6)
+    joints = [[joint.position for joint in one.joints[:7]] for one in own["/joint_states"]]
+    np.testing.assert_array_equal(joints, states[:, 7:14])
+    for one, other in zip(own["/tf"], read["/tf"], strict=True):
+        for found, told in zip(one.transforms, other.transforms, strict=True):
+            assert found.parent_frame_id == told.header.frame_id
+            pose = pose_of(told.transform.translation, told.transform.rotation)
+            assert pose_of(found.translation, found.rotation).isApprox(pose)
+    image, info = "/camera/depth/image_rect_raw", "/camera/depth/camera_info"
+    assert [one.data for one in own[image]] == [bytes(one.data) for one in read[image]]
+    assert list(own[info][0].K) == list(read[info][0].k)
+    assert len(own["/scene"][0].entities) == len(read["/scene"][0].markers)
+    assert [one.message for one in own["/rosout"]] == [one.msg for one in read["/rosout"]]
 
 
 def test_rerun_makes_a_recording_of_it(bag, tmp_path):
