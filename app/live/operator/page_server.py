@@ -271,9 +271,7 @@ class PageRequest(Replies):
 
     def _has_token(self) -> bool:
         shown = self.headers.get("X-Token") or self._of_cookie()
-        if has := secrets.compare_digest(shown.encode(), self.server.token.encode()):
-            self.server.keep(self.connection)
-        return has
+        return secrets.compare_digest(shown.encode(), self.server.token.encode())
 
     def _of_cookie(self) -> str:
         try:

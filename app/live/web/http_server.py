@@ -1,44 +1,59 @@
-"""HTTP servers on a thread of their own: for the control page, the web viewer and recordings.
+"""HTTP servers for the control page, the web viewer and recordings.
 
-Connections that say nothing keep nobody out: when there are too many, the oldest of a client that
-has not presented the token is ended. One that has is never ended for another.
+One thread reads requests, and a whole one gets a thread of its own; but of strangers, of readers
+with the token and of buttons only so many a second, and others are refused at once. So a flood
+leaves the loop its time, and strangers keep nobody out who has the token.
 """
 
+import re
 import shutil
 import socket
 import threading
+from _thread import start_new_thread  # which does not wait for the thread to run
 from collections.abc import Mapping
 from contextlib import suppress
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from io import BytesIO
+from multiprocessing.connection import wait
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from app.live.web.viewer_files import ANCESTORS, read_file, viewer_policy
+from hw import stopwatch
 
-MOST_CONNECTIONS = 64  # at a time; each has a thread
-_PACE = 0.004  # between new connections, so that a flood of them leaves the loop its time [s]
+MOST_CONNECTIONS = 64  # of a kind that have a thread
+_MOST_UNREAD = 256  # connections that have not said all
 RECORDING = "recording.rrd"
-_PATIENCE = 10.0  # a client that is silent for so long is disconnected [s]
+_AT_ONCE = 64  # new connections
+_PACE = 0.004  # pause after reading, and before each answer, for the loop [s]
+_RATE, _BURST = 50.0, 100.0  # requests of a kind, a second and after silence
+_BUSY = b"HTTP/1.0 503 Busy\r\nRetry-After: 1\r\nContent-Length: 0\r\n\r\n"
+_LENGTH = re.compile(rb"\r\ncontent-length: *(\d{1,6})", re.IGNORECASE)
+_LONGEST = 1 << 17  # request [bytes]
+_PATIENCE = 10.0  # a client that takes nothing for so long is disconnected [s]
 _POLL = 0.1  # interval of checking whether to end [s]
 
 
 class BoundedServer(ThreadingHTTPServer):
-    """Serves from construction to `close`, with a bounded number of threads.
+    """Serves from construction to `close`, with a bounded number of threads and requests a second.
 
     `port` None takes the usual one, or a free one if that is taken. Raises OSError: the port is not
     available.
     """
 
     daemon_threads = True
-    request_queue_size = 4 * MOST_CONNECTIONS
+    request_queue_size = 1024
+    token = ""
 
     def __init__(
         self, host: str, port: int | None, usual: int, handler: type[BaseHTTPRequestHandler]
     ) -> None:
-        self._open: dict[socket.socket, bool] = {}  # oldest first: whether it is of a stranger
-        self._lock = threading.Lock()
+        kinds = ("stranger", "reader", "button")
+        self._rooms = {kind: threading.Semaphore(MOST_CONNECTIONS) for kind in kinds}
+        self._left = dict.fromkeys(kinds, (_BURST, 0.0))  # requests, and when that was [s]
+        self._turn, self._over = threading.Lock(), threading.Event()
         try:
             super().__init__((host, usual if port is None else port), handler)
         except OSError:
@@ -46,48 +61,90 @@ class BoundedServer(ThreadingHTTPServer):
                 raise
             super().__init__((host, 0), handler)
         self.port = int(self.server_port)
-        self._thread = threading.Thread(
-            target=self.serve_forever, args=(_POLL,), name="web server", daemon=True
-        )
+        self._thread = threading.Thread(target=self._serve, name="web server", daemon=True)
         self._thread.start()
 
     def close(self) -> None:
         """Stop serving."""
-        self.shutdown()
-        self.server_close()
+        self._over.set()
         self._thread.join()
+        self.server_close()
 
-    def keep(self, request: socket.socket) -> None:
-        """Never end this connection for another: the client has presented the token."""
-        with self._lock:
-            self._open[request] = False
+    def _serve(self) -> None:
+        self.socket.setblocking(False)
+        unread: dict[Any, bytes] = {}  # beginnings of requests; the last that grew is at the end
+        while not self._over.wait(_PACE):
+            ready: list[Any] = wait([self.socket, *unread], _POLL)
+            if self.socket in ready:
+                ready.remove(self.socket)
+                ready += self._accepted()
+            for one in ready:
+                said, part = unread.pop(one, b""), _received(one)
+                if part is None or len(said) > _LONGEST:
+                    one.close()
+                elif _is_whole(said + part):
+                    self.process_request((said + part, one), None)
+                else:
+                    unread[one] = said + part
+            for one in list(unread)[:-_MOST_UNREAD]:
+                one.close()
+                del unread[one]
+            self.service_actions()
+        for one in unread:
+            one.close()
 
-    def process_request(self, request: Any, client_address: Any) -> None:
-        """Serve a connection on its own thread, if necessary instead of a stranger's."""
-        with self._lock:
-            oldest = None
-            if len(self._open) >= MOST_CONNECTIONS:
-                oldest = next((one for one, strange in self._open.items() if strange), request)
-                self._open.pop(oldest, None)
-            if oldest is not request:
-                self._open[request] = True
-        threading.Event().wait(_PACE)
-        if oldest is not None:
-            with suppress(OSError):  # the client has ended it meanwhile
-                oldest.shutdown(socket.SHUT_RDWR)
-        if oldest is request:
-            self.shutdown_request(request)
+    def _accepted(self) -> list[socket.socket]:
+        found: list[socket.socket] = []
+        with suppress(OSError):  # no more have come, or no files are left
+            while len(found) < _AT_ONCE:
+                found.append(self.socket.accept()[0])
+        return found
+
+    def process_request(self, request: Any, client_address: object) -> None:
+        """Answer on a thread, or refuse; `request` is what was said, and the connection."""
+        said, one = request
+        known = self.token and self.token.encode() in said
+        kind = "stranger" if not known else "button" if said.startswith(b"POST") else "reader"
+        now, room = stopwatch(), self._rooms[kind]
+        left, then = self._left[kind]
+        left = min(_BURST, left + _RATE * (now - then))
+        if may := left >= 1.0 and room.acquire(blocking=False):
+            start_new_thread(self.process_request_thread, (request, room))
         else:
-            super().process_request(request, client_address)
+            with suppress(OSError):  # the client has gone
+                one.send(_BUSY, socket.MSG_DONTWAIT)
+            one.close()
+        self._left[kind] = left - may, now
+
+    def process_request_thread(self, request: Any, client_address: Any) -> None:
+        """Answer when it is the turn of this one, and leave its room."""
+        with self._turn:
+            self._over.wait(_PACE)
+        super().process_request_thread(request, None)
+        client_address.release()
 
     def shutdown_request(self, request: Any) -> None:
         """End a connection."""
-        with self._lock:
-            self._open.pop(request, None)
-        super().shutdown_request(request)
+        super().shutdown_request(request[1])
 
     def handle_error(self, request: object, client_address: object) -> None:
         """Ignore a browser that disconnects in the middle of a reply."""
+
+
+def _received(one: socket.socket) -> bytes | None:
+    """What has come; None if no more will."""
+    try:
+        return one.recv(_LONGEST, socket.MSG_DONTWAIT) or None
+    except BlockingIOError:
+        return b""
+    except OSError:
+        return None
+
+
+def _is_whole(request: bytes) -> bool:
+    head, end, body = request.partition(b"\r\n\r\n")
+    length = _LENGTH.search(head)
+    return bool(end) and len(body) >= int(length[1] if length else 0)
 
 
 class Replies(BaseHTTPRequestHandler):
@@ -95,6 +152,12 @@ class Replies(BaseHTTPRequestHandler):
 
     policy = "default-src 'none'"
     timeout = _PATIENCE
+
+    def setup(self) -> None:
+        """Take the request, which has come already."""
+        said, self.request = self.request
+        super().setup()
+        self.rfile = BytesIO(said)
 
     @property
     def asked(self) -> str:

@@ -1,6 +1,7 @@
-"""The control page among strangers: connections that say nothing, odd and random requests."""
+"""The control page among strangers: many connections and requests, odd and random ones."""
 
 import http.client
+import os
 import random
 import socket
 import threading
@@ -51,7 +52,7 @@ class Strangers:
 
 @pytest.mark.parametrize(("number", "says"), [(60, b"P"), (150, b"")])
 def test_connections_that_say_nothing_do_not_keep_a_person_out(number, says):
-    control, before = Control(), threading.active_count()
+    control, before = Control(), threads()
     with PageServer() as server:
         server.serve(ControlPage(control, TREE, inject=print, clear=print))
         server.page.show(moment(0), changed=True)
@@ -62,7 +63,30 @@ def test_connections_that_say_nothing_do_not_keep_a_person_out(number, says):
                 assert client.getresponse().status == 200
                 client.close()
             assert control.state.paused
-            assert threading.active_count() - before <= MOST_CONNECTIONS + 8
+            assert threads() - before <= MOST_CONNECTIONS + 8
+
+
+def threads() -> int:
+    return len(os.listdir("/proc/self/task"))
+
+
+def test_too_many_requests_are_refused_at_once_and_a_person_is_heard():
+    control = Control()
+    with PageServer() as server:
+        server.serve(ControlPage(control, TREE, inject=print, clear=print))
+        for line, status in (
+            (b"GET /state HTTP/1.1\r\n\r\n", b"403"),
+            (request(server, b"GET /state HTTP/1.1"), b"200"),
+        ):
+            asked = []
+            for _ in range(300):
+                asked.append(socket.create_connection(("127.0.0.1", server.port)))
+                asked[-1].sendall(line)
+            assert {one.recv(12)[9:] for one in asked} == {status, b"503"}
+            for one in asked:
+                one.close()
+        assert b" 200 " in sent(server, request(server, b"POST /pause HTTP/1.1"))
+        assert control.state.paused
 
 
 def sent(server: PageServer, data: bytes) -> bytes:
