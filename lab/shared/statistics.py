@@ -1,28 +1,20 @@
 """Shares, means and differences with 95 % confidence intervals."""
 
 from collections.abc import Callable, Sequence
-from math import sqrt
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-_Z = 1.96  # quantile of the normal distribution for 95 %
 _DRAWS = 10_000  # of a bootstrap
-
-
-def share(outcomes: Sequence[bool]) -> float | None:
-    """Share of good outcomes; None without outcomes."""
-    return sum(outcomes) / len(outcomes) if outcomes else None
 
 
 def interval(outcomes: Sequence[bool]) -> tuple[float, float]:
     """95 % confidence interval of the share of good outcomes (Wilson, 1927)."""
-    n, z = len(outcomes), _Z
-    p = sum(outcomes) / n
-    centre = (p + z * z / (2 * n)) / (1 + z * z / n)
-    half = z / (1 + z * z / n) * sqrt(p * (1 - p) / n + z * z / (4 * n * n))
-    return max(0.0, centre - half), min(1.0, centre + half)
+    from scipy.stats import binomtest
+
+    found = binomtest(int(sum(outcomes)), len(outcomes)).proportion_ci(method="wilson")
+    return float(found.low), float(found.high)
 
 
 def percent(outcomes: Sequence[bool]) -> str:

@@ -20,7 +20,6 @@ from py_trees.common import Status
 from behaviours import Leaf, OpenGripper, ToolPose
 from behaviours.grasp import Grasp
 from behaviours.navigate import Navigate
-from behaviours.retreat_check import RetreatCheck
 from controller import PoseGoal
 from hw.sim import Motion
 
@@ -73,31 +72,6 @@ def test_the_base_stops_before_the_arm_is_at_its_end(robot):
     assert max(position for position, _ in leaf.errors) < 0.01
     moved = pin.log6(then.actInv(harness.robot.read().wTb)).vector
     assert np.abs(moved).max() < 0.05 * 2.0
-
-
-def saved_on_the_way_to(*place: float) -> float:
-    """How much sooner the hand is there with its object if the base sets out before [s]."""
-    there = ToolPose(name="there", mTe=looking_down(*place, 0.8))
-    times = []
-    for onward in (None, there):
-        harness = over_the_table(block(half=(0.03, 0.02, 0.025)))  # gripped without a turn
-        context = harness.context
-        for leaf in (
-            Grasp("grasp", context, within=ON_TABLE, next_goal=onward),
-            RetreatCheck("retreat_check", context, rise_m=0.1, next_goal=onward),
-            Navigate("navigate", context, to=there),
-        ):
-            assert harness.run(leaf) is Status.SUCCESS
-        times.append(harness.clock.now())
-    standing, on_the_move = times
-    return standing - on_the_move
-
-
-@pytest.mark.slow
-def test_a_grasp_on_the_move_saves_time_on_average():
-    """Straight back saves nothing: joint 1 has as far to turn back as the base was ahead."""
-    places = ((-3.0, 1.5), (-3.0, -1.5), (-1.0, 0.0), (1.0, -2.0))
-    assert np.mean([saved_on_the_way_to(*place) for place in places]) > 0.2
 
 
 @pytest.mark.slow

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from recorded_runs import fault
+
 from app.core import ScheduledFault
 
 HEAD = """\
@@ -32,10 +34,6 @@ class Case:
     faults: tuple[ScheduledFault, ...] = ()
     since: tuple[float, float] = (0.0, 60.0)
     """Between which times the cause is [s]."""
-
-
-def fault(name: str, **when) -> ScheduledFault:
-    return ScheduledFault(fault=name, **when)
 
 
 PICK = """

@@ -27,23 +27,6 @@ def measured(tmp_path, task: str, *options: object) -> dict:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("world", ["kinematic", "physics"])
-def test_one_row_a_seed_whatever_the_number_of_processes(tmp_path, world):
-    if world == "physics":
-        pytest.importorskip("mujoco", reason="needs the extra `physics`")
-    options = ("--world", world, "--seeds", "2-3", "--workers")
-    kept = measured(tmp_path, QUICK, *options, 1)
-    assert [(run["seed"], run["world"]) for run in kept["runs"]] == [(2, world), (3, world)]
-    assert kept["machine"]
-    assert {run["placed"] for run in kept["runs"]} == {0}
-    assert "0 of 2" in kept["stdout"]
-    if world == "physics":
-        other = measured(tmp_path, QUICK, *options, 2)
-        durations = [[run["duration_s"] for run in one["runs"]] for one in (kept, other)]
-        assert durations[0] == durations[1]
-
-
-@pytest.mark.slow
 def test_the_base_keeps_the_given_limits(tmp_path):
     speeds = ("--base-speed", 1.0, "--reverse-speed", 0.5)
     kept = measured(tmp_path, BACK, "--seeds", "0", "--workers", 1, *speeds)
@@ -67,18 +50,6 @@ def test_bad_options_are_refused_before_anything_runs(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_the_figures_of_an_object_that_was_really_carried(tmp_path):
-    kept = measured(tmp_path, "pick_one", "--seeds", "0", "--workers", 1)
-    assert "15.6" in kept["stdout"]  # the paper's figures
-    (row,) = kept["results"]
-    assert (row["motion"], row["objects"], row["placed"], row["attempts"]) == ("holistic", 1, 1, 1)
-    assert row["first_attempt_rate"] == 1.0
-    assert row["failures_by_cause"] == {}
-    assert 0.5 < row["grasp_time_mean_s"] < row["pick_place_time_mean_s"] < 20.0
-    assert 3.0 < row["distance_per_object_m"] < 9.0
-
-
-@pytest.mark.slow
 def test_causes_of_failures_are_counted_without_numbers(tmp_path):
     late = QUICK.replace("{to: near}", "{to: near, timeout_s: 0.2}, retry: 3")
     (row,) = measured(tmp_path, late, "--seeds", "0", "--workers", 1)["results"]
@@ -93,9 +64,15 @@ def test_both_motion_forms_beside_each_other(tmp_path):
     kept = measured(tmp_path, "pick_one", "--seeds", "0", "--motion", "both", "--workers", 1)
     holistic, planning = kept["results"]
     assert (holistic["motion"], planning["motion"]) == ("holistic", "planning")
-    assert holistic["placed"] == planning["placed"] == 1
+    for row in (holistic, planning):
+        assert (row["objects"], row["placed"], row["attempts"]) == (1, 1, 1)
+        assert row["first_attempt_rate"] == 1.0
+        assert row["failures_by_cause"] == {}
+        assert 0.5 < row["grasp_time_mean_s"] < row["pick_place_time_mean_s"] < 30.0
+        assert 3.0 < row["distance_per_object_m"] < 9.0
     assert holistic["pick_place_time_mean_s"] < planning["pick_place_time_mean_s"]
     assert "planning / holistic" in kept["stdout"]
+    assert "15.6" in kept["stdout"]  # the paper's figures
 
 
 @pytest.mark.slow
