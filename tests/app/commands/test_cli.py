@@ -86,22 +86,12 @@ def test_a_task_that_fails_ends_with_1_and_names_the_node(tmp_path, task):
 # bad input: one line with place and hint, exit code 2, nothing moved
 
 
-@pytest.mark.parametrize(
-    ("line", "place", "said"),
-    [
-        ("navigat: {to: near}", "9:7", "did you mean `navigate`"),
-        ("navigate: {to: near, timeout_s: soon}", "9:39", "`timeout_s`"),
-        ("navigate: {to: [near}", "9:27", ""),
-    ],
-)
-def test_a_mistake_in_the_task_is_one_located_line(tmp_path, task, line, place, said):
-    tree = task(line)
+def test_a_mistake_in_the_task_is_one_located_line(tmp_path, task):
+    tree = task("navigat: {to: near}")
     code, out, err = run(tmp_path, tree)
-    assert code == 2
-    assert err.startswith(f"{tree}:{place}: ")
-    assert said in err
-    assert err.count("\n") == 1
-    assert "Traceback" not in out + err
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert err.startswith(f"{tree}:9:7: ")
+    assert "did you mean `navigate`" in err
     assert not (tmp_path / "runs").exists()
 
 
@@ -122,11 +112,6 @@ def test_a_wrong_option_is_one_line_that_helps(tmp_path, task, options, said):
     assert said in err
     assert err.count("\n") == 1
     assert not (tmp_path / "runs").exists()
-
-
-def test_an_unknown_task_gets_a_suggestion(tmp_path):
-    code, _, err = run(tmp_path, "pick_plaice")
-    assert (code, "did you mean `pick_place`" in err) == (2, True)
 
 
 def test_a_folder_that_cannot_be_written_is_said_before_anything_moves(tmp_path, task):

@@ -57,12 +57,3 @@ def test_a_hand_that_was_not_homed_is_homed_by_a_run_alone(tmp_path):
             robot.connect()
         robot.close()
         assert link.do("arm tell")["homings"] == 1
-
-
-@pytest.mark.slow
-def test_a_firewall_is_told_and_nothing_good_beside_it(tmp_path):
-    path = robot_file(tmp_path)
-    with emulated(path, "single", 1, "udp-blocked"):
-        bad = bad_of(path)
-        assert "firewall" in bad["arm"]
-        assert "firewall" in bad["gripper"]
