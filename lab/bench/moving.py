@@ -1,7 +1,7 @@
 """Following goals that keep moving: the error after catching up.
 
 Every goal moves at a constant speed at constant height; the paths differ in how they turn. The tool
-points down, and its yaw is fixed or follows the path.
+points down, and does not turn.
 """
 
 from collections.abc import Sequence
@@ -32,7 +32,6 @@ class Following:
     """A goal to follow."""
 
     path: str
-    along: bool  # whether the yaw of the tool follows the path, or is fixed
     known: bool  # whether the controller is given the velocity of the goal
 
 
@@ -43,7 +42,6 @@ class Followed:
     robot: str
     base_speed: float
     path: str
-    along: bool
     known: bool
     error_max_mm: float
     limit_violations: int
@@ -63,10 +61,9 @@ def moving_goal(following: Following, period: float) -> GoalAt:
 
     def goal_at(time: float) -> PoseGoal:
         k = round(time / period)
-        yaw, rate = (heading[k], turn[k]) if following.along else (0.0, 0.0)
         c, s = np.cos(heading[k]), np.sin(heading[k])
-        twist = np.array([_SPEED * c, _SPEED * s, 0.0, 0.0, 0.0, rate])
-        wTe = SE3(pin.rpy.rpyToMatrix(np.pi, 0.0, yaw), _START + np.array([*places[k], 0.0]))
+        twist = np.array([_SPEED * c, _SPEED * s, 0.0, 0.0, 0.0, 0.0])
+        wTe = SE3(pin.rpy.rpyToMatrix(np.pi, 0.0, 0.0), _START + np.array([*places[k], 0.0]))
         return PoseGoal(wTe=wTe, twist=twist if following.known else None)
 
     return goal_at
@@ -116,7 +113,6 @@ def _follow(task: tuple[Configuration, Following]) -> Followed:
         robot=configuration.robot,
         base_speed=float(model.limits.base_twist[0]),
         path=following.path,
-        along=following.along,
         known=following.known,
         error_max_mm=1e3 * float(motion.position_error[first:].max()),
         limit_violations=trial.limit_violations,
@@ -133,7 +129,6 @@ def moving_table(rows: Sequence[Followed]) -> Table:
             "robot": lambda row: row.robot,
             "base m/s": lambda row: f"{row.base_speed:.1f}",
             "path": lambda row: row.path,
-            "yaw": lambda row: "along" if row.along else "fixed",
             "velocity": lambda row: "given" if row.known else "estimated",
         },
         {

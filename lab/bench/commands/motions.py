@@ -198,12 +198,7 @@ def moving(
     from lab.bench.moving import PATHS, Following, moving_table, run_following
 
     check_writable(json)
-    followings = [
-        Following(path=path, along=along, known=known)
-        for path in PATHS
-        for along in (False, True)
-        for known in (True, False)
-    ]
+    followings = [Following(path=path, known=known) for path in PATHS for known in (True, False)]
     rows = []
     for name in chosen_robots(robot):
         configuration = Configuration(robot=name, base_speed=1.0)
