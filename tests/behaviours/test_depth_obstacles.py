@@ -4,18 +4,15 @@ import numpy as np
 import pytest
 from harness import TABLE_TOP, ByHand, Harness, block, looking_down
 from pinocchio import SE3
+from solid_world import box
 
 from behaviours import DepthObstacles
 from controller import BaseGoal, PoseGoal
 from hw import TaskTime
 from hw.sim import World
-from robots import Box, Geom, Plane
+from robots import Geom, Plane
 
 FLOOR = Geom(Plane(), SE3.Identity(), "floor")
-
-
-def box(name, centre, half) -> Geom:
-    return Geom(Box(half), SE3(np.eye(3), np.array(centre, dtype=float)), name)
 
 
 TABLE = box("table", (0.9, 0.0, 0.25), (0.4, 0.6, 0.25))

@@ -7,6 +7,7 @@ import pytest
 from harness import TABLE_TOP, Harness, block, looking_down, place, table_world
 from pinocchio import SE3
 from py_trees.common import Status
+from solid_world import box
 
 from behaviours import Region
 from behaviours.core.motion import Progress
@@ -19,7 +20,7 @@ from behaviours.retreat_check import RetreatCheck
 from controller import PoseGoal
 from hw import TaskTime
 from hw.sim import World
-from robots import Box, Geom
+from robots import Geom
 
 HIGH = 0.9
 ON_HIGH = Region(
@@ -27,10 +28,6 @@ ON_HIGH = Region(
     mTr=SE3(np.eye(3), np.array([0.0, 2.0, HIGH + 0.1])),
     size=np.array([0.6, 0.4, 0.2]),
 )
-
-
-def box(name: str, centre: tuple[float, float, float], half: tuple[float, float, float]) -> Geom:
-    return Geom(Box(half), SE3(np.eye(3), np.array(centre)), name)
 
 
 def held_among(*fixtures: Geom) -> Harness:

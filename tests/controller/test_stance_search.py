@@ -5,6 +5,7 @@ import pinocchio as pin
 import pytest
 from motion import READY, State, move, tool_pose
 from pinocchio import SE3
+from solid_world import box
 
 from controller import (
     Command,
@@ -26,10 +27,6 @@ from controller.stance.stance import Stance
 from robots import Box, Capsule, Geom
 
 ORIGIN = Pose2D(0.0, 0.0, 0.0)
-
-
-def box(name: str, centre: tuple[float, float, float], half: tuple[float, float, float]) -> Geom:
-    return Geom(Box(half), SE3(np.eye(3), np.array(centre)), name)
 
 
 TABLE = (

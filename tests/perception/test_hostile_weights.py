@@ -6,22 +6,13 @@ from pathlib import Path
 
 import pytest
 import torch
+from bomb import Bomb
 from safetensors.torch import load_file, save_file
 
 from perception.grasps.network_input import WeightsError
 from perception.networks.weights import load_network
 
 SHIPPED = Path("perception/weights")
-
-
-class Bomb:
-    """Makes a file when it is unpickled."""
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-
-    def __reduce__(self):
-        return open, (str(self.path), "w")
 
 
 def tensors(change):

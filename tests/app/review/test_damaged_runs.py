@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bomb import Bomb
 from command_line import call
 
 from app.core import RunOptions, run_task
@@ -21,16 +22,6 @@ tree:
     - wait: {duration_s: 0.1}
     - drive: {forward_m: 9, timeout_s: 0.3}
 """
-
-
-class Bomb:
-    """Makes a file when it is unpickled."""
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-
-    def __reduce__(self):
-        return open, (str(self.path), "w")
 
 
 def replaced(content: bytes | str) -> Damage:
