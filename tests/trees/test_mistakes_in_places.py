@@ -183,25 +183,6 @@ walkers: [{name: Ada, way: [[1, 1], [1, 1]]}]
     assert places == ["1:1:", "2:21:", "2:46:", "3:18:", "3:29:", "3:46:", "4:28:"]
 
 
-def test_items_that_do_not_fit_are_told_at_once(tmp_path):
-    path = tmp_path / "scene.yaml"
-    path.write_text(
-        """\
-container: {centre: [3, 0]}
-table: {centre: [0, 1.6]}
-objects:
-  items:
-    - {kind: box, at: [3, 0.5]}
-    - {kind: can, at: [3, 0]}
-    - {kind: can, at: [3, 0.01]}
-"""
-    )
-    first, second = check(path)
-    assert "it does not fit into the container" in str(first)
-    assert (first.location.line, second.location.line) == (5, 7)
-    assert "it overlaps can 2" in str(second)
-
-
 @pytest.mark.parametrize(("named", "code"), [("scene: single\n", 2), ("", 0)])
 def test_a_run_refuses_what_check_refuses_and_warns_in_other_scenes(tmp_path, named, code):
     path = tmp_path / "t.yaml"
