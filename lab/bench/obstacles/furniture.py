@@ -99,17 +99,3 @@ def random_object(name: str, rng: np.random.Generator) -> Geom:
 def placed(parts: Sequence[Geom], wTo: SE3) -> list[Geom]:
     """The parts of one piece, in the world."""
     return [part.moved(wTo) for part in parts]
-
-
-def half_extents(geom: Geom) -> Array:
-    """(3,) of the box around a piece, along its own axes [m].
-
-    Raises ValueError: it is neither a box nor a cylinder.
-    """
-    match geom.shape:
-        case Box(half):
-            return np.array(half)
-        case Cylinder(radius, half):
-            return np.array([radius, radius, half])
-        case _:
-            raise ValueError(f"not furniture: {type(geom.shape).__name__}")

@@ -18,11 +18,10 @@ from scipy.ndimage import label
 
 from controller import Array, RobotModel
 from lab.bench.contacts import ContactChecker
-from lab.bench.obstacles.furniture import half_extents
 from lab.bench.obstacles.judge import Judge
 from lab.bench.obstacles.robot_shapes import RobotShapes
 from lab.bench.obstacles.shapes import signed_distance
-from robots import Geom
+from robots import Geom, half_extents
 
 FOLDED = np.array([0.0, -1.2, 0.0, -2.0, 0.0, 1.1, np.pi / 4.0])
 """Joint positions in which no part of the arm leaves the circle around the base [rad]."""
@@ -126,7 +125,7 @@ class Paths:
         """Distance of the circle around the base to the outlines of the fixtures (...,) [m]."""
         room = np.full(places.shape[:-1], np.inf)
         for fixture in self._fixtures:
-            z, half = float(fixture.pose.translation[2]), half_extents(fixture)[2]
+            z, half = float(fixture.pose.translation[2]), half_extents(fixture.shape)[2]
             if z - half < _TALL and z + half > 0.0:
                 points = np.zeros((*places.shape[:-1], 3))
                 points[..., :2] = places - fixture.pose.translation[:2]

@@ -16,7 +16,6 @@ from lab.bench.contacts import ContactChecker
 from lab.bench.evaluation import Evaluator
 from lab.bench.obstacles.furniture import (
     TABLE_HEIGHT,
-    half_extents,
     placed,
     pose,
     random_furniture,
@@ -28,7 +27,7 @@ from lab.bench.obstacles.furniture import (
 from lab.bench.obstacles.judge import Judge
 from lab.bench.obstacles.reachability import STANCE_MARGIN, Paths, Stance, draw_postures, stance_at
 from lab.bench.obstacles.walkers import Walker
-from robots import Cylinder, Geom
+from robots import Cylinder, Geom, half_extents
 
 FAMILIES = ("room", "shelf", "table", "walkers")
 
@@ -127,7 +126,7 @@ class WorldMaker:
 
         def draw() -> Stance | None:
             near = pieces[rng.integers(len(pieces))][0]
-            half = half_extents(near)
+            half = np.array(half_extents(near.shape))
             if rng.random() < 0.5:
                 x, y = rng.uniform(-half[:2], half[:2])
                 point = near.pose.act(np.array([x, y, half[2] + rng.uniform(0.06, 0.30)]))
@@ -257,7 +256,7 @@ def _walks_free(walker: Walker, where: Array, fixtures: list[Geom]) -> bool:
     reach = np.array(
         [
             np.hypot(*(where - fixture.pose.translation)[:, :2].T).min()
-            - np.hypot(*half_extents(fixture)[:2])
+            - np.hypot(*half_extents(fixture.shape)[:2])
             for fixture in fixtures
         ]
     )
