@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from everything import write_everything
+
 from trees.draw import tree_text
 from trees.language import load
 
@@ -28,3 +30,10 @@ def test_the_text_has_a_line_a_node_with_name_arguments_and_modifiers(tmp_path):
         "│  └─ • open_gripper\n"
         "└─ • navigate  to: home  speed_m_s: 0.5  [once]  [while: arm_healthy]\n"
     )
+
+
+def test_a_task_with_every_word_can_be_drawn(tmp_path):
+    task = load(write_everything(tmp_path), open_parameters=True)
+    text = tree_text(task.root)
+    assert all(name in text for name in ("▣", "cases: ", " → $", "[while: "))
+    assert text.count("\n") == len(text.splitlines())
