@@ -5,10 +5,7 @@ keeps its last measured gap, less the largest possible motion of both since then
 again only where nothing is left of it.
 """
 
-from __future__ import annotations
-
-from collections.abc import Sequence
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import coal
 import numpy as np
@@ -21,8 +18,8 @@ from hw.sim.robot_shapes import (
     FINGERS,
     HAND,
     HELD,
-    Hand,
     Member,
+    finger_side,
     frames,
     held_members,
     members,
@@ -30,7 +27,7 @@ from hw.sim.robot_shapes import (
 from hw.sim.sim_object import SimObject
 from hw.sim.walker import Walker
 from hw.sim.world import World
-from robots import Array, Geom, GripperDescription, Plane, bounding_radius, coal_geometry
+from robots import Array, Plane, bounding_radius, coal_geometry
 
 Movable: TypeAlias = SimObject | Walker
 
@@ -76,7 +73,6 @@ class Collisions:
         self._model = model
         self._world = world
         self._own = members(model.description)
-        self._palm = next(i for i, row in enumerate(self._own) if row.part == HAND)
         self._take(self._own)
         self._shapes = list(world.fixtures)
         self._things: list[_Thing] = []
@@ -98,20 +94,21 @@ class Collisions:
                     self._gaps[row, column] = np.inf  # it stands there
         self._held: SimObject | None = None
         self._eTo: SE3 | None = None
-        self._before: tuple[Array, float] | None = None
+        self._before: Array | None = None  # the poses of the last `find`
 
     def find(self, wTb: SE3, q: Array, width: float) -> list[Contact]:
         """The contacts, the deepest one of each part with each thing.
 
         The robot is at q (j,) [rad], its pads `width` apart [m].
         """
-        placed = frames(self._model, wTb, q)
-        here = np.array([frame.homogeneous for frame in placed])
+        here = np.array([frame.homogeneous for frame in frames(self._model, wTb, q)])
+        placed = here[self._frame] @ (self._at + width * self._opens)
         if self._before is not None:
-            self._gaps -= self._travel(here - self._before[0], width - self._before[1])
-        self._before = here, width
+            self._gaps -= self._travel(placed - self._before)
         if self._world.held is not self._held or self._world.eTo is not self._eTo:
             self._update_held(self._world.held)
+            placed = here[self._frame] @ (self._at + width * self._opens)
+        self._before = placed
         for thing in self._things:
             if thing.one is not self._held and thing.one.pose != thing.seen:
                 self._gaps[:, thing.columns] -= thing.travel()
@@ -119,38 +116,40 @@ class Collisions:
                     pose = thing.one.pose * self._shapes[column].pose
                     self._placed[column] = transform(pose)
         due = np.argwhere(self._gaps < 0.0).tolist()
-        own = _Placement(placed, self._model.description.gripper, width, self._palm)
-        return self._measure(due, own) if due else []
+        return self._measure(due, placed) if due else []
 
     def _take(self, rows: list[Member]) -> None:
         """Check these shapes of the robot."""
         self._rows = rows
         self._frame = np.array([row.frame for row in rows])
-        self._centre = np.array([[*row.geom.pose.translation, 1.0] for row in rows])[:, :, None]
-        self._opens = np.array([0.5 * (row.part == FINGERS) for row in rows])
-        radius = np.array([bounding_radius(row.geom.shape) for row in rows])
-        self._radius = radius + self._opens * self._model.description.gripper.opening
+        self._radius = np.array([bounding_radius(row.geom.shape) for row in rows])
+        self._opens = np.zeros((len(rows), 4, 4))  # change of its pose by the width
+        for opens, row in zip(self._opens, rows, strict=True):
+            opens[1, 3] = 0.5 * finger_side(row)
+        opening = self._model.description.gripper.opening
+        self._at = np.array([row.geom.pose.homogeneous for row in rows]) - opening * self._opens
 
-    def _travel(self, change: Array, opened: float) -> Array:
-        """(M, 1) largest motion of a point of each shape [m].
+    def _travel(self, change: Array) -> Array:
+        """(M, 1) largest motion of a point of each shape [m], for changes (M, 4, 4) of its pose.
 
-        That of its centre, and the turn of its frame times its radius: `change` (F, 4, 4) are the
-        differences of the frames' matrices, of whose rotations sqrt(2) of a turn is the norm.
+        That of its centre, and its radius times the turn, by which no unit vector moves farther
+        than the root of half the squares of the change of the rotation matrix.
         """
-        centre = np.linalg.norm((change[self._frame] @ self._centre)[:, :3], axis=1)
-        turn = np.sqrt(0.5 * np.square(change[:, :3, :3]).sum(axis=(1, 2)))[self._frame]
-        travel: Array = centre + (turn * self._radius + self._opens * abs(opened))[:, None]
-        return travel
+        squares = np.square(change[:, :3])
+        centre, turn = squares[:, :, 3].sum(axis=1), 0.5 * squares[:, :, :3].sum(axis=(1, 2))
+        return np.asarray(np.sqrt(centre) + self._radius * np.sqrt(turn))[:, None]
 
-    def _measure(self, due: list[list[int]], own: _Placement) -> list[Contact]:
+    def _measure(self, due: list[list[int]], placed: Array) -> list[Contact]:
         found: dict[tuple[str, str], Contact] = {}
+        poses = placed[:, :3]
+        own = {row: coal.Transform3s(poses[row, :, :3], poses[row, :, 3]) for row, _ in due}
         result = coal.DistanceResult()
         for row, column in due:
             member = self._rows[row]
             result.clear()
             gap = coal.distance(
                 coal_geometry(member.geom.shape),
-                own.transform(row, member),
+                own[row],
                 self._geometries[column],
                 self._placed[column],
                 SIGNED,
@@ -181,28 +180,6 @@ class Collisions:
                 against[:, thing.columns] = np.inf
         self._take([*self._own, *extra])
         self._gaps = np.concatenate([gaps, against])
-
-
-class _Placement:
-    def __init__(
-        self, placed: Sequence[SE3], gripper: GripperDescription, width: float, palm: int
-    ) -> None:
-        self._frames, self._gripper = placed, gripper
-        self._width, self._palm = width, palm
-        self._hand: list[Geom] = []
-        self._known: dict[int, Any] = {}
-
-    def transform(self, row: int, member: Member) -> Any:
-        """Of a member, by its number."""
-        if row not in self._known:
-            frame = self._frames[member.frame]
-            if member.part in (HAND, FINGERS):
-                self._hand = self._hand or Hand(self._gripper, frame).shapes(self._width)
-                pose = self._hand[row - self._palm].pose
-            else:
-                pose = frame * member.geom.pose
-            self._known[row] = transform(pose)
-        return self._known[row]
 
 
 def _part_text(part: str, held: SimObject | None) -> str:

@@ -74,6 +74,11 @@ class Member:
     tolerance: float = HAND_TOLERANCE  # penetration below which a contact is no collision [m]
 
 
+def finger_side(member: Member) -> float:
+    """The side of a finger along y of the end effector; 0 for what is none."""
+    return SIDES[member.geom.name.split()[0]] if member.part == FINGERS else 0.0
+
+
 def members(robot: RobotDescription) -> list[Member]:
     """The collision shapes of a robot."""
     palm, *fingers = Hand(robot.gripper, SE3.Identity()).shapes(robot.gripper.opening)
