@@ -25,16 +25,12 @@ class PointCloud:
 
             self._tree = cKDTree(points, balanced_tree=False)
 
-    def nearest(self, places: Array, within: float) -> tuple[Array, npt.NDArray[np.int64]]:
-        """Distances (F,) from places (F, 3) to the nearest points [m], and their indices (F,).
-
-        Where no point is nearer than `within` [m] the distance is infinite and the index N.
-        """
-        if self._tree is None:
-            return np.full(len(places), np.inf), np.zeros(len(places), dtype=np.int64)
+    def nearest(self, places: Array) -> tuple[Array, npt.NDArray[np.int64]]:
+        """Distances (F,) from places (F, 3) to the nearest points [m], and their indices (F,)."""
+        assert self._tree is not None, "there are no points"
         if self._wTp is not None:
             places = (places - self._wTp.translation) @ self._wTp.rotation
-        distances, numbers = self._tree.query(places, distance_upper_bound=within)
+        distances, numbers = self._tree.query(places)
         return distances, numbers
 
     def moved(self, T: SE3) -> PointCloud:

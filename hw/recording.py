@@ -200,7 +200,7 @@ class RecordedRobot(RobotWrapper):
         return newest
 
     def _begin(self) -> None:
-        self._row[...] = self._empty
+        self._row = self._empty.copy()
         self._row["number"], self._turns = self._turns, self._turns + 1
         self._row["stopped"] = self._stopped
         self._is_open = True

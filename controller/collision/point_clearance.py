@@ -16,7 +16,6 @@ from controller.command import Array
 from controller.surroundings import PointCloud
 from robots import Box, Hull, Shape, from_rounded_boxes, rounded_box
 
-_FAR = 1.0  # points farther than this from a probe are ignored [m]
 _FACE = 0.4  # largest spacing of probes on the faces of boxes [m]
 _MAX_POINTS = 2  # number of nearest points that are kept for one shape
 
@@ -81,19 +80,18 @@ class PointClearance:
         assert cloud is not None
         R, origin = self._collision.poses(self._shape[body])
         places = (R @ self._places[some][:, :, None])[:, :, 0] + origin
-        distances, found = cloud.nearest(places, _FAR)
-        self._at_least[some] = at_least = np.minimum(distances, _FAR) - self._covers[some]
-        (near,) = np.nonzero(at_least <= self._matters[some])
-        some, body, R = some[near], body[near], R[near]
-        found = found[near]
+        distances, found = cloud.nearest(places)
+        self._at_least[some] = at_least = distances - self._covers[some]
+        near = at_least <= self._matters[some]
+        some, body, R, found = some[near], body[near], R[near], found[near]
         points = cloud.points[found]
         local = ((points - origin[near])[:, None, :] @ R)[:, 0]
         d, out = from_rounded_boxes(local, self._half[body], self._radius[body])
         kept = np.lexsort((found, d, body))
+        kept = kept[d[kept] <= self._matters[some[kept]]]
         # Probes of one shape may find the same point.
         kept = kept[_differs(found[kept], 1) | _differs(body[kept], 1)]
         kept = kept[_differs(body[kept], _MAX_POINTS)]
-        kept = kept[d[kept] <= self._matters[some[kept]]]
         n, p = (R[kept] @ out[kept][:, :, None])[:, :, 0], points[kept]
         return NearPoints(
             d[kept], lines_along(n, p), self._shape[body[kept]], self._kind[some[kept]]
