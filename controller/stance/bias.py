@@ -77,7 +77,9 @@ def bias_towards(
         remaining.joint_time / g.joint_speed,
     )
     base_weight *= g.base_weight
-    posture_weight = g.posture_weight * max(blend, g.min_posture)
+    slowness = _FAST * remaining.joint_time / max(remaining.max_joint_error, 1e-9)
+    slowness = min(max(1.0, slowness), _SLOWEST)
+    posture_weight = slowness * g.posture_weight * max(blend, g.min_posture)
     assert remaining.joint_error is not None
     joint_velocity = remaining.joint_error / duration
     if following is not None:
@@ -98,6 +100,9 @@ def bias_towards(
 
 
 _POSTURE_RATE = 1.0
+_FAST, _SLOWEST = 2.0, 4.0
+"""A posture draws an arm that is slower than this so much more, at most by this factor, that hand
+and manipulability do not hold it back [rad/s]."""
 _LONGEST_FOLD = 100.0  # largest time that the arm adapts to; infinite without a path [s]
 
 
