@@ -18,7 +18,7 @@ class Rule:
 
 FILE = Rule(
     "R101",
-    "A file is UTF-8 text of at most 64 kB, with one document.",
+    "A file is UTF-8 text of at most 256 kB, with one document.",
     "open_gripper\n---\ntree: open_gripper",
     "open_gripper",
 )

@@ -17,7 +17,7 @@ import yaml
 from config.diagnostics import Diagnostics, Hint, Location
 from config.rules import FILE, SYNTAX
 
-MAX_BYTES = 64_000  # a task of a thousand nodes is smaller
+MAX_BYTES = 256_000  # a task of a thousand nodes is smaller, and a robot with two arms
 MAX_DEPTH = 64
 
 Plain: TypeAlias = bool | int | float | str | None  # the value of a YAML scalar

@@ -68,8 +68,8 @@ def test_files_that_cannot_be_read(tmp_path):
         == f"{latin}:2:20: the file cannot be read: byte 0xfc is not UTF-8 text; save it as UTF-8"
     )
     large = tmp_path / "large.yaml"
-    large.write_text("#" * 64_001)
-    assert only(large) == f"{large}: the file is larger than 64 kB; split it into smaller files"
+    large.write_text("#" * 256_001)
+    assert only(large) == f"{large}: the file is larger than 256 kB; split it into smaller files"
 
 
 def test_what_nothing_uses_is_a_warning_and_the_task_still_loads(tmp_path):
