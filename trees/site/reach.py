@@ -27,6 +27,7 @@ _DEEP = 0.01  # penetration of furniture that counts [m]
 _NEAR = 0.03  # distance between a surface and the floor of a region that counts as none [m]
 _COLUMN = 0.12  # width of the foot of an arm [m]
 _SAME_TILT = radians(1.0)  # largest difference of tilts that are the same [rad]
+_RISES = (-0.05, 0.05, -0.1, 0.1, -0.15, 0.15)  # of a pose that are tried [m]
 _SPACING = 0.1  # between the tested points of a region's floor [m]
 
 
@@ -102,8 +103,13 @@ def why_no_stance_is_free(
     """Message and hint about a pose that the robot cannot reach among the furniture; else None."""
     if not fixtures or not isinstance(value, ToolPose):
         return None
-    why = why_no_stance(robot, value.wTe, tuple(fixtures))
-    return (f"out of reach in the scene: {why}", "move the pose, or the furniture") if why else None
+    why, hint = why_no_stance(robot, value.wTe, tuple(fixtures)), "move the pose, or the furniture"
+    for rise in _RISES if why else ():
+        moved = SE3(value.wTe.rotation, value.wTe.translation + np.array([0.0, 0.0, rise]))
+        if not why_no_stance(robot, moved, tuple(fixtures)):
+            hint = f"give it a height of {moved.translation[2]:.2f} m, or {hint}"
+            break
+    return (f"out of reach in the scene: {why}", hint) if why else None
 
 
 def why_not_come_to(
