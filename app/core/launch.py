@@ -41,8 +41,10 @@ def run_task(
     task = load(options.tree, overrides=options.parameters, places=options.places)
     options = replace(options, scene=options.scene or scene_of(task) or DEFAULT_SCENE)
     loading("the grasp network")
-    gripper = load_robot(options.robot).gripper
-    detector = GraspDetector(options.weights, gripper=gripper)
+    robot = load_robot(options.robot)
+    if robot.outdated:
+        tell(robot.outdated)
+    detector = GraspDetector(options.weights, gripper=robot.gripper)
     loading("the robot and its world")
     with ExitStack() as page:
         with open_setup(options, detector, beneath=instruments.beneath, announce=tell) as setup:

@@ -17,7 +17,7 @@ from pinocchio import SE3
 
 from config import ConfigError, read_config
 from robots.description import RobotDescription
-from robots.load import SHIPPED, load_robot
+from robots.load import IMPORTED, SHIPPED, load_robot
 from robots.schema import CameraFile, RobotFile
 from robots.shapes import GREY, Array, Geom, Hull
 from robots.urdf.arm import choose_arm, drive_of
@@ -132,7 +132,7 @@ class _Import:
         (folder / "parts").mkdir(parents=True, exist_ok=True)
         for name, content in contents.items():
             text = yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=100)
-            told = f"# Imported from {self._arm.urdf.path.name}. Lengths in m, angles in rad.\n"
+            told = f"{IMPORTED} {self._arm.urdf.path.name}. Lengths in m, angles in rad.\n"
             (folder / name).write_text(told + text, encoding="utf-8")
 
     def _base(self) -> tuple[dict[str, Any], SE3]:

@@ -47,7 +47,8 @@ def chosen_robots(robot: str) -> list[str]:
 
     if robot == BOTH:
         return ["frankie", "omni"]
-    load_robot(robot)
+    if outdated := load_robot(robot).outdated:
+        Terminal(stderr=True).say(outdated)
     return [robot]
 
 
