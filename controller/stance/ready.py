@@ -61,8 +61,9 @@ def ready_posture(robot: RobotDescription) -> Array:
         q[:, -1] = np.where(q[:, -1] < robot.limits.q_min[-1], q[:, -1] + 2.0 * np.pi, q[:, -1])
     inside = (q > robot.limits.q_min) & (q < robot.limits.q_max)
     R = forward_kinematics(robot, q).rotations
-    order = np.argsort(faults(q) + (1.0 - R[:, 0, 0]) + 10.0 * (~inside).any(axis=1))
+    order = np.argsort(faults(q) + (1.0 - R[:, 0, 0]))
     body = SelfCollision(model)
     rooms = np.array([body.clearance(q[number]) for number in order])
+    rooms -= (~inside[order]).any(axis=1)  # the last ones
     enough = np.flatnonzero(rooms > min(_CLEARANCE, float(rooms.max()) - 1e-9))
     return np.asarray(np.clip(q[order[enough[0]]], robot.limits.q_min, robot.limits.q_max))

@@ -76,7 +76,7 @@ def write_robot(
         except ConfigError as error:
             raise UrdfError(f"{source}: {str(error).splitlines()[0]}") from None
         found = ready(drafted)
-        robot.arm_file["ready"] = _rounded(found, 4)
+        robot.arm_file["ready"] = _rounded(found)
         turned = np.where(robot.slides, found, np.degrees(found))
         robot.notes.append(f"ready: {', '.join(f'{one:.3g}' for one in turned)} (deg, m)")
         robot.write(draft)

@@ -13,6 +13,7 @@ from controller import (
     ControllerSettings,
     HolisticController,
     PoseGoal,
+    RobotModel,
     SelfCollision,
     Surroundings,
     robot_model,
@@ -24,7 +25,7 @@ from controller.stance.bank_drawing import BANK, SEED, draw
 from controller.stance.posture_bank import bank
 from controller.stance.search import StanceSearch
 from controller.stance.tool_poses import forward_kinematics
-from robots import Box, Geom, load_robot, robot_names
+from robots import Box, Geom, at_pace, load_robot, robot_names
 
 READY = load_robot("frankie").arm.ready
 
@@ -48,6 +49,12 @@ def test_goals_where_the_qp_alone_gets_stuck_are_reached(position_and_angles):
     run = run_to(goal)
     assert run.arrived
     assert_within_limits(run, "frankie")
+
+
+def test_a_slow_arm_unfolds_past_its_singular_postures():
+    wTe = SE3(pin.rpy.rpyToMatrix(2.0454, -0.4784, -0.4301), np.array([-3.455, 1.714, 0.811]))
+    slow = HolisticController(RobotModel(at_pace(load_robot("frankie"), 0.3)))
+    assert run_to(precisely(wTe), seconds=25.0, controller=slow).arrived
 
 
 @pytest.mark.parametrize("robot", ["frankie", "omni"])

@@ -229,6 +229,15 @@ def test_foreign_robots_reach_goals_as_they_are(tmp_path, file):
         assert body.clearance(q) > 0.02  # the hand turns freely
 
 
+@pytest.mark.skipif(not EXAMPLES.is_dir(), reason="example-robot-data is not installed")
+def test_a_robot_with_two_arms_and_many_shapes_is_ready_within_its_limits(tmp_path):
+    file, out = EXAMPLES / "tiago_description/robots/tiago_dual.urdf", tmp_path / "dual"
+    write_robot(file, out, ImportOptions(), ready_posture)
+    robot = load_robot(out)
+    q, limits = robot.arm.ready, robot.limits
+    assert (np.minimum(q - limits.q_min, limits.q_max - q) > 0.01).all()
+
+
 def test_a_hull_holds_all_points_with_few_corners():
     ball = np.random.default_rng(0).normal(size=(5000, 3))
     ball *= 0.1 / np.linalg.norm(ball, axis=1, keepdims=True)
