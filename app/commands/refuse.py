@@ -22,10 +22,15 @@ class RefusingGroup(TyperGroup):
     """Commands whose user errors end as one line."""
 
     def invoke(self, ctx: Any) -> Any:
-        """Run a command; a `UserError` is refused."""
+        """Run a command; a `UserError` is refused, and so is one without a needed argument."""
         try:
             return super().invoke(ctx)
         except Exception as error:
+            missing: Any = error
+            if type(error).__name__ == "MissingParameter":  # of click, or of typer's copy of it
+                what = missing.param.opts[-1]
+                what = what if what.startswith("-") else what.upper()
+                refuse(f"{missing.ctx.command_path}: {what} is missing: {missing.param.help}")
             from config import UserError  # with pydantic, which `--help` does not need
 
             if not isinstance(error, UserError):

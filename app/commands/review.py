@@ -49,8 +49,10 @@ def _recording(run: str, runs: Path) -> Path:
 
 
 def film(
-    run: Annotated[str, typer.Argument(help="Folder of a run, a file in it, or `last`.")],
-    out: Annotated[Path, typer.Argument(help="The film, a .webp file.")],
+    run: Run = "last",
+    out: Annotated[
+        Path | None, typer.Argument(help="The film, a .webp file; by default beside the recording.")
+    ] = None,
     runs: Runs = Path("runs"),
     begin: Annotated[float, typer.Option("--from", help="First moment [s].", min=0.0)] = 0.0,
     end: Annotated[float, typer.Option("--to", help="Last moment [s].", min=0.0)] = 20.0,
@@ -60,6 +62,7 @@ def film(
     from config import counted
 
     recording = _recording(run, runs)
+    out = out or recording.with_suffix(".webp")
     begin, end = (recorded_time(recording.parent, moment) for moment in (begin, end))
     Terminal().say(f"{out}: {counted(make_film(recording, out, begin, end), 'picture')}")
 

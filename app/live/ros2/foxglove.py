@@ -35,7 +35,6 @@ except ModuleNotFoundError as error:
 
 USUAL_PORT = 8765  # Foxglove's default
 
-_ENCODINGS = {"ros2msg": "cdr", "jsonschema": "json", "protobuf": "protobuf"}  # by the schema's
 _PERIOD = 0.05  # interval of sending [s of real time]
 _PATIENCE = 5.0  # time to send the rest [s]
 
@@ -44,14 +43,12 @@ def _writer(
     run: ShownRun, schemas: Schemas = Schemas.ROS2
 ) -> tuple[Context, Callable[[Iterable[Snapshot]], None]]:
     """What writes the messages of a run, and the context whose sinks get them."""
-    those, encoded = {Schemas.ROS2: (_ROS2, cdr), Schemas.FOXGLOVE: (SCHEMAS, encode)}[schemas]
-    context, messages = Context(), Messages(run, encoded)
-    channels = {
-        topic: Channel(
-            topic, message_encoding=_ENCODINGS[one.encoding], schema=one, context=context
-        )
-        for topic, one in those.items()
-    }
+    own = schemas is Schemas.FOXGLOVE
+    context, messages = Context(), Messages(run, encode if own else cdr)
+    channels = {}
+    for topic, schema in (_ROS2 | SCHEMAS if own else _ROS2).items():
+        encoding = "protobuf" if schema.encoding == "protobuf" else "cdr"
+        channels[topic] = Channel(topic, message_encoding=encoding, schema=schema, context=context)
 
     def write(snapshots: Iterable[Snapshot]) -> None:
         for one in chain.from_iterable(map(messages.of, snapshots)):

@@ -1,13 +1,12 @@
-"""The messages of a run in Foxglove's own schemas, and in JSON where Foxglove has none."""
+"""The messages of a run in Foxglove's own schemas; where it has none, they stay those of ROS 2."""
 
-import json
 from collections.abc import Callable
 from typing import Any
 
 import foxglove.messages as fox
-from foxglove import Schema
 
 from app.live.ros2.markers import CUBE, CYLINDER, SPHERE
+from app.live.ros2.messages import cdr
 
 _Fields = dict[str, Any]
 
@@ -21,10 +20,9 @@ _PRIMITIVES: dict[int, tuple[str, Any, _Fields]] = {
 
 
 def encode(topic: str, fields: _Fields) -> bytes:
-    """Protobuf or JSON of the fields of a ROS 2 message; JSON has no stamps."""
-    if topic in _JSON:
-        told = {name: fields[name] for name in _JSON[topic]["properties"]}
-        return json.dumps(told, default=lambda _: None).encode()
+    """Protobuf of the fields of a ROS 2 message, or CDR where there is no schema."""
+    if topic not in _PROTOBUF:
+        return cdr(topic, fields)
     kind, made = _PROTOBUF[topic]
     return bytes(kind(**made(fields)).encode())
 
@@ -102,23 +100,5 @@ _PROTOBUF: dict[str, tuple[Any, Callable[[_Fields], _Fields]]] = {
     "/rosout": (fox.Log, _logged),
     "/scene": (fox.SceneUpdate, lambda f: {"entities": [*map(_entity, f["markers"])]}),
 }
-
-
-def _object(**properties: Any) -> _Fields:
-    return {"type": "object", "properties": properties}
-
-
-_NUMBER, _TEXT = {"type": "number"}, {"type": "string"}
-_VECTOR = _object(x=_NUMBER, y=_NUMBER, z=_NUMBER)
-_CHANGE = _object(node_name=_TEXT, uid=_NUMBER, previous_status=_TEXT, current_status=_TEXT)
-_STATUS = _object(level=_NUMBER, name=_TEXT, message=_TEXT, hardware_id=_TEXT)
-_JSON = {
-    "/cmd_vel": _object(twist=_object(linear=_VECTOR, angular=_VECTOR)),
-    "/behavior_tree_log": _object(event_log={"type": "array", "items": _CHANGE}),
-    "/diagnostics": _object(status={"type": "array", "items": _STATUS}),
-}
-SCHEMAS = {topic: kind.get_schema() for topic, (kind, _) in _PROTOBUF.items()} | {
-    topic: Schema(name=topic[1:], encoding="jsonschema", data=json.dumps(one).encode())
-    for topic, one in _JSON.items()
-}
-"""The schema of each topic."""
+SCHEMAS = {topic: kind.get_schema() for topic, (kind, _) in _PROTOBUF.items()}
+"""Foxglove's schemas, by topic."""

@@ -119,3 +119,17 @@ def test_a_folder_that_cannot_be_written_is_said_before_anything_moves(tmp_path,
     code, _, err = call("run", task("navigate: {to: near}"), "--record", tmp_path / "file")
     assert code == 2
     assert "--record" in err
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("draw",), "draw: TREE is missing: A task file, or the name of a shipped task.\n"),
+        (("robot", "import"), "import: URDF is missing: A URDF, or a .xacro file.\n"),
+        (("ask", "x"), "ask: --model is missing: Its name at the endpoint.\n"),
+    ],
+)
+def test_what_is_left_out_is_named_with_its_meaning(words, said):
+    code, out, err = call(*words)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert err.endswith(said)

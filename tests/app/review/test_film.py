@@ -30,9 +30,8 @@ def test_what_cannot_be_filmed_is_one_line(tmp_path, out, options, said):
 )
 def test_a_film_shows_that_something_moves(tmp_path):
     folder = run_task(RunOptions(tree=find("pick_one"), record=tmp_path)).folder
-    out = tmp_path / "run.webp"
-    assert call("film", folder, out, "--to", "1")[0] == 0
-    film = Image.open(out)
+    assert call("film", folder, "--to", "1")[0] == 0
+    film = Image.open(folder / "recording.webp")
     assert film.n_frames == 4
     pictures = []
     for number in range(film.n_frames):
