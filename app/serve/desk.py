@@ -10,12 +10,21 @@ from pathlib import Path
 from typing import Annotated
 from urllib.parse import quote
 
+from py_trees.common import Status
 from pydantic import Field, ValidationError
 
 from app.choices import Speed, View
 from app.core import RECORDING
-from app.live import Document, PageServer, RunProcess, Told
-from app.review import explain, explanation_page, find_run, read_run, run_folders
+from app.live import STATUS_GLYPH, Document, LogLine, PageServer, RunProcess, Told
+from app.review import (
+    explain,
+    explanation_page,
+    find_run,
+    read_log,
+    read_run,
+    run_folders,
+    timeline,
+)
 from app.serve.catalogue import catalogue, mistakes, task_files
 from app.task_time import task_time
 from config import Severity, StrictModel, UserError
@@ -68,6 +77,8 @@ class TaskDesk:
                 case ["runs"]:
                     newest = reversed(run_folders(self._runs)[-_MOST_RUNS:])
                     return _json([self._row(folder) for folder in newest])
+                case ["runs", name]:
+                    return _json(self._saved(find_run(name, self._runs)))
                 case ["runs", name, "explanation"]:
                     page = explanation_page(explain(find_run(name, self._runs)))
                     return Document(page.encode(), "text/html; charset=utf-8", _PLAIN)
@@ -152,6 +163,35 @@ class TaskDesk:
             "cause": self._causes[folder],
             "recording": f"/{self.server.ticket}/{name}/recording.rrd" if has_recording else None,
             "explanation": f"/runs/{name}/explanation",
+            "name": folder.name,
+        }
+
+    def _saved(self, folder: Path) -> Told:
+        """A finished run as the page shows one: what is constant, its end, and its log."""
+        run, log = explain(folder), read_log(folder)
+        spans, depths, looks = timeline(log), list[int](), ["i"] * len(log.nodes)
+        lines = [LogLine(0.0, "error", None, f"! {one.text}", one.begin) for one in spans.faults]
+        for parent in spans.parents:
+            depths.append(0 if parent is None else depths[parent] + 1)
+        for index, rounds in spans.rounds.items():
+            name, last = log.nodes[index].name, rounds[-1].status
+            looks[index] = {"SUCCESS": "s", "FAILURE": "f"}.get(last, "i")
+            for one in rounds if spans.is_leaf(index) else ():
+                severity = "warning" if one.status == "FAILURE" else "info"
+                text = f"{STATUS_GLYPH[Status(one.status)]} {name}: {one.message}"
+                lines.append(LogLine(0.0, severity, index, text, one.end))
+        nodes = [(one.name, one.kind, at, "") for one, at in zip(log.nodes, depths, strict=True)]
+        row = self._row(folder)
+        ended = {"phase": "over", "outcome": run.headline, "explanation": str(run)}
+        ended |= {"stamp": log.events[-1].time}
+        return {
+            "about": {"task": run.record.task, "where": row["when"], "nodes": nodes},
+            "state": ended | {"looks": "".join(looks), "run": 0, "told_at": 0.0, "stopped": True},
+            "log": [
+                one._replace(time=log.task_time(one.stamp))
+                for one in sorted(lines, key=lambda line: line.stamp)
+            ],
+            "recording": row["recording"],
         }
 
 

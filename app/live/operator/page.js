@@ -193,8 +193,20 @@ function filter() {
   }
 }
 
+// A finished run, from the list of runs.
+const saved = new URLSearchParams(location.search).get("run");
+async function look() {
+  const told = await ask(`/runs/${encodeURIComponent(saved)}`);
+  const recording = told.recording && encodeURIComponent(OTHER + told.recording);
+  begin({ ...told.about, viewer: recording && `/viewer/?url=${recording}&theme=dark&hide_welcome_screen=1` });
+  log(told.log);
+  hear(told.state);
+  draw();
+}
+
 let events = null, opened = 0, retry = 0;
 function listen() {
+  if (saved) return about || look();
   clearTimeout(retry);
   if (events) events.close();
   if (document.hidden) return;

@@ -119,12 +119,12 @@ class Tasks {
   }
 
   async loadRuns() {
-    const all = await json("/runs"), viewer = (path) => `/viewer/?url=${encodeURIComponent(location.origin + path)}&hide_welcome_screen=1`;
+    const all = await json("/runs");
     const link = (href, textContent) => made("a", { href, textContent, target: "_blank" });
     this.runs.replaceChildren(...all.map((run) => made("li", {}, made("b", { textContent: run.task }),
       ` ${run.outcome}${run.time && ` after ${run.time}`} `, made("small", { textContent: run.when }),
       made("p", { textContent: run.cause }), link(run.explanation, "explanation"), " ",
-      ...(run.recording ? [link(viewer(run.recording), "recording")] : []))));
+      link(`/?run=${encodeURIComponent(run.name)}`, "tree, log and recording"))));
     if (!all.length) this.runs.textContent = "none yet";
   }
 }

@@ -100,7 +100,7 @@ function view(state) {
     world: about.where ? (about.real ? `ARMED · ${about.where}` : `simulated · ${about.where}`) : run.desk || "",
     progress: progress.filter(Boolean).join(", "),
     trouble: state.trouble ? `${state.trouble.text}, ${whole(Math.max(0, run.seconds - state.trouble.seconds))} ago` : "",
-    behind: state.shownAt === null ? "loading" : `${whole(Math.max(0, run.stamp - state.shownAt + age))} behind the run`,
+    behind: state.shownAt === null ? "loading" : `${whole(Math.max(0, run.stamp - state.shownAt + (over ? 0 : age)))} behind the run`,
     age: state.run && !over && !idle ? `${age.toFixed(1)} s old` : "",
     time: run.time ? `${run.time}${run.paused_s >= 1 ? `, paused ${whole(run.paused_s)}` : ""}` : "",
     people: run.people > 1 ? `${run.people} people watch` : "",

@@ -7,10 +7,12 @@ const FOLLOW = [50, 2, 40, 3], TIME_LINE = [10, 3, 10, 1, 116, 16, 2, 26];
 let shownAt = null;  // the time that it shows [s]
 let sought = null;  // a request, until the viewer is there
 
-// The viewer is there as long as its tab is open, under the other name of this host: see `ANCESTORS`.
+// The other name of this host: see `ANCESTORS`.
+const OTHER = `http://${location.hostname === "localhost" ? "127.0.0.1" : "localhost"}:${location.port}`;
+
+// The viewer is there as long as its tab is open.
 function showViewer(path) {
-  const name = location.hostname === "localhost" ? "127.0.0.1" : "localhost";
-  const properties = { src: `http://${name}:${location.port}${path}`, title: "3-D viewer" };
+  const properties = { src: OTHER + path, title: "3-D viewer" };
   shownAt = sought = null;
   element("frame").replaceChildren(...(path ? [made("iframe", properties)] : []));
 }
