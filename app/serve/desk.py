@@ -182,8 +182,8 @@ class TaskDesk:
                 lines.append(LogLine(0.0, severity, index, text, one.end))
         nodes = [(one.name, one.kind, at, "") for one, at in zip(log.nodes, depths, strict=True)]
         row = self._row(folder)
-        ended = {"phase": "over", "outcome": run.headline, "explanation": str(run)}
-        ended |= {"stamp": log.events[-1].time}
+        ended: Told = {"phase": "over", "outcome": run.headline, "explanation": str(run)}
+        ended["stamp"] = log.events[-1].time
         return {
             "about": {"task": run.record.task, "where": row["when"], "nodes": nodes},
             "state": ended | {"looks": "".join(looks), "run": 0, "told_at": 0.0, "stopped": True},
