@@ -97,26 +97,33 @@ def sideways(
     What lies across one of them, and is too long for the fingers, lies along another: those that
     are turned most come first. None comes after each bounded piece of work.
     """
-    farther = point + _ASTRAY * np.array([cos(direction.heading), sin(direction.heading), 0.0])
+    ahead = np.array([cos(direction.heading), sin(direction.heading), 0.0])
+    farther = point + _ASTRAY * ahead
     for turn in _TURNS:
         for tilt in _SIDEWAYS:
             beside = Direction(max(tilt, direction.tilt), direction.heading + turn)
             way = [SE3(beside.hand, farther - back * beside.hand[:, 2]) for back in _CLOSE]
-            if (yield from _are_reached(robot, fixtures, way)):
+            if (yield from _are_reached(robot, fixtures, way, ahead)):
                 yield beside
                 break
 
 
 def _are_reached(
-    robot: RobotDescription, fixtures: tuple[Geom, ...], poses: Iterable[SE3]
+    robot: RobotDescription, fixtures: tuple[Geom, ...], poses: Iterable[SE3], ahead: Array
 ) -> Generator[None, None, bool]:
-    """Whether a stance reaches each of the hand's poses on the map; in bounded pieces of work."""
+    """Whether stances, none `ahead` (3,) of it, reach each of the poses of the hand on the map.
+
+    The way around the furniture takes long. Works in bounded pieces.
+    """
     for pose in poses:
         search = stance_search(robot, pose, fixtures)
         while not search.done:
             search.advance()
             yield
         if search.best is None:
+            return False
+        x, y, _ = search.best.base_for(pose)
+        if ahead @ (np.array([x, y, 0.0]) - pose.translation) > 0.0:
             return False
     return True
 
