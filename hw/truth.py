@@ -78,3 +78,6 @@ class DisturbableWorld(Truth, Protocol):
 
     def put(self, name: str, wTo: SE3) -> None:
         """Move an object, out of the hand if it is held; it falls onto what is below."""
+
+    def give(self, name: str) -> None:
+        """A person holds an object between the fingers, until they have it."""

@@ -41,6 +41,7 @@ SCHEMA_FILE = Path(__file__).parent / "frankie-task.schema.json"
 _REFERENCE = rf"\${WORD.pattern}"  # a parameter or key in place of a value
 
 _NODE: Schema = {"$ref": "#/definitions/node"}
+_POSE: Schema = {"$ref": "#/definitions/pose"}
 _CONDITION: Schema = {"$ref": "#/definitions/condition"}
 _TEXT: Schema = {"type": "string"}
 _WORD: Schema = {"type": "string", "pattern": f"^{WORD.pattern}$"}
@@ -73,7 +74,11 @@ def task_schema(leaves: Mapping[str, LeafType]) -> Schema:
             {key: {**_SECTIONS[key], "description": about} for key, about in FILE_KEYS.items()},
             required=["task", "tree"],
         ),
-        "definitions": {"node": _node(leaves), "condition": _condition(leaves)},
+        "definitions": {
+            "node": _node(leaves),
+            "condition": _condition(leaves),
+            "pose": _section(PoseSection),
+        },
     }
 
 
@@ -226,7 +231,7 @@ _SECTIONS: Mapping[str, Schema] = {
     "scene": _TEXT,
     "params": _named(_section(ParameterSection)),
     "outputs": _named({"type": ["string", "null"]}),
-    "poses": _named(_section(PoseSection)),
+    "poses": _named({"anyOf": [_POSE, {"type": "array", "items": _POSE, "minItems": 1}]}),
     "regions": _named(_section(RegionSection)),
     "tree": {"allOf": [_NODE]},
 }

@@ -1,6 +1,7 @@
-"""`frankie-task teach`: writes the present pose of a robot to a file of places."""
+"""`frankie-task teach`: writes the present pose of a robot, or a path, to a file of places."""
 
 import re
+from collections.abc import Callable
 from math import degrees
 from pathlib import Path
 
@@ -15,13 +16,22 @@ from trees.language import NAMING_HINT, WORD
 
 
 def teach(
-    name: str, places: Path, *, robot: str, world: str, form: Form, replace: bool, armed: bool
+    name: str,
+    places: Path,
+    *,
+    robot: str,
+    world: str,
+    form: Form,
+    replace: bool,
+    armed: bool,
+    more: Callable[[], bool] | None = None,
 ) -> str:
-    """Read the pose of a robot and write it to a file; returns the line that was written.
+    """Read the pose of a robot and write it to a file; returns what was written.
 
     The robot, which must be `armed` if it is real, does not move. `form` is what of it is taught; a
-    pose of the same name is refused unless `replace` is set. Raises UserError: the name is invalid,
-    or the file cannot be read or written; HardwareError: the robot cannot be read.
+    pose of the same name is refused unless `replace` is set. With `more` it is a path: a pose at
+    each yes of it. Raises UserError: the name is invalid, or the file cannot be read or written;
+    HardwareError: the robot cannot be read.
     """
     if not WORD.fullmatch(name):
         raise UserError(f"`{name}` cannot be the name of a pose; {NAMING_HINT}")
@@ -29,14 +39,15 @@ def teach(
     backend = open_backend(robot, world, WorldOptions(scene="household", armed=armed))
     try:
         backend.robot.connect()
-        line = f"{name}: {_pose(backend.robot, form)}"
+        poses = path(backend.robot, form, more) if more else f" {_pose(backend.robot, form)}"
     finally:
         backend.robot.close()
+    block = f"{name}:{poses}"
     try:
-        places.write_text(_with(text, name, line, places, replace), encoding="utf-8")
+        places.write_text(_with(text, name, block, places, replace), encoding="utf-8")
     except OSError as error:
         raise UserError(f"{places}: cannot be written ({error.strerror})") from error
-    return line
+    return block
 
 
 def _text(places: Path) -> str:
@@ -47,6 +58,16 @@ def _text(places: Path) -> str:
     if read is None or not isinstance(read[1], YamlMap):
         raise UserError("\n".join(map(str, diagnostics.in_order())) or f"{places}: has no keys")
     return read[0]
+
+
+def path(robot: Robot, form: Form, more: Callable[[], bool]) -> str:
+    """The poses of a robot at each yes of `more`, each on a line."""
+    poses = ""
+    while more():
+        poses += f"\n    - {_pose(robot, form)}"
+    if not poses:
+        raise UserError("a path has at least one pose")
+    return poses
 
 
 def _pose(robot: Robot, form: Form) -> str:
@@ -71,8 +92,8 @@ def _list(numbers: object, digits: int) -> str:
     return f"[{', '.join(f'{number:g}' for number in rounded)}]"
 
 
-def _with(text: str, name: str, line: str, places: Path, replace: bool) -> str:
-    """The text with the line below `poses:`, in place of one of the same name."""
+def _with(text: str, name: str, block: str, places: Path, replace: bool) -> str:
+    """The text with the block below `poses:`, in place of what has the same name."""
     lines = [re.sub(r"^poses:\s*(\{\s*\}|null|~)", "poses:", one) for one in text.splitlines()]
     heads = [place for place, one in enumerate(lines) if re.match(r"poses:\s*(#.*)?$", one)]
     if not heads and re.search(r"^poses:", text, re.MULTILINE):
@@ -83,11 +104,13 @@ def _with(text: str, name: str, line: str, places: Path, replace: bool) -> str:
     old = [place for place, one in enumerate(lines) if re.match(rf"\s+{name}:", one)]
     if old and not replace:
         raise UserError(f"{places}:{old[0] + 1}: `{name}` is there already; add --replace")
-    end = re.search(r"\}(\s*#.*)?\s*$", lines[old[0]]) if old else None
-    if old and end is None:
-        raise UserError(f"{places}:{old[0] + 1}: `{name}` is not on one line; remove it first")
-    if end is not None:
-        lines[old[0]] = f"  {line}{end[1] or ''}"
-    else:
-        lines.insert(heads[0] + 1, f"  {line}")
+    start = end = old[0] if old else heads[0] + 1
+    first, *others = block.splitlines()
+    if old:
+        indent, _, rest = lines[start].partition(name)
+        end += 1
+        while end < len(lines) and lines[end].startswith((f"{indent} ", f"{indent}-")):
+            end += 1
+        first += "".join(re.findall(r"\s#.*$", rest))
+    lines[start:end] = [f"  {first}", *others]
     return "\n".join(lines) + "\n"

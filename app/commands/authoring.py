@@ -79,20 +79,26 @@ def teach(
     ),
     world: Annotated[str, typer.Option(help="What moves it, if it is not real.")] = "kinematic",
     form: Annotated[Form, typer.Option("--of", help="What of it.")] = Form.HAND,
+    path: Annotated[
+        bool, typer.Option("--path", help="Several poses, one each time that Enter is pressed.")
+    ] = False,
     replace: Annotated[bool, typer.Option("--replace", help="The pose of this name.")] = False,
     armed: Annotated[
         bool, typer.Option("--arm-the-robot", help="A real robot is connected only with this.")
     ] = False,
 ) -> None:
-    """Write where the robot is now into a file of places, for `--places`; nothing moves."""
+    """Write where the robot is now, or a path, into a file of places; nothing moves."""
     from app.authoring import teach as write
     from app.core import End
     from hw import HardwareError
 
+    def more() -> bool:
+        question = "Enter where the next pose is, q after the last"
+        return typer.prompt(question, default="", show_default=False) != "q"
+
+    told = {"robot": robot, "world": world, "form": form, "replace": replace, "armed": armed}
     try:
-        line = write(
-            name, places, robot=robot, world=world, form=form, replace=replace, armed=armed
-        )
+        line = write(name, places, **told, more=more if path else None)
     except HardwareError as error:
         Terminal(stderr=True).say(str(error))
         raise typer.Exit(End.HARDWARE.exit_code) from None

@@ -17,6 +17,8 @@ from hw.robot import Camera, Robot, RobotWrapper, Sensor
 from hw.state import DepthFrame, RobotState
 from hw.truth import DisturbableWorld, Truth
 
+_STREAM = 30  # of random numbers, apart from those of the world
+
 INJECTABLE: Mapping[str, Injectable] = MappingProxyType(
     {row.name: row for row in (*ROBOT_FAULTS, *LOCALISATION_FAULTS, *WORLD_FAULTS)}
 )
@@ -43,7 +45,7 @@ class FaultInjection(RobotWrapper):
     def __init__(self, robot: Robot, truth: Truth | None = None, seed: int = 0) -> None:
         super().__init__(robot)
         self._world = truth if isinstance(truth, DisturbableWorld) else None
-        self._rng = np.random.default_rng((seed, len(INJECTABLE)))
+        self._rng = np.random.default_rng((seed, _STREAM))
         self._site: Site | None = None
         self._homes = {one.name: one.pose for one in self._world.objects} if self._world else {}
         self._lock = threading.Lock()

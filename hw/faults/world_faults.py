@@ -137,6 +137,14 @@ class _ObjectTaken(_ObjectFault):
             self.site.world.put(*self._taken)
 
 
+class _ObjectGiven(_ObjectFault):
+    """A person holds an object between the fingers, until they have it."""
+
+    def disturb(self, world: DisturbableWorld, name: str, wTo: SE3, support: str) -> None:
+        if "hand" not in world.supports().values():
+            world.give(name)
+
+
 _ROWS: tuple[tuple[str, Callable[[], Effect], str], ...] = (
     ("frames lost", _FramesLost, "no frame arrives"),
     ("frames late", _FramesLate, "frames arrive 0.3 s late"),
@@ -158,8 +166,10 @@ _ROWS: tuple[tuple[str, Callable[[], Effect], str], ...] = (
 )
 _MOVED = "an object is pushed aside by 0.1 m; a held one is dropped"
 _TAKEN = "an object is taken away, out of the hand too, until the fault is cleared"
+_GIVEN = "an object is held between the fingers until they have it"
 WORLD_FAULTS = (
     *(Injectable(*row) for row in _ROWS),
     Injectable("object moved", _ObjectMoved, _MOVED, of_world=True),
     Injectable("object taken", _ObjectTaken, _TAKEN, of_world=True),
+    Injectable("object given", _ObjectGiven, _GIVEN, of_world=True),
 )

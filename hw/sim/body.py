@@ -26,6 +26,7 @@ class Dynamics:
 
 
 _SAME_TOUCH = 1.0  # a contact that comes back within this time is not new [s]
+_GIVEN = SE3(np.eye(3), np.array([0.0, 0.0, 0.02]))  # what a person gives, in the hand
 
 
 class Reflex:
@@ -103,9 +104,13 @@ class SimBody(ABC):
             now = self._clock.now()
             while self.now < now - 1e-9:
                 dt = min(self.dynamics.period, now - self.now)
+                if (given := self.world.given) is not None:
+                    given.pose, given.motion = self.wTe * _GIVEN, None
                 is_valid = self.now < self._valid_until - 1e-9
                 self._integrate(self._command if is_valid else self._stop, dt)
                 self.now += dt
+                if self.world.held is not None:
+                    self.world.given = None
             if self.now != now:  # by rounding: what is told of now must be where it is now
                 self._set_time(now)
                 self.now = now

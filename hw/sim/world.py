@@ -36,6 +36,7 @@ class World:
         self.touches: list[Touch] = []  # collisions of the robot until now
         self.base: SE3 | None = None  # of the robot, as it moved last
         self.held: SimObject | None = None
+        self.given: SimObject | None = None  # a person holds it between the fingers
         self.eTo = SE3.Identity()  # held object in the end effector
         self._held_width = 0.0
         self._vicinity = Vicinity(self.fixtures)
@@ -105,6 +106,10 @@ class World:
             self.held = None
         obj.pose, obj.motion = wTo, None
         self._resting.drop(obj, self.held)
+
+    def give(self, name: str) -> None:
+        """A person holds an object between the fingers, until they have it."""
+        self.given = self.find(name)
 
     def carry(self, wTe: SE3) -> None:
         """Move the held object along with the end effector."""

@@ -154,6 +154,7 @@ FAULTS = (
         phase="hand_over",
         goal=None,
     ),
+    Fault(name="object given", tree=_LESSONS / "porter.yaml", phase="offer"),
     Fault(
         name="nobody gives",
         inject=_nothing,

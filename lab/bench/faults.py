@@ -39,6 +39,7 @@ class Cell:
     fault: str
     phase: str
     seed: int
+    world: str = "kinematic"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -143,10 +144,12 @@ class _CellRun(Instruments):
         return [name for name, support in self.supports().items() if support in ("", "floor")]
 
 
-def cells(faults: Sequence[str], phases: Sequence[str], seeds: Sequence[int]) -> list[Cell]:
+def cells(
+    faults: Sequence[str], phases: Sequence[str], seeds: Sequence[int], world: str = "kinematic"
+) -> list[Cell]:
     """The cells of these rows and columns; a fault that has a phase of its own occurs there."""
     return [
-        Cell(fault=fault.name, phase=phase, seed=seed)
+        Cell(fault=fault.name, phase=phase, seed=seed, world=world)
         for fault in FAULTS
         if fault.name in faults
         for phase in ([fault.phase] if fault.phase else phases)
@@ -166,6 +169,7 @@ def run_cell(cell: Cell) -> CellResult:
     ):
         options = RunOptions(
             tree=fault.tree,
+            world=cell.world,
             seed=cell.seed,
             paced=fault.paced,
             record=Path(folder),

@@ -7,7 +7,9 @@ import json
 import numpy as np
 import pytest
 from command_line import call
+from harness import Harness, looking_down
 
+from app.authoring.teach import Form, path
 from robots import load_robot
 from trees.language import TaskFileError, check, load
 from trees.site import check as check_places
@@ -101,6 +103,36 @@ def test_what_is_taught_is_where_the_robot_is(files):
     # What a person wrote stays.
     assert "# beside the door" in site.read_text()
     assert "Our laboratory" in site.read_text()
+
+
+def test_a_path_is_taught_pose_by_pose(files):
+    (task, site), harness, heights = files, Harness(), iter([0.6, 0.7])
+
+    def more() -> bool:
+        if height := next(heights, None):
+            harness.reach_over(looking_down(0.6, 0.1, height))
+        return bool(height)
+
+    site.write_text(f"poses:\n  way:{path(harness.robot, Form.HAND, more)}\n")
+    task.write_text("task: t\ntree: {for_each: {item: p, in: way, do: {navigate: {to: $p}}}}\n")
+    poses = [node.arguments["to"].wTe for node in load(task, places=site).root.children]
+    at = [pose.translation for pose in poses]
+    np.testing.assert_allclose(at, [[0.6, 0.1, 0.6], [0.6, 0.1, 0.7]], atol=0.02)
+
+
+def test_a_path_is_replaced_and_checked_as_a_whole(files):
+    task, site = files
+    site.write_text("poses:\n  way: # round\n  - {base: [0, 0], heading_deg: 0}\n\nregions: {}\n")
+    assert call("teach", "way", "--path", "--replace", "--places", site, typed="\n\nq\n")[0] == 0
+    first, way, one, other, *rest = site.read_text().splitlines()
+    assert (first, way, one, rest) == ("poses:", "  way: # round", other, ["", "regions: {}"])
+    task.write_text("task: t\ntree: {navigate: {to: way}}\n")
+    assert "`way` is a path" in call("check", task, "--places", site)[1]
+    task.write_text("task: t\ntree: {for_each: {item: p, in: way, do: {navigate: {to: $p}}}}\n")
+    assert check_places(task, places=site) == []
+    site.write_text(site.read_text().replace("xyz: [0.634, 0, 0.793]", "xyz: [0.6, 0, 2.7]", 1))
+    [far] = check_places(task, places=site)
+    assert str(far).startswith(f"{site}:3:7: `way_1`: out of reach")
 
 
 @pytest.mark.slow

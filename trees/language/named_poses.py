@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, cast
@@ -16,6 +16,8 @@ from config import (
     Location,
     StrictModel,
     YamlEntry,
+    YamlList,
+    YamlValue,
     quoted,
     read_yaml,
     texts,
@@ -179,9 +181,12 @@ class NamedValues:
     """Where the file defines each, whether or not the definition is sound."""
     files: dict[str, Path] = field(default_factory=dict)
     """Of those that another file defines instead, that file."""
+    paths: dict[str, list[str]] = field(default_factory=dict)
+    """The names of the poses of each path, in order."""
 
     def take(self, others: NamedValues, path: Path) -> None:
         """Take what another file defines, in place of what has the same name here."""
+        self.paths |= others.paths
         for name, location in others.locations.items():
             self.values.pop(name, None)
             if name in others.values:
@@ -208,7 +213,7 @@ def read_named_values(
         ("regions", regions, RegionSection),
     )
     for section, entry, model in sections:
-        for name, location, value in named_entries(entry, section, diagnostics):
+        for name, location, value in _one_by_one(entry, section, named.paths, diagnostics):
             if name in BUILT_IN:
                 message = f"`{name}` is built in and cannot be redefined"
                 diagnostics.error(rules.NAMING, location, message, "choose another name")
@@ -229,6 +234,19 @@ def read_named_values(
             if checked is not None:
                 named.values[name] = checked.make(name)
     return named
+
+
+def _one_by_one(
+    entry: YamlEntry | None, section: str, paths: dict[str, list[str]], diagnostics: Diagnostics
+) -> Iterator[tuple[str, Location, YamlValue]]:
+    """As `named_entries`, but each pose of a list by itself; `paths` gets their names."""
+    for name, location, value in named_entries(entry, section, diagnostics):
+        if section == "poses" and isinstance(value, YamlList):
+            paths[name] = [f"{name}_{number}" for number in range(1, len(value.items) + 1)]
+            for point, pose in zip(paths[name], value.items, strict=True):
+                yield point, pose.location, pose
+        else:
+            yield name, location, value
 
 
 SITE_KEYS = ("description", "poses", "regions")  # what may stand in such a file

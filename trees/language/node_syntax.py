@@ -142,14 +142,17 @@ def _listed(value: YamlValue, scope: Scope) -> KeyRead | None:
 
 def _values(listed: YamlValue, scope: Scope) -> list[Plain | NamedValue]:
     """What stands after `in`: all of one kind; empty, and an error, if they cannot be used."""
+    text = listed.value if isinstance(listed, YamlScalar) else None
+    if isinstance(text, str) and (path := scope.named.paths.get(text)):
+        points = tuple(YamlScalar(location=listed.location, value=point) for point in path)
+        listed = YamlList(location=listed.location, items=points)
     if not isinstance(listed, YamlList) or not 0 < len(listed.items) <= _MOST:
         message = (
-            f"`in` is a list of 1 to {_MOST} names or values, or the key of a list of detected "
-            f"objects, not {describe(listed)}"
+            f"`in` is a list of 1 to {_MOST} names or values, a path, or the key of a list of "
+            f"detected objects, not {describe(listed)}"
         )
         if isinstance(listed, YamlList):
             message = f"`in` has {len(listed.items)} values, and 1 to {_MOST} are possible"
-        text = listed.value if isinstance(listed, YamlScalar) else None
         is_word = isinstance(text, str) and WORD.fullmatch(text)
         hint = f"write `${text}` if that is its key, else " if is_word else "write "
         scope.error(rules.VALUE, listed.location, message, f"{hint}`in: [left, right]`")

@@ -201,6 +201,8 @@ def read_argument(
         hint = meant(number, unit, expected.within) or mismatch.hint
         if isinstance(given, str) and given in scope.parameters:
             hint = Hint(f"write `${given}`", given, f"${given}")
+        elif given in scope.named.paths:
+            hint = Hint(f"`{given}` is a path: give `for_each` that `in:`, and its item here")
         elif isinstance(given, str) and expected.is_number:
             hint = number_in(given, unit, expected.within) or hint
         scope.mismatch(mismatch.rule, resolved, f"`{name}`{about}: {mismatch.message}", hint)

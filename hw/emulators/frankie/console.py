@@ -123,6 +123,10 @@ WORDS: Words = {
         "[yes|no]  the camera is plugged in and sends no images",
     ),
     "put": (_put, "NAME X Y Z  an object is put elsewhere"),
+    "give": (
+        lambda emulator, *words: emulator.world.truth.give(" ".join(words)),
+        "NAME  a person holds an object between the fingers, until they have it",
+    ),
 }
 
 

@@ -108,6 +108,10 @@ class RemoteTruth:
         x, y, z = wTo.translation
         self._link.do(f"put {name} {x} {y} {z}")
 
+    def give(self, name: str) -> None:
+        """A person holds an object between the fingers, until they have it."""
+        self._link.do(f"give {name}")
+
     def close(self) -> None:
         """Stop polling."""
         self._over.set()

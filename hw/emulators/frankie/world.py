@@ -81,6 +81,8 @@ class EmulatedWorld:
 
     def start(self) -> None:
         """Start the thread."""
+        import scipy.optimize  # noqa: F401 - the first grasp would stop the world for 0.3 s
+
         self._thread.start()
 
     def close(self) -> None:

@@ -172,6 +172,7 @@ Names = Annotated[list[str] | None, typer.Option(help="Only this one; may be rep
 def faults(
     faults: Names = None,
     phases: Names = None,
+    world: World = "kinematic",
     seeds: Seeds = "1-1",
     quick: Annotated[
         bool, typer.Option("--quick", help="A few faults in two phases, in some seconds.")
@@ -189,7 +190,7 @@ def faults(
     if quick:
         faults, phases = faults or list(QUICK), phases or list(QUICK_PHASES)
     rows = chosen("--faults", faults, [fault.name for fault in FAULTS])
-    cells = bench.cells(rows, chosen("--phases", phases, PHASES), seed_range(seeds))
+    cells = bench.cells(rows, chosen("--phases", phases, PHASES), seed_range(seeds), world)
     with progress("faults", len(cells)) as advance:
         results = run_in_order(
             bench.run_cell,

@@ -38,6 +38,11 @@ def test_a_hand_that_was_not_homed_is_homed_by_a_run_alone(tmp_path):
         where = {"robot": str(path), "world": "kinematic", "form": Form.ARM}
         teach("here", places, **where, replace=False, armed=True)
         assert "here" in places.read_text()
+        link.do("arm guide")
+        more = iter([True, True, False]).__next__
+        teach("way", places, **where, replace=False, armed=True, more=more)
+        assert places.read_text().count("    - {joints_deg") == 2
+        link.do("arm release")
         with opened(path) as robot:
             (fault,) = robot.read().faults
             assert fault.kind is FaultKind.NOT_READY

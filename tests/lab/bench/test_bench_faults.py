@@ -1,5 +1,7 @@
 """The fault matrix: its judge and its counts."""
 
+from importlib.util import find_spec
+
 import numpy as np
 import pytest
 from bench_call import refused, report
@@ -13,6 +15,7 @@ from lab.bench.fault_matrix import Fault
 from lab.bench.faults import Cell, faults_notes
 from lab.bench.witness import Witness
 
+WORLDS = ("kinematic", "physics") if find_spec("mujoco") else ("kinematic",)
 CARRY = Cell(fault="frames lost", phase="carry", seed=1)
 
 
@@ -37,9 +40,10 @@ def test_an_object_that_is_not_where_the_tree_says_is_a_wrong_success(monkeypatc
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("world", WORLDS)
 @pytest.mark.parametrize("fault", [one for one in faults.FAULTS if one.phase], ids=lambda f: f.name)
-def test_what_a_person_does_to_a_lesson_ends_honestly(fault):
-    (cell,) = faults.cells([fault.name], ["carry"], [1])
+def test_what_a_person_does_to_a_lesson_ends_honestly(fault, world):
+    (cell,) = faults.cells([fault.name], ["carry"], [2], world)
     result = faults.run_cell(cell)
     assert result.outcome == ("failure" if fault.goal is None else "success")
     assert faults_notes([result]) == []
