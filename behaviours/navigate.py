@@ -65,7 +65,7 @@ class Navigate(Leaf):
     def initialise(self) -> None:
         """Start anew."""
         self._like = camera_pose(self.context)
-        self._start, self._astray = self.context.to_map(self.context.wTe).translation, 0.0
+        self._start, self._astray = self.context.wTe.translation, 0.0
         if isinstance(self._to, DetectedObject):
             self._direction = self.context.direction_now(self._to)
         self._approach = Approach(self, self._goal, self._to.name, self._timeout)
@@ -92,9 +92,8 @@ class Navigate(Leaf):
         """As every leaf; on a straight way the hand is led by a point of the line before it."""
         if not (self._straight and isinstance(goal, PoseGoal)):
             return super().pursue(goal, phase)
-        context, there = self.context, goal.wTe.translation
-        start = context.to_map(SE3.Identity()).actInv(self._start)
-        way, here = there - start, context.wTe.translation - start
+        there = goal.wTe.translation
+        way, here = there - self._start, self.context.wTe.translation - self._start
         length = max(float(np.linalg.norm(way)), 1e-9)
         done = float(np.clip(here @ way / length, 0.0, length))
         self._astray = float(np.linalg.norm(here - way * done / length))

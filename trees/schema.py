@@ -42,6 +42,7 @@ _REFERENCE = rf"\${WORD.pattern}"  # a parameter or key in place of a value
 
 _NODE: Schema = {"$ref": "#/definitions/node"}
 _POSE: Schema = {"$ref": "#/definitions/pose"}
+_PATH: Schema = {"type": "array", "items": _POSE, "minItems": 1}
 _CONDITION: Schema = {"$ref": "#/definitions/condition"}
 _TEXT: Schema = {"type": "string"}
 _WORD: Schema = {"type": "string", "pattern": f"^{WORD.pattern}$"}
@@ -231,7 +232,7 @@ _SECTIONS: Mapping[str, Schema] = {
     "scene": _TEXT,
     "params": _named(_section(ParameterSection)),
     "outputs": _named({"type": ["string", "null"]}),
-    "poses": _named({"anyOf": [_POSE, {"type": "array", "items": _POSE, "minItems": 1}]}),
+    "poses": _named({"if": {"type": "array"}, "then": _PATH, "else": _POSE}),
     "regions": _named(_section(RegionSection)),
     "tree": {"allOf": [_NODE]},
 }
@@ -253,7 +254,6 @@ _FORMS: Mapping[Form, Schema] = {
                 "items": _SCALAR,
                 "minItems": 1,
                 "maxItems": 100,
-                **_NAMED_VALUE,
             },
             "do": _NODE,
         },

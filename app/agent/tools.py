@@ -50,7 +50,9 @@ class Tools:
 
         Read it before you write a task; `short` leaves out the meanings of parameters.
         """
-        return description(self._workspace.scene(scene), short=short)
+        told = description(self._workspace.scene(scene), short=short)
+        places = self._workspace.places
+        return f"{told}\n# Places that every task has\n{places.read_text()}" if places else told
 
     def check(self, task: _Task, robot: _Name = "frankie") -> list[dict[str, Any]]:
         """Every mistake in a task, for a robot; without errors it can be run.
@@ -58,13 +60,14 @@ class Tools:
         Where a finding has a patch, its text replaces those lines. `explain` explains the codes.
         """
         with self._workspace.task(task) as path:
-            found = findings(path, self._workspace.robot(robot))
+            found = findings(path, self._workspace.robot(robot), self._workspace.places)
             return [one | {"file": Path(one["file"]).name} for one in found]
 
     def draw(self, task: _Task) -> str:
         """The tree of a task as indented text."""
         with self._workspace.task(task) as path:
-            return tree_text(load(path, open_parameters=True).root)[:_MOST_TEXT]
+            read = load(path, open_parameters=True, places=self._workspace.places)
+            return tree_text(read.root)[:_MOST_TEXT]
 
     def dry(
         self, task: _Task, outcomes: _Values | None = None, parameters: _Values | None = None
@@ -75,6 +78,7 @@ class Tools:
         """
         with self._workspace.task(task) as path:
             given = [*_options("outcome", outcomes), *_options("parameter", parameters)]
+            given += self._places
             done = self._child(_DRY, "dry", *given, "--", str(path))
         return (done.stdout or done.stderr)[-_MOST_TEXT:]
 
@@ -99,7 +103,7 @@ class Tools:
         given |= {"view": "none", "speed": "max"}
         words = [f"--{name}={value}" for name, value in given.items() if value]
         words += ["--json", *_options("parameter", parameters)]
-        words += [f"--fault={fault}" for fault in faults]
+        words += [*self._places, *(f"--fault={fault}" for fault in faults)]
         with self._simulating, self._workspace.task(task) as path:
             before = run_folders(self._runs)
             done = self._child(limit_s, "run", *words, "--", str(path))
@@ -109,6 +113,11 @@ class Tools:
             raise UserError(late if done.returncode == _TIMED_OUT else done.stderr[-_MOST_TEXT:])
         cause = explain(new[-1]).headline
         return {"run": new[-1].name, "first_cause": cause, "summary": json.loads(done.stdout)}
+
+    @property
+    def _places(self) -> list[str]:
+        places = self._workspace.places
+        return [f"--places={places}"] if places else []
 
     def explain(self, what: _Name = "last") -> str:
         """A rule by its code, as R201; or how a run ended and why, by its name or `last`."""

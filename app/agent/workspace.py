@@ -12,6 +12,8 @@ from config import Diagnostics, UserError, quoted, read_yaml, texts
 from robots import load_real_robot, robot_names
 from trees import shipped, shipped_names
 
+_PLACES = "places.yaml"
+
 
 class WorkspaceError(UserError):
     """What is asked for leads out of the folder, or moves a real robot."""
@@ -33,6 +35,11 @@ class Workspace:
             file.write(task.encode(errors="replace"))
             file.flush()
             yield self._file(Path(file.name).name)
+
+    @property
+    def places(self) -> Path | None:
+        """The file that `teach` writes, if there is one: it holds for every task."""
+        return self._file(_PLACES) if isfile(self.folder / _PLACES) else None
 
     def robot(self, robot: str) -> str:
         """The description of a robot."""

@@ -94,11 +94,19 @@ def teach(
 
     def more() -> bool:
         question = "Enter where the next pose is, q after the last"
-        return typer.prompt(question, default="", show_default=False) != "q"
+        return str(typer.prompt(question, default="", show_default=False)) != "q"
 
-    told = {"robot": robot, "world": world, "form": form, "replace": replace, "armed": armed}
     try:
-        line = write(name, places, **told, more=more if path else None)
+        line = write(
+            name,
+            places,
+            robot=robot,
+            world=world,
+            form=form,
+            replace=replace,
+            armed=armed,
+            more=more if path else None,
+        )
     except HardwareError as error:
         Terminal(stderr=True).say(str(error))
         raise typer.Exit(End.HARDWARE.exit_code) from None

@@ -44,7 +44,7 @@ FILE_KEYS: Mapping[str, str] = {
     "scene": "The simulated scene that it is written for.",
     "params": "What may be chosen from outside, each with a type or a default.",
     "outputs": "Keys that an including file may read, each with its meaning.",
-    "poses": "Poses of hand, base and arm by name, in metres and degrees.",
+    "poses": "Poses of hand, base and arm by name, in metres and degrees; a list is a path.",
     "regions": "Boxes in the world by name, in metres and degrees.",
     "tree": "The root of the tree: a single node.",
 }

@@ -30,7 +30,7 @@ _OTHER_NAMES: Mapping[str, str] = {
     **dict.fromkeys(("pick", "pick_up"), "`grasp`"),
     **dict.fromkeys(("put", "put_down"), "`place`"),
     **dict.fromkeys(("picture", "photo"), "`snapshot`"),
-    **dict.fromkeys(("follow_path", "waypoints"), "`for_each` with `navigate`, `in:` a path"),
+    "follow_path": "`for_each: {item: p, in: PATH, do: {navigate: {to: $p, straight: true}}}`",
     **dict.fromkeys(("times", "repetitions"), "`repeat`"),
     **dict.fromkeys(("attempts", "tries"), "`retry`"),
     "inverter": "the modifier `invert: true`, or `not` for a condition",

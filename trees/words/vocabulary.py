@@ -103,7 +103,7 @@ COMPOSITES: Mapping[str, CompositeWord] = {
             "∀",
             each,
             form=Form.EACH,
-            children="an `item`, values `in`, and what to `do`",
+            children="an `item`, values or a path `in`, and what to `do`",
         ),
         CompositeWord(
             data_nodes.Switch,

@@ -65,6 +65,8 @@ def model(tmp_path_factory) -> Iterator[Model]:
     room = (SHIPPED / "trees/lessons/sort_scene.yaml").read_text()
     (folder / "room.yaml").write_text(room)
     boxes = (SHIPPED / "trees/lessons/stack_scene.yaml").read_text()
+    pose = "{xyz: [0.7, %s, 0.7], rpy_deg: [180, 0, 0]}"
+    (folder / "places.yaml").write_text(f"poses:\n  edge: [{pose % 0}, {pose % 0.1}]\n")
     (folder / "boxes.yaml").write_text(boxes)
     (folder / "hostile.yaml").write_text(room.replace("right_table", HOSTILE))
     (folder / "emulated.yaml").write_text((SHIPPED / "robots/emulated.yaml").read_text())
@@ -96,6 +98,11 @@ def test_a_model_writes_simulates_and_proposes_a_task(model):
     assert len(described) / 4 < 6000  # tokens
     assert len(model.call("describe", short=True)) < len(described) / 2
     assert HOSTILE in model.call("describe", scene="hostile.yaml")  # as data
+    way = "{to: $p, straight: true, speed_m_s: 0.2, within_m: 0.02}"
+    along = f"{{for_each: {{item: p, in: edge, do: {{navigate: {way}}}}}}}"
+    assert "edge: [" in described
+    followed = model.call("simulate", task=f"task: follow\nscene: single\ntree: {along}\n")
+    assert followed["summary"]["outcome"] == "success"
     assert "R206: " in model.call("explain", what="R206")
     assert "dry: failure" in model.call("dry", task=HELLO, outcomes={"recover": "failure"})
     run = model.call("simulate", task=HELLO)
