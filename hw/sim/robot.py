@@ -131,9 +131,9 @@ class _SimCamera(_SimPart):
         """The newest image that is ready."""
         body = self._body
         body.advance()
-        self._collect()
         number = int(body.now * self._camera.rate + 1e-9)
-        if self._pending is None and number != self._number:
+        # Who gets an image may have no use for another one.
+        if not self._collect() and self._pending is None and number != self._number:
             self._number = number
             wTc = body.wTe * self._camera.eTc
             self._pending = self._executor.submit(
@@ -151,9 +151,12 @@ class _SimCamera(_SimPart):
         super().close()
         self._executor.shutdown(wait=False, cancel_futures=True)
 
-    def _collect(self) -> None:
-        if self._pending is not None and self._pending.done():
-            self._image, self._pending = self._pending.result(), None
+    def _collect(self) -> bool:
+        """Take the image that was begun; whether it is ready."""
+        if self._pending is None or not self._pending.done():
+            return False
+        self._image, self._pending = self._pending.result(), None
+        return True
 
     def _capture(self, shapes: list[Visible], wTc: SE3, number: int, stamp: float) -> DepthImage:
         # One generator a frame, so that it does not depend on earlier frames.
