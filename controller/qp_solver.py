@@ -90,6 +90,8 @@ class Solver:
             fixes = {i: a if v < a else b for i, (v, a, b) in places if not a <= v <= b} | kept
             if fixes == fixed:
                 return x
+            if not fixes:  # that is where it began: it goes round in circles
+                break
             fixed, some, bounds = fixes, list(fixes), list(fixes.values())
             columns = self._lapack.dpotrs(cholesky, np.eye(len(x))[:, some])[0]
             multipliers = self._lapack.dposv(columns[some], free[some] - bounds)[1]

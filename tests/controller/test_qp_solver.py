@@ -90,3 +90,19 @@ def test_the_rows_in_most_danger_are_kept_where_there_are_too_many():
 def test_bounds_that_coincide_leave_no_choice():
     qp = QP(np.eye(N), np.ones(N), np.full(N, 0.25), np.full(N, 0.25))
     np.testing.assert_array_equal(Solver(COSTS).solve(qp), qp.lower)
+
+
+def test_the_minimiser_within_bounds_fulfils_the_conditions_of_karush_kuhn_and_tucker():
+    """Badly scaled ones too, in a few of which the active set goes round in circles."""
+    rng, solver = np.random.default_rng(0), Solver(COSTS)
+    for _ in range(4000):
+        n = int(rng.integers(2, 10))
+        A = rng.normal(size=(n, n)) * 10.0 ** rng.uniform(-2.0, 1.0, n)
+        P = A @ A.T + 10.0 ** rng.uniform(-4.0, -1.0) * np.eye(n)
+        c = rng.normal(size=n) * 10.0 ** rng.uniform(-1.0, 1.0)
+        qp = QP(P, c, -rng.uniform(0.0, 1.0, n), rng.uniform(0.0, 1.0, n))
+        x = solver.solve(qp)
+        pull = P @ x + c
+        assert ((qp.lower <= x) & (x <= qp.upper)).all()
+        stepped = np.clip(x - pull / np.diag(P), qp.lower, qp.upper)
+        assert np.abs(stepped - x).max() < 1e-4, (P, c)
