@@ -96,7 +96,7 @@ class Lowering(Leaf):
     def _set_out(self) -> None:
         """Go over the place: straight, or the base to another stance first."""
         self._step = self._approach
-        self._progress = Progress(self.context, straight=self._goes_straight)
+        self._progress = Progress(self.context, straight=self._is_straight)
 
     def _less_high_or_elsewhere(self, report: StepReport) -> Status:
         """Come from less high if that is out of reach; else go to another place."""
@@ -192,7 +192,7 @@ class Lowering(Leaf):
             speed=speed,
             position_tolerance=tolerance,
             orientation_tolerance=TILT,
-            straight=self._step != self._approach or self._goes_straight,
+            straight=self._step != self._approach or self._is_straight,
             stance_if_near=True,
             hand_may_touch=self._step == self._lower,
         )
@@ -204,7 +204,7 @@ class Lowering(Leaf):
             return then()
         if not self._progress.is_stuck(report):
             return self.running(f"{what}, {report.position_error:.2f} m to go")
-        if self._step == self._approach and self._goes_straight:
+        if self._step == self._approach and self._is_straight:
             self._goes_straight = False
             self._set_out()
             return self.running(f"{what}, from another stance")
@@ -213,6 +213,11 @@ class Lowering(Leaf):
         self._block()
         away = f"{what}: stuck {report.position_error:.2f} m away"
         return self.failure(away + self._progress.because)
+
+    @property
+    def _is_straight(self) -> bool:
+        """Whether it goes over the place without another stance first."""
+        return self._goes_straight and not self._is_high
 
     @property
     def _above(self) -> SE3:

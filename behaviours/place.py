@@ -128,7 +128,6 @@ class Place(Lowering):
         now, way_in = context.wTe.rotation, self._way_in.turned(self._on.wTm)
         self._rotation, self._to_hand = upright(context.log.last_grasp, now, way_in), np.zeros(3)
         self._is_high = self._is_above_shoulder and points_down(self._rotation)
-        self._goes_straight = self._goes_straight and not self._is_high
         self._places.begin(far_first=not self._is_high)
         if self._is_exact:
             self._rotation, self._to_hand = aligned(context, self._rotation, self._on)

@@ -1,8 +1,8 @@
 """HTTP servers for the control page, the web viewer and recordings.
 
-One thread reads requests, and a whole one gets a thread of its own; but of strangers, of readers
-with the token and of buttons only so many a second, and others are refused at once. So a flood
-leaves the loop its time, and strangers keep nobody out who has the token.
+One thread reads requests, and a whole one gets a thread of its own. Those of strangers, of readers
+with the token and of buttons are bounded, each in number a second, and others are refused at once.
+So a flood leaves the loop its time, and strangers keep nobody out who has the token.
 """
 
 import re
