@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from behaviours.core.reachable_directions import region_direction, tilted_if_needed
     from behaviours.detect import Detect
     from behaviours.exact_place import region_at
-    from behaviours.grasp import DOUBTFUL, Grasp
+    from behaviours.grasp import Grasp
     from behaviours.leaves import LEAVES
     from behaviours.navigate import Navigate
     from behaviours.open_gripper import OpenGripper
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from behaviours.sensing.furniture import map_surfaces
     from behaviours.sensing.localisation import SENSORS, Localiser
     from behaviours.sensing.vision import Vision
-    from behaviours.views.grasp_target import LOOK_HEIGHT, LOOKS
+    from behaviours.views.grasp_target import DOUBTFUL, LOOK_HEIGHT, LOOKS
     from behaviours.views.viewpoint import straight_down
     from perception import DetectedObject, DetectedObjects
 else:

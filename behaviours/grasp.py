@@ -27,7 +27,6 @@ from behaviours.views.surface import floor_error
 from controller import Array, PoseGoal, StepReport
 from perception import ColourName, DetectedObject, GraspEstimate
 
-DOUBTFUL = 0.1  # grasp quality below which it looks again
 _STANDOFF = 0.12  # height over the grasp at which the hand waits for the lock [m]
 _ABOVE_POSITION, _ABOVE_ANGLE = 0.009, radians(3.0)  # errors there from which it goes down [m, rad]
 _OTHER_TARGET = 0.03  # a grasp that jumps this far is another one [m]
@@ -92,7 +91,7 @@ class Grasp(Leaf):
         approach: ApproachWord = "auto",
         least_tilt_deg: Tilt = 0.0,
         lock_distance_m: Distance = 0.25,
-        force_n: Force = 20.0,
+        force_n: Force = 40.0,
         next_goal: ToolPose | None = None,
         patience_s: Timeout = 1.5,
         timeout_s: Timeout = 20.0,
@@ -176,6 +175,7 @@ class Grasp(Leaf):
                 speed=_FOLLOW_SPEED,
                 straight=True,
                 hand_may_touch=True,
+                base_rests=self._views.wRa is not None and vision.tracker.locked,
                 next_goal=getattr(self._next_now, "wTe", None) if vision.tracker.locked else None,
             ),
             "follow",
@@ -193,7 +193,7 @@ class Grasp(Leaf):
         is_above = report.position_error <= _ABOVE_POSITION
         if not is_above or report.orientation_error > _ABOVE_ANGLE:
             return self.running(f"locked, {report.position_error:.3f} m to go")
-        if grasp.quality < DOUBTFUL and self._views.begin(grasp.wTg.translation):
+        if grasp.quality < self._views.doubtful and self._views.begin(grasp.wTg.translation):
             return self._look()
         self.grip(grasp.opening, self._force)
         self.context.log.floor_error = floor_error(vision.frame, wTg.translation, self._within)
@@ -278,8 +278,7 @@ class Grasp(Leaf):
 
     def _give_up(self, reason: str) -> Status:
         """Rise, then fail: the next motion may go sideways."""
-        self._reason, self._up = reason, Rise(self, _STANDOFF)
-        self._step = self._rise
+        self._reason, self._up, self._step = reason, Rise(self, _STANDOFF), self._rise
         return self._rise()
 
     def _rise(self) -> Status:
@@ -295,6 +294,7 @@ class Grasp(Leaf):
             position_tolerance=_DESCEND_TOLERANCE,
             straight=True,
             hand_may_touch=True,
+            base_rests=self._views.wRa is not None,
             next_goal=getattr(self._next_now, "wTe", None),
         )
         return self.pursue(goal, "descend")

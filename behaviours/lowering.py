@@ -195,6 +195,7 @@ class Lowering(Leaf):
             straight=self._step != self._approach or self._is_straight,
             stance_if_near=True,
             hand_may_touch=self._step == self._lower,
+            base_rests=self._step == self._lower,
         )
         report = self.pursue(self._goal, f"{what} {self._number} from {self._up:.2f} m")
         if report is None:

@@ -94,6 +94,7 @@ class Release:
             wTe=SE3(goal.wTe.rotation, high),
             speed=_RISE_SPEED,
             hand_may_touch=True,
+            base_rests=False,
         )
         self._lower = replace(self._rising, wTe=SE3(goal.wTe.rotation, high - _DOWN * self._out))
         # What is gripped by its rim or handle has a part outside the fingers.

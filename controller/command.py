@@ -52,6 +52,9 @@ class PoseGoal:
     hand_may_touch: bool = False
     """Let the hand and what it holds touch obstacles, as to grasp from a container or to set
     something down. Palm and arm keep their distance."""
+    base_rests: bool = False
+    """Move the arm alone as far as it reaches: odometry is the less exact the farther the base
+    drives."""
     next_goal: SE3 | None = None
     """Next end-effector pose: the base chooses its stance for it and leaves as early as the arm can
     still hold this goal. None keeps the base here."""

@@ -76,6 +76,8 @@ def build_qp(
     last: Array,
     bias: StanceBias | None = None,
     bearing: float = 0.0,
+    *,
+    base_rests: bool = False,
 ) -> QP:
     """The QP for a desired end-effector twist.
 
@@ -89,6 +91,7 @@ def build_qp(
         last: (n,) velocities of the previous period.
         bias: towards a stance.
         bearing: desired bearing of the end effector seen from the base [rad].
+        base_rests: whether the arm moves alone as far as it reaches.
     """
     n_base, J = model.n_base, linearisation.J
     if bias is not None and bias.coasting is not None:
@@ -97,6 +100,8 @@ def build_qp(
         J = np.hstack([bias.response * base, J[:, n_base:]])
     tracking = 1.0 / max(error, settings.min_error)  # λ_δ
     base_effort, arm_effort = settings.base_effort * tracking, settings.arm_effort  # λ_q (eq. 14)
+    if base_rests:
+        base_effort += settings.resting_effort
     smoothness = settings.smoothness
     wanted = linearisation.gradient + smoothness * last  # -C (eq. 11)
     wanted[model.turning] += settings.heading_gain * wrap(linearisation.heading_error - bearing)

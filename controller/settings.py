@@ -169,6 +169,7 @@ class ControllerSettings(Checked):
     base_effort: float = 0.01
     """Cost of base motion one metre from the goal; λ_q of the base grows as 1/|e| (eq. 14). The
     paper prints 1, its published example has 0.01."""
+    resting_effort: float = 20.0  # cost of base motion added for goals with `base_rests`
     min_error: float = 0.005
     """The weights that grow as 1/|e|, λ_q of the base and λ_δ, stop growing here [m]."""
     error_norm: Literal["euclidean", "manhattan"] = "euclidean"

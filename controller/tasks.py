@@ -153,7 +153,19 @@ class PoseTask:
                     goal.next_goal, error.position, m, lag, tick.base, tick.state.q
                 )
         measured["blend"] = 0.0 if bias is None else bias.blend
-        qp = build_qp(model, settings, tick.kinematics, twist, norm, bounds, steady, bias, bearing)
+        rests = goal.base_rests
+        qp = build_qp(
+            model,
+            settings,
+            tick.kinematics,
+            twist,
+            norm,
+            bounds,
+            steady,
+            bias,
+            bearing,
+            base_rests=rests,
+        )
         compensates = guidance is not None and goal.straight and bias is None and near > 0.0
         if guidance is not None and guidance.rests:
             qp, compensates = _qp_towards(_DECAY * tick.applied, tick), False

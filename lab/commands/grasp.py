@@ -9,7 +9,7 @@ import typer
 from app.commands import refuse
 from app.terminal import Terminal
 
-Kinds = Literal["trained", "bodies", "light", "heldout"]  # sets of objects for outcomes
+Kinds = Literal["trained", "bodies", "light", "tilted", "heldout", "heldout_tilted"]
 Workers = Annotated[int | None, typer.Option(help="Processes; default: one per core.", min=1)]
 OutcomesFolder = Annotated[Path, typer.Argument(help="Folder of `grasp outcomes`.")]
 
@@ -121,7 +121,7 @@ def outcomes(
     folder: Annotated[Path, typer.Argument(help="Where scenes are added; what is there stays.")],
     kinds: Annotated[
         Kinds,
-        typer.Option(help="Objects to learn from (three sets), or held-out ones to judge by."),
+        typer.Option(help="Objects to learn from (four sets), or held-out ones to judge by."),
     ] = "trained",
     scenes: Annotated[int, typer.Option(help="Scenes; every other one is a bin.", min=1)] = 200,
     workers: Workers = None,
@@ -142,11 +142,15 @@ def fit(
         "hold.safetensors"
     ),
     rounds: Annotated[int, typer.Option(help="Passes over the outcomes.", min=1)] = 16,
+    start: Annotated[
+        Path | None,
+        typer.Option(help="Begin with these weights, and learn from tilted approaches."),
+    ] = None,
 ) -> None:
     """Fit the network that estimates how likely a grasp holds to the outcomes in a folder."""
     from lab import grasps
 
-    grasps.fit_hold_network(folder, out, rounds=rounds, say=Terminal(stderr=True).say)
+    grasps.fit_hold_network(folder, out, rounds=rounds, say=Terminal(stderr=True).say, start=start)
     typer.echo(str(out))
 
 
@@ -156,15 +160,18 @@ def probability(
     weights: Annotated[
         Path | None, typer.Option(help="A file of `grasp fit`; default: shipped weights.")
     ] = None,
+    tilted: Annotated[
+        bool, typer.Option("--tilted", help="By the outcomes of `--kinds heldout_tilted`.")
+    ] = False,
 ) -> None:
-    """Evaluate that network on the outcomes of held-out objects (`--kinds heldout`)."""
+    """Evaluate that network on the outcomes of held-out objects (`--kinds heldout`, or tilted)."""
     from lab import grasps
     from perception.networks import load_hold, shipped_hold
 
     gripper = grasps.ROBOT.gripper
-    hold = shipped_hold(gripper) if weights is None else load_hold(weights, gripper)
+    hold = load_hold(weights, gripper) if weights else shipped_hold(gripper, tilted=tilted)
     assert hold is not None, "the shipped weights are fitted to this hand"
-    judged = grasps.read_outcomes(folder, "heldout")
+    judged = grasps.read_outcomes(folder, "heldout_tilted" if tilted else "heldout")
     Terminal().print(grasps.probability_table(judged, hold))
 
 

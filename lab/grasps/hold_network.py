@@ -8,7 +8,7 @@ equally many grasps (Naeini et al., 2015).
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -27,34 +27,43 @@ if TYPE_CHECKING:
 Array: TypeAlias = npt.NDArray[np.float64]
 Score: TypeAlias = Callable[[Array, Array], float]
 
-TRAINING_SETS = ("trained", "bodies", "light")  # the sets of outcomes that are learnt from
+TRAINING_SETS = ("trained", "bodies", "light")  # the sets of outcomes that are learnt from ...
+TILTED_SETS = ("tilted",)  # ... and those of tilted approaches, on top of them
 _BINS = 10  # of the calibration error
 _DRAWS = 1000  # of a bootstrap
 
 
-def fit_hold_network(folder: Path, out: Path, *, rounds: int, say: Callable[[str], None]) -> None:
+def fit_hold_network(
+    folder: Path, out: Path, *, rounds: int, say: Callable[[str], None], start: Path | None = None
+) -> None:
     """Fit to all outcomes of `TRAINING_SETS` in a folder, and write the weights.
 
-    Raises ConfigError: there are no outcomes, or a file cannot be read.
+    With `start`, a file of such weights, to those of `TILTED_SETS`, beginning with these weights
+    and half as fast. Raises ConfigError: there are no outcomes, or a file cannot be read.
     """
     # Not at the top: torch takes a second to import.
     import torch
 
-    from perception.networks import FitSettings, fit_hold, save_network
+    from perception.networks import FitSettings, fit_hold, load_hold_network, save_network
 
-    outcomes = read_outcomes(folder, *TRAINING_SETS)
-    settings = FitSettings(rounds=rounds)
+    sets = TRAINING_SETS if start is None else TILTED_SETS
+    outcomes, settings = read_outcomes(folder, *sets), FitSettings(rounds=rounds)
+    network = None
+    if start is not None:
+        network = load_hold_network(start)
+        settings = replace(settings, learning_rate=0.5 * settings.learning_rate)
     torch.set_num_threads(1)  # the order of sums is then always the same
 
     def report(done: FitReport) -> None:
         say(f"round {done.round} of {settings.rounds}: loss {done.loss:.4f}")
 
     say(f"{len(outcomes.good)} grasps, {100 * outcomes.good.mean():.1f} % of them good")
-    network = fit_hold(outcomes.patches, outcomes.good, ROBOT.gripper, settings, report)
+    learnt = outcomes.patches, outcomes.good, ROBOT.gripper
+    network = fit_hold(*learnt, settings, report, network)
     metadata = {
         "settings": asdict(settings),
         "grasps": len(outcomes.good),
-        "last_scenes": {name: _last_scene(folder, name) for name in TRAINING_SETS},
+        "last_scenes": {name: _last_scene(folder, name) for name in sets},
         "hand": hand_sizes(ROBOT.gripper),
         "licence": "Apache-2.0",
     }
@@ -100,7 +109,7 @@ def probability_table(judged: Outcomes, hold: HoldProbability) -> Table:
     }
     title = f"{len(good)} grasps in {len(np.unique(judged.scene))} scenes, {int(good.sum())} good"
     table = Table("estimated by", "grasps", "AUC", "calibration error", title=title)
-    _, groups = SETS["heldout"]
+    groups = SETS["heldout"].groups
     of_groups = np.array([group_of(int(seed), groups) for seed in judged.scene])
     parts = {
         "all": np.ones(len(good), dtype=np.bool_),

@@ -5,33 +5,62 @@ scenes are a file, so that an interrupted collection resumes.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 from zipfile import BadZipFile
 
 import numpy as np
 import numpy.typing as npt
 
 from config import ConfigError
+from hw.sim import World
 from lab.grasps.choice import require_physics
+from lab.grasps.results import BIN
+from lab.grasps.scenes import (
+    EVALUATION_SEED,
+    ROBOT,
+    Array,
+    View,
+    camera_noise,
+    nearest_object,
+    noisy_frame,
+    random_view,
+)
+from lab.grasps.tilts import approach, in_a_room, looking_along
 from lab.shared import run_all
 from perception import Candidates, GraspDetector, GraspPatches, Proposals, joined_patches
 
-SETS: Mapping[str, tuple[int, tuple[str, ...]]] = {
-    "trained": (200_000, ("trained", "trained, drawn out")),
-    "bodies": (300_000, ("bodies", "bodies, drawn out")),
-    "light": (400_000, ("trained, as they are", "bodies, as they are")),
-    "heldout": (0, ("shapes", "heavy", "modelled", "large")),
+
+class SceneSet(NamedTuple):
+    """A set of scenes."""
+
+    first: int  # seed of the first one
+    groups: tuple[str, ...]  # of objects, which take turns
+    tilted: bool = False  # whether the approach is, from 15 degrees to level
+
+
+_HEAVIER = ("trained", "trained, drawn out")
+_BODIES = ("bodies", "bodies, drawn out")
+_LIGHT = ("trained, as they are", "bodies, as they are")
+_HELDOUT = ("shapes", "heavy", "modelled", "large")
+SETS: Mapping[str, SceneSet] = {
+    "trained": SceneSet(200_000, _HEAVIER),
+    "bodies": SceneSet(300_000, _BODIES),
+    "light": SceneSet(400_000, _LIGHT),
+    "tilted": SceneSet(500_000, (*_HEAVIER, *_BODIES, *_LIGHT), tilted=True),
+    "heldout": SceneSet(0, _HELDOUT),
+    "heldout_tilted": SceneSet(600_000, _HELDOUT, tilted=True),
 }
-"""By name: seed of the first scene, and the groups of objects that take turns. Nothing is ever
-trained on the last."""
+"""By name; nothing is ever trained on the held-out ones."""
 SCENES = 50  # scenes in each file
 _GRASP_STREAM = 4  # of random numbers
-_POINTS = 40  # tried in a frame at most
+_POINTS = 40  # tried in a frame
 _GRASPS = 6  # executed of a frame at most
 _DIRECTIONS = 4  # at each point
-_FEASIBLE = 16  # grasps at a point at most, of which one is drawn
+_APPROACHES = 3  # to a scene, if they are tilted
+_TILTS = (np.radians(15.0), np.radians(90.0))  # of them [rad]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -48,26 +77,25 @@ class Outcomes:
 _COLUMNS = tuple(f.name for f in fields(Outcomes) if f.name != "patches")
 
 
-class _OnePoint:
-    """Proposes one random point where a grasp may be."""
+class _RandomPoints:
+    """Proposes random points where a grasp may be."""
 
-    name = "one"
+    name = "points"
 
     def __init__(self, rng: np.random.Generator) -> None:
         self._rng = rng
 
     def propose(self, image: npt.NDArray[np.float32], allowed: npt.NDArray[np.bool_]) -> Proposals:
         v, u = np.nonzero(allowed)
-        at = self._rng.integers(len(u))
+        at = self._rng.integers(len(u), size=_POINTS)
         found = Candidates(
-            pixel=np.array([[u[at], v[at]]], dtype=float),
-            angle=self._rng.uniform(0.0, np.pi, 1),
-            width=np.zeros(1),
-            quality=np.ones(1),
+            pixel=np.stack([u[at], v[at]], axis=1).astype(float),
+            angle=self._rng.uniform(0.0, np.pi, _POINTS),
+            width=np.zeros(_POINTS),
+            quality=np.ones(_POINTS),
         )
-        return Proposals(
-            found, allowed.astype(np.float32), _DIRECTIONS, turn_cost=0.0, most=_FEASIBLE
-        )
+        every = _POINTS * _DIRECTIONS
+        return Proposals(found, allowed.astype(np.float32), _DIRECTIONS, turn_cost=0.0, most=every)
 
 
 def group_of(seed: int, groups: tuple[str, ...]) -> str:
@@ -75,41 +103,35 @@ def group_of(seed: int, groups: tuple[str, ...]) -> str:
     return groups[seed // 2 % len(groups)]
 
 
-def scene_outcomes(seed: int, groups: tuple[str, ...]) -> Outcomes | None:
+def scene_outcomes(seed: int, scenes: SceneSet) -> Outcomes | None:
     """Random feasible grasps, each executed in the same scene at rest; None without any.
 
-    Half the scenes are one object in one view, half are bins in two views.
+    Straight down, half the scenes are one object in one view, half are bins in two views. Along
+    tilted approaches, a third of them are three objects, and each is seen along three approaches.
     """
     # Not at the top: MuJoCo is an extra.
     from lab.grasps.dropped_scenes import drop_scene
     from lab.grasps.judge import execute
-    from lab.grasps.results import BIN
-    from lab.grasps.scenes import EVALUATION_SEED, ROBOT, nearest_object, noisy_frame, random_view
 
-    count = (1, BIN)[seed % 2]
-    scene = drop_scene(seed, count, group=group_of(seed, groups))
     rng = np.random.default_rng((EVALUATION_SEED, _GRASP_STREAM, seed))
+    group, tilted = group_of(seed, scenes.groups), scenes.tilted
+    count = int(rng.choice((1, 1, 3))) if tilted else (1, BIN)[seed % 2]
+    scene = drop_scene(seed, count, group=group, bare=tilted, standing=tilted and seed % 2 == 1)
+    if tilted:
+        scene = replace(scene, world=in_a_room(scene.world))
     recorder = _Recorder()
-    detector = GraspDetector(gripper=ROBOT.gripper, proposer=_OnePoint(rng), hold=recorder)
+    detector = GraspDetector(gripper=ROBOT.gripper, proposer=_RandomPoints(rng), hold=recorder)
     patches: list[GraspPatches] = []
     good: list[bool] = []
     mass: list[float] = []
-    for _ in range(1 if count == 1 else 2):
-        view = random_view(scene.world, rng)
+    for wRa, view in (_tilted_views if tilted else _views)(scene.world, rng):
         frame = noisy_frame(scene.world.shapes(), view.wTc, view.noise, rng)
-        remaining = _GRASPS
-        for _ in range(_POINTS):
-            found = detector.detect(frame, scene.region).grasps
-            if not found:
-                continue
-            chosen = int(rng.integers(len(found)))
-            attempt = execute(*scene.hand(), found[chosen])
+        found = detector.detect(frame, scene.region, wRa=wRa).grasps
+        for chosen in rng.permutation(len(found))[:_GRASPS]:
+            attempt = execute(*scene.hand(wRa), found[chosen])
             patches.append(recorder.patches.only(np.array([chosen])))
             good.append(attempt.held and not attempt.hard)
             mass.append(nearest_object(scene.world, found[chosen].wTg.translation).mass)
-            remaining -= 1
-            if not remaining:
-                break
     if not good:
         return None
     return Outcomes(
@@ -119,6 +141,21 @@ def scene_outcomes(seed: int, groups: tuple[str, ...]) -> Outcomes | None:
         objects=np.full(len(good), count),
         mass=np.array(mass),
     )
+
+
+def _views(world: World, rng: np.random.Generator) -> Iterator[tuple[Array, View]]:
+    """From above, each with the frame a of its approach; see `approach`."""
+    for _ in range(min(len(world.objects), 2)):
+        yield np.eye(3), random_view(world, rng)
+
+
+def _tilted_views(world: World, rng: np.random.Generator) -> Iterator[tuple[Array, View]]:
+    """Along three approaches to random objects."""
+    for _ in range(_APPROACHES):
+        wRa = approach(rng.uniform(*_TILTS), rng.uniform(-np.pi, np.pi))
+        target = world.objects[rng.integers(len(world.objects))].pose.translation
+        wTc = looking_along(wRa, target, rng)
+        yield wRa, View(wTc=wTc, noise=camera_noise(rng.random()))
 
 
 class _Recorder:
@@ -141,7 +178,7 @@ def collect_outcomes(
     """
     require_physics("grasp outcomes")
     folder.mkdir(parents=True, exist_ok=True)
-    first, _ = SETS[kinds]
+    first = SETS[kinds].first
     starts = range(first, first + scenes, SCENES)
     missing = [start for start in starts if not _file(folder, kinds, start).exists()]
     for number, found in run_all(partial(_some_scenes, kinds), missing, workers=workers, batch=1):
@@ -162,12 +199,11 @@ def read_outcomes(folder: Path, *kinds: str) -> Outcomes:
 
 
 def _some_scenes(kinds: str, start: int) -> Outcomes:
-    _, groups = SETS[kinds]
     return _joined(
         [
             found
             for seed in range(start, start + SCENES)
-            if (found := scene_outcomes(seed, groups)) is not None
+            if (found := scene_outcomes(seed, SETS[kinds])) is not None
         ]
     )
 

@@ -70,7 +70,7 @@ def _scene(choice: NetworkChoice, tilts_deg: Sequence[float], by_chance: int, se
     from lab.grasps.judge import best_grasp, execute, holds_by_chance
 
     scene = drop_scene(seed, 1, bare=True, standing=seed % 2 == 1)
-    scene = replace(scene, world=_in_a_room(scene.world))
+    scene = replace(scene, world=in_a_room(scene.world))
     (obj,) = scene.world.objects
     attempts, hopeless = [], []
     for tilt_deg in tilts_deg:
@@ -90,7 +90,7 @@ def _scene(choice: NetworkChoice, tilts_deg: Sequence[float], by_chance: int, se
     return _Judged(f"{scene.group}, {class_of(obj)}", attempts, hopeless)
 
 
-def _in_a_room(world: World) -> World:
+def in_a_room(world: World) -> World:
     """The world with walls, which are behind everything in a level view."""
     walls = [
         Geom(Box((_ROOM, _ROOM, _ROOM)), SE3(np.eye(3), 2.0 * _ROOM * side), "wall")

@@ -73,10 +73,11 @@ class GraspDetector:
             from perception.networks import Proposer, load_network, shipped_network
 
             proposer = Proposer(load_network(weights) if weights else shipped_network())
+        self._hold_tilted = hold
         if hold is None and not by_check:
             from perception.networks import shipped_hold
 
-            hold = shipped_hold(gripper)
+            hold, self._hold_tilted = (shipped_hold(gripper, tilted=t) for t in (False, True))
         self.proposer: CandidateSource = proposer
         self._hold = hold
 
@@ -147,6 +148,7 @@ class GraspDetector:
             return _no_grasp(frame, NOTHING, covered)
         proposals = self.proposer.propose(prepared.network_input, allowed)
         is_meant = isinstance(workspace, ObjectRegion)
+        hold = self._hold if wRa is None else self._hold_tilted
         ranking = GraspRanking(
             along,
             prepared,
@@ -154,12 +156,12 @@ class GraspDetector:
             workspace_along(workspace, wRa),
             floor,
             self._gripper,
-            self._hold,
+            hold,
         )
         grasps = ranking.among(proposals)
         # Without a hold estimate, spread points find chords at the rims of objects that are too
         # wide, so then they are tried only on given objects.
-        if not grasps and self._otherwise is not None and (is_meant or self._hold is not None):
+        if not grasps and self._otherwise is not None and (is_meant or hold is not None):
             grasps = ranking.among(self._otherwise.propose(prepared.network_input, allowed))
         if grasps:
             reason = ""

@@ -140,20 +140,35 @@ def as_tensors(patches: GraspPatches, gripper: GripperDescription) -> tuple[Tens
     return near, near_unknown, far, far_unknown, numbers, measures
 
 
-def load_hold(path: Path, gripper: GripperDescription) -> HoldProbability:
-    """The probability that grasps of a hand hold, by the weights of a file.
+def load_hold_network(path: Path) -> HoldNetwork:
+    """The network with the weights of a file.
 
     Raises:
         WeightsError: the file is missing, unreadable or of another network.
     """
     network = HoldNetwork()
     network.load_state_dict(read_state(path, network))
-    return probability_by(network, gripper)
+    return network
 
 
-def shipped_hold(gripper: GripperDescription) -> HoldProbability | None:
-    """The same by the shipped weights; None for a hand that they were not fitted to."""
-    with as_file(files("perception") / "weights" / "hold.safetensors") as path:
+def load_hold(path: Path, gripper: GripperDescription) -> HoldProbability:
+    """The probability that grasps of a hand hold, by the weights of a file.
+
+    Raises:
+        WeightsError: see `load_hold_network`.
+    """
+    return probability_by(load_hold_network(path), gripper)
+
+
+def shipped_hold(gripper: GripperDescription, *, tilted: bool = False) -> HoldProbability | None:
+    """The same by the shipped weights; None for a hand that they were not fitted to.
+
+    Args:
+        gripper: the hand.
+        tilted: for tilted approaches, not from straight above.
+    """
+    name = "hold_tilted.safetensors" if tilted else "hold.safetensors"
+    with as_file(files("perception") / "weights" / name) as path:
         if read_metadata(path).get("hand") != hand_sizes(gripper):
             return None
         return load_hold(path, gripper)

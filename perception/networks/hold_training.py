@@ -1,6 +1,7 @@
 """Fit of the hold network to outcomes of grasps."""
 
 from collections.abc import Callable
+from copy import deepcopy
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,11 +42,15 @@ def fit_hold(
     gripper: GripperDescription,
     settings: FitSettings,
     report: Callable[[FitReport], None],
+    start: HoldNetwork | None = None,
 ) -> HoldNetwork:
-    """A network fitted to whether N grasps held (N,); the same for the same ones on one thread."""
+    """A network fitted to whether N grasps held (N,); the same for the same ones on one thread.
+
+    It begins with the weights of `start`, or with random ones.
+    """
     torch.manual_seed(settings.seed)
     rng = np.random.default_rng(settings.seed)
-    network = HoldNetwork()
+    network = HoldNetwork() if start is None else deepcopy(start)
     inputs, truth = as_tensors(patches, gripper), torch.from_numpy(good.astype(np.float32))
     batches = max(1, len(truth) // settings.batch)
     optimizer = torch.optim.AdamW(

@@ -54,6 +54,21 @@ def test_keeps_the_hand_still_while_the_base_finds_its_place():
         assert report.position_error < 0.01
 
 
+def test_the_arm_goes_down_alone_where_the_base_shall_rest():
+    above = tool_pose(1.5, 0.2, 0.9, tilt=-0.7)
+    before = run_to(PoseGoal(wTe=above), seconds=2.0)  # the base still drives
+    down = above * SE3(np.eye(3), np.array([0.0, 0.0, 0.12]))
+
+    def way(*, base_rests: bool) -> float:
+        goal = PoseGoal(wTe=down, straight=True, speed=0.25, base_rests=base_rests)
+        state = State(before.state.wTb, before.state.q)
+        run = run_to(goal, state=state, last=before.commands[-1])
+        assert run.arrived
+        return float(np.linalg.norm(before.state.wTb.actInv(run.state.wTb.translation)))
+
+    assert way(base_rests=True) < 0.5 * way(base_rests=False)
+
+
 def test_without_a_goal_it_brakes_to_rest_within_the_acceleration_limits():
     moving = Command(base_twist=np.array([0.9, 0.0, -0.8]), qd=np.full(7, 1.0))
     run = run_to(None, last=moving, seconds=1.0)

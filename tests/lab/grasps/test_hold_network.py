@@ -32,7 +32,8 @@ def test_a_collection_is_the_same_again_and_goes_on_where_it_was(
     monkeypatch.setattr(outcomes, "SCENES", 1)
     monkeypatch.setattr(outcomes, "_GRASPS", 2)
     # A bin that shows grasps from both views.
-    monkeypatch.setitem(outcomes.SETS, "trained", (200_002, outcomes.SETS["trained"][1]))
+    shown = outcomes.SETS["trained"]._replace(first=200_002)
+    monkeypatch.setitem(outcomes.SETS, "trained", shown)
     once, interrupted = tmp_path / "once", tmp_path / "interrupted"
     collect(once, 2)
     collect(interrupted, 1)
@@ -85,13 +86,17 @@ def test_the_fit_finds_what_the_check_does_not_see() -> None:
 
 @pytest.mark.slow
 def test_what_is_fitted_can_be_judged_and_used(tmp_path: Path) -> None:
-    for kinds in ("trained", "heldout"):
+    for kinds in ("trained", "tilted", "heldout", "heldout_tilted"):
         outcomes._write(outcomes._file(tmp_path, kinds, 0), drawn(60))
     out = tmp_path / "hold.safetensors"
     assert call("grasp", "fit", tmp_path, "--out", out, "--rounds", 1)[0] == 0
     code, told, _ = call("grasp", "probability", tmp_path, "--weights", out)
     assert code == 0
     assert "60 grasps in 60 scenes" in told
+    tilted = tmp_path / "tilted.safetensors"
+    assert call("grasp", "fit", tmp_path, "--start", out, "--out", tilted, "--rounds", 1)[0] == 0
+    assert call("grasp", "probability", tmp_path, "--weights", tilted, "--tilted")[0] == 0
+    assert out.read_bytes() != tilted.read_bytes()
     assert load_hold(out, GRIPPER)(drawn(3).patches).shape == (3,)
 
 
