@@ -21,7 +21,7 @@ from behaviours.core.parameter_types import (
     ToolPose,
 )
 from behaviours.core.validation import validate_grasp
-from behaviours.views.grasp_target import DOUBTFUL, GraspTarget, OtherViews
+from behaviours.views.grasp_target import GraspTarget, OtherViews
 from behaviours.views.objects import Choice, Choose
 from behaviours.views.surface import floor_error
 from controller import Array, PoseGoal, StepReport
@@ -193,7 +193,7 @@ class Grasp(Leaf):
         is_above = report.position_error <= _ABOVE_POSITION
         if not is_above or report.orientation_error > _ABOVE_ANGLE:
             return self.running(f"locked, {report.position_error:.3f} m to go")
-        if grasp.quality < DOUBTFUL and self._views.begin(grasp.wTg.translation):
+        if grasp.quality < self._views.doubtful and self._views.begin(grasp.wTg.translation):
             return self._look()
         self.grip(grasp.opening, self._force)
         self.context.log.floor_error = floor_error(vision.frame, wTg.translation, self._within)

@@ -19,7 +19,8 @@ from config import counted
 from controller import Array
 from perception import DetectedObject, GraspEstimate
 
-DOUBTFUL = 0.1  # grasp quality below which an attempt looks again
+DOUBTFUL = 0.1  # grasp quality below which an attempt looks again ...
+_DOUBTFUL_TILTED = 0.5  # ... and that of a tilted hand, which may come from another side
 LOOKS = 2  # attempts look again this often, where no grasp, or a doubtful one, is seen
 LOOK_HEIGHT = 0.4  # distance of the camera then [m]
 _BESIDE = 0.3  # ... and when it looks from a side, from where it reaches less far [m]
@@ -146,6 +147,11 @@ class OtherViews:
     def wRa(self) -> Array | None:
         """(3, 3) the axes of the present direction; None for straight down."""
         return None if self._turned.is_straight else self._turned.rotation
+
+    @property
+    def doubtful(self) -> float:
+        """The grasp quality below which another view is worth its time."""
+        return DOUBTFUL if self.wRa is None else _DOUBTFUL_TILTED
 
     def begin(self, point: Array | None = None) -> bool:
         """Start to look at a point (3,) in the world [m]; whether there is another view.

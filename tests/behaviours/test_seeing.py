@@ -151,7 +151,7 @@ def test_where_no_grasp_is_seen_the_camera_looks_again_from_above():
 
 def test_a_hand_looks_again_before_it_goes_down_on_a_doubtful_grasp(monkeypatch):
     harness = over_the_table(block(x=0.75, y=0.05))
-    monkeypatch.setattr("behaviours.grasp.DOUBTFUL", 1.1)
+    monkeypatch.setattr("behaviours.views.grasp_target.DOUBTFUL", 1.1)
     leaf = grasp(harness)
     harness.tick(leaf)
     assert highest_view(harness, leaf, 0.75, 0.05) > 0.38
