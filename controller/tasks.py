@@ -153,7 +153,6 @@ class PoseTask:
                     goal.next_goal, error.position, m, lag, tick.base, tick.state.q
                 )
         measured["blend"] = 0.0 if bias is None else bias.blend
-        rests = goal.base_rests
         qp = build_qp(
             model,
             settings,
@@ -164,7 +163,7 @@ class PoseTask:
             steady,
             bias,
             bearing,
-            base_rests=rests,
+            base_rests=goal.base_rests,
         )
         compensates = guidance is not None and goal.straight and bias is None and near > 0.0
         if guidance is not None and guidance.rests:

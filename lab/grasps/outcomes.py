@@ -5,7 +5,7 @@ scenes are a file, so that an interrupted collection resumes.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -28,7 +28,7 @@ from lab.grasps.scenes import (
     noisy_frame,
     random_view,
 )
-from lab.grasps.tilts import approach, in_a_room, looking_along
+from lab.grasps.tilts import approach, bare_scene, looking_along
 from lab.shared import run_all
 from perception import Candidates, GraspDetector, GraspPatches, Proposals, joined_patches
 
@@ -115,10 +115,10 @@ def scene_outcomes(seed: int, scenes: SceneSet) -> Outcomes | None:
 
     rng = np.random.default_rng((EVALUATION_SEED, _GRASP_STREAM, seed))
     group, tilted = group_of(seed, scenes.groups), scenes.tilted
-    count = int(rng.choice((1, 1, 3))) if tilted else (1, BIN)[seed % 2]
-    scene = drop_scene(seed, count, group=group, bare=tilted, standing=tilted and seed % 2 == 1)
     if tilted:
-        scene = replace(scene, world=in_a_room(scene.world))
+        scene = bare_scene(seed, int(rng.choice((1, 1, 3))), group)
+    else:
+        scene = drop_scene(seed, (1, BIN)[seed % 2], group=group)
     recorder = _Recorder()
     detector = GraspDetector(gripper=ROBOT.gripper, proposer=_RandomPoints(rng), hold=recorder)
     patches: list[GraspPatches] = []
@@ -138,7 +138,7 @@ def scene_outcomes(seed: int, scenes: SceneSet) -> Outcomes | None:
         patches=joined_patches(patches),
         good=np.array(good),
         scene=np.full(len(good), seed),
-        objects=np.full(len(good), count),
+        objects=np.full(len(good), len(scene.world.objects)),
         mass=np.array(mass),
     )
 

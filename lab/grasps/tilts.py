@@ -4,10 +4,12 @@ The same objects, lying or standing on a surface without walls, are seen and gra
 tilt, from one side. Importing this does not import MuJoCo.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from pinocchio import SE3, exp3
@@ -17,6 +19,9 @@ from lab.grasps.choice import NetworkChoice, all_results, require_physics
 from lab.grasps.results import NO_GRASP, Attempt, GraspEvaluation, Row
 from lab.grasps.scenes import EVALUATION_SEED, FLOOR, Array, camera_noise, class_of
 from robots import Box, Geom
+
+if TYPE_CHECKING:
+    from lab.grasps.dropped_scenes import DroppedScene
 
 _DISTANCE = (0.4, 0.5)  # of the camera from the object [m]
 _LOWEST = 0.1  # height of the camera over the floor: it is above the hand [m]
@@ -66,11 +71,9 @@ def evaluate_tilts(
 
 def _scene(choice: NetworkChoice, tilts_deg: Sequence[float], by_chance: int, seed: int) -> _Judged:
     from behaviours import LOOKS
-    from lab.grasps.dropped_scenes import drop_scene
     from lab.grasps.judge import best_grasp, execute, holds_by_chance
 
-    scene = drop_scene(seed, 1, bare=True, standing=seed % 2 == 1)
-    scene = replace(scene, world=in_a_room(scene.world))
+    scene = bare_scene(seed, 1)
     (obj,) = scene.world.objects
     attempts, hopeless = [], []
     for tilt_deg in tilts_deg:
@@ -90,7 +93,15 @@ def _scene(choice: NetworkChoice, tilts_deg: Sequence[float], by_chance: int, se
     return _Judged(f"{scene.group}, {class_of(obj)}", attempts, hopeless)
 
 
-def in_a_room(world: World) -> World:
+def bare_scene(seed: int, count: int, group: str | None = None) -> DroppedScene:
+    """Objects at rest on a surface without walls, in a room; in every other scene they stand."""
+    from lab.grasps.dropped_scenes import drop_scene
+
+    scene = drop_scene(seed, count, group=group, bare=True, standing=seed % 2 == 1)
+    return replace(scene, world=_in_a_room(scene.world))
+
+
+def _in_a_room(world: World) -> World:
     """The world with walls, which are behind everything in a level view."""
     walls = [
         Geom(Box((_ROOM, _ROOM, _ROOM)), SE3(np.eye(3), 2.0 * _ROOM * side), "wall")

@@ -73,13 +73,13 @@ class GraspDetector:
             from perception.networks import Proposer, load_network, shipped_network
 
             proposer = Proposer(load_network(weights) if weights else shipped_network())
-        self._hold_tilted = hold
+        hold_tilted = hold
         if hold is None and not by_check:
             from perception.networks import shipped_hold
 
-            hold, self._hold_tilted = (shipped_hold(gripper, tilted=t) for t in (False, True))
+            hold, hold_tilted = (shipped_hold(gripper, tilted=t) for t in (False, True))
         self.proposer: CandidateSource = proposer
-        self._hold = hold
+        self._hold, self._hold_tilted = hold, hold_tilted
 
     def detect(
         self,
