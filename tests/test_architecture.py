@@ -72,7 +72,7 @@ SIDE_BY_SIDE = {
     )
 }
 """Rooms of one floor, which do not know each other."""
-LONGEST = 300
+LONGEST = 400
 
 FILES = sorted(
     path
