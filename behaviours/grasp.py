@@ -155,7 +155,7 @@ class Grasp(Leaf):
         if grasp is None:
             if self._views.begin_if_lost(self._target):
                 return self._look()
-            if now - self._seen > self._patience:
+            if now - self._seen > self._patience and not vision.is_late(read):
                 if vision.detection is not None and vision.detection.grasps:
                     vision.tracker.forget()  # every grasp in sight failed once: try them again
                 if self._views.begin():

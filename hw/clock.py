@@ -19,6 +19,10 @@ class Clock(Protocol):
 
     is_real: bool  # whether it runs by itself, and the robot with it
 
+    @property
+    def lost(self) -> float:
+        """How far it has fallen behind the real time that it is to keep, in all [s]."""
+
     def now(self) -> float:
         """Seconds since the session began [s]."""
 
@@ -58,16 +62,21 @@ class Deliveries:
                 delivered.set_result(work.result())
 
 
-_SLACK = 0.02  # a paced clock that lags behind real time by more than this skips the lag [s]
+_SLACK = 0.02  # by which a paced clock may lag behind real time and catch up again [s]
 
 
 class SimClock:
-    """Simulated time: it jumps on request; at most `pace` seconds a second if that is given."""
+    """Simulated time: it jumps on request, and waits for real time where it is `paced`.
 
-    def __init__(self, pace: float | None = None) -> None:
+    Nothing is left out: where the computer is too slow, simulated time goes slower than real time.
+    """
+
+    is_real = False
+
+    def __init__(self, *, paced: bool = False) -> None:
         self._now = 0.0
-        self._pace, self.is_real = pace, pace is not None
-        self._began: float | None = None
+        self._paced, self.lost = paced, 0.0
+        self._began: float | None = None  # when simulated time was zero, later by what was lost [s]
         self._deliveries = Deliveries()
 
     def now(self) -> float:
@@ -75,30 +84,29 @@ class SimClock:
         return self._now
 
     def sleep_until(self, stamp: float) -> None:
-        """Advance to `stamp` [s], never backwards; the pace counts from the first call."""
+        """Advance to `stamp` [s], never backwards; real time counts from the first call."""
         self._now = max(self._now, stamp)
-        if self._pace is not None:
-            self._keep_pace(self._pace)
+        if self._paced:
+            self._keep_pace()
         self._deliveries.deliver(self._now)
 
     def due(self, work: Future[Result], seconds: float) -> Future[Result]:
         """What gets the result of work `seconds` [s] from now."""
         return self._deliveries.add(work, self._now + seconds)
 
-    def _keep_pace(self, pace: float) -> None:
-        if self._began is None:
-            self._began = time.monotonic() - self._now / pace
-        ahead = self._now / pace - (time.monotonic() - self._began)
-        if ahead > 0.0:
-            time.sleep(ahead)
-        elif ahead < -_SLACK:
-            self._now -= ahead * pace
+    def _keep_pace(self) -> None:
+        """Sleep until real time has come as far; its lead beyond the slack is lost."""
+        real = time.monotonic()
+        began = real - self._now if self._began is None else self._began
+        self._began = max(began, real - self._now - _SLACK)
+        self.lost += self._began - began
+        time.sleep(max(0.0, self._began + self._now - real))
 
 
 class WallClock:
     """Real, monotonic time since the clock was made."""
 
-    is_real = True
+    is_real, lost = True, 0.0
 
     def __init__(self) -> None:
         self._start = time.monotonic()

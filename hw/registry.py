@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from config import UserError, suggest
-from hw.clock import Clock, SimClock, Worker
+from hw.clock import Clock, SimClock, WallClock, Worker
 from hw.robot import Robot
 from hw.truth import Truth
 from robots import RobotDescription, load_real_robot, load_robot, with_base_speeds
@@ -34,7 +34,8 @@ class WorldOptions:
     base_speed: float | None = None  # limit [m/s]; None keeps that of the robot
     reverse_speed: float | None = None  # the same backwards; None keeps its share
     localisation: str | None = "exact"  # how wrong a simulated robot is; None: as `DEFAULT_LEVEL`
-    paced: bool = False  # in real time instead of as fast as possible
+    paced: bool = False  # not faster than real time
+    real_clock: bool = False  # a simulated robot that does not wait for its loop, as a real one
     armed: bool = False  # a person has allowed a real robot to move
     announce: Callable[[str], None] | None = None
     """Told the speed of a real robot, and before its hand is homed at connecting; without it the
@@ -92,7 +93,7 @@ def _simulated(description: RobotDescription, world: str, options: WorldOptions)
 
     level = load_localisation(options.localisation or DEFAULT_LEVEL)
     truth = load_scene(options.scene, options.seed, description.base.size[:2], level.moved)
-    clock = SimClock(pace=1.0 if options.paced else None)
+    clock: Clock = WallClock() if options.real_clock else SimClock(paced=options.paced)
     robot = make(
         description,
         truth,

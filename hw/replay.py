@@ -44,7 +44,7 @@ class Difference:
 class ReplayClock:
     """Session time as recorded: first for a reading, then for its command."""
 
-    is_real = False
+    is_real, lost = False, 0.0
 
     def __init__(self, times: npt.NDArray[np.float64]) -> None:
         self._times = times

@@ -25,6 +25,7 @@ from hw import (
     SimClock,
     TaskClock,
     TaskTime,
+    WallClock,
 )
 from hw.sim import SimObject, World, kinematic_robot
 from hw.sim.body import Dynamics
@@ -162,10 +163,10 @@ class Harness:
         world: World | None = None,
         robot: str = "frankie",
         dynamics: Dynamics | None = None,
-        pace: float | None = None,
+        real_clock: bool = False,
         at: tuple[np.ndarray, SE3] | None = None,
     ) -> None:
-        self.clock = SimClock(pace)
+        self.clock = WallClock() if real_clock else SimClock()
         self.world = world or open_floor()
         described = load_robot(robot)
         # Rendering takes most of the time of a test.

@@ -15,7 +15,7 @@ from app.core.files.folder import (
     begun,
 )
 from app.core.launch import run_task
-from app.core.measurements import Measurements
+from app.core.measurements import TOO_SLOW, Measurements
 from app.core.outcome import End, Outcome
 from app.core.replay import replay_run
 from app.core.run import Instruments

@@ -158,7 +158,8 @@ class Run:
         for name, sender in self._senders.items():
             tell(name, partial(sender, seen))
         log = self._setup.context.log
-        moment = Moment(seen, log.placed, log.attempts, why, log.in_hand is not None)
+        holds = log.in_hand is not None
+        moment = Moment(seen, log.placed, log.attempts, why, holds, tick.too_slow)
         tell("the controls", lambda: console.show(moment, changed=changed))
         if (display := self._display) is not None:
             tell("the terminal", lambda: display.update(moment, changed=changed))
@@ -188,7 +189,7 @@ class Run:
             nodes=self._nodes,
             robot=self._setup.recorded,
             attended=self._console.control.attended,
-            lossless=not self._options.paced,
+            lossless=not self._setup.clock.session.is_real,
             frames=self._options.replayable,
         )
 
@@ -200,7 +201,7 @@ class Run:
             tree=tree_view(self._nodes),
             model=RobotModel(self._setup.robot.description),
             scene=self._scene,
-            lossless=not self._options.paced,
+            lossless=not self._setup.clock.session.is_real,
             server=self._viewer.server,
         )
 

@@ -9,6 +9,7 @@ import gc
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from math import ceil
 
 import numpy as np
 from py_trees.behaviour import Behaviour
@@ -49,6 +50,7 @@ class Tick:
     context: Context
     seconds: float  # real time from the reading to the command [s]
     paused: bool  # whether the task's clock is held because a person has paused the tree
+    too_slow: str = ""  # that the computer does not keep real time, for people
 
 
 class NobodyHereError(HardwareError):
@@ -89,14 +91,14 @@ class Session:
             context.robot.stop, lambda: abandon(self._outcome_of(LoopBlockedError())), patience
         )
         self._watch = watch
-        self._number, self._due, self._origin = 0, 0, 0.0
+        self._number, self._due, self._origin, self._began = 0, 0, 0.0, stopwatch()
         self._period = controller.settings.period
         self._stage = Stage.READ
         self._report: StepReport | None = None
 
     def run(self) -> Outcome:
         """Tick until the tree ends, an error or an interrupt, and bring the robot to rest."""
-        self._origin = self._clock.session.now()
+        self._origin, self._began = self._clock.session.now(), stopwatch()
         with _frozen_garbage(), self._watchdog:
             outcome = self._guarded(self._run_tree)
             rest = outcome
@@ -119,7 +121,8 @@ class Session:
             return self._outcome_of(error)
 
     def _outcome_of(self, error: BaseException) -> Outcome:
-        return outcome_of(error, self._stage, self._root, self._context)
+        too_slow = self._measurements.too_slow
+        return outcome_of(error, self._stage, self._root, self._context, too_slow)
 
     def _run_tree(self) -> Outcome:
         while not self._control.stopped:
@@ -209,6 +212,7 @@ class Session:
                 context=self._context,
                 seconds=seconds,
                 paused=self._clock.held,
+                too_slow=measurements.too_slow,
             )
             self._watch(tick)
         measurements.late_ticks += not paused and stopwatch() - begun > self._period
@@ -224,9 +228,14 @@ class Session:
         due = self._origin + self._due * period
         clock.sleep_until(due)
         late = clock.now() - due
-        if late >= period * (1.0 - 1e-6):
-            self._origin += late
-            self._measurements.missed_ticks += 0 if paused else int(late / period + 1e-6)
+        if late >= period * (1.0 - 1e-6):  # up to the next moment: other threads want time, too
+            missed = ceil(late / period - 1e-6)
+            self._due += missed
+            clock.sleep_until(due + missed * period)
+            self._measurements.missed_ticks += 0 if paused else missed
+        real = stopwatch() - self._began - self._measurements.paused_s
+        lost = clock.lost + self._measurements.missed_ticks * period
+        self._measurements.keep_time(real, lost, robot_waits=not clock.is_real)
 
     def _come_to_rest(self) -> Outcome:
         for _ in range(round(_LONGEST_STOP / self._period)):

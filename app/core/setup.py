@@ -117,6 +117,7 @@ def open_setup(
         reverse_speed=options.reverse_speed,
         localisation=options.localisation,
         paced=options.paced,
+        real_clock=options.real_clock,
         armed=options.armed,
         announce=announce,
     )

@@ -70,6 +70,7 @@ class Summary:
     stalls: int  # how often the watchdog stopped the robot because a tick took too long
     perception_s: float  # real time of image processing within ticks
     real_time_factor: float  # simulated seconds per real second
+    too_slow: str  # that the computer did not keep real time, in one line; empty if it did
     localisation: str  # how the base was localised, in one line; empty if it was exact
     messages: list[str]  # messages of the task to people, in order
     warnings: list[str]  # what could not be recorded or shown
@@ -132,6 +133,7 @@ class Summary:
             f"{self.late_ticks} longer than its period, {self.missed_ticks} left out",
             "localisation": self.localisation,
             "contacts": f"{self.contacts}: {hits}" if self.contacts else "",
+            "computer": self.too_slow,
             "stalls": f"{self.stalls}: the watchdog stopped the robot" if self.stalls else "",
             "messages": "\n".join(self.messages),
             "refused": ", ".join(f"{n} {why}" for why, n in self.refused_commands.items()),
@@ -186,6 +188,7 @@ def summarise(
         late_ticks=measured.late_ticks,
         missed_ticks=measured.missed_ticks,
         stalls=measured.stalls,
+        too_slow=measured.too_slow_on_the_whole,
         real_time_factor=round(duration / real_seconds, 3) if real_seconds > 0.0 else 0.0,
         messages=[text for _, text in log.messages],
         carried=carried,

@@ -141,6 +141,8 @@ def _head(info: RunInfo, moment: Moment) -> Text:
         text.append(f" FAULT: {'; '.join(faults)} ", style="bold white on red").append(" ")
     if moment.paused:
         text.append(f" PAUSED {moment.paused} ", style="bold black on yellow").append(" ")
+    if moment.too_slow:
+        text.append(f" {moment.too_slow} ", style="bold black on yellow").append(" ")
     text.append(info.task, style="bold")
     text.append(f"  {info.where}", style="bright_black")
     return text

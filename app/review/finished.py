@@ -45,6 +45,7 @@ class RecordedSummary(_Recorded):
     seed: int | None = None
     node: str = ""
     localisation: str = ""
+    too_slow: str = ""
     duration_s: _Seconds | None = None
     paused_s: _Seconds = 0.0
     placed: _Count | None = None

@@ -6,7 +6,7 @@ from math import degrees
 from hw.clock import WallClock
 from hw.drivers import parts_of
 from hw.hardware.arming import is_proven, site_of, slowness, speed_note, speed_percent, too_slow
-from hw.hardware.computer import Finding, Verdict, computer, is_good
+from hw.hardware.computer import Finding, Verdict, computer, is_good, room
 from hw.hardware.lock import CommandedError, RobotLock
 from hw.hardware.parts import findings_of
 from hw.robot import HardwareError
@@ -16,6 +16,7 @@ from robots import RealRobot, load_robot
 def examine(real: RealRobot | None, *, armed: bool = False) -> Iterator[Finding]:
     """Findings about the computer, and a robot (with its emulators) if given; armed it may move."""
     yield from computer()
+    yield from room(load_robot("frankie" if real is None else real.path))
     if real is None:
         return
     yield from _file(real)
