@@ -60,6 +60,7 @@ class Vision:
         """The last; without a target its result is dropped."""
         self._result: Future[Detection] | None = None  # of that search, until it is taken
         self._found: tuple[Target, Detection] | None = None
+        self._searched_until = -inf  # stamp of the newest frame that was searched [s]
         self._judge, self._mistake = FrameChecker(), ""
         self._delivered: DepthFrame | None = None
         self._newest: DepthFrame | None = None
@@ -116,6 +117,7 @@ class Vision:
         frame, where = searched
         if where is workspace:
             self.frame, self.detection = frame, result.result()
+            self._searched_until = frame.stamp
             self._found = workspace, self.detection
 
     @contextmanager
@@ -149,10 +151,10 @@ class Vision:
             The grasp; None if none is seen, or frames are missing. A locked grasp stays.
         """
         detection, frame, newest = self.detect(workspace), self.frame, self._newest
-        if newest is None or now - newest.stamp > _LOST_FRAME or self._mistake:
+        if self._is_lost(now):
             if not self.tracker.locked:
                 self.reset(self._wRa)
-        elif detection is not None and frame is not None:
+        elif detection is not None and frame is not None and newest is not None:
             if frame.stamp >= self._known_since:
                 driven = float(np.linalg.norm(newest.wTc.translation - frame.wTc.translation))
                 age = now - frame.stamp
@@ -161,13 +163,17 @@ class Vision:
                 self._memory = SceneMemory()  # that frame is outdated
         return self.grasp
 
-    def is_late(self, now: float) -> bool:
-        """Whether the frame in search at session time `now` [s] is older than one should be.
+    def waits_for_search(self, since: float, now: float) -> bool:
+        """Whether no frame of after session time `since` [s] was searched, though there are some.
 
         The computer is slow then: that no grasp is known says nothing of what is to be seen.
         """
-        searched = self._searched if self._result is not None else None
-        return searched is not None and now - searched[0].stamp > _OLDEST_FRAME
+        return self._searched_until <= since and not self._is_lost(now)
+
+    def _is_lost(self, now: float) -> bool:
+        """Whether there is no frame that could be believed at session time `now` [s]."""
+        newest = self._newest
+        return newest is None or now - newest.stamp > _LOST_FRAME or self._mistake != ""
 
     def blindness(self, now: float) -> str:
         """Why there is no valid frame at session time `now` [s]; empty if there is one."""
