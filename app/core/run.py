@@ -167,10 +167,12 @@ class Run:
         """End the process because a tick does not return; called from another thread."""
         setup = self._setup
         message = f"{outcome.reason}; the run is abandoned"
-        self._observers.tell("the terminal", lambda: tell(message))
-        self._outputs.end(outcome, setup.clock.session.now())
-        self._outputs.close(_SHORT_PATIENCE)
-        leave(setup.robot.stop, outcome.end.exit_code, self._terminal)
+        try:
+            self._observers.tell("the terminal", lambda: tell(message))
+            self._outputs.end(outcome, setup.clock.session.now())
+            self._outputs.close(_SHORT_PATIENCE)
+        finally:
+            leave(setup.robot.stop, outcome.end.exit_code, self._terminal)
 
     def _make_folder(self) -> Path:
         options, task = self._options, self._task
@@ -228,6 +230,7 @@ class Run:
         """Close recorder and outputs, and summarise the run."""
         setup, options = self._setup, self._options
         warnings = [*self._observers.failures, *self._close_recorder(), *self._outputs.close()]
+        warnings += filter(None, [self._measurements.failed_stop])
         return summarise(
             outcome,
             self._measurements,

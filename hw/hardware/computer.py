@@ -1,7 +1,6 @@
 """Findings of the diagnostics; those of the computer: libraries, and real-time behaviour."""
 
 import os
-import threading
 import time
 from collections.abc import Iterator
 from contextlib import suppress
@@ -13,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from hw.clock import stopwatch
+from hw.threads import begun
 
 _NAPS, _NAP = 1000, 0.001  # number and time of the sleeps that measure the computer [s]
 _LATE = 20.0  # the arm stops when commands are this late [ms]
@@ -79,7 +79,5 @@ def _measure() -> tuple[bool, float, float]:
             time.sleep(_NAP)
             late.append(1000.0 * (stopwatch() - due))
 
-    thread = threading.Thread(target=measure)
-    thread.start()
-    thread.join()
+    begun(measure, "measures").join()
     return granted[0], float(np.median(late)), max(late)

@@ -112,14 +112,18 @@ class Viewer:
     def _open_window(self, data: Address, log: Path) -> None:
         command = [str(viewer_program()), "--bind", LOOPBACK, "--port", str(choose_port())]
         with log.open("w", encoding="utf-8") as messages:
-            process = subprocess.Popen(
-                [*command, "--connect", data.url, "--expect-data-soon"],
-                stdin=subprocess.DEVNULL,
-                stdout=messages,
-                stderr=messages,
-                env=viewer_environment(),
-                start_new_session=True,  # Ctrl-C is for the robot
-            )
+            try:
+                process = subprocess.Popen(
+                    [*command, "--connect", data.url, "--expect-data-soon"],
+                    stdin=subprocess.DEVNULL,
+                    stdout=messages,
+                    stderr=messages,
+                    env=viewer_environment(),
+                    start_new_session=True,  # Ctrl-C is for the robot
+                )
+            except OSError as error:
+                self._say(f"the viewer did not start ({error}); the run is still recorded")
+                return
         try:
             process.wait(_PATIENCE)
         except subprocess.TimeoutExpired:
