@@ -228,30 +228,30 @@ class Run:
 
     def _summary(self, outcome: Outcome, real_seconds: float) -> Summary:
         """Close recorder and outputs, and summarise the run."""
-        setup, options = self._setup, self._options
+        setup, options, truth = self._setup, self._options, self._setup.truth
         warnings = [*self._observers.failures, *self._close_recorder(), *self._outputs.close()]
         warnings += filter(None, [self._measurements.failed_stop])
         return summarise(
             outcome,
             self._measurements,
             setup.context.log,
-            setup.truth.touches if setup.truth else (),
+            truth.touches if truth else (),
             refusals=setup.gate.refusals,
             duration=setup.clock.now().since(self._snapshots.began or self._began),
             real_seconds=real_seconds,
             task=self._task.name,
             robot=setup.robot.description.name,
             world=setup.world,
-            scene=str(options.scene),
-            seed=options.seed,
-            objects=len(self._supports),
-            placed=delivered(self._supports, supports(setup.truth)),
-            lies_on=dict(supports(setup.truth)),
+            scene=str(options.scene) if truth else setup.map,
+            seed=options.seed if truth else None,
+            objects=len(self._supports) if truth else None,
+            placed=delivered(self._supports, supports(truth)) if truth else None,
+            lies_on=dict(supports(truth)),
             paused_s=round(setup.clock.paused_s, 3),
             perception_s=round(setup.vision.seconds, 2),
             localisation=localised_by(
                 setup.context.localisation,
-                "" if setup.truth is None else options.localisation or DEFAULT_LEVEL,
+                options.localisation or DEFAULT_LEVEL if truth else "",
                 options.registration,
             ),
             warnings=warnings,

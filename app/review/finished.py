@@ -166,7 +166,8 @@ def runs_table(records: list[RunRecord]) -> Table:
         s, duration = record.summary, record.summary.duration_s
         time = "-" if duration is None else task_time(duration, s.paused_s)
         time = record.silent if s.outcome == UNFINISHED else time
-        placed = f"{s.placed or 0} of {s.objects}" if s.placed or s.claimed or s.attempts else "-"
+        placed = f"{s.placed or 0} of {s.objects}" if s.objects is not None else f"{s.claimed or 0}"
+        placed = placed if s.placed or s.claimed or s.attempts else "-"
         table.add_row(record.name, s.outcome, time, placed, s.node)
     return table
 
