@@ -100,8 +100,9 @@ def test_a_base_that_lags_is_told_with_figures():
     stand = Stand()
 
     def go(k: int) -> None:
+        wTb = stand.wTb
         stand.send(command((min(0.5, 0.015 * k), 0.0, 0.0)))
-        stand.wTb = stand.wTb * SE3(np.eye(3), np.array([0.0005, 0.0, 0.0]))
+        stand.wTb = wTb * SE3(np.eye(3), np.array([0.0005, 0.0, 0.0]))
 
     told = str(untrusted(go))
     assert re.search(
