@@ -9,10 +9,10 @@ import ipaddress
 import os
 import subprocess
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from tempfile import TemporaryDirectory, mkdtemp
 
 from app.choices import View
 from app.live.web import (
@@ -26,7 +26,7 @@ from app.live.web import (
 from app.live.web.http_server import RECORDING
 from app.live.web.ports import LOOPBACK, Address, choose_port, reachable
 from app.terminal import until_interrupted
-from config import UserError
+from config import UserError, counted
 
 USUAL_PORT = 9876  # of the live data; the viewer's own default
 USUAL_WEB_PORT = 9090
@@ -170,7 +170,7 @@ def _port(host: str, chosen: int | None, usual: int, option: str) -> int:
         ) from error
 
 
-_MAGICS = (b"RRF2", b"\x89MCAP")  # how a recording begins, and a bag
+_MAGICS = (b"RRF2", b"\x89MCAP0\r\n")  # how a recording begins, and a bag
 
 
 def open_in_viewer(recording: Path, *, web: bool, say: Callable[[str], None]) -> None:
@@ -180,6 +180,8 @@ def open_in_viewer(recording: Path, *, web: bool, say: Callable[[str], None]) ->
     ViewError: there is no recording, or no screen for a window; WebFilesError: there is no viewer.
     """
     check_recording(recording)
+    if recording.suffix == ".mcap":
+        recording = _whole_bag(recording, say)
     if web:
         viewer_web_files()
         with TemporaryDirectory() as folder:
@@ -195,6 +197,37 @@ def open_in_viewer(recording: Path, *, web: bool, say: Callable[[str], None]) ->
         raise ViewError("there is no screen here; --web shows the recording in a browser")
     command = [str(viewer_program()), "--bind", LOOPBACK, "--port", str(choose_port())]
     os.execve(command[0], [*command, str(recording)], viewer_environment())
+
+
+def _whole_bag(bag: Path, say: Callable[[str], None]) -> Path:
+    """The file, or a copy of the whole messages of one whose end is missing."""
+    if bag.read_bytes()[-len(_MAGICS[1]) :] == _MAGICS[1]:
+        return bag
+    try:
+        from mcap.records import Channel, Message, Schema
+        from mcap.stream_reader import StreamReader
+        from mcap.writer import Writer
+    except ModuleNotFoundError:
+        raise ViewError(f"{bag}: the end is missing; pip install mcap, to see the rest") from None
+    copy, count = Path(mkdtemp()) / bag.name, 0
+    with bag.open("rb") as file, copy.open("wb") as out:
+        (writer := Writer(out)).start()
+        schemas, channels = {0: 0}, dict[int, int]()
+        with suppress(Exception):  # the library raises many kinds where the file is cut
+            for one in StreamReader(file).records:
+                if isinstance(one, Schema):
+                    schemas[one.id] = writer.register_schema(one.name, one.encoding, one.data)
+                elif isinstance(one, Channel):
+                    about = one.topic, one.message_encoding, schemas[one.schema_id], one.metadata
+                    channels[one.id] = writer.register_channel(*about)
+                elif isinstance(one, Message):
+                    channel, count = channels[one.channel_id], count + 1
+                    writer.add_message(channel, one.log_time, one.data, one.publish_time)
+        writer.finish()
+    if not count:
+        raise ViewError(f"{bag}: there is no whole message in it; name another")
+    say(f"{bag}: the end is missing; {counted(count, 'message')} before it are shown")
+    return copy
 
 
 def converted(bag: Path, recording: Path) -> Path:
@@ -221,4 +254,5 @@ def check_recording(recording: Path) -> None:
             f"{recording}: cannot be read ({error.strerror}); name another run"
         ) from error
     if not begins.startswith(_MAGICS):
-        raise ViewError(f"{recording}: is not a recording of this version of Rerun; name another")
+        kind = "MCAP file" if recording.suffix == ".mcap" else "recording of this version of Rerun"
+        raise ViewError(f"{recording}: is no {kind}, or an empty one; name another")
