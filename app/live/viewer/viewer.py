@@ -9,7 +9,7 @@ import ipaddress
 import os
 import subprocess
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory, mkdtemp
@@ -26,7 +26,7 @@ from app.live.web import (
 from app.live.web.http_server import RECORDING
 from app.live.web.ports import LOOPBACK, Address, choose_port, reachable
 from app.terminal import until_interrupted
-from config import UserError, counted
+from config import UserError
 
 USUAL_PORT = 9876  # of the live data; the viewer's own default
 USUAL_WEB_PORT = 9090
@@ -180,12 +180,14 @@ def open_in_viewer(recording: Path, *, web: bool, say: Callable[[str], None]) ->
     ViewError: there is no recording, or no screen for a window; WebFilesError: there is no viewer.
     """
     check_recording(recording)
-    if recording.suffix == ".mcap":
-        recording = _whole_bag(recording, say)
+    is_bag = recording.suffix == ".mcap"
+    if is_bag and not recording.read_bytes().endswith(_MAGICS[1]):
+        say(f"{recording}: the end is missing; what is whole is shown")
+        recording, is_bag = converted(recording, Path(mkdtemp()) / RECORDING), False
     if web:
         viewer_web_files()
         with TemporaryDirectory() as folder:
-            if recording.suffix == ".mcap":  # which the viewer reads in a window only
+            if is_bag:  # which the viewer reads in a window only
                 recording = converted(recording, Path(folder) / RECORDING)
             files = FileServer(LOOPBACK, None, USUAL_WEB_PORT, recording=recording)
             origin = f"http://{LOOPBACK}:{files.port}"
@@ -199,46 +201,16 @@ def open_in_viewer(recording: Path, *, web: bool, say: Callable[[str], None]) ->
     os.execve(command[0], [*command, str(recording)], viewer_environment())
 
 
-def _whole_bag(bag: Path, say: Callable[[str], None]) -> Path:
-    """The file, or a copy of the whole messages of one whose end is missing."""
-    if bag.read_bytes()[-len(_MAGICS[1]) :] == _MAGICS[1]:
-        return bag
-    try:
-        from mcap.records import Channel, Message, Schema
-        from mcap.stream_reader import StreamReader
-        from mcap.writer import Writer
-    except ModuleNotFoundError:
-        raise ViewError(f"{bag}: the end is missing; pip install mcap, to see the rest") from None
-    copy, count = Path(mkdtemp()) / bag.name, 0
-    with bag.open("rb") as file, copy.open("wb") as out:
-        (writer := Writer(out)).start()
-        schemas, channels = {0: 0}, dict[int, int]()
-        with suppress(Exception):  # the library raises many kinds where the file is cut
-            for one in StreamReader(file).records:
-                if isinstance(one, Schema):
-                    schemas[one.id] = writer.register_schema(one.name, one.encoding, one.data)
-                elif isinstance(one, Channel):
-                    about = one.topic, one.message_encoding, schemas[one.schema_id], one.metadata
-                    channels[one.id] = writer.register_channel(*about)
-                elif isinstance(one, Message):
-                    channel, count = channels[one.channel_id], count + 1
-                    writer.add_message(channel, one.log_time, one.data, one.publish_time)
-        writer.finish()
-    if not count:
-        raise ViewError(f"{bag}: there is no whole message in it; name another")
-    say(f"{bag}: the end is missing; {counted(count, 'message')} before it are shown")
-    return copy
-
-
 def converted(bag: Path, recording: Path) -> Path:
-    """The recording that Rerun makes of an MCAP file."""
-    import rerun as rr
+    """The recording that Rerun makes of an MCAP file, and of what is whole of a cut one."""
+    from rerun.chunk import McapReader
 
-    stream = rr.RecordingStream("frankie-task")
-    stream.save(recording)
-    stream.log_file_from_path(bag)
-    stream.flush()
-    stream.disconnect()
+    try:
+        messages = McapReader(bag, recover=True).stream()
+        messages.write_rrd(recording, application_id="frankie-task", recording_id=bag.stem)
+    except (OSError, RuntimeError, ValueError) as error:
+        why = " ".join(str(error).split())
+        raise ViewError(f"{bag}: cannot be read ({why}); name another") from error
     return recording
 
 

@@ -7,6 +7,9 @@ import pytest
 from command_line import call
 
 from app.core import losses
+from app.live.viewer import viewer
+from app.live.viewer.viewer import converted
+from app.review import chunks
 from hw.registry import WorldError, simulator
 
 
@@ -59,17 +62,20 @@ def test_the_motion_and_the_events_lose_their_end(run, tmp_path):
 
 
 def test_a_file_without_its_end_is_shown_and_an_empty_one_is_named(run, tmp_path, monkeypatch):
-    from app.live.viewer import viewer
-
-    whole = tmp_path / "whole.mcap"
+    whole, bag = tmp_path / "whole.mcap", tmp_path / "cut.mcap"
     assert call("export", run, "--mcap", whole)[0] == 0
-    bag = tmp_path / "cut.mcap"
     for kept in (whole.stat().st_size - 8, whole.stat().st_size // 2):
         bag.write_bytes(whole.read_bytes()[:kept])
-        told = []
-        found = viewer._whole_bag(bag, told.append)
-        assert "messages before it are shown" in told[0]
-        assert viewer._whole_bag(found, told.append) == found
+        made = converted(bag, tmp_path / "made.rrd")
+        assert any(chunk.entity_path == "/tf" for chunk in chunks(made, "/**"))
+    monkeypatch.setattr(viewer, "has_screen", lambda: True)
+    monkeypatch.setattr(os, "execve", lambda program, words, _: opened.append(words[-1]))
+    opened, told = [], []
+    viewer.open_in_viewer(bag, web=False, say=told.append)
+    assert told == [f"{bag}: the end is missing; what is whole is shown"]
+    assert opened[0].endswith(".rrd")
+    bag.write_bytes(b"\x89MCAP0\r\nnothing")
+    assert "cannot be read" in call("view", bag, "--web")[2]
     bag.write_bytes(b"")
     code, _, err = call("view", bag, "--web")
     assert (code, "is no MCAP file, or an empty one" in err) == (2, True)
