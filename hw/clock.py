@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from concurrent.futures import Executor, Future
 from dataclasses import dataclass
 from typing import Any, ParamSpec, Protocol, TypeVar
 
@@ -132,11 +132,15 @@ class Worker(Executor):
     Args:
         clock: of the session.
         seconds: from the call of `submit` to the result, in simulated time [s].
+
+    Raises HardwareError: the computer starts no more threads.
     """
 
     def __init__(self, clock: Clock, seconds: float) -> None:
-        self._thread = ThreadPoolExecutor(max_workers=1)
-        self._clock, self._seconds = clock, seconds
+        from hw.threads import one_thread  # not needed by the processes of drivers
+
+        self._thread, self._clock = one_thread(), clock
+        self._seconds = seconds
 
     def submit(
         self, fn: Callable[P, Result], /, *args: P.args, **kwargs: P.kwargs

@@ -1,7 +1,9 @@
 """Registry of robots and worlds: chooses the driver or simulator of a robot."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
 
 from config import UserError, suggest
 from hw.clock import Clock, SimClock, WallClock, Worker
@@ -61,7 +63,28 @@ def simulator(world: str) -> Callable[..., Robot]:
         raise WorldError(
             'the world `physics` needs an extra: pip install "frankie-task[physics]"'
         ) from None
+    _check_engine()
     return physical_robot
+
+
+def _check_engine() -> None:
+    """Refuse an engine that is another one than its package says: two packages write one folder."""
+    import mujoco
+
+    there = {one: version(one) for one in ("mujoco-core", "mujoco") if _is_installed(one)}
+    if set(there.values()) != {mujoco.__version__} or not mujoco.__version__.startswith("4.0."):
+        told = ", ".join(f"{name} {number}" for name, number in there.items())
+        raise WorldError(
+            f"the world `physics` needs one MuJoCo 4.0, here is {mujoco.__version__} of {told}, "
+            'which share a folder: pip uninstall mujoco mujoco-core; pip install "mujoco==4.0.*" '
+            '"frankie-task[physics]"'
+        )
+
+
+def _is_installed(package: str) -> bool:
+    with suppress(PackageNotFoundError):
+        return bool(version(package))
+    return False
 
 
 def open_backend(robot: str, world: str, options: WorldOptions) -> Backend:

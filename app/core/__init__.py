@@ -14,6 +14,7 @@ from app.core.files.folder import (
     TASK,
     begun,
 )
+from app.core.files.whole import losses, whole_rows, whole_size
 from app.core.launch import run_task
 from app.core.measurements import TOO_SLOW, Measurements
 from app.core.outcome import End, Outcome

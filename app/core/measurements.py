@@ -56,6 +56,7 @@ class Measurements:
     late_ticks: int = 0  # ticks that took longer than the control period, observers included
     missed_ticks: int = 0  # ticks that were skipped because the one before took too long
     stalls: int = 0  # how often the watchdog stopped the robot because a tick took too long
+    failed_stop: str = ""  # why it could not
     paused_s: float = 0.0  # real time that the run was paused [s]
     too_slow: str = ""  # that the computer has not kept real time of late, for people
     _time: tuple[float, float] = (0.0, 0.0)  # real time, and of it what was lost, so far [s]

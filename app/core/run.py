@@ -168,10 +168,12 @@ class Run:
         """End the process because a tick does not return; called from another thread."""
         setup = self._setup
         message = f"{outcome.reason}; the run is abandoned"
-        self._observers.tell("the terminal", lambda: tell(message))
-        self._outputs.end(outcome, setup.clock.session.now())
-        self._outputs.close(_SHORT_PATIENCE)
-        leave(setup.robot.stop, outcome.end.exit_code, self._terminal)
+        try:
+            self._observers.tell("the terminal", lambda: tell(message))
+            self._outputs.end(outcome, setup.clock.session.now())
+            self._outputs.close(_SHORT_PATIENCE)
+        finally:
+            leave(setup.robot.stop, outcome.end.exit_code, self._terminal)
 
     def _make_folder(self) -> Path:
         options, task = self._options, self._task
@@ -227,29 +229,30 @@ class Run:
 
     def _summary(self, outcome: Outcome, real_seconds: float) -> Summary:
         """Close recorder and outputs, and summarise the run."""
-        setup, options = self._setup, self._options
+        setup, options, truth = self._setup, self._options, self._setup.truth
         warnings = [*self._observers.failures, *self._close_recorder(), *self._outputs.close()]
+        warnings += filter(None, [self._measurements.failed_stop])
         return summarise(
             outcome,
             self._measurements,
             setup.context.log,
-            setup.truth.touches if setup.truth else (),
+            truth.touches if truth else (),
             refusals=setup.gate.refusals,
             duration=setup.clock.now().since(self._snapshots.began or self._began),
             real_seconds=real_seconds,
             task=self._task.name,
             robot=setup.robot.description.name,
             world=setup.world,
-            scene=str(options.scene),
-            seed=options.seed,
-            objects=len(self._supports),
-            placed=delivered(self._supports, supports(setup.truth)),
-            lies_on=dict(supports(setup.truth)),
+            scene=str(options.scene) if truth else setup.map,
+            seed=options.seed if truth else None,
+            objects=len(self._supports) if truth else None,
+            placed=delivered(self._supports, supports(truth)) if truth else None,
+            lies_on=dict(supports(truth)),
             paused_s=round(setup.clock.paused_s, 3),
             perception_s=round(setup.vision.seconds, 2),
             localisation=localised_by(
                 setup.context.localisation,
-                "" if setup.truth is None else options.localisation or DEFAULT_LEVEL,
+                options.localisation or DEFAULT_LEVEL if truth else "",
                 options.registration,
             ),
             warnings=warnings,

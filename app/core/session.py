@@ -7,7 +7,7 @@ runs without the tree and brings the robot to rest as well.
 
 import gc
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from math import ceil
 
@@ -99,8 +99,8 @@ class Session:
     def run(self) -> Outcome:
         """Tick until the tree ends, an error or an interrupt, and bring the robot to rest."""
         self._origin, self._began = self._clock.session.now(), stopwatch()
-        with _frozen_garbage(), self._watchdog:
-            outcome = self._guarded(self._run_tree)
+        with _frozen_garbage(), ExitStack() as watched:
+            outcome = self._guarded(lambda: self._run_tree(watched))
             rest = outcome
             if outcome.end in (End.SUCCESS, End.FAILURE):
                 rest = self._guarded(self._come_to_rest)
@@ -111,6 +111,7 @@ class Session:
             halted = self._guarded(self._halt_tree)
         self._clock.begin_tick()
         self._measurements.stalls = self._watchdog.stalls
+        self._measurements.failed_stop = self._watchdog.failure
         return next((e for e in (outcome, rest, halted) if e.end is not End.SUCCESS), outcome)
 
     def _guarded(self, part: Callable[[], Outcome]) -> Outcome:
@@ -124,7 +125,8 @@ class Session:
         too_slow = self._measurements.too_slow
         return outcome_of(error, self._stage, self._root, self._context, too_slow)
 
-    def _run_tree(self) -> Outcome:
+    def _run_tree(self, watched: ExitStack) -> Outcome:
+        watched.enter_context(self._watchdog)
         while not self._control.stopped:
             if not self._tick():
                 continue

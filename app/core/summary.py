@@ -39,13 +39,13 @@ class Summary:
     task: str
     robot: str
     world: str
-    scene: str
-    seed: int
+    scene: str  # on hardware the file of its map; empty without one
+    seed: int | None  # as the next two, None on hardware
     outcome: str  # one of the values of `End`
     reason: str
     node: str  # the node that failed; empty if none did
-    objects: int  # number of objects at the beginning
-    placed: int  # number of objects that were delivered, by the contacts of the simulator
+    objects: int | None  # number of objects at the beginning
+    placed: int | None  # number of objects that were delivered, by the contacts of the simulator
     lies_on: dict[str, str]  # what each object lies on in the end, by the simulator
     claimed: int  # number of objects that the tree claims to have placed
     attempts: int  # how often the fingers closed to grasp
@@ -97,12 +97,19 @@ class Summary:
         mark, ended = _MARKS.get(self.outcome, ("✗", f"ended as {self.outcome}"))
         objects = ""
         if self._handled:
-            objects = f"{self.placed} of {self.objects} objects placed, "
+            objects = f"{self._delivered} placed, "
         failed_in = f"{self.node}: " if self.node and not self.succeeded else ""
         return (
             f"{mark} {self.task} {ended} after {task_time(self.duration_s, self.paused_s)}: "
             f"{objects}{failed_in}{self.reason}"
         )
+
+    @property
+    def _delivered(self) -> str:
+        """How many objects the simulator found in their places; else what the task claims."""
+        if self.placed is None:
+            return f"{counted(self.claimed, 'object')} (as the task says)"
+        return f"{self.placed} of {self.objects} objects"
 
     @property
     def _handled(self) -> bool:
@@ -117,11 +124,11 @@ class Summary:
         """Print the outcome, then the figures."""
         style = "bold green" if self.succeeded else "bold red"
         console.print(self.achieved, style=style, soft_wrap=True)
-        claim = f"; the task claims {self.claimed}" if self.claimed != self.placed else ""
+        differs = self.placed is not None and self.claimed != self.placed
+        claim = f"; the task claims {self.claimed}" if differs else ""
         hits = ", ".join(f"{n} x {text}" for text, n in self.contacts_by_name.items())
         rows = {
-            "placed": f"{self.placed} of {self.objects} objects in "
-            f"{counted(self.attempts, 'attempt')}{claim}",
+            "placed": f"{self._delivered} in {counted(self.attempts, 'attempt')}{claim}",
             "grasp": _seconds(self.grasp_time_mean_s),
             "pick and place": _seconds(self.pick_place_time_mean_s),
             "time": f"{task_time(self.duration_s, self.paused_s)}, "

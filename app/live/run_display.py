@@ -63,12 +63,16 @@ class RunDisplay:
     def __enter__(self) -> Self:
         if self._live is not None:
             self._live.start()
-        self._thread.start()
+        try:
+            self._thread.start()
+        except RuntimeError as error:
+            self._error = error
         return self
 
     def __exit__(self, *_: object) -> None:
         self._closing.set()
-        self._thread.join(_PATIENCE)
+        if self._thread.is_alive():
+            self._thread.join(_PATIENCE)
         if self._live is not None:
             with suppress(OSError):  # the terminal is gone
                 self._live.stop()

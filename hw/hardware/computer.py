@@ -1,9 +1,8 @@
 """Findings of the diagnostics; those of the computer: libraries, and real-time behaviour."""
 
 import os
-import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Set
 from contextlib import suppress
 from dataclasses import dataclass
 from enum import Enum
@@ -16,10 +15,15 @@ from pinocchio import SE3
 from controller import Command, HolisticController, PoseGoal, RobotModel
 from hw.clock import stopwatch
 from hw.state import DepthFrame, RobotState
+from hw.threads import begun
 from perception import GraspDetector
 from robots import RobotDescription
 
 _NAPS, _NAP = 1000, 0.001  # number and time of the sleeps that measure the computer [s]
+_LIBRARIES = (
+    ("panda-python", {"panda", "franka_hand"}, "arm and hand"),
+    ("pyrealsense2", {"realsense"}, "camera"),
+)
 _LATE = 20.0  # the arm stops when commands are this late [ms]
 _STEPS, _SEARCHES = 60, 3  # of the controller, and for grasps, that are timed
 _TICK = 4.2  # a whole tick of the control loop, in steps of the controller
@@ -48,14 +52,17 @@ def is_good(about: str, good: bool, text: str) -> Finding:
     return Finding(about, Verdict.GOOD if good else Verdict.BAD, text)
 
 
-def computer() -> Iterator[Finding]:
-    """Whether the vendors' libraries are installed, and a 1 kHz loop is on time."""
-    for package, what in (("panda-python", "arm and hand"), ("pyrealsense2", "camera")):
+def computer(drivers: Set[str] | None = None) -> Iterator[Finding]:
+    """Whether the libraries of these drivers, of all by default, are there; 1 kHz is on time."""
+    for package, users, what in _LIBRARIES:
+        if drivers is not None and not users & drivers:
+            continue
         try:
             yield Finding("installed", Verdict.GOOD, f"{package} {version(package)} ({what})")
         except PackageNotFoundError:
             hint = 'pip install "frankie-task[hardware]"'
-            yield Finding("installed", Verdict.BAD, f"{package} is missing ({what}): {hint}")
+            verdict = Verdict.OPEN if drivers is None else Verdict.BAD
+            yield Finding("installed", verdict, f"{package} is missing ({what}): {hint}")
     allowed, median, worst = _measure()
     hint = "" if allowed else ": `@realtime - rtprio 99` in /etc/security/limits.conf"
     text = f"real-time priority is {'granted' if allowed else 'refused'}{hint}"
@@ -132,7 +139,5 @@ def _measure() -> tuple[bool, float, float]:
             time.sleep(_NAP)
             late.append(1000.0 * (stopwatch() - due))
 
-    thread = threading.Thread(target=measure)
-    thread.start()
-    thread.join()
+    begun(measure, "measures").join()
     return granted[0], float(np.median(late)), max(late)

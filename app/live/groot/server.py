@@ -22,7 +22,7 @@ from app.live.nodes import NodeInfo
 from app.live.operator import Control, Hook
 from app.live.snapshot import Snapshot
 from config import UserError
-from hw import stopwatch
+from hw import begun, stopwatch
 from trees.btcpp import STATUS_CODES, tree_xml
 
 HOST = "127.0.0.1"
@@ -90,8 +90,7 @@ class GrootServer:
         # Not REP: a peer that breaks off in a malformed request costs the next one its answer.
         self._requests = self._listen(self._zmq.ROUTER, port)
         self._publisher = self._listen(self._zmq.PUB, port + 1)
-        self._thread = threading.Thread(target=self._serve, name="groot2", daemon=True)
-        self._thread.start()
+        self._thread = begun(self._serve, "groot2")
 
     def __enter__(self) -> GrootServer:
         return self
