@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from config import UserError, suggest
+from config import UserError, extra, suggest
 from hw.clock import Clock, SimClock, Worker
 from hw.robot import Robot
 from hw.truth import Truth
@@ -57,9 +57,7 @@ def simulator(world: str) -> Callable[..., Robot]:
     except ModuleNotFoundError as error:
         if error.name != "mujoco":
             raise
-        raise WorldError(
-            'the world `physics` needs an extra: pip install "frankie-task[physics]"'
-        ) from None
+        raise WorldError(f"the world `physics` needs an extra: {extra('physics')}") from None
     return physical_robot
 
 

@@ -59,7 +59,7 @@ def outcome_of(error: BaseException, stage: Stage, root: Behaviour, context: Con
     """The outcome of a run in which `error` was raised during `stage`."""
     leaf = last_ticked(root)
     if isinstance(error, KeyboardInterrupt):
-        return Outcome(end=End.INTERRUPTED, reason="interrupted by a person", where=leaf)
+        return Outcome(end=End.INTERRUPTED, reason="told to stop", where=leaf)
     if isinstance(error, HardwareError):
         return Outcome(end=End.HARDWARE, reason=str(error), where=leaf)
     if isinstance(error, LoopBlockedError):

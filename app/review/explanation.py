@@ -68,7 +68,12 @@ class Explanation:
     @property
     def headline(self) -> str:
         """The first cause, in one line."""
-        return next(_why(self))
+        return self.why[0]
+
+    @property
+    def why(self) -> list[str]:
+        """The first cause, in one line, and more lines about it."""
+        return list(_why(self))
 
     def __str__(self) -> str:
         return "\n\n".join("\n".join(lines) for lines in self.sections)

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from config import extra
 from hw.clock import stopwatch
 
 _NAPS, _NAP = 1000, 0.001  # number and time of the sleeps that measure the computer [s]
@@ -46,8 +47,8 @@ def computer() -> Iterator[Finding]:
         try:
             yield Finding("installed", Verdict.GOOD, f"{package} {version(package)} ({what})")
         except PackageNotFoundError:
-            hint = 'pip install "frankie-task[hardware]"'
-            yield Finding("installed", Verdict.BAD, f"{package} is missing ({what}): {hint}")
+            told = f"{package} is missing ({what}): {extra('hardware')}"
+            yield Finding("installed", Verdict.BAD, told)
     allowed, median, worst = _measure()
     hint = "" if allowed else ": `@realtime - rtprio 99` in /etc/security/limits.conf"
     text = f"real-time priority is {'granted' if allowed else 'refused'}{hint}"

@@ -4,6 +4,7 @@ All get our robot, goals, control period, joint limits and speed limits. The bas
 virtual joints that stay at zero, as in our model: goals are in the base frame.
 """
 
+import sys
 from collections.abc import Callable
 from math import atan2
 from typing import Any, TypeAlias
@@ -12,7 +13,7 @@ import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
 
-from config import ConfigError
+from config import ConfigError, extra
 from controller import (
     Array,
     Command,
@@ -162,8 +163,10 @@ def peer_step(name: str, model: RobotModel, period: float) -> Step:
     try:
         velocities = _MAKERS[name](model, period)
     except ImportError as error:
-        how = "--no-deps mink" if name == "mink" else '"frankie-task[peers]"'
-        raise ConfigError(f"{name} needs {error.name}: pip install {how}") from None
+        how = (
+            f"{sys.executable} -m pip install --no-deps mink" if name == "mink" else extra("peers")
+        )
+        raise ConfigError(f"{name} needs {error.name}: {how}") from None
     solved, unsolved = (_report(solved) for solved in (True, False))
 
     def step(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import socket
 import subprocess
@@ -49,6 +50,10 @@ def tools(tmp_path, monkeypatch):
     return Tools(Workspace(folder))
 
 
+def simulated(tools: Tools, task: str, **given: object) -> dict[str, object]:
+    return asyncio.run(tools.simulate(task, **given))
+
+
 @pytest.mark.parametrize(
     "task",
     [
@@ -63,7 +68,7 @@ def tools(tmp_path, monkeypatch):
     ],
 )
 def test_nothing_outside_the_folder_is_read(tools, task):
-    for tool in (tools.check, tools.draw, tools.simulate):
+    for tool in (tools.check, tools.draw, lambda one: simulated(tools, one)):
         with pytest.raises(UserError, match=r"leads out of the folder|no such file"):
             tool(task)
 
@@ -71,7 +76,7 @@ def test_nothing_outside_the_folder_is_read(tools, task):
 def test_a_real_robot_is_refused_and_a_proposal_changes_no_file(tools, tmp_path):
     for robot in ("real.yaml", "emulated", "frankie_site"):
         with pytest.raises(UserError, match=r"is a real robot|no such file"):
-            tools.simulate(HELLO, robot=robot)
+            simulated(tools, HELLO, robot=robot)
     for name in ("../x", "a/b", "X"):
         with pytest.raises(UserError, match="small letters"):
             tools.propose(name, HELLO, "why")
@@ -81,7 +86,7 @@ def test_a_real_robot_is_refused_and_a_proposal_changes_no_file(tools, tmp_path)
     with pytest.raises(UserError, match="has errors"):
         tools.propose("two", "task: t\ntree: {wiat: }", "why")
     assert (tmp_path / "inside/proposed_one.yaml").read_text().splitlines()[1] == "task: hello"
-    assert tools.check("proposed_one.yaml") == []
+    assert tools.check("proposed_one.yaml")["result"] == []
 
 
 def test_what_a_task_is_called_is_only_text(tools):
@@ -97,12 +102,14 @@ ENDLESS = "task: t\ntree: {wait: {duration_s: 80000}}"
 
 def test_a_simulation_has_a_limit(tools):
     with pytest.raises(UserError, match="did not begin within 1 s"):
-        tools.simulate(ENDLESS, limit_s=1)
+        simulated(tools, ENDLESS, limit_s=1)
 
 
 @pytest.mark.slow
 def test_a_task_without_end_is_stopped_and_summed_up(tools):
-    assert tools.simulate(ENDLESS, limit_s=90)["summary"]["outcome"] == "interrupted"
+    done = simulated(tools, ENDLESS, limit_s=20)
+    assert done["summary"]["outcome"] == "interrupted"
+    assert done["first_cause"].startswith("The limit of 20 s of real time was reached. It was told")
 
 
 def test_a_warm_check_is_quick(tools):
