@@ -146,7 +146,7 @@ class Tools:
             why[0] = f"The limit of {limit_s} s of real time was reached. {why[0]}"
         lies = ", ".join(f"{name} on {on or 'nothing'}" for name, on in summary["lies_on"].items())
         head = f"{summary['outcome']} in the scene `{summary['scene']}`, run {folder.name}"
-        said = [f"said: {text}" for text in summary["messages"]]
+        said = [f"said: {' '.join(text.split())}" for text in summary["messages"]]
         text = _cut("\n".join([head, *why, *said, *([f"in the end: {lies}"] if lies else [])]))
         told = {"text": text, "run": folder.name, "first_cause": why[0]}
         return told | {"details": why[1:], "summary": summary}

@@ -5,6 +5,7 @@ import os
 import signal
 from contextlib import suppress
 from pathlib import Path
+from textwrap import indent
 from typing import Annotated
 
 import typer
@@ -86,14 +87,15 @@ def ask(
     done = ask_model(request, endpoint, tools, scene=scene, robot=robot, rounds=rounds, say=say)
     nearest = "\nThe nearest that can be done:" * bool(done.task)
     if done.failed:
-        terminal.say("\n  ".join(done.failed.splitlines()))
+        terminal.say(indent(done.failed, "  ").lstrip())
     elif done.cannot:
         terminal.say(f"It cannot be done: {' '.join(done.cannot.split())}{nearest}")
     if not done.task:
         raise typer.Exit(1)
     summary = done.summary or {}
     tried = asyncio.run(tools.dry(done.task))
-    terminal.say(f"{tools.draw(done.task)}\n{tried}\n{tools.explain(done.run)}")
+    for told in (tools.draw(done.task), tried, tools.explain(done.run)):
+        terminal.say(indent(told, "  "))  # so that no text of the task looks like a line of ours
     for name, on in summary["lies_on"].items():
         terminal.say(f"{name} lies on {on or 'nothing'}")
     terminal.say(f"frankie-task view --web {Path('runs', done.run)}   (shows it)")

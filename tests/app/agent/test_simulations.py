@@ -96,8 +96,9 @@ def test_each_is_told_its_own_run_beside_others_in_one_folder(folder):
     for done, task in zip(asyncio.run(both()), ("long", "hello"), strict=True):
         assert done["summary"]["task"] == task
         assert done["run"].endswith(f"-{task}")
-        assert json.loads((folder / "runs" / done["run"] / "summary.json").read_text()) == (
-            done["summary"]
+        assert (
+            json.loads((folder / "runs" / done["run"] / "summary.json").read_text())
+            == (done["summary"])
         )
 
 
