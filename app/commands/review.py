@@ -81,6 +81,7 @@ def explain(
         Terminal().say(str(explanation))
     else:
         write(html, explanation_page(explanation))
+        Terminal().say(f"{html}: written")
 
 
 def replay(run: Run = "last", runs: Runs = Path("runs")) -> None:
