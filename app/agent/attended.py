@@ -1,8 +1,8 @@
 """Runs a command while somebody waits for it: `python attended.py SECONDS DRAFT COMMAND ...`.
 
-Standard input is a pipe that whoever waits holds open. At its end, as when that process is killed,
-the file DRAFT is removed and the command told to end, as it is after SECONDS, of real time. The
-exit code is that of the command, or LATE after its time. It imports nothing of ours, to begin soon.
+Whoever waits holds standard input open. At its end, as when that process is killed, the file DRAFT
+is removed and the command told to end, as it is after SECONDS, of real time. The exit code is that
+of the command, or LATE. It imports nothing of ours, to begin soon.
 """
 
 import os
@@ -14,13 +14,12 @@ from contextlib import suppress
 LATE = 124
 _REST = 20  # for the command to end when it is told to, before it is killed [s]
 
-
-def main(seconds: str, draft: str, *command: str) -> int:
-    """Exit code of the command, or LATE."""
+if __name__ == "__main__":
+    seconds, draft, *command = sys.argv[1:]
     with subprocess.Popen(command, stdin=subprocess.DEVNULL) as child:
         over = os.pidfd_open(child.pid)
         ready, _, _ = select.select([0, over], [], [], float(seconds))
-        if 0 in ready and draft:
+        if 0 in ready:
             with suppress(OSError):
                 os.unlink(draft)
         if over not in ready:
@@ -29,8 +28,4 @@ def main(seconds: str, draft: str, *command: str) -> int:
                 child.wait(_REST)
             except subprocess.TimeoutExpired:
                 child.kill()
-    return child.returncode if ready else LATE
-
-
-if __name__ == "__main__":
-    sys.exit(main(*sys.argv[1:]))
+    sys.exit(child.returncode if ready else LATE)

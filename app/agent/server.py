@@ -53,9 +53,8 @@ def serve(folder: Path, port: int | None, say: Callable[[str], None]) -> None:
             try:
                 answer = await asyncio.to_thread(tool, *given, **named)
                 answer = await answer if isawaitable(answer) else answer
-                text, data = answer if isinstance(answer, str) else str(answer), None
-                if not isinstance(answer, str):
-                    text, data = tools.told(answer)
+                data = answer if isinstance(answer, dict) else None
+                text = data.pop("text") if data else answer
             except UserError as error:
                 raise ToolError(tools.hidden(str(error))) from None
             structured = json.loads(tools.hidden(json.dumps(data)))

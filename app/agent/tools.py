@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import json
-import os
 import re
+import socket
 import subprocess
 import sys
-from collections.abc import AsyncIterator, Mapping, Sequence
-from contextlib import asynccontextmanager
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -22,7 +21,7 @@ from app.authoring import explained, findings
 from app.core import DEFAULT_SCENE
 from app.review import explain, find_run, run_folders
 from app.terminal import visible
-from config import Severity, UserError, counted
+from config import Severity, UserError
 from trees.draw import tree_text
 from trees.language import load
 
@@ -47,8 +46,8 @@ class Tools:
     def __init__(self, workspace: Workspace) -> None:
         self._workspace = workspace
         self._runs = workspace.folder / "runs"
-        self._turns = {"run": asyncio.Lock(), "dry": asyncio.Lock()}
-        self._waiting = {"run": 0, "dry": 0}
+        self._turns = {"run": asyncio.Lock(), "dry": asyncio.Lock()}  # one of a kind at a time
+        self._asked = {"run": 0, "dry": 0}
 
     def describe(self, short: bool = False, scene: _Name = DEFAULT_SCENE) -> str:
         """The task language with parameters and ranges, robots, and what stands in a scene.
@@ -72,16 +71,13 @@ class Tools:
         told = list(found)
         while len(json.dumps(told)) > _MOST_TEXT:
             told = told[: len(told) // 2]
-        more = f"{len(found) - len(told)} more are not told: correct these first"
-        lines = [
-            f"{one['line']}:{one['column']}: {one['severity']}: {one['text']}; {one['hint']} "
-            f"[{one['code']}]"
-            for one in told
-        ]
-        lines += [more] if len(told) < len(found) else []
-        good = "good" if not wrong(found) else counted(sum(map(_is_error, found)), "error")
+        form = "{line}:{column}: {severity}: {text}; {hint} [{code}]"
+        lines = [form.format_map(one) for one in told]
+        if left_out := len(found) - len(told):
+            lines.append(f"{left_out} more are not told: correct these first")
+        good = "it has errors" if wrong(found) else "good"
         text = "\n".join([f"{good}, in the scene `{where}`", *lines])
-        return {"text": text, "result": told, "scene": where, "left_out": len(found) - len(told)}
+        return {"text": text, "result": told, "scene": where, "left_out": left_out}
 
     def findings(
         self, task: str, robot: str = "frankie", scene: str = ""
@@ -151,12 +147,6 @@ class Tools:
         told = {"text": text, "run": folder.name, "first_cause": why[0]}
         return told | {"details": why[1:], "summary": summary}
 
-    def told(self, answer: Any) -> tuple[str, dict[str, Any] | None]:
-        """An answer as a text, and, where there is more, as data without that text."""
-        if isinstance(answer, dict):
-            return answer["text"], {key: one for key, one in answer.items() if key != "text"}
-        return (answer if isinstance(answer, str) else "\n".join(answer) or "none"), None
-
     def hidden(self, text: str) -> str:
         """A text without where our folders are on this computer."""
         for folder in (self._workspace.folder, PRODUCT):
@@ -174,9 +164,9 @@ class Tools:
             return explained(what)
         return _cut(str(explain(find_run(Path(what).name, self._runs))))
 
-    def runs(self) -> list[str]:
+    def runs(self) -> str:
         """The names of the last runs, the newest last."""
-        return [folder.name for folder in run_folders(self._runs)[-_MOST_RUNS:]]
+        return "\n".join(folder.name for folder in run_folders(self._runs)[-_MOST_RUNS:]) or "none"
 
     def propose(self, name: _Name, task: _Task, why: _Name) -> str:
         """Keep a task without errors for a person, who alone may start it on a real robot."""
@@ -204,49 +194,36 @@ class Tools:
         self, seconds: int, task: str, command: str, *words: str
     ) -> subprocess.CompletedProcess[str]:
         """A command about a task that has ended; it ends when we are cancelled, or killed."""
-        with self._workspace.task(task) as path:
-            async with self._turn(command):
-                draft = str(path) if ":" in task else ""
-                line = [sys.executable, "-I", attended.__file__, str(seconds), draft]
-                line += [sys.executable, "-P", "-m", "frankie_task_cli", command, *words]
-                read, write = os.pipe()
-                try:
+        if self._asked[command] > _MOST_WAITING:
+            raise UserError(f"busy: {_MOST_WAITING} others wait for their turn; try again later")
+        self._asked[command] += 1
+        try:
+            async with self._turns[command]:
+                ours, theirs = socket.socketpair()
+                with ours, theirs, self._workspace.task(task) as path:
+                    draft = str(path) if ":" in task else ""
+                    line = [sys.executable, "-I", attended.__file__, str(seconds), draft]
+                    line += [sys.executable, "-P", "-m", "frankie_task_cli", command, *words]
                     child = subprocess.Popen(
                         [*line, "--", str(path)],
                         cwd=self._workspace.folder,
-                        stdin=read,
+                        stdin=theirs,
                         stdout=subprocess.PIPE,
                         stderr=subprocess.PIPE,
                         text=True,
                         errors="replace",
                         start_new_session=True,  # it outlives us to clean up
                     )
-                    os.close(read)
+                    theirs.close()
                     out, err = await asyncio.to_thread(child.communicate)
-                finally:
-                    os.close(write)
-        return subprocess.CompletedProcess(line, child.returncode, out, err)
-
-    @asynccontextmanager
-    async def _turn(self, command: str) -> AsyncIterator[None]:
-        """One of a kind at a time; raises UserError if too many wait."""
-        if self._waiting[command] > _MOST_WAITING:
-            raise UserError(f"busy: {_MOST_WAITING} others wait for their turn; try again later")
-        self._waiting[command] += 1
-        try:
-            async with self._turns[command]:
-                yield
         finally:
-            self._waiting[command] -= 1
-
-
-def _is_error(one: Mapping[str, Any]) -> bool:
-    return bool(one["severity"] == Severity.ERROR.value)
+            self._asked[command] -= 1
+        return subprocess.CompletedProcess(line, child.returncode, out, err)
 
 
 def wrong(found: Sequence[Mapping[str, Any]]) -> bool:
     """Whether there is an error among `findings`."""
-    return any(map(_is_error, found))
+    return any(one["severity"] == Severity.ERROR.value for one in found)
 
 
 def _cut(text: str, most: int = _MOST_TEXT) -> str:

@@ -112,9 +112,7 @@ def show(
     save: Annotated[Path | None, typer.Option(help="Write a .rrd file instead.")] = None,
 ) -> None:
     """Draw a robot as the controller sees it, in its ready posture."""
-    from app.live import draw_robot, has_screen
+    from app.live import draw_robot
     from robots import load_robot
 
-    if save is None and not has_screen():
-        refuse("there is no screen here; --save robot.rrd writes what `view --web robot.rrd` shows")
     draw_robot(load_robot(folder), save)

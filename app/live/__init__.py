@@ -17,12 +17,5 @@ from app.live.plan import STYLE, Plan, line
 from app.live.run_display import RunDisplay
 from app.live.snapshot import PoseEstimate, SceneView, ShownRun, Snapshot, key_figures
 from app.live.viewer.headless import headless_viewer
-from app.live.viewer.viewer import (
-    Viewer,
-    ViewError,
-    ViewOptions,
-    check_recording,
-    has_screen,
-    open_in_viewer,
-)
+from app.live.viewer.viewer import Viewer, ViewError, ViewOptions, check_recording, open_in_viewer
 from app.live.web.ports import Address

@@ -54,7 +54,6 @@ class Explanation:
     code: str  # the line of code in which a leaf crashed; empty if none did
     cause: Cause | None  # the earliest cause; None if nothing went wrong
     where: Node | None
-    answered: Sequence[str]  # earlier failures, after which a `fallback` went on
     attempts: Sequence[Attempt]
     leaf_times: Sequence[LeafTime]
     paused_s: float
@@ -109,10 +108,6 @@ def explain(folder: Path) -> Explanation:
         code=_innermost(end.trace) if end else "",
         cause=cause,
         where=None if cause is None or cause.node is None else log.nodes[cause.node],
-        answered=[
-            _cause_text(one, None if one.node is None else log.nodes[one.node])
-            for one in (cause.answered if cause else ())
-        ],
         attempts=_attempts(spans),
         leaf_times=_longest_leaves(spans),
         paused_s=session.paused_s,
@@ -278,8 +273,8 @@ def _failure(run: Explanation, title: str) -> Iterator[str]:
         yield last
     else:
         yield _cause_text(run.cause, run.where)
-        for one in run.answered:
-            yield f"  before, and answered by a fallback: {one}"
+        for one in run.cause.answered:
+            yield f"  before, at {one.time:.2f} s, and answered by a fallback: {one.reason}"
         if run.where != run.node or run.cause.reason != run.reason:
             yield f"  it ended when {last}"
     name = run.node.name if run.node else ""

@@ -4,7 +4,6 @@ All get our robot, goals, control period, joint limits and speed limits. The bas
 virtual joints that stay at zero, as in our model: goals are in the base frame.
 """
 
-import sys
 from collections.abc import Callable
 from math import atan2
 from typing import Any, TypeAlias
@@ -163,9 +162,7 @@ def peer_step(name: str, model: RobotModel, period: float) -> Step:
     try:
         velocities = _MAKERS[name](model, period)
     except ImportError as error:
-        how = (
-            f"{sys.executable} -m pip install --no-deps mink" if name == "mink" else extra("peers")
-        )
+        how = "pip install --no-deps mink" if name == "mink" else extra("peers")
         raise ConfigError(f"{name} needs {error.name}: {how}") from None
     solved, unsolved = (_report(solved) for solved in (True, False))
 

@@ -160,7 +160,9 @@ def test_the_model_hears_what_is_wrong_with_its_answer_and_the_person_plain_word
     assert heard[0].startswith("there is no JSON object in your answer; answer with one")
     assert heard[1] == "`task` of your answer is a dict; write it as one text"
     assert code == 1
-    assert out.startswith("3 rounds brought no task that works; the last: 1 error, in the scene")
+    assert out.startswith(
+        "3 rounds brought no task that works; the last: it has errors, in the scene"
+    )
     assert "unknown node `open_drawer`" in out
     assert not set('{"') & set(out)
 
