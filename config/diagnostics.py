@@ -97,7 +97,8 @@ def _parts(word: str) -> list[str]:
 
 
 def _alike(one: str, other: str, least: float) -> bool:
-    return difflib.SequenceMatcher(None, one, other).ratio() >= least
+    like = difflib.SequenceMatcher(None, one, other).ratio()
+    return like >= least or sorted(one) == sorted(other)  # as of two exchanged letters
 
 
 def _is_spelling(one: str, other: str) -> bool:

@@ -57,7 +57,7 @@ def serve(folder: Path, port: int | None, say: Callable[[str], None]) -> None:
                 text = data.pop("text") if data else answer
             except UserError as error:
                 raise ToolError(tools.hidden(str(error))) from None
-            structured = json.loads(tools.hidden(json.dumps(data)))
+            structured = json.loads(tools.hidden(json.dumps(data, ensure_ascii=False)))
             content = [TextContent(type="text", text=tools.hidden(text))]
             return CallToolResult(content=content, structured_content=structured)
 
@@ -74,7 +74,9 @@ def serve(folder: Path, port: int | None, say: Callable[[str], None]) -> None:
     try:
         listening = socket.create_server(("127.0.0.1", port))
     except OSError as error:
-        raise AgentError(f"--port {port}: {error.strerror}; choose another one") from None
+        raise AgentError(
+            f"--port {port}: {os.strerror(error.errno or 0)}; choose another one"
+        ) from None
     app, token = server.streamable_http_app(), secrets.token_urlsafe(16)
     say(f"http://127.0.0.1:{port}/mcp with the header   Authorization: Bearer {token}")
 

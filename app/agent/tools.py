@@ -227,11 +227,12 @@ def wrong(found: Sequence[Mapping[str, Any]]) -> bool:
 
 
 def _cut(text: str, most: int = _MOST_TEXT) -> str:
-    """At most so many characters, in whole lines, and how many more there were."""
+    """Beginning and end, of at most so many characters, in whole lines, and what is left out."""
     if len(text) <= most:
         return text
-    kept = text[:most].rpartition("\n")[0] or text[:most]
-    return f"{kept}\n... cut here: {len(text) - len(kept)} more characters"
+    head, tail = text[: most // 2], text[-most // 2 :]
+    head, tail = head.rpartition("\n")[0] or head, tail.partition("\n")[2] or tail
+    return f"{head}\n... cut here: {len(text) - len(head) - len(tail)} characters ...\n{tail}"
 
 
 def _options(name: str, values: Mapping[str, str] | None) -> list[str]:

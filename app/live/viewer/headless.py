@@ -80,8 +80,6 @@ def _connected(process: subprocess.Popen[bytes], url: str, log: Path) -> Any:
                     hint = "on Debian and Ubuntu, apt-get install mesa-vulkan-drivers"
                     raise ViewError(f"the viewer needs a Vulkan driver: {hint}") from error
                 said = re.sub(r"\x1b\[[\d;]*m", "", log.read_text(errors="replace")).splitlines()
-                why = next(
-                    (line for line in said if "rror" in line), *said[-1:] or ["it is silent"]
-                )
+                why = next((line for line in said if "rror" in line), "it does not say why")
                 raise ViewError(f"the viewer does not start: {why}") from error
             threading.Event().wait(0.1)
