@@ -106,7 +106,10 @@ def request(number: int, method: str, **given: object) -> str:
     return json.dumps({"jsonrpc": "2.0", "id": number, "method": method, "params": given}) + "\n"
 
 
-@pytest.mark.parametrize("how", ["the server is killed", "its client is gone"])
+ENDS = ("the server is killed", "its client is gone", "the call is cancelled")
+
+
+@pytest.mark.parametrize("how", ENDS)
 def test_nothing_is_left_of_a_server_that_simulates(folder, how):
     pytest.importorskip("mcp")
     server = subprocess.Popen(
@@ -127,6 +130,15 @@ def test_nothing_is_left_of_a_server_that_simulates(folder, how):
         time.sleep(0.1)
     if how == "the server is killed":
         server.send_signal(signal.SIGKILL)
+    elif how == "the call is cancelled":
+        cancelled = {"method": "notifications/cancelled", "params": {"requestId": 2}}
+        server.stdin.write(json.dumps({"jsonrpc": "2.0"} | cancelled) + "\n")
+        server.stdin.flush()
+        end = time.monotonic() + 30.0
+        while any(" run" in one.replace("\0", " ") for one in left(folder)):
+            assert time.monotonic() < end
+            time.sleep(0.1)
+        assert server.poll() is None
     server.stdin.close()
     assert server.wait(30.0) in (0, -signal.SIGKILL)
     assert gone(folder)
