@@ -5,7 +5,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 
-from config import UserError, suggest
+from config import UserError, extra, suggest
 from hw.clock import Clock, SimClock, WallClock, Worker
 from hw.robot import Robot
 from hw.truth import Truth
@@ -60,9 +60,7 @@ def simulator(world: str) -> Callable[..., Robot]:
     except ModuleNotFoundError as error:
         if error.name != "mujoco":
             raise
-        raise WorldError(
-            'the world `physics` needs an extra: pip install "frankie-task[physics]"'
-        ) from None
+        raise WorldError(f"the world `physics` needs an extra: {extra('physics')}") from None
     _check_engine()
     return physical_robot
 

@@ -92,12 +92,14 @@ def explain(
         Terminal().say(str(explanation))
     else:
         write(html, explanation_page(explanation))
+        Terminal().say(f"{html}: written")
 
 
 def replay(run: Run = "last", runs: Runs = Path("runs")) -> None:
     """Run what was recorded through tree and controller again, and compare the commands.
 
-    Of a task that looks at images, only after `run --replayable`, which keeps them.
+    Of a run that looked at images, as it does by default to be registered to the map, only after
+    `run --replayable`, which keeps them.
     """
     from app.core import replay_run
     from app.review import find_run

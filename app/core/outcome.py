@@ -65,7 +65,7 @@ def outcome_of(
     """
     leaf = last_ticked(root)
     if isinstance(error, KeyboardInterrupt):
-        return Outcome(end=End.INTERRUPTED, reason="interrupted by a person", where=leaf)
+        return Outcome(end=End.INTERRUPTED, reason="told to stop", where=leaf)
     if isinstance(error, HardwareError):
         return Outcome(end=End.HARDWARE, reason=str(error), where=leaf)
     if isinstance(error, LoopBlockedError):

@@ -136,7 +136,7 @@ class Session:
                 node = failed_node(self._root)
                 why = node.feedback_message
                 return Outcome(end=End.FAILURE, reason=why, node=node.name, where=node)
-        why, where = "interrupted by a person", last_ticked(self._root)
+        why, where = "told to stop", last_ticked(self._root)
         return Outcome(end=End.INTERRUPTED, reason=why, where=where)
 
     def _tick(self) -> bool:

@@ -68,7 +68,12 @@ class Explanation:
     @property
     def headline(self) -> str:
         """The first cause, in one line."""
-        return next(_why(self))
+        return self.why[0]
+
+    @property
+    def why(self) -> list[str]:
+        """The first cause, in one line, and more lines about it."""
+        return list(_why(self))
 
     def __str__(self) -> str:
         return "\n\n".join("\n".join(lines) for lines in self.sections)
@@ -272,6 +277,8 @@ def _failure(run: Explanation, title: str) -> Iterator[str]:
         yield last
     else:
         yield _cause_text(run.cause, run.where)
+        for one in run.cause.answered:
+            yield f"  before, at {one.time:.2f} s, and answered by a fallback: {one.reason}"
         if run.where != run.node or run.cause.reason != run.reason:
             yield f"  it ended when {last}"
     name = run.node.name if run.node else ""

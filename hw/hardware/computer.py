@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 from pinocchio import SE3
 
+from config import extra
 from controller import Command, HolisticController, PoseGoal, RobotModel
 from hw.clock import stopwatch
 from hw.state import DepthFrame, RobotState
@@ -60,9 +61,9 @@ def computer(drivers: Set[str] | None = None) -> Iterator[Finding]:
         try:
             yield Finding("installed", Verdict.GOOD, f"{package} {version(package)} ({what})")
         except PackageNotFoundError:
-            hint = 'pip install "frankie-task[hardware]"'
+            told = f"{package} is missing ({what}): {extra('hardware')}"
             verdict = Verdict.OPEN if drivers is None else Verdict.BAD
-            yield Finding("installed", verdict, f"{package} is missing ({what}): {hint}")
+            yield Finding("installed", verdict, told)
     allowed, median, worst = _measure()
     hint = "" if allowed else ": `@realtime - rtprio 99` in /etc/security/limits.conf"
     text = f"real-time priority is {'granted' if allowed else 'refused'}{hint}"

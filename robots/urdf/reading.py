@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 
 import pinocchio as pin
 
-from config import UserError, counted, quoted, suggest
+from config import UserError, counted, extra, quoted, suggest
 
 _MOVING, _STILL = ("revolute", "continuous", "prismatic"), ("fixed", "floating", "planar")
 _SPEEDS = {"revolute": 1.0, "continuous": 1.0, "prismatic": 0.1}  # if none is given [rad/s, m/s]
@@ -248,7 +248,7 @@ def _text(path: Path, folders: list[Path]) -> str:
         from xacrodoc import XacroDoc
         from xacrodoc import packages as known
     except ImportError:
-        raise UrdfError('xacro files need an extra: pip install "frankie-task[robots]"') from None
+        raise UrdfError(f"xacro files need an extra: {extra('robots')}") from None
     inside = [one for folder in folders if folder.is_dir() for one in folder.iterdir()]
     known.look_in(folders)
     known.update_package_cache({one.name: str(one) for one in inside if one.is_dir()})

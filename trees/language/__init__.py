@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from trees.language.registry import (
         DECLARATIONS,
         declarations_text,
+        declared_leaves,
         known_leaves,
         plugin_problems,
     )

@@ -207,6 +207,9 @@ def _read_condition(key: str, value: YamlValue, scope: Scope) -> LeafNode | Comp
         conditions = sorted(leaf.key for leaf in scope.leaves.values() if leaf.is_condition)
         message = f"`{key}` asks a condition, and `{_key(node)}` is not one"
         hint = f"write one of {quoted([*conditions, *_OF_CONDITIONS])}"
+        if isinstance(node, LeafNode) and "count" in node.type.outputs:
+            ask = "`equals: {value: $n, to: 0}` or `at_least`"
+            hint = f"put `{node.type.key}` before, with `count: n`, and ask {ask}"
         scope.error(rules.CONDITION, node.location, message, hint)
         return None
     if node.modifiers:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from math import radians
 from os.path import isfile
 from pathlib import Path
@@ -86,12 +87,14 @@ def check(
     places: Path | None = None,
     robot: str | Path = _USUAL,
     text: str | None = None,
+    scene: str = "",
 ) -> list[Diagnostic]:
     """Every diagnostic of a task file and its subtrees, in order: for a robot, in its own scene.
 
     Of a scene file, every diagnostic of that. `places` as for `load`, `text` as for `examine`;
-    `robot` is a shipped one or a robot file. Raises ConfigError: there is no such robot;
-    LeafError: a leaf class, not the file, is at fault.
+    `robot` is a shipped one or a robot file. In another `scene`, unreachable places are warnings,
+    as for `run`. Raises ConfigError: there is no such robot; SceneError: no such other scene, or a
+    mistake in it; LeafError: a leaf class, not the file, is at fault.
     """
     task, found = examine(path, places=places, text=text)
     # To import and read a robot takes longer than to read a task, and the shipped one is right.
@@ -109,8 +112,16 @@ def check(
     if task is None:
         return found
     fixtures, mistakes = _furniture(task, description)
+    elsewhere = scene not in ("", task.scene, scene_of(task))
+    if elsewhere:
+        from hw.sim import load_fixtures
+
+        fixtures = load_fixtures(scene, unmapped=True)
     found += mistakes + furniture_diagnostics(task, fixtures)
-    found += place_diagnostics(task, description, fixtures)
+    found += place_diagnostics(task, description, () if elsewhere else fixtures)
+    if elsewhere:
+        there = place_diagnostics(task, description, fixtures)
+        found += [replace(one, severity=Severity.WARNING) for one in there if one not in found]
     return _in_order(task, found)
 
 

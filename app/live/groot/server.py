@@ -21,7 +21,7 @@ from app.live.groot.client_hooks import ClientHooks
 from app.live.nodes import NodeInfo
 from app.live.operator import Control, Hook
 from app.live.snapshot import Snapshot
-from config import UserError
+from config import UserError, extra
 from hw import begun, stopwatch
 from trees.btcpp import STATUS_CODES, tree_xml
 
@@ -188,7 +188,5 @@ def _libraries() -> tuple[ModuleType, Callable[..., bytes]]:
         import msgpack
         import zmq
     except ImportError as error:
-        raise GrootError(
-            f'--groot2 needs {error.name}: pip install "frankie-task[groot]"'
-        ) from error
+        raise GrootError(f"--groot2 needs {error.name}: {extra('groot')}") from error
     return zmq, msgpack.packb
