@@ -23,6 +23,10 @@ _Folder = Annotated[str, typer.Argument(help="A robot file, its folder, or a shi
 @robot.command("import")
 def import_(
     urdf: Annotated[Path, typer.Argument(help="A URDF, or a .xacro file.")],
+    arguments: Annotated[
+        list[str] | None, typer.Argument(metavar="[NAME:=VALUE]...", help="Of a .xacro file.")
+    ] = None,
+    *,
     out: Annotated[Path, typer.Option("-o", "--out", help="New folder of the robot.")],
     srdf: Annotated[Path | None, typer.Option(help="MoveIt's file with arm and pairs.")] = None,
     base_frame: Annotated[str | None, typer.Option(help="Link below the arm.")] = None,
@@ -60,6 +64,8 @@ def import_(
     for option, (given, known) in choices.items():
         if given is not None and given not in known:
             refuse(f"{option} {given}: choose one of {', '.join(known)}")
+    if wrong := [one for one in arguments or () if not one.partition(":=")[0] or ":=" not in one]:
+        refuse(f"argument `{wrong[0]}`: write name:=value")
     options = ImportOptions(
         srdf=srdf,
         base_frame=base_frame,
@@ -72,6 +78,7 @@ def import_(
         acceleration=acceleration,
         base_size=base_size,
         packages=packages or (),
+        arguments=arguments or (),
     )
     console = Terminal()
     for line in write_robot(urdf, out, options, ready_posture):

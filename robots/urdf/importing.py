@@ -15,7 +15,7 @@ import pinocchio as pin
 import yaml
 from pinocchio import SE3
 
-from config import ConfigError, read_config
+from config import ConfigError, counted, read_config
 from robots.description import RobotDescription
 from robots.load import IMPORTED, SHIPPED, load_robot
 from robots.schema import CameraFile, RobotFile
@@ -56,6 +56,7 @@ class ImportOptions:
     acceleration: float | None = None  # of joints that turn [rad/s^2]
     base_size: tuple[float, float, float] | None = None  # [m]
     packages: Sequence[Path] = ()
+    arguments: Sequence[str] = ()  # of a xacro file, `name:=value`
 
 
 def write_robot(
@@ -67,7 +68,7 @@ def write_robot(
     """
     if out.exists():
         raise UrdfError(f"{out}: exists already; choose another folder with -o")
-    robot = _Import(Urdf(source, options.packages), options)
+    robot = _Import(Urdf(source, options.packages, options.arguments), options)
     with TemporaryDirectory() as folder:
         draft = Path(folder) / out.resolve().name
         robot.write(draft)
@@ -96,7 +97,8 @@ class _Import:
 
     def __init__(self, urdf: Urdf, options: ImportOptions) -> None:
         self._options = options
-        self.notes = [f"{urdf.name}: {len(urdf.links)} joints, {urdf.geometry.ngeoms} shapes"]
+        shapes = counted(urdf.geometry.ngeoms, "shape")
+        self.notes = [f"{urdf.name}: {counted(len(urdf.kinds), 'moving joint')}, {shapes}"]
         self._arm = arm = choose_arm(
             urdf, options.base_frame, options.tool_frame, options.srdf, self.notes
         )
