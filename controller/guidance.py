@@ -196,7 +196,7 @@ class Guidance:
         self._start_goal(goal.wTe.copy())
         self._set_stance(self.stance if crept else None)
         is_there = distance < self._guidance.close
-        self.unreachable = "" if is_there else self._finder.obstacle_to(goal)
+        self.unreachable = "" if is_there else self._finder.obstacle_to(goal, wTb)
         if self.unreachable:
             self._set_stance(None)
         elif not goal.straight and (goal.stance_if_near or distance > self._guidance.min_distance):

@@ -21,6 +21,7 @@ from pinocchio import SE3, Inertia
 from robots.shapes import Array, Geom
 
 _UPRIGHT = 0.99  # cosine of the largest tilt of an upright axis
+_STILL = 1e-3  # a base without this speed stands still [m/s, rad/s]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -205,6 +206,11 @@ class RobotDescription:
                 pivot = np.array([*bTj.translation[:2], self.bTa.translation[2]])
                 return Swivel(joint, float(np.sign(up)), pivot)
         return None
+
+    @property
+    def stands_still(self) -> bool:
+        """Whether its base does not drive."""
+        return bool(self.limits.base_twist.max() < _STILL)
 
     @cached_property
     def strokes(self) -> Array:

@@ -49,7 +49,12 @@ class SelfCollision:
         )
 
     def clearance(self, q: Array) -> float:
-        """Smallest distance of the arm to itself, the base and the floor, for q (j,) [m]."""
+        """Smallest distance of the arm to itself, the base and the floor, for q (j,) [m].
+
+        Infinite if none of them can touch.
+        """
+        if not self._shapes.collisionPairs:
+            return np.inf
         joints = self._model.joints(q)
         nearest = pin.computeDistances(
             self._model.chain, self._data, self._shapes, self._results, joints

@@ -215,9 +215,12 @@ def _of_use(
             yield Diagnostic(REACH, path, location, message, hint, severity)
     if isinstance(value, ToolPose) and use.parameter in leaf.type.surfaces:
         value = region_at(value)
-    if fixtures and isinstance(value, Region) and use.parameter in leaf.type.surfaces:
-        if (why := why_not_come_to(value, robot, fixtures, *_approach(use))) is not None:
-            yield Diagnostic(COME_TO, use.path, leaf.location, *why)
+    if not isinstance(value, Region) or use.parameter not in leaf.type.surfaces:
+        return
+    why = fixtures or robot.stands_still
+    if why and (why := why_not_come_to(value, robot, fixtures, *_approach(use))):
+        yield Diagnostic(COME_TO, use.path, leaf.location, *why)
+    if fixtures:
         bare = bare_places(value, _given(use, "pitch_m", None), fixtures)
         if bare.missing:
             message = (

@@ -35,6 +35,8 @@ def why_not_reached(value: object, robot: RobotDescription) -> tuple[str, str] |
     """Message and hint about a place where the robot cannot be; None if it can."""
     if isinstance(value, Posture):
         return _beyond_joints(value.on(robot).q, robot)
+    if isinstance(value, BasePose) and robot.stands_still:
+        return f"the base of `{robot.name}` stands still", "name a pose of the hand"
     if not isinstance(value, ToolPose):
         return None
     tip = value.wTe.act(np.array([0.0, 0.0, robot.gripper.tip]))
@@ -123,6 +125,9 @@ def why_not_come_to(
     if region_direction(robot, tuple(fixtures), region, word, least_tilt) is not None:
         return None
     anyhow = region_direction(robot, tuple(fixtures), region)
+    if anyhow is None and robot.stands_still:
+        message = f"`{region.name}`: the base stands still, and the arm does not get to all of it"
+        return message, "move it nearer"
     if anyhow is None:
         hint = "lower it, or move what is in the way"
         return f"`{region.name}`: no stance lets the hand get to it", hint
