@@ -51,7 +51,7 @@ class MotionMonitor:
         self._moments: deque[_Moment] = deque()
         self._told: deque[tuple[float, Command]] = deque(maxlen=100)  # with their stamps [s]
         self._base = _SpeedMonitor(limits.base_acceleration, base_lag, _BASE_FASTER)
-        self._slides = description.arm.slides
+        self._slides, self._called = description.arm.slides, description.arm.called
         self._arm = _SpeedMonitor(limits.qdd, arm_lag, np.full(len(limits.qd), _ARM_FASTER))
 
     def reset(self) -> None:
@@ -112,7 +112,7 @@ class MotionMonitor:
         elif (axis := self._arm.faster(state.stamp, state.qd, applied.qd)) is not None:
             does, told = float(state.qd[axis]), float(applied.qd[axis])
             verb, unit = ("slides", "m/s") if self._slides[axis] else ("turns", "rad/s")
-            what, own = f"joint {axis + 1} {verb}", "its limits are not those of its file"
+            what, own = f"{self._called(axis)} {verb}", "its limits are not those of its file"
         else:
             return ""
         cause = f"{own}, or somebody else moves it"
@@ -148,12 +148,12 @@ class MotionMonitor:
         joint = int(np.abs(asked).argmax())
         moved = abs(float(newest.q[joint] - then.q[joint]))
         if abs(asked[joint]) >= 0.8 * _ARM_PATH and moved < _MIN_SHARE * abs(asked[joint]):
-            return f"joint {joint + 1} does not do what it is commanded"
+            return f"{self._called(joint)} does not do what it is commanded"
         first = self._moments[0]
         surplus = (newest.q - first.q) - (newest.arm_commanded - first.arm_commanded)
         over = np.abs(surplus) - self._arm_surplus
         if (over > 0.0).any():
-            return f"joint {int(over.argmax()) + 1} moves as it was not commanded"
+            return f"{self._called(int(over.argmax()))} moves as it was not commanded"
         return ""
 
     def _rebase(self, measured: Pose2D) -> None:

@@ -72,6 +72,12 @@ class ArmDescription:
     inertias: tuple[Inertia, ...]  # j + 1, of the foot and the links, each in its frame; or none
     torque: Array  # (j,) largest torques of the joints [Nm]
     visual: str | None  # mesh drawn instead of the collision shapes, if it is installed
+    names: tuple[str, ...] = ()  # of the joints in its URDF, if they are known
+    links: tuple[tuple[str, SE3], ...] = ()  # of the URDF: names, and frames on foot and links
+
+    def called(self, joint: int) -> str:
+        """A joint, counted from 0, in words."""
+        return f"joint `{self.names[joint]}`" if self.names else f"joint {joint + 1}"
 
     def is_like(self, other: ArmDescription) -> bool:
         """Whether joints and shapes are those of another arm."""

@@ -184,6 +184,7 @@ def _outdated(path: Path) -> str:
 
 def _arm(file: ArmFile) -> ArmDescription:
     shapes: list[LinkCapsuleFile | LinkHullFile] = [*file.collision, *file.hulls]
+    names = [joint.name for joint in file.joints if joint.name]
     return ArmDescription(
         joints=tuple(joint.pose() for joint in file.joints),
         slides=np.array([joint.kind == "prismatic" for joint in file.joints]),
@@ -198,6 +199,8 @@ def _arm(file: ArmFile) -> ArmDescription:
         inertias=tuple(part.inertia() for part in file.inertia),
         torque=np.array([joint.torque for joint in file.joints]),
         visual=file.visual,
+        names=tuple(names) if len(names) == len(file.joints) else (),
+        links=tuple((link.name, link.pose()) for link in file.links),
     )
 
 

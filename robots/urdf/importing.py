@@ -205,17 +205,22 @@ class _Import:
         arm, joints, middle = self._arm, [], []
         model, turning = arm.model, self._options.acceleration or _ACCELERATIONS[0]
         self.notes.append(f"accelerations: {turning:g} rad/s^2 (--acceleration)")
-        for pose, slides, joint in zip(self._joints, self.slides, model.joints[1:], strict=True):
+        rows = zip(arm.joints, self._joints, self.slides, model.joints[1:], strict=True)
+        for name, pose, slides, joint in rows:
             ends = (model.lowerPositionLimit, model.upperPositionLimit)
             between = [round(float(end[joint.idx_q]), 6) for end in ends]
             kind = "prismatic" if slides else "revolute" if joint.nq == 1 else "continuous"
-            row = _pose(pose) | {"kind": kind}
+            row = {"name": name} | _pose(pose) | {"kind": kind}
             row |= {"position": between} if joint.nq == 1 else {}
             row["speed"] = round(float(model.velocityLimit[joint.idx_v]), 6)
             row["acceleration"] = _ACCELERATIONS[1] if slides else turning
             joints.append(row | {"torque": round(float(model.effortLimit[joint.idx_v]), 6)})
             middle.append(sum(between) / 2.0 if joint.nq == 1 else 0.0)
         file = {"joints": joints, "flange": _pose(self._lTe), "ready": middle, "lag": _LAG}
+        ends = [arm.urdf.links[one] for one in arm.joints]
+        frames = [SE3.Identity(), *(turn.inverse() for turn in self._turns)]
+        names = [ends[0][0], *(child for _, child in ends)]
+        file["links"] = [{"name": a} | _pose(b) for a, b in zip(names, frames, strict=True)]
         links = enumerate(shapes)
         file["collision"] = []
         file["hulls"] = [{"link": k} | _hull(one) for k, some in links for one in some]

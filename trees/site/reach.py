@@ -64,16 +64,14 @@ def _beyond_joints(q: Array, robot: RobotDescription) -> tuple[str, str] | None:
     if len(beyond) == 0:
         return None
     joint = int(beyond[0])
+    called = robot.arm.called(joint)
     ends = (float(one[joint]) for one in (robot.limits.q_min, robot.limits.q_max, q))
     if robot.arm.slides[joint]:
         first, last, here = ends
-        message = f"joint {joint + 1} of `{robot.name}` goes from {first:g} m to {last:g} m"
+        message = f"{called} of `{robot.name}` goes from {first:g} m to {last:g} m"
         return f"{message}, not to {here:g} m", f"write {first:g} to {last:g}"
     first, last, here = map(degrees, ends)
-    message = (
-        f"joint {joint + 1} of `{robot.name}` goes from {first:.0f}° to {last:.0f}°, "
-        f"not to {here:g}°"
-    )
+    message = f"{called} of `{robot.name}` goes from {first:.0f}° to {last:.0f}°, not to {here:g}°"
     meant = np.degrees(q)  # as if the numbers were radians
     if (np.abs(meant) <= 2.0 * pi).all() and ((meant >= low) & (meant <= high)).all():
         angles = ", ".join(f"{degrees(angle):.0f}" for angle in meant)
