@@ -13,6 +13,7 @@ from app.core.files.folder import (
     SUMMARY,
     TASK,
     begun,
+    recorded_robot,
 )
 from app.core.launch import run_task
 from app.core.measurements import Measurements

@@ -35,6 +35,7 @@ _LOOSE = re.compile(r"caster|roller", re.IGNORECASE)
 _HOLONOMIC = re.compile(r"mecanum|omni|swedish|roller", re.IGNORECASE)
 _SHORTER = 2  # joints by which a named tool frame may be nearer than the farthest link
 _LARGEST = 10.0  # a robot is smaller than this [m]
+_TURNS = 8.0 * np.pi  # no joint of an arm turns farther between its ends [rad]
 
 
 @dataclass
@@ -161,6 +162,9 @@ def _check(arm: Arm) -> None:
             what = f"joint `{name}` slides and has no range" if stroke <= 0.0 else ""
             what = what or f"joint `{name}` slides by {stroke:g} m"
             urdf.refuse(what, "give it a <limit>, or choose a link above it with --base-frame")
+        if urdf.kinds[name] == "revolute" and stroke > _TURNS:
+            what = f"joint `{name}` turns by {stroke:g} rad, which looks like degrees"
+            urdf.refuse(what, "write its <limit> in radians, or make it continuous")
     apart = max(float(np.linalg.norm(one.translation)) for one in arm.model.jointPlacements)
     if apart > _LARGEST:
         what = f"two joints are {apart:.0f} m apart"

@@ -15,7 +15,7 @@ import pinocchio as pin
 import yaml
 from pinocchio import SE3
 
-from config import ConfigError, counted, read_config
+from config import ConfigError, counted, quoted, read_config
 from robots.description import RobotDescription
 from robots.load import IMPORTED, SHIPPED, load_robot
 from robots.schema import CameraFile, RobotFile
@@ -28,7 +28,8 @@ from robots.urdf.touching import Part, touching
 
 _LAG = 0.03  # of the joints [s]
 _ACCELERATIONS = (6.0, 1.0)  # of joints that turn and of those that slide [rad/s^2, m/s^2]
-_LOW = 0.1  # shapes that come down to this height belong to the base [m]
+_LOW = 0.1  # shapes that come down to this height belong to the base [m] ...
+_SLENDER = 2.0  # ... unless they are so many times as high as wide: masts, which carry the arm
 _ROD = 0.04  # radius of a link without shapes [m]
 _SMALL = {"mass": 0.1, "xyz": [0.0] * 3, "moments": [1e-4] * 3, "products": [0.0] * 3}
 _ASIDE, _BEHIND = 0.033, 0.015  # of a camera on its own mount, from the palm [m]
@@ -75,7 +76,8 @@ def write_robot(
         try:
             drafted = load_robot(draft)
         except ConfigError as error:
-            raise UrdfError(f"{source}: {str(error).splitlines()[0]}") from None
+            why = str(error).splitlines()[0].replace(f"{draft}/", "its ")
+            raise UrdfError(f"{source}: {why}") from None
         found = ready(drafted)
         robot.arm_file["ready"] = _rounded(found)
         turned = np.where(robot.slides, found, np.degrees(found))
@@ -161,7 +163,7 @@ class _Import:
             lift = SE3(np.eye(3), np.array([0.0, 0.0, -min([0.0, *heights])]))
             self._bTu = lift * bTu
             mount = self._bTu * self._uTa
-            low = [points for points in self._still(self._bTu) if points[:, 2].min() < _LOW]
+            low = [points for points in self._still(self._bTu) if _is_low(points)]
             if low:
                 points = np.vstack(low)
                 sides = 2.0 * np.abs(points[:, :2]).max(axis=0)
@@ -189,7 +191,7 @@ class _Import:
                 continue
             aTu = (self._turns[joint - 1] if joint else self._uTa).inverse()
             points = placed_points(one.geometry, self._bTu * one.placement)
-            if joint or not self._rides or points[:, 2].min() >= _LOW:
+            if joint or not self._rides or not _is_low(points):
                 points = placed_points(one.geometry, aTu * one.placement)
                 shapes[joint] += [hull_around(points)] if len(points) else []
         for number, some in enumerate(shapes[1:last], start=1):
@@ -258,7 +260,8 @@ class _Import:
         held = [one for one in ([link] if link else named) if one in arm.urdf.parents]
         held = [one for one in held if arm.frame(one)[0] == last]
         if link and not held:
-            arm.urdf.refuse(f"`{link}` is no link of the hand", "choose another --camera-frame")
+            what = f"`{link}` is not on the last link of the arm, where the camera has to be"
+            arm.urdf.refuse(what, "choose another --camera-frame")
         if held:
             self.notes.append(f"camera: at `{held[0]}` (--camera-frame)")
             turn = np.eye(3) if "optical" in held[0] else _OPTICAL
@@ -269,7 +272,8 @@ class _Import:
             aside, behind = centre[0] + size[0] / 2.0 + _ASIDE, centre[2] - _BEHIND
             place = np.array([max(_BESIDE[0], aside), 0.0, min(-0.06, behind)])
         where = f"{place[0]:.3f} m beside and {-place[2]:.3f} m behind the grasp centre"
-        self.notes.append(f"camera: none on the hand, so a D435 {where} (--camera-frame)")
+        none = f"{quoted(named[:2])} not on the hand" if named else "none on the hand"
+        self.notes.append(f"camera: {none}, so a D435 {where} (--camera-frame)")
         return SE3(_ALONG, place)
 
     def _gripper(self) -> dict[str, Any]:
@@ -284,6 +288,12 @@ class _Import:
         file["collision"] = []
         file["hulls"] = [_hull(one) for one in hand.collision]
         return file | {"inertia": _SMALL, "finger_mass": 0.03, "grasps": hand.grasps}
+
+
+def _is_low(points: Array) -> bool:
+    """Whether a shape belongs to the base: it comes down to the floor, and is no mast."""
+    wide = np.ptp(points[:, :2], axis=0).max(initial=0.0)
+    return bool(points[:, 2].min() < _LOW and np.ptp(points[:, 2]) < _SLENDER * wide)
 
 
 def _rounded(values: Array, digits: int = 6) -> list[float]:
@@ -303,5 +313,5 @@ def _hull(one: Geom) -> dict[str, Any]:
 
 def _inertia(one: pin.Inertia) -> dict[str, Any]:
     file = {"mass": round(float(one.mass), 6), "xyz": _rounded(one.lever)}
-    file["moments"] = _rounded(np.diag(one.inertia), 9)
-    return file | {"products": _rounded(one.inertia[[0, 0, 1], [1, 2, 2]], 9)}
+    file["moments"] = _rounded(np.diag(one.inertia), 12)
+    return file | {"products": _rounded(one.inertia[[0, 0, 1], [1, 2, 2]], 12)}

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 from xml.etree import ElementTree
 
-import numpy as np
 import pinocchio as pin
 
 from config import UserError, counted, quoted, suggest
@@ -185,7 +184,8 @@ class Urdf:
             limit = ElementTree.SubElement(joint, "limit")
         keys, where = ("lower", "upper", "velocity", "effort"), f"limit of joint `{name}`"
         told = (self._numbers(limit, key, 1, where, 0.0, most=inf)[0] for key in keys)
-        low, high, speed, effort = (float(np.clip(one, -_MOST, _MOST)) for one in told)
+        low, high, speed, effort = told
+        low, high = max(low, -_MOST), min(high, _MOST)
         if low > high:
             self.refuse(f"{where}: {low:g} to {high:g}", "the lower bound comes first")
         if kind == "revolute" and (low == high or high - low > _ENDLESS):
