@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from app.commands.refuse import RefusingGroup, refuse
-from app.terminal import Terminal
+from app.commands.refuse import RefusingGroup, find_tree, refuse
+from app.terminal import Loading, Terminal
 
 if TYPE_CHECKING:
     from robots import RobotDescription
@@ -81,9 +81,15 @@ def import_(
         arguments=arguments or (),
     )
     console = Terminal()
-    for line in write_robot(urdf, out, options, ready_posture):
+    with Loading(f"importing {urdf.name}:") as loading:
+        loading("its shapes")
+        notes = write_robot(urdf, out, options, ready_posture)
+    for line in notes:
         console.say(line)
-    postures = bank(load_robot(out))  # its postures are drawn here, not in the first run
+    with Loading(f"importing {urdf.name}:") as loading:
+        loading("postures")  # drawn here, not in the first run
+        postures = bank(made := load_robot(out))
+    console.say(f"gripper, for tasks that grasp: {_grasping(made, out)}")
     console.say(f"{out}: written, {len(postures.q)} postures drawn; next: frankie-task robot check")
 
 
@@ -101,11 +107,27 @@ def check(folder: _Folder) -> None:
         console.say(robot.outdated)
     console.say("kinematic world: good")
     console.say(f"physical world: {_physics(robot) or 'good'}")
-    grasps = "good" if robot.gripper.grasps else "none: import it with --gripper"
-    console.say(f"gripper, for tasks that grasp: {grasps}")
+    console.say(f"gripper, for tasks that grasp: {_grasping(robot, folder)}")
     real = load_real_robot(folder)
     hardware = "a file with `hardware` that names this one is missing: docs/hardware.md"
     console.say(f"hardware: {hardware if real is None else 'see frankie-task doctor'}")
+
+
+def _grasping(robot: RobotDescription, folder: str | Path) -> str:
+    """Whether it can do what the shipped tasks ask of a gripper, or why not."""
+    from config import Severity
+    from hw.sim import HOUSEHOLD
+    from trees.site import check as mistakes_in
+
+    thinnest = min(one.narrowest for one in HOUSEHOLD.values())
+    if not robot.gripper.grasps:
+        return "none: import it with --gripper"
+    if robot.gripper.opening <= thinnest:
+        wide, thin = 1e3 * robot.gripper.opening, 1e3 * thinnest
+        return f"opens by {wide:.0f} mm, and the thinnest of the shipped objects is {thin:.0f} mm"
+    found = mistakes_in(find_tree("pick_one"), robot=folder)
+    wrong = [one for one in found if one.severity is Severity.ERROR]
+    return f"not for `pick_one`: {wrong[0].message}; {wrong[0].hint}" if wrong else "good"
 
 
 def _physics(robot: RobotDescription) -> str:
