@@ -23,7 +23,7 @@ from robots.shapes import GREY, Array, Geom, Hull
 from robots.urdf.arm import choose_arm, drive_of
 from robots.urdf.hand import hand_of
 from robots.urdf.hulls import hull_around, placed_points
-from robots.urdf.reading import Urdf, UrdfError
+from robots.urdf.reading import OF_JOINT, Urdf, UrdfError
 from robots.urdf.touching import Part, touching
 
 _LAG = 0.03  # of the joints [s]
@@ -212,7 +212,7 @@ class _Import:
             ends = (model.lowerPositionLimit, model.upperPositionLimit)
             between = [round(float(end[joint.idx_q]), 6) for end in ends]
             kind = "prismatic" if slides else "revolute" if joint.nq == 1 else "continuous"
-            row = {"name": name} | _pose(pose) | {"kind": kind}
+            row = {"name": name.removesuffix(OF_JOINT)} | _pose(pose) | {"kind": kind}
             row |= {"position": between} if joint.nq == 1 else {}
             row["speed"] = round(float(model.velocityLimit[joint.idx_v]), 6)
             row["acceleration"] = _ACCELERATIONS[1] if slides else turning

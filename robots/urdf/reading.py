@@ -22,6 +22,7 @@ _EFFORT, _MOST_EFFORT = 50.0, 1e4  # if none is given, and what is believed [Nm,
 _FASTEST = 50.0  # what is believed [rad/s, m/s]
 _ENDLESS = 1500.0  # a range this wide is none [rad]
 _MOST = 1e12
+OF_JOINT = ".joint"  # in Pinocchio's model, after the name of a joint that a link has too
 _SIZES = {"box": {"size": 3}, "sphere": {"radius": 1}, "cylinder": {"radius": 1, "length": 1}}
 
 
@@ -106,7 +107,7 @@ class Urdf:
         for one in root.findall("joint") + root.findall("joint/mimic"):  # Pinocchio mixes them up
             key = "name" if one.tag == "joint" else "joint"
             if one.get(key) in names:
-                one.set(key, f"{one.get(key)}_joint")
+                one.set(key, f"{one.get(key)}{OF_JOINT}")
         for joint in root.findall("joint"):
             self._joint(joint, names)
         for link in links:
