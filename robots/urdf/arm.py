@@ -28,7 +28,7 @@ _TOOLS = (
 )
 """Names of links that are tool frames, the likely ones first; the last fits all."""
 _HANDS = re.compile("|".join(_TOOLS[:4]), re.IGNORECASE)
-_FLIES = re.compile(r"propeller|rotor_?\d|copter|drone|flying|uav", re.IGNORECASE)
+_FLIES = re.compile(r"propeller|(^|_)rotor_?\d|copter|drone|flying|uav", re.IGNORECASE)
 _FINGER = re.compile(r"finger|gripper|jaw|knuckle|thumb|hand_", re.IGNORECASE)
 _WHEEL = re.compile(r"wheel", re.IGNORECASE)
 _LOOSE = re.compile(r"caster|roller", re.IGNORECASE)

@@ -25,7 +25,6 @@ class Packages:
         self.folders = [*given, *above]  # in the order in which they are searched
         for one in filter(None, ":".join(os.environ.get(key, "") for key in _ROS).split(":")):
             self.folders += [Path(one), Path(one) / "share"]
-        self._given = [one.resolve() for one in given]
 
     def find(self, name: str) -> list[Path]:
         """The folders of a package, the likely one first; what has the name of another is last."""
@@ -38,22 +37,20 @@ class Packages:
         if name in ("", ".", ".."):
             places = [folder / name / inside for folder in self.folders]
             return next((one.resolve() for one in places if one.is_file()), None)
-        files = [one / inside for one in self.find(name) if (one / inside).is_file()]
+        homes = [one for one in self.find(name) if (one / inside).is_file()]
+        near = {one.resolve() for one in self.folders}
         note = ""
-        if not files:
-            files = [one / inside for one in self.folders if (one / inside).is_file()][:1]
-            note = (
-                f"no package `{name}` has its meshes: those of {_folder(files, inside)} are taken"
-            )
-        elif not set(self._given) & set(files[0].parents):
-            files = [one for one in files if one == files[0] or not cmp(files[0], one, False)]
-            others = ", not ".join(_folder([one], inside) for one in files)
-            near = {one.resolve() for one in self.folders}
-            is_near = near & {Path(_folder(files, inside)), Path(_folder(files, inside)).parent}
-            note = f"package `{name}`: taken is {others}" if files[1:] or not is_near else ""
-        if files and note and f"{note} (--packages)" not in notes:
-            notes.append(f"{note} (--packages)")
-        return files[0].resolve() if files else None
+        if not homes:
+            homes = [one for one in self.folders if (one / inside).is_file()][:1]
+            note = f"no package `{name}` has its meshes: those in {homes[0]}" if homes else ""
+        else:
+            first = homes[0] / inside
+            homes = [one for one in homes if one == homes[0] or not cmp(first, one / inside, False)]
+            if homes[1:] or not near & {homes[0], homes[0].parent}:
+                note = f"package `{name}`: that in {', not '.join(map(str, homes))}"
+        note += " (--packages)" if note else ""
+        notes += [note] if note and note not in notes else []
+        return (homes[0] / inside).resolve() if homes else None
 
     def _called(self, name: str) -> Iterator[Path]:
         for folder in self.folders:
@@ -62,10 +59,6 @@ class Packages:
                 manifests = _below(folder, below + "package.xml")
                 yield from (one.parent for one in manifests if _declared(one.parent) == name)
                 yield from _below(folder, below + escape(name))
-
-
-def _folder(files: list[Path], inside: str) -> str:
-    return str(files[0])[: -len(inside) - 1] if files else ""
 
 
 @cache

@@ -61,25 +61,17 @@ def _expand(path: str, folders: list[str], given: dict[str, str]) -> str:
         while getattr(error, "exc", None):  # each wraps the one before
             error = error.exc
         files: list[Any] = [one for one in xacro.filestack or () if one and one != path]
-        sys.exit(_words(error) + (f" (in {files[-1]})" if files else ""))
+        why = {
+            RecursionError: "a file or macro uses itself; cut the circle",
+            MemoryError: f"it needs more than {_MEMORY >> 30} GB; does a macro call itself?",
+            KeyError: f"nothing is called {error}",
+        }.get(type(error), " ".join(str(error).split())[:300])
+        sys.exit(why + (f" (in {files[-1]})" if files else ""))
     texts = [Path(one).read_text(encoding="utf-8") for one in (path, *xacro.all_includes)]
     known = re.findall(r"<xacro:arg\s[^>]*?name=[\"']([^\"']+)", "".join(texts))
     if unknown := sorted(given.keys() - set(known)):
         sys.exit(f"it has no argument `{unknown[0]}`; {suggest(unknown[0], known)}")
     return text
-
-
-def _words(error: BaseException) -> str:
-    match error:
-        case RecursionError():
-            return "a file or macro uses itself; cut the circle"
-        case MemoryError():
-            return f"it needs more than {_MEMORY >> 30} GB; does a macro call itself?"
-        case KeyError():
-            return f"nothing is called {error}"
-        case OSError():
-            return f"{error.strerror}: {error.filename}"
-    return " ".join(str(error).split())[:300]
 
 
 if __name__ == "__main__":

@@ -130,7 +130,7 @@ def size_of(urdf: Urdf, link: str) -> float:
     ("mine", "other", "note"),
     [
         ("arm_description", "other_description", ""),
-        ("src/arms/arm_description", "src/vendor/other_description", "taken is"),
+        ("src/arms/arm_description", "src/vendor/other_description", "that in"),
         ("src/arm", "src/other-main", ""),  # called so by its package.xml
     ],
 )
