@@ -41,15 +41,20 @@ class _Use(NamedTuple):
     value: NamedValue
 
 
+def _leaves(task: Task) -> Iterator[tuple[Path, LeafNode]]:
+    """Every leaf of a task and of its subtrees, and its file."""
+    for node in nodes_below(task.root):
+        yield from ((task.path, leaf) for leaf in leaves_at(node))
+        if isinstance(node, SubtreeNode):
+            yield from _leaves(node.task)
+
+
 def _uses(task: Task) -> Iterator[_Use]:
     """Every place that a leaf of the task or of its subtrees is given and that is known by now."""
-    for node in nodes_below(task.root):
-        for leaf in leaves_at(node):
-            for parameter, value in leaf.arguments.items():
-                if isinstance(value, NamedValue):
-                    yield _Use(task.path, leaf, parameter, value)
-        if isinstance(node, SubtreeNode):
-            yield from _uses(node.task)
+    for path, leaf in _leaves(task):
+        for parameter, value in leaf.arguments.items():
+            if isinstance(value, NamedValue):
+                yield _Use(path, leaf, parameter, value)
 
 
 def _definitions(task: Task) -> Iterator[tuple[NamedValue, Path, Location]]:
@@ -153,6 +158,13 @@ def place_diagnostics(
             Diagnostic(COME_TO, use.path, use.leaf.location, message, hint)
             for use in uses
             if use.leaf.type.key == "grasp"
+        ]
+    if robot.stands_still:
+        message, hint = f"the base of `{robot.name}` stands still", "leave out `drive`"
+        found += [
+            Diagnostic(REACH, path, leaf.location, message, hint)
+            for path, leaf in _leaves(task)
+            if leaf.type.key == "drive" and "to" not in leaf.arguments
         ]
     return list(dict.fromkeys([*found, *_not_set_down(uses, robot, fixtures)]))
 

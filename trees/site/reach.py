@@ -124,7 +124,7 @@ def why_not_come_to(
         return None
     anyhow = region_direction(robot, tuple(fixtures), region)
     if anyhow is None and robot.stands_still:
-        message = f"`{region.name}`: the base stands still, and the arm does not get to all of it"
+        message = f"`{region.name}`: the base stands still, and the arm does not get there"
         return message, "move it nearer"
     if anyhow is None:
         hint = "lower it, or move what is in the way"
