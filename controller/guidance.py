@@ -256,8 +256,9 @@ class Guidance:
         if stance is not self._base_of[0] or self._goal is not self._base_of[1]:
             self._base, self._base_of = stance.base_for(goal.wTe), (stance, self._goal)
         floor, space, follows = self._finder.floor, self._finder.space, goal.is_moving
+        base = wTb if self._model.description.stands_still else self._base
         return self._approach.remaining(
-            stance, self._base, distance, wTb, q, floor, space, follows=follows
+            stance, base, distance, wTb, q, floor, space, follows=follows
         )
 
     def _has_stalled(self, remaining: Remaining, goal: PoseGoal, passed: int) -> bool:

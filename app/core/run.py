@@ -176,7 +176,7 @@ class Run:
 
     def _make_folder(self) -> Path:
         options, task, real = self._options, self._task, load_real_robot(self._options.robot)
-        paths = {"map": options.map or (real and real.map), "scene": options.scene}
+        paths = {"map": options.map or (real.map if real else None), "scene": options.scene}
         paths["weights"] = options.weights
         chosen = asdict(options) | {key: _absolute(one) for key, one in paths.items()}
         chosen |= {

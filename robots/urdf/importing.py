@@ -99,8 +99,8 @@ class _Import:
 
     def __init__(self, urdf: Urdf, options: ImportOptions) -> None:
         self._options = options
-        shapes = counted(urdf.geometry.ngeoms, "shape")
-        self.notes = [f"{urdf.name}: {counted(len(urdf.kinds), 'moving joint')}, {shapes}"]
+        count = counted(urdf.geometry.ngeoms, "shape")
+        self.notes = [f"{urdf.name}: {counted(len(urdf.kinds), 'moving joint')}, {count}"]
         self._arm = arm = choose_arm(
             urdf, options.base_frame, options.tool_frame, options.srdf, self.notes
         )
@@ -219,13 +219,12 @@ class _Import:
             joints.append(row | {"torque": round(float(model.effortLimit[joint.idx_v]), 6)})
             middle.append(sum(between) / 2.0 if joint.nq == 1 else 0.0)
         file = {"joints": joints, "flange": _pose(self._lTe), "ready": middle, "lag": _LAG}
-        ends = [arm.urdf.links[one] for one in arm.joints]
+        links = [arm.urdf.links[one] for one in arm.joints]
         frames = [SE3.Identity(), *(turn.inverse() for turn in self._turns)]
-        names = [ends[0][0], *(child for _, child in ends)]
+        names = [links[0][0], *(child for _, child in links)]
         file["links"] = [{"name": a} | _pose(b) for a, b in zip(names, frames, strict=True)]
-        links = enumerate(shapes)
         file["collision"] = []
-        file["hulls"] = [{"link": k} | _hull(one) for k, some in links for one in some]
+        file["hulls"] = [{"link": k} | _hull(one) for k, some in enumerate(shapes) for one in some]
         places = [mount * self._joints[0], *self._joints[1:]]
         parts = self._parts(shapes, base, mount)
         file["may_touch"] = touching(arm, parts, places, self.slides, self.notes)

@@ -58,14 +58,15 @@ def _expand(path: str, folders: list[str], given: dict[str, str]) -> str:
     try:
         text: str = xacro.process_file(path, mappings=dict(given)).toxml()
     except (Exception, SystemExit) as error:  # of macros that anybody may have made
-        while getattr(error, "exc", None):  # each wraps the one before
-            error = error.exc
+        inner: Any = error
+        while getattr(inner, "exc", None):  # each wraps the one before
+            inner = inner.exc
         files: list[Any] = [one for one in xacro.filestack or () if one and one != path]
         why = {
             RecursionError: "a file or macro uses itself; cut the circle",
             MemoryError: f"it needs more than {_MEMORY >> 30} GB; does a macro call itself?",
-            KeyError: f"nothing is called {error}",
-        }.get(type(error), " ".join(str(error).split())[:300])
+            KeyError: f"nothing is called {inner}",
+        }.get(type(inner), " ".join(str(inner).split())[:300])
         sys.exit(why + (f" (in {files[-1]})" if files else ""))
     texts = [Path(one).read_text(encoding="utf-8") for one in (path, *xacro.all_includes)]
     known = re.findall(r"<xacro:arg\s[^>]*?name=[\"']([^\"']+)", "".join(texts))

@@ -229,8 +229,8 @@ def _of_use(
         value = region_at(value)
     if not isinstance(value, Region) or use.parameter not in leaf.type.surfaces:
         return
-    why = fixtures or robot.stands_still
-    if why and (why := why_not_come_to(value, robot, fixtures, *_approach(use))):
+    counts = bool(fixtures) or robot.stands_still
+    if counts and (why := why_not_come_to(value, robot, fixtures, *_approach(use))):
         yield Diagnostic(COME_TO, use.path, leaf.location, *why)
     if fixtures:
         bare = bare_places(value, _given(use, "pitch_m", None), fixtures)
