@@ -59,7 +59,7 @@ class MotionMonitor:
         self._moments: deque[_Moment] = deque()
         self._told: deque[tuple[float, Command]] = deque(maxlen=100)  # with their stamps [s]
         self._base = _SpeedMonitor(limits.base_acceleration, base_lag, _BASE_FASTER)
-        self._slides = description.arm.slides
+        self._slides, self._called = description.arm.slides, description.arm.called
         self._arm = _SpeedMonitor(limits.qdd, arm_lag, np.full(len(limits.qd), _ARM_FASTER))
 
     def reset(self) -> None:
@@ -120,7 +120,7 @@ class MotionMonitor:
         elif (axis := self._arm.faster(state.stamp, state.qd, applied.qd)) is not None:
             does, told = float(state.qd[axis]), float(applied.qd[axis])
             verb, unit = ("slides", "m/s") if self._slides[axis] else ("turns", "rad/s")
-            what, own = f"joint {axis + 1} {verb}", "its limits are not those of its file"
+            what, own = f"{self._called(axis)} {verb}", "its limits are not those of its file"
         else:
             return ""
         cause = f"{own}, or somebody else moves it"
@@ -170,7 +170,7 @@ class MotionMonitor:
         dt, unit = newest.stamp - then.stamp, "m/s" if self._slides[joint] else "rad/s"
         told, does = float(asked[joint] / dt), float(moved[joint] / dt)
         return (
-            f"joint {joint + 1} {_WRONG[ignores]}: told {told:.2f} {unit}, "
+            f"{self._called(joint)} {_WRONG[ignores]}: told {told:.2f} {unit}, "
             f"it moved at {does:.2f} {unit}"
         )
 

@@ -146,7 +146,7 @@ class ReplayRobot:
             self.difference = Difference(
                 number=self.sent,
                 time=float(row["sent_time"]),
-                velocity=_BASE[first] if first < 3 else f"joint {first - 2}",
+                velocity=_BASE[first] if first < 3 else self.description.arm.called(first - 3),
                 recorded=float(row["command"][first]),
                 replayed=float(replayed[first]),
             )

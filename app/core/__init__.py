@@ -13,6 +13,7 @@ from app.core.files.folder import (
     SUMMARY,
     TASK,
     begun,
+    recorded_robot,
 )
 from app.core.files.whole import losses, whole_rows, whole_size
 from app.core.launch import run_task

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from app.choices import MotionForm, ObstacleSource, RegistrationForm
 from app.core.decisions import ReplayedDecisions
-from app.core.files.folder import FRAMES, NOTES, OPTIONS, PLACES, READINGS, TASK
+from app.core.files.folder import FRAMES, NOTES, OPTIONS, PLACES, READINGS, TASK, recorded_robot
 from app.core.files.frames import RecordedFrames
 from app.core.files.notes import NOTED, RunNotes, read_notes
 from app.core.files.whole import whole_rows
@@ -113,7 +113,7 @@ def _options(folder: Path) -> tuple[RunOptions, float]:
         site, weights = options.get("map"), options["weights"]
         kept = replace(
             usual,
-            robot=str(options["robot"]),
+            robot=recorded_robot(folder, options),
             base_speed=options.get("base_speed"),
             reverse_speed=options.get("reverse_speed"),
             parameters={str(k): str(v) for k, v in options["parameters"].items()},

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, nullcontext, suppress
 from dataclasses import asdict
 from functools import partial
+from os.path import isfile
 from pathlib import Path
 
 from app.core.decisions import RecordedDecisions
@@ -39,6 +40,7 @@ from app.terminal import Loading, Terminal
 from config import counted
 from controller import RobotModel
 from hw import DEFAULT_LEVEL, Robot, epoch, stopwatch
+from robots import load_real_robot
 from trees.language import Task, TreeNode
 
 _SHORT_PATIENCE = 1.0  # time for the disk to write the rest of an abandoned run [s]
@@ -176,13 +178,18 @@ class Run:
             leave(setup.robot.stop, outcome.end.exit_code, self._terminal)
 
     def _make_folder(self) -> Path:
-        options, task = self._options, self._task
-        chosen = asdict(options) | {
+        options, task, real = self._options, self._task, load_real_robot(self._options.robot)
+        paths = {"map": options.map or (real.map if real else None), "scene": options.scene}
+        paths["weights"] = options.weights
+        chosen = asdict(options) | {key: _absolute(one) for key, one in paths.items()}
+        chosen |= {
             "world": self._setup.world,
             "time_of_day": self._setup.context.began_at,
             "pace": self._setup.robot.description.pace,
         }
-        return make_folder(options.record, task.name, texts(task, options.places), chosen)
+        return make_folder(
+            options.record, task.name, texts(task, options.places, options.robot), chosen
+        )
 
     def _make_outputs(self) -> Outputs:
         return Outputs(
@@ -275,3 +282,8 @@ def tell(text: str) -> None:
     """Print a line for the person at the terminal."""
     with suppress(OSError):  # the terminal is gone
         Terminal(stderr=True).say(text)
+
+
+def _absolute(named: Path | str | None) -> Path | str | None:
+    """A file by a path that is good from every folder; what is no file stays as it is."""
+    return Path(named).resolve() if named and isfile(named) else named

@@ -42,15 +42,20 @@ class _Use(NamedTuple):
     value: NamedValue
 
 
+def _leaves(task: Task) -> Iterator[tuple[Path, LeafNode]]:
+    """Every leaf of a task and of its subtrees, and its file."""
+    for node in nodes_below(task.root):
+        yield from ((task.path, leaf) for leaf in leaves_at(node))
+        if isinstance(node, SubtreeNode):
+            yield from _leaves(node.task)
+
+
 def _uses(task: Task) -> Iterator[_Use]:
     """Every place that a leaf of the task or of its subtrees is given and that is known by now."""
-    for node in nodes_below(task.root):
-        for leaf in leaves_at(node):
-            for parameter, value in leaf.arguments.items():
-                if isinstance(value, NamedValue):
-                    yield _Use(task.path, leaf, parameter, value)
-        if isinstance(node, SubtreeNode):
-            yield from _uses(node.task)
+    for path, leaf in _leaves(task):
+        for parameter, value in leaf.arguments.items():
+            if isinstance(value, NamedValue):
+                yield _Use(path, leaf, parameter, value)
 
 
 def _definitions(task: Task) -> Iterator[tuple[NamedValue, Path, Location]]:
@@ -165,6 +170,13 @@ def place_diagnostics(
             for use in uses
             if use.leaf.type.key == "grasp"
         ]
+    if robot.stands_still:
+        message, hint = f"the base of `{robot.name}` stands still", "leave out `drive`"
+        found += [
+            Diagnostic(REACH, path, leaf.location, message, hint)
+            for path, leaf in _leaves(task)
+            if leaf.type.key == "drive" and "to" not in leaf.arguments
+        ]
     return list(dict.fromkeys([*found, *_not_set_down(uses, robot, fixtures)]))
 
 
@@ -226,9 +238,12 @@ def _of_use(
             yield Diagnostic(REACH, path, location, message, hint, severity)
     if isinstance(value, ToolPose) and use.parameter in leaf.type.surfaces:
         value = region_at(value)
-    if fixtures and isinstance(value, Region) and use.parameter in leaf.type.surfaces:
-        if (why := why_not_come_to(value, robot, fixtures, *_approach(use))) is not None:
-            yield Diagnostic(COME_TO, use.path, leaf.location, *why)
+    if not isinstance(value, Region) or use.parameter not in leaf.type.surfaces:
+        return
+    counts = bool(fixtures) or robot.stands_still
+    if counts and (why := why_not_come_to(value, robot, fixtures, *_approach(use))):
+        yield Diagnostic(COME_TO, use.path, leaf.location, *why)
+    if fixtures:
         bare = bare_places(value, _given(use, "pitch_m", None), fixtures)
         if bare.missing:
             message = (
