@@ -13,19 +13,22 @@ from pydantic import AfterValidator, Field, WithJsonSchema, model_validator
 from behaviours import BasePose, Posture, Region, ToolPose
 from config import (
     Diagnostics,
+    Hint,
     Location,
     StrictModel,
     YamlEntry,
     YamlList,
+    YamlScalar,
     YamlValue,
     quoted,
     read_yaml,
     texts,
     validate,
+    written,
 )
 from trees.language import rules
 from trees.language.mappings import ABSENT, fields, named_entries
-from trees.language.values import meant, radians_for_degrees
+from trees.language.values import common_unit, meant, radians_for_degrees
 from trees.words import NamedValue
 
 # Numbers and kinematics are imported where a pose is made: a task without one is checked sooner.
@@ -230,10 +233,32 @@ def read_named_values(
                 hint = "write numbers here, and choose among poses by a parameter of type `pose`"
                 diagnostics.error(rules.VALUE, reference[1], message, hint)
                 continue
+            if _is_in_other_unit(value, full_name, diagnostics):
+                continue
             checked = validate(value, model, diagnostics, name=full_name, location=location)
             if checked is not None:
                 named.values[name] = checked.make(name)
     return named
+
+
+def _is_in_other_unit(value: YamlValue, name: str, diagnostics: Diagnostics) -> bool:
+    """Whether a pose or box is in millimetres or centimetres, as several numbers show; noted."""
+    shared = False
+    for key in {"xyz", "centre", "size"} & set(getattr(value, "entries", ())):
+        numbers = getattr(value.entries[key].value, "items", ())  # type: ignore[union-attr]
+        given = [number.value for number in numbers if isinstance(number, YamlScalar)]
+        metres = [float(one) for one in given if type(one) in (int, float)]
+        if len(metres) != len(numbers) or not (unit := common_unit(metres, key == "size")):
+            continue
+        shared = True
+        for at, (one, number) in enumerate(zip(numbers, metres, strict=True)):
+            if abs(number) >= 10.0:
+                meant_one = f"{number * unit[0]:g}"
+                text = f"did you mean {meant_one} (from {unit[1]}, as all of `{key}`)?"
+                message = f"{name}.{key}.{at}: {number:g} m is far outside of the room"
+                hint = Hint(text, written(one.value), meant_one)
+                diagnostics.error(rules.VALUE, one.location, message, hint)
+    return shared
 
 
 def _one_by_one(

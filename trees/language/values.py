@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -101,7 +101,10 @@ def convert(
     elif isinstance(value, YamlScalar):
         given = value.value
     else:
-        raise MismatchError(f"expected {expected}, got {describe(value)}", "write a single value")
+        hint = "write a single value"
+        if expected.named_types:
+            hint = "define it below `poses` or `regions`, and write its name here"
+        raise MismatchError(f"expected {expected}, got {describe(value)}", hint)
     for choice in expected.choices:
         if given == choice and type(given) is type(choice):
             return choice
@@ -182,10 +185,11 @@ _OTHER_UNITS: Mapping[str, tuple[tuple[str, float], ...]] = {
 def number_in(text: str, unit: str, fits: Callable[[float], bool]) -> Hint:
     """The hint for a number that was written as a text, perhaps with its unit; else empty."""
     units = "°|deg" if unit == "°" else re.escape(unit)
-    number = re.fullmatch(rf"(-?\d+(?:\.\d+)?) ?(?:{units})?", text)
-    if number is None or not fits(float(number[1])):
+    number = re.fullmatch(rf"(-?\d+(?:[.,]\d+)?) ?(?:{units})?", text)
+    plain = number[1].replace(",", ".") if number else ""
+    if not plain or not fits(float(plain)):
         return Hint("")
-    return Hint(f"did you mean {number[1]}?", text, number[1])
+    return Hint(f"did you mean {plain}?", text, plain)
 
 
 _ROUND = math.pi / 12.0  # angles in radians are multiples of this ...
@@ -208,6 +212,27 @@ def meant(number: float, unit: str, fits: Callable[[float], bool]) -> Hint:
     ways = " or ".join(f"{other} (from {name})" for other, name in likely)
     other = likely[0][0] if len(likely) == 1 else ""
     return Hint(f"did you mean {ways}?" if likely else "", written(number), other)
+
+
+_HEIGHT = (0.3, 2.0)  # of most places [m]
+_BOX = (0.03, 0.15, 10.0)  # shortest, and least and most for the longest edge of most boxes [m]
+
+
+def common_unit(numbers: Sequence[float], is_size: bool) -> tuple[float, str] | None:
+    """The unit, and its factor to metres, that the numbers of a point or box share that are large.
+
+    None if there are too few to tell, or all may be in metres.
+    """
+    large = [abs(number) for number in numbers if abs(number) >= 10.0]
+    for name, factor in _OTHER_UNITS["m"] if len(numbers) == 3 else ():
+        (low, high), height = (min(large, default=0.0), max(large, default=0.0)), abs(numbers[2])
+        if is_size and len(large) > 1:
+            fits = low * factor >= _BOX[0] and _BOX[1] <= high * factor <= _BOX[2]
+        else:
+            fits = not is_size and height in large and _HEIGHT[0] <= height * factor <= _HEIGHT[1]
+        if fits:
+            return factor, name
+    return None
 
 
 def radians_for_degrees(number: float) -> Hint:

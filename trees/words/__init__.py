@@ -16,7 +16,10 @@ from trees.words.value_types import (
 )
 from trees.words.vocabulary import CHILDREN, COMPOSITES, MODIFIERS, NAME, RESERVED, SUBTREE
 from trees.words.words import (
-    NEVER,
+    EMPTY,
+    FULL,
+    HAND,
+    UNUSED_HAND,
     CompositeWord,
     Counterpart,
     Form,
@@ -26,4 +29,7 @@ from trees.words.words import (
     Need,
     Outcome,
     Outcomes,
+    either,
+    rounds,
+    without_hand,
 )
