@@ -30,6 +30,7 @@ from trees.words import (
     EMPTY,
     FULL,
     HAND,
+    JUST,
     MODIFIERS,
     SEEN_ONE,
     UNUSED_HAND,
@@ -50,7 +51,8 @@ _ANY_NUMBER = ValueType(types=(int, float))
 class Fact(NamedTuple):
     """What is known about a node; a loop comes to it in several ways."""
 
-    ways: tuple[frozenset[str], ...]  # what is certain when it starts, on each; none: never reached
+    reached: bool  # whether it is ever ticked, with its modifiers
+    ways: tuple[frozenset[str], ...]  # what is certain when it starts without them, on each
     layers: Mapping[str, Outcomes]
     """How it can end with its modifiers up to each, innermost first; `` is the node without any."""
 
@@ -130,8 +132,7 @@ class _Flow:
             keys = ["", *(key for key, value in node.modifiers.items() if value is not False)]
             self.followed[id(node), before] = self._layer(node, keys, before)
             fact = self.facts[id(node)]
-            if before is not None:
-                self.facts[id(node)] = fact._replace(ways=(*fact.ways, before))
+            self.facts[id(node)] = fact._replace(reached=fact.reached or before is not None)
         return self.followed[id(node), before]
 
     def _layer(self, node: Node, keys: Sequence[str], before: Keys) -> Outcomes:
@@ -151,17 +152,18 @@ class _Flow:
             again = None if value == 1 else word.again
             ends = rounds(partial(self._layer, node, inner), again, start)
             outcomes = word.outcomes(ends, early)
-        fact = self.facts.setdefault(id(node), Fact((), {}))
+        fact = self.facts.get(id(node), Fact(False, (), {}))
+        ways = fact.ways if key or before is None else (*fact.ways, before)
         known = fact.layers.get(key, outcomes)
         merged = Outcomes(*(either(*one) for one in zip(known, outcomes, strict=True)))
-        self.facts[id(node)] = fact._replace(layers={**fact.layers, key: merged})
+        self.facts[id(node)] = fact._replace(ways=ways, layers={**fact.layers, key: merged})
         return outcomes
 
     def _note_end(self, condition: Node, node: Node, before: Keys) -> None:
         """Of a condition that is asked while a node runs: the leaf below after which it fails."""
         for leaf in hand_leaves(node) if before is not None else ():
             after = self._ends(leaf, without_hand(before)).success
-            if self.follow(condition, after).success is None:
+            if after is not None and self.follow(condition, after | {JUST}).success is None:
                 self.ends.setdefault(id(condition), leaf)
 
     def _alone(self, node: Node, before: Keys) -> Outcomes:
@@ -211,7 +213,7 @@ class _Flow:
             made = {FULL} if leaf.hand_after == "full" else {EMPTY, UNUSED_HAND}
             success = known | made
             if leaf.is_condition:
-                failure = known | {EMPTY, UNUSED_HAND}
+                failure = None if {FULL, JUST} <= before else known | {EMPTY, UNUSED_HAND}
             elif leaf.hand_after == "full" and not (leaf.hand_before == "empty" and FULL in before):
                 failure = known | {UNUSED_HAND}
             else:

@@ -102,7 +102,7 @@ class _Judge:
             asked += [(node.key, one) for one in (*all_asked, *question) if is_condition(one)]
         for word, condition in asked:
             fact = self.flow.facts[id(condition)]
-            if not fact.ways:
+            if not fact.reached:
                 continue
             if fact.outcomes.success is None and "force_failure" not in condition.modifiers:
                 message = f"`{condition.name}` never holds here{self.since(node)}"

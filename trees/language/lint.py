@@ -7,6 +7,7 @@ from config import Diagnostics
 from trees.language import rules
 from trees.language.flow import Fact, FlowResult
 from trees.language.hand import check_hand
+from trees.language.mappings import counted_hint
 from trees.language.syntax import (
     CompositeNode,
     LeafNode,
@@ -19,6 +20,8 @@ from trees.language.syntax import (
 )
 from trees.language.values import KeyRead
 from trees.words import COMPOSITES, MODIFIERS, InOrder, Need, Outcome, Outcomes
+
+_MOST_ASKED = 300  # conditions in a composite, at 15 µs each and 10 ms a tick
 
 
 def lint(root: Node, flow: FlowResult, diagnostics: Diagnostics, is_first: bool) -> bool:
@@ -36,7 +39,7 @@ def lint(root: Node, flow: FlowResult, diagnostics: Diagnostics, is_first: bool)
     """Nodes beside others that run at the same time."""
     for node in nodes_below(root):
         fact = facts[id(node)]
-        if not fact.ways:
+        if not fact.reached:
             continue
         if isinstance(node, CompositeNode):
             _warn_of_unreached(node, facts, diagnostics)
@@ -75,11 +78,6 @@ def _warn_of_modifiers(node: Node, fact: Fact, diagnostics: Diagnostics) -> None
         message = f"`{node.name}` takes {least:g} s, and its `timeout_s` is {limit:g}"
         hint = f"give it more than {least:g} s, or what waits in it less"
         diagnostics.warning(rules.TOO_SHORT, node.location, message, hint)
-
-
-def counted_hint(counts: str) -> str:
-    """How a leaf is asked that writes its answer to a key."""
-    return f"let it write `{counts}: n`, and ask `equals: {{value: $n, to: 0}}` after it"
 
 
 def _lasts(node: Node) -> float:
@@ -121,7 +119,7 @@ def _warn_of_unreached(
     """Of the first child that never starts."""
     for before, child in pairwise(node.children):
         # That a condition is sure of the hand is no reason not to ask.
-        if not facts[id(child)].ways and not is_condition(before):
+        if not facts[id(child)].reached and not is_condition(before):
             outcomes = facts[id(before)].outcomes
             never = "fails" if outcomes.success is not None else "succeeds"
             never = "ends" if outcomes.success is None and outcomes.failure is None else never
@@ -134,7 +132,13 @@ def _warn_of_unreached(
 
 def _warn_of_order(node: CompositeNode, diagnostics: Diagnostics) -> None:
     """Of conditions that are asked too rarely, and actions that are started too often."""
-    word = COMPOSITES[node.key]
+    word, asked = COMPOSITES[node.key], sum(map(is_condition, node.children))
+    if (word.is_reactive or word.is_condition) and asked > _MOST_ASKED:
+        message = (
+            f"{asked} conditions below `{node.key}` are asked at every tick, 100 times a second"
+        )
+        hint = f"ask at most {_MOST_ASKED} at a time"
+        diagnostics.warning(rules.STARTS_AGAIN, node.location, message, hint)
     if word.outcomes == InOrder(Outcome.SUCCESS):
         (_warn_of_early_action if word.is_reactive else _warn_of_lone_guards)(node, diagnostics)
 

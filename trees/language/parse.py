@@ -21,7 +21,7 @@ from config import (
     quoted,
 )
 from trees.language import rules
-from trees.language.mappings import called, fields
+from trees.language.mappings import called, counted_hint, fields
 from trees.language.node_syntax import FORMS
 from trees.language.scope import Scope, read_leaf
 from trees.language.syntax import CompositeNode, LeafNode, Modifiers, Node, is_condition
@@ -212,6 +212,8 @@ def _read_condition(key: str, value: YamlValue, scope: Scope) -> LeafNode | Comp
         conditions = sorted(leaf.key for leaf in scope.leaves.values() if leaf.is_condition)
         message = f"`{key}` asks a condition, and `{_key(node)}` is not one"
         hint = f"write one of {quoted([*conditions, *_OF_CONDITIONS])}"
+        if isinstance(node, LeafNode) and node.type.counts:
+            hint = counted_hint(node.type.counts)
         scope.error(rules.CONDITION, node.location, message, hint)
         return None
     if node.modifiers:

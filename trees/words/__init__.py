@@ -19,6 +19,7 @@ from trees.words.words import (
     EMPTY,
     FULL,
     HAND,
+    JUST,
     UNUSED_HAND,
     CompositeWord,
     Counterpart,

@@ -25,7 +25,8 @@ never reached."""
 
 FULL, EMPTY = "the hand is full", "the hand is empty"
 UNUSED_HAND = "nothing taken is in the hand"  # of this task; what a person left there may be
-HAND = frozenset({FULL, EMPTY, UNUSED_HAND})
+JUST = "a leaf has just left the hand like this"  # nothing was lost since
+HAND = frozenset({FULL, EMPTY, UNUSED_HAND, JUST})
 
 
 class Outcomes(NamedTuple):
