@@ -134,9 +134,7 @@ def _warn_of_order(node: CompositeNode, diagnostics: Diagnostics) -> None:
     """Of conditions that are asked too rarely, and actions that are started too often."""
     word, asked = COMPOSITES[node.key], sum(map(is_condition, node.children))
     if (word.is_reactive or word.is_condition) and asked > _MOST_ASKED:
-        message = (
-            f"{asked} conditions below `{node.key}` are asked at every tick, 100 times a second"
-        )
+        message = f"{asked} conditions below `{node.key}` are asked at every tick"
         hint = f"ask at most {_MOST_ASKED} at a time"
         diagnostics.warning(rules.STARTS_AGAIN, node.location, message, hint)
     if word.outcomes == InOrder(Outcome.SUCCESS):
