@@ -8,6 +8,7 @@ import pytest
 import yaml
 from mistakes import MARK, marked
 
+from robots import SHIPPED
 from trees.site import check
 
 CASES = yaml.safe_load((Path(__file__).parent / "meant.yaml").read_text("utf-8"))
@@ -67,3 +68,35 @@ def test_a_mistake_is_told_where_it_is_with_its_cause_and_remedy(tmp_path, case)
     if MARK in text:
         line, column = marked(text)
         assert told[0].startswith(f"{line}:{column}: ")
+
+
+@pytest.mark.parametrize("case", CASES["files"], ids=[case["tells"] for case in CASES["files"]])
+def test_a_file_that_is_written_wrongly_is_told_how_to_repair_it(tmp_path, case):
+    line, column = marked(case["text"])
+    told = [one for one in found_in(tmp_path, case["text"]) if case["tells"] in one]
+    assert told, found_in(tmp_path, case["text"])
+    assert told[0].removeprefix("warning: ").startswith(f"{line}:{column}: ")
+
+
+def test_hands_are_followed_through_other_files(tmp_path):
+    (tmp_path / "pick.yaml").write_text(
+        "task: pick\nparams: {above: {type: tool_pose}, box: {type: region}}\n"
+        "tree: {sequence: [navigate: {to: $above}, open_gripper, grasp: {within: $box}]}\n"
+    )
+    pick = "subtree: {file: pick.yaml, with: {above: above, box: box}}"
+    assert found_in(tmp_path, task(f"sequence: [{pick}, CARRY, PUT]")) == []
+    [found] = found_in(tmp_path, task(f"sequence: [{pick}, open_gripper, CARRY, PUT]"))
+    assert "`place` has nothing in the hand here" in found
+
+
+def test_places_are_checked_on_the_map_of_a_real_robot(tmp_path):
+    site = (SHIPPED / "frankie_site.yaml").read_text("utf-8")
+    robot, text = tmp_path / "ours.yaml", task("navigate: {to: inside}")
+    robot.write_text(site.replace("# map: my_hall.yaml", "map: single"), encoding="utf-8")
+    text = text.replace("scene: single\n", "").replace(
+        "poses:\n", "poses:\n  inside: {xyz: [0.0, 1.60, 0.48], rpy_deg: [180, 0, 90]}\n"
+    )
+    path = tmp_path / "t.yaml"
+    path.write_text(text, encoding="utf-8")
+    assert "would be inside `table/top`" in " ".join(map(str, check(path, robot=robot)))
+    assert "would be inside" not in " ".join(map(str, check(path)))
