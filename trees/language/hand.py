@@ -17,6 +17,8 @@ from trees.language.syntax import (
 )
 from trees.words import COMPOSITES, EMPTY, FULL, UNUSED_HAND, InOrder, Outcome
 
+_AT_WORK = 0.4  # a base that works at furniture is nearer to it [m]
+
 
 def check_hand(root: Node, flow: FlowResult, diagnostics: Diagnostics, is_first: bool) -> bool:
     """Whether every leaf may have in the hand what it needs; warns of what is odd.
@@ -49,6 +51,14 @@ def check_hand(root: Node, flow: FlowResult, diagnostics: Diagnostics, is_first:
                 message += " that: what it has done counts as a failure"
                 hint = f"let `{word}` guard only what comes before `{ends.name}`"
                 diagnostics.warning(rules.HAND, condition.location, message, hint)
+            near = max(_kept_free(condition), default=0.0)
+            for leaf in all_leaves(one) if near >= _AT_WORK else ():
+                if leaf.type.moves and leaf.type.surfaces:
+                    message = f"`{leaf.name}` works at furniture, which the laser sees within"
+                    hint = f"guard only the way between, or ask for less than {_AT_WORK:g} m"
+                    where = condition.location
+                    diagnostics.warning(rules.GUARD, where, f"{message} {near:g} m", hint)
+                    break
     if is_first:
         _warn_of_end(leaves, flow, diagnostics)
         _warn_of_forced(root, diagnostics)
@@ -108,6 +118,16 @@ def _asked(node: Node) -> Iterator[tuple[str, Node]]:
                 yield node.key, child
 
 
+def _kept_free(condition: Node, holds: bool = True) -> Iterator[float]:
+    """The distances within which a condition wants no obstacle [m]."""
+    if isinstance(condition, LeafNode) and not holds:
+        distance = condition.arguments.get(condition.type.near_furniture)
+        yield from [distance] if isinstance(distance, float) else []
+    elif isinstance(condition, CompositeNode) and condition.key in ("not", "all_of"):
+        for child in condition.children:
+            yield from _kept_free(child, holds != (condition.key == "not"))
+
+
 def _warn_of_end(
     leaves: list[tuple[LeafNode, Node]], flow: FlowResult, diagnostics: Diagnostics
 ) -> None:
@@ -142,6 +162,4 @@ def _warn_of_forced(root: Node, diagnostics: Diagnostics) -> None:
 def _prepares(leaf: LeafNode) -> bool:
     """Whether a leaf does no work of its own: it cannot fail, folds the arm or opens the hand."""
     says = leaf.type
-    folds = says.goes_to and set(leaf.arguments) <= set(says.goes_to)
-    places = [value for value in leaf.arguments.values() if isinstance(value, MapPlace)]
-    return not says.can_fail or says.key == "open_gripper" or bool(folds and not places)
+    return not says.can_fail or says.key == "open_gripper" or says.base_rests

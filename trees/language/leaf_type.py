@@ -57,6 +57,8 @@ class LeafType:
     hand_after: str = ""
     opens_for: tuple[str, ...] = ()
     lasts: str = ""
+    base_rests: bool = False
+    near_furniture: str = ""
     counts: str = ""
     moves: bool = False
     needs_robot: bool = True

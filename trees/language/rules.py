@@ -140,6 +140,13 @@ FORCED = Rule(
     "{force_success: true, move_arm: {to: ready}}",
     "{sequence: [{force_success: true, move_arm: {to: ready}}, arm_healthy]}",
 )
+_BOX = "scene: single\nregions: {box: {centre: [3, 0, 0.556], size: [0.44, 0.36, 0.2]}}\n"
+GUARD = Rule(
+    "R411",
+    "A guard can hold where the work is: the laser sees furniture too.",
+    _BOX + "tree: {while: {not: {obstacle_within: {distance_m: 1}}}, grasp: {within: box}}",
+    _BOX + "tree: {while: {not: {obstacle_within: {distance_m: 0.1}}}, grasp: {within: box}}",
+)
 NO_COUNTERPART = Rule(
     "R601",
     "To be exported, a task has only what BehaviorTree.CPP has a counterpart for.",

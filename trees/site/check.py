@@ -112,11 +112,10 @@ def check(
     fixtures, mistakes = _furniture(task, description, on_map)
     found += mistakes + furniture_diagnostics(task, fixtures)
     found += place_diagnostics(task, description, fixtures)
-    if fixtures:
-        from trees.site.way import blind_guards, first_drives
+    if fixtures and not on_map:
+        from trees.site.way import first_drives
 
-        found += blind_guards(task, description, fixtures)
-        found += () if on_map else first_drives(task, description, fixtures)
+        found += first_drives(task, description, fixtures)
     return _in_order(task, found)
 
 

@@ -103,7 +103,7 @@ def what_is_in_the_way(
     else:
         return None
     solid = [fixture for fixture in fixtures if not isinstance(fixture.shape, Plane)]
-    depths = ((-gap(part, fixture), fixture.name) for part in body for fixture in solid)
+    depths = ((-_gap(part, fixture), fixture.name) for part in body for fixture in solid)
     depth, name = max(depths, default=(0.0, ""), key=lambda found: found[0])
     if depth < _DEEP:
         return None
@@ -224,10 +224,10 @@ def _base(wTb: SE3, robot: RobotDescription) -> Iterator[Geom]:
 def _height(point: Array, fixtures: Sequence[Geom]) -> float:
     """From a (3,) point to the nearest surface of a fixture, both in the world [m]."""
     ball = Geom(Sphere(1e-4), SE3(np.eye(3), point))
-    return min((abs(gap(ball, fixture)) for fixture in fixtures), default=np.inf)
+    return min((abs(_gap(ball, fixture)) for fixture in fixtures), default=np.inf)
 
 
-def gap(part: Geom, fixture: Geom) -> float:
+def _gap(part: Geom, fixture: Geom) -> float:
     """Between two bodies in the world; negative is how deep one is in the other [m]."""
     from hw.sim import separation  # loaded with the scene
 

@@ -47,13 +47,6 @@ FURNITURE = Rule(
     _BOX.replace("]}}", "], on: table}}") + "tree: {grasp: {within: box}}",
 )
 
-GUARD = Rule(
-    "R507",
-    "A guard can hold where the work is: the laser sees furniture too.",
-    _BOX + "tree: {while: {not: {obstacle_within: {distance_m: 1}}}, grasp: {within: box}}",
-    _BOX + "tree: {while: {not: {obstacle_within: {distance_m: 0.1}}}, grasp: {within: box}}",
-)
-
 _HERE = tuple(one for one in list(globals().values()) if isinstance(one, Rule))
 RULES: Mapping[str, Rule] = {one.code: one for one in (*YAML_RULES, *LANGUAGE_RULES, *_HERE)}
 """All rules by their codes."""
