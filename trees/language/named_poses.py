@@ -18,17 +18,17 @@ from config import (
     StrictModel,
     YamlEntry,
     YamlList,
+    YamlMap,
     YamlScalar,
     YamlValue,
     quoted,
     read_yaml,
     texts,
     validate,
-    written,
 )
 from trees.language import rules
 from trees.language.mappings import ABSENT, fields, named_entries
-from trees.language.values import common_unit, meant, radians_for_degrees
+from trees.language.values import OTHER_UNITS, meant, radians_for_degrees
 from trees.words import NamedValue
 
 # Numbers and kinematics are imported where a pose is made: a task without one is checked sooner.
@@ -242,22 +242,29 @@ def read_named_values(
 
 
 def _is_in_other_unit(value: YamlValue, name: str, diagnostics: Diagnostics) -> bool:
-    """Whether a pose or box is in millimetres or centimetres, as several numbers show; noted."""
+    """Whether a point or box is in millimetres or centimetres, as its large numbers show; noted.
+
+    The height of most points, or the longest edge of most boxes, tells which.
+    """
     shared = False
-    for key in {"xyz", "centre", "size"} & set(getattr(value, "entries", ())):
-        numbers = getattr(value.entries[key].value, "items", ())  # type: ignore[union-attr]
-        given = [number.value for number in numbers if isinstance(number, YamlScalar)]
-        metres = [float(one) for one in given if type(one) in (int, float)]
-        if len(metres) != len(numbers) or not (unit := common_unit(metres, key == "size")):
+    for key, least, most in (("xyz", 0.3, 2.0), ("centre", 0.3, 2.0), ("size", 0.15, _LONGEST)):
+        entry = value.entries.get(key) if isinstance(value, YamlMap) else None
+        items = entry.value.items if entry and isinstance(entry.value, YamlList) else ()
+        numbers = [one.value for one in items if isinstance(one, YamlScalar)]
+        given = [float(one) for one in numbers if type(one) in (int, float)]  # type: ignore[arg-type]
+        large = [abs(number) for number in given if abs(number) >= 10.0]
+        if len(given) != 3 or not large or (key == "size" and len(large) == 1):
             continue
-        shared = True
-        for at, (one, number) in enumerate(zip(numbers, metres, strict=True)):
-            if abs(number) >= 10.0:
-                meant_one = f"{number * unit[0]:g}"
-                text = f"did you mean {meant_one} (from {unit[1]}, as all of `{key}`)?"
+        telling = max(large) if key == "size" else abs(given[2])
+        units = [one for one in OTHER_UNITS["m"] if least <= telling * one[1] <= most]
+        for at, (one, number) in enumerate(zip(items, given, strict=True) if units else ()):
+            if abs(number) in large:
+                unit, factor = units[0]
+                hint = f"did you mean {number * factor:g} (from {unit}, as all of `{key}`)?"
+                certain = Hint(hint, f"{number:g}", f"{number * factor:g}")
                 message = f"{name}.{key}.{at}: {number:g} m is far outside of the room"
-                hint = Hint(text, written(one.value), meant_one)
-                diagnostics.error(rules.VALUE, one.location, message, hint)
+                diagnostics.error(rules.VALUE, one.location, message, certain)
+                shared = True
     return shared
 
 

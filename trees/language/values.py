@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -171,7 +171,7 @@ def _no_such_name(
     return MismatchError(f"no {types} is called `{name}`{origin}", hint, rules.PLACE)
 
 
-_OTHER_UNITS: Mapping[str, tuple[tuple[str, float], ...]] = {
+OTHER_UNITS: Mapping[str, tuple[tuple[str, float], ...]] = {
     "m": (("millimetres", 1e-3), ("centimetres", 1e-2)),
     "m/s": (("millimetres per second", 1e-3), ("centimetres per second", 1e-2)),
     "s": (("milliseconds", 1e-3),),
@@ -203,7 +203,7 @@ def meant(number: float, unit: str, fits: Callable[[float], bool]) -> Hint:
     """
     likely = [
         (f"{number * factor:g}", name)
-        for name, factor in _OTHER_UNITS.get(unit, ())
+        for name, factor in OTHER_UNITS.get(unit, ())
         if (0.0 < number < 1.0 if factor > 1.0 else 10.0 <= abs(number) < math.inf)
         and fits(number * factor)
     ]
@@ -212,27 +212,6 @@ def meant(number: float, unit: str, fits: Callable[[float], bool]) -> Hint:
     ways = " or ".join(f"{other} (from {name})" for other, name in likely)
     other = likely[0][0] if len(likely) == 1 else ""
     return Hint(f"did you mean {ways}?" if likely else "", written(number), other)
-
-
-_HEIGHT = (0.3, 2.0)  # of most places [m]
-_BOX = (0.03, 0.15, 10.0)  # shortest, and least and most for the longest edge of most boxes [m]
-
-
-def common_unit(numbers: Sequence[float], is_size: bool) -> tuple[float, str] | None:
-    """The unit, and its factor to metres, that the numbers of a point or box share that are large.
-
-    None if there are too few to tell, or all may be in metres.
-    """
-    large = [abs(number) for number in numbers if abs(number) >= 10.0]
-    for name, factor in _OTHER_UNITS["m"] if len(numbers) == 3 else ():
-        (low, high), height = (min(large, default=0.0), max(large, default=0.0)), abs(numbers[2])
-        if is_size and len(large) > 1:
-            fits = low * factor >= _BOX[0] and _BOX[1] <= high * factor <= _BOX[2]
-        else:
-            fits = not is_size and height in large and _HEIGHT[0] <= height * factor <= _HEIGHT[1]
-        if fits:
-            return factor, name
-    return None
 
 
 def radians_for_degrees(number: float) -> Hint:
