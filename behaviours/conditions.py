@@ -155,6 +155,8 @@ class HoldingObject(Condition):
     """
 
     key: ClassVar[str] = "holding_object"
+    hand_before: ClassVar[str] = "full"
+    hand_after: ClassVar[str] = "full"
 
     def update(self) -> Status:
         """One tick."""

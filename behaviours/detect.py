@@ -35,6 +35,7 @@ class Detect(Leaf):
     """
 
     key: ClassVar[str] = "detect"
+    counts: ClassVar[str] = "count"
     moves: ClassVar[bool] = False
     surfaces: ClassVar[tuple[str, ...]] = ("region",)
     validate = staticmethod(validate_choice)

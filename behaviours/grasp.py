@@ -72,6 +72,9 @@ class Grasp(Leaf):
     """
 
     key: ClassVar[str] = "grasp"
+    hand_before: ClassVar[str] = "empty"
+    hand_after: ClassVar[str] = "full"
+    opens_for: ClassVar[tuple[str, ...]] = ("min_width_mm",)
     surfaces: ClassVar[tuple[str, ...]] = ("within",)
     validate = staticmethod(validate_grasp)
     _progress: Progress

@@ -86,6 +86,8 @@ class HandOver(_HeldOut):
     """
 
     key: ClassVar[str] = "hand_over"
+    hand_before: ClassVar[str] = "full"
+    hand_after: ClassVar[str] = "empty"
 
     def __init__(
         self,
@@ -138,6 +140,8 @@ class Receive(_HeldOut):
     """
 
     key: ClassVar[str] = "receive"
+    hand_before: ClassVar[str] = "empty"
+    hand_after: ClassVar[str] = "full"
 
     def __init__(
         self,

@@ -14,6 +14,7 @@ class OpenGripper(Leaf):
     """
 
     key: ClassVar[str] = "open_gripper"
+    hand_after: ClassVar[str] = "empty"
     moves: ClassVar[bool] = False
 
     def initialise(self) -> None:

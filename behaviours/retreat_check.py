@@ -28,6 +28,8 @@ class RetreatCheck(Leaf):
     """
 
     key: ClassVar[str] = "retreat_check"
+    hand_before: ClassVar[str] = "full"
+    hand_after: ClassVar[str] = "full"
 
     def __init__(
         self, name: str, context: Context, *, rise_m: Lift = 0.2, next_goal: ToolPose | None = None

@@ -26,6 +26,7 @@ class ObstacleWithin(Condition):
     """
 
     key: ClassVar[str] = "obstacle_within"
+    near_furniture: ClassVar[str] = "distance_m"
 
     def __init__(self, name: str, context: Context, *, distance_m: Distance) -> None:
         super().__init__(name, context)

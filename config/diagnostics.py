@@ -11,6 +11,7 @@ from enum import Enum
 from os.path import relpath
 from pathlib import Path
 from typing import ClassVar
+from unicodedata import category
 
 from config.rules import Rule
 
@@ -206,5 +207,9 @@ class Diagnostics:
 
 def _one_line(text: str) -> str:
     """Text that may quote a file, made safe and short for a terminal."""
-    line = " ".join("".join(letter if letter.isprintable() else " " for letter in text).split())
+    shown = (
+        f"<U+{ord(letter):04X}>" if category(letter) in ("Zs", "Cf") and letter != " " else letter
+        for letter in text
+    )
+    line = " ".join("".join(one if one.isprintable() else " " for one in shown).split())
     return line if len(line) <= 400 else f"{line[:399]}…"

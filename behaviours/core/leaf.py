@@ -41,6 +41,21 @@ class Leaf(py_trees.behaviour.Behaviour):
     tests for one."""
     comparable: ClassVar[tuple[str, ...]] = ()
     """Parameters that are compared, and so need values of one type."""
+    hand_before: ClassVar[str] = ""
+    """What the hand has to be, `full` or `empty`, for it to do something; a condition then asks."""
+    hand_after: ClassVar[str] = ""
+    """What the hand is after a success, `full` or `empty`; as before without it."""
+    opens_for: ClassVar[tuple[str, ...]] = ()
+    """Parameters with a width that the fingers have to open to [mm]."""
+    lasts: ClassVar[str] = ""
+    """The parameter with the time that it always takes [s]."""
+    base_rests: ClassVar[bool] = False
+    """Whether the base stays where it is, or nearly so, though it moves the robot."""
+    near_furniture: ClassVar[str] = ""
+    """Of a condition, the parameter with a distance within which it sees furniture too [m]."""
+    counts: ClassVar[str] = ""
+    """The output with its answer, where it succeeds whatever it finds."""
+    can_fail: ClassVar[bool] = True
     moves: ClassVar[bool] = True
     """Whether it may set a goal; of leaves that run at the same time only one may."""
     needs_robot: ClassVar[bool] = True

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
         SubtreeNode,
         Task,
         TaskFileError,
+        all_leaves,
         is_condition,
         leaves_at,
         nodes_below,

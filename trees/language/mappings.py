@@ -130,6 +130,11 @@ def usage(leaf: LeafType, named: Mapping[str, NamedValue]) -> str:
     return f"write `{leaf.key}: {{{example}}}`{known}"
 
 
+def counted_hint(counts: str) -> str:
+    """How a leaf is asked that writes its answer to a key."""
+    return f"let it write `{counts}: n`, and ask `equals: {{value: $n, to: 0}}` after it"
+
+
 def likely(place: NamedValue | None, leaf: LeafType, given: Collection[str]) -> list[str]:
     """The parameters not given yet that need a value; of a place, else those for little else."""
     fitting = [

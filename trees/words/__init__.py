@@ -16,7 +16,11 @@ from trees.words.value_types import (
 )
 from trees.words.vocabulary import CHILDREN, COMPOSITES, MODIFIERS, NAME, RESERVED, SUBTREE
 from trees.words.words import (
-    NEVER,
+    EMPTY,
+    FULL,
+    HAND,
+    JUST,
+    UNUSED_HAND,
     CompositeWord,
     Counterpart,
     Form,
@@ -26,4 +30,7 @@ from trees.words.words import (
     Need,
     Outcome,
     Outcomes,
+    either,
+    rounds,
+    without_hand,
 )
