@@ -18,6 +18,7 @@ LEAST_MOTION = 0.0005  # a smaller motion of the fingers is none [m]
 SLACK = 0.008  # fingers that open more have let go; less, and what they hold has turned [m]
 START_PATIENCE = 0.5  # a command to the fingers that has moved nothing by then has failed [s]
 FINGER_PATIENCE = 3.0  # one that is not done by then has failed [s]
+_PATIENCE = 1.0  # what a condition does not know by then, it will not know [s]
 
 
 class Leaf(py_trees.behaviour.Behaviour):
@@ -205,21 +206,26 @@ class Leaf(py_trees.behaviour.Behaviour):
 
 
 class Condition(Leaf):
-    """A test of the present state: success is yes, failure is no.
+    """A test of the present state: success is yes, failure is no, running is not known.
 
-    It answers within the tick and sets no goal: only a condition can guard a node (`while`,
-    `unless`).
+    It sets no goal: only a condition can guard a node (`while`, `unless`). It answers on what was
+    measured now; who asks decides what follows from an answer that is not known.
     """
 
     is_condition: ClassVar[bool] = True
     moves: ClassVar[bool] = False
+    overdue = False
+    """Whether the answer has not been known for a second."""
 
     def tick(self) -> Iterator[py_trees.behaviour.Behaviour]:
-        """Tick once.
+        """Tick once; raises as every leaf does."""
+        now = self.context.clock.now()
+        if self.status is not Status.RUNNING:
+            self._asked = now
+        for node in super().tick():
+            self.overdue = self.status is Status.RUNNING and now - self._asked >= _PATIENCE
+            yield node
 
-        Raises:
-            LeafCrashedError: as for every leaf, and when it returns RUNNING.
-        """
-        yield from super().tick()
-        if self.status is Status.RUNNING:
-            raise LeafCrashedError(self.name, TypeError("a condition answers within one tick"))
+    def unknown(self, why: str) -> Status:
+        """RUNNING: the answer is not known, and why."""
+        return self.running(f"not known: {why}")
