@@ -1,5 +1,6 @@
 """Conditions on the robot's state, on detected objects, and on values."""
 
+from dataclasses import replace
 from math import degrees
 from typing import Annotated, ClassVar
 
@@ -36,7 +37,7 @@ class ArmHealthy(Condition):
 class BatteryAbove(Condition):
     """Succeeds if the battery has more charge than this.
 
-    Fails too when the robot does not tell.
+    That is not known where the robot does not tell.
 
     Args:
         percent: of a full battery [%].
@@ -54,7 +55,7 @@ class BatteryAbove(Condition):
         """One tick."""
         charge = self.context.state.battery
         if charge is None:
-            return self.failure("the robot does not tell the charge of its battery")
+            return self.unknown("the robot does not tell the charge of its battery")
         text = f"battery at {100.0 * charge:.1f} %"
         return self.success(text) if 100.0 * charge > self._percent else self.failure(text)
 
@@ -169,6 +170,8 @@ class HoldingObject(Condition):
 class LooksLike(Condition):
     """Succeeds if a detected object is what is asked for.
 
+    Not known where the camera has no colours and one is asked for.
+
     Args:
         object: that `detect` found.
         colour: it has this colour.
@@ -195,8 +198,14 @@ class LooksLike(Condition):
 
     def update(self) -> Status:
         """One tick."""
-        fits = self._choice.fitting([self._object], self.context.state.wTb.translation)
-        return (self.success if fits else self.failure)(str(self._object))
+        here, one = self.context.state.wTb.translation, self._object
+        fits, but_for_colour = (
+            bool(choice.fitting([one], here))
+            for choice in (self._choice, replace(self._choice, colour=None))
+        )
+        if but_for_colour and not fits and not one.colour:
+            return self.unknown("its colour was not seen")
+        return (self.success if fits else self.failure)(str(one))
 
 
 class AllPlaced(Condition):
@@ -220,7 +229,7 @@ class AllPlaced(Condition):
         log = self.context.log
         stock = log.stocks.get(self._region)
         if stock is None:
-            return self.failure(f"it is not known what was in {self._region}: nothing looked there")
+            return self.unknown(f"nothing looked at what was in {self._region}")
         placed = log.placed - stock.placed_before
         text = f"{placed} of {stock.most} objects placed that were seen in {self._region}"
         return self.success(text) if placed >= stock.most else self.failure(text)
