@@ -151,17 +151,22 @@ class ArmAt(Condition):
 class HoldingObject(Condition):
     """Succeeds if the fingers rest on something.
 
-    They do if they have moved when they were told to close, and something stopped them before they
-    were closed.
+    They do if they have moved when they were told to close, something stopped them before they were
+    closed, and they are still there. While they move that is not known; while a node lets go on
+    purpose, as `place` does, nothing is lost and it succeeds.
     """
 
     key: ClassVar[str] = "holding_object"
 
     def update(self) -> Status:
         """One tick."""
-        state = self.context.state
-        width = f"{1000 * state.gripper_width:.0f} mm between the fingers"
-        reason = "the fingers still move" if state.gripper_moving else self.empty_hand
+        context, leaf = self.context, self.context.letting_go
+        if leaf is not None and leaf.status is Status.RUNNING:
+            return self.success(f"{leaf.name} lets go of it")
+        width = f"{1000 * context.log.fingers.width:.0f} mm between the fingers"
+        if context.state.gripper_moving and not self.fingers_have_opened:
+            return self.unknown(f"{width}: the fingers still move")
+        reason = self.empty_hand
         if reason is None:
             return self.success(width)
         return self.failure(f"nothing held, {width}: {reason}")

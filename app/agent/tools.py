@@ -96,7 +96,7 @@ class Tools:
         """Run a task in a simulated world, `kinematic` or `physics`: the summary and first cause.
 
         It is stopped after `limit_s` of real time. `faults` are what goes wrong meanwhile, as
-        `reflex@carry` or, by a person who takes it, `object taken@offer`. `explain` tells more.
+        `reflex@carry` or, by a person who takes it, `object pulled@offer`. `explain` tells more.
         """
         given = {"robot": self._workspace.robot(robot), "world": world, "seed": str(seed)}
         given |= {"scene": self._workspace.scene(scene), "record": str(self._runs)}
