@@ -201,7 +201,8 @@ class Grasp(Leaf):
         if grasp.quality < self._views.doubtful and self._views.begin(grasp.wTg.translation):
             return self._look()
         self.grip(grasp.opening, self._force)
-        self.context.log.floor_error = floor_error(vision.frame, wTg.translation, self._within)
+        seen = vision.picture(read)
+        self.context.log.floor_error = floor_error(seen, wTg.translation, self._within)
         self._locked = grasp
         self._progress = Progress(self.context, straight=True)
         self._step = self._descend

@@ -123,7 +123,7 @@ class Tools:
 
         Without `scene` it is in the one that the task names, else in `household`. It is stopped
         after `limit_s` of real time. `faults` are what goes wrong meanwhile, as `reflex@carry` or,
-        by a person who takes it, `object taken@offer`. `explain` tells more.
+        by a person who takes it, `object pulled@offer`. `explain` tells more.
         """
         given = {"robot": self._workspace.robot(robot), "world": world, "seed": str(seed)}
         given |= {"scene": self._workspace.scene(scene), "record": str(self._runs)}

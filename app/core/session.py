@@ -33,7 +33,7 @@ from hw import (
     Watchdog,
     stopwatch,
 )
-from trees.language import failed_node
+from trees.language import failed_node, ticked
 
 _LONGEST_STOP = 3.0  # longest time to come to rest [s]
 _AT_REST = 1e-3  # slower is at rest [m/s or rad/s]
@@ -154,7 +154,8 @@ class Session:
             self._clock.release()
             context.begin_tick(state)
             self._stage = Stage.TREE
-            self._root.tick_once()
+            for _ in ticked(self._root):
+                pass
         else:
             self._clock.hold()
             context.read(state)

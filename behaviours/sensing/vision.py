@@ -134,6 +134,15 @@ class Vision:
             self.frame, self.detection = frame, None
         return frame
 
+    def picture(self, now: float) -> DepthFrame | None:
+        """The newest frame, whoever asked for it first; None if there is none to believe now.
+
+        Args:
+            now: session time [s]; see `blindness`.
+        """
+        self.new_frame()
+        return None if self.is_blind(now) else self._newest
+
     def newest(self, after: float) -> DepthFrame | None:
         """The newest frame; the camera is asked for one after session time `after` [s]."""
         if self._newest is None or self._newest.stamp <= after:

@@ -56,7 +56,9 @@ if TYPE_CHECKING:
         TreeNode,
         ValueType,
         failed_node,
+        is_answer,
         nodes_in_order,
+        ticked,
     )
 else:
     __getattr__ = lazy_face(__name__)
