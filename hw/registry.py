@@ -1,9 +1,8 @@
 """Registry of robots and worlds: chooses the driver or simulator of a robot."""
 
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import distributions
 
 from config import UserError, extra, suggest
 from hw.clock import Clock, SimClock, WallClock, Worker
@@ -65,11 +64,14 @@ def simulator(world: str) -> Callable[..., Robot]:
     return physical_robot
 
 
+_ENGINES = "mujoco-core", "mujoco"
+
+
 def _check_engine() -> None:
     """Refuse an engine that is another one than its package says: two packages write one folder."""
     import mujoco
 
-    there = {one: version(one) for one in ("mujoco-core", "mujoco") if _is_installed(one)}
+    there = {one.name: one.version for one in distributions() if one.name in _ENGINES}
     if set(there.values()) != {mujoco.__version__} or not mujoco.__version__.startswith("4.0."):
         told = ", ".join(f"{name} {number}" for name, number in there.items())
         raise WorldError(
@@ -77,12 +79,6 @@ def _check_engine() -> None:
             'which share a folder: pip uninstall mujoco mujoco-core; pip install "mujoco==4.0.*" '
             '"frankie-task[physics]"'
         )
-
-
-def _is_installed(package: str) -> bool:
-    with suppress(PackageNotFoundError):
-        return bool(version(package))
-    return False
 
 
 def open_backend(robot: str, world: str, options: WorldOptions) -> Backend:

@@ -1,6 +1,7 @@
 """What is whole of files that were cut, as by a full disk or a power cut."""
 
 from collections.abc import Iterator
+from contextlib import suppress
 from math import prod
 from pathlib import Path
 from struct import Struct
@@ -38,27 +39,21 @@ def whole_size(recording: Path) -> int:
             return size
         while end < size:
             file.seek(end)
-            head = file.read(_MESSAGE.size)
-            after = end + len(head)
-            after += _MESSAGE.unpack(head)[1] if len(head) == _MESSAGE.size else size
-            if after > size:
+            length = _MESSAGE.unpack(file.read(_MESSAGE.size).ljust(_MESSAGE.size, b"\xff"))[1]
+            if end + _MESSAGE.size + length > size:
                 break
-            end = after
+            end += _MESSAGE.size + length
     return end
 
 
 def losses(folder: Path) -> Iterator[str]:
     """What is cut off from the files of a run, a line each; the rest is used."""
-    for name in filter(lambda name: (folder / name).is_file(), (STATES, COMMANDS, READINGS)):
-        try:
-            _, lost = whole_rows(folder / name)
-        except ValueError:
-            continue  # who reads it says so
-        if lost:
-            yield f"{folder / name}: the end is cut off: {lost} rows are missing"
-    for name in filter(lambda name: (folder / name).is_file(), (NOTES, EVENTS)):
-        if (folder / name).read_bytes()[-1:] not in (b"\n", b""):
-            yield f"{folder / name}: the last line is cut off, and left out"
-    path = folder / RECORDING
-    if path.is_file() and (lost := path.stat().st_size - whole_size(path)):
-        yield f"{path}: the last message is cut off ({lost} bytes), and left out"
+    names = (STATES, COMMANDS, READINGS, NOTES, EVENTS, RECORDING)
+    for path in filter(Path.is_file, (folder / name for name in names)):
+        with suppress(ValueError, OSError):  # whoever reads it says so
+            if path.suffix == ".npy" and (lost := whole_rows(path)[1]):
+                yield f"{path}: the end is cut off: {lost} rows are missing"
+            elif path.suffix == ".jsonl" and path.read_bytes()[-1:] not in (b"\n", b""):
+                yield f"{path}: the last line is cut off, and left out"
+            elif path.suffix == ".rrd" and (lost := path.stat().st_size - whole_size(path)):
+                yield f"{path}: the last message is cut off ({lost} bytes), and left out"

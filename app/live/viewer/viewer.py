@@ -203,6 +203,7 @@ def open_in_viewer(recording: Path, *, web: bool, say: Callable[[str], None]) ->
 
 def converted(bag: Path, recording: Path) -> Path:
     """The recording that Rerun makes of an MCAP file, and of what is whole of a cut one."""
+    os.environ.setdefault("RUST_LOG", "off")  # what is lost is said once, not for each message
     from rerun.chunk import McapReader
 
     try:
