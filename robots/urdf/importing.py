@@ -87,7 +87,7 @@ def write_robot(
             copytree(draft, out)
         except OSError as error:
             raise UrdfError(f"{out}: cannot be written ({error.strerror})") from None
-    return robot.notes
+    return [one.replace(OF_JOINT, "") for one in robot.notes]
 
 
 class _Import:
