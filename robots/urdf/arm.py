@@ -231,7 +231,7 @@ def _tool(
     if not tips and len(equal) > 1 and not any(set(some) <= one for some in equal for one in hands):
         what = f"{len(equal)} equal chains on `{base}`, to {quoted([*equal.values()][:4])}"
         hint = "choose the end of the arm with --tool-frame"
-        urdf.refuse(f"{what}, and no hand or tool: legs are no arms", hint)
+        urdf.refuse(f"{what}, and no hand or tool: legs and fingers are no arms", hint)
     why = "the SRDF" if tips else "its name" if pattern else "the longest chain"
     notes.append(f"tool frame: `{best}`, by {why} (--tool-frame)")
     other = [one for one in named if len(chains[one]) == len(chains[best])]

@@ -76,7 +76,7 @@ def write_robot(
         try:
             drafted = load_robot(draft)
         except ConfigError as error:
-            why = str(error).splitlines()[0].replace(f"{draft}/", "its ")
+            why = str(error).splitlines()[0].partition(": ")[2]  # the draft's place says nothing
             raise UrdfError(f"{source}: {why}") from None
         found = ready(drafted)
         robot.arm_file["ready"] = _rounded(found)
@@ -87,7 +87,7 @@ def write_robot(
             copytree(draft, out)
         except OSError as error:
             raise UrdfError(f"{out}: cannot be written ({error.strerror})") from None
-    return robot.notes
+    return [one.replace(OF_JOINT, "") for one in robot.notes]
 
 
 class _Import:

@@ -87,6 +87,7 @@ class Urdf:
 
     def refuse(self, what: str, hint: str) -> NoReturn:
         """Raise UrdfError, with the line of what is named first."""
+        what = what.replace(OF_JOINT, "")
         named = re.search("`([^`]+)`", what)
         said = named and re.search(f"name=[\"']{re.escape(named[1])}[\"']", self._written)
         line = f":{self._written.count(chr(10), 0, said.start()) + 1}" if said else ""

@@ -360,3 +360,24 @@ def test_a_run_is_read_again_when_its_robot_has_moved(tmp_path, monkeypatch):
     page = tmp_path / "e.html"
     assert call("explain", folder, "--html", page)[0] == 0
     assert "<svg" in page.read_text()
+
+
+def test_what_is_wrong_is_told_without_the_name_of_a_temporary_file(tmp_path):
+    file = written(tmp_path / "r.urdf", arm(limit=LIMIT.format(low=0, high=1e-7)))
+    why = refused(file)
+    assert "the lower bound comes first" in why
+    assert "arm.yaml" not in why
+
+
+@pytest.mark.slow
+def test_a_task_on_a_base_that_stands_still_is_checked(tmp_path):
+    imported(written(tmp_path / "s.urdf", arm()), tmp_path / "s", drive="none")
+    task = (
+        "task: t\nposes:\n  far: {xyz: [3, 0, 0.7], rpy_deg: [180, 0, 0]}\ntree:\n  sequence:\n"
+        "  - navigate: {to: far}\n  - drive: {forward_m: 1.0}\n"
+    )
+    (tmp_path / "t.yaml").write_text(task)
+    code, output, error = call("check", tmp_path / "t.yaml", "--robot", tmp_path / "s")
+    assert code == 2
+    assert "`far`: out of reach: the base stands still" in output + error
+    assert "the base of `s` stands still" in output + error
