@@ -1,5 +1,6 @@
 """Conditions on the robot's state, on detected objects, and on values."""
 
+from dataclasses import replace
 from math import degrees
 from typing import Annotated, ClassVar
 
@@ -36,7 +37,7 @@ class ArmHealthy(Condition):
 class BatteryAbove(Condition):
     """Succeeds if the battery has more charge than this.
 
-    Fails too when the robot does not tell.
+    That is not known where the robot does not tell.
 
     Args:
         percent: of a full battery [%].
@@ -54,7 +55,7 @@ class BatteryAbove(Condition):
         """One tick."""
         charge = self.context.state.battery
         if charge is None:
-            return self.failure("the robot does not tell the charge of its battery")
+            return self.unknown("the robot does not tell the charge of its battery")
         text = f"battery at {100.0 * charge:.1f} %"
         return self.success(text) if 100.0 * charge > self._percent else self.failure(text)
 
@@ -150,8 +151,9 @@ class ArmAt(Condition):
 class HoldingObject(Condition):
     """Succeeds if the fingers rest on something.
 
-    They do if they have moved when they were told to close, and something stopped them before they
-    were closed.
+    They do if they have moved when they were told to close, something stopped them before they were
+    closed, and they are still there. While they move that is not known; while a node lets go on
+    purpose, as `place` does, nothing is lost and it succeeds.
     """
 
     key: ClassVar[str] = "holding_object"
@@ -160,9 +162,13 @@ class HoldingObject(Condition):
 
     def update(self) -> Status:
         """One tick."""
-        state = self.context.state
-        width = f"{1000 * state.gripper_width:.0f} mm between the fingers"
-        reason = "the fingers still move" if state.gripper_moving else self.empty_hand
+        context, leaf = self.context, self.context.letting_go
+        if leaf is not None and leaf.status is Status.RUNNING:
+            return self.success(f"{leaf.name} lets go of it")
+        width = f"{1000 * context.log.fingers.width:.0f} mm between the fingers"
+        if context.state.gripper_moving and not self.fingers_have_opened:
+            return self.unknown(f"{width}: the fingers still move")
+        reason = self.empty_hand
         if reason is None:
             return self.success(width)
         return self.failure(f"nothing held, {width}: {reason}")
@@ -170,6 +176,8 @@ class HoldingObject(Condition):
 
 class LooksLike(Condition):
     """Succeeds if a detected object is what is asked for.
+
+    Not known where the camera has no colours and one is asked for.
 
     Args:
         object: that `detect` found.
@@ -197,8 +205,14 @@ class LooksLike(Condition):
 
     def update(self) -> Status:
         """One tick."""
-        fits = self._choice.fitting([self._object], self.context.state.wTb.translation)
-        return (self.success if fits else self.failure)(str(self._object))
+        here, one = self.context.state.wTb.translation, self._object
+        fits, but_for_colour = (
+            bool(choice.fitting([one], here))
+            for choice in (self._choice, replace(self._choice, colour=None))
+        )
+        if but_for_colour and not fits and not one.colour:
+            return self.unknown("its colour was not seen")
+        return (self.success if fits else self.failure)(str(one))
 
 
 class AllPlaced(Condition):
@@ -222,7 +236,7 @@ class AllPlaced(Condition):
         log = self.context.log
         stock = log.stocks.get(self._region)
         if stock is None:
-            return self.failure(f"it is not known what was in {self._region}: nothing looked there")
+            return self.unknown(f"nothing looked at what was in {self._region}")
         placed = log.placed - stock.placed_before
         text = f"{placed} of {stock.most} objects placed that were seen in {self._region}"
         return self.success(text) if placed >= stock.most else self.failure(text)

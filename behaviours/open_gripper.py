@@ -20,7 +20,7 @@ class OpenGripper(Leaf):
     def initialise(self) -> None:
         """Start to open, unless the fingers are open already."""
         if not self.gripper_is_open:
-            self.open_gripper()
+            self.let_go()
 
     def update(self) -> Status:
         """One tick."""

@@ -2,7 +2,7 @@
 
 from bisect import bisect_left
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from concurrent.futures import Executor, Future
 from contextlib import ExitStack
 from itertools import chain
 from math import inf
@@ -33,6 +33,7 @@ from hw.state import (
     PartStamps,
     RobotState,
 )
+from hw.threads import one_thread
 from robots import RobotDescription
 
 P = ParamSpec("P")
@@ -55,11 +56,6 @@ class InlineExecutor(Executor):
         except Exception as error:
             future.set_exception(error)
         return future
-
-
-def one_thread() -> Executor:
-    """One thread, which does one piece of work after the other."""
-    return ThreadPoolExecutor(max_workers=1)
 
 
 class ComposedRobot:

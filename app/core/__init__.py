@@ -13,9 +13,11 @@ from app.core.files.folder import (
     SUMMARY,
     TASK,
     begun,
+    recorded_robot,
 )
+from app.core.files.whole import losses, whole_rows, whole_size
 from app.core.launch import run_task
-from app.core.measurements import Measurements
+from app.core.measurements import TOO_SLOW, Measurements
 from app.core.outcome import End, Outcome
 from app.core.replay import replay_run
 from app.core.run import Instruments

@@ -46,6 +46,7 @@ class Moment(NamedTuple):
     attempts: int
     paused: str = ""  # why the run is paused; empty if it is not
     holds: bool = False  # whether the hand carries an object
+    too_slow: str = ""  # that the computer does not keep real time; empty if it does
 
 
 class LogLine(NamedTuple):
@@ -87,6 +88,7 @@ class _Noted(NamedTuple):
     faults: tuple[str, ...]
     paused: str
     placed: int
+    too_slow: str
 
 
 class Changes:
@@ -102,19 +104,19 @@ class Changes:
         self._questions = {index for index, path in enumerate(above) if asked.intersection(path)}
         self._names = [shortened(node.title, LONGEST_NAME) for node in tree]
         never = NodeStatus(Status.INVALID, "")
-        self._last = _Noted(0.0, 0.0, (never,) * len(tree), (), "", 0)
+        self._last = _Noted(0.0, 0.0, (never,) * len(tree), (), "", 0, "")
         self._waiting: deque[_Noted] = deque(maxlen=_MOST)
-        self._seen: tuple[str, int] = ("", 0)  # pause and number of faults of the last tick
+        self._seen = ("", 0, False)  # pause, number of faults, slowness of the last tick
         self._spent, self._since = [0.0] * len(tree), [0.0] * len(tree)
 
     def note(self, moment: Moment, *, changed: bool) -> None:
         """Keep a tick if it is new; `changed` is whether the status of a node changed in it."""
         faults = moment.seen.state.faults
-        seen = (moment.paused, len(faults))
+        seen = (moment.paused, len(faults), bool(moment.too_slow))
         if changed or seen != self._seen:
             self._seen = seen
             texts = tuple(fault.text for fault in faults)
-            now = (moment.seen.nodes, texts, moment.paused, moment.placed)
+            now = (moment.seen.nodes, texts, moment.paused, moment.placed, moment.too_slow)
             self._waiting.append(_Noted(moment.seen.time, moment.seen.stamp, *now))
 
     def take(self) -> Iterator[LogLine]:
@@ -139,6 +141,8 @@ class Changes:
         if now.paused != before.paused:
             text = f"‖ PAUSED {now.paused}" if now.paused else "▶ resumed"
             yield LogLine(now.time, "warning" if now.paused else "info", None, text)
+        if now.too_slow and not before.too_slow:
+            yield LogLine(now.time, "warning", None, f"! {now.too_slow}")
         changed = [
             index
             for index, (old, new) in enumerate(zip(before.nodes, now.nodes, strict=True))

@@ -9,7 +9,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from app.core import OPTIONS, PLACES, RECORDING, TASK, recorded_scene
+from app.core import OPTIONS, PLACES, RECORDING, TASK, recorded_robot, recorded_scene
 from app.live import STYLE, Plan, depth_picture, line
 from app.review.event_log import recorded_time
 from app.review.explanation import Explanation
@@ -68,7 +68,7 @@ def _map(run: Explanation) -> str:
     folder = run.record.folder
     try:
         options = json.loads((folder / OPTIONS).read_text(encoding="utf-8"))
-        robot = load_robot(options["robot"])
+        robot = load_robot(recorded_robot(folder, options))
         scene = replace(recorded_scene(options, robot), regions=_regions(folder, options))
         plan = Plan(scene, robot.base.size)
         way = read_motion(folder)[0][:, 1:4]

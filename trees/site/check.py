@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from math import radians
 from os.path import isfile
 from pathlib import Path
@@ -41,15 +42,20 @@ class _Use(NamedTuple):
     value: NamedValue
 
 
+def _leaves(task: Task) -> Iterator[tuple[Path, LeafNode]]:
+    """Every leaf of a task and of its subtrees, and its file."""
+    for node in nodes_below(task.root):
+        yield from ((task.path, leaf) for leaf in leaves_at(node))
+        if isinstance(node, SubtreeNode):
+            yield from _leaves(node.task)
+
+
 def _uses(task: Task) -> Iterator[_Use]:
     """Every place that a leaf of the task or of its subtrees is given and that is known by now."""
-    for node in nodes_below(task.root):
-        for leaf in leaves_at(node):
-            for parameter, value in leaf.arguments.items():
-                if isinstance(value, NamedValue):
-                    yield _Use(task.path, leaf, parameter, value)
-        if isinstance(node, SubtreeNode):
-            yield from _uses(node.task)
+    for path, leaf in _leaves(task):
+        for parameter, value in leaf.arguments.items():
+            if isinstance(value, NamedValue):
+                yield _Use(path, leaf, parameter, value)
 
 
 def _definitions(task: Task) -> Iterator[tuple[NamedValue, Path, Location]]:
@@ -86,12 +92,14 @@ def check(
     places: Path | None = None,
     robot: str | Path = _USUAL,
     text: str | None = None,
+    scene: str = "",
 ) -> list[Diagnostic]:
     """Every diagnostic of a task file and its subtrees, in order: for a robot, in its own scene.
 
     Of a scene file, every diagnostic of that. `places` as for `load`, `text` as for `examine`;
-    `robot` is a shipped one or a robot file. Raises ConfigError: there is no such robot;
-    LeafError: a leaf class, not the file, is at fault.
+    `robot` is a shipped one or a robot file. In another `scene`, unreachable places are warnings,
+    as for `run`. Raises ConfigError: there is no such robot; SceneError: no such other scene, or a
+    mistake in it; LeafError: a leaf class, not the file, is at fault.
     """
     task, found = examine(path, places=places, text=text)
     # To import and read a robot takes longer than to read a task, and the shipped one is right.
@@ -109,10 +117,18 @@ def check(
     if task is None:
         return found
     on_map = real.map if real else None
+    elsewhere = not on_map and scene not in ("", task.scene, scene_of(task))
     fixtures, mistakes = _furniture(task, description, on_map)
+    if elsewhere:
+        from hw.sim import load_fixtures
+
+        fixtures = load_fixtures(scene, unmapped=True)
     found += mistakes + furniture_diagnostics(task, fixtures)
-    found += place_diagnostics(task, description, fixtures)
-    if fixtures and not on_map:
+    found += place_diagnostics(task, description, () if elsewhere else fixtures)
+    if elsewhere:
+        there = place_diagnostics(task, description, fixtures)
+        found += [replace(one, severity=Severity.WARNING) for one in there if one not in found]
+    elif fixtures and not on_map:
         from trees.site.way import first_drives
 
         found += first_drives(task, description, fixtures)
@@ -158,6 +174,13 @@ def place_diagnostics(
             Diagnostic(COME_TO, use.path, use.leaf.location, message, hint)
             for use in uses
             if use.leaf.type.key == "grasp"
+        ]
+    if robot.stands_still:
+        message, hint = f"the base of `{robot.name}` stands still", "leave out `drive`"
+        found += [
+            Diagnostic(REACH, path, leaf.location, message, hint)
+            for path, leaf in _leaves(task)
+            if leaf.type.key == "drive" and "to" not in leaf.arguments
         ]
     return list(dict.fromkeys([*found, *_not_set_down(uses, robot, fixtures)]))
 
@@ -232,9 +255,12 @@ def _of_use(
     is_point = isinstance(value, ToolPose)
     if isinstance(value, ToolPose) and use.parameter in leaf.type.surfaces:
         value = region_at(value)
-    if fixtures and isinstance(value, Region) and use.parameter in leaf.type.surfaces:
-        if (why := why_not_come_to(value, robot, fixtures, *_approach(use))) is not None:
-            yield Diagnostic(COME_TO, use.path, leaf.location, *why)
+    if not isinstance(value, Region) or use.parameter not in leaf.type.surfaces:
+        return
+    counts = bool(fixtures) or robot.stands_still
+    if counts and (why := why_not_come_to(value, robot, fixtures, *_approach(use))):
+        yield Diagnostic(COME_TO, use.path, leaf.location, *why)
+    if fixtures:
         sets_down = leaf.type.hand_after == "empty"
         bare = bare_places(value, _given(use, "pitch_m", None), fixtures, sets_down)
         if bare.missing:

@@ -38,6 +38,8 @@ def why_not_reached(value: object, robot: RobotDescription) -> tuple[str, str] |
     """Message and hint about a place where the robot cannot be; None if it can."""
     if isinstance(value, Posture):
         return _beyond_joints(value.on(robot).q, robot)
+    if isinstance(value, BasePose) and robot.stands_still:
+        return f"the base of `{robot.name}` stands still", "name a pose of the hand"
     if not isinstance(value, ToolPose):
         return None
     if (lowest := _lowest(value, robot)) < -_DIPS:
@@ -75,16 +77,14 @@ def _beyond_joints(q: Array, robot: RobotDescription) -> tuple[str, str] | None:
     if len(beyond) == 0:
         return None
     joint = int(beyond[0])
+    called = robot.arm.called(joint)
     ends = (float(one[joint]) for one in (robot.limits.q_min, robot.limits.q_max, q))
     if robot.arm.slides[joint]:
         first, last, here = ends
-        message = f"joint {joint + 1} of `{robot.name}` goes from {first:g} m to {last:g} m"
+        message = f"{called} of `{robot.name}` goes from {first:g} m to {last:g} m"
         return f"{message}, not to {here:g} m", f"write {first:g} to {last:g}"
     first, last, here = map(degrees, ends)
-    message = (
-        f"joint {joint + 1} of `{robot.name}` goes from {first:.0f}° to {last:.0f}°, "
-        f"not to {here:g}°"
-    )
+    message = f"{called} of `{robot.name}` goes from {first:.0f}° to {last:.0f}°, not to {here:g}°"
     meant = np.degrees(q)  # as if the numbers were radians
     if (np.abs(meant) <= 2.0 * pi).all() and ((meant >= low) & (meant <= high)).all():
         angles = ", ".join(f"{degrees(angle):.0f}" for angle in meant)
@@ -136,6 +136,9 @@ def why_not_come_to(
     if region_direction(robot, tuple(fixtures), region, word, least_tilt) is not None:
         return None
     anyhow = region_direction(robot, tuple(fixtures), region)
+    if anyhow is None and robot.stands_still:
+        message = f"`{region.name}`: the base stands still, and the arm does not get there"
+        return message, "move it nearer"
     if anyhow is None:
         hint = "lower it, or move what is in the way"
         return f"`{region.name}`: no stance lets the hand get to it", hint

@@ -3,12 +3,12 @@
 import os
 import select
 import termios
-import threading
 import tty
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
 from app.live.operator.control import Control
+from hw import begun
 
 HELP = (
     "space: pause   r: resume   s: step   n: run to the next status change   q: stop   "
@@ -43,14 +43,14 @@ def keys(control: Control, file: int = 0) -> Iterator[bool]:
     }
     before = termios.tcgetattr(file)
     end, ended = os.pipe()
-    listener = threading.Thread(target=_listen, args=(file, end, actions), name="keys", daemon=True)
+    listener = None
     try:
         tty.setcbreak(file, termios.TCSADRAIN)
-        listener.start()
+        listener = begun(_listen, "keys", file, end, actions)
         yield True
     finally:
         os.write(ended, b".")
-        if listener.is_alive():
+        if listener is not None:
             listener.join()
         with suppress(termios.error):  # the terminal is gone
             termios.tcsetattr(file, termios.TCSADRAIN, before)
