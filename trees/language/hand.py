@@ -1,6 +1,6 @@
 """Warnings about the hand: what is grasped, held and let go in an order that can do something."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import takewhile
 
 from behaviours import MapPlace
@@ -129,7 +129,7 @@ def _kept_free(condition: Node, holds: bool = True) -> Iterator[float]:
 
 
 def _warn_of_end(
-    leaves: list[tuple[LeafNode, Node]], flow: FlowResult, diagnostics: Diagnostics
+    leaves: Sequence[tuple[LeafNode, Node]], flow: FlowResult, diagnostics: Diagnostics
 ) -> None:
     """Of a task that carries something, or puts it down before, and ends with it in the hand."""
     taking = [one for one in leaves if one[0].type.hand_before == "empty"]
