@@ -80,13 +80,15 @@ class LogBook:
             return self._count, list(self._lines)[len(self._lines) - new :]
 
 
-class _Noted(NamedTuple):
-    time: float
-    stamp: float
+class Noted(NamedTuple):
+    """What may have changed at a time."""
+
+    time: float  # of the task [s]
+    stamp: float  # of the session [s]
     nodes: tuple[NodeStatus, ...]
     faults: tuple[str, ...]
-    paused: str
-    placed: int
+    paused: str = ""
+    placed: int = 0
 
 
 class Changes:
@@ -102,8 +104,8 @@ class Changes:
         self._questions = {index for index, path in enumerate(above) if asked.intersection(path)}
         self._names = [shortened(node.title, LONGEST_NAME) for node in tree]
         never = NodeStatus(Status.INVALID, "")
-        self._last = _Noted(0.0, 0.0, (never,) * len(tree), (), "", 0)
-        self._waiting: deque[_Noted] = deque(maxlen=_MOST)
+        self._last = Noted(0.0, 0.0, (never,) * len(tree), ())
+        self._waiting: deque[Noted] = deque(maxlen=_MOST)
         self._seen: tuple[str, int] = ("", 0)  # pause and number of faults of the last tick
         self._spent, self._since = [0.0] * len(tree), [0.0] * len(tree)
 
@@ -115,7 +117,11 @@ class Changes:
             self._seen = seen
             texts = tuple(fault.text for fault in faults)
             now = (moment.seen.nodes, texts, moment.paused, moment.placed)
-            self._waiting.append(_Noted(moment.seen.time, moment.seen.stamp, *now))
+            self.keep(Noted(moment.seen.time, moment.seen.stamp, *now))
+
+    def keep(self, noted: Noted) -> None:
+        """Keep what may have changed, for `take`."""
+        self._waiting.append(noted)
 
     def take(self) -> Iterator[LogLine]:
         """What the ticks changed that were noted since the last call."""
@@ -132,7 +138,7 @@ class Changes:
             for now, spent, since in nodes
         ]
 
-    def _lines(self, before: _Noted, now: _Noted) -> Iterator[LogLine]:
+    def _lines(self, before: Noted, now: Noted) -> Iterator[LogLine]:
         if now.faults != before.faults:
             text = f"! FAULT: {'; '.join(now.faults)}" if now.faults else "! faults cleared"
             yield LogLine(now.time, "error" if now.faults else "info", None, text)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from html import escape
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from app.core import OPTIONS, PLACES, RECORDING, TASK, recorded_scene
 from app.live import STYLE, Plan, depth_picture, line
@@ -53,7 +53,7 @@ def explanation_page(run: Explanation) -> str:
     return (
         f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         f"<title>{escape(head[0])}</title><style>{STYLE.read_text(encoding='utf-8')}{_STYLE}</style></head>"
-        f'<body class="{escape(run.outcome)}">{"".join(parts)}</body></html>\n'
+        f'<body class="{escape(run.outcome)}"><main>{"".join(parts)}</main></body></html>\n'
     )
 
 
@@ -63,20 +63,36 @@ def _preformatted(lines: list[str]) -> str:
     return f"<pre>{''.join(rows)}</pre>" if lines else ""
 
 
-def _map(run: Explanation) -> str:
-    """Furniture, regions, the way of the base, and where it ended; empty if they are not known."""
-    folder = run.record.folder
+class DrawnPlan(NamedTuple):
+    """A plan of a finished run, as SVG."""
+
+    fixed: str  # furniture and regions
+    moved: str  # the way of the base, by odometry, and where it ended
+    view_box: str
+
+
+def drawn_plan(folder: Path) -> DrawnPlan:
+    """The plan of a finished run. Raises UserError: its scene or its motion is not known."""
     try:
         options = json.loads((folder / OPTIONS).read_text(encoding="utf-8"))
         robot = load_robot(options["robot"])
         scene = replace(recorded_scene(options, robot), regions=_regions(folder, options))
         plan = Plan(scene, robot.base.size)
         way = read_motion(folder)[0][:, 1:4]
-    except (OSError, UserError, LookupError, TypeError, ValueError):
+        moved = line("track", way[::20, :2]) + plan.robot(se3_of(Pose2D(*way[-1])))
+    except (OSError, LookupError, TypeError, ValueError) as error:
+        raise UserError(f"{folder.name}: the plan cannot be drawn ({error})") from error
+    return DrawnPlan(plan.fixed, moved, plan.view_box(way[:, :2]))
+
+
+def _map(run: Explanation) -> str:
+    """The plan, empty if it is not known."""
+    try:
+        plan = drawn_plan(run.record.folder)
+    except UserError:
         return ""
-    drawn = plan.fixed + line("track", way[::20, :2]) + plan.robot(se3_of(Pose2D(*way[-1])))
     return (
-        f'<figure><svg class="plan" viewBox="{plan.view_box(way[:, :2])}">{drawn}</svg>'
+        f'<figure><svg class="plan" viewBox="{plan.view_box}">{plan.fixed}{plan.moved}</svg>'
         "<figcaption>Regions of the task (green); the way of the base, by odometry, and where it "
         "ended.</figcaption></figure>"
     )

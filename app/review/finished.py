@@ -51,6 +51,14 @@ class RecordedSummary(_Recorded):
     objects: _Count | None = None
     attempts: _Count | None = None
     claimed: _Count | None = None
+    world: str = ""
+
+    @property
+    def handled(self) -> str:
+        """How many objects it placed; empty if the task handled none."""
+        if self.placed or self.claimed or self.attempts:
+            return f"{self.placed or 0} of {self.objects or 0}"
+        return ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -166,8 +174,7 @@ def runs_table(records: list[RunRecord]) -> Table:
         s, duration = record.summary, record.summary.duration_s
         time = "-" if duration is None else task_time(duration, s.paused_s)
         time = record.silent if s.outcome == UNFINISHED else time
-        placed = f"{s.placed or 0} of {s.objects}" if s.placed or s.claimed or s.attempts else "-"
-        table.add_row(record.name, s.outcome, time, placed, s.node)
+        table.add_row(record.name, s.outcome, time, s.handled or "-", s.node)
     return table
 
 

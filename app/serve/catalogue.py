@@ -38,16 +38,44 @@ def catalogue(folder: Path) -> Told:
     }
 
 
-def mistakes(path: Path, robot: str, parameters: Mapping[str, str]) -> list[Told]:
-    """The mistakes in a task for a robot and with values of its parameters, each with its line."""
+def mistakes(path: Path, robot: str, parameters: Mapping[str, str], scene: str = "") -> list[Told]:
+    """The mistakes in a task for a robot, in a scene, and with values of its parameters.
+
+    Each has its line of the file, or the `field` of the form that it is in.
+    """
+    told: list[Told] = []
+    found: list[Diagnostic] = []
+    for field, read in (
+        ("robot", lambda: found.extend(check(path, robot=robot))),
+        ("scene", lambda: load_fixtures(scene or DEFAULT_SCENE)),
+    ):
+        try:
+            read()
+        except UserError as error:
+            told.append(_at(field, str(error)))
+    wrong = _refused(path, parameters)
+    for name, value in parameters.items() if wrong else ():
+        others = {other: text for other, text in parameters.items() if other != name}
+        remain = _refused(path, others)
+        for one in [one for one in wrong if one not in remain]:
+            text = f"{one.message}; {one.hint}".removeprefix(f"`-p {name}={value}`: ")
+            told.append(_at(f"parameters.{name}", text))
+            wrong.remove(one)
+    return [*told, *map(_shown, dict.fromkeys([*found, *wrong]))]
+
+
+def _refused(path: Path, parameters: Mapping[str, str]) -> list[Diagnostic]:
+    """What is wrong with a task with values of its parameters."""
     try:
-        found = check(path, robot=robot)
         load(path, overrides=parameters)
     except TaskFileError as error:
-        found = [*found, *error.diagnostics]
-    except UserError as error:
-        return [{"text": str(error), "severity": Severity.ERROR.value, "source": ""}]
-    return [_shown(one) for one in dict.fromkeys(found)]
+        return list(error.diagnostics)
+    return []
+
+
+def _at(field: str, text: str) -> Told:
+    """A mistake in a field of the form."""
+    return {"text": text, "severity": Severity.ERROR.value, "field": field}
 
 
 def _is_task(path: Path) -> bool:

@@ -26,9 +26,10 @@ def in_terminal(file: int) -> bool:
 
 @contextmanager
 def keys(control: Control, file: int = 0) -> Iterator[bool]:
-    """Listen to keys of a terminal within the context; yields whether there is one.
+    """Listen to keys of a terminal within the context; yields whether they are heard.
 
-    The terminal's settings are restored at the end.
+    They are not without a terminal, or where no thread is left. The terminal's settings are
+    restored at the end.
     """
     if not in_terminal(file):
         yield False
@@ -46,8 +47,9 @@ def keys(control: Control, file: int = 0) -> Iterator[bool]:
     listener = threading.Thread(target=_listen, args=(file, end, actions), name="keys", daemon=True)
     try:
         tty.setcbreak(file, termios.TCSADRAIN)
-        listener.start()
-        yield True
+        with suppress(RuntimeError):  # no thread can be started; Ctrl-C still ends the run
+            listener.start()
+        yield listener.is_alive()
     finally:
         os.write(ended, b".")
         if listener.is_alive():
