@@ -105,7 +105,8 @@ class Changes:
         self._names = [shortened(node.title, LONGEST_NAME) for node in tree]
         never = NodeStatus(Status.INVALID, "")
         self._last = Noted(0.0, 0.0, (never,) * len(tree), ())
-        self._waiting: deque[Noted] = deque(maxlen=_MOST)
+        self.noted: deque[Noted] = deque(maxlen=_MOST)
+        """What waits to be taken."""
         self._seen: tuple[str, int] = ("", 0)  # pause and number of faults of the last tick
         self._spent, self._since = [0.0] * len(tree), [0.0] * len(tree)
 
@@ -117,16 +118,12 @@ class Changes:
             self._seen = seen
             texts = tuple(fault.text for fault in faults)
             now = (moment.seen.nodes, texts, moment.paused, moment.placed)
-            self.keep(Noted(moment.seen.time, moment.seen.stamp, *now))
-
-    def keep(self, noted: Noted) -> None:
-        """Keep what may have changed, for `take`."""
-        self._waiting.append(noted)
+            self.noted.append(Noted(moment.seen.time, moment.seen.stamp, *now))
 
     def take(self) -> Iterator[LogLine]:
         """What the ticks changed that were noted since the last call."""
-        while self._waiting:
-            before, self._last = self._last, self._waiting.popleft()
+        while self.noted:
+            before, self._last = self._last, self.noted.popleft()
             for line in self._lines(before, self._last):
                 yield line._replace(stamp=self._last.stamp)
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from html import escape
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from app.core import OPTIONS, PLACES, RECORDING, TASK, recorded_scene
 from app.live import STYLE, Plan, depth_picture, line
@@ -63,16 +63,11 @@ def _preformatted(lines: list[str]) -> str:
     return f"<pre>{''.join(rows)}</pre>" if lines else ""
 
 
-class DrawnPlan(NamedTuple):
-    """A plan of a finished run, as SVG."""
+def drawn_plan(folder: Path) -> tuple[str, str, str] | None:
+    """Furniture and regions as SVG; the way of the base and where it ended; and the view box.
 
-    fixed: str  # furniture and regions
-    moved: str  # the way of the base, by odometry, and where it ended
-    view_box: str
-
-
-def drawn_plan(folder: Path) -> DrawnPlan:
-    """The plan of a finished run. Raises UserError: its scene or its motion is not known."""
+    None if the scene or the motion of the run is not known.
+    """
     try:
         options = json.loads((folder / OPTIONS).read_text(encoding="utf-8"))
         robot = load_robot(options["robot"])
@@ -80,19 +75,18 @@ def drawn_plan(folder: Path) -> DrawnPlan:
         plan = Plan(scene, robot.base.size)
         way = read_motion(folder)[0][:, 1:4]
         moved = line("track", way[::20, :2]) + plan.robot(se3_of(Pose2D(*way[-1])))
-    except (OSError, LookupError, TypeError, ValueError) as error:
-        raise UserError(f"{folder.name}: the plan cannot be drawn ({error})") from error
-    return DrawnPlan(plan.fixed, moved, plan.view_box(way[:, :2]))
+    except (OSError, UserError, LookupError, TypeError, ValueError):
+        return None
+    return plan.fixed, moved, plan.view_box(way[:, :2])
 
 
 def _map(run: Explanation) -> str:
-    """The plan, empty if it is not known."""
-    try:
-        plan = drawn_plan(run.record.folder)
-    except UserError:
+    """The plan; empty if it is not known."""
+    if (plan := drawn_plan(run.record.folder)) is None:
         return ""
+    fixed, moved, box = plan
     return (
-        f'<figure><svg class="plan" viewBox="{plan.view_box}">{plan.fixed}{plan.moved}</svg>'
+        f'<figure><svg class="plan" viewBox="{box}">{fixed}{moved}</svg>'
         "<figcaption>Regions of the task (green); the way of the base, by odometry, and where it "
         "ended.</figcaption></figure>"
     )

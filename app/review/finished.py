@@ -54,11 +54,9 @@ class RecordedSummary(_Recorded):
     world: str = ""
 
     @property
-    def handled(self) -> str:
-        """How many objects it placed; empty if the task handled none."""
-        if self.placed or self.claimed or self.attempts:
-            return f"{self.placed or 0} of {self.objects or 0}"
-        return ""
+    def handled(self) -> bool:
+        """Whether it handled objects."""
+        return bool(self.placed or self.claimed or self.attempts)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -174,7 +172,8 @@ def runs_table(records: list[RunRecord]) -> Table:
         s, duration = record.summary, record.summary.duration_s
         time = "-" if duration is None else task_time(duration, s.paused_s)
         time = record.silent if s.outcome == UNFINISHED else time
-        table.add_row(record.name, s.outcome, time, s.handled or "-", s.node)
+        placed = f"{s.placed or 0} of {s.objects}" if s.handled else "-"
+        table.add_row(record.name, s.outcome, time, placed, s.node)
     return table
 
 

@@ -52,15 +52,13 @@ def mistakes(path: Path, robot: str, parameters: Mapping[str, str], scene: str =
         try:
             read()
         except UserError as error:
-            told.append(_at(field, str(error)))
+            told.append(at_field(field, str(error)))
     wrong = _refused(path, parameters)
-    for name, value in parameters.items() if wrong else ():
-        others = {other: text for other, text in parameters.items() if other != name}
-        remain = _refused(path, others)
-        for one in [one for one in wrong if one not in remain]:
-            text = f"{one.message}; {one.hint}".removeprefix(f"`-p {name}={value}`: ")
-            told.append(_at(f"parameters.{name}", text))
-            wrong.remove(one)
+    for name in parameters if wrong else ():
+        others = _refused(path, {key: one for key, one in parameters.items() if key != name})
+        texts = [f"{one.message}; {one.hint}" for one in wrong if one not in others]
+        told += [at_field(f"parameters.{name}", text) for text in texts]
+        wrong = [one for one in wrong if one in others]
     return [*told, *map(_shown, dict.fromkeys([*found, *wrong]))]
 
 
@@ -73,7 +71,7 @@ def _refused(path: Path, parameters: Mapping[str, str]) -> list[Diagnostic]:
     return []
 
 
-def _at(field: str, text: str) -> Told:
+def at_field(field: str, text: str) -> Told:
     """A mistake in a field of the form."""
     return {"text": text, "severity": Severity.ERROR.value, "field": field}
 

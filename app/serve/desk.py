@@ -7,16 +7,16 @@ import threading
 from collections.abc import Callable, Mapping
 from datetime import datetime
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 from urllib.parse import quote
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, ValidationError
 
 from app.choices import Speed, View
 from app.core import RECORDING
 from app.live import Document, PageServer, RunProcess, Told
 from app.review import explain, explanation_page, find_run, read_run, run_folders
-from app.serve.catalogue import catalogue, mistakes, task_files
+from app.serve.catalogue import at_field, catalogue, mistakes, task_files
 from app.serve.saved import saved
 from app.task_time import task_time
 from config import Severity, StrictModel, UserError
@@ -38,12 +38,6 @@ class Order(StrictModel):
     speed: Speed = Speed.REAL
     approve: bool = False
     force: bool = False
-
-    @model_validator(mode="before")
-    @classmethod
-    def _without_emptied(cls, given: Any) -> Any:
-        """An emptied field means its default."""
-        return _filled(given)
 
 
 class TaskDesk:
@@ -99,15 +93,14 @@ class TaskDesk:
         if path not in ("/check", "/start"):
             return None
         try:
-            order = Order.model_validate_json(body, strict=False)
+            given = json.loads(body, object_hook=_filled)
+            order = Order.model_validate(given, strict=False)
         except ValidationError as invalid:
             found = [
-                {"text": one["msg"], "severity": _ERROR, "field": ".".join(map(str, one["loc"]))}
-                for one in invalid.errors(include_url=False)
-                if one["loc"]
+                at_field(".".join(map(str, one["loc"])), one["msg"]) for one in invalid.errors()
             ]
             refused = "; ".join(f"{one['field']}: {one['text']}" for one in found)
-            return {"refused": refused or "this is no order of a task", "mistakes": found}
+            return {"refused": refused, "mistakes": found}
         return self._start(order) if path == "/start" else self._checked(order)
 
     def close(self) -> None:
@@ -185,11 +178,9 @@ class TaskDesk:
 _ERROR = Severity.ERROR.value
 
 
-def _filled(given: Any) -> Any:
-    """The fields that are filled in, and those in them."""
-    if not isinstance(given, dict):
-        return given
-    return {name: _filled(one) for name, one in given.items() if one != ""}
+def _filled(fields: Told) -> Told:
+    """Without the empty fields, which mean their defaults."""
+    return {name: value for name, value in fields.items() if value != ""}
 
 
 def _json(told: object) -> Document:

@@ -244,7 +244,12 @@ async function look() {
     begin({ ...told.about, viewer: recording && `/viewer/?url=${recording}&theme=dark&hide_welcome_screen=1` });
     log(told.log);
     depict(told.picture);
-    hear(told.state);
+    hear({ ...told.state, run: 0, told_at: 0, stopped: true });
+    // As `base x [m]`: 0.3.
+    run.figures = Object.fromEntries(Object.entries(run.figures).map(([name, value]) => {
+      const [, what, unit] = name.match(/^(.*?)(?: \[(.*)\])?$/);
+      return [what, `${value} ${unit || ""}`];
+    }));
   } catch (error) {
     note = `${saved} cannot be read: ${error.message}`;
   }

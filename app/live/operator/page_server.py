@@ -108,9 +108,10 @@ class PageServer(BoundedServer):
         self._told: tuple[float, bytes] = (float("-inf"), b"")
         try:
             super().__init__(HOST, port, USUAL_PORT, PageRequest)
-        except OSError as error:
+        except (OSError, RuntimeError) as error:
+            why = getattr(error, "strerror", error)
             raise PageError(
-                f"--control-port {port or USUAL_PORT} on {HOST}: {error.strerror}; "
+                f"--control-port {port or USUAL_PORT} on {HOST}: {why}; "
                 "choose another port, or end other programs"
             ) from error
         self.hosts = (f"{HOST}:{self.port}", f"localhost:{self.port}")
@@ -126,17 +127,13 @@ class PageServer(BoundedServer):
         """Serve another run from now on."""
         self.page, self.run = page, self.run + 1
 
-    def stop(self) -> None:
-        """End the run."""
-        if self.page is not None:
-            self.page.stop()
-
     def act(self, path: str) -> bool:
         """Do what a POST to a path asks for; whether there is anything."""
-        if path == "/stop":
-            self.stop()
-            return True
-        return self.page is not None and self.page.act(path)
+        if path != "/stop":
+            return self.page is not None and self.page.act(path)
+        if self.page is not None:
+            self.page.stop()
+        return True
 
     def state(self) -> Told:
         """The state of the run for JSON, and the time of this answer [s]."""
@@ -216,7 +213,7 @@ class PageRequest(Replies):
             self.send_viewer(wanted[1] or "index.html", hosts)
         elif not (path.startswith(f"/{self.server.ticket}/") or self._has_token()):
             self.refuse(HTTPStatus.FORBIDDEN)
-        elif path == "/events" and self.command == "GET":
+        elif path == "/events":
             self._send_events()
         elif path == "/state":
             self._send_json(self.server.state())
@@ -227,8 +224,6 @@ class PageRequest(Replies):
                 self.answer(document.content, document.kind, document.policy)
         else:
             self.refuse(HTTPStatus.NOT_FOUND)
-
-    do_HEAD = do_GET
 
     def do_POST(self) -> None:
         """The buttons."""

@@ -27,7 +27,7 @@ function field(name, control, help = "", at = name) {
 // Say at a control what is wrong with it; nothing if that is "".
 function blame(control, text) {
   control.setAttribute("aria-invalid", text !== "");
-  setText(element(`${control.id}-wrong`), text);
+  setText(element(`${control.id}-wrong`), text.replace(/^`-p [^`]*`: /, ""));
 }
 
 function choices(options, chosen) {

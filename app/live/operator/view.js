@@ -35,6 +35,7 @@ function view(state) {
   const asks = Boolean(run.approve) && run.paused && !run.stopped && !latched && run.phase === "running";
   const forced = state.chosen === null ? undefined : run.forced[state.chosen];
   const broken = run.breaks.includes(state.chosen);
+  const planned = !state.saved || Boolean(about.plan);
   const desk = state.tab === "tasks";
   // What it did, without why: `✔ pick_one succeeded after 12.3 s`.
   const outcome = (run.outcome || "").split(": ")[0];
@@ -96,7 +97,7 @@ function view(state) {
     "force-success": force, "force-failure": force,
     forced: forced !== undefined, "force-nothing": forced !== undefined && force,
     notice: notice() !== "",
-    now: Boolean(tip) && !over && !desk, otherwise: Boolean(run.then) && run.otherwise !== run.then[0], views: Boolean(tip), room: !about.no_plan, "no-plan": Boolean(about.no_plan), jump: !over, tests: !over && !about.real,
+    now: Boolean(tip) && !over && !desk, otherwise: Boolean(run.then) && run.otherwise !== run.then[0], views: Boolean(tip || state.saved), room: planned, "no-plan": !planned, jump: !over, tests: !over && !about.real,
     picture: state.pictured !== null, trouble: state.trouble !== null, "trouble-label": state.trouble !== null,
     "tab-viewer": Boolean(about.viewer), "tab-tasks": Boolean(run.desk),
     "ticks-label": Boolean(tip) && !desk && !state.saved,
@@ -106,7 +107,7 @@ function view(state) {
     run: said,
     notice: notice(),
     task: desk ? "Tasks" : about.task || state.saved || "frankie-task",
-    again: `Start ${about.task} again`, "no-plan": about.no_plan || "",
+    again: `Start ${about.task} again`,
     world: state.saved ? about.where || "" : about.where && !desk ? (about.real ? `ARMED · ${about.where}` : `simulated · ${about.where}`) : run.desk || "",
     progress: progress.filter(Boolean).join(", "),
     trouble: state.trouble ? `${state.trouble.text}, ${whole(Math.max(0, run.seconds - state.trouble.seconds))} ago` : "",

@@ -7,7 +7,6 @@ computer has no thread or no file left, requests are refused; only urgent ones, 
 thread answers itself, are still heard.
 """
 
-import errno
 import re
 import shutil
 import socket
@@ -43,7 +42,7 @@ class BoundedServer(ThreadingHTTPServer):
     """Serves from construction to `close`, with a bounded number of threads and requests a second.
 
     `port` None takes the usual one, or a free one if that is taken. Raises OSError: the port is not
-    available.
+    available; RuntimeError: no thread can be started.
     """
 
     daemon_threads = True
@@ -67,13 +66,8 @@ class BoundedServer(ThreadingHTTPServer):
             super().__init__((host, 0), handler)
         self.port = int(self.server_port)
         self._thread = threading.Thread(target=self._serve, name="web server", daemon=True)
-        self._spare: socket.socket | None = None  # a file to give up when none is left
-        try:
-            self._spare = socket.socket()
-            self._thread.start()
-        except (OSError, RuntimeError) as error:
-            self.server_close()
-            raise OSError(errno.EAGAIN, "no thread or file is left") from error
+        self._spare: socket.socket | None = socket.socket()  # to give up when no file is left
+        self._thread.start()
 
     def close(self) -> None:
         """Stop serving."""
@@ -87,11 +81,10 @@ class BoundedServer(ThreadingHTTPServer):
         self.socket.setblocking(False)
         unread: dict[Any, bytes] = {}  # beginnings of requests; the last that grew is at the end
         while not self._over.wait(_PACE):
-            try:
+            with suppress(Exception):  # whatever one request did, Stop has to be heard afterwards
                 self._read(unread)
-            except Exception:  # whatever one request did, Stop has to be heard afterwards
-                _close_all(unread)
-        _close_all(unread)
+        for one in unread:
+            one.close()
 
     def _read(self, unread: dict[Any, bytes]) -> None:
         """Take what has come, and answer the requests that are whole by now."""
@@ -115,20 +108,16 @@ class BoundedServer(ThreadingHTTPServer):
     def _accepted(self, unread: dict[Any, bytes]) -> list[socket.socket]:
         """New connections; if no file is left for one, the next call has the file of another."""
         found: list[socket.socket] = []
-        try:
+        with suppress(OSError):  # no more have come, or no files are left
             while len(found) < _AT_ONCE:
                 found.append(self.socket.accept()[0])
-        except BlockingIOError:  # no more have come
+        if found:
             with suppress(OSError):
                 self._spare = self._spare or socket.socket()
-        except OSError:  # no files are left
-            if self._spare is not None:
-                self._spare.close()
-                self._spare = None
-            elif unread and not found:
-                oldest = next(iter(unread))
-                oldest.close()
-                del unread[oldest]
+        elif oldest := self._spare or next(iter(unread), None):
+            unread.pop(oldest, None)
+            oldest.close()
+            self._spare = None
         return found
 
     def process_request(self, request: Any, client_address: object) -> None:
@@ -141,11 +130,10 @@ class BoundedServer(ThreadingHTTPServer):
         left, then = self._left[kind]
         left = min(_BURST, left + _RATE * (now - then))
         may = left >= 1.0 and (kind == "urgent" or self._spare is not None)
-        if may and (may := room.acquire(blocking=False)):
+        if may := may and room.acquire(blocking=False):
             try:
                 if kind == "urgent":
-                    super().process_request_thread(request, None)
-                    room.release()
+                    self.process_request_thread(request, room)
                 else:
                     start_new_thread(self.process_request_thread, (request, room))
             except RuntimeError:  # no thread can be started
@@ -172,11 +160,6 @@ class BoundedServer(ThreadingHTTPServer):
 
     def handle_error(self, request: object, client_address: object) -> None:
         """Ignore a browser that disconnects in the middle of a reply."""
-
-
-def _close_all(connections: dict[Any, bytes]) -> None:
-    while connections:
-        connections.popitem()[0].close()
 
 
 def _received(one: socket.socket) -> bytes | None:
@@ -225,20 +208,13 @@ class Replies(BaseHTTPRequestHandler):
     ) -> None:
         """Send a whole answer."""
         self.head(status, kind, len(body), policy, headers)
-        if self.command != "HEAD":
-            self.wfile.write(body)
+        self.wfile.write(body)
 
     def send_file(self, path: Path, kind: str) -> None:
         """Send a file that may be long."""
-        try:
-            file = path.open("rb")
-        except OSError:
-            self.refuse(HTTPStatus.SERVICE_UNAVAILABLE)
-            return
-        with file:
+        with path.open("rb") as file:
             self.head(HTTPStatus.OK, kind, path.stat().st_size)
-            if self.command != "HEAD":
-                shutil.copyfileobj(file, self.wfile)
+            shutil.copyfileobj(file, self.wfile)
 
     def refuse(self, status: HTTPStatus) -> None:
         """Say no."""
@@ -308,5 +284,3 @@ class _FileRequest(Replies):
             self.send_viewer(name, self.server.hosts)
             return
         self.send_file(self.server.recording, "application/octet-stream")
-
-    do_HEAD = do_GET

@@ -68,7 +68,7 @@ def choose(page, task: str) -> None:
     if page.is_visible("#tab-tasks"):
         page.click("#tab-tasks")
     page.click(f"[data-task='{task}']")
-    page.wait_for_selector(f"h2:text-is('{task}')")
+    page.wait_for_function(f"document.activeElement.textContent === '{task}'")
 
 
 def in_sight(page, selector: str) -> bool:
