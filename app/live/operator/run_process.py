@@ -140,8 +140,8 @@ class RunProcess:
         return f"the process of the run ended {how}"
 
     def _send(self, path: str) -> bool:
-        try:
-            self._socket.sendall(path.encode() + b"\n")
+        try:  # a frozen process takes nothing, and Stop must not wait for it
+            self._socket.send(path.encode() + b"\n", socket.MSG_DONTWAIT)
         except OSError:
             return False
         return True

@@ -4,6 +4,7 @@ import errno
 import http.client
 import os
 import resource
+import signal
 import socket
 import subprocess
 import threading
@@ -14,7 +15,7 @@ import pytest
 from sample_run import TREE, moment
 
 from app.choices import View
-from app.live.operator import Control, ControlPage, PageError, PagePipe, PageServer
+from app.live.operator import Control, ControlPage, PageError, PagePipe, PageServer, RunProcess
 from app.live.web import http_server
 from app.serve import TaskDesk
 from config import UserError
@@ -122,6 +123,19 @@ def test_a_page_that_cannot_have_its_thread_is_refused_in_words(monkeypatch):
         PagePipe(theirs.detach()) as pipe,
     ):
         pipe.serve(ControlPage(Control(), TREE, inject=print, clear=print))
+
+
+def test_a_frozen_run_that_takes_no_more_buttons_holds_nothing_up():
+    run = RunProcess("toy", ["--help"], print)
+    try:
+        run._process.send_signal(signal.SIGSTOP)
+        taken = [run.act("/pause") for _ in range(5000)]
+        assert taken[0]
+        assert not taken[-1]
+        run.stop()
+    finally:
+        run._process.kill()
+        run.end()
 
 
 def no_process(*_: object, **__: object) -> None:
