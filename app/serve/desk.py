@@ -101,6 +101,8 @@ class TaskDesk:
             ]
             refused = "; ".join(f"{one['field']}: {one['text']}" for one in found)
             return {"refused": refused, "mistakes": found}
+        except (ValueError, RecursionError) as error:
+            return {"refused": f"this is not JSON ({error})"}
         return self._start(order) if path == "/start" else self._checked(order)
 
     def close(self) -> None:

@@ -9,7 +9,17 @@ from pathlib import Path
 from py_trees.common import Status
 
 from app.core import RECORDING, how_it_ended
-from app.live import Changes, NodeInfo, NodeStatus, Noted, RunInfo, Told, depth_picture, looks
+from app.live import (
+    Changes,
+    LogLine,
+    NodeInfo,
+    NodeStatus,
+    Noted,
+    RunInfo,
+    Told,
+    depth_picture,
+    looks,
+)
 from app.review import (
     FaultEvent,
     NodeEvent,
@@ -34,7 +44,7 @@ def saved(folder: Path, when: str) -> Told:
     tree = [
         NodeInfo(**one.model_dump(exclude={"path"}), depth=one.path.count("/")) for one in log.nodes
     ]
-    changes, lines = Changes(RunInfo(task=task, where=when), tree), []
+    changes, lines = Changes(RunInfo(task=task, where=when), tree), list[LogLine]()
     nodes, faults, paused = [NodeStatus(Status.INVALID, "")] * len(tree), tuple[str, ...](), ""
     for time, events in groupby(log.events, key=lambda event: event.time):
         for event in events:

@@ -58,6 +58,8 @@ def test_each_wrong_field_is_told_at_itself_and_an_emptied_one_means_its_default
     assert "at least 1" in wrong["parameters.n"]
     assert "at most 9" in wrong["parameters.share"]
     assert [*told(seed=-1, speed="warp")] == ["seed", "speed"]
+    for body in (b"", b"{", b"[]", b"[" * 60_000, b"\xff"):
+        assert "refused" in desk.post("/check", body)
 
 
 @pytest.mark.slow
