@@ -25,5 +25,5 @@ from app.core.run_options import DEFAULT_SCENE, RunOptions
 from app.core.session import Session, Tick
 from app.core.setup import Setup, set_up
 from app.core.snapshots import recorded_scene
-from app.core.summary import Result, Summary, pick_place_times
+from app.core.summary import Result, Summary, how_it_ended, pick_place_times
 from app.core.trial import BrokenTrialError, Trial, trial

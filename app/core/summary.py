@@ -32,6 +32,12 @@ _MARKS = {
 """Mark and words for each outcome."""
 
 
+def how_it_ended(task: str, outcome: str, time: str) -> str:
+    """The outcome of a task after a time, in a few words."""
+    mark, ended = _MARKS.get(outcome, ("✗", f"ended as {outcome}"))
+    return f"{mark} {task} {ended} after {time}"
+
+
 @dataclass(frozen=True, kw_only=True)
 class Summary:
     """Figures of a finished run; SI units unless the name says otherwise."""
@@ -94,15 +100,13 @@ class Summary:
     @property
     def achieved(self) -> str:
         """The outcome in one line."""
-        mark, ended = _MARKS.get(self.outcome, ("✗", f"ended as {self.outcome}"))
         objects = ""
         if self._handled:
             objects = f"{self._delivered} placed, "
         failed_in = f"{self.node}: " if self.node and not self.succeeded else ""
-        return (
-            f"{mark} {self.task} {ended} after {task_time(self.duration_s, self.paused_s)}: "
-            f"{objects}{failed_in}{self.reason}"
-        )
+        time = task_time(self.duration_s, self.paused_s)
+        ended = how_it_ended(self.task, self.outcome, time)
+        return f"{ended}: {objects}{failed_in}{self.reason}"
 
     @property
     def _delivered(self) -> str:

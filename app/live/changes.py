@@ -81,14 +81,16 @@ class LogBook:
             return self._count, list(self._lines)[len(self._lines) - new :]
 
 
-class _Noted(NamedTuple):
-    time: float
-    stamp: float
+class Noted(NamedTuple):
+    """What may have changed at a time."""
+
+    time: float  # of the task [s]
+    stamp: float  # of the session [s]
     nodes: tuple[NodeStatus, ...]
     faults: tuple[str, ...]
-    paused: str
-    placed: int
-    too_slow: str
+    paused: str = ""
+    placed: int = 0
+    too_slow: str = ""
 
 
 class Changes:
@@ -104,8 +106,9 @@ class Changes:
         self._questions = {index for index, path in enumerate(above) if asked.intersection(path)}
         self._names = [shortened(node.title, LONGEST_NAME) for node in tree]
         never = NodeStatus(Status.INVALID, "")
-        self._last = _Noted(0.0, 0.0, (never,) * len(tree), (), "", 0, "")
-        self._waiting: deque[_Noted] = deque(maxlen=_MOST)
+        self._last = Noted(0.0, 0.0, (never,) * len(tree), ())
+        self.noted: deque[Noted] = deque(maxlen=_MOST)
+        """What waits to be taken."""
         self._seen = ("", 0, False)  # pause, number of faults, slowness of the last tick
         self._spent, self._since = [0.0] * len(tree), [0.0] * len(tree)
 
@@ -117,12 +120,12 @@ class Changes:
             self._seen = seen
             texts = tuple(fault.text for fault in faults)
             now = (moment.seen.nodes, texts, moment.paused, moment.placed, moment.too_slow)
-            self._waiting.append(_Noted(moment.seen.time, moment.seen.stamp, *now))
+            self.noted.append(Noted(moment.seen.time, moment.seen.stamp, *now))
 
     def take(self) -> Iterator[LogLine]:
         """What the ticks changed that were noted since the last call."""
-        while self._waiting:
-            before, self._last = self._last, self._waiting.popleft()
+        while self.noted:
+            before, self._last = self._last, self.noted.popleft()
             for line in self._lines(before, self._last):
                 yield line._replace(stamp=self._last.stamp)
 
@@ -134,7 +137,7 @@ class Changes:
             for now, spent, since in nodes
         ]
 
-    def _lines(self, before: _Noted, now: _Noted) -> Iterator[LogLine]:
+    def _lines(self, before: Noted, now: Noted) -> Iterator[LogLine]:
         if now.faults != before.faults:
             text = f"! FAULT: {'; '.join(now.faults)}" if now.faults else "! faults cleared"
             yield LogLine(now.time, "error" if now.faults else "info", None, text)

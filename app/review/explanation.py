@@ -221,8 +221,8 @@ def _sections(run: Explanation) -> Iterator[Sequence[str]]:
         yield ["What took the time", *rows]
     lines = [f"  {line}" for line in run.history or ["no node ended"]]
     yield ["What happened", *_shortened(lines, _MOST_LINES)]
-    if summary.objects:
-        placed = f"{summary.placed} of {counted(summary.objects, 'object')} placed"
+    if summary.handled:
+        placed = f"{summary.placed or 0} of {counted(summary.objects or 0, 'object')} placed"
         yield [f"{placed}, {counted(summary.attempts or 0, 'grasp')} attempted"]
     if summary.localisation:
         yield [f"Localisation: {summary.localisation}"]

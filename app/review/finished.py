@@ -52,6 +52,12 @@ class RecordedSummary(_Recorded):
     objects: _Count | None = None
     attempts: _Count | None = None
     claimed: _Count | None = None
+    world: str = ""
+
+    @property
+    def handled(self) -> bool:
+        """Whether it handled objects."""
+        return bool(self.placed or self.claimed or self.attempts)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -168,7 +174,7 @@ def runs_table(records: list[RunRecord]) -> Table:
         time = "-" if duration is None else task_time(duration, s.paused_s)
         time = record.silent if s.outcome == UNFINISHED else time
         placed = f"{s.placed or 0} of {s.objects}" if s.objects is not None else f"{s.claimed or 0}"
-        placed = placed if s.placed or s.claimed or s.attempts else "-"
+        placed = placed if s.handled else "-"
         table.add_row(record.name, s.outcome, time, placed, s.node)
     return table
 

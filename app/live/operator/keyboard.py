@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
 from app.live.operator.control import Control
-from hw import begun
+from hw import HardwareError, begun
 
 HELP = (
     "space: pause   r: resume   s: step   n: run to the next status change   q: stop   "
@@ -26,9 +26,10 @@ def in_terminal(file: int) -> bool:
 
 @contextmanager
 def keys(control: Control, file: int = 0) -> Iterator[bool]:
-    """Listen to keys of a terminal within the context; yields whether there is one.
+    """Listen to keys of a terminal within the context; yields whether they are heard.
 
-    The terminal's settings are restored at the end.
+    They are not without a terminal, or where no thread is left. The terminal's settings are
+    restored at the end.
     """
     if not in_terminal(file):
         yield False
@@ -46,8 +47,9 @@ def keys(control: Control, file: int = 0) -> Iterator[bool]:
     listener = None
     try:
         tty.setcbreak(file, termios.TCSADRAIN)
-        listener = begun(_listen, "keys", file, end, actions)
-        yield True
+        with suppress(HardwareError):  # no thread can be started; Ctrl-C still ends the run
+            listener = begun(_listen, "keys", file, end, actions)
+        yield listener is not None
     finally:
         os.write(ended, b".")
         if listener is not None:

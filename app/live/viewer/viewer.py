@@ -103,7 +103,7 @@ class Viewer:
         try:
             viewer_web_files()
             files = FileServer(data.host, self._web_port, 0, hosts=hosts)
-        except (WebFilesError, OSError) as error:
+        except (WebFilesError, OSError, RuntimeError) as error:
             self._say(f"the viewer did not start ({error}); the run is still recorded")
             return None
         self._say(f"watch at {self.page}")
