@@ -59,6 +59,7 @@ class LocalisedPose:
     stamp: float  # of the measurement [s]
     mTb: SE3
     covariance: Array  # (3, 3) of x, y and yaw on the map [m², m rad, rad²]
+    source: str = "the base's own localisation"  # who tells it, for people
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -107,6 +108,7 @@ class RobotState:
     battery: float | None = None  # charge, 0 to 1; None if the robot does not report it
     localised: LocalisedPose | None = None  # newest; None where `wTb` is localised, and if lost
     stamps: PartStamps | None = None  # None where the parts are not read separately
+    complaints: tuple[str, ...] = ()  # about messages that the parts have skipped so far
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

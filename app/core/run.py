@@ -227,7 +227,7 @@ class Run:
     def _summary(self, outcome: Outcome, real_seconds: float) -> Summary:
         """Close recorder and outputs, and summarise the run."""
         setup, options = self._setup, self._options
-        warnings = [*self._observers.failures, *self._close_recorder(), *self._outputs.close()]
+        lost = [*self._observers.failures, *self._close_recorder(), *self._outputs.close()]
         return summarise(
             outcome,
             self._measurements,
@@ -251,7 +251,7 @@ class Run:
                 "" if setup.truth is None else options.localisation or DEFAULT_LEVEL,
                 options.registration,
             ),
-            warnings=warnings,
+            warnings=[*setup.context.log.warnings, *lost],
         )
 
     def _close_recorder(self) -> list[str]:

@@ -138,10 +138,7 @@ class Session:
         context = self._context
         begun = stopwatch()
         state, now = self._read()
-        if self._gate.judge(state, now) is Refusal.READING:
-            self._stage = Stage.SEND
-            self._gate.send(self._gate.applied, state, now)
-            self._wait(begun, paused=False)
+        if self._is_refused(state, now, begun):
             return False
         self._handle_faults(state)
         turn = self._control.take_turn()
@@ -158,6 +155,15 @@ class Session:
             context.end_tick(report)
         self._end_tick(state, begun, paused=not turn)
         return turn
+
+    def _is_refused(self, state: RobotState, now: float, begun: float) -> bool:
+        """Whether a reading cannot be believed: then nobody sees it, and the robot brakes."""
+        if self._gate.judge(state, now) is not Refusal.READING:
+            return False
+        self._stage = Stage.SEND
+        self._gate.send(self._gate.applied, state, now)
+        self._wait(begun, paused=False)
+        return True
 
     def _read(self) -> tuple[RobotState, float]:
         """The newest reading, and the moment of this tick [s]."""
@@ -232,7 +238,8 @@ class Session:
         for _ in range(round(_LONGEST_STOP / self._period)):
             begun = stopwatch()
             state, now = self._read()
-            self._gate.judge(state, now)
+            if self._is_refused(state, now, begun):
+                continue
             self._context.begin_tick(state)
             self._step(state, now, None)
             self._end_tick(state, begun, paused=False)

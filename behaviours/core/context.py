@@ -261,6 +261,8 @@ class Context:
         if relocalised := self.localisation.relocalised:
             self.log.say(self.clock.now(), relocalised)
         self.localisation.read(state)
+        for wrong in state.complaints:
+            self.log.warn(self.clock.now(), f"skipped: {wrong}")
         self.log.note_width(state.gripper_width)
         self._jump = relocalised or self._relocalisation.note(state) or self._jump
         moving = self._moving() if state.faults else ()

@@ -260,7 +260,8 @@ class Localisation:
         self._contradiction = None
 
     def _contradict(self, mTo: Array, covariance: Array, stamp: float, oTb: Array) -> None:
-        """Note a reading that the estimate cannot explain."""
+        """Note a reading that the estimate cannot explain; its covariance may be zero."""
+        covariance = covariance + np.diag(_READING_NOISE) ** 2
         other = self._contradiction
         if other is not None:
             off = difference(compose(mTo, oTb), compose(other.mTo, oTb))
