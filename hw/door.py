@@ -1,12 +1,12 @@
 """The door for what comes from outside: each value is checked once, and what is wrong is named.
 
-A check returns the value, or raises `RefusedError` with the field, its value and why. Who takes
-messages or readings skips those that are refused, and keeps a `Complaint`.
+A check returns the value, or raises `RefusedError` with the field, its value and why; who takes
+messages or readings skips those that are refused, and tells of them.
 """
 
 from collections.abc import Sequence
 from math import atan2, hypot, isfinite
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -20,22 +20,6 @@ _ROUNDING = 1e-6  # of covariances, relative to their largest element
 _SHOWN = 40  # longest value that is shown [characters]
 
 
-class Complaint(NamedTuple):
-    """What is wrong with a message or reading."""
-
-    source: str  # a topic, or `the arm` where a driver has no topics
-    part: str
-    field: str
-    value: str
-    why: str
-
-    @property
-    def text(self) -> str:
-        """For people."""
-        whom = f" the {self.part}" * (self.part not in self.source)
-        return f"{self.source} tells{whom} {self.field} = {self.value}: {self.why}"
-
-
 class RefusedError(HardwareError):
     """A message or reading that cannot be used."""
 
@@ -44,10 +28,6 @@ class RefusedError(HardwareError):
         self.field, self.why = field, why
         self.value = shown if len(shown) <= _SHOWN else f"{shown[:_SHOWN]}..."
         super().__init__(f"{field} = {self.value}: {why}")
-
-    def by(self, source: str, part: str) -> Complaint:
-        """The complaint about who told it."""
-        return Complaint(source, part, self.field, self.value, self.why)
 
 
 def number(value: Any, field: str, least: float = -_MOST, most: float = _MOST) -> float:
@@ -61,7 +41,7 @@ def number(value: Any, field: str, least: float = -_MOST, most: float = _MOST) -
 
 def numbers(values: Any, names: Sequence[str], field: str, most: float = _MOST) -> Array:
     """(n,) finite numbers, one for each name."""
-    found = np.array(values, dtype=float)
+    found: Array = np.array(values, dtype=np.float64)
     if found.shape != (len(names),):
         raise RefusedError(field, f"{found.size} values", f"not {len(names)}")
     if not np.abs(found).max() <= most:  # NaN is not
@@ -83,7 +63,7 @@ def heading(quaternion: Any, field: str) -> float:
 
 def covariance(matrix: Any, field: str) -> Array:
     """A covariance (n, n): finite, symmetric, positive semidefinite; zero is exact."""
-    found = np.array(matrix, dtype=float)
+    found: Array = np.array(matrix, dtype=np.float64)
     if found.shape != (len(found),) * 2:
         raise RefusedError(field, f"an array {found.shape}", "not square")
     for row, column in np.ndindex(found.shape):
@@ -93,4 +73,4 @@ def covariance(matrix: Any, field: str) -> Array:
         raise RefusedError(field, found.tolist(), "not symmetric")
     if (least := float(np.linalg.eigvalsh(found)[0])) < -_ROUNDING * largest:
         raise RefusedError(field, f"{least:g} as an eigenvalue", "a variance cannot be negative")
-    return 0.5 * (found + found.T)
+    return found

@@ -41,7 +41,7 @@ class Plausibility:
             try:
                 judge(state)
             except RefusedError as wrong:
-                return wrong.by(f"the {part}", part).text
+                return f"the {part} tells {wrong}"
         self._before, self._jumped = state, None
         return ""
 

@@ -25,6 +25,7 @@ class FaultKind(Enum):
     BUMPER = "bumper"  # the base stopped itself on a contact
     EMERGENCY_STOP = "emergency stop"  # a person pressed the button
     STALE_POSE = "stale pose"  # the base has lost its localisation
+    LOST = "lost"  # nothing in sight is where the map has it
     CONNECTION = "connection lost"  # a part of the robot does not answer any more
     NOT_READY = "not ready"  # motors are off, the mode is locked, or another program has control
     OPERATION = "operation failed"  # a gripper motion or a recovery ended with an error

@@ -8,7 +8,7 @@ runs without the tree and brings the robot to rest as well.
 import gc
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from py_trees.behaviour import Behaviour
@@ -166,10 +166,13 @@ class Session:
         return True
 
     def _read(self) -> tuple[RobotState, float]:
-        """The newest reading, and the moment of this tick [s]."""
+        """The newest reading, with the fault of a lost robot, and the moment of this tick [s]."""
         self._watchdog.feed()
         self._stage = Stage.READ
-        return self._context.robot.read(), self._clock.begin_tick()
+        state = self._context.robot.read()
+        if (lost := self._context.localisation.agreement.fault) is not None:
+            state = replace(state, faults=(*state.faults, lost))
+        return state, self._clock.begin_tick()
 
     def _step(self, state: RobotState, now: float, goal: MotionGoal | None) -> StepReport:
         self._stage = Stage.CONTROL
@@ -194,6 +197,7 @@ class Session:
                 self._gate.acknowledge()
         elif faults and self._control.attended:
             self._control.pause(faults[0].text)
+            self._context.localisation.agreement.acknowledge()  # by who resumes
         elif text := self._context.fault_memory.given_up:
             if not self._control.attended:
                 raise NobodyHereError(f"{text}; nobody is here to see to it")

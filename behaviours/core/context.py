@@ -282,6 +282,8 @@ class Context:
         self.goal, self.goal_of = None, None
         self.vision.begin_tick()
         self.localisation.look(self.robot, self.vision)
+        if wrong := self.localisation.wrong:
+            self.log.warn(self.clock.now(), wrong)
         if self.localisation.mTw is not None:
             walkers = [one.geom for one in self._moving()]
             self._laser_obstacles.look(self.robot.laser.latest(_SCAN_AGE), walkers)

@@ -14,40 +14,6 @@ _TURN = 2.0 * pi + 0.1  # no scan goes farther around [rad]
 _OFF_END = 2.5  # increments by which drivers differ about the last angle of a scan
 
 
-class Joints(NamedTuple):
-    """What a JointState tells of some joints."""
-
-    q: Array
-    """(n,) positions [rad] or [m]."""
-    qd: Array | None
-    """(n,) velocities; None: it does not tell all of them."""
-
-
-class Moving(NamedTuple):
-    """What an Odometry tells."""
-
-    oTb: SE3
-    twist: Array
-    """(3,) vx, vy, ω in the base frame [m/s, m/s, rad/s]."""
-
-
-class Placed(NamedTuple):
-    """A pose on the map."""
-
-    mTb: SE3
-    covariance: Array
-    """(3, 3) of x, y and yaw [m², m rad, rad²]."""
-
-
-class Scan(NamedTuple):
-    """What a LaserScan tells."""
-
-    angles: Array
-    """(n,) [rad]."""
-    ranges: Array
-    """(n,) [m]; NaN where nothing is in reach."""
-
-
 class Lens(NamedTuple):
     """What a CameraInfo tells."""
 
@@ -74,40 +40,41 @@ def stamp_of(header: Any) -> float | None:
     return (seconds + 1e-9 * nanoseconds) or None
 
 
-def joints(message: Any, names: Sequence[str]) -> Joints:
-    """A JointState, for some of its joints in this order."""
+def joints(message: Any, names: Sequence[str]) -> tuple[Array, Array | None]:
+    """Positions and velocities (n,) of joints by a JointState; None: it does not tell the latter.
+
+    NaN is what joint_state_broadcaster has for a velocity that nobody measures.
+    """
     places = {name: k for k, name in enumerate(message.name)}
     if lacking := [name for name in names if name not in places]:
         raise ElsewhereError("name", _list(message.name), f"it does not tell {_list(lacking)}")
     for field in ("position", "velocity"):
         size = len(getattr(message, field))
         if size != len(message.name) and (size or field == "position"):
-            of = f"for {len(message.name)} names"
-            raise RefusedError(field, f"{size} values", of if size else f"no positions {of}")
+            raise RefusedError(field, f"{size} values", f"for {len(message.name)} names")
     rows = [places[name] for name in names]
     q = numbers(message.position[rows], names, "position")
     if not len(message.velocity) or np.isnan(qd := message.velocity[rows]).any():
-        return Joints(q, None)  # joint_state_broadcaster has NaN for what nobody measures
-    return Joints(q, numbers(qd, names, "velocity"))
+        return q, None
+    return q, numbers(qd, names, "velocity")
 
 
-def odometry(message: Any, frame: str = "") -> Moving:
-    """An Odometry, in a frame of this name if there is one."""
+def odometry(message: Any, frame: str = "") -> tuple[SE3, Array]:
+    """The pose oTb and the twist (3,) of an Odometry, in a frame of this name if there is one."""
     if frame:
         _named(message.header.frame_id, frame, "header.frame_id")
-    twist = message.twist.twist
+    twist, pose = message.twist.twist, message.pose.pose
     told = (twist.linear.x, twist.linear.y, twist.angular.z)
     moving = numbers(told, ("linear.x", "linear.y", "angular.z"), "twist.twist")
-    pose = message.pose.pose
-    return Moving(_pose(pose.position, pose.orientation, "pose.pose"), moving)
+    return _pose(pose.position, pose.orientation, "pose.pose"), moving
 
 
-def placed(message: Any, frame: str) -> Placed:
-    """A PoseWithCovarianceStamped of the base in the frame of the map."""
+def placed(message: Any, frame: str) -> tuple[SE3, Array]:
+    """The pose mTb and its covariance (3, 3) of a PoseWithCovarianceStamped in this frame."""
     _named(message.header.frame_id, frame, "header.frame_id")
     pose, rows = message.pose.pose, np.ix_((0, 1, 5), (0, 1, 5))
     told = covariance(np.reshape(message.pose.covariance, (6, 6))[rows], "pose.covariance")
-    return Placed(_pose(pose.position, pose.orientation, "pose.pose"), told)
+    return _pose(pose.position, pose.orientation, "pose.pose"), told
 
 
 def transform(message: Any, parent: str, child: str) -> SE3:
@@ -122,11 +89,9 @@ def transform(message: Any, parent: str, child: str) -> SE3:
     raise ElsewhereError("transforms", _list(seen), f"{parent} -> {child} is not among them")
 
 
-def scan(message: Any) -> Scan:
-    """A LaserScan."""
+def scan(message: Any) -> tuple[Array, Array]:
+    """Angles [rad] and ranges (n,) [m] of a LaserScan; NaN where nothing is in reach."""
     count = len(message.ranges)
-    if not count:
-        raise RefusedError("ranges", "0 values", "an empty scan")
     low, high, step = (
         number(getattr(message, field), field, -_TURN, _TURN)
         for field in ("angle_min", "angle_max", "angle_increment")
@@ -137,9 +102,9 @@ def scan(message: Any) -> Scan:
         raise RefusedError("ranges", f"{count} values", f"not those from {low:g} to {high:g} rad")
     nearest = number(message.range_min, "range_min", 0.0)
     farthest = number(message.range_max, "range_max", nearest)
-    ranges = np.array(message.ranges, dtype=float)
+    ranges = np.array(message.ranges, dtype=np.float64)
     ranges[~((ranges >= nearest) & (ranges <= farthest))] = np.nan
-    return Scan(low + step * np.arange(count), ranges)
+    return low + step * np.arange(count), ranges
 
 
 def lens(message: Any) -> Lens:

@@ -100,8 +100,8 @@ class Ros2Gripper(Ros2Part):
 
     def _hear(self) -> None:
         options = self._options
-        for stamp, told in self._new(0):
-            share = (told.q[0] - options.closed) / (options.open - options.closed)
+        for stamp, ((position,), _) in self._new(0):
+            share = (position - options.closed) / (options.open - options.closed)
             width = float(np.clip(share, 0.0, 1.0)) * self._opening
             self._state = GripperState(stamp=stamp, width=width, moving=False)
 

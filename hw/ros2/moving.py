@@ -1,5 +1,6 @@
 """A base and an arm in ROS 2."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from math import inf, radians
@@ -13,7 +14,7 @@ from hw.clock import epoch
 from hw.drivers import DriverContext
 from hw.plausibility import OLDEST
 from hw.ros2.carrier import FRESH
-from hw.ros2.door import Placed, joints, odometry, placed, transform
+from hw.ros2.door import joints, odometry, placed, transform
 from hw.ros2.map_source import MapSource
 from hw.ros2.messages import message, moment
 from hw.ros2.part import Ros2Options, Ros2Part
@@ -85,7 +86,8 @@ class Ros2Base(Mover):
             options.tells(options.command, self._type),
         ]
         on_map = options.map_frame, options.odometry_frame
-        doors = {0: partial(odometry, frame=options.odometry_frame if self._has_tf else "")}
+        doors: dict[int, Callable[[Any], Any]] = {}
+        doors[0] = partial(odometry, frame=options.odometry_frame if self._has_tf else "")
         if self._has_tf:  # a volatile one, and one with what was told before
             kind, slots = "tf2_msgs/msg/TFMessage", 64
             routes.append(options.hears("/tf", kind, slots=slots))
@@ -122,8 +124,8 @@ class Ros2Base(Mover):
         self._wait(self._unlocalised)
 
     def _hear(self) -> None:
-        for stamp, told in self._new(0):
-            self._state = BaseState(stamp=stamp, wTb=told.oTb, twist=told.twist)
+        for stamp, (oTb, twist) in self._new(0):
+            self._state = BaseState(stamp=stamp, wTb=oTb, twist=twist)
         if self._source is not None and self._state is not None:
             for route in (3, 2):
                 for stamp, told in self._new(route):
@@ -140,9 +142,10 @@ class Ros2Base(Mover):
             if self._mTo is not None and told.isApprox(self._mTo):
                 return
             self._mTo, stamp = told, state.stamp
-            told = Placed(told * state.wTb, self._covariance)
+            told = told * state.wTb, self._covariance
+        mTb, covariance = told
         self._localised = LocalisedPose(
-            stamp=stamp, mTb=told.mTb, covariance=told.covariance, source=self._on_map
+            stamp=stamp, mTb=mTb, covariance=covariance, source=self._on_map
         )
 
     def _unlocalised(self) -> str:
@@ -160,7 +163,7 @@ class Ros2Base(Mover):
             kind = self._routes[2].type
             return f"nobody publishes {self._topic(2)} in {self._where} as {kind}: look at its node"
         if wrong := self._complaints.get(2) or self._complaints.get(3):
-            return wrong.text
+            return self._about(2, wrong)
         if not self._source.has_told:
             return f"{self._on_map} has told nothing yet: give the robot its first pose on the map"
         return f"{self._on_map} tells nothing any more: look at its node"

@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import Field
 
 from hw.clock import Clock, epoch, stopwatch
-from hw.door import Complaint, RefusedError
+from hw.door import RefusedError
 from hw.processes.mailbox import Mailbox
 from hw.processes.process import DriverProcess
 from hw.processes.timestamps import SensorClock
@@ -84,7 +84,7 @@ class Ros2Part:
         self._clocks = [SensorClock() for _ in routes]
         self._taken = [-inf] * len(routes)  # when the newest message was taken [s]
         self._delay = 0.0  # from capture to arrival of the newest message of the first route [s]
-        self._complaints: dict[int, Complaint] = {}  # by route, until a message is taken
+        self._complaints: dict[int, RefusedError] = {}  # by route, until a message is taken
         self._told: dict[tuple[int, str], str] = {}  # of each route and field the first
         self._hearing, self._telling = threading.Lock(), threading.Lock()
 
@@ -154,11 +154,14 @@ class Ros2Part:
     def _complain(self, route: int, wrong: RefusedError) -> None:
         """Keep it, the first in a row of the same; what tells of something else says less."""
         before = self._complaints.get(route)
-        one = wrong.by(self._topic(route), self._part)
-        if before is None or not (isinstance(wrong, ElsewhereError) or before.field == one.field):
-            self._complaints[route] = one
-        if not isinstance(wrong, ElsewhereError):
-            self._told.setdefault((route, one.field), one.text)
+        is_elsewhere = isinstance(wrong, ElsewhereError)
+        if before is None or not (is_elsewhere or before.field == wrong.field):
+            self._complaints[route] = wrong
+        if not is_elsewhere:
+            self._told.setdefault((route, wrong.field), self._about(route, wrong))
+
+    def _about(self, route: int, wrong: RefusedError) -> str:
+        return f"{self._topic(route)} tells the {self._part} {wrong}"
 
     def _stamp(self, route: int, arrived: float, message: Any) -> float:
         age, last = stopwatch() - arrived, self._last[route]
@@ -214,4 +217,4 @@ class Ros2Part:
         if silence <= longest and silence < inf:
             return ""
         wrong = self._complaints.get(number)
-        return wrong.text if wrong else f"{name} tells nothing of the {self._part}"
+        return self._about(number, wrong) if wrong else f"{name} tells nothing of the {self._part}"

@@ -36,6 +36,8 @@ _BETTER = 1.1
 """How many times as many points must then lie on the map."""
 _DOUBTFUL = 1.5
 """How long they must, unrefuted by points, until it is doubtful where the base is [s]."""
+_LONG = 2.5
+"""How long they must contradict the estimate until that is told [s]."""
 _CARRIED = 5.0
 """How long, until they replace the estimate though no points speak for them [s]."""
 
@@ -246,6 +248,12 @@ class Localisation:
             return None
         x, y, turn = difference(compose(other.mTo, self._oTb), self.pose(self._oTb)).tolist()
         return hypot(x, y), abs(turn)
+
+    @property
+    def is_contradicted(self) -> bool:
+        """Whether points have long spoken against what the base's localisation insists on."""
+        other = self._contradiction
+        return other is not None and min(other.unrefuted, self._stamp - _LONG) > other.since
 
     def carried(self, oTb: Array) -> bool:
         """Take the proposal over if nothing has refuted it for long; whether it did."""
