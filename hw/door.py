@@ -62,10 +62,10 @@ def heading(quaternion: Any, field: str) -> float:
 
 
 def covariance(matrix: Any, field: str) -> Array:
-    """A covariance (n, n): finite, symmetric, positive semidefinite; zero is exact."""
+    """A covariance (3, 3): finite, symmetric, positive semidefinite; zero is exact."""
     found: Array = np.array(matrix, dtype=np.float64)
-    if found.shape != (len(found),) * 2:
-        raise RefusedError(field, f"an array {found.shape}", "not square")
+    if found.shape != (3, 3):
+        raise RefusedError(field, f"an array {found.shape}", "not (3, 3)")
     for row, column in np.ndindex(found.shape):
         number(found[row, column], f"{field}[{row}, {column}]", -(_MOST**2), _MOST**2)
     largest = float(np.abs(found).max())

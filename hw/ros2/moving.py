@@ -21,6 +21,8 @@ from hw.ros2.part import Ros2Options, Ros2Part
 from hw.state import ArmState, Array, BaseState, Fault, FaultKind, LocalisedPose
 from robots import Positive
 
+_SHORTEST = 1e-3  # time of which a difference of positions is a velocity [s]
+
 
 class BaseOptions(Ros2Options):
     """A base that follows `cmd_vel`."""
@@ -222,10 +224,11 @@ class Ros2Arm(Mover):
 
     def _hear(self) -> None:
         for stamp, (q, qd) in self._new(0):
-            last = self._state
-            if qd is None:
-                is_later = last is not None and stamp > last.stamp
-                qd = (q - last.q) / (stamp - last.stamp) if last and is_later else np.zeros(len(q))
+            last = self._state or ArmState(stamp=-inf, q=q, qd=np.zeros(len(q)))
+            if qd is None and (passed := stamp - last.stamp) > _SHORTEST:
+                qd = (q - last.q) / passed
+            elif qd is None:
+                qd = last.qd
             self._state = ArmState(stamp=stamp, q=q, qd=qd)
 
     def _tell(self, qd: Array, holds: float = FRESH) -> None:

@@ -1,10 +1,11 @@
-"""Malformed messages of every topic are skipped and named, at the start and in mid-run.
+"""Malformed messages of every topic are skipped and named; what is legal and odd is understood.
 
 The parts are the real ones; what is missing is the process that speaks DDS.
 """
 
 from __future__ import annotations
 
+import time
 from copy import deepcopy
 from typing import NamedTuple
 
@@ -365,3 +366,78 @@ def test_malformed_messages_are_skipped_and_named(name, monkeypatch):
                 assert field in skipped, (when, field, skipped)
     print(f"{name}: {count} malformed messages")
     assert count >= 40
+
+
+@pytest.mark.parametrize("velocity", [np.full(8, NAN), np.zeros(0), np.array([NAN] + 7 * [0.0])])
+def test_of_a_robot_that_tells_positions_alone_velocities_are_differences(monkeypatch, velocity):
+    stand = Stand(TOPICS["/joint_states"], monkeypatch)
+    for k in range(2):
+        ns = time.time_ns()
+        fields = joints() | {"position": np.full(8, 0.1 + 0.02 * k), "velocity": velocity}
+        fields["header"]["stamp"] = {"sec": ns // 10**9, "nanosec": ns % 10**9}
+        assert stand.hear(encode("sensor_msgs/msg/JointState", fields), ticks=1) == ""
+        time.sleep(0.05 * (k == 0))
+    qd = stand.part.read().qd
+    assert np.ptp(qd) == 0.0
+    assert 0.02 < qd[0] < 0.41
+
+
+@pytest.mark.parametrize("name", ["/joint_states", "/odom", "/scan"])
+def test_a_message_without_a_stamp_has_that_of_its_arrival(monkeypatch, name):
+    stand = Stand(TOPICS[name], monkeypatch)
+    fields = deepcopy(TOPICS[name].good)
+    fields["header"]["stamp"] = {"sec": 0, "nanosec": 0}
+    for _ in range(5):
+        assert stand.hear(encode(stand.part._routes[0].type, fields), ticks=1) == ""
+        newest = stand.part.latest() if name == "/scan" else stand.part.read()
+        assert stand.clock.now() - newest.stamp < 0.05
+
+
+def test_joints_of_two_publishers_whose_clocks_differ_are_heard(monkeypatch):
+    stand = Stand(TOPICS["/joint_states"], monkeypatch)
+    other = joints() | {"name": ["finger"], "position": np.zeros(1), "velocity": np.zeros(1)}
+    for k in range(6):
+        for fields, ahead in ((other, 600_000_000), (joints(), 0)):
+            fields["header"]["stamp"] = {"sec": 100 + k, "nanosec": ahead + 1}
+            stand.put(0, encode("sensor_msgs/msg/JointState", fields))
+        assert stand.hear(None, ticks=1) == ""
+
+
+def test_the_old_pose_of_a_latched_topic_is_taken_until_a_new_one_comes(monkeypatch):
+    stand = Stand(TOPICS["/amcl_pose"]._replace(route=3), monkeypatch)
+    assert stand.hear(stand.encoded(on_map(), 3), ticks=1) == ""
+    first = stand.part.read().localised
+    stand.put(2, stand.encoded(on_map(), 2))
+    newer = stand.part.read().localised
+    stand.put(3, stand.encoded(on_map(), 3))
+    assert (first is newer, stand.part.read().localised is newer) == (False, True)
+    assert newer.source == "/amcl_pose"
+
+
+def test_a_place_on_the_map_that_is_not_told_is_a_fault_with_its_topic(monkeypatch):
+    nothing = TOPICS["/amcl_pose"]
+    assert Stand(nothing, monkeypatch).hear(None) == (
+        "/amcl_pose has told nothing yet: give the robot its first pose on the map"
+    )
+    static = Stand(TOPICS["/tf"]._replace(route=3), monkeypatch)
+    assert static.hear(static.encoded(transforms(), 3)) == (
+        "map -> odom on /tf stands on /tf_static alone, where nothing corrects it"
+    )
+
+
+@pytest.mark.parametrize("is_driving", [True, False])
+def test_who_tells_the_place_all_the_time_or_of_a_moving_base_is_missed(monkeypatch, is_driving):
+    """AMCL tells nothing of a base that rests."""
+    stand, x = Stand(TOPICS["/amcl_pose"], monkeypatch), 0.0
+    told = []
+    for k in range(80):
+        x += 0.05 * is_driving
+        good = odometry()
+        good["pose"]["pose"]["position"] = {"x": x}
+        stand.topic.beside[0] = good
+        is_told = k < 40 if is_driving else k < 3
+        told.append(stand.hear(stand.encoded(on_map(), 2) if is_told else None, ticks=1))
+    if not is_driving:
+        assert not any(told)
+        return
+    assert told.index("/amcl_pose tells nothing any more: look at its node") in range(60, 70)
