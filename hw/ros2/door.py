@@ -102,9 +102,10 @@ def scan(message: Any) -> tuple[Array, Array]:
         raise RefusedError("ranges", f"{count} values", f"not those from {low:g} to {high:g} rad")
     nearest = number(message.range_min, "range_min", 0.0)
     farthest = number(message.range_max, "range_max", nearest)
-    ranges = np.array(message.ranges, dtype=np.float64)
+    ranges: Array = np.array(message.ranges, dtype=np.float64)
     ranges[~((ranges >= nearest) & (ranges <= farthest))] = np.nan
-    return low + step * np.arange(count), ranges
+    angles: Array = low + step * np.arange(count, dtype=np.float64)
+    return angles, ranges
 
 
 def lens(message: Any) -> Lens:

@@ -6,7 +6,7 @@ from math import ceil, radians, sqrt
 import numpy as np
 from pinocchio import SE3
 
-from perception.frame import Array, Image
+from perception.frame import Array, Image, Mask
 from perception.geometry import world_points
 from robots import Intrinsics, LaserDescription
 
@@ -55,7 +55,8 @@ class Cloud:
 
 def scan_cloud(points: Array, laser: LaserDescription) -> Cloud:
     """A scan of points (n, 3) in the base [m]; NaN where nothing is in reach."""
-    eye, seen = laser.bTs.translation, np.isfinite(points).all(axis=1)
+    eye = laser.bTs.translation
+    seen: Mask = np.asarray(np.isfinite(points).all(axis=1))
     ends = points
     if len(points) == len(laser.beams) and seen.any():  # a laser that sees nothing may be covered
         ends = np.where(seen[:, None], points, eye + laser.max_range * laser.beams)
