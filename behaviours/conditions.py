@@ -23,6 +23,8 @@ from behaviours.core.validation import validate_looks_like, validate_times
 from behaviours.views.objects import Choice
 from perception import ColourName, DetectedObject
 
+_CONFIRMED = 5.0  # where the base is counts as known for so long after a measurement of it [s]
+
 
 class ArmHealthy(Condition):
     """Succeeds if the robot has no fault."""
@@ -123,6 +125,48 @@ class Near(Condition):
         text = f"{distance:.2f} m, {turn:.0f}° from {pose.name}"
         turned = self._within_deg is not None and turn > self._within_deg
         return self.failure(text) if distance > self._within or turned else self.success(text)
+
+
+class Localised(Condition):
+    """Succeeds if it is known where the base is on the map.
+
+    Fails when what laser and camera see, or the base's own localisation, speaks against it. While
+    nothing has confirmed it for five seconds, or not so exactly, it is not known.
+
+    Args:
+        within_m: how exactly, in two standard deviations [m].
+    """
+
+    key: ClassVar[str] = "localised"
+
+    def __init__(
+        self,
+        name: str,
+        context: Context,
+        *,
+        within_m: Annotated[float, Bounds(least=0.001, most=10.0)] = 0.1,
+    ) -> None:
+        super().__init__(name, context)
+        self._within = within_m
+
+    def update(self) -> Status:
+        """One tick."""
+        here, lost = self.context.localisation, self.context.lost
+        fault = here.agreement.fault
+        if (
+            wrong := fault.text
+            if fault
+            else here.doubt or (self.context.relocalised if lost else "")
+        ):
+            return self.failure(wrong)
+        if here.estimate is None:
+            return self.success("the robot tells its place on the map")
+        known = f"known within {1000.0 * here.uncertainty:.0f} mm"
+        if here.agreement.since is not None:
+            return self.running("nothing in sight is where the map has it")
+        if (age := self.context.state.stamp - here.confirmed) > _CONFIRMED:
+            return self.running(f"not confirmed for {age:.0f} s")
+        return self.success(known) if here.uncertainty <= self._within else self.running(known)
 
 
 class ArmAt(Condition):

@@ -15,6 +15,7 @@ from hw.clock import Clock
 from hw.robot import (
     Arm,
     Base,
+    Complaining,
     DepthCamera,
     Gripper,
     HardwareError,
@@ -78,6 +79,7 @@ class ComposedRobot:
         self._arm, self._base, self._gripper, self._camera = arm, base, gripper, camera
         self._laser = laser
         self._parts: tuple[Part, ...] = (arm, base, gripper, camera, *([laser] if laser else []))
+        self._complaining = [part for part in self._parts if isinstance(part, Complaining)]
         self._arms = History(_interpolate_arm)
         self._bases = History(_interpolate_base)
         self._model = RobotModel(description)
@@ -122,6 +124,7 @@ class ComposedRobot:
             battery=base.battery,
             localised=base.localised,
             stamps=PartStamps(arm.stamp, base.stamp, gripper.stamp),
+            complaints=tuple(chain(*(part.complaints for part in self._complaining))),
         )
 
     def send(self, command: Command) -> Command:

@@ -237,8 +237,8 @@ class Run:
     def _summary(self, outcome: Outcome, real_seconds: float) -> Summary:
         """Close recorder and outputs, and summarise the run."""
         setup, options, truth = self._setup, self._options, self._setup.truth
-        warnings = [*self._observers.failures, *self._close_recorder(), *self._outputs.close()]
-        warnings += filter(None, [self._measurements.failed_stop])
+        lost = [*self._observers.failures, *self._close_recorder(), *self._outputs.close()]
+        lost += filter(None, [self._measurements.failed_stop])
         return summarise(
             outcome,
             self._measurements,
@@ -262,7 +262,7 @@ class Run:
                 options.localisation or DEFAULT_LEVEL if truth else "",
                 options.registration,
             ),
-            warnings=warnings,
+            warnings=[*setup.context.log.warnings, *lost],
         )
 
     def _close_recorder(self) -> list[str]:

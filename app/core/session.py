@@ -8,7 +8,7 @@ runs without the tree and brings the robot to rest as well.
 import gc
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil
 
 import numpy as np
@@ -143,10 +143,7 @@ class Session:
         context = self._context
         begun = stopwatch()
         state, now = self._read()
-        if self._gate.judge(state, now) is Refusal.READING:
-            self._stage = Stage.SEND
-            self._gate.send(self._gate.applied, state, now)
-            self._wait(begun, paused=False)
+        if self._is_refused(state, now, begun):
             return False
         self._handle_faults(state)
         turn = self._control.take_turn()
@@ -165,11 +162,23 @@ class Session:
         self._end_tick(state, begun, paused=not turn)
         return turn
 
+    def _is_refused(self, state: RobotState, now: float, begun: float) -> bool:
+        """Whether a reading cannot be believed: then nobody sees it, and the robot brakes."""
+        if self._gate.judge(state, now) is not Refusal.READING:
+            return False
+        self._stage = Stage.SEND
+        self._gate.send(self._gate.applied, state, now)
+        self._wait(begun, paused=False)
+        return True
+
     def _read(self) -> tuple[RobotState, float]:
-        """The newest reading, and the moment of this tick [s]."""
+        """The newest reading, with the fault of a lost robot, and the moment of this tick [s]."""
         self._watchdog.feed()
         self._stage = Stage.READ
-        return self._context.robot.read(), self._clock.begin_tick()
+        state = self._context.robot.read()
+        if (lost := self._context.localisation.agreement.fault) is not None:
+            state = replace(state, faults=(*state.faults, lost))
+        return state, self._clock.begin_tick()
 
     def _step(self, state: RobotState, now: float, goal: MotionGoal | None) -> StepReport:
         self._stage = Stage.CONTROL
@@ -194,6 +203,7 @@ class Session:
                 self._gate.acknowledge()
         elif faults and self._control.attended:
             self._control.pause(faults[0].text)
+            self._context.localisation.agreement.acknowledge()  # by who resumes
         elif text := self._context.fault_memory.given_up:
             if not self._control.attended:
                 raise NobodyHereError(f"{text}; nobody is here to see to it")
@@ -244,7 +254,8 @@ class Session:
         for _ in range(round(_LONGEST_STOP / self._period)):
             begun = stopwatch()
             state, now = self._read()
-            self._gate.judge(state, now)
+            if self._is_refused(state, now, begun):
+                continue
             self._context.begin_tick(state)
             self._step(state, now, None)
             self._end_tick(state, begun, paused=False)

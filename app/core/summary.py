@@ -79,7 +79,7 @@ class Summary:
     too_slow: str  # that the computer did not keep real time, in one line; empty if it did
     localisation: str  # how the base was localised, in one line; empty if it was exact
     messages: list[str]  # messages of the task to people, in order
-    warnings: list[str]  # what could not be recorded or shown
+    warnings: list[str]  # what was wrong around the robot, or could not be recorded or shown
     carried: list[dict[str, Any]]  # times and attempts of each object
 
     def kept(self, path: Path) -> Summary:
@@ -148,7 +148,7 @@ class Summary:
             "stalls": f"{self.stalls}: the watchdog stopped the robot" if self.stalls else "",
             "messages": "\n".join(self.messages),
             "refused": ", ".join(f"{n} {why}" for why, n in self.refused_commands.items()),
-            "missing": "\n".join(self.warnings),
+            "warnings": "\n".join(self.warnings),
         }
         table = Table("", "", show_header=False, box=None, pad_edge=False)
         table.columns[0].style = "bright_black"

@@ -265,6 +265,8 @@ class Context:
         if relocalised := self.localisation.relocalised:
             self.log.say(self.clock.now(), relocalised)
         self.localisation.read(state)
+        for wrong in state.complaints:
+            self.log.warn(self.clock.now(), f"skipped: {wrong}")
         self.log.note_width(state, self.robot.description.gripper.opening)
         self._jump = relocalised or self._relocalisation.note(state) or self._jump
         moving = self._moving() if state.faults else ()
@@ -284,6 +286,8 @@ class Context:
         self.goal, self.goal_of = None, None
         self.vision.begin_tick()
         self.localisation.look(self.robot, self.vision)
+        if wrong := self.localisation.wrong:
+            self.log.warn(self.clock.now(), wrong)
         if self.localisation.mTw is not None:
             walkers = [one.geom for one in self._moving()]
             self._laser_obstacles.look(self.robot.laser.latest(_SCAN_AGE), walkers)

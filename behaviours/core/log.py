@@ -139,6 +139,8 @@ class TaskLog:
     """The grip that opens, the opening that counts as a release [m], and a callback."""
     messages: list[tuple[TaskTime, str]] = field(default_factory=list)
     """Texts for people, and when."""
+    warnings: list[str] = field(default_factory=list)
+    """What was wrong with the robot's surroundings of messages and maps, each once."""
     pictures: list[tuple[str, DepthFrame]] = field(default_factory=list)
     """Those to keep under a name; who has kept them removes them."""
     _kept: Counter[str] = field(default_factory=Counter)
@@ -194,6 +196,12 @@ class TaskLog:
     def say(self, now: TaskTime, text: str) -> None:
         """Log a text for people."""
         self.messages.append((now, text))
+
+    def warn(self, now: TaskTime, text: str) -> None:
+        """Log a text for people once, which the summary has as a warning too."""
+        if text not in self.warnings:
+            self.warnings.append(text)
+            self.say(now, text)
 
     def keep(self, file: str, frame: DepthFrame) -> str:
         """Keep a picture; returns its name, with a number from the second one of a file on."""
