@@ -203,7 +203,8 @@ class AllPlaced(Condition):
     """Succeeds if as many objects were placed as were ever seen in a region.
 
     It compares how many `region_empty` or `scan_for_objects` have seen there with how many `place`
-    has seen standing since the first of these looks.
+    has seen standing since the first of these looks. Objects that touch count as one there, so it
+    fails too when one was lost on the way, or not seen to stand.
 
     Args:
         taken_from: region of the task file that the objects were taken from.
@@ -213,16 +214,19 @@ class AllPlaced(Condition):
 
     def __init__(self, name: str, context: Context, *, taken_from: Region) -> None:
         super().__init__(name, context)
-        self._region = taken_from.name
+        self._region, self._taken_from = taken_from.name, taken_from
 
     def update(self) -> Status:
         """One tick."""
-        log = self.context.log
+        context, log = self.context, self.context.log
         stock = log.stocks.get(self._region)
         if stock is None:
             return self.failure(f"it is not known what was in {self._region}: nothing looked there")
         placed = log.placed - stock.placed_before
         text = f"{placed} of {stock.most} objects placed that were seen in {self._region}"
+        mTr = context.to_map(self._taken_from.wTr)
+        if lost := log.astray(stock, mTr, self._taken_from.size):
+            return self.failure(f"{text}, and {lost} lost on the way or not seen to stand")
         return self.success(text) if placed >= stock.most else self.failure(text)
 
 

@@ -77,7 +77,7 @@ class Detect(Leaf):
         if isinstance(objects, str):
             return self.failure(objects)
         found = DetectedObjects(self._choice.fitting(objects, state.wTb.translation))
-        if (self._count is not None or not found) and (unseen := self._detection.unseen):
+        if (self._count is not None or not found) and (unseen := self._detection.unseen(objects)):
             return self.failure(unseen)
         if self._list is not None:
             drift = self.context.drift()

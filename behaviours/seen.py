@@ -62,7 +62,7 @@ class _Glance(Condition):
         if vision.frame is not self._judged:
             self._judged = vision.frame
             with vision.timed():
-                seen = glance(self._region, vision.frame)
+                seen = glance(self.context, self._region, vision.frame)
                 self._count, self._share = len(seen.segments(self._smallest)), seen.seen
         return "" if self._share > 0.0 else f"{self._region.name} is out of view"
 

@@ -85,7 +85,7 @@ class GraspTarget:
         if frame is None or not isinstance(self._within, Region):
             return None
         with self._context.vision.timed():
-            objects = detect_once(frame, self._within, self._choice)
+            objects = detect_once(self._context, frame, self._within, self._choice)
         if isinstance(objects, str):
             return None
         fitting = self._choice.fitting(objects, base)

@@ -35,7 +35,7 @@ class SensorErrors:
 
 
 LASER = SensorErrors(noise=0.01, noise_growth=0.0, offset=0.002, turn=radians(0.1), scale=0.002)
-_DEPTH_CAMERA = SensorErrors(
+DEPTH_CAMERA = SensorErrors(
     noise=0.003, noise_growth=0.003, offset=0.003, turn=radians(0.6), scale=0.0075
 )
 
@@ -66,5 +66,5 @@ def depth_cloud(depth: Image, intrinsics: Intrinsics, bTc: SE3) -> Cloud:
     points = world_points(seen[used], intrinsics, bTc, u[used], v[used])
     points = points[points[:, 2] > _FLOOR]
     return Cloud(
-        points[:: max(1, ceil(len(points) / _COUNT))], bTc.translation.copy(), _DEPTH_CAMERA
+        points[:: max(1, ceil(len(points) / _COUNT))], bTc.translation.copy(), DEPTH_CAMERA
     )
