@@ -214,18 +214,17 @@ class AllPlaced(Condition):
 
     def __init__(self, name: str, context: Context, *, taken_from: Region) -> None:
         super().__init__(name, context)
-        self._region, self._taken_from = taken_from.name, taken_from
+        self._region = taken_from.name
 
     def update(self) -> Status:
         """One tick."""
-        context, log = self.context, self.context.log
+        log = self.context.log
         stock = log.stocks.get(self._region)
         if stock is None:
             return self.failure(f"it is not known what was in {self._region}: nothing looked there")
         placed = log.placed - stock.placed_before
         text = f"{placed} of {stock.most} objects placed that were seen in {self._region}"
-        mTr = context.to_map(self._taken_from.wTr)
-        if lost := log.astray(stock, mTr, self._taken_from.size):
+        if lost := log.lost(stock):
             return self.failure(f"{text}, and {lost} lost on the way or not seen to stand")
         return self.success(text) if placed >= stock.most else self.failure(text)
 

@@ -63,7 +63,7 @@ class RegionEmpty(Leaf):
         if status is not Status.SUCCESS:
             return status
         seen = self._survey.map
-        self.context.log.note_stock(self._region.name, seen.least_count)
+        self.context.log.note_stock(self._region, seen.least_count)
         if standing := seen.segments(self._smallest):
             area = 1e4 * sum(one.area for one in standing)
             return self.failure(f"{area:.0f} cm² of {self._region.name} occupied")

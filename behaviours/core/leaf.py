@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Mapping
 from typing import ClassVar
 
-import numpy as np
 import py_trees
 from py_trees.common import Status
 
@@ -17,7 +16,6 @@ OPEN_SHARE = 0.95  # of the full opening, from which the fingers count as open
 OPENING_FORCE = 20.0  # [N]
 LEAST_MOTION = 0.0005  # a smaller motion of the fingers is none [m]
 SLACK = 0.008  # fingers that open more have let go; less, and what they hold has turned [m]
-_LIFTED = 0.05  # a hand this far from the grasp has lifted what it holds [m]
 START_PATIENCE = 0.5  # a command to the fingers that has moved nothing by then has failed [s]
 FINGER_PATIENCE = 3.0  # one that is not done by then has failed [s]
 
@@ -79,24 +77,18 @@ class Leaf(py_trees.behaviour.Behaviour):
             HardwareError, KeyboardInterrupt: unchanged; they are no errors of the leaf.
         """
         self.out_of_reach = False
-        self._note_hand()
         try:
             yield from super().tick()
+            if (context := self.context).log.last_grasp is not None:
+                context.log.note_hand(
+                    context.wTe, context.log.last_grasp, self.empty_hand, context.clock.now()
+                )
         except (HardwareError, LeafCrashedError):
             raise
         except (KeyboardInterrupt, GeneratorExit, LoopBlockedError):
             raise
         except BaseException as error:  # a leaf that calls `sys.exit` crashes like any other
             raise LeafCrashedError(self.name, error) from error
-
-    def _note_hand(self) -> None:
-        """Let the log notice, whatever runs, when what was lifted is lost."""
-        context, grasp = self.context, self.context.log.last_grasp
-        if context.log.in_hand is None or grasp is None:
-            return
-        has_left = np.linalg.norm(context.wTe.translation - grasp.translation) > _LIFTED
-        mTe, now = context.to_map(context.wTe), context.clock.now()
-        context.log.note_hand(mTe, bool(has_left), self.empty_hand, now)
 
     def running(self, message: str) -> Status:
         """RUNNING, with a feedback message."""

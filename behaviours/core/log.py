@@ -8,7 +8,10 @@ import numpy as np
 import numpy.typing as npt
 from pinocchio import SE3
 
+from behaviours.core.parameter_types import Region
 from hw import DepthFrame, TaskTime
+
+_LIFTED = 0.05  # a hand this far from the grasp has lifted what it holds [m]
 
 
 @dataclass(kw_only=True, eq=False)
@@ -63,10 +66,9 @@ class Stock:
 
     placed_before: int
     """Objects placed before the first look."""
-    dropped_before: int
-    """Those that had left the hand before it otherwise."""
     carried_before: int
     """All that had been grasped before it."""
+    region: Region
     most: int = 0
     """Largest number seen there, with those placed since."""
 
@@ -101,8 +103,6 @@ class TaskLog:
     """The same of places that the camera did not see: another object may hide them less."""
     stocks: dict[str, Stock] = field(default_factory=dict)
     """By the name of the region."""
-    dropped: list[npt.NDArray[np.float64]] = field(default_factory=list)
-    """(3,) where the hand was on the map when a lifted object left it, but at its place [m]."""
     _release: tuple[Grip, float, Callable[[], None]] | None = None
     """The grip that opens, the opening that counts as a release [m], and a callback."""
     messages: list[tuple[TaskTime, str]] = field(default_factory=list)
@@ -116,42 +116,36 @@ class TaskLog:
         """How many objects were seen standing at their place."""
         return sum(one.placed is not None for one in self.carried)
 
-    @property
-    def is_letting_go(self) -> bool:
-        """Whether the fingers open to set down what they hold."""
-        return self._release is not None and self._release[0] is self.grip
+    def note_hand(self, hand: SE3, grasped_at: SE3, empty: str | None, now: TaskTime) -> None:
+        """Notice when the fingers lose what they have lifted.
 
-    def note_hand(self, mTe: SE3, has_left: bool, empty: str | None, now: TaskTime) -> None:
-        """Log what the fingers say of the object in the hand, and notice when it is lost.
+        What falls over a region that was looked at is back in there; else it is gone.
 
         Args:
-            mTe: the hand on the map.
-            has_left: whether it is away from where the fingers closed.
-            empty: why it holds nothing; None if it seems to hold something.
+            hand: its pose, in the world.
+            grasped_at: where the fingers closed.
+            empty: why they hold nothing; None if they seem to hold something.
             now: task time.
         """
         one = self.in_hand
-        if one is None or self.is_letting_go:
+        if one is None or (self._release is not None and self._release[0] is self.grip):
             return
         if empty is None:
-            one.lifted = one.lifted or has_left
+            way = np.linalg.norm(hand.translation - grasped_at.translation)
+            one.lifted = one.lifted or bool(way > _LIFTED)
         elif one.lifted:
             one.lifted = False
-            self.dropped.append(mTe.translation.copy())
-            if self.grip is not None and self.grip.is_closing:
-                x, y, _ = mTe.translation
-                self.say(now, f"what was held was lost around {x:.2f}, {y:.2f}: {empty}")
+            if not any(stock.region.is_below(hand.translation) for stock in self.stocks.values()):
+                one.let_go = now
+                self.say(now, f"what was held is gone: {empty}")
 
-    def astray(self, stock: Stock, mTr: SE3, size: npt.NDArray[np.float64]) -> int:
-        """How many objects were lifted since the first look, and neither placed nor put back.
+    def lost(self, stock: Stock) -> int:
+        """How many objects left the hand since the first look and were not seen to stand.
 
-        What left the hand over the region, at `mTr` on the map and of `size` (3,) [m], is there:
-        the next look finds it. Of two that touched and count as one, nobody would miss the other.
+        Of objects that touch and so count as one, nobody would miss them.
         """
-        where = [mTr.actInv(point)[:2] for point in self.dropped[stock.dropped_before :]]
-        elsewhere = sum(bool((np.abs(xy) > size[:2] / 2.0).any()) for xy in where)
         begun = self.carried[stock.carried_before :]
-        return elsewhere + sum(one.let_go is not None and one.placed is None for one in begun)
+        return sum(one.let_go is not None and one.placed is None for one in begun)
 
     @property
     def in_hand(self) -> Carried | None:
@@ -203,12 +197,8 @@ class TaskLog:
         self.pictures.append((name, frame))
         return name
 
-    def note_stock(self, region: str, standing: int) -> None:
+    def note_stock(self, region: Region, standing: int) -> None:
         """Log that at least `standing` objects were seen in a region."""
-        here = Stock(
-            placed_before=self.placed,
-            dropped_before=len(self.dropped),
-            carried_before=len(self.carried),
-        )
-        stock = self.stocks.setdefault(region, here)
+        first = Stock(placed_before=self.placed, carried_before=len(self.carried), region=region)
+        stock = self.stocks.setdefault(region.name, first)
         stock.most = max(stock.most, self.placed - stock.placed_before + standing)

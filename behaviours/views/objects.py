@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -28,6 +28,7 @@ from perception import (
 Choose: TypeAlias = Literal["best", "largest", "smallest", "nearest"]
 
 _SMALLEST = 1e-4  # an unseen part of a region that covers less does not count [m^2]
+_LOW = 0.016  # height of an object of which noise may show parts alone [m]
 _FRAMES = 3  # of which a majority must show an object
 _BESIDE = 0.03  # an object nearer to another one blocks a finger [m]
 _SHARE = 0.25  # of the area of the most blocking neighbour, from which others block too
@@ -173,8 +174,10 @@ class ObjectDetection:
     def unseen(self, found: DetectedObjects) -> str:
         """What the frames show beside these objects, or do not show; empty if nothing matters."""
         seen = region_map(self._context, self._region, *self._frames)
-        for one in seen.segments(_SMALLEST, beside=found):
-            x, y, _ = one.centre
+        untold = [one.centre for one in seen.segments(_SMALLEST, beside=found)]
+        if len(found) > len(seen.segments(_SMALLEST)):  # parts of one, where noise makes gaps
+            untold += [one.position for one in found if one.size[2] < _LOW]
+        for x, y, _ in untold:
             return f"what stands at {x:.2f}, {y:.2f} is too low to be told apart"
         return unseen(seen, self._region, _SMALLEST)
 
@@ -214,7 +217,7 @@ def _segmented(
     if choice.colour is not None and frame.colour is None:
         return "the camera of this robot sees no colours"
     shown = glance(context, region, frame)
-    seen = segment_objects(frame, replace(region, mTr=shown.wTr, frame=None), shown.floor)
+    seen = segment_objects(frame, region.at(shown.wTr), shown.floor)
     return "no depth was measured" if seen is None else seen
 
 
