@@ -263,7 +263,8 @@ class AllPlaced(Condition):
     """Succeeds if as many objects were placed as were ever seen in a region.
 
     It compares how many `region_empty` or `scan_for_objects` have seen there with how many `place`
-    has seen standing since the first of these looks.
+    has seen standing since the first of these looks. Objects that touch count as one there, so it
+    fails too when one was lost on the way, or not seen to stand.
 
     Args:
         taken_from: region of the task file that the objects were taken from.
@@ -283,6 +284,8 @@ class AllPlaced(Condition):
             return self.unknown(f"nothing looked at what was in {self._region}")
         placed = log.placed - stock.placed_before
         text = f"{placed} of {stock.most} objects placed that were seen in {self._region}"
+        if lost := log.lost(stock):
+            return self.failure(f"{text}, and {lost} lost on the way or not seen to stand")
         return self.success(text) if placed >= stock.most else self.failure(text)
 
 

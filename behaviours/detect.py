@@ -80,7 +80,7 @@ class Detect(Leaf):
         drift, mTw = self.context.drift(), self.context.localisation.mTw
         fitting = self._choice.fitting(objects, state.wTb.translation)
         found = DetectedObjects(replace(one, drift=drift, mTw=mTw) for one in fitting)
-        if (self._count is not None or not found) and (unseen := self._detection.unseen):
+        if (self._count is not None or not found) and (unseen := self._detection.unseen(objects)):
             return self.failure(unseen)
         if self._list is not None:
             self._list.write(found)

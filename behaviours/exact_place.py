@@ -123,7 +123,7 @@ class LookAtPlace:
             self._detection.begin(context.state.stamp)
         found = self._detection.update()
         if isinstance(found, DetectedObjects):
-            if found or not (unseen := self._detection.unseen):
+            if found or not (unseen := self._detection.unseen(found)):
                 return found
             if self._is_aside:
                 return leaf.failure(unseen)
@@ -190,9 +190,16 @@ class Measurement(LookAtPlace):
         if one.size[0] >= _LONG * one.size[1]:
             turn = abs(_between(_heading(one.seen_at), _heading(wTr)))
             text += f" and {degrees(turn):.0f}°"
-        text += f" from {self._region.name}"
+        text += f" from {self._region.name}{self._if_in_place}"
         is_there = off <= self._within and turn <= self._turn
         return leaf.success(text) if is_there else self._missed(text)
+
+    @property
+    def _if_in_place(self) -> str:
+        """What the pose of the base rests on, if that may have been moved with the place."""
+        newest = self._leaf.context.localisation.registration
+        alone = frozenset() if newest is None else newest.alone - {self._region.on}
+        return f", if {' and '.join(sorted(alone))} stands as on the map" if alone else ""
 
     def _missed(self, why: str) -> Status:
         """Fail; the object does not count as placed."""

@@ -1,5 +1,6 @@
 """Behaviour `region_empty`: test that no object stands in a region."""
 
+from math import ceil
 from typing import ClassVar
 
 from py_trees.common import Status
@@ -62,13 +63,15 @@ class RegionEmpty(Leaf):
         if status is not Status.SUCCESS:
             return status
         seen = self._survey.map
-        self.context.log.note_stock(self._region.name, seen.least_count)
+        self.context.log.note_stock(self._region, seen.least_count)
         if standing := seen.segments(self._smallest):
             area = 1e4 * sum(one.area for one in standing)
             return self.failure(f"{area:.0f} cm² of {self._region.name} occupied")
         if not (unseen := self._survey.unseen):
-            lowest, share = 1000 * seen.lowest, 100 * seen.seen
-            return self.success(f"nothing over {lowest:.0f} mm on the {share:.0f} % seen")
+            lowest, cover = ceil(1000 * seen.lowest), ceil(1000 * seen.cover)
+            flat = f", no flat cover over {cover} mm" if cover > lowest else ""
+            share = 100 * seen.seen
+            return self.success(f"nothing over {lowest} mm{flat}, on the {share:.0f} % seen")
         if self._survey.another_view():
             return self.running(f"{unseen}; looking from another view")
         return self.failure(unseen)

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import radians, sin
+from math import inf, radians, sin
 
 import numpy as np
 import numpy.typing as npt
@@ -27,6 +27,7 @@ _CLEAR = 0.04  # the fingers open fully once the hand is this high [m]
 _RISE_SPEED = 0.5  # [m/s]
 _RISE_TOLERANCE = 0.03  # [m]
 _LOOK_ABOVE = 0.12  # the hand rises this much higher until the object is seen to stand [m]
+_LAST_LOOK = 0.25  # so long a frame is awaited that shows it once the hand is up [s]
 _DOWN, _SWAY = 0.06, 0.6  # then it sways down and up, by this [m], each way for so long [s]
 
 
@@ -86,6 +87,7 @@ class Release:
         self._watch: PlacedObjectWatch | None = None
         self._back_off: BackOff | None = None
         self._looking_since: TaskTime | None = None
+        self._risen_at = inf
         self._step = self._open
         self._out = way_out(goal.wTe.rotation)
         high = goal.wTe.translation + (up + _LOOK_ABOVE) * self._out
@@ -156,15 +158,20 @@ class Release:
             self._back_off = self._back_off or BackOff(leaf)
             if not self._back_off.tick():
                 return leaf.running("backing off")
+        now, stamp = leaf.context.clock.now(), leaf.context.state.stamp
+        if self._looking_since is None:
+            self._looking_since, self._risen_at = now, stamp
+        waited = now - self._looking_since
         if self._verdict is Verdict.STANDS:
+            assert self._watch is not None
+            if self._watch.shown < self._risen_at and waited <= _LAST_LOOK:
+                leaf.pursue(self._rising, "rising")
+                return leaf.running("looking once more")
             return leaf.success(f"it stands at {self._spot.name}")
         if self._verdict is Verdict.GONE:
             here = SE3(np.eye(3), self._spot.centre)
             leaf.context.set_down.grasp(leaf.context.to_map(here).translation)
             return leaf.failure(f"let go, but nothing stands at {self._spot.name}")
-        now = leaf.context.clock.now()
-        self._looking_since = self._looking_since or now
-        waited = now - self._looking_since
         if waited <= CAMERA_PATIENCE:
             # The hand moves down and up: a standing object does not move with it.
             leaf.pursue(self._lower if waited % (2.0 * _SWAY) < _SWAY else self._rising, "looking")

@@ -74,5 +74,5 @@ class ScanForObjects(Leaf):
         seen = self._survey.map
         count = len(seen.segments(self._smallest))
         self._count.write(count)
-        self.context.log.note_stock(self._region.name, seen.least_count)
+        self.context.log.note_stock(self._region, seen.least_count)
         return self.success(f"{counted(count, 'object')} in {self._region.name}")

@@ -93,7 +93,7 @@ class _Glance(Condition):
             return vision.blindness(stamp)
         if frame is not self._judged:
             with vision.timed():
-                seen = glance(self._region, frame)
+                seen = glance(self.context, self._region, frame)
                 self._seen = (
                     len(seen.segments(self._smallest)),
                     (

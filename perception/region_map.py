@@ -1,11 +1,14 @@
 """Height map of the floor of a region, accumulated from depth frames.
 
 Heights are relative to the plane that the frames show for the floor, so that an error of the camera
-mount does not count as an object. The smallest height that counts follows from their noise.
+mount does not count as an object, unless that plane is higher than the floor can be. The smallest
+height that counts follows from their noise.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from math import ceil, hypot, inf
 from typing import NamedTuple
 
 import cv2
@@ -15,11 +18,16 @@ from pinocchio import SE3
 from perception.frame import Array, Frame, Mask
 from perception.geometry import world_points
 from perception.grasps.network_input import valid_depth
+from perception.objects.detected_object import DetectedObject
+from perception.registration import Place
 
 WALL_MARGIN = 0.008  # smallest distance of a grasp or an object to the sides of the workspace [m]
-_NEAR_FLOOR = 0.015  # largest height of the floor over its nominal one [m]
+_NEAR_FLOOR = 0.015  # largest height of the floor over its expected one [m]
+_MAP_ERROR = 0.005  # of heights on the map [m]
+_BEYOND = 0.02  # what stands outside, but by less than the place is uncertain, counts to here [m]
 _BELOW = 0.03  # noise may put the floor this far below [m]
 _ROUNDS = (True, True, True, False, False, False)  # of fitting the floor: to its lower half?
+_UNKNOWN_FLOOR = 0.01  # tolerance of the height of a floor that nothing tells but the map [m]
 _LEAST_CELLS = 50  # of a floor that can be fitted
 _SIGMAS = 6.0  # standard deviations of the floor's noise that an object exceeds
 _LOWEST = 0.0025  # smallest height that counts in a cell [m] ...
@@ -28,9 +36,7 @@ _WINDOW = 5  # side of such a window [cells]
 _OBJECT = 3.0e-4  # a smaller area may be a part of another object [m^2]
 _BETWEEN = 0.4  # share of measured neighbours that makes a cell measured
 _GAP = 0.006  # a narrower gap between measured cells hides no object [m]
-_STRIP = 0.025  # beside the sides walls hide the floor from one imager, or stand off the map [m]
-_THIN = 0.009  # by which a part of a wall may stand inside [m]
-_ALONG = 0.5  # share of a side along which something narrow is a wall
+_STRIP = 0.025  # beside the sides walls hide the floor from one imager [m]
 _STRIP_CELLS = 4  # a narrower strip hides no object
 
 
@@ -45,6 +51,7 @@ class Segment(NamedTuple):
 class _Judged:
     occupied: Mask  # (X, Y) cells with an object
     lowest: float  # smallest height that counts [m]
+    floor: float  # height of the floor over its nominal one [m]
 
 
 class RegionMap:
@@ -52,10 +59,12 @@ class RegionMap:
 
     Args:
         wTr: centre of the upright box of the region, in the world.
-        size: (3,) full edge lengths [m]; along its sides `WALL_MARGIN` is left out.
+        size: (3,) full edge lengths [m].
         cell: side of a cell [m].
         stride: every n-th pixel of a frame is used, along rows and columns; of the next, others.
-        is_exact: whether the region is exactly where its walls are.
+
+    What stands within `WALL_MARGIN` of a side is left out, less the tolerance of where a frame
+    shows the region: it may stand inside.
     """
 
     def __init__(
@@ -64,19 +73,26 @@ class RegionMap:
         size: Array,
         cell: float = 0.003,
         stride: int = 2,
-        *,
-        is_exact: bool = True,
     ) -> None:
-        self._wTr, self._size, self._is_exact = wTr, size, is_exact
-        self._cell, self._stride = cell, stride
+        self.wTr = wTr
+        """Its centre where the newest frame shows it, in the world."""
+        self._size, self._cell, self._stride = size, cell, stride
         self._half = size[:2] / 2.0 - WALL_MARGIN
-        shape = np.maximum(np.ceil(2.0 * self._half / cell).astype(int), 1)
+        inner = np.maximum(np.ceil(2.0 * self._half / cell).astype(int), 1)
+        around = ceil(_BEYOND / cell)
+        self._inner = tuple(slice(around, around + n) for n in inner)
+        shape = inner + 2 * around
+        self._corner = -self._half - around * cell  # (2,) of the grid, in the region [m]
         self._count = np.zeros(shape)
         self._sum = np.zeros(shape)
+        self._floor, self._floor_tolerance = 0.0, inf
         self.frames = 0
 
-    def add(self, frame: Frame) -> None:
-        """Add a frame."""
+    def add(self, frame: Frame, place: Place | None = None) -> None:
+        """Add a frame, and where it shows the region; None is exactly at `wTr`."""
+        place = place or Place(self.wTr, np.zeros(2), 0.0, _UNKNOWN_FLOOR)
+        if place.floor_tolerance < self._floor_tolerance:
+            self._floor, self._floor_tolerance = place.floor, place.floor_tolerance
         every = self._stride
         row = self.frames % every
         column = (row + self.frames // every) % every  # every pixel has its turn
@@ -89,15 +105,17 @@ class RegionMap:
             column + every * u.astype(float),
             row + every * v.astype(float),
         )
-        local = (points - self._wTr.translation) @ self._wTr.rotation
+        local = (points - place.wTr.translation) @ place.wTr.rotation
         height = local[:, 2] + self._size[2] / 2.0
-        inside = (np.abs(local[:, :2]) < self._half).all(axis=1)
+        half = self._half + np.minimum(place.tolerance, _BEYOND)
+        inside = (np.abs(local[:, :2]) < half).all(axis=1)
         inside &= (height > -_BELOW) & (height < self._size[2])
-        x, y = ((local[inside, :2] + self._half) / self._cell).astype(int).T
+        x, y = ((local[inside, :2] - self._corner) / self._cell).astype(int).T
         shape, cells = self._count.shape, x * self._count.shape[1] + y
         self._count += np.bincount(cells, minlength=self._count.size).reshape(shape)
         self._sum += np.bincount(cells, height[inside], self._count.size).reshape(shape)
         self.frames += 1
+        self.wTr = place.wTr
         self.__dict__.pop("_judged", None)
 
     @property
@@ -106,28 +124,41 @@ class RegionMap:
         return 1.0 - float(self._is_hidden.mean())
 
     @property
-    def _is_measured(self) -> Mask:
-        """(X, Y) cells that were measured, and those among them."""
-        hit = (self._count > 0).astype(np.float32)
-        measured: Mask = (hit > 0.0) | (cv2.blur(hit, (3, 3)) > _BETWEEN)
-        return measured
-
-    @property
     def _is_hidden(self) -> Mask:
-        """(X, Y) cells of gaps that are wide enough for an object.
+        """(X, Y) cells of the region in gaps that are wide enough for an object.
 
-        From a flat angle, pixels lie farther apart than cells.
+        From a flat angle, pixels lie farther apart than cells: what lies among measured cells is
+        measured.
         """
-        return _opened(~self._is_measured, max(1, round(_GAP / self._cell)))
+        hit = (self._count[self._inner] > 0).astype(np.float32)
+        measured: Mask = (hit > 0.0) | (cv2.blur(hit, (3, 3)) > _BETWEEN)
+        return _opened(~measured, max(1, round(_GAP / self._cell)))
 
     @property
     def lowest(self) -> float:
         """Smallest height over the floor that counts [m]; infinite if nothing was seen."""
         return self._judged.lowest
 
-    def segments(self, smallest: float) -> list[Segment]:
-        """Every separate object that covers at least an area [m^2]."""
-        return self._pieces(_opened(self._judged.occupied, 2), smallest)
+    @property
+    def cover(self) -> float:
+        """What lies flat over the whole floor is seen if it is higher than this [m]."""
+        return hypot(self._floor_tolerance, _MAP_ERROR)
+
+    @property
+    def floor(self) -> float:
+        """Height in the world at which the frames show the floor [m]."""
+        return float(self.wTr.translation[2] - self._size[2] / 2.0) + self._judged.floor
+
+    def segments(self, smallest: float, beside: Sequence[DetectedObject] = ()) -> list[Segment]:
+        """Every separate object that covers at least an area [m^2], beside known ones."""
+        occupied = self._judged.occupied
+        if beside:
+            x, y = np.nonzero(occupied)
+            cells = self._world(np.stack([x, y]))
+            known = np.any([one.contains(cells) for one in beside], axis=0)
+            occupied = occupied.copy()
+            occupied[x[known], y[known]] = False
+        return self._pieces(_opened(occupied, 2), smallest)
 
     @property
     def least_count(self) -> int:
@@ -136,11 +167,13 @@ class RegionMap:
 
     def hidden(self, smallest: float) -> list[Segment]:
         """Unseen parts of at least an area [m^2], in which an object may stand."""
-        parts = self._is_hidden
+        inner = self._is_hidden
         strip = round(_STRIP / self._cell)
-        at_side = np.ones_like(parts)
+        at_side = np.ones_like(inner)
         at_side[strip:-strip, strip:-strip] = False
-        parts[at_side & ~_opened(parts, _STRIP_CELLS)] = False
+        inner[at_side & ~_opened(inner, _STRIP_CELLS)] = False
+        parts = np.zeros(self._count.shape, dtype=np.bool_)
+        parts[self._inner] = inner
         return self._pieces(parts, smallest)
 
     @cached_property
@@ -148,9 +181,12 @@ class RegionMap:
         """The cells that stand out of the floor by more than its noise."""
         seen = self._count > 0
         if not seen.any():
-            return _Judged(seen, np.inf)
+            return _Judged(seen, np.inf, self._floor)
         height = self._sum / np.maximum(self._count, 1.0)
-        above, floor = _over_floor(height, seen, self._cell)
+        above, floor = _over_floor(height - self._floor, seen, self._cell)
+        higher = float(np.median((height - self._floor - above)[floor])) if floor.any() else 0.0
+        if higher > self.cover:  # something lies on all of it
+            above, higher = above + higher, 0.0
         lowest = max(_LOWEST, _SIGMAS * _scatter(above[floor]))
         occupied = seen & (above > lowest)
         low = seen & ~occupied
@@ -159,39 +195,25 @@ class RegionMap:
         full = low & (inside > 0.5)
         wide = max(_LOWEST_WIDE, _SIGMAS * _scatter(mean[floor & full]))
         occupied |= full & (mean > wide)
-        return _Judged(occupied if self._is_exact else self._without_walls(occupied), lowest)
-
-    def _without_walls(self, occupied: Mask) -> Mask:
-        """Occupied cells (X, Y) less those of walls that stand inside the region.
-
-        Going inwards from a side, a wall is what ends within a strip along most of the side, or at
-        once.
-        """
-        cells, filled = occupied.copy(), _closed(occupied | ~self._is_measured)
-        strip, thin = (round(width / self._cell) for width in (_STRIP, _THIN))
-        for turns in range(4):
-            near = np.rot90(cells, turns)[: strip + 1]
-            run = np.logical_and.accumulate(np.rot90(filled, turns)[: strip + 1], axis=0)
-            begins, ends = (run & near).any(axis=0), ~run[strip]
-            if (begins & ends).mean() <= _ALONG:
-                ends = ~run[thin]
-            near &= ~(run & ends)
-        return cells
+        return _Judged(occupied, lowest, self._floor + higher)
 
     def _pieces(self, mask: Mask, smallest: float) -> list[Segment]:
         count, _, stats, centres = cv2.connectedComponentsWithStats(
             mask.astype(np.uint8), connectivity=4
         )
         return [
-            Segment(centre=self._world(centres[i]), area=area)
+            Segment(
+                centre=self._world(centres[i][::-1]), area=area
+            )  # OpenCV's x is the second axis
             for i in range(1, count)
             if (area := float(stats[i, cv2.CC_STAT_AREA]) * self._cell**2) >= smallest
         ]
 
-    def _world(self, centre: Array) -> Array:
-        column, row = centre  # OpenCV's x runs along the second axis
-        x, y = np.array([row, column]) * self._cell + self._cell / 2.0 - self._half
-        return np.asarray(self._wTr.act(np.array([x, y, -self._size[2] / 2.0])))
+    def _world(self, cells: Array) -> Array:
+        """(..., 3) of cells (2, ...) on the floor, in the world [m]."""
+        x, y = ((cells.T + 0.5) * self._cell + self._corner).T
+        local = np.stack([x, y, np.full_like(x, -self._size[2] / 2.0)], axis=-1)
+        return np.asarray(local @ self.wTr.rotation.T + self.wTr.translation)
 
 
 def _opened(mask: Mask, side: int) -> Mask:

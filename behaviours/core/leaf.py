@@ -96,6 +96,10 @@ class Leaf(py_trees.behaviour.Behaviour):
         self.out_of_reach = False
         try:
             yield from super().tick()
+            if (context := self.context).log.last_grasp is not None:
+                context.log.note_hand(
+                    context.wTe, context.log.last_grasp, self.empty_hand, context.clock.now()
+                )
         except (HardwareError, LeafCrashedError):
             raise
         except (KeyboardInterrupt, GeneratorExit, LoopBlockedError):

@@ -9,10 +9,13 @@ import numpy as np
 import numpy.typing as npt
 from pinocchio import SE3
 
+from behaviours.core.parameter_types import Region
 from hw import DepthFrame, RobotState, TaskTime
 
 _WINDOW = 0.2  # over which the width of fingers at rest is judged: a bump lasts less than half [s]
 _CHANGES = 0.0005  # a smaller change between its halves is none [m]
+
+_LIFTED = 0.05  # a hand this far from the grasp has lifted what it holds [m]
 
 
 @dataclass(kw_only=True, eq=False)
@@ -29,6 +32,8 @@ class Carried:
     """When the fingers opened at its place."""
     placed: TaskTime | None = None
     """When it was seen standing at its place."""
+    lifted: bool = False
+    """Whether the hand that held it has left the place of the grasp."""
 
 
 class Fingers:
@@ -100,6 +105,9 @@ class Stock:
 
     placed_before: int
     """Objects placed before the first look."""
+    carried_before: int
+    """All that had been grasped before it."""
+    region: Region
     most: int = 0
     """Largest number seen there, with those placed since."""
 
@@ -149,6 +157,37 @@ class TaskLog:
     def placed(self) -> int:
         """How many objects were seen standing at their place."""
         return sum(one.placed is not None for one in self.carried)
+
+    def note_hand(self, hand: SE3, grasped_at: SE3, empty: str | None, now: TaskTime) -> None:
+        """Notice when the fingers lose what they have lifted.
+
+        What falls over a region that was looked at is back in there; else it is gone.
+
+        Args:
+            hand: its pose, in the world.
+            grasped_at: where the fingers closed.
+            empty: why they hold nothing; None if they seem to hold something.
+            now: task time.
+        """
+        one = self.in_hand
+        if one is None or (self._release is not None and self._release[0] is self.grip):
+            return
+        if empty is None:
+            way = np.linalg.norm(hand.translation - grasped_at.translation)
+            one.lifted = one.lifted or bool(way > _LIFTED)
+        elif one.lifted:
+            one.lifted = False
+            if not any(stock.region.is_below(hand.translation) for stock in self.stocks.values()):
+                one.let_go = now
+                self.say(now, f"what was held is gone: {empty}")
+
+    def lost(self, stock: Stock) -> int:
+        """How many objects left the hand since the first look and were not seen to stand.
+
+        Of objects that touch and so count as one, nobody would miss them.
+        """
+        begun = self.carried[stock.carried_before :]
+        return sum(one.let_go is not None and one.placed is None for one in begun)
 
     @property
     def in_hand(self) -> Carried | None:
@@ -210,7 +249,8 @@ class TaskLog:
         self.pictures.append((name, frame))
         return name
 
-    def note_stock(self, region: str, standing: int) -> None:
+    def note_stock(self, region: Region, standing: int) -> None:
         """Log that at least `standing` objects were seen in a region."""
-        stock = self.stocks.setdefault(region, Stock(placed_before=self.placed))
+        first = Stock(placed_before=self.placed, carried_before=len(self.carried), region=region)
+        stock = self.stocks.setdefault(region.name, first)
         stock.most = max(stock.most, self.placed - stock.placed_before + standing)

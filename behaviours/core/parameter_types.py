@@ -157,9 +157,18 @@ class Region(MapPlace):
         inside: npt.NDArray[np.bool_] = (local[:, 0] <= x) & (local[:, 1] <= y) & (local[:, 2] <= z)
         return inside
 
+    def is_below(self, point: npt.NDArray[np.float64]) -> bool:
+        """Whether a point (3,) of the world [m] is over its floor, or far above."""
+        x, y, _ = abs(self.wTr.actInv(point))
+        return bool(x <= self.size[0] / 2.0 and y <= self.size[1] / 2.0)
+
     def fixed(self) -> Region:
         """As it stands in the world now."""
-        return replace(self, mTr=self.wTr, frame=None)
+        return self.at(self.wTr)
+
+    def at(self, wTr: SE3) -> Region:
+        """The same in another place of the world, where it stays."""
+        return replace(self, mTr=wTr, frame=None)
 
     @property
     def floor(self) -> float:

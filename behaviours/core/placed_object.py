@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import Enum
+from math import inf
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -69,6 +70,8 @@ class PlacedObjectWatch:
         self._looks: list[_Look] = []
         self._empty = 0
         self.verdict = Verdict.UNSEEN
+        self.shown = -inf
+        """Time of the newest frame that shows something standing there [s]."""
 
     def look(self, context: Context) -> None:
         """Take the frame that is new in this tick, if there is one to believe."""
@@ -104,7 +107,7 @@ class PlacedObjectWatch:
         high = is_over & (height > self._bare + _HIGHER)
         bare = np.abs(height - self._bare) <= _HIGHER
         if high.sum() >= _LEAST * len(points):
-            self._empty = 0
+            self._empty, self.shown = 0, frame.stamp
             self._looks.append(look := _Look(hand, float(np.median(height[high]))))
             if any(_is_still(look, before) for before in self._looks):
                 return Verdict.STANDS

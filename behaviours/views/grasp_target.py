@@ -6,6 +6,7 @@ Any object in a region, or one that is chosen once and then followed.
 from collections.abc import Iterator
 
 import numpy as np
+import numpy.typing as npt
 from py_trees.common import Status
 
 from behaviours.core.context import Context
@@ -13,7 +14,7 @@ from behaviours.core.directions import Direction
 from behaviours.core.leaf import Leaf
 from behaviours.core.parameter_types import Region
 from behaviours.views.objects import Choice, Chosen, ObjectDetection, detect_once, neighbours
-from behaviours.views.survey import views
+from behaviours.views.survey import place_of, views
 from behaviours.views.viewpoint import MoveCamera, camera_pose, looking_along
 from config import counted
 from controller import Array
@@ -25,6 +26,29 @@ LOOKS = 2  # attempts look again this often, where no grasp, or a doubtful one, 
 LOOK_HEIGHT = 0.4  # distance of the camera then [m]
 _BESIDE = 0.3  # ... and when it looks from a side, from where it reaches less far [m]
 _VIEW = 0.36  # side of the part of a region that it shows then [m]
+
+
+class _InView:
+    """A region where the newest frame shows the furniture around it, as a `Target`."""
+
+    def __init__(self, context: Context, region: Region) -> None:
+        self._context, self._region = context, region
+
+    @property
+    def floor(self) -> float:
+        """Height of its floor in the world [m]."""
+        return self._region.floor
+
+    def contains(self, points: Array) -> npt.NDArray[np.bool_]:
+        """Which of (N, 3) points of the world [m] lie inside."""
+        return self._region.contains(points)
+
+    def fixed(self) -> Region:
+        """As it stands in the world now."""
+        frame = self._context.vision.newest(-np.inf)
+        if frame is None:
+            return self._region.fixed()
+        return self._region.at(place_of(self._context, self._region, frame).wTr)
 
 
 class GraspTarget:
@@ -48,6 +72,7 @@ class GraspTarget:
         self._context, self._within, self._choice = context, within, choice
         self._neighbour = neighbour
         self._detection = None
+        self._in_view = _InView(context, within) if isinstance(within, Region) else None
         if isinstance(within, Region) and not choice.is_free:
             self._detection = ObjectDetection(context, within, choice)
         self.begin()
@@ -68,9 +93,9 @@ class GraspTarget:
         Args:
             now: session time [s].
         """
-        vision, within = self._context.vision, self._within
-        if isinstance(within, Region) and self._choice.is_free:
-            return vision.track(within, now)
+        vision = self._context.vision
+        if self._in_view is not None and self._choice.is_free:
+            return vision.track(self._in_view, now)
         if self._chosen is None and self._detection is not None:
             self._choose(self._detection)
         if self._chosen is None:
@@ -86,7 +111,7 @@ class GraspTarget:
         if frame is None or not isinstance(self._within, Region):
             return None
         with self._context.vision.timed():
-            objects = detect_once(frame, self._within, self._choice)
+            objects = detect_once(self._context, frame, self._within, self._choice)
         if isinstance(objects, str):
             return None
         fitting = self._choice.fitting(objects, base)

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from behaviours.core.context import Context
 from behaviours.core.parameter_types import Region
-from behaviours.views.survey import region_map, unseen
+from behaviours.views.survey import glance, region_map, unseen
 from controller import Array
 from hw import DepthFrame
 from perception import (
@@ -28,6 +28,7 @@ from perception import (
 Choose: TypeAlias = Literal["best", "largest", "smallest", "nearest"]
 
 _SMALLEST = 1e-4  # an unseen part of a region that covers less does not count [m^2]
+_LOW = 0.016  # height of an object of which noise may show parts alone [m]
 _FRAMES = 3  # of which a majority must show an object
 _BESIDE = 0.03  # an object nearer to another one blocks a finger [m]
 _SHARE = 0.25  # of the area of the most blocking neighbour, from which others block too
@@ -170,12 +171,14 @@ class ObjectDetection:
         self._frames: deque[DepthFrame] = deque(maxlen=_FRAMES)
         self._objects: deque[DetectedObjects] = deque(maxlen=_FRAMES)
 
-    @property
-    def unseen(self) -> str:
-        """What the frames do not show of the region; empty if that does not matter."""
-        seen = region_map(self._region, *self._frames)
-        if not self._objects[-1] and seen.segments(_SMALLEST):
-            return f"what stands in {self._region.name} is too low to be told apart"
+    def unseen(self, found: DetectedObjects) -> str:
+        """What the frames show beside these objects, or do not show; empty if nothing matters."""
+        seen = region_map(self._context, self._region, *self._frames)
+        untold = [one.centre for one in seen.segments(_SMALLEST, beside=found)]
+        if len(found) > len(seen.segments(_SMALLEST)):  # parts of one, where noise makes gaps
+            untold += [one.position for one in found if one.size[2] < _LOW]
+        for x, y, _ in untold:
+            return f"what stands at {x:.2f}, {y:.2f} is too low to be told apart"
         return unseen(seen, self._region, _SMALLEST)
 
     def update(self) -> DetectedObjects | str | None:
@@ -190,7 +193,7 @@ class ObjectDetection:
         if frame is None or stale or vision.is_blind(self._context.state.stamp):
             return None
         with vision.timed():
-            seen = _segmented(frame, self._region, self._choice)
+            seen = _segmented(self._context, frame, self._region, self._choice)
             if isinstance(seen, str):
                 return seen
             self._objects.append(seen)
@@ -200,16 +203,21 @@ class ObjectDetection:
             return _with_kinds(frame, consensus(self._objects), self._choice)
 
 
-def detect_once(frame: DepthFrame, region: Region, choice: Choice) -> DetectedObjects | str:
+def detect_once(
+    context: Context, frame: DepthFrame, region: Region, choice: Choice
+) -> DetectedObjects | str:
     """The objects in one frame; or why detection is impossible."""
-    seen = _segmented(frame, region, choice)
+    seen = _segmented(context, frame, region, choice)
     return seen if isinstance(seen, str) else _with_kinds(frame, seen, choice)
 
 
-def _segmented(frame: DepthFrame, region: Region, choice: Choice) -> DetectedObjects | str:
+def _segmented(
+    context: Context, frame: DepthFrame, region: Region, choice: Choice
+) -> DetectedObjects | str:
     if choice.colour is not None and frame.colour is None:
         return "the camera of this robot sees no colours"
-    seen = segment_objects(frame, region)
+    shown = glance(context, region, frame)
+    seen = segment_objects(frame, region.at(shown.wTr), shown.floor)
     return "no depth was measured" if seen is None else seen
 
 

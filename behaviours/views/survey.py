@@ -19,6 +19,7 @@ from config import counted
 from controller import PoseGoal
 from hw import DepthFrame
 from perception import RegionMap
+from perception.registration import Place, place_in_image
 
 VIEW_HEIGHT = 0.45  # of the camera over the floor [m]
 LEAST_SEEN = 0.98  # share of a region that must be seen to call it empty
@@ -28,6 +29,7 @@ _WIDTH_PER_HEIGHT = 0.8  # of the square that one picture shows well, per height
 _MOVED = 0.008  # by which a region moves on what was seen of it, so that it is mapped anew [m]
 _CERTAIN = 0.02  # uncertainty of the base beyond which a registration is awaited [m], ...
 _AWAITED = 0.5  # ... this long at most [s]
+_STILL = 1e-4  # uncertainty of a base that is exact [m, rad]
 _CELL, _STRIDE = 0.003, 2  # of a map in which objects are counted [m, pixels]
 _GLANCE_CELL, _GLANCE_STRIDE = 0.008, 3  # of a map that is made within every tick [m, pixels]
 
@@ -78,7 +80,8 @@ class Survey:
         self._arrive()
 
     def _map_anew(self) -> None:
-        self.map, self._wTr = region_map(self._region, *self._seen), self._region.wTr
+        self.map = region_map(self._leaf.context, self._region, *self._seen)
+        self._wTr = self._region.wTr
 
     def _arrive(self) -> None:
         context = self._leaf.context
@@ -139,7 +142,7 @@ class Survey:
         awaited = self._taken >= self._frames
         if not awaited and frame and frame.stamp >= self._since and not blindness:
             with vision.timed():
-                self.map.add(frame)
+                self.map.add(frame, place_of(context, self._region, frame))
             self._seen.append(frame)
             self._taken, self._waiting_since = self._taken + 1, now
         elif not awaited and now - self._waiting_since > self._patience:
@@ -176,20 +179,36 @@ def view_directions(
     return tuple(best(point) for point in points)
 
 
-def region_map(region: Region, *frames: DepthFrame) -> RegionMap:
+def place_of(context: Context, region: Region, frame: DepthFrame) -> Place:
+    """Where a frame shows a region, by the furniture that it shows around it."""
+    here, state = context.localisation, context.state
+    covariance = np.diag(np.square([_STILL, _STILL, _STILL]))
+    if here.estimate is not None:
+        covariance = covariance + here.estimate[1] + np.diag([here.pending**2] * 2 + [0.0])
+    place = place_in_image(
+        frame,
+        region.wTr,
+        region.size,
+        furniture=here.furniture.standing(context.fixtures),
+        wTb=state.wTb,
+        mTb=context.to_map(state.wTb),
+        covariance=covariance,
+    )
+    return place if here.estimate is not None else place._replace(tolerance=np.zeros(2))
+
+
+def region_map(context: Context, region: Region, *frames: DepthFrame) -> RegionMap:
     """A map of a region that is fine enough to count objects."""
-    seen = RegionMap(region.wTr, region.size, _CELL, _STRIDE, is_exact=region.is_exact)
+    seen = RegionMap(region.wTr, region.size, _CELL, _STRIDE)
     for frame in frames:
-        seen.add(frame)
+        seen.add(frame, place_of(context, region, frame))
     return seen
 
 
-def glance(region: Region, frame: DepthFrame) -> RegionMap:
+def glance(context: Context, region: Region, frame: DepthFrame) -> RegionMap:
     """A coarse map of a region, fast enough for every tick."""
-    seen = RegionMap(
-        region.wTr, region.size, _GLANCE_CELL, _GLANCE_STRIDE, is_exact=region.is_exact
-    )
-    seen.add(frame)
+    seen = RegionMap(region.wTr, region.size, _GLANCE_CELL, _GLANCE_STRIDE)
+    seen.add(frame, place_of(context, region, frame))
     return seen
 
 

@@ -36,7 +36,6 @@ _MAX_CAMERA_AXIS_Z = -0.5  # the optical axis is within 60 degrees of the approa
 _FAR_END = 90.0  # of the depths in the workspace that a level camera sees [percent]
 _LEVEL_BIN = 0.005  # of the histogram of heights that finds the support surface [m]
 _STEP = 3  # only every third row and column of the image is looked at for what stands out [px]
-_RIM = 0.025  # where walls stand if the workspace is that wrong on the map [m]
 _MIN_PIXELS = 100  # of the image that a piece outside the middle covers; fewer are noise
 NOTHING = "nothing stands out in the workspace"
 
@@ -238,11 +237,11 @@ def _level(frame: Frame) -> float:
     return float(np.median(heights[np.abs(heights - level) < _LEVEL_BIN]))
 
 
-def _well_inside(workspace: Workspace, points: Array, margin: float = WALL_MARGIN) -> Mask:
-    """Which of the (N, 3) points are inside and at least a margin [m] from the upright sides."""
+def _well_inside(workspace: Workspace, points: Array) -> Mask:
+    """Which of the (N, 3) points are inside and `WALL_MARGIN` or more from the upright sides."""
     inside = np.ones(len(points), dtype=np.bool_)
     for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1)):
-        inside &= workspace.contains(points + margin * np.array([dx, dy, 0.0]))
+        inside &= workspace.contains(points + WALL_MARGIN * np.array([dx, dy, 0.0]))
     return inside
 
 
@@ -280,7 +279,7 @@ def _stands_out_beside(
     row, column, points = _coarse(frame)
     high = points[:, 2] >= floor + OCCUPIED_HEIGHT
     if workspace is not None:
-        high[high] = _well_inside(workspace, points[high], _RIM)
+        high[high] = _well_inside(workspace, points[high])
     mask = np.zeros(np.asarray(frame.depth).shape, dtype=np.uint8)[::_STEP, ::_STEP]
     mask[row[high] // _STEP, column[high] // _STEP] = 1
     first, end = crop.v0 // _STEP, (crop.v0 + crop.size) // _STEP

@@ -29,9 +29,11 @@ BOUNDARY_FEATURES = (
 """Features of a boundary, in this order."""
 
 _OUTLINE = 2.0  # tolerance of the polygon of an outline [cells]
-_INWARD = np.radians(25.0)  # smallest turn of a concave corner
+_INWARD = np.radians(25.0)  # smallest turn of a concave corner ...
+_NOTCH = 3.0  # ... and how deep it is: a straight edge is ragged by noise [cells]
 _BEYOND = 1.5  # by which a boundary goes on beyond its corner [cells]
 _LOWEST, _LEVELS = 0.012, 0.004  # level of the first boundary around what is higher, and steps [m]
+_PROMINENT = 0.006  # how far a part rises over a level that divides: noise and tilt do less [m]
 _HIGH = 90.0  # percentile of the heights of a side
 _SQUARE = np.ones((3, 3), np.uint8)
 _BESIDE = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (7, 7))  # neighbourhood of a boundary
@@ -78,9 +80,11 @@ def _inward_corners(cells: Mask) -> list[tuple[Array, Array, Array]]:
     out = np.roll(into, -1, axis=0)
     cross = turning * (into[:, 0] * out[:, 1] - into[:, 1] * out[:, 0])
     turn = np.arctan2(cross, (into * out).sum(axis=1))
+    hull = cv2.convexHull(outline)
     return [
         (polygon[i].astype(float), _unit(into[i]), _unit(-out[i]))
         for i in np.flatnonzero(turn < -_INWARD)
+        if cv2.pointPolygonTest(hull, polygon[i].tolist(), measureDist=True) >= _NOTCH
     ]
 
 
@@ -120,9 +124,15 @@ def _cut(cells: Mask, begin: Array, end: Array) -> Iterator[Parts]:
 
 def _around_heights(blob: Blob) -> Iterator[Parts]:
     """What is higher than a level and the rest, and the two largest of what is higher."""
-    for level in np.arange(_LOWEST, float(blob.above.max()), _LEVELS):
-        high = cv2.morphologyEx((blob.above > level).astype(np.uint8), cv2.MORPH_OPEN, _SQUARE)
-        tops = largest_parts(high > 0, SMALLEST / blob.cell**2)
+    without_holes = cv2.morphologyEx(blob.above, cv2.MORPH_CLOSE, _SQUARE)
+    above = np.where(blob.above > 0.0, blob.above, without_holes)
+    for level in np.arange(_LOWEST, float(above.max()), _LEVELS):
+        high = cv2.morphologyEx((above > level).astype(np.uint8), cv2.MORPH_OPEN, _SQUARE)
+        tops = [
+            top
+            for top in largest_parts(high > 0, SMALLEST / blob.cell**2)
+            if _percentile(blob, top, _HIGH) > level + _PROMINENT
+        ]
         if len(tops) > 1:
             yield _nearer(blob.cells, tops[0], tops[1])
         if tops:

@@ -33,12 +33,15 @@ SAME = 0.65  # shared area of two views of one object; halves of an object share
 _SQUARE = np.ones((3, 3), dtype=np.uint8)
 
 
-def segment_objects(frame: ColourFrame, workspace: Workspace) -> DetectedObjects | None:
+def segment_objects(
+    frame: ColourFrame, workspace: Workspace, floor: float | None = None
+) -> DetectedObjects | None:
     """The objects in a region, from the left to the right of the image; None without any depth.
 
-    The camera looks down; objects stand on the floor of the workspace.
+    The camera looks down; objects stand on the floor of the workspace, which it shows at the height
+    `floor` [m] where that is known.
     """
-    what = raised_regions(frame, workspace)
+    what = raised_regions(frame, workspace, floor)
     if what is None or len(what.points) == 0:
         return None if what is None else DetectedObjects()
     grid = Grid.over(what.points, what.cell)
@@ -62,12 +65,15 @@ class RaisedRegions:
     smallest: int  # smallest number of pixels of an object
 
 
-def raised_regions(frame: ColourFrame, workspace: Workspace) -> RaisedRegions | None:
+def raised_regions(
+    frame: ColourFrame, workspace: Workspace, floor: float | None = None
+) -> RaisedRegions | None:
     """Connected regions above the floor; None if there is no depth in the image."""
     valid = valid_depth(frame.depth)
     if not valid.any():
         return None
-    raised, points = _raised(frame, workspace, valid)
+    shown = workspace.floor if floor is None else floor
+    raised, points = _raised(frame, workspace, valid, shown + LOWEST)
     far = float(frame.wTc.translation[2]) - workspace.floor
     on_floor = far / frame.intrinsics.fx  # a pixel's side there [m]
     heights = np.zeros(raised.shape, dtype=np.float32)
@@ -83,13 +89,15 @@ def raised_regions(frame: ColourFrame, workspace: Workspace) -> RaisedRegions | 
     )
 
 
-def _raised(frame: ColourFrame, workspace: Workspace, valid: Mask) -> tuple[Mask, Array]:
-    """Which pixels (H, W) are above the floor in the region, and their points (P, 3)."""
+def _raised(
+    frame: ColourFrame, workspace: Workspace, valid: Mask, lowest: float
+) -> tuple[Mask, Array]:
+    """Which pixels (H, W) are above a height [m] in the region, and their points (P, 3)."""
     v, u = np.nonzero(valid)
     points = world_points(
         frame.depth[v, u], frame.intrinsics, frame.wTc, u.astype(float), v.astype(float)
     )
-    high = points[:, 2] > workspace.floor + LOWEST
+    high = points[:, 2] > lowest
     v, u, points = v[high], u[high], points[high]
     inside = np.ones(len(points), dtype=np.bool_)
     for dx, dy in ((MARGIN, 0.0), (-MARGIN, 0.0), (0.0, MARGIN), (0.0, -MARGIN)):

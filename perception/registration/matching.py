@@ -123,7 +123,8 @@ class Problem:
         self.pieces, columns = np.unique(surfaces.piece[shapes], return_inverse=True)
         """(K,) the pieces in sight; columns of unknowns are numbered like them."""
         self._tries = Tries(shapes, columns.reshape(shapes.shape))
-        self._centres = surfaces.centres[self.pieces]
+        self.centres = surfaces.centres[self.pieces]
+        """(K, 2) about which they are said to turn, in the map [m]."""
         self._first = 3 + _ERRORS * len(clouds)
         self.n = self._first + 3 * len(self.pieces)
         self._start = self.matched(np.zeros(self.n))
@@ -225,7 +226,7 @@ class Problem:
         columns = tries.columns.reshape(-1)
         place = x[self._first :].reshape(-1, 3)
         c, s = (f(place[:, 2]).take(columns) for f in (np.cos, np.sin))
-        centre = self._centres.take(columns, axis=0)
+        centre = self.centres.take(columns, axis=0)
         beside = np.repeat(p, width, axis=0)
         flat = beside[:, :2] - centre - place[:, :2].take(columns, axis=0)
         beside[:, 0] = centre[:, 0] + c * flat[:, 0] + s * flat[:, 1]
@@ -248,7 +249,7 @@ class Problem:
         for number, some in enumerate(self._slices):
             J[some, 3 + _ERRORS * number : 3 + _ERRORS * (number + 1)] = of_errors[some]
         of_piece = self._first + 3 * column[:, None] + np.arange(3)
-        J[np.arange(len(p))[:, None], of_piece] = -_planar_rows(n, p[:, :2] - self._centres[column])
+        J[np.arange(len(p))[:, None], of_piece] = -_planar_rows(n, p[:, :2] - self.centres[column])
         return J
 
 

@@ -35,7 +35,7 @@ class SensorErrors:
 
 
 LASER = SensorErrors(noise=0.01, noise_growth=0.0, offset=0.002, turn=radians(0.1), scale=0.002)
-_DEPTH_CAMERA = SensorErrors(
+DEPTH_CAMERA = SensorErrors(
     noise=0.003, noise_growth=0.003, offset=0.003, turn=radians(0.6), scale=0.0075
 )
 
@@ -77,7 +77,7 @@ def depth_cloud(depth: Image, intrinsics: Intrinsics, bTc: SE3) -> Cloud:
     used = (seen > _NEAREST) & (seen < _FARTHEST)
     points = world_points(seen[used], intrinsics, bTc, u[used], v[used])
     ends, points = _thinned(points), _thinned(points[points[:, 2] > _FLOOR])
-    return Cloud(points, bTc.translation.copy(), _DEPTH_CAMERA, ends)
+    return Cloud(points, bTc.translation.copy(), DEPTH_CAMERA, ends)
 
 
 def _thinned(points: Array) -> Array:

@@ -10,7 +10,8 @@ from test_detector import CAMERA, FLOOR, ROBOT, WORKSPACE, box_world, looking_do
 from hw import DepthFrame
 from hw.sim import D435Noise, DepthRenderer, SimObject, World
 from perception import RegionMap
-from robots import Box, Geom
+from perception.registration import place_in_image
+from robots import Box, Geom, Plane
 
 SMALLEST = 1e-4
 FRAMES = 3
@@ -105,16 +106,78 @@ def test_a_hole_over_an_object_is_not_seen_and_not_empty():
     np.testing.assert_allclose(part.centre[:2], [3.0, -0.07], atol=0.02)
 
 
-@pytest.mark.parametrize(
-    ("x", "y", "yaw_deg"), [(0.0, 0.022, 0.0), (-0.022, 0.015, 0.0), (0.008, 0.006, 1.5)]
-)
-def test_a_wall_that_is_off_the_map_is_no_object_and_what_leans_on_it_is_one(x, y, yaw_deg):
+OFF = [(0.0, 0.022, 0.0), (-0.022, 0.015, 0.0), (0.008, 0.006, 1.5)]
+STANDING = tuple(one for one in box_world().fixtures if not isinstance(one.shape, Plane))
+
+
+def seen_by_a_lost_robot(shown: list[DepthFrame], x=0.0, y=0.0, yaw_deg=0.0) -> RegionMap:
+    """The map of the container of `box_world`, of a robot that is wrong about where it is."""
     off = SE3(exp3(np.radians([0.0, 0.0, yaw_deg])), np.array([x, y, 0.0]))
+    wTm = WORKSPACE.wTr * off * WORKSPACE.wTr.inverse()
+    base = SE3(np.eye(3), np.array([2.2, 0.0, 0.0]))
+    region = wTm * WORKSPACE.wTr
+    seen = RegionMap(region, WORKSPACE.size)
+    for frame in shown:
+        covariance = np.diag(np.square([0.02, 0.02, np.radians(1.0)]))
+        place = place_in_image(
+            frame,
+            region,
+            WORKSPACE.size,
+            furniture=STANDING,
+            wTb=wTm * base,
+            mTb=base,
+            covariance=covariance,
+        )
+        seen.add(frame, place)
+    return seen
+
+
+@pytest.mark.parametrize(("x", "y", "yaw_deg"), OFF)
+def test_a_wall_that_is_off_the_map_is_no_object_and_what_leans_on_it_is_one(x, y, yaw_deg):
     for halves, number in (((), 0), (((0.02, 0.02, 0.02),), 1), (((0.01, 0.07, 0.01),), 1)):
-        seen = RegionMap(WORKSPACE.wTr * off, WORKSPACE.size, is_exact=False)
-        for frame in frames(world(*halves), looking_down(0.49)):
-            seen.add(frame)
+        seen = seen_by_a_lost_robot(frames(world(*halves), looking_down(0.49)), x, y, yaw_deg)
         assert (len(seen.segments(SMALLEST)), seen.least_count) == (number, number)
+
+
+def along_the_wall(count: int, length: float, width: float, height: float) -> World:
+    """Boxes in a row, 2 mm from the wall of the container."""
+    half = (length / 2.0, width / 2.0, height / 2.0)
+    things = []
+    for k in range(count):
+        x = 3.0 + (k - (count - 1) / 2.0) * 0.04
+        pose = SE3(np.eye(3), np.array([x, 0.178 - half[1], FLOOR + half[2]]))
+        part = Geom(Box(half), SE3.Identity())
+        things.append(SimObject(name=f"box {k}", parts=(part,), mass=0.1, pose=pose))
+    return World(box_world().fixtures, things)
+
+
+@pytest.mark.parametrize(
+    ("count", "length", "width", "height"),
+    [
+        pytest.param(8, 0.025, 0.025, 0.025, id="a row of cubes"),
+        pytest.param(1, 0.3, 0.024, 0.024, id="a bar"),
+        pytest.param(1, 0.14, 0.014, 0.014, id="a pen"),
+        pytest.param(1, 0.3, 0.024, 0.05, id="as high as the wall"),
+    ],
+)
+def test_what_stands_along_a_wall_is_no_wall(count, length, width, height):
+    shown = frames(along_the_wall(count, length, width, height), looking_down(0.49))
+    seen = seen_by_a_lost_robot(shown, *OFF[1])
+    assert len(seen.segments(SMALLEST)) == count
+
+
+@pytest.mark.parametrize("thick", [0.008, 0.014])
+def test_a_mat_on_all_of_the_floor_is_not_the_floor(thick):
+    mat = world((0.2125, 0.1725, thick / 2.0))
+    mat.objects[0].pose.translation[:2] = 3.0, 0.0
+    seen = seen_by_a_lost_robot(frames(mat, looking_down(0.49)), *OFF[0])
+    assert sum(one.area for one in seen.segments(SMALLEST)) > 0.1
+    assert seen.cover < thick
+
+
+def test_without_furniture_around_it_a_thin_cover_may_be_the_floor():
+    seen = seen_in(frames(world(), looking_down(0.49)))
+    assert 0.01 < seen.cover < 0.014
 
 
 def test_at_least_so_many_objects_stand_there():

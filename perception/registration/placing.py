@@ -1,0 +1,141 @@
+"""Where one depth image shows a region of the map, by the furniture around it.
+
+Localisation and camera mount are wrong by a centimetre; the walls of a container, seen in the image
+itself, tell to a millimetre where its inside is, and how high its floor.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from pinocchio import SE3, exp3
+
+from perception.frame import Array, Frame, Mask
+from perception.geometry import world_points
+from perception.grasps.network_input import valid_depth
+from perception.registration.matching import Problem, Solution
+from perception.registration.planar import on_floor
+from perception.registration.sensors import DEPTH_CAMERA, Cloud
+from perception.registration.surfaces import Surfaces
+from robots import Geom, bounding_radius, reach
+
+_STRIDE = 4  # only every n-th pixel is used, along rows and columns
+_MOST = 300  # points that are matched, about
+_AROUND = 0.08  # how far outside of the region they are looked for [m]
+_BESIDE = 0.03  # how far inside or outside of it its walls may seem to stand [m]
+_WALL = 0.012  # furniture that is lower than this over its floor is no wall [m] ...
+_UPPER = 0.5  # ... and what lies beside one reaches less high than this share of it, mostly
+_SIGMAS = 2.0  # standard deviations of a tolerance
+_UP = np.array([0.0, 0.0, 1.0])
+
+
+class Place(NamedTuple):
+    """Where an image shows a region, and how certain that is."""
+
+    wTr: SE3
+    """Its centre in the world; its height is that of the map."""
+    tolerance: Array
+    """(2,) how far off it may be, along its edges [m]."""
+    floor: float
+    """Expected height of its floor over the lower face of `wTr` [m]."""
+    floor_tolerance: float
+    """How far off that may be [m]."""
+
+
+def place_in_image(
+    frame: Frame,
+    wTr: SE3,
+    size: Array,
+    *,
+    furniture: Sequence[Geom],
+    wTb: SE3,
+    mTb: SE3,
+    covariance: Array,
+) -> Place:
+    """Match what the image shows around a region to the furniture, as one piece.
+
+    Inside of the region only the upper part of its walls counts: objects stand there, and a mat may
+    cover the floor.
+
+    Args:
+        frame: that shows the region, or a part of it.
+        wTr: centre of the region, in the world.
+        size: (3,) full edge lengths [m].
+        furniture: all of the map, where it stands now.
+        wTb: the base in the world.
+        mTb: the base on the map.
+        covariance: (3, 3) of x, y [m] and heading [rad] of `mTb`.
+    """
+    mTw = mTb * wTb.inverse()
+    centre, radius = (mTw * wTr).translation, _AROUND + float(np.hypot(*size[:2])) / 2.0
+    near = [
+        one
+        for one in furniture
+        if np.hypot(*(one.pose.translation - centre)[:2]) < bounding_radius(one.shape) + radius
+    ]
+    bTw = wTb.inverse()
+    floor = mTw.act(wTr.act(np.array([0.0, 0.0, -size[2] / 2.0])))
+    tops = [reach(one, _UP) - floor[2] for one in near]
+    lowest = min((top for top in tops if top > _WALL), default=np.inf)
+    points = _points_around(frame, wTr, size, max(_WALL, _UPPER * lowest))
+    eye = bTw.act(frame.wTc.translation)
+    cloud = Cloud(points @ bTw.rotation.T + bTw.translation, eye, DEPTH_CAMERA)
+    problem = Problem(Surfaces({"around": near}), [cloud], on_floor(mTb), covariance)
+    solution = problem.solve()
+    by, spread = _motion_at(floor, mTb * eye, mTb.translation, problem, solution)
+    turn = SE3(exp3(np.array([0.0, 0.0, -by[3]])), np.zeros(3))
+    shift = mTw.rotation.T @ np.array([*by[:2], 0.0])
+    axes = (mTw * wTr).rotation[:2, :2]
+    across = axes.T @ spread[:2, :2] @ axes
+    turned = spread[3, 3] * (size[1::-1] / 2.0) ** 2
+    return Place(
+        wTr=SE3(turn.rotation @ wTr.rotation, wTr.translation - shift),
+        tolerance=_SIGMAS * np.sqrt(np.diag(across) + turned),
+        floor=-float(by[2]),
+        floor_tolerance=_SIGMAS * float(np.sqrt(spread[2, 2])),
+    )
+
+
+def _points_around(frame: Frame, wTr: SE3, size: Array, high: float) -> Array:
+    """(N, 3) measured points that may lie on the furniture around a region, in the world [m].
+
+    Inside of it they are at least `high` over its floor [m].
+    """
+    first = _STRIDE // 2
+    depth = np.asarray(frame.depth)[first::_STRIDE, first::_STRIDE]
+    v, u = np.nonzero(valid_depth(depth))
+    points = world_points(
+        depth[v, u],
+        frame.intrinsics,
+        frame.wTc,
+        first + _STRIDE * u.astype(float),
+        first + _STRIDE * v.astype(float),
+    )
+    local = (points - wTr.translation) @ wTr.rotation
+    height = local[:, 2] + size[2] / 2.0
+    outside = (np.abs(local[:, :2]) - size[:2] / 2.0).max(axis=1)
+    used: Mask = (outside < _AROUND) & (height > -_BESIDE) & (height < size[2])
+    used &= (outside > _BESIDE) | ((outside > -_BESIDE) & (height > high))
+    points = points[used]
+    return points[:: max(1, -(-len(points) // _MOST))]
+
+
+def _motion_at(
+    point: Array, eye: Array, base: Array, problem: Problem, solution: Solution
+) -> tuple[Array, Array]:
+    """Motion (4,) of what is measured at a point onto the furniture, x, y, z [m] and turn [rad].
+
+    Also its covariance (4, 4). Point, eye and base are (3,) on the map.
+    """
+    J, arm, (x, y, z) = np.zeros((4, problem.n)), (point - base)[:2], point - eye
+    J[:2, :2] = np.eye(2)
+    J[:, 2] = -arm[1], arm[0], 0.0, 1.0
+    J[:3, 3:6] = np.eye(3)
+    J[:3, 6:9] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
+    J[3, 8] = 1.0
+    J[:3, 9] = x, y, z
+    for column, centre in enumerate(problem.centres):  # less where that stands
+        at, arm = problem.displacement(column), point[:2] - centre
+        J[:2, at.start : at.start + 2] = -np.eye(2)
+        J[:, at.start + 2] = arm[1], -arm[0], 0.0, -1.0
+    return J @ solution.x, J @ np.linalg.inv(solution.information) @ J.T
