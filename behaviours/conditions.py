@@ -1,5 +1,6 @@
 """Conditions on the robot's state, on detected objects, and on values."""
 
+from dataclasses import replace
 from math import degrees
 from typing import Annotated, ClassVar
 
@@ -22,6 +23,8 @@ from behaviours.core.validation import validate_looks_like, validate_times
 from behaviours.views.objects import Choice
 from perception import ColourName, DetectedObject
 
+_CONFIRMED = 5.0  # where the base is counts as known for so long after a measurement of it [s]
+
 
 class ArmHealthy(Condition):
     """Succeeds if the robot has no fault."""
@@ -36,7 +39,7 @@ class ArmHealthy(Condition):
 class BatteryAbove(Condition):
     """Succeeds if the battery has more charge than this.
 
-    Fails too when the robot does not tell.
+    That is not known where the robot does not tell.
 
     Args:
         percent: of a full battery [%].
@@ -54,7 +57,7 @@ class BatteryAbove(Condition):
         """One tick."""
         charge = self.context.state.battery
         if charge is None:
-            return self.failure("the robot does not tell the charge of its battery")
+            return self.unknown("the robot does not tell the charge of its battery")
         text = f"battery at {100.0 * charge:.1f} %"
         return self.success(text) if 100.0 * charge > self._percent else self.failure(text)
 
@@ -124,6 +127,48 @@ class Near(Condition):
         return self.failure(text) if distance > self._within or turned else self.success(text)
 
 
+class Localised(Condition):
+    """Succeeds if it is known where the base is on the map.
+
+    Fails when what laser and camera see, or the base's own localisation, speaks against it. While
+    nothing has confirmed it for five seconds, or not so exactly, it is not known.
+
+    Args:
+        within_m: how exactly, in two standard deviations [m].
+    """
+
+    key: ClassVar[str] = "localised"
+
+    def __init__(
+        self,
+        name: str,
+        context: Context,
+        *,
+        within_m: Annotated[float, Bounds(least=0.001, most=10.0)] = 0.1,
+    ) -> None:
+        super().__init__(name, context)
+        self._within = within_m
+
+    def update(self) -> Status:
+        """One tick."""
+        here, lost = self.context.localisation, self.context.lost
+        fault = here.agreement.fault
+        if (
+            wrong := fault.text
+            if fault
+            else here.doubt or (self.context.relocalised if lost else "")
+        ):
+            return self.failure(wrong)
+        if here.estimate is None:
+            return self.success("the robot tells its place on the map")
+        known = f"known within {1000.0 * here.uncertainty:.0f} mm"
+        if here.agreement.since is not None:
+            return self.running("nothing in sight is where the map has it")
+        if (age := self.context.state.stamp - here.confirmed) > _CONFIRMED:
+            return self.running(f"not confirmed for {age:.0f} s")
+        return self.success(known) if here.uncertainty <= self._within else self.running(known)
+
+
 class ArmAt(Condition):
     """Succeeds if the arm is in a posture.
 
@@ -150,17 +195,24 @@ class ArmAt(Condition):
 class HoldingObject(Condition):
     """Succeeds if the fingers rest on something.
 
-    They do if they have moved when they were told to close, and something stopped them before they
-    were closed.
+    They do if they have moved when they were told to close, something stopped them before they were
+    closed, and they are still there. While they move that is not known; while a node lets go on
+    purpose, as `place` does, nothing is lost and it succeeds.
     """
 
     key: ClassVar[str] = "holding_object"
+    hand_before: ClassVar[str] = "full"
+    hand_after: ClassVar[str] = "full"
 
     def update(self) -> Status:
         """One tick."""
-        state = self.context.state
-        width = f"{1000 * state.gripper_width:.0f} mm between the fingers"
-        reason = "the fingers still move" if state.gripper_moving else self.empty_hand
+        context, leaf = self.context, self.context.letting_go
+        if leaf is not None and leaf.status is Status.RUNNING:
+            return self.success(f"{leaf.name} lets go of it")
+        width = f"{1000 * context.log.fingers.width:.0f} mm between the fingers"
+        if context.state.gripper_moving and not self.fingers_have_opened:
+            return self.unknown(f"{width}: the fingers still move")
+        reason = self.empty_hand
         if reason is None:
             return self.success(width)
         return self.failure(f"nothing held, {width}: {reason}")
@@ -168,6 +220,8 @@ class HoldingObject(Condition):
 
 class LooksLike(Condition):
     """Succeeds if a detected object is what is asked for.
+
+    Not known where the camera has no colours and one is asked for.
 
     Args:
         object: that `detect` found.
@@ -195,8 +249,14 @@ class LooksLike(Condition):
 
     def update(self) -> Status:
         """One tick."""
-        fits = self._choice.fitting([self._object], self.context.state.wTb.translation)
-        return (self.success if fits else self.failure)(str(self._object))
+        here, one = self.context.state.wTb.translation, self._object
+        fits, but_for_colour = (
+            bool(choice.fitting([one], here))
+            for choice in (self._choice, replace(self._choice, colour=None))
+        )
+        if but_for_colour and not fits and not one.colour:
+            return self.unknown("its colour was not seen")
+        return (self.success if fits else self.failure)(str(one))
 
 
 class AllPlaced(Condition):
@@ -221,7 +281,7 @@ class AllPlaced(Condition):
         log = self.context.log
         stock = log.stocks.get(self._region)
         if stock is None:
-            return self.failure(f"it is not known what was in {self._region}: nothing looked there")
+            return self.unknown(f"nothing looked at what was in {self._region}")
         placed = log.placed - stock.placed_before
         text = f"{placed} of {stock.most} objects placed that were seen in {self._region}"
         if lost := log.lost(stock):

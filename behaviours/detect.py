@@ -36,6 +36,7 @@ class Detect(Leaf):
     """
 
     key: ClassVar[str] = "detect"
+    counts: ClassVar[str] = "count"
     moves: ClassVar[bool] = False
     surfaces: ClassVar[tuple[str, ...]] = ("region",)
     validate = staticmethod(validate_choice)
@@ -77,12 +78,13 @@ class Detect(Leaf):
             return self.running("looking")
         if isinstance(objects, str):
             return self.failure(objects)
-        found = DetectedObjects(self._choice.fitting(objects, state.wTb.translation))
+        drift, mTw = self.context.drift(), self.context.localisation.mTw
+        fitting = self._choice.fitting(objects, state.wTb.translation)
+        found = DetectedObjects(replace(one, drift=drift, mTw=mTw) for one in fitting)
         if (self._count is not None or not found) and (unseen := self._detection.unseen(objects)):
             return self.failure(unseen)
         if self._list is not None:
-            drift = self.context.drift()
-            self._list.write(DetectedObjects(replace(one, drift=drift) for one in found))
+            self._list.write(found)
         if self._count is not None:
             self._count.write(len(found))
         return self.success(f"{len(found)} of {len(objects)}: {found}")

@@ -99,6 +99,7 @@ class LookAtPlace:
         self._detection = ObjectDetection(leaf.context, region, Choice())
         self._since = leaf.context.clock.now()
         self._arrived = self._is_aside = False
+        self._aside: SE3 | None = None  # the camera there, from where it looked first
         context, camera = leaf.context, leaf.context.robot.description.camera
 
         def view() -> SE3:
@@ -106,7 +107,9 @@ class LookAtPlace:
             if not self._is_aside:
                 return over
             hand, middle = hand_for(context, over), _floor(region)[None]
-            return out_of_view(hand, camera, context.held, middle) * camera.eTc
+            if self._aside is None:
+                self._aside = over.inverse() * out_of_view(context, hand, middle)[0] * camera.eTc
+            return over * self._aside
 
         self._camera = MoveCamera(leaf, view, f"a view of {region.name}", _TIMEOUT)
 

@@ -72,6 +72,9 @@ class Grasp(Leaf):
     """
 
     key: ClassVar[str] = "grasp"
+    hand_before: ClassVar[str] = "empty"
+    hand_after: ClassVar[str] = "full"
+    opens_for: ClassVar[tuple[str, ...]] = ("min_width_mm",)
     surfaces: ClassVar[tuple[str, ...]] = ("within",)
     validate = staticmethod(validate_grasp)
     _progress: Progress
@@ -116,6 +119,7 @@ class Grasp(Leaf):
     def initialise(self) -> None:
         """Start to look."""
         self._begun = self._seen = self.context.clock.now()
+        self._looked = self.context.state.stamp
         placed = self.context.log.placed
         is_first = placed != self._placed_before  # attempt at this object
         self._next_now, self._placed_before = self._next if is_first else None, placed
@@ -155,7 +159,8 @@ class Grasp(Leaf):
         if grasp is None:
             if self._views.begin_if_lost(self._target):
                 return self._look()
-            if now - self._seen > self._patience:
+            waits = not self._sought.reason and vision.waits_for_search(self._looked, read)
+            if now - self._seen > self._patience and not waits:
                 if vision.detection is not None and vision.detection.grasps:
                     vision.tracker.forget()  # every grasp in sight failed once: try them again
                 if self._views.begin():
@@ -163,7 +168,7 @@ class Grasp(Leaf):
                 reason = vision.blindness(read) or self._sought.reason or vision.tracker.reason
                 return self.failure(f"no grasp for {self._patience:g} s: {reason}")
             return self.running(f"looking for a grasp: {vision.blindness(read)}".removesuffix(": "))
-        self._seen = now
+        self._seen, self._looked = now, read
         wTg = grasp.wTg_at(read)
         above = wTg * SE3(np.eye(3), np.array([0.0, 0.0, -_STANDOFF]))
         if np.linalg.norm(wTg.translation - self._target) > _OTHER_TARGET:
@@ -196,7 +201,8 @@ class Grasp(Leaf):
         if grasp.quality < self._views.doubtful and self._views.begin(grasp.wTg.translation):
             return self._look()
         self.grip(grasp.opening, self._force)
-        self.context.log.floor_error = floor_error(vision.frame, wTg.translation, self._within)
+        seen = vision.picture(read)
+        self.context.log.floor_error = floor_error(seen, wTg.translation, self._within)
         self._locked = grasp
         self._progress = Progress(self.context, straight=True)
         self._step = self._descend
@@ -213,7 +219,7 @@ class Grasp(Leaf):
     def _look_anew(self) -> None:
         """Track what is seen from here."""
         self.context.vision.reset(self._views.wRa)
-        self._seen = self.context.clock.now()
+        self._seen, self._looked = self.context.clock.now(), self.context.state.stamp
         self._go_after(_NOWHERE)
         self._step = self._follow
 

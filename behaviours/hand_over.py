@@ -7,13 +7,14 @@ from typing import Annotated, ClassVar
 from py_trees.common import Status
 
 from behaviours.core.context import Context
-from behaviours.core.leaf import Leaf
+from behaviours.core.leaf import CLOSED, Leaf
 from behaviours.core.motion import Approach
 from behaviours.core.parameter_types import Bounds, Force, Lift, Speed, Timeout, ToolPose
 from controller import PoseGoal
 
-_PULL = 0.001  # motion of the fingers that hold something by which they are pulled [m]
+_PULL = 0.001  # change of their width, at rest, by which fingers that hold something are pulled [m]
 _CREEP = 1.0  # a slower change than `_PULL` in this time is no pull, but the object settling [s]
+_SQUEEZE = 1.0  # how long what was felt has to stay between the fingers [s]
 _ON_THE_WAY = 60.0  # longest way to the person [s]
 
 
@@ -55,7 +56,7 @@ class _HeldOut(Leaf):
         if status is not Status.SUCCESS:
             return status
         self._begun = self._since = self.context.clock.now()
-        self._width = self.context.state.gripper_width
+        self._width = self.context.log.fingers.width
         self._step = self._offer
         return self.running("holding the hand out")
 
@@ -75,9 +76,10 @@ class _HeldOut(Leaf):
 class HandOver(_HeldOut):
     """Hold the object out to a person, wait until it is pulled, and open the fingers.
 
-    It is pulled when the width between the fingers changes: as it turns, or as they close behind
-    it. Announce it by `say`. Fails with the object in the hand when nobody pulls in time; fails
-    too when nothing is held, the hand does not get there, the fingers do not open, or on a fault.
+    It is pulled when the width between the fingers changes, as it turns, and they still hold it.
+    What leaves them before they open may have fallen as well. Announce it by `say`. Fails with the
+    object in the hand when nobody pulls in time; fails too when nothing is held or it left the
+    fingers, the hand does not get there, the fingers do not open, or on a fault.
 
     Args:
         at: where the hand holds it out.
@@ -86,6 +88,8 @@ class HandOver(_HeldOut):
     """
 
     key: ClassVar[str] = "hand_over"
+    hand_before: ClassVar[str] = "full"
+    hand_after: ClassVar[str] = "empty"
 
     def __init__(
         self,
@@ -104,16 +108,18 @@ class HandOver(_HeldOut):
         return super()._come()
 
     def _offer(self) -> Status:
-        now, width = self.context.clock.now(), self.context.state.gripper_width
-        if self.empty_hand or abs(width - self._width) > _PULL:
-            self.open_gripper()
+        now, fingers = self.context.clock.now(), self.context.log.fingers
+        if fingers.rest and (reason := self.empty_hand):
+            return self.failure(f"it left the fingers before they opened, and may lie: {reason}")
+        if fingers.rest and abs(fingers.width - self._width) > _PULL:
+            self.let_go()
             if (carried := self.context.log.in_hand) is not None:
                 carried.let_go = now
             self._step = self._let_go
             return self.running("letting go")
         if now - self._begun > self._timeout:
             return self.failure(f"nobody took it within {self._timeout:g} s")
-        self._width += (width - self._width) * min(1.0, (now - self._since) / _CREEP)
+        self._width += (fingers.width - self._width) * min(1.0, (now - self._since) / _CREEP)
         self._since = now
         return self.running(f"holding it out for {now - self._begun:.0f} s")
 
@@ -125,8 +131,9 @@ class Receive(_HeldOut):
     """Hold the open hand out to a person, and take what is between the fingers.
 
     Nothing sees there, so the fingers feel: they close gently again and again, and stay closed on
-    what stops them; else they open. Announce it by `say`. Fails when nothing is given in time, the
-    hand does not get there, the fingers do not move, or on a fault.
+    what stops them wider apart than they closed on nothing before the hand set out, and still is
+    there when they press again; else they open. Announce it by `say`. Fails when nothing is given
+    in time, the hand does not get there, the fingers do not move, or on a fault.
 
     Args:
         at: where the hand is held out.
@@ -138,6 +145,8 @@ class Receive(_HeldOut):
     """
 
     key: ClassVar[str] = "receive"
+    hand_before: ClassVar[str] = "empty"
+    hand_after: ClassVar[str] = "full"
 
     def __init__(
         self,
@@ -155,10 +164,26 @@ class Receive(_HeldOut):
         self._every, self._force, self._hangs = every_s, force_n, hangs_m
 
     def initialise(self) -> None:
-        """Open the fingers, and set out."""
+        """Find where the fingers stop on nothing, and set out."""
         super().initialise()
-        if not self.gripper_is_open:
-            self.open_gripper()
+        self._step, self._empties = self._try, not self.gripper_is_open
+        self.open_gripper() if self._empties else self.grip(0.0, self._force)
+
+    def _try(self) -> Status:
+        """Drop what is held, close on nothing, and open."""
+        fingers = self.context.log.fingers
+        if (waiting := self._opening() if self._empties else self.fingers("closing")) is not None:
+            return waiting
+        if self._empties:
+            self._empties = False
+            self.grip(0.0, self._force)
+            return self.running("closing on nothing")
+        if not fingers.rest:
+            return self.running("closed on nothing")
+        fingers.empty = max(fingers.width, 0.0)
+        self.open_gripper()
+        self._step = self._come
+        return self._come()
 
     def _offer(self) -> Status:
         now = self.context.clock.now()
@@ -174,14 +199,30 @@ class Receive(_HeldOut):
         return self.running("closing")
 
     def _feel(self) -> Status:
-        context, log = self.context, self.context.log
+        context, log, now = self.context, self.context.log, self.context.clock.now()
         if (waiting := self.fingers("closing")) is not None:
             return waiting
-        if self.empty_hand:
-            self.open_gripper()
-            self._step = self._offer
-            return self.running("nothing there yet")
+        if not log.fingers.rest:
+            return self.running("feeling what is there")
+        if not self.empty_hand:
+            self._felt, self._since, self._step = log.fingers.width, now, self._squeeze
+            context.robot.grip(0.0, self._force)  # what stops them half way of themselves gives way
+            return self.running("pressing what is there")
+        return self._feel_again()
+
+    def _feel_again(self) -> Status:
+        self.open_gripper()
+        self._step = self._offer
+        return self.running("nothing there yet")
+
+    def _squeeze(self) -> Status:
+        """Take what is still there; a finger that was felt is not."""
+        context, log, now = self.context, self.context.log, self.context.clock.now()
+        if self.empty_hand or log.fingers.width < self._felt - CLOSED:
+            return self._feel_again()
+        if now - self._since < _SQUEEZE or not log.fingers.rest:
+            return self.running("pressing what is there")
         log.last_grasp, log.grip_height = context.wTe, self._hangs
         log.grip_outline = log.grip_opening = log.floor_error = None
-        log.attempt(self._begun, context.clock.now())
-        return self.success(f"given something {1000 * context.state.gripper_width:.0f} mm wide")
+        log.attempt(self._begun, now)
+        return self.success(f"given something {1000 * log.fingers.width:.0f} mm wide")

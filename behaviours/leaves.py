@@ -35,6 +35,7 @@ LEAVES: dict[str, type[Leaf]] = {
         Grasp,
         HandOver,
         conditions.HoldingObject,
+        conditions.Localised,
         LookAt,
         conditions.LooksLike,
         MoveArm,

@@ -13,7 +13,7 @@ from behaviours.core.motion import Progress
 from behaviours.core.parameter_types import Region
 from behaviours.release import TILT, Release, Spot
 from behaviours.views.surface import SurfaceWatch
-from behaviours.views.viewpoint import CAMERA_PATIENCE, out_of_view
+from behaviours.views.viewpoint import CAMERA_PATIENCE, hidden_by, out_of_view
 from controller import Array, PoseGoal, StepReport
 from hw import FaultKind, TaskTime
 from perception import disc
@@ -21,6 +21,7 @@ from perception import disc
 _MOST_RELOCALISATIONS = 3  # after which the hand goes back over the place
 _MOST_UNSEEN = 1  # places that are skipped as they are not seen
 _POINTS = 50  # of the place that the camera is to see
+_MOST_SIDES = 3  # from which the camera looks at a place
 _MOST_STUCK = 1  # places that are skipped as the hand does not get there
 ABOVE, _LEAST_ABOVE = 0.12, 0.06  # height over the place, and where that is out of reach [m]
 _BARELY = np.array([0.0, 0.0, 0.03])  # below what is near, it comes in so high [m]
@@ -38,7 +39,7 @@ class Lowering(Leaf):
     _radius: float  # of the disc around the place that has to be free [m]
     _rotation: Array  # (3, 3) of the hand that sets down, in the world
     _down: SE3  # the hand at the release, in the world
-    _aside: SE3  # the hand that lets the camera see the place, in the world
+    _asides: list[SE3]  # hands that let the camera see the place, in the world
     _up: float  # how far the hand comes from above [m]
     _looking_since: TaskTime | None
     _is_high: bool  # depends on its stance: straight down on what is above the shoulder
@@ -93,6 +94,11 @@ class Lowering(Leaf):
         speed, tolerance = _APPROACH_SPEED, _APPROACH_TOLERANCE
         return self._move("over the place", self._above, speed, tolerance, self._arrive)
 
+    @property
+    def _shown(self) -> Array:
+        """(N, 3) points that the camera is to see, in the world [m]."""
+        return disc(self._watch.centre, self._radius, _POINTS)
+
     def _set_out(self) -> None:
         """Go over the place: straight, or the base to another stance first."""
         self._step = self._approach
@@ -121,9 +127,7 @@ class Lowering(Leaf):
         if self._looking_since is None:
             self._looking_since = self.context.clock.now()
         self._step = self._give_way
-        camera, place = self.context.robot.description.camera, self._watch.centre
-        shown = disc(place, self._radius, _POINTS)
-        self._aside = out_of_view(self._above, camera, self.context.held, shown)
+        self._asides = out_of_view(self.context, self._above, self._shown)[:_MOST_SIDES]
         return self.running("looking at the place")
 
     def _give_way(self) -> Status:
@@ -132,15 +136,20 @@ class Lowering(Leaf):
         if self._watch.has_seen_surface:
             self._set_out()
             return self._approach()
-        if since is not None and context.clock.now() - since > CAMERA_PATIENCE:
-            reason = context.vision.blindness(context.state.stamp)
+        late = since is not None and context.clock.now() - since > CAMERA_PATIENCE
+        reason = context.vision.blindness(context.state.stamp)
+        if late and not reason and len(self._asides) > 1:
+            self._asides, self._looking_since = self._asides[1:], context.clock.now()
+        elif late:
             here, self._unseen = self._place, self._unseen + 1
+            [(why, most)] = hidden_by(context, context.wTe, self._shown).most_common(1)
+            why = f": {why}" if most else ""
             if not reason:
                 self._note(self.context.log.places_unseen)
             if reason or self._unseen > _MOST_UNSEEN or self._pass_over():
-                return self.failure(reason or f"{here} is not seen")
-            return self.running(f"{here} is not seen, going to {self._place}")
-        goal = PoseGoal(wTe=self._aside, speed=_APPROACH_SPEED, straight=True)
+                return self.failure(reason or f"{here} is not seen{why}")
+            return self.running(f"{here} is not seen{why}, going to {self._place}")
+        goal = PoseGoal(wTe=self._asides[0], speed=_APPROACH_SPEED, straight=True)
         self.pursue(goal, "looking at the place")
         return self.running("looking at the place")
 

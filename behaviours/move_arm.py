@@ -25,6 +25,7 @@ class MoveArm(Leaf):
     """
 
     key: ClassVar[str] = "move_arm"
+    base_rests: ClassVar[bool] = True
     goes_to: ClassVar[tuple[str, ...]] = ("to",)
 
     def __init__(

@@ -14,12 +14,13 @@ class OpenGripper(Leaf):
     """
 
     key: ClassVar[str] = "open_gripper"
+    hand_after: ClassVar[str] = "empty"
     moves: ClassVar[bool] = False
 
     def initialise(self) -> None:
         """Start to open, unless the fingers are open already."""
         if not self.gripper_is_open:
-            self.open_gripper()
+            self.let_go()
 
     def update(self) -> Status:
         """One tick."""

@@ -61,6 +61,8 @@ class Place(Lowering):
     """
 
     key: ClassVar[str] = "place"
+    hand_before: ClassVar[str] = "full"
+    hand_after: ClassVar[str] = "empty"
     surfaces: ClassVar[tuple[str, ...]] = ("on", "at", "onto")
     validate = staticmethod(validate_place)
 

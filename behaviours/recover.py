@@ -40,6 +40,7 @@ class Recover(Leaf):
     """
 
     key: ClassVar[str] = "recover"
+    base_rests: ClassVar[bool] = True
     goes_to: ClassVar[tuple[str, ...]] = ("arm",)
 
     def __init__(

@@ -102,7 +102,7 @@ class Release:
         # What is gripped by its rim or handle has a part outside the fingers.
         room = context.log.grip_opening
         enough = None if room is None else max(room, self._width + _LEAST_OPENING)
-        opens_by = leaf.open_gripper(enough)
+        opens_by = leaf.let_go(enough)
         context.log.when_let_go(min(_LET_GO, opens_by), self._set_down)
 
     @property

@@ -17,10 +17,10 @@ class RetreatCheck(Leaf):
     """Rise, and check that the hand holds something.
 
     It goes back the way it came. It holds something if the fingers have moved since they were told
-    to close, and stopped between closed and as far apart as they were before. Fails otherwise and
-    when the arm has a fault (Haviland 2022, section V), so that the tree tries again. Fingers that
-    still close on the way up hold nothing: they are waited for. A grasp that failed is remembered
-    and not chosen again while there are others.
+    to close, stopped between closed and as far apart as they were before, and rest where they
+    stopped. Fails otherwise and when the arm has a fault (Haviland 2022, section V), so that the
+    tree tries again. Fingers that still close on the way up hold nothing: they are waited for. A
+    grasp that failed is remembered and not chosen again while there are others.
 
     Args:
         rise_m: how far the hand goes [m].
@@ -28,6 +28,8 @@ class RetreatCheck(Leaf):
     """
 
     key: ClassVar[str] = "retreat_check"
+    hand_before: ClassVar[str] = "full"
+    hand_after: ClassVar[str] = "full"
 
     def __init__(
         self, name: str, context: Context, *, rise_m: Lift = 0.2, next_goal: ToolPose | None = None
@@ -51,7 +53,8 @@ class RetreatCheck(Leaf):
             return self._missed(fault)
         if context.log.closing is None:
             return self.failure("the fingers were not told to close")
-        width, moving = 1000 * context.state.gripper_width, context.state.gripper_moving
+        fingers, moving = context.log.fingers, context.state.gripper_moving
+        width = 1000 * fingers.width
         if (not moving or self.gripper_is_closed) and (reason := self.empty_hand):
             return self._missed(reason)
         report = self.pursue(self._goal)
@@ -62,7 +65,7 @@ class RetreatCheck(Leaf):
                 below = f"stuck {report.position_error:.2f} m below the retreat"
                 return self._missed(below + self._progress.because)
             return self.running(f"rising, {width:.0f} mm between the fingers")
-        if not moving:
+        if fingers.rest:
             context.vision.tracker.forget()
             return self.success(f"holding something {width:.0f} mm wide")
         self._up_since = self._up_since or now

@@ -18,6 +18,7 @@ class Say(Leaf):
     """
 
     key: ClassVar[str] = "say"
+    can_fail: ClassVar[bool] = False
     needs_robot: ClassVar[bool] = False
     moves: ClassVar[bool] = False
     validate = staticmethod(validate_text)

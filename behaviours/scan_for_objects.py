@@ -28,6 +28,7 @@ class ScanForObjects(Leaf):
     """
 
     key: ClassVar[str] = "scan_for_objects"
+    counts: ClassVar[str] = "count"
     surfaces: ClassVar[tuple[str, ...]] = ("region",)
 
     def __init__(

@@ -17,6 +17,8 @@ class Wait(Leaf):
     """
 
     key: ClassVar[str] = "wait"
+    can_fail: ClassVar[bool] = False
+    lasts: ClassVar[str] = "duration_s"
     needs_robot: ClassVar[bool] = False
     moves: ClassVar[bool] = False
 

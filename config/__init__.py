@@ -13,6 +13,7 @@ from config.diagnostics import (
     TooManyErrorsError,
     UserError,
     counted,
+    extra,
     nearest,
     parted,
     quoted,

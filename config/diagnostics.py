@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import difflib
+import re
+import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
+from os.path import relpath
 from pathlib import Path
 from typing import ClassVar
+from unicodedata import category
 
 from config.rules import Rule
 
@@ -30,6 +34,12 @@ def quoted(words: Iterable[object]) -> str:
 def counted(number: int, noun: str) -> str:
     """A number of things, as `1 object` and `2 objects`."""
     return f"{number} {noun}{'s' * (number != 1)}"
+
+
+def extra(name: str) -> str:
+    """The command that installs an extra of ours where this program runs."""
+    python = min(sys.executable, relpath(sys.executable), key=len)
+    return f'{python} -m pip install "frankie-task[{name}]"'
 
 
 class Hint(str):
@@ -62,22 +72,57 @@ def suggest(word: str, known: Iterable[str]) -> str:
 _OPPOSITES = (
     *(("open", "close"), ("forward", "backward"), ("left", "right"), ("min", "max")),
     *(("least", "most"), ("before", "after"), ("above", "below"), ("up", "down")),
+    *(("large", "small"), ("larg", "smallest"), ("tall", "small"), ("high", "low")),
+    *(("long", "short"), ("wide", "narrow"), ("thick", "thin"), ("near", "far")),
+    *(("first", "last"), ("start", "stop"), ("inside", "outside"), ("full", "empty")),
+    *(("fast", "slow"), ("push", "pull"), ("give", "take"), ("pick", "place")),
 )
+_DENYING = ("un", "dis", "not_", "no_")
+_UNITS = ("s", "m", "mm", "deg", "percent", "cm2")  # with which names of parameters end
+_LIKE, _LIKE_PART = 0.8, 0.75  # least likeness of two words with a slip, and of their parts
 
 
 def _are_opposite(one: str, other: str) -> bool:
     """Whether two words differ in a part that means the opposite, however near they look."""
-    return any((a in one and b in other) or (b in one and a in other) for a, b in _OPPOSITES)
+    short, long = sorted((one.lower(), other.lower()), key=len)
+    return long in {f"{no}{short}" for no in _DENYING} or any(
+        (a in short and b in long) or (b in short and a in long) for a, b in _OPPOSITES
+    )
+
+
+def _parts(word: str) -> list[str]:
+    """The parts of a word as `shelf_2`, without case, plural and unit."""
+    parts = re.findall(r"[a-z]+|[^a-z_ -]+", word.lower())
+    parts = parts[:-1] if len(parts) > 1 and parts[-1] in _UNITS else parts
+    return [re.sub(r"(?<=\w\w\w)(?<!s)s$", "", re.sub(r"ies$", "y", one)) for one in parts]
+
+
+def _alike(one: str, other: str, least: float) -> bool:
+    like = difflib.SequenceMatcher(None, one, other).ratio()
+    return like >= least or sorted(one) == sorted(other)  # as of two exchanged letters
+
+
+def _is_spelling(one: str, other: str) -> bool:
+    """Whether two words are one, in another way of writing or with slips within long parts."""
+    a, b = _parts(one), _parts(other)
+    return "".join(a) == "".join(b) or (
+        [x if x.isdigit() else x[0] for x in a] == [y if y.isdigit() else y[0] for y in b]
+        and all(x == y or _alike(x, y, _LIKE_PART) for x, y in zip(a, b, strict=True))
+        and _alike("".join(a), "".join(b), _LIKE)
+    )
 
 
 def nearest(word: str, known: Iterable[str]) -> Hint:
-    """Asks whether the nearest known word was meant; empty if none is near."""
+    """Asks whether the nearest known word was meant; empty if none is near.
+
+    It is certain only where no other word differs as little: a word that means something else, as
+    near as it looks, is not put in its place.
+    """
     likely = sorted(one for one in known if not _are_opposite(one, word))
-    close = difflib.get_close_matches(word, likely, n=2)
-    likeness = [difflib.SequenceMatcher(None, one, word).ratio() for one in close]
-    is_certain = bool(close) and likeness.count(likeness[0]) == 1
+    same = [one for one in likely if _is_spelling(one, word)]
+    close = same or difflib.get_close_matches(word, likely, n=1)
     text = f"did you mean `{close[0]}`?" if close else ""
-    return Hint(text, word, close[0] if is_certain else "")
+    return Hint(text, word, close[0] if len(same) == 1 else "")
 
 
 @dataclass(frozen=True, kw_only=True, order=True)
@@ -162,5 +207,9 @@ class Diagnostics:
 
 def _one_line(text: str) -> str:
     """Text that may quote a file, made safe and short for a terminal."""
-    line = " ".join("".join(letter if letter.isprintable() else " " for letter in text).split())
+    shown = (
+        f"<U+{ord(letter):04X}>" if category(letter) in ("Zs", "Cf") and letter != " " else letter
+        for letter in text
+    )
+    line = " ".join("".join(one if one.isprintable() else " " for one in shown).split())
     return line if len(line) <= 400 else f"{line[:399]}…"

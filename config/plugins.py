@@ -35,7 +35,10 @@ def imported(entry: metadata.EntryPoint, patience: float) -> object:
             results.append(error)
 
     thread = threading.Thread(target=load, name=f"import of {entry.value}", daemon=True)
-    thread.start()
+    try:
+        thread.start()
+    except RuntimeError as error:
+        raise PluginError(f"{error}: end what else runs") from error
     thread.join(patience)
     if not results:
         raise PluginError(f"its import has not ended after {patience:g} s")

@@ -151,7 +151,10 @@ class _Position:
         if type_ in ("too_short", "too_long"):
             bound = counted(context.get("min_length", context.get("max_length")), "value")
             message = f"{path}: expected {bound}, got {context['actual_length']}"
-            return self.value.location, message, f"write {bound}"
+            most, count = context.get("max_length"), context["actual_length"]
+            is_comma = most is not None and count == 2 * most
+            hint = "a decimal has a point: 0.5, not 0,5" if is_comma else f"write {bound}"
+            return self.value.location, message, hint
         if type_ == "value_error":
             text = str(context["error"])
             message, _, hint = text.partition("; " if "; " in text else ": ")

@@ -72,6 +72,8 @@ _SCALARS: tuple[tuple[re.Pattern[str], Callable[[str], Plain]], ...] = (
 
 _YAML_HINTS = {
     r"'\t'": "indent with spaces, not with tabs",
+    "'`'": "remove the ``` of Markdown around the file; text that begins with ` is quoted",
+    "unknown escape": "write `/` in paths; in double quotes a backslash is written twice",
     "could not find expected ':'": "a key beside others ends in `:`, as `open_gripper:`",
     "got ':'": "quote text that contains `: `, or close the bracket before it",
     "mapping values are not allowed": "check the indentation, and quote text that contains `: `",
@@ -167,6 +169,10 @@ def _read_text(path: Path, diagnostics: Diagnostics) -> str | None:
 
 def parse_yaml(text: str, diagnostics: Diagnostics) -> YamlValue | None:
     """The document in `text`; None after an error in the diagnostics."""
+    if text.lstrip().startswith("<"):
+        hint = "write YAML: `frankie-task export` writes XML, and nothing reads it"
+        diagnostics.error(SYNTAX, Location(line=1, column=1), "this is XML", hint)
+        return None
     if (faultless := _read_by_libyaml(text)) is not None:
         return faultless
     try:
@@ -185,6 +191,8 @@ def parse_yaml(text: str, diagnostics: Diagnostics) -> YamlValue | None:
             "check the indentation and the quotes here and on the line above",
         )
         location = _location(error.problem_mark or error.context_mark)
+        if problem.startswith("expected ','") and (comment := _comment_before(text, location)):
+            location, hint = comment, "what follows ` #` is a comment: put the text in quotes"
         diagnostics.error(SYNTAX, location, f"this is not YAML: {problem}", hint)
     except (ValueError, OverflowError):
         # The scanner converts escapes and version numbers without checking their range.
@@ -192,6 +200,16 @@ def parse_yaml(text: str, diagnostics: Diagnostics) -> YamlValue | None:
         diagnostics.error(
             SYNTAX, _location(loader.get_mark()), message, "correct it or write it as plain text"
         )
+    return None
+
+
+def _comment_before(text: str, location: Location) -> Location | None:
+    """Where ` #` cuts off the line before a location, or its own."""
+    for number in (location.line, location.line - 1):
+        line = text.splitlines()[number - 1 : number] if number > 0 else []
+        for one in line:
+            if (at := one.find(" #")) > 0 and one[:at].count("{") + one[:at].count("["):
+                return Location(line=number, column=at + 2)
     return None
 
 
@@ -278,6 +296,8 @@ class _Composer:
                 plain = written(key.value) if isinstance(key, YamlScalar) else ""
                 quotes = f'"{plain}"' if plain else ""
                 hint = Hint("give it a name, or write it in quotes", plain, quotes)
+                if isinstance(value, YamlScalar) and value.value is None and entries:
+                    hint = Hint("a decimal has a point, as 1.5; else write it in quotes")
                 self._diagnostics.error(SYNTAX, key.location, "this key is not a word", hint)
             elif key.value in entries:
                 first = entries[key.value].location.line

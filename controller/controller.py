@@ -71,8 +71,9 @@ class HolisticController:
         if settings.collision is not None:
             self._avoidance = CollisionAvoidance(model, settings.collision, models, self._lag)
         self._solver = Solver(SLACK_COSTS)
-        self._compensation: Array | None = None
-        """(n,) by which the arm compensated for the lag of the base in the last period."""
+        self._compensated: tuple[Array, Array] | None = None
+        """(n,) velocities of the last period in which the arm compensates for the lag of the base,
+        and the same without that."""
         self._waits_for = ""
         self._linearised: Linearisation | None = None
         self._periods = 0
@@ -141,8 +142,12 @@ class HolisticController:
         if isinstance(goal, PoseGoal):
             if self._guidance is not None:
                 self._guidance.waits = bool(self._waits_for)
-            last, extra = tick.applied, self._compensation
-            return self._pose_task(tick, goal, last if extra is None else last - extra)
+            steady, arm = tick.applied, slice(self.model.n_base, None)
+            if self._compensated is not None:
+                told, without = self._compensated
+                if np.allclose(told[arm], tick.applied[arm]):  # the robot got it
+                    steady = tick.applied - (told - without)
+            return self._pose_task(tick, goal, steady)
         self._pose_task.reset(goal)
         match goal:
             case PostureGoal():
@@ -164,7 +169,7 @@ class HolisticController:
         self, tick: Tick, task: Task, rows: Rows | None, velocities: Array | None
     ) -> tuple[Array | None, float]:
         """Stage 4: let the arm compensate for the lag of the base; also the norm of the slack."""
-        self._compensation = None
+        self._compensated = None
         if velocities is None or task.twist is None:
             return velocities, 0.0
         missing = task.twist - tick.kinematics.J @ velocities
@@ -175,7 +180,7 @@ class HolisticController:
         compensated = None if qp is None else self._solver.solve(qp, rows)
         if compensated is None:
             return velocities, slack
-        self._compensation = compensated - velocities
+        self._compensated = compensated, velocities
         return compensated, slack
 
     def _give_way(
@@ -191,6 +196,7 @@ class HolisticController:
         )
         rows = joined(ahead, rows)
         if ahead is not None:
+            self._compensated = None  # that command is not sent
             velocities = self._solver.solve(task.qp, rows)
         self._waits_for = waits_for(tick.base, moving, rows, velocities)
         return velocities

@@ -196,7 +196,7 @@ class Guidance:
         self._start_goal(goal.wTe.copy())
         self._set_stance(self.stance if crept else None)
         is_there = distance < self._guidance.close
-        self.unreachable = "" if is_there else self._finder.obstacle_to(goal)
+        self.unreachable = "" if is_there else self._finder.obstacle_to(goal, wTb)
         if self.unreachable:
             self._set_stance(None)
         elif not goal.straight and (goal.stance_if_near or distance > self._guidance.min_distance):
@@ -256,8 +256,9 @@ class Guidance:
         if stance is not self._base_of[0] or self._goal is not self._base_of[1]:
             self._base, self._base_of = stance.base_for(goal.wTe), (stance, self._goal)
         floor, space, follows = self._finder.floor, self._finder.space, goal.is_moving
+        base = wTb if self._model.description.stands_still else self._base
         return self._approach.remaining(
-            stance, self._base, distance, wTb, q, floor, space, follows=follows
+            stance, base, distance, wTb, q, floor, space, follows=follows
         )
 
     def _has_stalled(self, remaining: Remaining, goal: PoseGoal, passed: int) -> bool:

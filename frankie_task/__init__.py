@@ -129,6 +129,9 @@ def run_task(
     seed: int = 0,
     parameters: Mapping[str, str] | None = None,
     record: str | Path = "runs",
+    armed: bool = False,
+    map: str | Path | None = None,
+    places: str | Path | None = None,
 ) -> Result:
     """Run a task as `frankie-task run` does, without a viewer.
 
@@ -140,6 +143,9 @@ def run_task(
         seed: of the objects and of the camera's noise.
         parameters: values of task parameters, as texts.
         record: where the folder of the run is made.
+        armed: whether a robot with drivers may move.
+        map: a scene file with the furniture; None takes that of the world or of the robot file.
+        places: a file of poses and regions, used instead of the task's own.
 
     Returns:
         The outcome, the summary and the folder of the run.
@@ -161,5 +167,8 @@ def run_task(
             seed=seed,
             parameters=parameters or {},
             record=Path(record),
+            armed=armed,
+            map=Path(map) if map else None,
+            places=Path(places) if places else None,
         )
     )

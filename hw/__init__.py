@@ -6,7 +6,7 @@ from config import lazy_face
 
 if TYPE_CHECKING:
     from hw.clock import Clock, SimClock, TaskClock, TaskTime, WallClock, Worker, epoch, stopwatch
-    from hw.composition import ComposedRobot, InlineExecutor, one_thread
+    from hw.composition import ComposedRobot, InlineExecutor
     from hw.contract import BrokenContractError, check_driver
     from hw.drivers import DriverContext, parts_of
     from hw.faults import INJECTABLE, FaultInjection, InjectionError, injectable
@@ -50,6 +50,7 @@ if TYPE_CHECKING:
         LocalisedPose,
         RobotState,
     )
+    from hw.threads import begun
     from hw.truth import MAY_TOUCH, DisturbableWorld, Touch, TrueObject, Truth
     from hw.watchdog import SIMULATION, LoopBlockedError, Patience, Watchdog
 else:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from concurrent.futures import Executor, Future
 from dataclasses import dataclass
 from typing import Any, ParamSpec, Protocol, TypeVar
 
@@ -18,6 +18,10 @@ class Clock(Protocol):
     """Session time."""
 
     is_real: bool  # whether it runs by itself, and the robot with it
+
+    @property
+    def lost(self) -> float:
+        """How far it has fallen behind the real time that it is to keep, in all [s]."""
 
     def now(self) -> float:
         """Seconds since the session began [s]."""
@@ -58,16 +62,21 @@ class Deliveries:
                 delivered.set_result(work.result())
 
 
-_SLACK = 0.02  # a paced clock that lags behind real time by more than this skips the lag [s]
+_SLACK = 0.02  # by which a paced clock may lag behind real time and catch up again [s]
 
 
 class SimClock:
-    """Simulated time: it jumps on request; at most `pace` seconds a second if that is given."""
+    """Simulated time: it jumps on request, and waits for real time where it is `paced`.
 
-    def __init__(self, pace: float | None = None) -> None:
+    Nothing is left out: where the computer is too slow, simulated time goes slower than real time.
+    """
+
+    is_real = False
+
+    def __init__(self, *, paced: bool = False) -> None:
         self._now = 0.0
-        self._pace, self.is_real = pace, pace is not None
-        self._began: float | None = None
+        self._paced, self.lost = paced, 0.0
+        self._began: float | None = None  # when simulated time was zero, later by what was lost [s]
         self._deliveries = Deliveries()
 
     def now(self) -> float:
@@ -75,30 +84,29 @@ class SimClock:
         return self._now
 
     def sleep_until(self, stamp: float) -> None:
-        """Advance to `stamp` [s], never backwards; the pace counts from the first call."""
+        """Advance to `stamp` [s], never backwards; real time counts from the first call."""
         self._now = max(self._now, stamp)
-        if self._pace is not None:
-            self._keep_pace(self._pace)
+        if self._paced:
+            self._keep_pace()
         self._deliveries.deliver(self._now)
 
     def due(self, work: Future[Result], seconds: float) -> Future[Result]:
         """What gets the result of work `seconds` [s] from now."""
         return self._deliveries.add(work, self._now + seconds)
 
-    def _keep_pace(self, pace: float) -> None:
-        if self._began is None:
-            self._began = time.monotonic() - self._now / pace
-        ahead = self._now / pace - (time.monotonic() - self._began)
-        if ahead > 0.0:
-            time.sleep(ahead)
-        elif ahead < -_SLACK:
-            self._now -= ahead * pace
+    def _keep_pace(self) -> None:
+        """Sleep until real time has come as far; its lead beyond the slack is lost."""
+        real = time.monotonic()
+        began = real - self._now if self._began is None else self._began
+        self._began = max(began, real - self._now - _SLACK)
+        self.lost += self._began - began
+        time.sleep(max(0.0, self._began + self._now - real))
 
 
 class WallClock:
     """Real, monotonic time since the clock was made."""
 
-    is_real = True
+    is_real, lost = True, 0.0
 
     def __init__(self) -> None:
         self._start = time.monotonic()
@@ -124,11 +132,15 @@ class Worker(Executor):
     Args:
         clock: of the session.
         seconds: from the call of `submit` to the result, in simulated time [s].
+
+    Raises HardwareError: the computer starts no more threads.
     """
 
     def __init__(self, clock: Clock, seconds: float) -> None:
-        self._thread = ThreadPoolExecutor(max_workers=1)
-        self._clock, self._seconds = clock, seconds
+        from hw.threads import one_thread  # not needed by the processes of drivers
+
+        self._thread, self._clock = one_thread(), clock
+        self._seconds = seconds
 
     def submit(
         self, fn: Callable[P, Result], /, *args: P.args, **kwargs: P.kwargs

@@ -2,7 +2,7 @@
 
 from bisect import bisect_left
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from concurrent.futures import Executor, Future
 from contextlib import ExitStack
 from itertools import chain
 from math import inf
@@ -15,6 +15,7 @@ from hw.clock import Clock
 from hw.robot import (
     Arm,
     Base,
+    Complaining,
     DepthCamera,
     Gripper,
     HardwareError,
@@ -33,6 +34,7 @@ from hw.state import (
     PartStamps,
     RobotState,
 )
+from hw.threads import one_thread
 from robots import RobotDescription
 
 P = ParamSpec("P")
@@ -57,11 +59,6 @@ class InlineExecutor(Executor):
         return future
 
 
-def one_thread() -> Executor:
-    """One thread, which does one piece of work after the other."""
-    return ThreadPoolExecutor(max_workers=1)
-
-
 class ComposedRobot:
     """A robot made of parts; where they `rest_together`, a fault of one stops all."""
 
@@ -82,6 +79,7 @@ class ComposedRobot:
         self._arm, self._base, self._gripper, self._camera = arm, base, gripper, camera
         self._laser = laser
         self._parts: tuple[Part, ...] = (arm, base, gripper, camera, *([laser] if laser else []))
+        self._complaining = [part for part in self._parts if isinstance(part, Complaining)]
         self._arms = History(_interpolate_arm)
         self._bases = History(_interpolate_base)
         self._model = RobotModel(description)
@@ -126,6 +124,7 @@ class ComposedRobot:
             battery=base.battery,
             localised=base.localised,
             stamps=PartStamps(arm.stamp, base.stamp, gripper.stamp),
+            complaints=tuple(chain(*(part.complaints for part in self._complaining))),
         )
 
     def send(self, command: Command) -> Command:

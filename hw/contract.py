@@ -1,26 +1,87 @@
 """The contract of drivers, checked on an emulator or a machine that may move."""
 
-import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager
+from functools import partial
+from threading import Thread
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from hw.clock import Clock, WallClock
+from hw.clock import Clock, WallClock, stopwatch
 from hw.drivers import DriverContext
 from hw.robot import HardwareError
 from hw.state import Array, Fault, FaultKind
+from hw.threads import begun
 from robots import RobotDescription, load_robot
 
 _PERIOD = 0.01  # of the loop [s]
 _BLOCKED = 0.05  # a call that takes longer has waited [s]
 _RESTS = 0.01  # a slower part rests [m/s, rad/s]
+_COASTS = 1.0  # a part that moves for so much longer than it may is stopped [s]
 _FORCE, _WIDTH = 20.0, 5e-3  # of the fingers [N], and tolerance of their width [m]
 
 
 class BrokenContractError(AssertionError):
     """What a driver does not keep, a line each."""
+
+
+class _CallError(Exception):
+    """What a driver raised, in words."""
+
+
+class _Calls:
+    """A part whose calls are watched: the one that has not returned, and since when [s]."""
+
+    def __init__(self, part: Any) -> None:
+        self._part, self._over = part, False
+        self._running: tuple[str, float] | None = None
+
+    def __getattr__(self, name: str) -> Any:
+        found = getattr(self._part, name)
+        if not callable(found):
+            return found
+
+        def call(*arguments: object) -> Any:
+            if self._over:
+                raise _CallError("the check was given up")
+            self._running = name, stopwatch()
+            try:
+                return found(*arguments)
+            except Exception as error:
+                raise _CallError(f"`{name}` raises {type(error).__name__}: {error}") from error
+            finally:
+                self._running = None
+
+        return call
+
+    def within(self, patience: float, work: Callable[[], object]) -> str:
+        """Do work on a thread; why it failed, which is that a call takes more than that [s]."""
+        thread, said = self.aside(work)
+        try:
+            while thread.is_alive():
+                thread.join(_PERIOD)
+                if (running := self._running) and stopwatch() - running[1] > patience:
+                    return f"`{running[0]}` has not returned after {patience:g} s"
+        finally:
+            self._over = thread.is_alive()
+        return "".join(said)
+
+    def aside(self, work: Callable[[], object]) -> tuple[Thread, list[str]]:
+        """Do work on another thread; also what will have failed there."""
+        said: list[str] = []
+
+        def listened() -> None:
+            try:
+                work()
+            except Exception as error:
+                said.append(str(error) if isinstance(error, _CallError) else repr(error))
+
+        return begun(listened, "check"), said
+
+    def again(self) -> "_Calls":
+        """The same part, called from another thread."""
+        return _Calls(self._part)
 
 
 class _Trial(NamedTuple):
@@ -36,11 +97,10 @@ class _Trial(NamedTuple):
     rest: float
     patience: float
 
-    @property
-    def command(self) -> Array:
-        """A velocity: of the last joint, or of the base forwards."""
+    def command(self, way: float = 1.0) -> Array:
+        """A velocity: of the last joint, or of the base; `way` is 1 forth, -1 back."""
         axes = np.eye(3 if self.kind == "base" else len(self.robot.arm.ready))
-        return np.asarray(self.speed * axes[0 if self.kind == "base" else -1])
+        return np.asarray(way * self.speed * axes[0 if self.kind == "base" else -1])
 
     def newest(self) -> Any:
         """The newest reading, image or scan."""
@@ -71,12 +131,12 @@ class _Trial(NamedTuple):
         """Whether something comes true in time."""
         return any(done() for _ in self.ticks(self.patience))
 
-    def drive(self, seconds: float = 1.0) -> float:
-        """Command the velocity for a while; when the last command was given."""
+    def drive(self, way: float = 1.0) -> float:
+        """Command the velocity for a second; when the last command was given."""
         given = 0.0
-        for _ in self.ticks(seconds):
+        for _ in self.ticks(1.0):
             self.part.read()
-            self.part.send(self.command)
+            self.part.send(self.command(way))
             given = self.clock.now()
         return given
 
@@ -147,13 +207,14 @@ def _follows(trial: _Trial) -> Iterator[str]:
         yield "it moves without a command"
     kept = trial.newest()
     values = kept.q if trial.kind == "arm" else kept.wTb.homogeneous
-    before = values.copy()
-    trial.drive()
-    applied, velocity = np.asarray(trial.part.send(trial.command)), trial.velocity()
-    if not np.allclose(applied, trial.command, atol=0.5 * trial.speed):
-        yield f"told {trial.command}, it says that it applies {applied}"
-    if np.abs(velocity - trial.command).max() > 0.5 * trial.speed:
-        yield f"told {trial.command} for 1 s, it moves at {velocity.round(3)}"
+    before, off = values.copy(), 0.5 * abs(trial.speed)
+    for command, way in ((trial.command(way), way) for way in (1.0, -1.0)):
+        trial.drive(way)
+        applied, velocity = np.asarray(trial.part.send(command)), trial.velocity()
+        if not np.allclose(applied, command, atol=off):
+            yield f"told {command}, it says that it applies {applied}"
+        if not np.abs(velocity - command).max() <= off:
+            yield f"told {command} for 1 s, it moves at {velocity.round(3)}"
     if not np.array_equal(values, before):
         yield "an earlier reading has changed"
 
@@ -161,7 +222,7 @@ def _follows(trial: _Trial) -> Iterator[str]:
 def _refuses(trial: _Trial) -> Iterator[str]:
     """What is not finite is not applied."""
     for bad in (np.nan, np.inf):
-        applied = np.asarray(trial.part.send(np.full(trial.command.shape, bad)))
+        applied = np.asarray(trial.part.send(np.full(trial.command().shape, bad)))
         if np.any(applied):  # NaN counts
             yield f"told {bad}, it applies {applied}"
 
@@ -173,10 +234,12 @@ def _rests_alone(trial: _Trial) -> Iterator[str]:
 
 def _rests_told(trial: _Trial) -> Iterator[str]:
     """`stop` from another thread brings it to rest."""
-    trial.drive()
+    trial.drive(-1.0)
     stopped = trial.clock.now()
-    threading.Thread(target=trial.part.stop).start()
+    stopping, said = trial.part.aside(trial.part.again().stop)
     yield from _rests(trial, stopped)
+    stopping.join(trial.patience)
+    yield from said or ["it has not returned"] * stopping.is_alive()
 
 
 def left_alone(kind: str, part: Any, robot: RobotDescription, clock: Clock, holds: float) -> float:
@@ -187,7 +250,7 @@ def left_alone(kind: str, part: Any, robot: RobotDescription, clock: Clock, hold
     trial = _Trial(kind, part, robot, clock, None, 0.05, 0.0, 0.0, holds)
     trial.drive()
     follows = not trial.rests()
-    part.send_last(trial.command, holds)
+    part.send_last(trial.command(), holds)
     since = clock.now()
     rests, faults = trial.wait(trial.rests), [fault.text for fault in trial.faults()]
     if faults or not follows:
@@ -196,8 +259,9 @@ def left_alone(kind: str, part: Any, robot: RobotDescription, clock: Clock, hold
 
 
 def _rests(trial: _Trial, since: float) -> Iterator[str]:
-    if not trial.wait(trial.rests):
-        yield f"it still moves after {trial.patience:g} s"
+    longest = trial.rest + _COASTS
+    if not any(trial.rests() for _ in trial.ticks(longest)):
+        yield f"it still moves after {longest:g} s"
     elif (after := trial.part.read().stamp - since) > trial.rest:
         yield f"it rests after {after:.2f} s, of {trial.rest:g}"
 
@@ -206,14 +270,15 @@ def _grips(trial: _Trial) -> Iterator[str]:
     """The fingers go to a width, and `moving` says so meanwhile."""
     for share in (1.0, 0.5):
         width, seen = share * trial.robot.gripper.opening, list[bool]()
-        grip = threading.Thread(target=trial.part.grip, args=(width, _FORCE))
-        grip.start()
+        grip, said = trial.part.aside(partial(trial.part.again().grip, width, _FORCE))
         for _ in trial.ticks(trial.patience):
             seen.append(trial.part.read().moving)
             if not grip.is_alive():
                 break
         if grip.is_alive():
             yield f"`grip` has not ended after {trial.patience:g} s"
+        if said or grip.is_alive():
+            yield from said
             return
         if not any(seen) or trial.part.read().moving:
             yield "`moving` is wrong"
@@ -234,20 +299,35 @@ def _faults(trial: _Trial) -> Iterator[str]:
             yield f"its words change, or are empty: {sorted(texts)}"
         if not all(isinstance(one.kind, FaultKind) for one in trial.faults()):
             yield "its kind is no FaultKind"
-        if trial.kind in ("arm", "base") and np.any(trial.part.send(trial.command)):
+        if trial.kind in ("arm", "base") and np.any(trial.part.send(trial.command())):
             yield "commands are applied"
         trial.part.stop()
-    if not trial.wait(lambda: _recovered(trial)):
-        yield f"it is not cleared: {[one.text for one in trial.faults()]}"
+    said = [""]
+    if not trial.wait(lambda: _recovered(trial, said)):
+        yield f"it is not cleared: {[one.text for one in trial.faults()]} {said[-1]}".rstrip()
 
 
-def _recovered(trial: _Trial) -> bool:
+def _recovered(trial: _Trial, said: list[str]) -> bool:
     try:
         if any(one.clearable for one in trial.faults()):
             trial.part.recover()
-    except HardwareError:
+    except _CallError as error:
+        said.append(str(error))
         return False
     return not trial.faults()
+
+
+def _check(trial: _Trial, broken: list[str]) -> None:
+    trial.part.connect()
+    for check in _CHECKS[trial.kind]:
+        promise = (check.__doc__ or "").strip()
+        try:
+            for what in check(trial):
+                broken.append(f"{promise} But {what}")
+        except _CallError as error:
+            broken.append(f"{promise} But {error}")
+        if check in _MOVING:
+            trial.part.stop()
 
 
 _MOVING: tuple[Check, ...] = (_follows, _refuses, _rests_alone, _rests_told)
@@ -271,30 +351,32 @@ def check_driver(
     rest: float = 0.3,
     patience: float = 10.0,
 ) -> None:
-    """Check a driver on a machine or emulator, which moves: it needs room for a second each way.
+    """Check a driver on a machine or emulator, which moves forth and back, a second at a time.
 
     Args:
         kind: `arm`, `base`, `gripper`, `camera` or `laser`.
         make: the driver, not yet connected.
         robot: what it is a part of; None: Frankie.
         fault: brings about a fault until its `with` ends, as a cable that is pulled.
-        speed: that it is driven at [m/s, rad/s].
+        speed: that it is driven at, first forth; below zero first back [m/s, rad/s].
         age: the greatest age of a reading on arrival, in the middle [s].
         rest: the longest time to rest from the last command on [s].
-        patience: for everything else [s].
+        patience: for everything else, such as one call of the driver [s].
 
     Raises:
-        BrokenContractError: with a line for each promise that is not kept.
+        BrokenContractError: with a line for each promise that is not kept, also where the driver
+            raises something or hangs.
+        ValueError: the speed is that of a part at rest.
     """
+    if not abs(speed) > 2.0 * _RESTS:
+        raise ValueError(f"speed: {speed} m/s or rad/s is rest; give more than {2.0 * _RESTS:g}")
     robot, clock = robot or load_robot("frankie"), WallClock()
-    part, broken = make(DriverContext(robot=robot, clock=clock)), []
+    part, broken = _Calls(make(DriverContext(robot=robot, clock=clock))), list[str]()
     trial = _Trial(kind, part, robot, clock, fault, speed, age, rest, patience)
-    part.connect()
     try:
-        for check in _CHECKS[kind]:
-            broken += [f"{(check.__doc__ or '').strip()} But {what}" for what in check(trial)]
+        broken.append(part.within(patience, lambda: _check(trial, broken)))
     finally:
-        part.close()
-        part.close()
-    if broken:
-        raise BrokenContractError("\n".join(broken))
+        closing = part.again()
+        broken += [closing.within(patience, closing.close) for _ in range(2)]
+    if told := list(dict.fromkeys(filter(None, broken))):
+        raise BrokenContractError("\n".join(told))

@@ -4,7 +4,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from config import UserError
 from hw.clock import Clock
+from hw.robot import HardwareError
 from robots import (
     KINDS,
     DriverError,
@@ -30,6 +32,7 @@ class DriverContext:
 def parts_of(real: RealRobot, robot: RobotDescription, clock: Clock) -> dict[str, Any]:
     """The parts of a real robot by their kinds, not yet connected; DriverError: there is no such.
 
+    HardwareError: one cannot be made.
     Without a driver of its own the laser is that of the base, if that has one without options.
     """
     parts: dict[str, Any] = {}
@@ -38,8 +41,19 @@ def parts_of(real: RealRobot, robot: RobotDescription, clock: Clock) -> dict[str
         emulator = f"{getattr(hardware.base, 'address', '')}:{hardware.emulated + 1}"
     context = DriverContext(robot=robot, clock=clock, parts=parts, emulator=emulator)
     for kind, name, options in _drivers(real, robot):
-        parts[kind] = find_driver(kind, name).make(options, context)
+        driver = find_driver(kind, name)
+        try:
+            parts[kind] = driver.make(options, context)
+        except (HardwareError, UserError):
+            raise
+        except Exception as error:  # whatever somebody's driver raises
+            raise HardwareError(f"{kind}: `{name}` cannot be made: {one_line(error)}") from error
     return parts
+
+
+def one_line(error: BaseException) -> str:
+    """What was raised, in one line."""
+    return " ".join(f"{type(error).__name__}: {error}".split())
 
 
 def _drivers(real: RealRobot, robot: RobotDescription) -> Iterator[tuple[str, str, Any]]:

@@ -97,7 +97,7 @@ class Gate:
 
     def brake(self, state: RobotState | None, now: float) -> Command:
         """Reduce the velocity at the emergency deceleration; returns what the robot applied."""
-        if state is not None and self._plausibility.doubt(state, now) is None:
+        if state is not None and not self._plausibility.doubt(state, now):
             self.continue_from(state, now)
         elif self._is_after_gap(now):
             self.applied = Command.stop(*self._arm)
@@ -122,12 +122,12 @@ class Gate:
         if any(fault.kind is FaultKind.EMERGENCY_STOP for fault in state.faults):
             self.latched = True
         doubt = self._plausibility.doubt(state, now)
-        if doubt is not None:
+        if doubt:
             self._monitor.reset()
             since = self._implausible_since
             self._implausible_since = since = now if since is None else since
             if now - since > _TIMEOUT:
-                raise UntrustedRobotError(f"{doubt.value}, for {_TIMEOUT:g} s")
+                raise UntrustedRobotError(f"{doubt}, for {_TIMEOUT:g} s")
             return Refusal.READING
         self._implausible_since = None
         before, self._read = self._read, state.stamp

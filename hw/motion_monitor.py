@@ -25,6 +25,7 @@ _BASE_FASTER = np.array([0.1, 0.1, 0.2])  # largest surplus speed, x, y, yaw [m/
 _ARM_FASTER = 0.3  # the same of a joint [rad/s]
 _FASTER_FOR = 0.2  # time for which a larger surplus is tolerated [s]
 _DEAD_TIME = 0.1  # a command counts for the lag and this [s]; then it fades at the limit
+_WRONG = "moves as it was not commanded", "does not do what it is commanded"
 _METRES_PER_RADIAN = 0.3  # weight of a rotation of the base [m/rad]
 _JUMP = 0.03  # a base that moves this much farther than it can was relocalised [m]
 
@@ -37,6 +38,13 @@ class _Moment(NamedTuple):
     base_measured: Pose2D
     arm_commanded: Array  # (j,) integral of the commanded joint velocities [rad]
     q: Array
+
+    def base_since(self, then: "_Moment") -> tuple[Pose2D, Pose2D]:
+        """How the base was commanded to move, and moved."""
+        return (
+            self.base_commanded.relative_to(then.base_commanded),
+            self.base_measured.relative_to(then.base_measured),
+        )
 
 
 class MotionMonitor:
@@ -51,7 +59,7 @@ class MotionMonitor:
         self._moments: deque[_Moment] = deque()
         self._told: deque[tuple[float, Command]] = deque(maxlen=100)  # with their stamps [s]
         self._base = _SpeedMonitor(limits.base_acceleration, base_lag, _BASE_FASTER)
-        self._slides = description.arm.slides
+        self._slides, self._called = description.arm.slides, description.arm.called
         self._arm = _SpeedMonitor(limits.qdd, arm_lag, np.full(len(limits.qd), _ARM_FASTER))
 
     def reset(self) -> None:
@@ -112,7 +120,7 @@ class MotionMonitor:
         elif (axis := self._arm.faster(state.stamp, state.qd, applied.qd)) is not None:
             does, told = float(state.qd[axis]), float(applied.qd[axis])
             verb, unit = ("slides", "m/s") if self._slides[axis] else ("turns", "rad/s")
-            what, own = f"joint {axis + 1} {verb}", "its limits are not those of its file"
+            what, own = f"{self._called(axis)} {verb}", "its limits are not those of its file"
         else:
             return ""
         cause = f"{own}, or somebody else moves it"
@@ -126,17 +134,21 @@ class MotionMonitor:
             if newest.base_path - moment.base_path < _BASE_PATH:
                 break
             then = moment
-        commanded = newest.base_commanded.relative_to(then.base_commanded)
-        moved = _length(newest.base_measured.relative_to(then.base_measured))
-        asked = _length(commanded)
-        if asked >= 0.8 * _BASE_PATH and moved < _MIN_SHARE * asked:
-            return "the base does not do what it is commanded"
-        first = self._moments[0]
-        commanded = newest.base_commanded.relative_to(first.base_commanded)
-        surplus = newest.base_measured.relative_to(first.base_measured).relative_to(commanded)
-        if _length(surplus) > self._base_surplus:
-            return "the base moves as it was not commanded"
-        return ""
+        asked, moved = newest.base_since(then)
+        ignores = _length(asked) >= 0.8 * _BASE_PATH
+        if not ignores or _length(moved) >= _MIN_SHARE * _length(asked):
+            then = self._moments[0]
+            asked, moved = newest.base_since(then)
+            surplus = _length(moved.relative_to(asked))
+            if surplus <= self._base_surplus:
+                return ""
+            ignores = _lags(_length(asked), _length(moved), surplus)
+        told, does = (
+            f"({one.x / dt:.2f}, {one.y / dt:.2f}) m/s and {one.heading / dt:.2f} rad/s"
+            for dt in [newest.stamp - then.stamp]
+            for one in (asked, moved)
+        )
+        return f"the base {_WRONG[ignores]}: told {told}, it moved at {does}"
 
     def _arm_mismatch(self, newest: _Moment) -> str:
         then = self._moments[0]
@@ -144,17 +156,23 @@ class MotionMonitor:
             if newest.arm_path - moment.arm_path < _ARM_PATH:
                 break
             then = moment
-        asked = newest.arm_commanded - then.arm_commanded
+        asked, moved = newest.arm_commanded - then.arm_commanded, newest.q - then.q
         joint = int(np.abs(asked).argmax())
-        moved = abs(float(newest.q[joint] - then.q[joint]))
-        if abs(asked[joint]) >= 0.8 * _ARM_PATH and moved < _MIN_SHARE * abs(asked[joint]):
-            return f"joint {joint + 1} does not do what it is commanded"
-        first = self._moments[0]
-        surplus = (newest.q - first.q) - (newest.arm_commanded - first.arm_commanded)
-        over = np.abs(surplus) - self._arm_surplus
-        if (over > 0.0).any():
-            return f"joint {int(over.argmax()) + 1} moves as it was not commanded"
-        return ""
+        ignores = bool(abs(asked[joint]) >= 0.8 * _ARM_PATH)
+        if not ignores or abs(moved[joint]) >= _MIN_SHARE * abs(asked[joint]):
+            then = self._moments[0]
+            asked, moved = newest.arm_commanded - then.arm_commanded, newest.q - then.q
+            over = np.abs(moved - asked) - self._arm_surplus
+            joint = int(over.argmax())
+            if over[joint] <= 0.0:
+                return ""
+            ignores = _lags(*np.abs([asked, moved, moved - asked])[:, joint].tolist())
+        dt, unit = newest.stamp - then.stamp, "m/s" if self._slides[joint] else "rad/s"
+        told, does = float(asked[joint] / dt), float(moved[joint] / dt)
+        return (
+            f"{self._called(joint)} {_WRONG[ignores]}: told {told:.2f} {unit}, "
+            f"it moved at {does:.2f} {unit}"
+        )
 
     def _rebase(self, measured: Pose2D) -> None:
         """Go on from a new pose of the base in the world, after a relocalisation."""
@@ -198,6 +216,11 @@ class _SpeedMonitor:
             return None
         self._since = stamp if self._since is None else self._since
         return axis if stamp - self._since >= _FASTER_FOR else None
+
+
+def _lags(asked: float, moved: float, surplus: float) -> bool:
+    """Whether what was moved is less than what was commanded, and not another way [m or rad]."""
+    return moved < asked and surplus <= (1.0 + _MIN_SHARE) * asked
 
 
 def _moved(pose: Pose2D, x: float, y: float, turn: float) -> Pose2D:

@@ -1,85 +1,114 @@
 """Plausibility of a reading: its numbers, its stamp, and the reading before."""
 
-from enum import Enum
-from math import isfinite
-
 import numpy as np
+import numpy.typing as npt
+from pinocchio import SE3
 
-from hw.state import RobotState
+from hw.door import RefusedError, covariance, number, numbers
+from hw.state import Array, LocalisedPose, RobotState
 from robots import RobotDescription
 
+OLDEST = 0.1  # age of a reading that is not stale [s]
 _AHEAD = 0.005  # by which clocks of the parts may run ahead of the session's [s]
 _BEYOND_RANGE = 0.5  # farthest that a joint can be outside its range [rad]
 _JUMP = 0.05  # of a joint, by noise and interpolation [rad]
-_OLDEST = 0.1  # age of a reading that is not stale [s]
 _OVERSPEED = 2.0  # largest speed, in limits at full pace
 _ROTATION_TOLERANCE = 1e-4
 
 
-class Doubt(Enum):
-    """Why a reading is implausible."""
-
-    STALE = "the last reading is too old"
-    FUTURE = "the reading is from the future"
-    NOT_FINITE = "the reading is incomplete or not finite"
-    IMPLAUSIBLE = "the reading is not plausible"
-
-
 class Plausibility:
-    """Judges the readings of one robot in turn; an old one is stale."""
+    """Judges the readings of one robot in turn; an old one is stale.
+
+    A joint that has jumped is not believed however long it stays there, unless a fault was
+    reported meanwhile: what clears that has seen to the arm.
+    """
 
     def __init__(self, description: RobotDescription) -> None:
         self._limits = description.limits
         self._max_speed = _OVERSPEED / description.pace  # full speed at reduced pace is believed
+        self._joints = [f"joint {k}" for k in range(1, len(self._limits.qd) + 1)]
         self._before: RobotState | None = None
+        self._jumped: float | None = None  # stamp of the first reading after a jump [s]
+        self._localised: LocalisedPose | None = None  # the newest that is plausible
 
-    def doubt(self, state: RobotState, now: float) -> Doubt | None:
-        """Why a reading is implausible at session time `now` [s]; None if it is plausible."""
+    def doubt(self, state: RobotState, now: float) -> str:
+        """Why a reading is implausible at session time `now` [s]; empty if it is plausible."""
         if not self.is_fresh(state, now):
-            return Doubt.STALE
+            return f"the last reading{_of_part(state)} is {now - state.stamp:.2f} s old"
         if state.stamp - now > _AHEAD:
-            return Doubt.FUTURE
-        if not _is_complete(state, self._limits.qd.shape):
-            return Doubt.NOT_FINITE
-        if not (self._is_within_reason(state) and self._follows(state)):
-            return Doubt.IMPLAUSIBLE
-        self._before = state
-        return None
+            return f"the last reading is {state.stamp - now:.2f} s from the future"
+        for part, judge in (("base", self._base), ("arm", self._arm), ("gripper", self._gripper)):
+            try:
+                judge(state)
+            except RefusedError as wrong:
+                return f"the {part} tells {wrong}"
+        self._before, self._jumped = state, None
+        return ""
 
     def is_fresh(self, state: RobotState, now: float) -> bool:
         """Whether a reading is young enough at session time `now` [s]; NaN is not."""
-        return now - state.stamp <= _OLDEST
+        return now - state.stamp <= OLDEST
 
-    def _is_within_reason(self, state: RobotState) -> bool:
-        limits = self._limits
-        fastest = self._max_speed * np.maximum(limits.base_speed(state.base_twist), 0.1)
-        return bool(
-            (state.q >= limits.q_min - _BEYOND_RANGE).all()
-            and (state.q <= limits.q_max + _BEYOND_RANGE).all()
-            and (np.abs(state.qd) <= self._max_speed * limits.qd).all()
-            and (np.abs(state.base_twist) <= fastest).all()
-        )
+    def _base(self, state: RobotState) -> None:
+        twist = numbers(state.base_twist, ("vx", "vy", "w"), "twist")
+        fastest = self._max_speed * np.maximum(self._limits.base_speed(twist), 0.1)
+        if (np.abs(twist) > fastest).any():
+            raise RefusedError("twist", np.round(twist, 2), "faster than it can be")
+        _check_pose(state.wTb, "wTb")
+        if state.battery is not None:
+            number(state.battery, "battery", 0.0, 1.0)
+        if (here := state.localised) is not None and here is not self._localised:
+            _check_pose(here.mTb, "mTb")
+            covariance(here.covariance, "covariance")
+            number(here.stamp, "stamp of mTb")
+            self._localised = here
 
-    def _follows(self, state: RobotState) -> bool:
+    def _arm(self, state: RobotState) -> None:
+        limits, q = self._limits, numbers(state.q, self._joints, "q")
+        numbers(state.qd, self._joints, "qd")
+        outside = np.maximum(q - limits.q_max, limits.q_min - q)
+        self._refuse("q", q, outside > _BEYOND_RANGE, "outside of its range")
+        too_fast = np.abs(state.qd) > self._max_speed * limits.qd
+        self._refuse("qd", state.qd, too_fast, "faster than it can be")
         before = self._before
         if before is None:
-            return True
+            return
         elapsed = state.stamp - before.stamp
         if elapsed < 0.0:
-            return False
-        reach = _OVERSPEED * self._limits.qd * elapsed + _JUMP
-        return bool((np.abs(state.q - before.q) <= reach).all())
+            raise RefusedError("stamp", f"{state.stamp:.2f} s", "before that of the last reading")
+        if before.faults or state.faults:
+            return
+        if self._jumped is not None:
+            elapsed = min(elapsed, self._jumped - before.stamp)
+        reach = _OVERSPEED * limits.qd * elapsed + _JUMP
+        jumps = np.abs(q - before.q) > reach
+        if jumps.any():
+            self._jumped = state.stamp if self._jumped is None else self._jumped
+        self._refuse("q", q, jumps, "it has jumped: see whether its encoder is right")
+
+    def _gripper(self, state: RobotState) -> None:
+        number(state.gripper_width, "width")
+
+    def _refuse(self, field: str, values: Array, wrong: npt.NDArray[np.bool_], why: str) -> None:
+        """Refuse the first joint that is wrong."""
+        if wrong.any():
+            k = int(wrong.argmax())
+            raise RefusedError(f"{field}[{self._joints[k]}]", f"{values[k]:.2f}", why)
 
 
-def _is_complete(state: RobotState, arm: tuple[int, ...]) -> bool:
-    """Whether all values have their shape and are finite, and wTb is a pose."""
-    shapes = (np.shape(state.base_twist), np.shape(state.q), np.shape(state.qd))
-    if shapes != ((3,), arm, arm):
-        return False
-    (a, b, c, x), (d, e, f, y), (g, h, i, z), _ = state.wTb.homogeneous.tolist()
+def _check_pose(pose: SE3, field: str) -> None:
+    """Refuse what is no pose."""
+    (a, b, c, x), (d, e, f, y), (g, h, i, z), _ = pose.homogeneous.tolist()
     squares = a * a + b * b + c * c + d * d + e * e + f * f + g * g + h * h + i * i
     determinant = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
     # The product of three singular values is 1 and their squares add up to 3 only if all are 1.
-    is_rotation = max(abs(squares - 3.0), abs(determinant - 1.0)) < _ROTATION_TOLERANCE
-    numbers = (*state.base_twist, *state.q, *state.qd, x, y, z, state.gripper_width)
-    return is_rotation and all(map(isfinite, numbers))
+    if not max(abs(squares - 3.0), abs(determinant - 1.0)) < _ROTATION_TOLERANCE:
+        raise RefusedError(f"rotation of {field}", pose.rotation.tolist(), "no rotation")
+    numbers((x, y, z), ("x", "y", "z"), f"position of {field}")
+
+
+def _of_part(state: RobotState) -> str:
+    """The part whose reading is the oldest, where that is known."""
+    if state.stamps is None:
+        return ""
+    return f" of the {'arm' if state.stamps.arm < state.stamps.base else 'base'}"

@@ -86,6 +86,11 @@ class RecordedClock:
         """As of the session's clock."""
         return self._clock.due(work, seconds)
 
+    @property
+    def lost(self) -> float:
+        """As of the session's clock."""
+        return self._clock.lost
+
     def begin_turn(self) -> None:
         """The next answer is the time of a new turn."""
         self._first = None

@@ -2,9 +2,10 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib.metadata import distributions
 
-from config import UserError, suggest
-from hw.clock import Clock, SimClock, Worker
+from config import UserError, extra, suggest
+from hw.clock import Clock, SimClock, WallClock, Worker
 from hw.robot import Robot
 from hw.truth import Truth
 from robots import RobotDescription, load_real_robot, load_robot, with_base_speeds
@@ -34,7 +35,8 @@ class WorldOptions:
     base_speed: float | None = None  # limit [m/s]; None keeps that of the robot
     reverse_speed: float | None = None  # the same backwards; None keeps its share
     localisation: str | None = "exact"  # how wrong a simulated robot is; None: as `DEFAULT_LEVEL`
-    paced: bool = False  # in real time instead of as fast as possible
+    paced: bool = False  # not faster than real time
+    real_clock: bool = False  # a simulated robot that does not wait for its loop, as a real one
     armed: bool = False  # a person has allowed a real robot to move
     announce: Callable[[str], None] | None = None
     """Told the speed of a real robot, and before its hand is homed at connecting; without it the
@@ -57,10 +59,26 @@ def simulator(world: str) -> Callable[..., Robot]:
     except ModuleNotFoundError as error:
         if error.name != "mujoco":
             raise
-        raise WorldError(
-            'the world `physics` needs an extra: pip install "frankie-task[physics]"'
-        ) from None
+        raise WorldError(f"the world `physics` needs an extra: {extra('physics')}") from None
+    _check_engine()
     return physical_robot
+
+
+_ENGINES = "mujoco-core", "mujoco"
+
+
+def _check_engine() -> None:
+    """Refuse an engine that is another one than its package says: two packages write one folder."""
+    import mujoco
+
+    there = {one.name: one.version for one in distributions() if one.name in _ENGINES}
+    if set(there.values()) != {mujoco.__version__} or not mujoco.__version__.startswith("4.0."):
+        told = ", ".join(f"{name} {number}" for name, number in there.items())
+        raise WorldError(
+            f"the world `physics` needs one MuJoCo 4.0, here is {mujoco.__version__} of {told}, "
+            'which share a folder: pip uninstall mujoco mujoco-core; pip install "mujoco==4.0.*" '
+            '"frankie-task[physics]"'
+        )
 
 
 def open_backend(robot: str, world: str, options: WorldOptions) -> Backend:
@@ -92,7 +110,7 @@ def _simulated(description: RobotDescription, world: str, options: WorldOptions)
 
     level = load_localisation(options.localisation or DEFAULT_LEVEL)
     truth = load_scene(options.scene, options.seed, description.base.size[:2], level.moved)
-    clock = SimClock(pace=1.0 if options.paced else None)
+    clock: Clock = WallClock() if options.real_clock else SimClock(paced=options.paced)
     robot = make(
         description,
         truth,

@@ -44,7 +44,7 @@ class Difference:
 class ReplayClock:
     """Session time as recorded: first for a reading, then for its command."""
 
-    is_real = False
+    is_real, lost = False, 0.0
 
     def __init__(self, times: npt.NDArray[np.float64]) -> None:
         self._times = times
@@ -146,7 +146,7 @@ class ReplayRobot:
             self.difference = Difference(
                 number=self.sent,
                 time=float(row["sent_time"]),
-                velocity=_BASE[first] if first < 3 else f"joint {first - 2}",
+                velocity=_BASE[first] if first < 3 else self.description.arm.called(first - 3),
                 recorded=float(row["command"][first]),
                 replayed=float(replayed[first]),
             )

@@ -160,6 +160,15 @@ class Part(Protocol):
 
 
 @runtime_checkable
+class Complaining(Protocol):
+    """A part that skips messages which make no sense."""
+
+    @property
+    def complaints(self) -> tuple[str, ...]:
+        """About those so far, each cause once."""
+
+
+@runtime_checkable
 class Preparing(Protocol):
     """A part that has to move before its first use, as a hand that is homed."""
 

@@ -25,6 +25,7 @@ class FaultKind(Enum):
     BUMPER = "bumper"  # the base stopped itself on a contact
     EMERGENCY_STOP = "emergency stop"  # a person pressed the button
     STALE_POSE = "stale pose"  # the base has lost its localisation
+    LOST = "lost"  # nothing in sight is where the map has it
     CONNECTION = "connection lost"  # a part of the robot does not answer any more
     NOT_READY = "not ready"  # motors are off, the mode is locked, or another program has control
     OPERATION = "operation failed"  # a gripper motion or a recovery ended with an error
@@ -59,6 +60,7 @@ class LocalisedPose:
     stamp: float  # of the measurement [s]
     mTb: SE3
     covariance: Array  # (3, 3) of x, y and yaw on the map [m², m rad, rad²]
+    source: str = "the base's own localisation"  # who tells it, for people
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -107,6 +109,7 @@ class RobotState:
     battery: float | None = None  # charge, 0 to 1; None if the robot does not report it
     localised: LocalisedPose | None = None  # newest; None where `wTb` is localised, and if lost
     stamps: PartStamps | None = None  # None where the parts are not read separately
+    complaints: tuple[str, ...] = ()  # about messages that the parts have skipped so far
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

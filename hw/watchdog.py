@@ -15,6 +15,8 @@ from math import inf
 from typing import Self
 
 from hw.clock import stopwatch
+from hw.robot import HardwareError
+from hw.threads import begun
 
 _NAP = 0.02  # period of the watchdog [s]
 _LONGEST_NAP = 0.1  # a longer nap means that the process was suspended [s]
@@ -38,7 +40,10 @@ SIMULATION = Patience(stop=inf, interrupt=60.0, abandon=90.0)  # its time waits 
 
 
 class Watchdog:
-    """Watches the thread that enters it in a `with`; it calls from another thread."""
+    """Watches the thread that enters it in a `with`, and calls from two threads of its own.
+
+    Entering raises HardwareError: the computer starts no more threads. Later it needs none.
+    """
 
     def __init__(
         self,
@@ -47,6 +52,7 @@ class Watchdog:
         patience: Patience | None = None,
     ) -> None:
         self.stalls = 0  # number of ticks that took too long
+        self.failure = ""  # why the robot was not stopped in the last of them
         self._patience = patience or Patience()
         self._actions = (
             (self._patience.stop, self._halt),
@@ -56,22 +62,26 @@ class Watchdog:
         self._stop = stop
         self.is_interrupting = False  # the loop was told to raise, and has not gone on
         self._fed = 0
-        self._over = threading.Event()
+        self._over, self._stalled = threading.Event(), threading.Event()
         self._loop = 0
-        self._thread = threading.Thread(target=self._watch, name="watchdog", daemon=True)
 
     def __enter__(self) -> Self:
         self._loop = threading.get_ident()
+        begun(self._stop_stalled, "stop")
+        try:
+            self._thread = begun(self._watch, "watchdog")
+        except HardwareError:
+            self._end()
+            raise
         if self._is_main:
             self._before = signal.signal(_SIGNAL, self._raise)
-        self._thread.start()
         return self
 
     def __exit__(self, *_: object) -> None:
         with suppress(LoopBlockedError):  # that was late: the loop has ended
-            self._over.set()
+            self._end()
             self._thread.join()
-        self._over.set()
+        self._end()
         self.is_interrupting = False
         if self._is_main:
             signal.signal(_SIGNAL, self._before)
@@ -86,6 +96,11 @@ class Watchdog:
         """Whether the loop runs in the main thread, which signals reach."""
         return self._loop == threading.main_thread().ident
 
+    def _end(self) -> None:
+        """Let both threads end; a `stop` that blocks is not waited for."""
+        self._over.set()
+        self._stalled.set()
+
     def _watch(self) -> None:
         seen, waited, done = self._fed, 0.0, 0
         looked = stopwatch()
@@ -96,13 +111,22 @@ class Watchdog:
                 continue
             waited += min(napped, _LONGEST_NAP)
             while done < len(self._actions) and waited >= self._actions[done][0]:
-                self._actions[done][1]()
                 done += 1
+                with suppress(Exception):  # one that fails does not keep the next from its turn
+                    self._actions[done - 1][1]()
 
     def _halt(self) -> None:
-        """Stop the robot; a `stop` that blocks does not block the watchdog."""
         self.stalls += 1
-        threading.Thread(target=self._stop, name="stop", daemon=True).start()
+        self._stalled.set()
+
+    def _stop_stalled(self) -> None:
+        """Stop the robot at each stall; a `stop` that blocks does not block the watchdog."""
+        while self._stalled.wait() and not self._over.is_set():
+            self._stalled.clear()
+            try:
+                self._stop()
+            except Exception as error:
+                self.failure = f"the watchdog could not stop the robot ({error or repr(error)})"
 
     def _interrupt(self) -> None:
         self.is_interrupting = True

@@ -27,7 +27,14 @@ if TYPE_CHECKING:
         has_driver,
         installed_drivers,
     )
-    from robots.load import SHIPPED, RealRobot, load_real_robot, load_robot, robot_names
+    from robots.load import (
+        SHIPPED,
+        RealRobot,
+        load_real_robot,
+        load_robot,
+        robot_names,
+        robot_texts,
+    )
     from robots.schema_geometry import NotNegative, Positive
     from robots.schema_hardware import HardwareFile, Port, Text
     from robots.shapes import (

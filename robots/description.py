@@ -21,6 +21,7 @@ from pinocchio import SE3, Inertia
 from robots.shapes import Array, Geom
 
 _UPRIGHT = 0.99  # cosine of the largest tilt of an upright axis
+_STILL = 1e-3  # a base without this speed stands still [m/s, rad/s]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -71,6 +72,12 @@ class ArmDescription:
     inertias: tuple[Inertia, ...]  # j + 1, of the foot and the links, each in its frame; or none
     torque: Array  # (j,) largest torques of the joints [Nm]
     visual: str | None  # mesh drawn instead of the collision shapes, if it is installed
+    names: tuple[str, ...] = ()  # of the joints in its URDF, if they are known
+    links: tuple[tuple[str, SE3], ...] = ()  # of the URDF: names, and frames on foot and links
+
+    def called(self, joint: int) -> str:
+        """A joint, counted from 0, in words."""
+        return f"joint `{self.names[joint]}`" if self.names else f"joint {joint + 1}"
 
     def is_like(self, other: ArmDescription) -> bool:
         """Whether joints and shapes are those of another arm."""
@@ -205,6 +212,11 @@ class RobotDescription:
                 pivot = np.array([*bTj.translation[:2], self.bTa.translation[2]])
                 return Swivel(joint, float(np.sign(up)), pivot)
         return None
+
+    @property
+    def stands_still(self) -> bool:
+        """Whether its base does not drive."""
+        return bool(self.limits.base_twist.max() < _STILL)
 
     @cached_property
     def strokes(self) -> Array:

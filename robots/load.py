@@ -5,17 +5,27 @@ in a folder `parts` next to it, or shipped. The file of a real robot names a des
 with what differs from it and the addresses of the hardware.
 """
 
+import json
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import product
 from os.path import isfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
 
-from config import ConfigError, Diagnostics, YamlMap, read_config, read_yaml, suggest
+from config import (
+    ConfigError,
+    Diagnostics,
+    StrictModel,
+    YamlMap,
+    read_config,
+    read_yaml,
+    suggest,
+)
 from robots.description import (
     ArmDescription,
     BaseDescription,
@@ -42,7 +52,7 @@ from robots.shapes import Box, Colour, Geom, half_extents
 
 SHIPPED = Path(__file__).parent
 
-IMPORTED = "# Imported (2) from"
+IMPORTED = "# Imported (3) from"
 """Beginning of an imported file; count up when the importer makes better ones of the same URDF."""
 
 _AXES = {
@@ -50,6 +60,13 @@ _AXES = {
     "omnidirectional": np.eye(3),
 }
 """(3, n_base) degrees of freedom of each drive: (ω, v) as in Haviland 2022, and (vx, vy, ω)."""
+
+_PARTS: dict[str, type[StrictModel]] = {
+    "arm": ArmFile,
+    "gripper": GripperFile,
+    "camera": CameraFile,
+    "laser": LaserFile,
+}
 
 _METAL: Colour = (225, 225, 228)
 _RUBBER: Colour = (40, 40, 44)
@@ -97,6 +114,29 @@ def load_real_robot(robot: str | Path) -> RealRobot | None:
         map=site,
         calibrated=tuple(name for name, mount in mounts.items() if mount is not None),
     )
+
+
+def robot_texts(robot: str | Path) -> dict[str, str]:
+    """Files, by path, that describe a robot as it is, with the calibration of a real one."""
+    path = _path(robot)
+    real = read_real_robot(path) if _is_real(path) else None
+    found = path if real is None else Path(real.robot).resolve()
+    file = read_config(found, RobotFile, context=(found.parent, SHIPPED))
+    given = {kind: getattr(file, kind) for kind in _PARTS if getattr(file, kind)}
+    parts = {kind: _dumped(read_config(Path(given[kind]), _PARTS[kind])) for kind in given}
+    body = _dumped(file) | {kind: kind for kind in parts}
+    if real is not None:
+        own = _dumped(real)
+        body |= {key: own[key] for key in ("arm_mount", "camera_mount") if key in own}
+        ours = {"limits": own.get("base_limits"), "lag": own.get("base_lag")}
+        body["base"] |= {key: value for key, value in ours.items() if value is not None}
+        parts["arm"]["lag"] = own.get("arm_lag", parts["arm"]["lag"])
+    files = {f"{path.stem}.yaml": body} | {f"parts/{kind}.yaml": parts[kind] for kind in parts}
+    return {name: json.dumps(content, indent=1) + "\n" for name, content in files.items()}
+
+
+def _dumped(file: StrictModel) -> dict[str, Any]:
+    return file.model_dump(mode="json", exclude_none=True)
 
 
 def _path(robot: str | Path) -> Path:
@@ -184,6 +224,7 @@ def _outdated(path: Path) -> str:
 
 def _arm(file: ArmFile) -> ArmDescription:
     shapes: list[LinkCapsuleFile | LinkHullFile] = [*file.collision, *file.hulls]
+    names = [joint.name for joint in file.joints if joint.name]
     return ArmDescription(
         joints=tuple(joint.pose() for joint in file.joints),
         slides=np.array([joint.kind == "prismatic" for joint in file.joints]),
@@ -198,6 +239,8 @@ def _arm(file: ArmFile) -> ArmDescription:
         inertias=tuple(part.inertia() for part in file.inertia),
         torque=np.array([joint.torque for joint in file.joints]),
         visual=file.visual,
+        names=tuple(names) if len(names) == len(file.joints) else (),
+        links=tuple((link.name, link.pose()) for link in file.links),
     )
 
 

@@ -43,9 +43,16 @@ class LinkHullFile(HullFile):
     link: _Link
 
 
+class LinkFrameFile(PoseFile):
+    """The frame of a link as its URDF has it, on ours."""
+
+    name: str
+
+
 class JointFile(PoseFile):
     """A joint: its pose on the joint before it, and its limits."""
 
+    name: str | None = None  # in its URDF
     kind: Literal["revolute", "continuous", "prismatic"] = "revolute"
     position: Range | None = None  # lower and upper, none of a continuous joint [rad, or m]
     speed: Positive  # [rad/s, or m/s]
@@ -71,6 +78,7 @@ class ArmFile(StrictModel):
     flange: PoseFile  # of the hand, on the last link
     ready: tuple[Finite, ...]  # posture named `ready` in tasks [rad, or m]
     lag: Positive  # time constant of the joint velocities [s]
+    links: tuple[LinkFrameFile, ...] = ()  # of its URDF: the foot, and one a joint
     visual: str | None = None  # mesh that the viewer draws, if it is installed
     collision: tuple[LinkCapsuleFile, ...]
     hulls: tuple[LinkHullFile, ...] = ()  # more of the collision shapes

@@ -20,6 +20,7 @@ from robots.shapes import Array, Box, Capsule, Colour, Geom, Sphere, hull_of
 Finite: TypeAlias = Annotated[float, Field(ge=-1e4, le=1e4, allow_inf_nan=False)]
 Positive: TypeAlias = Annotated[float, Field(ge=1e-6, le=1e4, allow_inf_nan=False)]
 NotNegative: TypeAlias = Annotated[float, Field(ge=0.0, le=1e4, allow_inf_nan=False)]
+_Moment: TypeAlias = Annotated[float, Field(ge=1e-9, le=1e4, allow_inf_nan=False)]
 
 
 def _ordered(bounds: tuple[float, float]) -> tuple[float, float]:
@@ -135,7 +136,7 @@ class InertiaFile(StrictModel):
 
     mass: Positive  # [kg]
     xyz: Vector  # centre of mass [m]
-    moments: tuple[Positive, Positive, Positive]  # xx, yy, zz about that centre [kg m^2]
+    moments: tuple[_Moment, _Moment, _Moment]  # xx, yy, zz about that centre [kg m^2]
     products: Vector  # xy, xz and yz [kg m^2]
 
     @model_validator(mode="after")

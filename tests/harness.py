@@ -25,11 +25,13 @@ from hw import (
     SimClock,
     TaskClock,
     TaskTime,
+    WallClock,
 )
 from hw.sim import SimObject, World, kinematic_robot
 from hw.sim.body import Dynamics
 from perception import GraspDetector
 from robots import Box, Geom, Plane, load_robot
+from trees.language import ticked
 
 TABLE_TOP = 0.5
 ON_TABLE = Region(
@@ -162,10 +164,10 @@ class Harness:
         world: World | None = None,
         robot: str = "frankie",
         dynamics: Dynamics | None = None,
-        pace: float | None = None,
+        real_clock: bool = False,
         at: tuple[np.ndarray, SE3] | None = None,
     ) -> None:
-        self.clock = SimClock(pace)
+        self.clock = WallClock() if real_clock else SimClock()
         self.world = world or open_floor()
         described = load_robot(robot)
         # Rendering takes most of the time of a test.
@@ -174,7 +176,7 @@ class Harness:
         if at is not None:
             body = driver._arm._body
             body.q, body.wTb = (each.copy() for each in at)
-        self.robot = Stubborn(driver)
+        self.robot = Stubborn(driver, self.world)
         self.robot.connect()
         self.controller = HolisticController(robot_model(robot))
         self.gate = Gate(self.robot, description, 0.01)
@@ -194,7 +196,8 @@ class Harness:
         state = self.robot.read()
         context.begin_tick(state)
         if leaf is not None:
-            leaf.tick_once()
+            for _ in ticked(leaf):
+                pass
         self.step(state)
 
     def step(self, state: RobotState) -> StepReport:
@@ -211,7 +214,8 @@ class Harness:
 
     def grip(self, width: float, force: float = 20.0) -> None:
         """Set the fingers moving as a leaf does, and wait for them."""
-        self.context.log.gripped(width, self.robot.read().gripper_width)
+        self.context.read(self.robot.read())
+        self.context.log.gripped(width)
         self.robot.grip(width, force)
         self.run_for(None, 1.0)
 

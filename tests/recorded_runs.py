@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from app.core import ObstacleSource, RunOptions, ScheduledFault, run_task
+from app.core import Instruments, ObstacleSource, RunOptions, ScheduledFault, run_task
 from app.live import ControlOptions
 from trees import find
 
@@ -33,7 +33,7 @@ class Recorded:
         return ", ".join(parts)
 
 
-def record(run: Recorded, root: Path) -> Path:
+def record(run: Recorded, root: Path, instruments: Instruments | None = None) -> Path:
     """Do a run; returns its folder."""
     ticks = 0
 
@@ -56,7 +56,7 @@ def record(run: Recorded, root: Path) -> Path:
         recording=False,
         control=ControlOptions(acknowledge_after=0.5),
     )
-    return run_task(options, interrupted=is_over).folder
+    return run_task(options, interrupted=is_over, instruments=instruments).folder
 
 
 def fault(name: str, **when) -> ScheduledFault:

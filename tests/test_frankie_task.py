@@ -12,7 +12,7 @@ import pytest
 import frankie_task
 import frankie_task_cli
 
-ROOT = Path(frankie_task.__file__).parent
+ROOT = Path(frankie_task.__file__).parents[1]
 
 
 def test_everything_promised_is_there():

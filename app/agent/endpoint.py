@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import socket
+import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -16,6 +17,10 @@ from app.terminal import visible
 from config import UserError
 
 _LONGEST = 1_000_000  # of an answer [bytes]
+_PAUSES = (1.0, 2.0, 4.0)  # before another try, where the endpoint is busy or fails [s]
+_LONGEST_PAUSE = 60.0  # if the endpoint says how long [s]
+_FOR_NOW = (429, 500, 502, 503, 504)  # HTTP statuses that may pass by themselves
+_NOT_SO = (400, 415, 422, 501)  # HTTP statuses of a request that the endpoint does not take
 _HERE = ("127.0.0.1", "::1", "localhost")
 
 Message: TypeAlias = Mapping[str, str]  # `role` and `content`
@@ -25,7 +30,7 @@ class EndpointError(UserError):
     """The endpoint cannot be used."""
 
 
-@dataclass(frozen=True)
+@dataclass
 class Endpoint:
     """Where a model is asked; redirections are not followed, as they would take the key along."""
 
@@ -33,19 +38,26 @@ class Endpoint:
     model: str
     key: str = ""
     patience: float = 120.0  # for a whole answer [s]
+    keeps_to_schema: bool = True  # as long as it has not refused one
 
     def answer(self, messages: Sequence[Message], schema: Mapping[str, Any]) -> str:
         """The text that the model answers, asked to keep to a JSON schema; raises EndpointError."""
         form = {"name": "answer", "strict": True, "schema": schema}
         kept_to = {"type": "json_schema", "json_schema": form}
-        asked = {"model": self.model, "messages": messages, "response_format": kept_to}
+        asked: dict[str, object] = {"model": self.model, "messages": messages}
         try:
-            status, body = self._post(json.dumps(asked).encode())
+            if self.keeps_to_schema:
+                status, body = self._patiently(asked | {"response_format": kept_to})
+                self.keeps_to_schema = status not in _NOT_SO
+            if not self.keeps_to_schema:
+                status, body = self._patiently(asked)
         except (OSError, HTTPException, ValueError) as error:
             raise self._error(str(error) or "it did not answer in time") from None
         if status != 200:
             told = visible(body[:200].decode(errors="replace"))
-            raise self._error(f"HTTP status {status}; look at URL, model and key: {told}")
+            tried = f"at each of {len(_PAUSES) + 1} tries" if status in _FOR_NOW else ""
+            hint = tried or "look at URL, model and key"
+            raise self._error(f"HTTP status {status}; {hint}: {told}")
         try:
             message = json.loads(body)["choices"][0]["message"]
             text = message.get("content") or json.dumps(
@@ -55,8 +67,18 @@ class Endpoint:
             raise self._error("it does not answer as an OpenAI-compatible one does") from None
         return str(text)
 
-    def _post(self, body: bytes) -> tuple[int, bytes]:
-        """Status and body of the reply; the connection is cut when it takes too long."""
+    def _patiently(self, asked: Mapping[str, object]) -> tuple[int, bytes]:
+        """Status and body of the reply; where it may be another one soon, of a later one."""
+        for pause in (*_PAUSES, None):
+            status, body, after = self._post(json.dumps(asked).encode())
+            if status not in _FOR_NOW or pause is None:
+                break
+            wanted = float(after) if after.isdecimal() else pause
+            time.sleep(min(wanted, _LONGEST_PAUSE))
+        return status, body
+
+    def _post(self, body: bytes) -> tuple[int, bytes, str]:
+        """Status, body and `Retry-After` of the reply; the connection is cut after `patience`."""
         at = urlsplit(self.url)
         if at.scheme not in ("http", "https") or not at.hostname:
             raise self._error("is no URL; give one as http://127.0.0.1:8080/v1")
@@ -89,7 +111,7 @@ class Endpoint:
             raise TimeoutError
         if len(answer) > _LONGEST:
             raise self._error(f"its answer is longer than {_LONGEST} bytes")
-        return response.status, answer
+        return response.status, answer, response.getheader("Retry-After", "").strip()
 
     def _error(self, why: str) -> EndpointError:
         return EndpointError(f"{visible(self.url)}: {' '.join(why.split())}")

@@ -2,64 +2,81 @@
 
 from __future__ import annotations
 
+import asyncio
+import json
 import os
 import secrets
+import socket
 from collections.abc import Callable
 from functools import wraps
+from inspect import isawaitable
 from pathlib import Path
-from typing import Any, ParamSpec, TypeVar
+from typing import Any
 
+from app.agent.describe import DATA
 from app.agent.tools import TOOLS, Tools
 from app.agent.workspace import Workspace
-from config import UserError
+from config import UserError, extra
 
-_P = ParamSpec("_P")
-_R = TypeVar("_R")
 _INSTRUCTIONS = (
     "Write a task for a mobile manipulator: `describe` the language, `check` a draft until it has "
-    "no errors, try it by `dry` and `simulate`, then `propose` it. A person starts the real robot."
+    "no errors, try it by `dry` and `simulate`, then `propose` it. A person starts the real robot. "
+    f"{DATA}"
 )
 
 
 class AgentError(UserError):
-    """The server lacks its extra."""
+    """The server lacks its extra, or cannot serve."""
 
 
 def serve(folder: Path, port: int | None, say: Callable[[str], None]) -> None:
     """Serve a folder on standard input and output, or by HTTP on a port of this computer.
 
     Whoever connects by HTTP needs the token that `say` prints. Raises AgentError: the extra is
-    missing.
+    missing, or the port is taken.
     """
     try:
         from mcp.server import MCPServer
         from mcp.server.mcpserver.exceptions import ToolError
+        from mcp_types import CallToolResult, TextContent
     except ModuleNotFoundError:
-        hint = 'pip install "frankie-task[agent]"'
-        raise AgentError(f"the server for models needs an extra: {hint}") from None
+        raise AgentError(f"the server for models needs an extra: {extra('agent')}") from None
 
-    def told(tool: Callable[_P, _R]) -> Callable[_P, _R]:
-        """The tool, whose user errors are told to the model."""
+    os.chdir(folder)  # so that a relative path is one in the folder, wherever it is read
+    tools = Tools(Workspace(Path()))
+
+    def told(tool: Callable[..., Any]) -> Callable[..., Any]:
+        """The tool, whose answer goes over the wire once, and whose user errors the model reads."""
 
         @wraps(tool)
-        def call(*given: _P.args, **named: _P.kwargs) -> _R:
+        async def call(*given: Any, **named: Any) -> CallToolResult:
             try:
-                return tool(*given, **named)
+                answer = await asyncio.to_thread(tool, *given, **named)
+                answer = await answer if isawaitable(answer) else answer
+                data = answer if isinstance(answer, dict) else None
+                text = data.pop("text") if data else answer
             except UserError as error:
-                raise ToolError(str(error)) from None
+                raise ToolError(tools.hidden(str(error))) from None
+            structured = json.loads(tools.hidden(json.dumps(data, ensure_ascii=False)))
+            content = [TextContent(type="text", text=tools.hidden(text))]
+            return CallToolResult(content=content, structured_content=structured)
 
         return call
 
-    os.chdir(folder)  # so that a relative path is one in the folder, wherever it is read
     server = MCPServer("frankie-task", instructions=_INSTRUCTIONS, log_level="ERROR")
-    tools = Tools(Workspace(Path()))
     for name in TOOLS:
-        server.add_tool(told(getattr(tools, name)))
+        server.add_tool(told(getattr(tools, name)), structured_output=False)
     if port is None:
         server.run()
         return
     import uvicorn
 
+    try:
+        listening = socket.create_server(("127.0.0.1", port))
+    except OSError as error:
+        raise AgentError(
+            f"--port {port}: {os.strerror(error.errno or 0)}; choose another one"
+        ) from None
     app, token = server.streamable_http_app(), secrets.token_urlsafe(16)
     say(f"http://127.0.0.1:{port}/mcp with the header   Authorization: Bearer {token}")
 
@@ -71,4 +88,4 @@ def serve(folder: Path, port: int | None, say: Callable[[str], None]) -> None:
             await send({"type": "http.response.start", "status": 401, "headers": []})
             await send({"type": "http.response.body", "body": b""})
 
-    uvicorn.run(guarded, host="127.0.0.1", port=port, log_level="error")
+    uvicorn.Server(uvicorn.Config(guarded, log_level="error")).run(sockets=[listening])

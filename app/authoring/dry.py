@@ -29,6 +29,7 @@ from trees.language import (
     load,
     nodes_in_order,
     real_leaf,
+    ticked,
 )
 
 PERIOD = 0.1  # simulated time between ticks [s]
@@ -107,6 +108,7 @@ class _DryLeaf(Behaviour):
     def update(self) -> Status:
         """One tick."""
         status, self.feedback_message = self._script.next(self.name, self.key)
+        self.overdue = status is Status.RUNNING  # of a condition: it will not be known
         if status is Status.SUCCESS:
             for key, value in self._outputs.items():
                 key.write(value)
@@ -154,7 +156,7 @@ def dry_run(
     were_running: set[Behaviour] = set()
     for tick in range(1, _MOST_TICKS + 1):
         running: set[Behaviour] = set()
-        for node in root.tick():
+        for node in ticked(root):
             if node.status is Status.RUNNING:
                 running.add(node)
                 if node.children or node in were_running:

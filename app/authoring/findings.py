@@ -16,20 +16,23 @@ _BARE = re.compile(r"-?[\d.]+|\{(\w+: .*)?\}")  # what is not written in quotes
 _Lines: TypeAlias = dict[tuple[Path, int], str]  # corrected lines
 
 
-def findings(path: Path, robot: str, places: Path | None = None) -> list[dict[str, Any]]:
-    """What JSON says of the diagnostics of a file, for a robot and the places of a site.
+def findings(
+    path: Path, robot: str, places: Path | None = None, scene: str = ""
+) -> list[dict[str, Any]]:
+    """What JSON says of the diagnostics of a file, for a robot, the places of a site and a scene.
 
     The text of a `patch` replaces a line, with every certain mistake in it corrected: those too
     that show only when others are. The column of such a one is that in the corrected line.
     """
-    found = check(path, robot=robot, places=places)
+    found = check(path, robot=robot, places=places, scene=scene)
     told, lines = {_identity(one): one for one in found}, _Lines()
     for _ in range(_ROUNDS):
         if not (patches := _patches(found, lines)):
             break
         lines |= patches
         text = (lines.get((path, at), line) for at, line in enumerate(_text(path), start=1))
-        found = check(path, robot=robot, places=places, text="\n".join(text))
+        now = "\n".join(text)
+        found = check(path, robot=robot, places=places, text=now, scene=scene)
         told |= {key: one for one in found if (key := _identity(one)) not in told}
         found = [one for one in found if one.path == path]  # the others stay as they were
     return [_finding(one, lines) for one in told.values()]

@@ -175,10 +175,11 @@ def export(
     if len(names) > 1:
         refuse(f"{names[1]}: one at a time becomes a file; add --lerobot DIR to export runs")
     if mcap is not None:
+        from app.commands.review import said_losses
         from app.export import export_mcap
         from app.review import find_run
 
-        export_mcap(find_run(names[0], runs), mcap, schemas)
+        export_mcap(said_losses(find_run(names[0], runs)), mcap, schemas)
         typer.echo(f"{mcap}: written")
         return
     from trees.btcpp import export_files, export_xml

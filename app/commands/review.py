@@ -45,7 +45,18 @@ def _recording(run: str, runs: Path) -> Path:
     from app.core import RECORDING
     from app.review import find_run
 
-    return Path(run) if run.endswith((".rrd", ".mcap")) else find_run(run, runs) / RECORDING
+    if run.endswith((".rrd", ".mcap")):
+        return Path(run)
+    return said_losses(find_run(run, runs)) / RECORDING
+
+
+def said_losses(folder: Path) -> Path:
+    """The folder of a run, after a line for each of its files that is cut."""
+    from app.core import losses
+
+    for lost in losses(folder):
+        Terminal(stderr=True).say(lost)
+    return folder
 
 
 def film(
@@ -76,22 +87,24 @@ def explain(
     from app.review import explain as explained
     from app.review import explanation_page, find_run
 
-    explanation = explained(find_run(run, runs))
+    explanation = explained(said_losses(find_run(run, runs)))
     if html is None:
         Terminal().say(str(explanation))
     else:
         write(html, explanation_page(explanation))
+        Terminal().say(f"{html}: written")
 
 
 def replay(run: Run = "last", runs: Runs = Path("runs")) -> None:
     """Run what was recorded through tree and controller again, and compare the commands.
 
-    Of a task that looks at images, only after `run --replayable`, which keeps them.
+    Of a run that looked at images, as it does by default to be registered to the map, only after
+    `run --replayable`, which keeps them.
     """
     from app.core import replay_run
     from app.review import find_run
 
-    result = replay_run(find_run(run, runs))
+    result = replay_run(said_losses(find_run(run, runs)))
     Terminal().say(str(result))
     raise typer.Exit(0 if result.identical else 1)
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from app.commands.refuse import RefusingGroup, refuse
-from app.terminal import Terminal
+from app.commands.refuse import RefusingGroup, find_tree, refuse
+from app.terminal import Loading, Terminal
 
 if TYPE_CHECKING:
     from robots import RobotDescription
@@ -23,6 +23,10 @@ _Folder = Annotated[str, typer.Argument(help="A robot file, its folder, or a shi
 @robot.command("import")
 def import_(
     urdf: Annotated[Path, typer.Argument(help="A URDF, or a .xacro file.")],
+    arguments: Annotated[
+        list[str] | None, typer.Argument(metavar="[NAME:=VALUE]...", help="Of a .xacro file.")
+    ] = None,
+    *,
     out: Annotated[Path, typer.Option("-o", "--out", help="New folder of the robot.")],
     srdf: Annotated[Path | None, typer.Option(help="MoveIt's file with arm and pairs.")] = None,
     base_frame: Annotated[str | None, typer.Option(help="Link below the arm.")] = None,
@@ -60,6 +64,8 @@ def import_(
     for option, (given, known) in choices.items():
         if given is not None and given not in known:
             refuse(f"{option} {given}: choose one of {', '.join(known)}")
+    if wrong := [one for one in arguments or () if not one.partition(":=")[0] or ":=" not in one]:
+        refuse(f"argument `{wrong[0]}`: write name:=value")
     options = ImportOptions(
         srdf=srdf,
         base_frame=base_frame,
@@ -72,11 +78,18 @@ def import_(
         acceleration=acceleration,
         base_size=base_size,
         packages=packages or (),
+        arguments=arguments or (),
     )
     console = Terminal()
-    for line in write_robot(urdf, out, options, ready_posture):
+    with Loading(f"importing {urdf.name}:") as loading:
+        loading("its shapes")
+        notes = write_robot(urdf, out, options, ready_posture)
+    for line in notes:
         console.say(line)
-    postures = bank(load_robot(out))  # its postures are drawn here, not in the first run
+    with Loading(f"importing {urdf.name}:") as loading:
+        loading("postures")  # drawn here, not in the first run
+        postures = bank(made := load_robot(out))
+    console.say(f"gripper, for tasks that grasp: {_grasping(made, out)}")
     console.say(f"{out}: written, {len(postures.q)} postures drawn; next: frankie-task robot check")
 
 
@@ -94,11 +107,27 @@ def check(folder: _Folder) -> None:
         console.say(robot.outdated)
     console.say("kinematic world: good")
     console.say(f"physical world: {_physics(robot) or 'good'}")
-    grasps = "good" if robot.gripper.grasps else "none: import it with --gripper"
-    console.say(f"gripper, for tasks that grasp: {grasps}")
+    console.say(f"gripper, for tasks that grasp: {_grasping(robot, folder)}")
     real = load_real_robot(folder)
     hardware = "a file with `hardware` that names this one is missing: docs/hardware.md"
     console.say(f"hardware: {hardware if real is None else 'see frankie-task doctor'}")
+
+
+def _grasping(robot: RobotDescription, folder: str | Path) -> str:
+    """Whether it can do what the shipped tasks ask of a gripper, or why not."""
+    from config import Severity
+    from hw.sim import HOUSEHOLD
+    from trees.site import check as mistakes_in
+
+    thinnest = min(one.narrowest for one in HOUSEHOLD.values())
+    if not robot.gripper.grasps:
+        return "none: import it with --gripper"
+    if robot.gripper.opening <= thinnest:
+        wide, thin = 1e3 * robot.gripper.opening, 1e3 * thinnest
+        return f"opens by {wide:.0f} mm, and the thinnest of the shipped objects is {thin:.0f} mm"
+    found = mistakes_in(find_tree("pick_one"), robot=folder)
+    wrong = [one for one in found if one.severity is Severity.ERROR]
+    return f"not for `pick_one`: {wrong[0].message}; {wrong[0].hint}" if wrong else "good"
 
 
 def _physics(robot: RobotDescription) -> str:

@@ -1,15 +1,16 @@
 """`frankie-task serve`, `mcp` and `ask`: tasks from a page, and from a language model."""
 
+import asyncio
 import os
 import signal
 from contextlib import suppress
 from pathlib import Path
+from textwrap import indent
 from typing import Annotated
 
 import typer
 
 from app.choices import View
-from app.commands.refuse import refuse
 from app.terminal import Terminal, until_interrupted
 
 
@@ -75,7 +76,7 @@ def ask(
 ) -> None:
     """Let a language model write a task, see it simulated, and say whether it is kept.
 
-    It moves no real robot: you start what is kept.
+    It moves no real robot: you start what is kept. Exit code 1: no task is kept.
     """
     from app.agent import Endpoint, Tools, Workspace, name_for
     from app.agent import ask as ask_model
@@ -85,15 +86,20 @@ def ask(
     tools, terminal, say = Tools(Workspace(Path())), Terminal(), Terminal(stderr=True).say
     done = ask_model(request, endpoint, tools, scene=scene, robot=robot, rounds=rounds, say=say)
     nearest = "\nThe nearest that can be done:" * bool(done.task)
-    if done.cannot:
-        terminal.say(f"It cannot be done: {done.cannot}{nearest}")
+    if done.failed:
+        terminal.say(indent(done.failed, "  ").lstrip())
+    elif done.cannot:
+        terminal.say(f"It cannot be done: {' '.join(done.cannot.split())}{nearest}")
     if not done.task:
         raise typer.Exit(1)
     summary = done.summary or {}
-    terminal.say(f"{tools.draw(done.task)}\n{tools.dry(done.task)}\n{tools.explain(done.run)}")
+    tried = asyncio.run(tools.dry(done.task))
+    for told in (tools.draw(done.task), tried, tools.explain(done.run)):
+        terminal.say(indent(told, "  "))  # so that no text of the task looks like a line of ours
     for name, on in summary["lies_on"].items():
         terminal.say(f"{name} lies on {on or 'nothing'}")
     terminal.say(f"frankie-task view --web {Path('runs', done.run)}   (shows it)")
     if not typer.confirm("Keep this task?", default=False):
-        refuse("not kept")
+        terminal.say("not kept")
+        raise typer.Exit(1)
     terminal.say(tools.propose(name_for(request, Path()), done.task, request))

@@ -13,9 +13,11 @@ from app.core.files.folder import (
     SUMMARY,
     TASK,
     begun,
+    recorded_robot,
 )
+from app.core.files.whole import losses, whole_rows, whole_size
 from app.core.launch import run_task
-from app.core.measurements import Measurements
+from app.core.measurements import TOO_SLOW, Measurements
 from app.core.outcome import End, Outcome
 from app.core.replay import replay_run
 from app.core.run import Instruments
@@ -23,5 +25,5 @@ from app.core.run_options import DEFAULT_SCENE, RunOptions
 from app.core.session import Session, Tick
 from app.core.setup import Setup, set_up
 from app.core.snapshots import recorded_scene
-from app.core.summary import Result, Summary, pick_place_times
+from app.core.summary import Result, Summary, how_it_ended, pick_place_times
 from app.core.trial import BrokenTrialError, Trial, trial

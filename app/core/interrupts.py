@@ -9,6 +9,8 @@ from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import Any, NoReturn
 
+from hw import HardwareError, begun
+
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _PATIENCE = 0.5  # a robot that does not stop within this time is left to its own watchdog [s]
 
@@ -44,9 +46,8 @@ def interrupts(
 
 def leave(stop_robot: Callable[[], None], exit_code: int, terminal: list[Any] | None) -> NoReturn:
     """Stop the robot on a thread of its own, restore the terminal, and end the process."""
-    stopping = threading.Thread(target=stop_robot, daemon=True)
-    stopping.start()
-    stopping.join(_PATIENCE)
+    with suppress(HardwareError):  # without a thread the robot's own watchdogs stop it
+        begun(stop_robot, "stop").join(_PATIENCE)
     if terminal is not None:
         with suppress(termios.error, OSError):
             termios.tcsetattr(0, termios.TCSANOW, terminal)

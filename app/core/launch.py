@@ -15,7 +15,7 @@ from app.live import OperatorConsole, Plan, RunInfo, Viewer
 from app.terminal import Loading
 from config import Severity
 from perception import GraspDetector
-from robots import load_real_robot, load_robot
+from robots import RobotDescription, load_real_robot, load_robot
 from trees.language import Task, TaskFileError, TreeNode, build, load, nodes_in_order
 from trees.site import furniture_diagnostics, place_diagnostics, scene_of
 
@@ -48,6 +48,8 @@ def run_task(
     loading("the robot and its world")
     with ExitStack() as page:
         with open_setup(options, detector, beneath=instruments.beneath, announce=tell) as setup:
+            if setup.clock.session.is_real:
+                _tell_room(robot, detector)
             nodes = nodes_in_order(build(task, setup.context))
             _check_places(options, task, setup)
             scene = scene_view(
@@ -91,6 +93,15 @@ def run_task(
         if finished is not None:
             console.stay(result.summary.achieved, finished(result))
     return result
+
+
+def _tell_room(robot: RobotDescription, detector: GraspDetector) -> None:
+    """Warn of a computer that is too slow for a robot that does not wait."""
+    from hw.hardware import Verdict, room
+
+    for one in room(robot, detector):
+        if one.verdict is not Verdict.GOOD:
+            tell(f"warning: {one.text}")
 
 
 def _check_places(options: RunOptions, task: Task, setup: Setup) -> None:

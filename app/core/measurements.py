@@ -13,6 +13,9 @@ _ROUNDING = 1e-9
 _TRACKING = 0.01
 """Measured speeds may exceed a limit by this share; commands may not (the gate refuses them)."""
 _LOG_BIN = 0.0199  # width of a histogram bin on the log scale; half of it is less than 1 %
+TOO_SLOW = "this computer is too slow"
+_WINDOW = 2.0  # of real time, in which the loop is compared with it [s]
+_LOST_SHARE = 0.1  # of real time, from which the computer is too slow
 _SHORTEST = 1e-9  # shorter durations count as this [s]
 
 
@@ -53,7 +56,39 @@ class Measurements:
     late_ticks: int = 0  # ticks that took longer than the control period, observers included
     missed_ticks: int = 0  # ticks that were skipped because the one before took too long
     stalls: int = 0  # how often the watchdog stopped the robot because a tick took too long
+    failed_stop: str = ""  # why it could not
     paused_s: float = 0.0  # real time that the run was paused [s]
+    too_slow: str = ""  # that the computer has not kept real time of late, for people
+    _time: tuple[float, float] = (0.0, 0.0)  # real time, and of it what was lost, so far [s]
+    _window: tuple[float, float] = (0.0, 0.0)  # the same at the beginning of `_WINDOW`
+    _robot_waits: bool = True
+
+    def keep_time(self, real: float, lost: float, *, robot_waits: bool) -> None:
+        """Compare the loop with real time.
+
+        Args:
+            real: time since the run began, without pauses [s].
+            lost: how much of it a simulation fell behind, or ticks were left out [s].
+            robot_waits: whether the robot is simulated, and its time waits for the loop.
+        """
+        self._time, self._robot_waits = (real, lost), robot_waits
+        if real - self._window[0] >= _WINDOW:
+            self.too_slow = self._told(self._window)
+            self._window = self._time
+
+    @property
+    def too_slow_on_the_whole(self) -> str:
+        """That the computer has not kept real time in this run, for people; else empty."""
+        return self._told((0.0, 0.0))
+
+    def _told(self, since: tuple[float, float]) -> str:
+        real, lost = (now - before for now, before in zip(self._time, since, strict=True))
+        share = lost / real if real > 0.0 else 0.0
+        if share < _LOST_SHARE:
+            return ""
+        if self._robot_waits:
+            return f"{TOO_SLOW} for real time: simulated at {1.0 - share:.2f} of it"
+        return f"{TOO_SLOW}: {100.0 * share:.0f} % of the control ticks are left out"
 
     def reading(self, state: RobotState) -> None:
         """Compare a reading with the limits."""

@@ -55,14 +55,23 @@ class Stage(Enum):
         return self in (Stage.READ, Stage.SEND)
 
 
-def outcome_of(error: BaseException, stage: Stage, root: Behaviour, context: Context) -> Outcome:
-    """The outcome of a run in which `error` was raised during `stage`."""
+def outcome_of(
+    error: BaseException, stage: Stage, root: Behaviour, context: Context, too_slow: str = ""
+) -> Outcome:
+    """The outcome of a run in which `error` was raised during `stage`.
+
+    `too_slow` says that the computer has not kept real time: what did not return is no mistake of
+    the code then.
+    """
     leaf = last_ticked(root)
     if isinstance(error, KeyboardInterrupt):
-        return Outcome(end=End.INTERRUPTED, reason="interrupted by a person", where=leaf)
+        return Outcome(end=End.INTERRUPTED, reason="told to stop", where=leaf)
     if isinstance(error, HardwareError):
         return Outcome(end=End.HARDWARE, reason=str(error), where=leaf)
     if isinstance(error, LoopBlockedError):
+        if too_slow:
+            why = f"{too_slow}, and `{leaf.name}` did not return in time"
+            return Outcome(end=End.HARDWARE, reason=why, where=leaf)
         error = TimeoutError("did not return in time")
     elif isinstance(error, LeafCrashedError) and error.__cause__ is not None:
         error = error.__cause__

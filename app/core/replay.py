@@ -6,15 +6,17 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from os.path import isfile
 from pathlib import Path
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from app.choices import MotionForm, ObstacleSource, RegistrationForm
 from app.core.decisions import ReplayedDecisions
-from app.core.files.folder import FRAMES, NOTES, OPTIONS, PLACES, READINGS, TASK
+from app.core.files.folder import FRAMES, NOTES, OPTIONS, PLACES, READINGS, TASK, recorded_robot
 from app.core.files.frames import RecordedFrames
 from app.core.files.notes import NOTED, RunNotes, read_notes
+from app.core.files.whole import whole_rows
 from app.core.outcome import Outcome
 from app.core.run_options import RunOptions
 from app.core.setup import set_up
@@ -24,6 +26,8 @@ from hw import WORLDS, Backend, DepthFrame, Difference, ReplayRobot, turn_type
 from perception import GraspDetector
 from robots import RobotDescription, at_pace, load_robot, with_base_speeds
 from trees.language import build, load, nodes_in_order
+
+Turns: TypeAlias = npt.NDArray[Any]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,7 +66,7 @@ def replay_run(folder: Path) -> Replay:
     """
     options, pace = _options(folder)
     description = load_robot(options.robot)
-    turns = _turns(folder / READINGS, len(description.arm.joints))
+    turns, lost = _turns(folder / READINGS, len(description.arm.joints))
     sensors = options.registration.sensors
     searches = (turns["frame"] >= 0).any() or ("laser" in sensors and (turns["scan"] >= 0).any())
     if options.world not in WORLDS and searches:
@@ -70,7 +74,7 @@ def replay_run(folder: Path) -> Replay:
             f"{folder}: in real time the commands depend on when a search ended; on a robot, a run "
             "that looks at images, or matches scans to the map, cannot be replayed"
         )
-    notes = _notes(folder / NOTES, turns)
+    notes, turns = _notes(folder / NOTES, turns, cut=lost)
     if notes.end not in ("", "complete"):
         raise UserError(f"{folder}: cannot be replayed: {notes.end}")
     description = with_base_speeds(description, options.base_speed, options.reverse_speed)
@@ -109,7 +113,7 @@ def _options(folder: Path) -> tuple[RunOptions, float]:
         site, weights = options.get("map"), options["weights"]
         kept = replace(
             usual,
-            robot=str(options["robot"]),
+            robot=recorded_robot(folder, options),
             base_speed=options.get("base_speed"),
             reverse_speed=options.get("reverse_speed"),
             parameters={str(k): str(v) for k, v in options["parameters"].items()},
@@ -135,26 +139,32 @@ def _options(folder: Path) -> tuple[RunOptions, float]:
     return kept, float(options.get("pace", 1.0))
 
 
-def _turns(path: Path, j: int) -> npt.NDArray[np.void]:
+def _turns(path: Path, j: int) -> tuple[Turns, bool]:
+    """The whole turns, and whether others were cut off."""
     with _reading(path):
-        turns: npt.NDArray[np.void] = np.load(_file(path), allow_pickle=False)
-    if not isinstance(turns, np.ndarray) or turns.dtype != turn_type(j) or turns.ndim != 1:
+        turns, lost = whole_rows(_file(path))
+    if turns.dtype != turn_type(j) or turns.ndim != 1:
         raise UserError(f"{path}: of another version of frankie-task, or of another arm")
     if not turns.size:
         raise UserError(f"{path}: there is no reading in it")
     if (turns["number"] != np.arange(len(turns))).any():
         raise UserError(f"{path}: readings are missing, because the disk was too slow")
-    return turns
+    return turns, bool(lost)
 
 
-def _notes(path: Path, turns: npt.NDArray[np.void]) -> RunNotes:
+def _notes(path: Path, turns: Turns, *, cut: bool) -> tuple[RunNotes, Turns]:
+    """The notes, and the turns until the first one that refers to a note which is lost."""
     with _reading(path):
         notes = read_notes(_file(path).read_text(encoding="utf-8"))
+    whole = len(turns)
     for field in NOTED:
         for number in np.unique(turns[field][turns[field] > 0]).tolist():
             if (field, number) not in notes.noted:
-                raise UserError(f"{path}: {field} {number} is missing; replay another run")
-    return notes
+                whole = min(whole, int((turns[field] == number).argmax()))
+    if not whole:
+        raise UserError(f"{path}: nothing is left that its readings refer to; replay another run")
+    cut = cut or whole < len(turns)
+    return replace(notes, end="") if cut else notes, turns[:whole]
 
 
 @contextmanager

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, nullcontext, suppress
 from dataclasses import asdict
 from functools import partial
+from os.path import isfile
 from pathlib import Path
 
 from app.core.decisions import RecordedDecisions
@@ -39,6 +40,7 @@ from app.terminal import Loading, Terminal
 from config import counted
 from controller import RobotModel
 from hw import DEFAULT_LEVEL, Robot, epoch, stopwatch
+from robots import load_real_robot
 from trees.language import Task, TreeNode
 
 _SHORT_PATIENCE = 1.0  # time for the disk to write the rest of an abandoned run [s]
@@ -158,7 +160,8 @@ class Run:
         for name, sender in self._senders.items():
             tell(name, partial(sender, seen))
         log = self._setup.context.log
-        moment = Moment(seen, log.placed, log.attempts, why, log.in_hand is not None)
+        holds = log.in_hand is not None
+        moment = Moment(seen, log.placed, log.attempts, why, holds, tick.too_slow)
         tell("the controls", lambda: console.show(moment, changed=changed))
         if (display := self._display) is not None:
             tell("the terminal", lambda: display.update(moment, changed=changed))
@@ -167,19 +170,26 @@ class Run:
         """End the process because a tick does not return; called from another thread."""
         setup = self._setup
         message = f"{outcome.reason}; the run is abandoned"
-        self._observers.tell("the terminal", lambda: tell(message))
-        self._outputs.end(outcome, setup.clock.session.now())
-        self._outputs.close(_SHORT_PATIENCE)
-        leave(setup.robot.stop, outcome.end.exit_code, self._terminal)
+        try:
+            self._observers.tell("the terminal", lambda: tell(message))
+            self._outputs.end(outcome, setup.clock.session.now())
+            self._outputs.close(_SHORT_PATIENCE)
+        finally:
+            leave(setup.robot.stop, outcome.end.exit_code, self._terminal)
 
     def _make_folder(self) -> Path:
-        options, task = self._options, self._task
-        chosen = asdict(options) | {
+        options, task, real = self._options, self._task, load_real_robot(self._options.robot)
+        paths = {"map": options.map or (real.map if real else None), "scene": options.scene}
+        paths["weights"] = options.weights
+        chosen = asdict(options) | {key: _absolute(one) for key, one in paths.items()}
+        chosen |= {
             "world": self._setup.world,
             "time_of_day": self._setup.context.began_at,
             "pace": self._setup.robot.description.pace,
         }
-        return make_folder(options.record, task.name, texts(task, options.places), chosen)
+        return make_folder(
+            options.record, task.name, texts(task, options.places, options.robot), chosen
+        )
 
     def _make_outputs(self) -> Outputs:
         return Outputs(
@@ -188,7 +198,7 @@ class Run:
             nodes=self._nodes,
             robot=self._setup.recorded,
             attended=self._console.control.attended,
-            lossless=not self._options.paced,
+            lossless=not self._setup.clock.session.is_real,
             frames=self._options.replayable,
         )
 
@@ -200,7 +210,7 @@ class Run:
             tree=tree_view(self._nodes),
             model=RobotModel(self._setup.robot.description),
             scene=self._scene,
-            lossless=not self._options.paced,
+            lossless=not self._setup.clock.session.is_real,
             server=self._viewer.server,
         )
 
@@ -226,32 +236,33 @@ class Run:
 
     def _summary(self, outcome: Outcome, real_seconds: float) -> Summary:
         """Close recorder and outputs, and summarise the run."""
-        setup, options = self._setup, self._options
-        warnings = [*self._observers.failures, *self._close_recorder(), *self._outputs.close()]
+        setup, options, truth = self._setup, self._options, self._setup.truth
+        lost = [*self._observers.failures, *self._close_recorder(), *self._outputs.close()]
+        lost += filter(None, [self._measurements.failed_stop])
         return summarise(
             outcome,
             self._measurements,
             setup.context.log,
-            setup.truth.touches if setup.truth else (),
+            truth.touches if truth else (),
             refusals=setup.gate.refusals,
             duration=setup.clock.now().since(self._snapshots.began or self._began),
             real_seconds=real_seconds,
             task=self._task.name,
             robot=setup.robot.description.name,
             world=setup.world,
-            scene=str(options.scene),
-            seed=options.seed,
-            objects=len(self._supports),
-            placed=delivered(self._supports, supports(setup.truth)),
-            lies_on=dict(supports(setup.truth)),
+            scene=str(options.scene) if truth else setup.map,
+            seed=options.seed if truth else None,
+            objects=len(self._supports) if truth else None,
+            placed=delivered(self._supports, supports(truth)) if truth else None,
+            lies_on=dict(supports(truth)),
             paused_s=round(setup.clock.paused_s, 3),
             perception_s=round(setup.vision.seconds, 2),
             localisation=localised_by(
                 setup.context.localisation,
-                "" if setup.truth is None else options.localisation or DEFAULT_LEVEL,
+                options.localisation or DEFAULT_LEVEL if truth else "",
                 options.registration,
             ),
-            warnings=warnings,
+            warnings=[*setup.context.log.warnings, *lost],
         )
 
     def _close_recorder(self) -> list[str]:
@@ -271,3 +282,8 @@ def tell(text: str) -> None:
     """Print a line for the person at the terminal."""
     with suppress(OSError):  # the terminal is gone
         Terminal(stderr=True).say(text)
+
+
+def _absolute(named: Path | str | None) -> Path | str | None:
+    """A file by a path that is good from every folder; what is no file stays as it is."""
+    return Path(named).resolve() if named and isfile(named) else named

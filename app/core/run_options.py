@@ -38,7 +38,8 @@ class RunOptions:
     """When it begins, since midnight [s]; None for now, or noon in a simulated world."""
     parameters: Mapping[str, str] = field(default_factory=dict)
     places: Path | None = None  # a file of poses and regions, used instead of the task's own
-    paced: bool = False  # in real time instead of as fast as possible
+    paced: bool = False  # not faster than real time
+    real_clock: bool = False  # a simulated robot that does not wait for its loop, as a real one
     record: Path = Path("runs")  # parent of the run's folder
     replayable: bool = False  # keep the camera's images, so that it can be replayed
     weights: Path | None = None  # of GG-CNN; None for the shipped ones

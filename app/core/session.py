@@ -7,8 +7,9 @@ runs without the tree and brings the robot to rest as well.
 
 import gc
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, replace
+from math import ceil
 
 import numpy as np
 from py_trees.behaviour import Behaviour
@@ -32,7 +33,7 @@ from hw import (
     Watchdog,
     stopwatch,
 )
-from trees.language import failed_node
+from trees.language import failed_node, ticked
 
 _LONGEST_STOP = 3.0  # longest time to come to rest [s]
 _AT_REST = 1e-3  # slower is at rest [m/s or rad/s]
@@ -49,6 +50,7 @@ class Tick:
     context: Context
     seconds: float  # real time from the reading to the command [s]
     paused: bool  # whether the task's clock is held because a person has paused the tree
+    too_slow: str = ""  # that the computer does not keep real time, for people
 
 
 class NobodyHereError(HardwareError):
@@ -89,16 +91,16 @@ class Session:
             context.robot.stop, lambda: abandon(self._outcome_of(LoopBlockedError())), patience
         )
         self._watch = watch
-        self._number, self._due, self._origin = 0, 0, 0.0
+        self._number, self._due, self._origin, self._began = 0, 0, 0.0, stopwatch()
         self._period = controller.settings.period
         self._stage = Stage.READ
         self._report: StepReport | None = None
 
     def run(self) -> Outcome:
         """Tick until the tree ends, an error or an interrupt, and bring the robot to rest."""
-        self._origin = self._clock.session.now()
-        with _frozen_garbage(), self._watchdog:
-            outcome = self._guarded(self._run_tree)
+        self._origin, self._began = self._clock.session.now(), stopwatch()
+        with _frozen_garbage(), ExitStack() as watched:
+            outcome = self._guarded(lambda: self._run_tree(watched))
             rest = outcome
             if outcome.end in (End.SUCCESS, End.FAILURE):
                 rest = self._guarded(self._come_to_rest)
@@ -109,6 +111,7 @@ class Session:
             halted = self._guarded(self._halt_tree)
         self._clock.begin_tick()
         self._measurements.stalls = self._watchdog.stalls
+        self._measurements.failed_stop = self._watchdog.failure
         return next((e for e in (outcome, rest, halted) if e.end is not End.SUCCESS), outcome)
 
     def _guarded(self, part: Callable[[], Outcome]) -> Outcome:
@@ -119,9 +122,11 @@ class Session:
             return self._outcome_of(error)
 
     def _outcome_of(self, error: BaseException) -> Outcome:
-        return outcome_of(error, self._stage, self._root, self._context)
+        too_slow = self._measurements.too_slow
+        return outcome_of(error, self._stage, self._root, self._context, too_slow)
 
-    def _run_tree(self) -> Outcome:
+    def _run_tree(self, watched: ExitStack) -> Outcome:
+        watched.enter_context(self._watchdog)
         while not self._control.stopped:
             if not self._tick():
                 continue
@@ -131,17 +136,14 @@ class Session:
                 node = failed_node(self._root)
                 why = node.feedback_message
                 return Outcome(end=End.FAILURE, reason=why, node=node.name, where=node)
-        why, where = "interrupted by a person", last_ticked(self._root)
+        why, where = "told to stop", last_ticked(self._root)
         return Outcome(end=End.INTERRUPTED, reason=why, where=where)
 
     def _tick(self) -> bool:
         context = self._context
         begun = stopwatch()
         state, now = self._read()
-        if self._gate.judge(state, now) is Refusal.READING:
-            self._stage = Stage.SEND
-            self._gate.send(self._gate.applied, state, now)
-            self._wait(begun, paused=False)
+        if self._is_refused(state, now, begun):
             return False
         self._handle_faults(state)
         turn = self._control.take_turn()
@@ -149,7 +151,8 @@ class Session:
             self._clock.release()
             context.begin_tick(state)
             self._stage = Stage.TREE
-            self._root.tick_once()
+            for _ in ticked(self._root):
+                pass
         else:
             self._clock.hold()
             context.read(state)
@@ -159,11 +162,23 @@ class Session:
         self._end_tick(state, begun, paused=not turn)
         return turn
 
+    def _is_refused(self, state: RobotState, now: float, begun: float) -> bool:
+        """Whether a reading cannot be believed: then nobody sees it, and the robot brakes."""
+        if self._gate.judge(state, now) is not Refusal.READING:
+            return False
+        self._stage = Stage.SEND
+        self._gate.send(self._gate.applied, state, now)
+        self._wait(begun, paused=False)
+        return True
+
     def _read(self) -> tuple[RobotState, float]:
-        """The newest reading, and the moment of this tick [s]."""
+        """The newest reading, with the fault of a lost robot, and the moment of this tick [s]."""
         self._watchdog.feed()
         self._stage = Stage.READ
-        return self._context.robot.read(), self._clock.begin_tick()
+        state = self._context.robot.read()
+        if (lost := self._context.localisation.agreement.fault) is not None:
+            state = replace(state, faults=(*state.faults, lost))
+        return state, self._clock.begin_tick()
 
     def _step(self, state: RobotState, now: float, goal: MotionGoal | None) -> StepReport:
         self._stage = Stage.CONTROL
@@ -188,6 +203,7 @@ class Session:
                 self._gate.acknowledge()
         elif faults and self._control.attended:
             self._control.pause(faults[0].text)
+            self._context.localisation.agreement.acknowledge()  # by who resumes
         elif text := self._context.fault_memory.given_up:
             if not self._control.attended:
                 raise NobodyHereError(f"{text}; nobody is here to see to it")
@@ -209,6 +225,7 @@ class Session:
                 context=self._context,
                 seconds=seconds,
                 paused=self._clock.held,
+                too_slow=measurements.too_slow,
             )
             self._watch(tick)
         measurements.late_ticks += not paused and stopwatch() - begun > self._period
@@ -224,15 +241,21 @@ class Session:
         due = self._origin + self._due * period
         clock.sleep_until(due)
         late = clock.now() - due
-        if late >= period * (1.0 - 1e-6):
-            self._origin += late
-            self._measurements.missed_ticks += 0 if paused else int(late / period + 1e-6)
+        if late >= period * (1.0 - 1e-6):  # up to the next moment: other threads want time, too
+            missed = ceil(late / period - 1e-6)
+            self._due += missed
+            clock.sleep_until(due + missed * period)
+            self._measurements.missed_ticks += 0 if paused else missed
+        real = stopwatch() - self._began - self._measurements.paused_s
+        lost = clock.lost + self._measurements.missed_ticks * period
+        self._measurements.keep_time(real, lost, robot_waits=not clock.is_real)
 
     def _come_to_rest(self) -> Outcome:
         for _ in range(round(_LONGEST_STOP / self._period)):
             begun = stopwatch()
             state, now = self._read()
-            self._gate.judge(state, now)
+            if self._is_refused(state, now, begun):
+                continue
             self._context.begin_tick(state)
             self._step(state, now, None)
             self._end_tick(state, begun, paused=False)

@@ -30,7 +30,6 @@ from controller import (
     Surroundings,
 )
 from hw import (
-    WORLDS,
     Backend,
     FaultInjection,
     Gate,
@@ -62,6 +61,7 @@ class Setup:
     clock: TaskClock
     truth: Truth | None  # state of the simulated world; None on hardware
     world: str  # what simulates the robot
+    map: str  # file of the furniture; empty: what is simulated, or none
     controller: MotionController
     gate: Gate
     vision: Vision
@@ -117,11 +117,16 @@ def open_setup(
         reverse_speed=options.reverse_speed,
         localisation=options.localisation,
         paced=options.paced,
+        real_clock=options.real_clock,
         armed=options.armed,
         announce=announce,
     )
     backend = open_backend(options.robot, options.world, world)
-    around = load_world_model(backend.truth, options.map or backend.map)
+    try:
+        around = load_world_model(backend.truth, options.map or backend.map)
+    except BaseException:
+        backend.robot.close()  # it is claimed already
+        raise
     with set_up(backend, detector, options, world_model=around, beneath=beneath) as setup:
         yield setup
 
@@ -168,6 +173,7 @@ def set_up(
             clock=clock,
             truth=backend.truth,
             world=backend.world,
+            map=str(options.map or backend.map or ""),
             controller=controller,
             gate=Gate(robot, robot.description, controller.settings.period),
             vision=vision,
@@ -181,18 +187,18 @@ def set_up(
                 depth_obstacles=depth_obstacles,
                 fixtures=world_model.fixtures,
                 obstacles=world_model.obstacles,
-                began_at=_time_of_day(options, robot.clock.now()),
+                began_at=_time_of_day(options, backend, robot.clock.now()),
                 follows_goals=motion is MotionForm.HOLISTIC,
             ),
             problems=problems,
         )
 
 
-def _time_of_day(options: RunOptions, elapsed: float) -> float:
+def _time_of_day(options: RunOptions, backend: Backend, elapsed: float) -> float:
     """When the session began, `elapsed` [s] ago; a simulated run is the same at any time."""
     if options.time_of_day is not None:
         return options.time_of_day
-    if options.world in WORLDS:
+    if backend.truth is not None:
         return _NOON
     now = datetime.fromtimestamp(epoch())
     return 3600.0 * now.hour + 60.0 * now.minute + now.second - elapsed

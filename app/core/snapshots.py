@@ -11,7 +11,7 @@ from app.core.session import Tick
 from app.live import NodeStatus, PoseEstimate, SceneView, Snapshot
 from behaviours import BasePose, Localiser, Region, TaskLog, ToolPose
 from hw import DEFAULT_LEVEL, DepthFrame, TaskTime, TrueObject, Truth
-from robots import Geom, RobotDescription, load_real_robot
+from robots import Geom, RobotDescription
 from trees.language import TreeNode
 
 _STATUS, _POSE = attrgetter("status", "feedback_message"), attrgetter("pose")
@@ -55,8 +55,7 @@ def recorded_scene(options: Mapping[str, Any], robot: RobotDescription) -> Scene
     from hw.sim import load_fixtures, load_localisation, load_scene
 
     if options["world"] == "hardware":
-        real = load_real_robot(options["robot"])
-        site = options["map"] or (real.map if real else None)
+        site = options["map"]
         return SceneView(fixtures=load_fixtures(site) if site else ())
     level = load_localisation(options["localisation"] or DEFAULT_LEVEL)
     footprint = robot.base.size[:2]

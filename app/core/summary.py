@@ -32,6 +32,12 @@ _MARKS = {
 """Mark and words for each outcome."""
 
 
+def how_it_ended(task: str, outcome: str, time: str) -> str:
+    """The outcome of a task after a time, in a few words."""
+    mark, ended = _MARKS.get(outcome, ("✗", f"ended as {outcome}"))
+    return f"{mark} {task} {ended} after {time}"
+
+
 @dataclass(frozen=True, kw_only=True)
 class Summary:
     """Figures of a finished run; SI units unless the name says otherwise."""
@@ -39,13 +45,13 @@ class Summary:
     task: str
     robot: str
     world: str
-    scene: str
-    seed: int
+    scene: str  # on hardware the file of its map; empty without one
+    seed: int | None  # as the next two, None on hardware
     outcome: str  # one of the values of `End`
     reason: str
     node: str  # the node that failed; empty if none did
-    objects: int  # number of objects at the beginning
-    placed: int  # number of objects that were delivered, by the contacts of the simulator
+    objects: int | None  # number of objects at the beginning
+    placed: int | None  # number of objects that were delivered, by the contacts of the simulator
     lies_on: dict[str, str]  # what each object lies on in the end, by the simulator
     claimed: int  # number of objects that the tree claims to have placed
     attempts: int  # how often the fingers closed to grasp
@@ -70,9 +76,10 @@ class Summary:
     stalls: int  # how often the watchdog stopped the robot because a tick took too long
     perception_s: float  # real time of image processing within ticks
     real_time_factor: float  # simulated seconds per real second
+    too_slow: str  # that the computer did not keep real time, in one line; empty if it did
     localisation: str  # how the base was localised, in one line; empty if it was exact
     messages: list[str]  # messages of the task to people, in order
-    warnings: list[str]  # what could not be recorded or shown
+    warnings: list[str]  # what was wrong around the robot, or could not be recorded or shown
     carried: list[dict[str, Any]]  # times and attempts of each object
 
     def kept(self, path: Path) -> Summary:
@@ -86,22 +93,27 @@ class Summary:
             return replace(self, warnings=[*self.warnings, missing])
         return self
 
-    def to_json(self) -> str:
-        """As a JSON object."""
-        return json.dumps(asdict(self), indent=2)
+    def to_json(self, **more: str) -> str:
+        """As a JSON object, with more keys."""
+        return json.dumps(asdict(self) | more, indent=2)
 
     @property
     def achieved(self) -> str:
         """The outcome in one line."""
-        mark, ended = _MARKS.get(self.outcome, ("✗", f"ended as {self.outcome}"))
         objects = ""
         if self._handled:
-            objects = f"{self.placed} of {self.objects} objects placed, "
+            objects = f"{self._delivered} placed, "
         failed_in = f"{self.node}: " if self.node and not self.succeeded else ""
-        return (
-            f"{mark} {self.task} {ended} after {task_time(self.duration_s, self.paused_s)}: "
-            f"{objects}{failed_in}{self.reason}"
-        )
+        time = task_time(self.duration_s, self.paused_s)
+        ended = how_it_ended(self.task, self.outcome, time)
+        return f"{ended}: {objects}{failed_in}{self.reason}"
+
+    @property
+    def _delivered(self) -> str:
+        """How many objects the simulator found in their places; else what the task claims."""
+        if self.placed is None:
+            return f"{counted(self.claimed, 'object')} (as the task says)"
+        return f"{self.placed} of {self.objects} objects"
 
     @property
     def _handled(self) -> bool:
@@ -116,11 +128,11 @@ class Summary:
         """Print the outcome, then the figures."""
         style = "bold green" if self.succeeded else "bold red"
         console.print(self.achieved, style=style, soft_wrap=True)
-        claim = f"; the task claims {self.claimed}" if self.claimed != self.placed else ""
+        differs = self.placed is not None and self.claimed != self.placed
+        claim = f"; the task claims {self.claimed}" if differs else ""
         hits = ", ".join(f"{n} x {text}" for text, n in self.contacts_by_name.items())
         rows = {
-            "placed": f"{self.placed} of {self.objects} objects in "
-            f"{counted(self.attempts, 'attempt')}{claim}",
+            "placed": f"{self._delivered} in {counted(self.attempts, 'attempt')}{claim}",
             "grasp": _seconds(self.grasp_time_mean_s),
             "pick and place": _seconds(self.pick_place_time_mean_s),
             "time": f"{task_time(self.duration_s, self.paused_s)}, "
@@ -132,10 +144,11 @@ class Summary:
             f"{self.late_ticks} longer than its period, {self.missed_ticks} left out",
             "localisation": self.localisation,
             "contacts": f"{self.contacts}: {hits}" if self.contacts else "",
+            "computer": self.too_slow,
             "stalls": f"{self.stalls}: the watchdog stopped the robot" if self.stalls else "",
             "messages": "\n".join(self.messages),
             "refused": ", ".join(f"{n} {why}" for why, n in self.refused_commands.items()),
-            "missing": "\n".join(self.warnings),
+            "warnings": "\n".join(self.warnings),
         }
         table = Table("", "", show_header=False, box=None, pad_edge=False)
         table.columns[0].style = "bright_black"
@@ -186,6 +199,7 @@ def summarise(
         late_ticks=measured.late_ticks,
         missed_ticks=measured.missed_ticks,
         stalls=measured.stalls,
+        too_slow=measured.too_slow_on_the_whole,
         real_time_factor=round(duration / real_seconds, 3) if real_seconds > 0.0 else 0.0,
         messages=[text for _, text in log.messages],
         carried=carried,

@@ -17,7 +17,7 @@ from pinocchio import SE3, Quaternion
 from py_trees.common import Status
 
 from app.choices import Schemas
-from app.core import OPTIONS, RECORDING, begun, recorded_scene
+from app.core import OPTIONS, RECORDING, begun, recorded_robot, recorded_scene
 from app.export.episodes import ExportError
 from app.live import NodeInfo, NodeStatus, PoseEstimate, ShownRun, Snapshot
 from app.review import FaultEvent, NodeEvent, chunks, depth_images, read_log, read_motion, timeline
@@ -47,7 +47,7 @@ def export_mcap(folder: Path, out: Path, schemas: Schemas = Schemas.ROS2) -> Non
     changes: list[_Change] = [(event.time, "event", event) for event in log.events]
     try:
         options = json.loads((folder / OPTIONS).read_text(encoding="utf-8"))
-        robot = load_robot(options["robot"])
+        robot = load_robot(recorded_robot(folder, options))
         sent = commands[np.searchsorted(commands[:, 0], states[:, 0] + _SOON) - 1]
         scene = recorded_scene(options, robot)
         if isfile(folder / RECORDING):

@@ -6,11 +6,11 @@ combines the controls of a run. The core passes snapshots in and asks `Control`.
 """
 
 from app.choices import View
-from app.live.changes import LogLine, Moment, RunInfo
+from app.live.changes import Changes, LogLine, Moment, Noted, RunInfo
 from app.live.console import ControlOptions, OperatorConsole
 from app.live.feed import Feed, Throttle
 from app.live.monitor import Recorder, RecorderError, draw_robot
-from app.live.nodes import STATUS_GLYPH, NodeInfo, NodeStatus, tip, tree_view
+from app.live.nodes import NodeInfo, NodeStatus, looks, tip, tree_view
 from app.live.operator import Control, Document, Hook, PageServer, RunProcess, Told
 from app.live.picture import colour_png, depth_picture, depth_png
 from app.live.plan import STYLE, Plan, line

@@ -46,6 +46,7 @@ class Moment(NamedTuple):
     attempts: int
     paused: str = ""  # why the run is paused; empty if it is not
     holds: bool = False  # whether the hand carries an object
+    too_slow: str = ""  # that the computer does not keep real time; empty if it does
 
 
 class LogLine(NamedTuple):
@@ -80,13 +81,16 @@ class LogBook:
             return self._count, list(self._lines)[len(self._lines) - new :]
 
 
-class _Noted(NamedTuple):
-    time: float
-    stamp: float
+class Noted(NamedTuple):
+    """What may have changed at a time."""
+
+    time: float  # of the task [s]
+    stamp: float  # of the session [s]
     nodes: tuple[NodeStatus, ...]
     faults: tuple[str, ...]
-    paused: str
-    placed: int
+    paused: str = ""
+    placed: int = 0
+    too_slow: str = ""
 
 
 class Changes:
@@ -102,25 +106,26 @@ class Changes:
         self._questions = {index for index, path in enumerate(above) if asked.intersection(path)}
         self._names = [shortened(node.title, LONGEST_NAME) for node in tree]
         never = NodeStatus(Status.INVALID, "")
-        self._last = _Noted(0.0, 0.0, (never,) * len(tree), (), "", 0)
-        self._waiting: deque[_Noted] = deque(maxlen=_MOST)
-        self._seen: tuple[str, int] = ("", 0)  # pause and number of faults of the last tick
+        self._last = Noted(0.0, 0.0, (never,) * len(tree), ())
+        self.noted: deque[Noted] = deque(maxlen=_MOST)
+        """What waits to be taken."""
+        self._seen = ("", 0, False)  # pause, number of faults, slowness of the last tick
         self._spent, self._since = [0.0] * len(tree), [0.0] * len(tree)
 
     def note(self, moment: Moment, *, changed: bool) -> None:
         """Keep a tick if it is new; `changed` is whether the status of a node changed in it."""
         faults = moment.seen.state.faults
-        seen = (moment.paused, len(faults))
+        seen = (moment.paused, len(faults), bool(moment.too_slow))
         if changed or seen != self._seen:
             self._seen = seen
             texts = tuple(fault.text for fault in faults)
-            now = (moment.seen.nodes, texts, moment.paused, moment.placed)
-            self._waiting.append(_Noted(moment.seen.time, moment.seen.stamp, *now))
+            now = (moment.seen.nodes, texts, moment.paused, moment.placed, moment.too_slow)
+            self.noted.append(Noted(moment.seen.time, moment.seen.stamp, *now))
 
     def take(self) -> Iterator[LogLine]:
         """What the ticks changed that were noted since the last call."""
-        while self._waiting:
-            before, self._last = self._last, self._waiting.popleft()
+        while self.noted:
+            before, self._last = self._last, self.noted.popleft()
             for line in self._lines(before, self._last):
                 yield line._replace(stamp=self._last.stamp)
 
@@ -132,13 +137,15 @@ class Changes:
             for now, spent, since in nodes
         ]
 
-    def _lines(self, before: _Noted, now: _Noted) -> Iterator[LogLine]:
+    def _lines(self, before: Noted, now: Noted) -> Iterator[LogLine]:
         if now.faults != before.faults:
             text = f"! FAULT: {'; '.join(now.faults)}" if now.faults else "! faults cleared"
             yield LogLine(now.time, "error" if now.faults else "info", None, text)
         if now.paused != before.paused:
             text = f"‖ PAUSED {now.paused}" if now.paused else "▶ resumed"
             yield LogLine(now.time, "warning" if now.paused else "info", None, text)
+        if now.too_slow and not before.too_slow:
+            yield LogLine(now.time, "warning", None, f"! {now.too_slow}")
         changed = [
             index
             for index, (old, new) in enumerate(zip(before.nodes, now.nodes, strict=True))

@@ -20,7 +20,7 @@ class Feed(Generic[Item]):
 
     `write` gets non-empty batches; its first exception ends the writing. A full queue (`capacity`)
     waits if it is `lossless`, or else drops its oldest item. Items are written every `period` [s of
-    real time], or as soon as there are `batch` of them.
+    real time], or as soon as there are `batch` of them. No thread to write with is such an error.
     """
 
     def __init__(
@@ -41,7 +41,10 @@ class Feed(Generic[Item]):
         self._closing = False
         self._wake, self._room = threading.Event(), threading.Event()
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
-        self._thread.start()
+        try:
+            self._thread.start()
+        except RuntimeError as error:
+            self.error = error
 
     def put(self, item: Item) -> None:
         """Add an item, from one thread only; ignored after an error of the writer or `close`."""
@@ -68,7 +71,8 @@ class Feed(Generic[Item]):
         """Write the rest within `patience` [s]; returns whether the thread has ended."""
         self._closing = True
         self._wake.set()
-        self._thread.join(patience)
+        if self._thread.is_alive():
+            self._thread.join(patience)
         return not self._thread.is_alive()
 
     def _is_over(self) -> bool:

@@ -63,12 +63,16 @@ class RunDisplay:
     def __enter__(self) -> Self:
         if self._live is not None:
             self._live.start()
-        self._thread.start()
+        try:
+            self._thread.start()
+        except RuntimeError as error:
+            self._error = error
         return self
 
     def __exit__(self, *_: object) -> None:
         self._closing.set()
-        self._thread.join(_PATIENCE)
+        if self._thread.is_alive():
+            self._thread.join(_PATIENCE)
         if self._live is not None:
             with suppress(OSError):  # the terminal is gone
                 self._live.stop()
@@ -141,6 +145,8 @@ def _head(info: RunInfo, moment: Moment) -> Text:
         text.append(f" FAULT: {'; '.join(faults)} ", style="bold white on red").append(" ")
     if moment.paused:
         text.append(f" PAUSED {moment.paused} ", style="bold black on yellow").append(" ")
+    if moment.too_slow:
+        text.append(f" {moment.too_slow} ", style="bold black on yellow").append(" ")
     text.append(info.task, style="bold")
     text.append(f"  {info.where}", style="bright_black")
     return text

@@ -6,11 +6,13 @@ from app.review.event_log import (
     FaultEvent,
     Log,
     NodeEvent,
+    PauseEvent,
+    ResumeEvent,
     read_log,
     recorded_time,
 )
 from app.review.explanation import explain
-from app.review.explanation_page import explanation_page
+from app.review.explanation_page import drawn_plan, explanation_page
 from app.review.film import make_film
 from app.review.finished import find_run, read_motion, read_run, run_folders, runs_table
 from app.review.recorded_images import NoDepthError, chunks, depth_images, recorded_depth

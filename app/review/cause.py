@@ -1,12 +1,12 @@
-"""Earliest cause of a failure, rather than the last one.
+"""Earliest cause of the failure that ended a run.
 
 A tree that gives up has failed several times: retries, fallbacks, faults of the robot. From the
-node that failed the search goes down and back in time:
+node that failed the search goes down and back in time, past what a later child has answered:
 
 | node | cause |
 |---|---|
 | `retry`, `forever` | the first of the attempts that failed in a row |
-| `fallback` | the first child that tried something, which a condition does not |
+| `fallback` | the last child that tried something, which a condition does not |
 | `parallel` | the child that failed first |
 | `until` | the work, not the condition |
 | `timeout` | the first failed attempt below it, or else the timeout |
@@ -15,13 +15,15 @@ node that failed the search goes down and back in time:
 """
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache
 
 from app.review.timeline import Span, Timeline
+from trees.language import COMPOSITES, declared_leaves
 
 _AGAIN = ("retry", "forever")
 _FALLBACKS = ("fallback", "reactive_fallback")
-_FORCED = ("force_failure",)
+_FORCED = ("force_failure", "invert")
 _NUMBER = re.compile(r"-?\d+(\.\d+)?")
 _TIMES = ", # times in a row"
 """Added by `forever` to the message of the failure with which it gives up."""
@@ -56,6 +58,7 @@ class Cause:
     reason: str
     topic: str  # the topic in a word or two; empty if unknown
     is_fault: bool = False
+    answered: tuple["Cause", ...] = ()  # failures before, after which a `fallback` went on
 
 
 def topic_of(reason: str) -> str:
@@ -65,7 +68,9 @@ def topic_of(reason: str) -> str:
 
 def cause_of(run: Timeline, span: Span) -> Cause:
     """Why a round of a node failed."""
-    return _cause(run, _origin(run, span))
+    answered: list[Span] = []
+    cause = _cause(run, _origin(run, span, answered))
+    return replace(cause, answered=tuple(_cause(run, _origin(run, one)) for one in answered))
 
 
 def first_setback(run: Timeline) -> Cause | None:
@@ -102,8 +107,11 @@ def _of_fault(run: Timeline, time: float, text: str) -> Cause:
     return Cause(time=time, node=run.leaf_at(time), reason=text, topic=words, is_fault=True)
 
 
-def _origin(run: Timeline, span: Span) -> Span:
-    """The round of the leaf, or of the modifier, in which a failure began."""
+def _origin(run: Timeline, span: Span, answered: list[Span] | None = None) -> Span:
+    """The round of the leaf, or of the modifier, in which a failure began.
+
+    Failures on the way that a `fallback` has answered by another child are added to `answered`.
+    """
     failed = _failed_children(run, span)
     match run.nodes[span.node].kind:
         case kind if kind in _AGAIN:
@@ -112,7 +120,9 @@ def _origin(run: Timeline, span: Span) -> Span:
         case kind if kind in _FALLBACKS:
             tried = [one for one in failed if not _is_question(run, one)]
             asked = [one for one in failed if run.nodes[one.node].kind not in _FORCED]
-            chosen = next(iter([*tried[:1], *asked[-1:], *failed[-1:]]), None)
+            chosen = next(iter([*tried[-1:], *asked[-1:], *failed[-1:]]), None)
+            if answered is not None:
+                answered += tried[:-1]
         case "parallel":
             chosen = failed[0] if failed else None
         case "until":
@@ -122,7 +132,7 @@ def _origin(run: Timeline, span: Span) -> Span:
             chosen = _setback_below(run, span)
         case _:
             chosen = failed[-1] if failed else None
-    return span if chosen is None else _origin(run, chosen)
+    return span if chosen is None else _origin(run, chosen, answered)
 
 
 def _failed_children(run: Timeline, span: Span) -> list[Span]:
@@ -165,10 +175,17 @@ def _setback_below(run: Timeline, span: Span) -> Span | None:
 
 def _is_question(run: Timeline, span: Span) -> bool:
     """Whether it was only a condition, or was forced to fail."""
-    if run.nodes[span.node].kind in _FORCED:
+    kind = run.nodes[span.node].kind
+    if kind in _FORCED:
         return not _failed_children(run, span)
-    return run.is_leaf(span.node) and span.seconds == 0.0 and not _had_to_work(run, span.node)
+    if kind in _words():
+        return _words()[kind]
+    lasting = (one.seconds > 0.0 for one in run.rounds.get(span.node, ()))
+    return run.is_leaf(span.node) and not any(lasting)  # of a package
 
 
-def _had_to_work(run: Timeline, node: int) -> bool:
-    return any(one.seconds > 0.0 for one in run.rounds.get(node, ()))
+@cache
+def _words() -> dict[str, bool]:
+    """Whether each word of the task language is a condition."""
+    composites = {key: word.is_condition for key, word in COMPOSITES.items()}
+    return composites | {key: leaf.is_condition for key, leaf in declared_leaves().items()}

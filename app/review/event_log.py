@@ -39,6 +39,8 @@ class Node(_Checked):
     path: str
     name: str
     kind: str
+    given: str = ""  # its main argument, as `NodeInfo.given`
+    does: str = ""
 
     @property
     def title(self) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from app.core import EVENTS, End
+from app.core import EVENTS, TOO_SLOW, End
 from app.review.cause import Cause, cause_of, fault_cause, first_setback, topic_of
 from app.review.event_log import FaultEvent, LoggedEvent, Node, NodeEvent, NowEvent, read_log
 from app.review.finished import UNFINISHED, RunRecord, read_run
@@ -68,7 +68,12 @@ class Explanation:
     @property
     def headline(self) -> str:
         """The first cause, in one line."""
-        return next(_why(self))
+        return self.why[0]
+
+    @property
+    def why(self) -> list[str]:
+        """The first cause, in one line, and more lines about it."""
+        return list(_why(self))
 
     def __str__(self) -> str:
         return "\n\n".join("\n".join(lines) for lines in self.sections)
@@ -192,6 +197,8 @@ def _sections(run: Explanation) -> Iterator[Sequence[str]]:
     known = ", ".join(f"{key} {value}" for key, value in about.items() if value not in (None, ""))
     time = task_time(run.time, run.paused_s)
     yield [f"{run.record.task}: {run.outcome} after {time}" + (f" ({known})" if known else "")]
+    if summary.too_slow and summary.too_slow not in run.reason:
+        yield [f"First of all, {summary.too_slow}"]
     yield list(_why(run))
     if run.values and run.outcome != End.SUCCESS.value:
         width = max(map(len, run.values))
@@ -214,8 +221,8 @@ def _sections(run: Explanation) -> Iterator[Sequence[str]]:
         yield ["What took the time", *rows]
     lines = [f"  {line}" for line in run.history or ["no node ended"]]
     yield ["What happened", *_shortened(lines, _MOST_LINES)]
-    if summary.objects:
-        placed = f"{summary.placed} of {counted(summary.objects, 'object')} placed"
+    if summary.handled:
+        placed = f"{summary.placed or 0} of {counted(summary.objects or 0, 'object')} placed"
         yield [f"{placed}, {counted(summary.attempts or 0, 'grasp')} attempted"]
     if summary.localisation:
         yield [f"Localisation: {summary.localisation}"]
@@ -241,6 +248,8 @@ def _why(run: Explanation) -> Iterator[str]:
             yield f"{title} crashed at {run.time:.2f} s, an error in its code: {run.reason}"
             if run.code:
                 yield f"  {run.code}"
+        case End.HARDWARE.value if TOO_SLOW in run.reason:
+            yield f"The run could not go on at {run.time:.2f} s, during {title}: {run.reason}"
         case End.HARDWARE.value:
             yield f"The robot failed at {run.time:.2f} s, during {title}: {run.reason}"
         case End.INTERRUPTED.value:
@@ -268,6 +277,8 @@ def _failure(run: Explanation, title: str) -> Iterator[str]:
         yield last
     else:
         yield _cause_text(run.cause, run.where)
+        for one in run.cause.answered:
+            yield f"  before, at {one.time:.2f} s, and answered by a fallback: {one.reason}"
         if run.where != run.node or run.cause.reason != run.reason:
             yield f"  it ended when {last}"
     name = run.node.name if run.node else ""

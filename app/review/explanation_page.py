@@ -9,7 +9,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from app.core import OPTIONS, PLACES, RECORDING, TASK, recorded_scene
+from app.core import OPTIONS, PLACES, RECORDING, TASK, recorded_robot, recorded_scene
 from app.live import STYLE, Plan, depth_picture, line
 from app.review.event_log import recorded_time
 from app.review.explanation import Explanation
@@ -53,7 +53,7 @@ def explanation_page(run: Explanation) -> str:
     return (
         f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         f"<title>{escape(head[0])}</title><style>{STYLE.read_text(encoding='utf-8')}{_STYLE}</style></head>"
-        f'<body class="{escape(run.outcome)}">{"".join(parts)}</body></html>\n'
+        f'<body class="{escape(run.outcome)}"><main>{"".join(parts)}</main></body></html>\n'
     )
 
 
@@ -63,20 +63,30 @@ def _preformatted(lines: list[str]) -> str:
     return f"<pre>{''.join(rows)}</pre>" if lines else ""
 
 
-def _map(run: Explanation) -> str:
-    """Furniture, regions, the way of the base, and where it ended; empty if they are not known."""
-    folder = run.record.folder
+def drawn_plan(folder: Path) -> tuple[str, str, str] | None:
+    """Furniture and regions as SVG; the way of the base and where it ended; and the view box.
+
+    None if the scene or the motion of the run is not known.
+    """
     try:
         options = json.loads((folder / OPTIONS).read_text(encoding="utf-8"))
-        robot = load_robot(options["robot"])
+        robot = load_robot(recorded_robot(folder, options))
         scene = replace(recorded_scene(options, robot), regions=_regions(folder, options))
         plan = Plan(scene, robot.base.size)
         way = read_motion(folder)[0][:, 1:4]
+        moved = line("track", way[::20, :2]) + plan.robot(se3_of(Pose2D(*way[-1])))
     except (OSError, UserError, LookupError, TypeError, ValueError):
+        return None
+    return plan.fixed, moved, plan.view_box(way[:, :2])
+
+
+def _map(run: Explanation) -> str:
+    """The plan; empty if it is not known."""
+    if (plan := drawn_plan(run.record.folder)) is None:
         return ""
-    drawn = plan.fixed + line("track", way[::20, :2]) + plan.robot(se3_of(Pose2D(*way[-1])))
+    fixed, moved, box = plan
     return (
-        f'<figure><svg class="plan" viewBox="{plan.view_box(way[:, :2])}">{drawn}</svg>'
+        f'<figure><svg class="plan" viewBox="{box}">{fixed}{moved}</svg>'
         "<figcaption>Regions of the task (green); the way of the base, by odometry, and where it "
         "ended.</figcaption></figure>"
     )

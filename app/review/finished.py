@@ -5,14 +5,14 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from os.path import getmtime, isdir, isfile, lexists
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from rich.table import Table
 
-from app.core import COMMANDS, EVENTS, RECORDING, STATES, SUMMARY
+from app.core import COMMANDS, EVENTS, RECORDING, STATES, SUMMARY, whole_rows
 from app.review.event_log import DamagedRunError, first_problem
 from app.task_time import in_words, task_time
 from config import UserError
@@ -45,12 +45,19 @@ class RecordedSummary(_Recorded):
     seed: int | None = None
     node: str = ""
     localisation: str = ""
+    too_slow: str = ""
     duration_s: _Seconds | None = None
     paused_s: _Seconds = 0.0
     placed: _Count | None = None
     objects: _Count | None = None
     attempts: _Count | None = None
     claimed: _Count | None = None
+    world: str = ""
+
+    @property
+    def handled(self) -> bool:
+        """Whether it handled objects."""
+        return bool(self.placed or self.claimed or self.attempts)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,7 +149,7 @@ def _array(path: Path, width: int = 0) -> Array:
     try:
         if not isfile(path):
             raise ValueError("there is no such file")
-        array: Array = np.load(path, allow_pickle=False)
+        array: npt.NDArray[Any] = whole_rows(path)[0]
         fits = array.ndim == 2 and array.shape[1] == (width or max(5, array.shape[1]))
         if array.dtype != np.float64 or not fits:
             raise ValueError(f"{array.dtype} of shape {array.shape}, not (ticks, columns)")
@@ -166,7 +173,8 @@ def runs_table(records: list[RunRecord]) -> Table:
         s, duration = record.summary, record.summary.duration_s
         time = "-" if duration is None else task_time(duration, s.paused_s)
         time = record.silent if s.outcome == UNFINISHED else time
-        placed = f"{s.placed or 0} of {s.objects}" if s.placed or s.claimed or s.attempts else "-"
+        placed = f"{s.placed or 0} of {s.objects}" if s.objects is not None else f"{s.claimed or 0}"
+        placed = placed if s.handled else "-"
         table.add_row(record.name, s.outcome, time, placed, s.node)
     return table
 

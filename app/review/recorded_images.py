@@ -4,11 +4,13 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from app.core import whole_size
 from config import UserError
 
 _ENCODED, _RAW = "EncodedDepthImage:", "DepthImage:"
@@ -81,7 +83,12 @@ def chunks(recording: Path, *entities: str) -> Iterator[Any]:
     """The chunks of a recording that belong to some entities."""
     from rerun.chunk import RrdReader
 
-    with warnings.catch_warnings():
+    end, size = whole_size(recording), recording.stat().st_size
+    with TemporaryDirectory() as folder, warnings.catch_warnings():
+        if end < size:  # Rerun reads nothing of a file that is cut within a message
+            whole = Path(folder) / recording.name
+            whole.write_bytes(recording.read_bytes()[:end])
+            recording = whole
         warnings.filterwarnings("ignore", message="RRD file has no footer")
         yield from RrdReader(recording).stream().filter(content=list(entities)).to_chunks()
 

@@ -38,16 +38,42 @@ def catalogue(folder: Path) -> Told:
     }
 
 
-def mistakes(path: Path, robot: str, parameters: Mapping[str, str]) -> list[Told]:
-    """The mistakes in a task for a robot and with values of its parameters, each with its line."""
+def mistakes(path: Path, robot: str, parameters: Mapping[str, str], scene: str = "") -> list[Told]:
+    """The mistakes in a task for a robot, in a scene, and with values of its parameters.
+
+    Each has its line of the file, or the `field` of the form that it is in.
+    """
+    told: list[Told] = []
+    found: list[Diagnostic] = []
+    for field, read in (
+        ("robot", lambda: found.extend(check(path, robot=robot))),
+        ("scene", lambda: load_fixtures(scene or DEFAULT_SCENE)),
+    ):
+        try:
+            read()
+        except UserError as error:
+            told.append(at_field(field, str(error)))
+    wrong = _refused(path, parameters)
+    for name in parameters if wrong else ():
+        others = _refused(path, {key: one for key, one in parameters.items() if key != name})
+        texts = [f"{one.message}; {one.hint}" for one in wrong if one not in others]
+        told += [at_field(f"parameters.{name}", text) for text in texts]
+        wrong = [one for one in wrong if one in others]
+    return [*told, *map(_shown, dict.fromkeys([*found, *wrong]))]
+
+
+def _refused(path: Path, parameters: Mapping[str, str]) -> list[Diagnostic]:
+    """What is wrong with a task with values of its parameters."""
     try:
-        found = check(path, robot=robot)
         load(path, overrides=parameters)
     except TaskFileError as error:
-        found = [*found, *error.diagnostics]
-    except UserError as error:
-        return [{"text": str(error), "severity": Severity.ERROR.value, "source": ""}]
-    return [_shown(one) for one in dict.fromkeys(found)]
+        return list(error.diagnostics)
+    return []
+
+
+def at_field(field: str, text: str) -> Told:
+    """A mistake in a field of the form."""
+    return {"text": text, "severity": Severity.ERROR.value, "field": field}
 
 
 def _is_task(path: Path) -> bool:

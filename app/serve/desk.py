@@ -10,22 +10,14 @@ from pathlib import Path
 from typing import Annotated
 from urllib.parse import quote
 
-from py_trees.common import Status
 from pydantic import Field, ValidationError
 
 from app.choices import Speed, View
 from app.core import RECORDING
-from app.live import STATUS_GLYPH, Document, LogLine, PageServer, RunProcess, Told
-from app.review import (
-    explain,
-    explanation_page,
-    find_run,
-    read_log,
-    read_run,
-    run_folders,
-    timeline,
-)
-from app.serve.catalogue import catalogue, mistakes, task_files
+from app.live import Document, PageServer, RunProcess, Told
+from app.review import explain, explanation_page, find_run, read_run, run_folders
+from app.serve.catalogue import at_field, catalogue, mistakes, task_files
+from app.serve.saved import saved
 from app.task_time import task_time
 from config import Severity, StrictModel, UserError
 
@@ -43,7 +35,7 @@ class Order(StrictModel):
     scene: str = ""
     seed: Annotated[int, Field(ge=0)] = 0
     parameters: Mapping[str, str] = {}
-    speed: str = Speed.REAL.value
+    speed: Speed = Speed.REAL
     approve: bool = False
     force: bool = False
 
@@ -78,7 +70,9 @@ class TaskDesk:
                     newest = reversed(run_folders(self._runs)[-_MOST_RUNS:])
                     return _json([self._row(folder) for folder in newest])
                 case ["runs", name]:
-                    return _json(self._saved(find_run(name, self._runs)))
+                    folder = find_run(name, self._runs)
+                    told = {"recording": self._recording(folder)}
+                    return _json(saved(folder, _when(folder.name)) | told)
                 case ["runs", name, "explanation"]:
                     page = explanation_page(explain(find_run(name, self._runs)))
                     return Document(page.encode(), "text/html; charset=utf-8", _PLAIN)
@@ -86,21 +80,29 @@ class TaskDesk:
                     recording = find_run(name, self._runs) / RECORDING
                     if recording.is_file():
                         return Document(recording, "application/octet-stream")
-        except UserError as error:
+        except (UserError, OSError) as error:
             return Document(str(error).encode(), "text/plain; charset=utf-8")
         return None
 
     def post(self, path: str, body: bytes) -> Told | None:
-        """Check or start a task, or start the last one again."""
-        if path == "/again" and self._order is not None:
+        """Check or start a task, or start the one of the run with a number again."""
+        if path.startswith("/again/") and self._order is not None:
+            if path != f"/again/{self.server.run}":
+                return {"refused": "another task was started since; look which"}
             return self._start(self._order)
         if path not in ("/check", "/start"):
             return None
         try:
-            order = Order.model_validate_json(body, strict=False)
+            given = json.loads(body, object_hook=_filled)
+            order = Order.model_validate(given, strict=False)
         except ValidationError as invalid:
-            first = invalid.errors(include_url=False)[0]
-            return {"refused": f"{'.'.join(map(str, first['loc']))}: {first['msg']}"}
+            found = [
+                at_field(".".join(map(str, one["loc"])), one["msg"]) for one in invalid.errors()
+            ]
+            refused = "; ".join(f"{one['field']}: {one['text']}" for one in found)
+            return {"refused": refused, "mistakes": found}
+        except (ValueError, RecursionError) as error:
+            return {"refused": f"this is not JSON ({error})"}
         return self._start(order) if path == "/start" else self._checked(order)
 
     def close(self) -> None:
@@ -112,27 +114,32 @@ class TaskDesk:
         path = task_files(self._folder).get(order.task)
         if path is None:
             return {"refused": f"{order.task}: there is no such task"}
-        return {"mistakes": mistakes(path, order.robot, order.parameters)}
+        return {"mistakes": mistakes(path, order.robot, order.parameters, order.scene)}
 
     def _start(self, order: Order) -> Told:
+        if self._run is not None and not self._run.is_over:
+            return {"refused": f"{self._run.about()['task']} runs; stop it first"}
         told = self._checked(order)
         errors = [one for one in told.get("mistakes", ()) if one["severity"] == _ERROR]
         if errors or "refused" in told:
             return told
         with self._lock:
             if self._run is not None and not self._run.is_over:
-                return {"refused": "another task runs; stop it first"}
+                return {"refused": "another task was started just now; stop it first"}
             if self._run is not None:
                 self._run.end()
+            try:
+                self._run = RunProcess(order.task, self._arguments(order), self._say)
+            except (OSError, RuntimeError) as error:
+                return {"refused": f"nothing was started ({error}); end other programs, try again"}
             self._order = order
-            self._run = RunProcess(order.task, self._arguments(order), self._say)
             self.server.serve(self._run)
-        return told | {"started": True}
+        return told | {"started": self.server.run}
 
     def _arguments(self, order: Order) -> list[str]:
         """The arguments of `frankie-task run`."""
         given = {"robot": order.robot, "world": order.world, "scene": order.scene}
-        given |= {"seed": str(order.seed), "speed": order.speed, "record": str(self._runs)}
+        given |= {"seed": str(order.seed), "speed": order.speed.value, "record": str(self._runs)}
         given |= {"view": self._view.value}
         flags = {"approve": order.approve, "force-outcomes": order.force}
         flags |= {"arm-the-robot": self._armed}
@@ -153,49 +160,29 @@ class TaskDesk:
                 self._causes[folder] = explain(folder).headline
             except UserError as error:
                 self._causes[folder] = str(error)
-        name = quote(folder.name)
-        has_recording = (folder / RECORDING).is_file()
         return {
             "when": _when(folder.name),
             "task": summary.task,
             "outcome": summary.outcome,
             "time": "" if done is None else task_time(done),
             "cause": self._causes[folder],
-            "recording": f"/{self.server.ticket}/{name}/recording.rrd" if has_recording else None,
-            "explanation": f"/runs/{name}/explanation",
+            "recording": self._recording(folder),
+            "explanation": f"/runs/{quote(folder.name)}/explanation",
             "name": folder.name,
         }
 
-    def _saved(self, folder: Path) -> Told:
-        """A finished run as the page shows one: what is constant, its end, and its log."""
-        run, log = explain(folder), read_log(folder)
-        spans, depths, looks = timeline(log), list[int](), ["i"] * len(log.nodes)
-        lines = [LogLine(0.0, "error", None, f"! {one.text}", one.begin) for one in spans.faults]
-        for parent in spans.parents:
-            depths.append(0 if parent is None else depths[parent] + 1)
-        for index, rounds in spans.rounds.items():
-            name, last = log.nodes[index].name, rounds[-1].status
-            looks[index] = {"SUCCESS": "s", "FAILURE": "f"}.get(last, "i")
-            for one in rounds if spans.is_leaf(index) else ():
-                severity = "warning" if one.status == "FAILURE" else "info"
-                text = f"{STATUS_GLYPH[Status(one.status)]} {name}: {one.message}"
-                lines.append(LogLine(0.0, severity, index, text, one.end))
-        nodes = [(one.name, one.kind, at, "") for one, at in zip(log.nodes, depths, strict=True)]
-        row = self._row(folder)
-        ended: Told = {"phase": "over", "outcome": run.headline, "explanation": str(run)}
-        ended["stamp"] = log.events[-1].time
-        return {
-            "about": {"task": run.record.task, "where": row["when"], "nodes": nodes},
-            "state": ended | {"looks": "".join(looks), "run": 0, "told_at": 0.0, "stopped": True},
-            "log": [
-                one._replace(time=log.task_time(one.stamp))
-                for one in sorted(lines, key=lambda line: line.stamp)
-            ],
-            "recording": row["recording"],
-        }
+    def _recording(self, folder: Path) -> str | None:
+        """The path of a run's recording, if it has one."""
+        has_one = (folder / RECORDING).is_file()
+        return f"/{self.server.ticket}/{quote(folder.name)}/recording.rrd" if has_one else None
 
 
 _ERROR = Severity.ERROR.value
+
+
+def _filled(fields: Told) -> Told:
+    """Without the empty fields, which mean their defaults."""
+    return {name: value for name, value in fields.items() if value != ""}
 
 
 def _json(told: object) -> Document:

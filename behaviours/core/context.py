@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
+from py_trees.behaviour import Behaviour
 
 from behaviours.core.directions import DOWN, ApproachWord, Direction
 from behaviours.core.fault_memory import FaultMemory
@@ -120,6 +121,8 @@ class Context:
     """For the coming period; None comes to rest."""
     goal_of: tuple[object, str] | None = None
     """The leaf that set the goal, and its phase."""
+    letting_go: Behaviour | None = None
+    """The leaf that has last opened the fingers to let go of what they hold."""
     report: StepReport | None = None
     """Of the controller about the last goal."""
     report_of: tuple[object, str] | None = None
@@ -140,6 +143,7 @@ class Context:
     """Every key of the tree, by its path: those of a subtree after the name of its node."""
 
     def __post_init__(self) -> None:
+        self.log.note_width(self.state, self.robot.description.gripper.opening)
         self._held = HeldObject(self.log)
         self._relocalisation = Relocalisation()
         self._jump = self._relocalisation.note(self.state)
@@ -236,7 +240,7 @@ class Context:
     @property
     def held(self) -> tuple[Geom, ...]:
         """The shapes of the held object, in e; the same tuple until it changes."""
-        return self._held.shape(self.state.gripper_width)
+        return self._held.shape(self.log.fingers.width)
 
     @property
     def wTe(self) -> SE3:
@@ -261,7 +265,9 @@ class Context:
         if relocalised := self.localisation.relocalised:
             self.log.say(self.clock.now(), relocalised)
         self.localisation.read(state)
-        self.log.note_width(state.gripper_width)
+        for wrong in state.complaints:
+            self.log.warn(self.clock.now(), f"skipped: {wrong}")
+        self.log.note_width(state, self.robot.description.gripper.opening)
         self._jump = relocalised or self._relocalisation.note(state) or self._jump
         moving = self._moving() if state.faults else ()
         at_work = isinstance(self.goal, PoseGoal) and self.goal.hand_may_touch
@@ -280,6 +286,8 @@ class Context:
         self.goal, self.goal_of = None, None
         self.vision.begin_tick()
         self.localisation.look(self.robot, self.vision)
+        if wrong := self.localisation.wrong:
+            self.log.warn(self.clock.now(), wrong)
         if self.localisation.mTw is not None:
             walkers = [one.geom for one in self._moving()]
             self._laser_obstacles.look(self.robot.laser.latest(_SCAN_AGE), walkers)

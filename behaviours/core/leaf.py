@@ -16,8 +16,10 @@ OPEN_SHARE = 0.95  # of the full opening, from which the fingers count as open
 OPENING_FORCE = 20.0  # [N]
 LEAST_MOTION = 0.0005  # a smaller motion of the fingers is none [m]
 SLACK = 0.008  # fingers that open more have let go; less, and what they hold has turned [m]
+_SETTLES = 0.003  # closed fingers that close by more have slipped off [m]
 START_PATIENCE = 0.5  # a command to the fingers that has moved nothing by then has failed [s]
 FINGER_PATIENCE = 3.0  # one that is not done by then has failed [s]
+_PATIENCE = 1.0  # what a condition does not know by then, it will not know [s]
 
 
 class Leaf(py_trees.behaviour.Behaviour):
@@ -41,6 +43,21 @@ class Leaf(py_trees.behaviour.Behaviour):
     tests for one."""
     comparable: ClassVar[tuple[str, ...]] = ()
     """Parameters that are compared, and so need values of one type."""
+    hand_before: ClassVar[str] = ""
+    """What the hand has to be, `full` or `empty`, for it to do something; a condition then asks."""
+    hand_after: ClassVar[str] = ""
+    """What the hand is after a success, `full` or `empty`; as before without it."""
+    opens_for: ClassVar[tuple[str, ...]] = ()
+    """Parameters with a width that the fingers have to open to [mm]."""
+    lasts: ClassVar[str] = ""
+    """The parameter with the time that it always takes [s]."""
+    base_rests: ClassVar[bool] = False
+    """Whether the base stays where it is, or nearly so, though it moves the robot."""
+    near_furniture: ClassVar[str] = ""
+    """Of a condition, the parameter with a distance within which it sees furniture too [m]."""
+    counts: ClassVar[str] = ""
+    """The output with its answer, where it succeeds whatever it finds."""
+    can_fail: ClassVar[bool] = True
     moves: ClassVar[bool] = True
     """Whether it may set a goal; of leaves that run at the same time only one may."""
     needs_robot: ClassVar[bool] = True
@@ -118,22 +135,23 @@ class Leaf(py_trees.behaviour.Behaviour):
     @property
     def gripper_is_closed(self) -> bool:
         """Whether the fingers are closed on nothing."""
-        return self.context.state.gripper_width < CLOSED
+        fingers = self.context.log.fingers
+        return fingers.width - fingers.empty < CLOSED
 
     @property
     def fingers_have_opened(self) -> bool:
         """Whether something has pressed the closing fingers apart."""
-        width, closing = self.context.state.gripper_width, self.context.log.closing
+        width, closing = self.context.log.fingers.width, self.context.log.closing
         return closing is not None and width - closing.narrowest > SLACK
 
     @property
     def empty_hand(self) -> str | None:
         """Why the hand holds nothing; None if it seems to hold something.
 
-        An object stops the closing fingers before their target, after they have moved. When a task
-        begins, only their width tells.
+        An object stops the closing fingers before their target, after they have moved, and keeps
+        them there. When a task begins, only their width tells.
         """
-        width, closing = self.context.state.gripper_width, self.context.log.closing
+        width, closing = self.context.log.fingers.width, self.context.log.closing
         if self.gripper_is_closed:
             return "the fingers closed on nothing"
         if closing is None:
@@ -142,6 +160,8 @@ class Leaf(py_trees.behaviour.Behaviour):
             return "the fingers did not move"
         if self.fingers_have_opened:
             return "the fingers have opened"
+        if closing.rested is not None and closing.rested - width > _SETTLES:
+            return f"the fingers have slipped off, from {1000 * closing.rested:.0f} mm"
         return "nothing stopped the fingers" if width - closing.target < LEAST_MOTION else None
 
     def open_gripper(self, most: float | None = None) -> float:
@@ -154,9 +174,14 @@ class Leaf(py_trees.behaviour.Behaviour):
         self.grip(width, OPENING_FORCE)
         return max(OPEN_SHARE * width - self.context.state.gripper_width, LEAST_MOTION)
 
+    def let_go(self, most: float | None = None) -> float:
+        """Open the fingers on purpose, see `open_gripper`: what they held is not lost."""
+        self.context.letting_go = self
+        return self.open_gripper(most)
+
     def grip(self, width: float, force: float) -> None:
         """Start to move the fingers to a width [m] by a force [N]; see `fingers`."""
-        self.context.log.gripped(width, self.context.state.gripper_width)
+        self.context.log.gripped(width)
         self.context.robot.grip(width, force)
         self._gripping_since = self.context.clock.now()
 
@@ -209,21 +234,26 @@ class Leaf(py_trees.behaviour.Behaviour):
 
 
 class Condition(Leaf):
-    """A test of the present state: success is yes, failure is no.
+    """A test of the present state: success is yes, failure is no, running is not known.
 
-    It answers within the tick and sets no goal: only a condition can guard a node (`while`,
-    `unless`).
+    It sets no goal: only a condition can guard a node (`while`, `unless`). It answers on what was
+    measured now; who asks decides what follows from an answer that is not known.
     """
 
     is_condition: ClassVar[bool] = True
     moves: ClassVar[bool] = False
+    overdue = False
+    """Whether the answer has not been known for a second."""
 
     def tick(self) -> Iterator[py_trees.behaviour.Behaviour]:
-        """Tick once.
+        """Tick once; raises as every leaf does."""
+        now = self.context.clock.now()
+        if self.status is not Status.RUNNING:
+            self._asked = now
+        for node in super().tick():
+            self.overdue = self.status is Status.RUNNING and now - self._asked >= _PATIENCE
+            yield node
 
-        Raises:
-            LeafCrashedError: as for every leaf, and when it returns RUNNING.
-        """
-        yield from super().tick()
-        if self.status is Status.RUNNING:
-            raise LeafCrashedError(self.name, TypeError("a condition answers within one tick"))
+    def unknown(self, why: str) -> Status:
+        """RUNNING: the answer is not known, and why."""
+        return self.running(f"not known: {why}")

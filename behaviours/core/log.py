@@ -1,15 +1,19 @@
 """Log of a task: attempts, grips, carried objects and places."""
 
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from statistics import median
 
 import numpy as np
 import numpy.typing as npt
 from pinocchio import SE3
 
 from behaviours.core.parameter_types import Region
-from hw import DepthFrame, TaskTime
+from hw import DepthFrame, RobotState, TaskTime
+
+_WINDOW = 0.2  # over which the width of fingers at rest is judged: a bump lasts less than half [s]
+_CHANGES = 0.0005  # a smaller change between its halves is none [m]
 
 _LIFTED = 0.05  # a hand this far from the grasp has lifted what it holds [m]
 
@@ -32,6 +36,39 @@ class Carried:
     """Whether the hand that held it has left the place of the grasp."""
 
 
+class Fingers:
+    """The distance between the finger pads over time: one reading is weak evidence.
+
+    Of fingers that move it is the newest reading, of fingers at rest the median of 0.2 s.
+    """
+
+    def __init__(self) -> None:
+        self._readings: deque[tuple[float, float]] = deque()
+        self.width = 0.0
+        """[m]"""
+        self.empty = 0.0
+        """Width at which they have stopped on nothing [m]; more than 0 by dirt, or an offset."""
+
+    @property
+    def rest(self) -> bool:
+        """Whether they have been at rest, at one width, for the time that is judged."""
+        widths = [width for _, width in self._readings]
+        half = len(widths) // 2
+        long = half and self._readings[-1][0] - self._readings[0][0] >= _WINDOW - 0.02
+        return bool(long) and abs(median(widths[:half]) - median(widths[half:])) < _CHANGES
+
+    def note(self, state: RobotState, opening: float) -> None:
+        """Take a reading; wider apart than an `opening` [m] of the hand is an offset."""
+        if state.gripper_moving:
+            self._readings.clear()
+        self._readings.append((state.stamp, state.gripper_width))
+        while state.stamp - self._readings[0][0] > _WINDOW:
+            self._readings.popleft()
+        self.width = median(width for _, width in self._readings)
+        if self.rest:
+            self.empty = max(self.empty, self.width - opening)
+
+
 @dataclass(kw_only=True, eq=False)
 class Grip:
     """One command to the fingers, and their motion since."""
@@ -44,6 +81,8 @@ class Grip:
     """Largest width since [m]."""
     narrowest: float
     """Smallest width since [m]."""
+    rested: float | None = None
+    """Where they came to rest first [m]."""
 
     @property
     def is_closing(self) -> bool:
@@ -91,6 +130,7 @@ class TaskLog:
     """How much higher the camera saw that surface than the map has it [m]; None: not seen."""
     last_grasp: SE3 | None = None
     """wTg of the last attempt."""
+    fingers: Fingers = field(default_factory=Fingers)
     grip: Grip | None = None
     """The last command to the fingers; None before the first."""
     closing: Grip | None = None
@@ -107,6 +147,8 @@ class TaskLog:
     """The grip that opens, the opening that counts as a release [m], and a callback."""
     messages: list[tuple[TaskTime, str]] = field(default_factory=list)
     """Texts for people, and when."""
+    warnings: list[str] = field(default_factory=list)
+    """What was wrong with the robot's surroundings of messages and maps, each once."""
     pictures: list[tuple[str, DepthFrame]] = field(default_factory=list)
     """Those to keep under a name; who has kept them removes them."""
     _kept: Counter[str] = field(default_factory=Counter)
@@ -153,17 +195,21 @@ class TaskLog:
         last = self.carried[-1] if self.carried else None
         return last if last is not None and last.let_go is None else None
 
-    def gripped(self, target: float, width: float) -> None:
-        """Log a command to the fingers: target and present width [m]."""
+    def gripped(self, target: float) -> None:
+        """Log a command to the fingers: target width [m]."""
+        width = self.fingers.width
         self.grip = Grip(target=target, begun_at=width, widest=width, narrowest=width)
         if self.grip.is_closing:
             self.closing = self.grip
 
-    def note_width(self, width: float) -> None:
-        """Take a reading of the distance between the finger pads [m]."""
+    def note_width(self, state: RobotState, opening: float) -> None:
+        """Take a reading of the distance between the pads of a hand that opens so far [m]."""
+        self.fingers.note(state, opening)
         for grip in (self.grip, self.closing):
             if grip is not None:
-                grip.note(width)
+                grip.note(self.fingers.width)
+        if self.grip is not None and self.grip.rested is None and self.fingers.rest:
+            self.grip.rested = self.fingers.width
         if self._release is not None:
             letting_go, opened, then = self._release
             if letting_go is self.grip and letting_go.moved > opened:
@@ -189,6 +235,12 @@ class TaskLog:
     def say(self, now: TaskTime, text: str) -> None:
         """Log a text for people."""
         self.messages.append((now, text))
+
+    def warn(self, now: TaskTime, text: str) -> None:
+        """Log a text for people once, which the summary has as a warning too."""
+        if text not in self.warnings:
+            self.warnings.append(text)
+            self.say(now, text)
 
     def keep(self, file: str, frame: DepthFrame) -> str:
         """Keep a picture; returns its name, with a number from the second one of a file on."""

@@ -89,14 +89,18 @@ class Approach:
 
     Args:
         leaf: sets the goal and gets the feedback message.
-        goal: where to go; asked every tick, as a place on the map is where the newest estimate of
-            the localisation has it.
+        goal: where to go; a function is asked every tick, as a place on the map is where the newest
+            estimate of the localisation has it.
         target: name of the goal in messages.
         timeout: fail after this [s].
     """
 
     def __init__(
-        self, leaf: Leaf, goal: Callable[[], MotionGoal], target: str, timeout: float
+        self,
+        leaf: Leaf,
+        goal: MotionGoal | Callable[[], MotionGoal],
+        target: str,
+        timeout: float,
     ) -> None:
         self._leaf, self._goal, self._target, self._timeout = leaf, goal, target, timeout
         self._begun = leaf.context.clock.now()
@@ -119,7 +123,7 @@ class Approach:
             self._set_out = False
             unsure = f"{doubt}: it is not certain where it is"
             return self._late(unsure) if self._is_late else leaf.running(f"waiting: {unsure}")
-        goal = self._goal()
+        goal = self._goal() if callable(self._goal) else self._goal
         report = leaf.pursue(goal, self._target)
         if report is None or not self._set_out:  # then it is about some other goal
             self._set_out = True

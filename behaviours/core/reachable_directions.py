@@ -62,7 +62,8 @@ def region_direction(
     """
     least, most = (radians(end) for end in _RANGES[word])
     least = max(least, least_tilt)
-    if Direction(least, 0.0).is_straight and not is_high(region, fixtures):
+    is_low = not is_high(region, fixtures) and not robot.stands_still
+    if Direction(least, 0.0).is_straight and is_low:
         return DOWN
     directions = list(_directions(least, most, headings_into(region)))
     for direction in directions:

@@ -11,13 +11,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from pinocchio import SE3
 
+from behaviours.sensing.agreement import Agreement
 from behaviours.sensing.furniture import Furniture
 from behaviours.sensing.vision import Vision
 from controller import Array, BaseGoal, MotionGoal, PoseGoal
 from hw import DepthFrame, InlineExecutor, LaserScan, Robot, RobotState
 from perception.registration import (
-    LASER,
-    Cloud,
     Judge,
     Registration,
     Surfaces,
@@ -27,6 +26,7 @@ from perception.registration import (
     in_space,
     on_floor,
     register,
+    scan_cloud,
     smoothed,
 )
 from perception.registration import Localisation as Filter
@@ -84,6 +84,10 @@ class Localiser:
         self._on_map: tuple[Any, MotionGoal | None] = None, None  # what was answered
         self.relocalised = ""
         """What happened if this tick replaced the estimate by what the base says; else empty."""
+        self.agreement = Agreement()
+        """Of the map with what is seen."""
+        self.confirmed = -inf
+        """Stamp of the newest measurement that the estimate explains [s]."""
         self.registrations = 0
         """How many the estimate has taken."""
         self.largest = 0.0, 0.0
@@ -95,6 +99,7 @@ class Localiser:
         self._stamp = 0.0
         self._history: deque[tuple[float, Array]] = deque()
         self._localised: object = None
+        self._source = ""
         self._job: _Job | None = None
         self._frame: DepthFrame | None = None
         self._due = -inf
@@ -128,7 +133,16 @@ class Localiser:
         """Why it is not certain where the base is; empty while it is."""
         if self._filter is None or (off := self._filter.doubt) is None:
             return ""
-        return f"the base's own localisation has it {off[0]:.2f} m and {degrees(off[1]):.0f}° away"
+        return f"{self._source} has it {off[0]:.2f} m and {degrees(off[1]):.0f}° away"
+
+    @property
+    def wrong(self) -> str:
+        """What is wrong with the map, or with who tells the base where it is; else empty."""
+        if (lost := self.agreement.fault) is not None:
+            return lost.text
+        if self._filter is None or not self._filter.is_contradicted:
+            return ""
+        return f"{self._source} has the base where laser and camera do not see it"
 
     def read(self, state: RobotState) -> None:
         """Take a reading: odometry, and the localised pose if there is a new one."""
@@ -143,13 +157,15 @@ class Localiser:
             self._filter.travelled(oTb)
         if localised is not None and localised is not self._localised:
             self._localised = localised
+            self._source = localised.source
             given = on_floor(localised.mTb), localised.covariance, localised.stamp
             then = self._odometry(localised.stamp)
             if self._filter is None:
-                self._filter = Filter(*given, then)
+                self._filter, self.confirmed = Filter(*given, then), localised.stamp
                 self._applied = self._filter.mTo
             else:
                 self.updates.append(self._filter.localised(*given, then))
+                self._confirm(localised.stamp)
         elif localised is None and self._filter is not None:
             self._filter.unlocalised()
         assert self._filter is not None
@@ -197,8 +213,13 @@ class Localiser:
                 self.registrations += 1
                 self.largest = max(self.largest[0], off), max(self.largest[1], turn)
             moved = self.updates[-1].moved
+            self.agreement.note(self._stamp, self.updates[-1].accepted, here, self.surfaces)
+            self._confirm(self._stamp)
         self.furniture.note(self.registration)
         self.furniture.suspect(moved)
+
+    def _confirm(self, stamp: float) -> None:
+        self.confirmed = stamp if self.updates[-1].accepted else self.confirmed
 
     def _replaced(self, before: Array, oTb: Array, how: str = "") -> None:
         """What the base says has replaced the estimate: the map jumps there."""
@@ -206,6 +227,7 @@ class Localiser:
         self._applied = self._filter.mTo
         self.furniture.forget()
         self._judge = Judge()
+        self.agreement = Agreement()
         off, turn = _between(before, self._filter.pose(oTb))
         self.relocalised = f"the base was relocalised by {off:.2f} m and {degrees(turn):.0f}°{how}"
 
@@ -253,8 +275,7 @@ class Localiser:
             bTw = in_space(oTb).inverse()
             clouds = []
             if scan is not None and (laser := robot.description.laser) is not None:
-                points = scan.points[np.isfinite(scan.ranges)]
-                clouds.append(Cloud(points, laser.bTs.translation, LASER))
+                clouds.append(scan_cloud(scan.points, laser))
             if frame is not None:
                 bTc = bTw * frame.wTc
                 clouds.append(depth_cloud(frame.depth, frame.intrinsics, bTc))

@@ -56,9 +56,11 @@ class Vision:
     ) -> None:
         self._camera, self._detector = camera, detector
         self._executor = executor or InlineExecutor()
-        self._searched: tuple[DepthFrame, Target] | None = None  # last
+        self._searched: tuple[DepthFrame, Target | None] | None = None
+        """The last; without a target its result is dropped."""
         self._result: Future[Detection] | None = None  # of that search, until it is taken
         self._found: tuple[Target, Detection] | None = None
+        self._searched_until = -inf  # stamp of the newest frame that was searched [s]
         self._judge, self._mistake = FrameChecker(), ""
         self._delivered: DepthFrame | None = None
         self._newest: DepthFrame | None = None
@@ -107,14 +109,15 @@ class Vision:
         return found[1] if found is not None and found[0] is workspace else None
 
     def _take_result(self, workspace: Target) -> None:
-        """The result of the search; an old one, or one of another region, is dropped."""
-        result, searched, newest = self._result, self._searched, self._newest
-        if result is None or not result.done() or searched is None or newest is None:
+        """The result of the search; one of another region, or of before a reset, is dropped."""
+        result, searched = self._result, self._searched
+        if result is None or not result.done() or searched is None:
             return
         self._result = None
         frame, where = searched
-        if where is workspace and newest.stamp - frame.stamp <= _OLDEST_FRAME:
+        if where is workspace:
             self.frame, self.detection = frame, result.result()
+            self._searched_until = frame.stamp
             self._found = workspace, self.detection
 
     @contextmanager
@@ -131,6 +134,15 @@ class Vision:
             self.frame, self.detection = frame, None
         return frame
 
+    def picture(self, now: float) -> DepthFrame | None:
+        """The newest frame, whoever asked for it first; None if there is none to believe now.
+
+        Args:
+            now: session time [s]; see `blindness`.
+        """
+        self.new_frame()
+        return None if self.is_blind(now) else self._newest
+
     def newest(self, after: float) -> DepthFrame | None:
         """The newest frame; the camera is asked for one after session time `after` [s]."""
         if self._newest is None or self._newest.stamp <= after:
@@ -145,18 +157,32 @@ class Vision:
             now: session time [s].
 
         Returns:
-            The grasp; None if none is seen, or the newest frame is outdated. A locked grasp stays.
+            The grasp; None if none is seen, or frames are missing. A locked grasp stays.
         """
-        detection, frame = self.detect(workspace), self.frame
-        if self.is_blind(now):
+        detection, frame, newest = self.detect(workspace), self.frame, self._newest
+        if self._is_lost(now):
             if not self.tracker.locked:
                 self.reset(self._wRa)
-        elif detection is not None and frame is not None:
+        elif detection is not None and frame is not None and newest is not None:
             if frame.stamp >= self._known_since:
-                self.grasp = self.tracker.update(detection, frame.wTc)
+                driven = float(np.linalg.norm(newest.wTc.translation - frame.wTc.translation))
+                age = now - frame.stamp
+                self.grasp = self.tracker.update(detection, frame.wTc, age=age, driven=driven)
             else:
                 self._memory = SceneMemory()  # that frame is outdated
         return self.grasp
+
+    def waits_for_search(self, since: float, now: float) -> bool:
+        """Whether no frame of after session time `since` [s] was searched, though there are some.
+
+        The computer is slow then: that no grasp is known says nothing of what is to be seen.
+        """
+        return self._searched_until <= since and not self._is_lost(now)
+
+    def _is_lost(self, now: float) -> bool:
+        """Whether there is no frame that could be believed at session time `now` [s]."""
+        newest = self._newest
+        return newest is None or now - newest.stamp > _LOST_FRAME or self._mistake != ""
 
     def blindness(self, now: float) -> str:
         """Why there is no valid frame at session time `now` [s]; empty if there is one."""
@@ -178,6 +204,8 @@ class Vision:
 
     def reset(self, wRa: Array | None = None) -> None:
         """Stop tracking, and forget earlier frames; grasps are then straight down in axes `wRa`."""
+        if self._searched is not None and self._result is not None:
+            self._searched = self._searched[0], None
         self._wRa = wRa
         self.tracker.reset()
         self.grasp = None

@@ -104,7 +104,8 @@ class GraspTarget:
 
     def centre(self) -> Array | None:
         """(3,) of the target, the largest of several, in the newest frame and the world [m]."""
-        frame, base = self._context.vision.frame, self._context.state.wTb.translation
+        state = self._context.state
+        frame, base = self._context.vision.picture(state.stamp), state.wTb.translation
         if self._chosen is not None:
             return self._chosen.objects[0].position
         if frame is None or not isinstance(self._within, Region):
@@ -184,7 +185,7 @@ class OtherViews:
         None is the target, or the next part of a region in which nothing is seen.
         """
         context = self._leaf.context
-        if point is None and not context.vision.is_blind(context.state.stamp):
+        if point is None and context.vision.picture(context.state.stamp) is not None:
             point = self._target.centre()
             if point is None and self._parts:
                 point = self._parts.pop(0)

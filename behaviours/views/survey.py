@@ -230,8 +230,9 @@ def unseen(seen: RegionMap, region: Region, smallest: float) -> str:
         if not parts:
             return text
         part = max(parts, key=lambda one: one.area)
-        x, y, _ = part.centre
-        return f"{text}, most of it ({1e4 * part.area:.0f} cm²) around {x:.2f}, {y:.2f}"
+        x, y, _ = region.wTr.actInv(np.asarray(part.centre))
+        most = f"most of it ({1e4 * part.area:.0f} cm²) around {x:.2f}, {y:.2f}"
+        return f"{text}, {most} from its middle"
     if seen.lowest > _MOST_OVERLOOKED:
         return f"what is lower than {1000 * seen.lowest:.0f} mm is not seen from so far"
     return ""

@@ -1,6 +1,7 @@
 """Viewpoints of the wrist camera: poses of camera and hand, and the motion to one."""
 
-from collections.abc import Callable, Sequence
+from collections import Counter
+from collections.abc import Callable
 from math import cos, radians, sin, tan
 
 import numpy as np
@@ -13,14 +14,20 @@ from behaviours.core.directions import Direction, heading_of, looking_down, poin
 from behaviours.core.leaf import Leaf
 from behaviours.core.motion import Approach, hand_twist
 from controller import Array, PoseGoal
-from robots import CameraDescription, Geom, half_extents
+from robots import bounding_radius, half_extents
 
 LOOK_SPEED = 0.5  # of the hand that moves the camera [m/s]
 CAMERA_PATIENCE = 2.0  # a camera without a frame for longer is blind [s]
 _STEEP = tan(radians(75.0))  # a flatter view shows less of a floor, and objects hide more of it
 _ASIDE = 0.18  # how far the hand moves to let the camera see what it is above [m]
+_SIDES = [(turn, 0.0) for turn in (0, 50, -50, 100, -100, 180)]
+_SIDES += [(turn, 0.12) for turn in (0, 50, -50)]
+"""Of a hand that points down: turned from the side without the camera [deg], and up [m]."""
 _WAYS_ASIDE = [(back, side) for back in (1.0, 1.7) for side in (0.0, 0.7, -0.7, 1.2, -1.2)]
 """Of a tilted hand, in these lengths: back and to its left."""
+_STRAY = 0.1  # share of the points that need not be seen
+_NEARBY = 0.5  # what is farther from the points does not hide them [m]
+_CLEAR = 0.02  # a point counts so much higher, where something stands before it [m]
 _SHADOW = 0.01  # around what is held, from where one of two imagers sees nothing [m]
 _AT_REST = 0.05  # a slower hand stands still [m/s and rad/s]
 _IMAGE_UP = np.array([[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
@@ -83,41 +90,61 @@ def turned_towards(
     return SE3(turn @ wTc.rotation, eye)
 
 
-def out_of_view(above: SE3, camera: CameraDescription, held: Sequence[Geom], points: Array) -> SE3:
-    """A hand that has moved aside, so that what it holds no longer hides what it is above.
+def out_of_view(context: Context, above: SE3, points: Array) -> list[SE3]:
+    """Hands that have moved aside, so that nothing known hides what is below; the best first.
 
-    A tilted hand goes back, or back and to a side: the least that shows most of the points.
+    The least motion that shows most of the points counts: of a tilted hand back, or back and to a
+    side; of another one away from the camera, to another side, or up.
 
     Args:
+        context: what is held, and stands around.
         above: the hand before, in the world.
-        camera: on the hand.
-        held: shapes of the held object, in e.
         points: (N, 3) to be seen, in the world [m].
     """
     if points_down(above.rotation):
-        from_hand = camera.eTc.translation[:2]
-        back = -_ASIDE * from_hand / max(float(np.linalg.norm(from_hand)), 1e-6)
-        return above * SE3(np.eye(3), np.array([*back, 0.0]))
-    heading = heading_of(above.rotation)
-    ahead, left = np.array([[cos(heading), sin(heading), 0.0], [-sin(heading), cos(heading), 0.0]])
-    ways = (side * _ASIDE * left - back * _ASIDE * ahead for back, side in _WAYS_ASIDE)
-    hands = [SE3(above.rotation, above.translation + way) for way in ways]
-    return max(hands, key=lambda hand: _shown(hand, camera, held, points))
+        camera = context.robot.description.camera.eTc.translation[:2]
+        back = -_ASIDE * camera / max(float(np.linalg.norm(camera)), 1e-6)
+        turned = ((pin.utils.rotate("z", radians(turn)), up) for turn, up in _SIDES)
+        hands = [above * SE3(np.eye(3), R @ [*back, 0.0] - [0.0, 0.0, up]) for R, up in turned]
+    else:
+        heading = heading_of(above.rotation)
+        c, s = cos(heading), sin(heading)
+        ahead, left = np.array([[c, s, 0.0], [-s, c, 0.0]])
+        ways = (side * _ASIDE * left - back * _ASIDE * ahead for back, side in _WAYS_ASIDE)
+        hands = [SE3(above.rotation, above.translation + way) for way in ways]
+    hidden = [(hidden_by(context, hand, points).total(), hand) for hand in hands]
+    some = [(max(n, _STRAY * len(points)), hand) for n, hand in hidden if n < len(points)]
+    return [hand for _, hand in sorted(some, key=lambda one: one[0])] or hands[:1]
 
 
-def _shown(wTe: SE3, camera: CameraDescription, held: Sequence[Geom], points: Array) -> int:
-    """How many of (N, 3) points of the world are in the image and not behind the held object."""
-    ray = (points - wTe.translation) @ wTe.rotation - camera.eTc.translation
-    u, v, depth = camera.intrinsics.matrix @ camera.eTc.rotation.T @ ray.T
-    is_within = (u > 0.0) & (u < camera.intrinsics.width * depth)
-    shown = is_within & (v > 0.0) & (v < camera.intrinsics.height * depth)
-    for geom in held:
-        half = np.array(half_extents(geom.shape)) + _SHADOW
-        eye, along = geom.pose.actInv(camera.eTc.translation), ray @ geom.pose.rotation
+def hidden_by(context: Context, wTe: SE3, points: Array) -> Counter[str]:
+    """How many of (N, 3) points of the world a hand would not see, by what is known to hide them.
+
+    That is what it holds, what stands on the map, what was set down, or the edge of the image.
+    """
+    camera, wTm = context.robot.description.camera, context.localisation.wTm
+    eye, eTw = camera.eTc.translation, wTe.inverse()
+    ray = eTw.rotation @ (points - wTe.translation).T - eye[:, None]
+    u, v, depth = camera.intrinsics.matrix @ camera.eTc.rotation.T @ ray
+    shown = (u > 0.0) & (u < camera.intrinsics.width * depth)
+    shown &= (v > 0.0) & (v < camera.intrinsics.height * depth)
+    hides = Counter({"it is outside the picture": int((~shown).sum())})
+    eTm = eTw if wTm is None else eTw * wTm
+    middle, over = ray.mean(axis=1) + eye, ray + _CLEAR * eTw.rotation[:, 2:]
+    around = context.surroundings.fixtures + context.surroundings.loose
+    known = [("what the hand holds", one.shape, one.pose, ray) for one in context.held]
+    known += [(one.name, one.shape, eTm * one.pose, over) for one in around]
+    for name, shape, pose, way in known:
+        if np.linalg.norm(pose.translation - middle) > bounding_radius(shape) + _NEARBY:
+            continue
+        half = np.array(half_extents(shape)) + _SHADOW
+        start, along = pose.actInv(eye), way.T @ pose.rotation
         with np.errstate(divide="ignore", invalid="ignore"):
-            enter, leave = np.sort((np.array([-half, half])[:, None] - eye) / along, axis=0)
-        shown &= enter.max(axis=1) > np.minimum(leave.min(axis=1), 1.0)
-    return int(shown.sum())
+            enter, leave = np.sort((np.array([-half, half])[:, None] - start) / along, axis=0)
+        behind = shown & (enter.max(axis=1) <= np.minimum(leave.min(axis=1), 1.0))
+        hides[f"{name} is before it"] += int(behind.sum())
+        shown &= ~behind
+    return hides
 
 
 def is_at_rest(context: Context) -> bool:

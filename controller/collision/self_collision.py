@@ -14,6 +14,8 @@ from controller.command import Array
 from controller.model import RobotModel
 from robots import Box, Geom, Plane, coal_geometry
 
+_NO_PAIR = 10.0  # distance where nothing can touch [m]
+
 
 class SelfCollision:
     """The collision shapes of one robot; not thread-safe, as workspaces are reused."""
@@ -49,7 +51,12 @@ class SelfCollision:
         )
 
     def clearance(self, q: Array) -> float:
-        """Smallest distance of the arm to itself, the base and the floor, for q (j,) [m]."""
+        """Smallest distance of the arm to itself, the base and the floor, for q (j,) [m].
+
+        10 m if none of them can touch.
+        """
+        if not self._shapes.collisionPairs:
+            return _NO_PAIR
         joints = self._model.joints(q)
         nearest = pin.computeDistances(
             self._model.chain, self._data, self._shapes, self._results, joints

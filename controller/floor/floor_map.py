@@ -194,4 +194,4 @@ def _column_discs(description: RobotDescription) -> Array:
             radius += swept
             centre = origin + offset
             discs += [(*(centre - along), radius), (*(centre + along), radius)]
-    return np.array(discs).T
+    return np.array(discs or [(*description.bTa.translation[:2], 0.0)]).T  # without shapes

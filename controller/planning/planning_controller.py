@@ -207,9 +207,10 @@ class PlanningController:
     def _stance(self, goal: PoseGoal, failed: tuple[Stance, ...]) -> Stance:
         state, _, surroundings = self._now
         self._finder.update(surroundings)
-        if reason := self._finder.obstacle_to(goal):
+        wTb = Pose2D.of(state.wTb)
+        if reason := self._finder.obstacle_to(goal, wTb):
             raise _NoWayError(reason)
-        search = self._finder.search(goal.wTe, Pose2D.of(state.wTb), state.q, failed)
+        search = self._finder.search(goal.wTe, wTb, state.q, failed)
         stance = search.finish()
         if stance is None or (reason := self._finder.why_none(search)):
             raise _NoWayError(reason if stance is not None else "there is no place to stand")

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from config import UserError
+from config import UserError, extra
 from controller.command import Array
 
 
@@ -25,9 +25,7 @@ def planning_library() -> Any:
             import_module(f"ompl.{name}") for name in ("base", "geometric", "util")
         )
     except ImportError:
-        raise PlanningError(
-            '--motion planning needs an extra: pip install "frankie-task[planning]"'
-        ) from None
+        raise PlanningError(f"--motion planning needs an extra: {extra('planning')}") from None
     util.noOutputHandler()
     return base, geometric, util
 

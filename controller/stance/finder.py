@@ -62,13 +62,16 @@ class StanceFinder:
         if fixtures is not self.floor.fixtures:
             self.floor = FloorMap(fixtures, self._model.description)
 
-    def obstacle_to(self, goal: PoseGoal) -> str:
-        """Why a goal is out of reach for every base pose; empty if it is not."""
+    def obstacle_to(self, goal: PoseGoal, wTb: Pose2D) -> str:
+        """Why a goal is out of reach for every base pose; empty if it is not.
+
+        Of a base that stands still only `wTb`, where it is, counts.
+        """
         height = float(goal.wTe.translation[2])
         if height < -_INSIDE - goal.position_tolerance:
             return f"{-height:.2f} m below the floor"
         least = _FAR if goal.straight else REACHED
-        if reason := out_of_reach(self._model.description, goal.wTe, least):
+        if reason := out_of_reach(self._model.description, goal.wTe, least, wTb):
             return reason
         if self.space is None or goal.hand_may_touch:
             return ""
@@ -108,7 +111,7 @@ class StanceFinder:
             return ""
         if search.base_stands and not search.base_gets_there:
             return "no way for the base"
-        return f"no stance stands free of {search.blocked}"
+        return f"no stance stands free of {search.blocked or 'the arm itself'}"
 
 
 def why_no_stance(
@@ -125,7 +128,8 @@ def why_no_stance(
     finder, known = _among(robot, fixtures)
     asked = wTe.homogeneous.tobytes(), hand_may_touch
     if asked not in known:
-        reason = finder.obstacle_to(PoseGoal(wTe=wTe, hand_may_touch=hand_may_touch))
+        goal = PoseGoal(wTe=wTe, hand_may_touch=hand_may_touch)
+        reason = finder.obstacle_to(goal, Pose2D(0.0, 0.0, 0.0))
         if not reason:
             search = stance_search(robot, wTe, fixtures)
             search.finish()

@@ -11,15 +11,19 @@ from itertools import islice
 import numpy as np
 from pinocchio import SE3, exp3
 
+from controller.floor.base_drive import Pose2D, wrap
 from controller.model import RobotModel
 from controller.stance.bank_drawing import stored_postures
+from controller.stance.free_space import se3_of
 from controller.stance.posture_bank import PostureBank, nearest
-from controller.stance.stance import refine
+from controller.stance.stance import refine, refine_standing
 from controller.stance.tool_poses import forward_kinematics
 from robots import RobotDescription
 
 REACHED = 0.01  # largest error of a pose that is within reach [m + rad]
 _TRIED = 40  # postures from which inverse kinematics starts
+_ROUNDS = 4  # of inverse kinematics of an arm whose base stands still
+_ORIGIN = Pose2D(0.0, 0.0, 0.0)
 _EVERY = 4  # inverse kinematics starts from every fourth stored posture
 _STEP, _TURN = 0.02, np.deg2rad(10.0)  # of the heights and tilts that are tried instead [m, rad]
 _WAYS = 8  # directions in which a hand is tilted
@@ -40,9 +44,37 @@ def reach_postures(robot: RobotDescription) -> tuple[RobotModel, PostureBank]:
     return RobotModel(robot), PostureBank(q, forward_kinematics(robot, q), robot.swivel)
 
 
-def out_of_reach(robot: RobotDescription, wTe: SE3, error: float = REACHED) -> str:
-    """Why no base pose lets the hand reach a pose with at most this error; empty if one does."""
-    return "" if reach_error(robot, wTe) <= error else beyond_reach(wTe)
+def _standing_error(robot: RobotDescription, wTe: SE3, wTb: Pose2D) -> float:
+    """Least error with which any posture has the hand at a pose, the base at `wTb` [m + rad]."""
+    model, bank = reach_postures(robot)
+    bTe = se3_of(wTb).inverse() * wTe
+    q, tools, swivel = bank.q.copy(), bank.tools, bank.swivel
+    if swivel is not None:  # it looks to the goal
+        pivot = swivel.pivot[:2]
+        seen = tools.positions[:, :2] - pivot
+        ahead = np.arctan2(*(bTe.translation[:2] - pivot)[::-1])
+        turns = wrap(ahead - np.arctan2(seen[:, 1], seen[:, 0]))
+        q[:, swivel.joint] += swivel.sign * turns
+        tools = tools.turned(swivel, turns)
+    off = np.linalg.norm(tools.positions - bTe.translation, axis=1)
+    turned = np.einsum("nij,ij->n", tools.rotations, bTe.rotation)  # the trace of the rest
+    q = q[np.argsort(off - 0.3 * turned)[:_TRIED]]
+    for _ in range(_ROUNDS):
+        q, errors = refine_standing(model, bTe, q, np.zeros((len(q), 3)))
+    return float(errors.min())
+
+
+def out_of_reach(
+    robot: RobotDescription, wTe: SE3, error: float = REACHED, wTb: Pose2D = _ORIGIN
+) -> str:
+    """Why no base pose lets the hand reach a pose with at most this error; empty if one does.
+
+    `wTb` is where the base is, which counts for one that stands still.
+    """
+    if not robot.stands_still:
+        return "" if reach_error(robot, wTe) <= error else beyond_reach(wTe)
+    why = "the base stands still, and the arm does not get there"
+    return "" if _standing_error(robot, wTe, wTb) <= error else why
 
 
 def beyond_reach(wTe: SE3) -> str:
@@ -53,6 +85,10 @@ def beyond_reach(wTe: SE3) -> str:
 def reached_instead(robot: RobotDescription, wTe: SE3) -> str:
     """What would do instead of a pose that is out of reach: the nearest height, the least tilt."""
     x, y, z = wTe.translation
+    if robot.stands_still:
+        tilt = float(np.arccos(np.clip(-wTe.rotation[2, 2], -1.0, 1.0)))
+        most = farthest(robot, z, tilt)
+        return f"so high and tilted it gets {most:.2f} m from the middle of the base"
     heights = (z + way * rise for rise in _STEP * np.arange(1, 101) for way in (-1.0, 1.0))
     at_heights = (SE3(wTe.rotation, np.array([x, y, height])) for height in heights if height > 0.0)
     turns = (turn for turn in _TURN * np.arange(1, 10))

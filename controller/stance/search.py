@@ -14,7 +14,7 @@ from pinocchio import SE3
 
 from controller.collision.self_collision import SelfCollision
 from controller.command import Array
-from controller.floor.base_drive import Pose2D
+from controller.floor.base_drive import Pose2D, wrap
 from controller.floor.cost_field import CostField
 from controller.floor.floor_map import FloorMap
 from controller.model import RobotModel
@@ -185,7 +185,14 @@ class StanceSearch:
 
     def _refine(self, postures: Array, bases: Array) -> tuple[Array, Array]:
         """Postures (N, j) that reach the goal, and their errors (N,) [m + rad]."""
-        if self._space is None:
+        here, swivel = self._start.wTb, self._bank.swivel
+        if self._model.description.stands_still:
+            if swivel is not None:  # the arm turns instead of the base
+                turns = wrap(bases[:, 2] - here.heading)
+                postures[:, swivel.joint] += swivel.sign * turns
+            bases = np.tile(here, (len(postures), 1))
+            postures = refine_standing(self._model, self.wTe, postures, bases)[0]
+        elif self._space is None:
             return refine(self._model, self.wTe, postures)
         return refine_standing(self._model, self.wTe, postures, bases)
 

@@ -10,11 +10,12 @@ import numpy as np
 from pinocchio import SE3
 
 from hw.faults.effects import Effect, Injectable, Site
-from hw.state import DepthArray, DepthFrame, Paint
+from hw.state import DepthArray, DepthFrame, Paint, RobotState
 from hw.truth import DisturbableWorld
 
 _FRAME_DELAY = 0.3  # [s]
 _OUTSIDE = np.array([-8.0, -8.0, 0.5])  # where objects are taken [m]
+_TURNED = 0.003  # by which fingers open around what is turned between them [m]
 _DISTANCE = 0.1  # by which objects are pushed [m]
 _TRIES = 24  # directions that are tried so that a pushed object stays on its support
 
@@ -137,6 +138,28 @@ class _ObjectTaken(_ObjectFault):
             self.site.world.put(*self._taken)
 
 
+class _ObjectPulled(_ObjectFault):
+    """A person pulls at the held object, which turns in the hand, until the fingers open."""
+
+    _held: str | None = None
+
+    def disturb(self, world: DisturbableWorld, name: str, wTo: SE3, support: str) -> None:
+        held = [one for one, by in world.supports().items() if by == "hand"]
+        self._held = held[0] if held else None
+
+    def reading(self, state: RobotState) -> RobotState:
+        if self._held is None:
+            return state
+        return replace(state, gripper_width=state.gripper_width + _TURNED)
+
+    def grip(self, width: float) -> float:
+        state, world = self.site.state, self.site.world
+        if self._held is not None and world is not None and width > state.gripper_width:
+            world.put(self._held, SE3(np.eye(3), _OUTSIDE))
+            self._held = None
+        return width
+
+
 class _ObjectGiven(_ObjectFault):
     """A person holds an object between the fingers, until they have it."""
 
@@ -166,10 +189,12 @@ _ROWS: tuple[tuple[str, Callable[[], Effect], str], ...] = (
 )
 _MOVED = "an object is pushed aside by 0.1 m; a held one is dropped"
 _TAKEN = "an object is taken away, out of the hand too, until the fault is cleared"
+_PULLED = "a person pulls at the held object, and has it once the fingers open"
 _GIVEN = "an object is held between the fingers until they have it"
 WORLD_FAULTS = (
     *(Injectable(*row) for row in _ROWS),
     Injectable("object moved", _ObjectMoved, _MOVED, of_world=True),
     Injectable("object taken", _ObjectTaken, _TAKEN, of_world=True),
+    Injectable("object pulled", _ObjectPulled, _PULLED, of_world=True),
     Injectable("object given", _ObjectGiven, _GIVEN, of_world=True),
 )

@@ -1,7 +1,7 @@
 """A real robot from its file: drivers, lock, arming, emulators, and diagnostics."""
 
 from hw.hardware.arming import NotArmedError, check_armed
-from hw.hardware.computer import Finding, Verdict
+from hw.hardware.computer import Finding, Verdict, room
 from hw.hardware.doctor import examine
 from hw.hardware.emulation import emulating
 from hw.hardware.lock import CommandedError, RobotLock, commander_of

@@ -4,20 +4,24 @@ from collections.abc import Iterator
 from math import degrees
 
 from hw.clock import WallClock
-from hw.drivers import parts_of
+from hw.drivers import one_line, parts_of
 from hw.hardware.arming import is_proven, site_of, slowness, speed_note, speed_percent, too_slow
-from hw.hardware.computer import Finding, Verdict, computer, is_good
+from hw.hardware.computer import Finding, Verdict, computer, is_good, room
 from hw.hardware.lock import CommandedError, RobotLock
 from hw.hardware.parts import findings_of
 from hw.robot import HardwareError
-from robots import RealRobot, load_robot
+from robots import KINDS, RealRobot, load_robot
 
 
 def examine(real: RealRobot | None, *, armed: bool = False) -> Iterator[Finding]:
     """Findings about the computer, and a robot (with its emulators) if given; armed it may move."""
-    yield from computer()
     if real is None:
+        yield from computer()
+        yield from room(load_robot("frankie"))
         return
+    used = (getattr(real.hardware, kind) for kind in KINDS)
+    yield from computer({one.driver for one in used if one})
+    yield from room(load_robot(real.path))
     yield from _file(real)
     try:
         lock = RobotLock(real.hardware).take()
@@ -27,11 +31,17 @@ def examine(real: RealRobot | None, *, armed: bool = False) -> Iterator[Finding]
     try:
         yield Finding("commander", Verdict.GOOD, "nobody else on this computer commands the robot")
         clock = WallClock()
-        for kind, part in parts_of(real, load_robot(real.path), clock).items():
+        try:
+            parts = parts_of(real, load_robot(real.path), clock)
+        except HardwareError as error:
+            yield Finding("drivers", Verdict.BAD, str(error))
+            return
+        for kind, part in parts.items():
             try:
                 yield from findings_of(kind, part, real, clock, armed=armed)
-            except HardwareError as error:
-                yield Finding(kind, Verdict.BAD, str(error))
+            except (Exception, SystemExit) as error:  # whatever somebody's driver raises
+                known = isinstance(error, HardwareError) and str(error)
+                yield Finding(kind, Verdict.BAD, known or f"it raises {one_line(error)}")
     finally:
         lock.release()
 

@@ -1,15 +1,17 @@
 """Lock of a robot: one program of this computer commands it, and tells others which."""
 
 import getpass
+import os
 import sys
 from pathlib import Path
 from typing import Self
 
 from config import UserError
 from hw.processes.claims import Claim, holder_of
-from robots import HardwareFile
+from robots import DriverOptions, HardwareFile
 
-_MACHINE = ("address", "port", "domain", "namespace")  # options that tell one robot from another
+_WHERE = ("address", "host", "ip", "port", "device", "serial", "url", "domain", "namespace")
+"""Options that tell one machine from another."""
 
 
 class CommandedError(UserError):
@@ -17,7 +19,7 @@ class CommandedError(UserError):
 
 
 class RobotLock:
-    """The right to command one robot; two files with the same addresses are one robot."""
+    """The right to command one robot; two files with the same machines are one robot."""
 
     def __init__(self, hardware: HardwareFile) -> None:
         self._hardware, self._claim = hardware, Claim(_name(hardware), _introduction)
@@ -53,5 +55,19 @@ def _introduction() -> str:
 
 
 def _name(hardware: HardwareFile) -> str:
-    parts = hardware.base, hardware.arm
-    return " ".join(["robot", *(str(getattr(one, key, "")) for one in parts for key in _MACHINE)])
+    return f"robot {_machine(hardware.base)} {_machine(hardware.arm)}"
+
+
+def _machine(part: DriverOptions) -> list[str]:
+    """Where a part is; if it does not say, its driver and its options, but measures and switches.
+
+    With another speed limit it is the same machine.
+    """
+    options = part.model_dump()
+    where = [options.get(key) for key in _WHERE]
+    if all(one in (None, "") for one in where):
+        told = [options[key] for key in sorted(options)]
+        where = [
+            one for one in told if isinstance(one, str | int | Path) and not isinstance(one, bool)
+        ]
+    return [os.path.realpath(one) if str(one).startswith("/") else str(one) for one in where]

@@ -95,15 +95,15 @@ def open_hardware(real: RealRobot, world: str, options: WorldOptions) -> Backend
         if hardware.emulated is not None:
             emulation = Emulation(real, world, scene, seed, level)
             _check_world(emulation, (world, scene, seed, level))
+        clock = WallClock()
+        description = at_pace(load_robot(real.path), speed_percent(real) / 100.0)
+        parts = parts_of(real, description, clock)
+        robot = ComposedRobot(description, **parts, clock=clock, rest_together=True)
     except BaseException:
         if emulation is not None:
             emulation.close()
         lock.release()
         raise
-    clock = WallClock()
-    description = at_pace(load_robot(real.path), speed_percent(real) / 100.0)
-    parts = parts_of(real, description, clock)
-    robot = ComposedRobot(description, **parts, clock=clock, rest_together=True)
     after = emulation.close if emulation else lambda: None
     truth = emulation.truth if emulation else None
     prepare = partial(_prepare, parts.values(), announce) if announce else lambda: None

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from math import degrees
+from math import degrees, inf, isfinite
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -22,6 +22,7 @@ from hw.ros2 import Mover
 from robots import DriverOptions, RealRobot, load_robot
 
 _LOOKS, _PERIOD = 200, 0.01  # number of readings of a part, and their period [s]
+_FIRST = 500  # periods in which the first image or scan comes
 _OLD_POSE, _OLD_STATE, _OLD_IMAGE, _OLD_SCAN = 150.0, 50.0, 100.0, 300.0  # largest ages [ms]
 _SAME = 1e-3  # relative tolerance of full-scale values
 _TIMEOUTS = 0.1, 0.35  # good ones: the base checks every 0.1 s, and WLAN is 0.3 s late [s]
@@ -53,9 +54,18 @@ def findings_of(
             newest, oldest = getattr(part, "read", None), _OLD_POSE
             if newest is None:
                 newest, oldest = part.latest, _OLD_SCAN
-            yield _ages(kind, "readings", lambda: clock.now() - newest().stamp, oldest)
+            for _ in range(_FIRST):
+                if newest() is not None:
+                    break
+                time.sleep(_PERIOD)
+            yield _ages(kind, "readings", lambda: _age(newest(), clock), oldest)
             if isinstance(part, Mover):
                 yield _last_net(kind, part, real, clock, armed)
+
+
+def _age(reading: Any, clock: Clock) -> float:
+    """How old a reading is; infinite if there is none [s]."""
+    return inf if reading is None else float(clock.now() - reading.stamp)
 
 
 def _last_net(kind: str, part: Mover, real: RealRobot, clock: Clock, armed: bool) -> Finding:
@@ -245,6 +255,8 @@ def _ages(about: str, what: str, age: Callable[[], float], most: float) -> Findi
     """How old readings are [s], and whether they are younger than `most` [ms]."""
     ages = [1000.0 * one for one in _watched(age)]
     text = f"{what} are {np.median(ages):.0f} ms old in the middle, {max(ages):.0f} ms at worst"
+    if not isfinite(max(ages)):
+        text = f"there are no {what} within {_FIRST * _PERIOD:g} s, or not always"
     return is_good(about, max(ages) < most, text)
 
 

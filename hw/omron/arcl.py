@@ -12,6 +12,7 @@ from hw.clock import stopwatch
 from hw.omron.options import ArclOptions
 from hw.omron.teleop_settings import Values
 from hw.robot import HardwareError
+from hw.threads import begun
 
 _POLLS = ("queryMotors", "status", "faultsGet")
 _LONGEST_LINE = 65536
@@ -72,10 +73,11 @@ class Arcl:
             raise HardwareError(f"{self._where}: {error}") from error
         self._parser, self._closing = _StateParser(), threading.Event()
         self._socket = connection
-        self._thread = threading.Thread(
-            target=self._run, args=(connection, lines), name="omron arcl", daemon=True
-        )
-        self._thread.start()
+        try:
+            self._thread = begun(self._run, "omron arcl", connection, lines)
+        except HardwareError:
+            connection.close()
+            raise
         with self._changed:
             known = self._changed.wait_for(lambda: self.state.motors or self.state.lost, patience)
         if not known or self.state.lost:

@@ -213,11 +213,11 @@ class OmronBase:
                     if before is None
                     else continued(before.wTo, before.telemetry, telemetry)
                 )
+                link.start()
                 self._link = link
         except BaseException:
             connection.socket.close()
             raise
-        self._link.start()
 
     def _pause(self) -> float:
         """Pause before a recovery; it grows with their number [s]."""

@@ -25,16 +25,21 @@ class Guardian:
         reads, self._pipe = os.pipe()
         os.set_blocking(self._pipe, False)
         arguments = [str(connection.fileno()), str(reads), stop.hex(), str(patience)]
-        self._process = subprocess.Popen(
-            [sys.executable, "-I", "-S", str(Path(__file__)), *arguments],
-            pass_fds=(connection.fileno(), reads),
-            start_new_session=True,  # not ended by Ctrl-C or with the terminal
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
+        try:
+            self._process = subprocess.Popen(
+                [sys.executable, "-I", "-S", str(Path(__file__)), *arguments],
+                pass_fds=(connection.fileno(), reads),
+                start_new_session=True,  # not ended by Ctrl-C or with the terminal
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+            )
+        except OSError:
+            os.close(self._pipe)
+            raise
+        finally:
+            os.close(reads)
         self.pid = self._process.pid
-        os.close(reads)
 
     @property
     def is_running(self) -> bool:

@@ -22,6 +22,7 @@ from hw.omron.packet import encode
 from hw.omron.telemetry import Telemetry, drive_payload
 from hw.robot import HardwareError
 from hw.state import Fault
+from hw.threads import begun
 
 _CYCLE = 0.025  # interval at which the velocity is sent [s]
 _RECONNECTING = 0.5  # timeout of each step of a new connection to stop the base [s]
@@ -55,13 +56,16 @@ class Link:
         self._waker, self._wakes = socket.socketpair()
         self._frames: list[bytes] = []
         self._close_by: float | None = None
-        self._thread = threading.Thread(target=self._run, name="omron link", daemon=True)
 
     def start(self) -> None:
-        """Start the thread."""
+        """Start the thread; HardwareError: the computer starts no more."""
         for one in (self._socket, self._waker, self._wakes):
             one.setblocking(False)
-        self._thread.start()
+        try:
+            self._thread = begun(self._run, "omron link")
+        except HardwareError:
+            self.guardian.leave()
+            raise
 
     def wake(self) -> None:
         """Send the next order at once."""

@@ -66,6 +66,8 @@ class HandProcess:
         self._speed = speed
         self._hand = library.Gripper(address)
         self._motion: _Motion | None = None
+        self._stops = threading.Event()
+        threading.Thread(target=self._stop_when_told, daemon=True).start()
         self._state = state = self.publish()
         self._held = state.width if state.is_grasped else None  # width of the last grasp [m]
 
@@ -107,7 +109,13 @@ class HandProcess:
         if (motion := self._motion) is not None:
             motion.why, motion.stopped = why, stopwatch()
         self._held = None
-        threading.Thread(target=self._stop, daemon=True).start()
+        self._stops.set()
+
+    def _stop_when_told(self) -> None:
+        """On a thread of its own from the beginning: later the computer may start no more."""
+        while self._stops.wait():
+            self._stops.clear()
+            self._stop()
 
     def _stop(self) -> None:
         try:

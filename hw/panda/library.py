@@ -35,9 +35,11 @@ _PACKAGE = "panda_py"
 
 def missing() -> str:
     """Why the library cannot be loaded; empty if it can."""
+    from config import extra  # not for the processes of the driver
+
     if find_spec(_PACKAGE) is not None:
         return ""
-    return 'the driver of the Panda is not installed: pip install "frankie-task[hardware]"'
+    return f"the driver of the Panda is not installed: {extra('hardware')}"
 
 
 def load_library() -> ModuleType:

@@ -67,13 +67,15 @@ class Parent:
         return not self.is_gone
 
     def _listen(self) -> None:
-        for line in sys.stdin:
-            request = json.loads(line)
-            if request["do"] == "end":
-                break
-            if not self._at_once(request):
-                self._requests.put(request)
-        self.is_gone = True
+        try:
+            for line in sys.stdin:
+                request = json.loads(line)
+                if request["do"] == "end":
+                    break
+                if not self._at_once(request):
+                    self._requests.put(request)
+        finally:  # whatever it was: nobody would hear a stop
+            self.is_gone = True
 
     def _is_suspended(self) -> bool:
         if os.getppid() != self._pid:

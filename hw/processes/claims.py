@@ -37,7 +37,8 @@ class Claim:
                 claimed.close()
                 return None
             self._socket = claimed
-            threading.Thread(target=self._answer, args=(claimed,), daemon=True).start()
+            with suppress(RuntimeError):  # without a thread it is held, and nobody answers for it
+                threading.Thread(target=self._answer, args=(claimed,), daemon=True).start()
         return self
 
     def release(self) -> None:

@@ -61,16 +61,20 @@ class DriverProcess:
             raise HardwareError(missing)
         self.end()
         self._last_words, self._buffer = "", b""
-        self._stderr = tempfile.TemporaryFile()  # noqa: SIM115
-        self.process = subprocess.Popen(
-            [*self._command, str(self._memory)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=self._stderr,
-            pass_fds=(self._memory,),
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
-            start_new_session=True,  # Ctrl-C is for the parent
-        )
+        try:
+            self._stderr = tempfile.TemporaryFile()  # noqa: SIM115
+            self.process = subprocess.Popen(
+                [*self._command, str(self._memory)],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=self._stderr,
+                pass_fds=(self._memory,),
+                env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+                start_new_session=True,  # Ctrl-C is for the parent
+            )
+        except OSError as error:
+            why = f"the computer starts no more processes ({error.strerror})"
+            raise HardwareError(f"the {self.what}: {why}: end what else runs") from error
         try:
             self._expect("loaded", _LOADING)
             self._expect("ready", self._connecting)

@@ -55,8 +55,10 @@ class Status:
 
 def missing() -> str:
     """Why the vendor's library cannot be loaded; empty if it can."""
+    from config import extra  # not for the processes of the driver
+
     if find_spec("pyrealsense2") is None:
-        return 'the driver of the RealSense is not installed: pip install "frankie-task[hardware]"'
+        return f"the driver of the RealSense is not installed: {extra('hardware')}"
     try:
         CDLL(_USB)
     except OSError:

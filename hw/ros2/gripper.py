@@ -3,6 +3,7 @@
 import threading
 import uuid
 from dataclasses import replace
+from functools import partial
 from typing import Any, Literal, Self
 
 import numpy as np
@@ -12,8 +13,8 @@ from hw.clock import stopwatch
 from hw.drivers import DriverContext
 from hw.robot import HardwareError
 from hw.ros2.carrier import Route
+from hw.ros2.door import joints
 from hw.ros2.messages import message
-from hw.ros2.moving import rows_of
 from hw.ros2.part import Ros2Options, Ros2Part
 from hw.state import GripperState
 
@@ -43,6 +44,8 @@ class GripperOptions(Ros2Options):
 class Ros2Gripper(Ros2Part):
     """A gripper; `grip` waits for the result of its action."""
 
+    _part = "gripper"
+
     def __init__(self, options: GripperOptions, context: DriverContext) -> None:
         self._options, self._opening = options, context.robot.gripper.opening
         self._action = f"control_msgs/action/{options.type}"
@@ -53,8 +56,8 @@ class Ros2Gripper(Ros2Part):
             routes.append(Route(f"rq/{path}/{service}Request", kinds[0], False, sensor=False))
             routes.append(Route(f"rr/{path}/{service}Reply", kinds[1], True, sensor=False))
         routes.append(Route(f"rq/{path}/cancel_goalRequest", _CANCEL, False, sensor=False))
-        super().__init__(options, context.clock, routes)
-        self._lacks = f"{options.name(options.states)} does not tell {options.joint}"
+        doors = {0: partial(joints, names=(options.joint,))}
+        super().__init__(options, context.clock, routes, doors)
         self._state: GripperState | None = None
         self._client, self._number = uuid.uuid4().int >> 64, 0
         self._goal: Any = None
@@ -95,14 +98,12 @@ class Ros2Gripper(Ros2Part):
         if (goal := self._goal) is not None:
             self._ask(5, _CANCEL, goal_id=goal)
 
-    def _hear(self) -> bool:
-        before, options = self._state, self._options
-        for stamp, one in self._new(0):
-            if (rows := rows_of(one, (options.joint,))) is not None:
-                share = (one.position[rows[0]] - options.closed) / (options.open - options.closed)
-                width = float(np.clip(share, 0.0, 1.0)) * self._opening
-                self._state = GripperState(stamp=stamp, width=width, moving=False)
-        return self._state is not before
+    def _hear(self) -> None:
+        options = self._options
+        for stamp, ((position,), _) in self._new(0):
+            share = (position - options.closed) / (options.open - options.closed)
+            width = float(np.clip(share, 0.0, 1.0)) * self._opening
+            self._state = GripperState(stamp=stamp, width=width, moving=False)
 
     def _ask(self, route: int, kind: str, **fields: Any) -> int:
         self._number += 1

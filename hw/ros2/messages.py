@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from config import extra
+
 DISTRIBUTION = "ROS2_JAZZY"  # its definitions
 _TIME, _UUID, _CLIENT = "builtin_interfaces/Time", "unique_identifier_msgs/UUID", "uint64 client"
 _GRIPPER = "control_msgs/action/GripperCommand"
@@ -43,7 +45,7 @@ _MORE = {
 def missing() -> str:
     """Why ROS 2 cannot be spoken; empty if it can."""
     if find_spec("cyclonedds") is None or find_spec("rosbags") is None:
-        return 'the driver of ROS 2 is not installed: pip install "frankie-task[ros2]"'
+        return f"the driver of ROS 2 is not installed: {extra('ros2')}"
     return ""
 
 

@@ -6,8 +6,10 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
+from hw.door import RefusedError
 from hw.drivers import DriverContext
 from hw.robot import HardwareError
+from hw.ros2.door import Lens, lens, scan, sized
 from hw.ros2.part import Ros2Options, Ros2Part
 from hw.state import DepthArray, DepthImage, Fault, LaserReading
 from robots import CameraDescription
@@ -29,6 +31,9 @@ class CameraOptions(Ros2Options):
 class Ros2Camera(Ros2Part):
     """A depth camera; images are brought to the intrinsics of the description."""
 
+    _part = "camera"
+    _needs = (1, 0)
+
     def __init__(self, options: CameraOptions, context: DriverContext) -> None:
         self._camera = context.robot.camera
         kind = f"sensor_msgs/msg/{'CompressedImage' if options.compressed else 'Image'}"
@@ -36,9 +41,8 @@ class Ros2Camera(Ros2Part):
             options.hears(options.depth, kind, slots=3, size=_IMAGE),
             options.hears(options.info, "sensor_msgs/msg/CameraInfo"),
         ]
-        super().__init__(options, context.clock, routes)
-        self._lacks = f"{options.name(options.info)} does not tell its intrinsics"
-        self._info: Any = None
+        super().__init__(options, context.clock, routes, {0: self._depth, 1: lens})
+        self._lens: Lens | None = None
         self._maps: tuple[DepthArray, DepthArray] | None = None
         self._image: DepthImage | None = None
 
@@ -51,15 +55,23 @@ class Ros2Camera(Ros2Part):
         """A fault while no images come."""
         return self._faults()
 
-    def _hear(self) -> bool:
-        for _, info in self._new(1):
-            if self._info is None or not np.array_equal(info.k, self._info.k):
-                self._info, self._maps = info, _maps(info, self._camera)
-        images = list(self._new(0)) if self._info is not None else []
+    def _hear(self) -> None:
+        for _, told in self._new(1):
+            if self._lens is None or not told.is_like(self._lens):
+                self._lens, self._maps = told, _maps(told, self._camera)
+        images = list(self._new(0)) if self._lens is not None else []
         if images:
-            stamp, image = images[-1]
-            self._image = DepthImage(depth=self._rectified(_metres(image)), stamp=stamp)
-        return bool(images)
+            stamp, depth = images[-1]
+            self._image = DepthImage(depth=self._rectified(depth), stamp=stamp)
+
+    def _depth(self, image: Any) -> DepthArray:
+        """(H, W) of a message [m], of the size that the intrinsics are for."""
+        assert self._lens is not None
+        if hasattr(image, "width"):  # before its bytes are looked at
+            sized(image.width, image.height, self._lens)
+        depth = _metres(image)
+        sized(depth.shape[1], depth.shape[0], self._lens)
+        return depth
 
     def _rectified(self, depth: DepthArray) -> DepthArray:
         import cv2
@@ -75,8 +87,10 @@ class Ros2Camera(Ros2Part):
 def _metres(image: Any) -> DepthArray:
     pixels = depth_of(image)
     if pixels is None:
-        form = getattr(image, "encoding", "") or image.format
-        raise HardwareError(f"depth images are 16UC1 or 32FC1, compressed as PNG, not {form}")
+        form = image.format if hasattr(image, "format") else image.encoding
+        if "compressedDepth" in form:
+            raise RefusedError("data", f"{len(image.data)} bytes", "no PNG of 16 bits")
+        raise RefusedError("encoding", f"`{form}`", "not 16UC1 or 32FC1, compressed as PNG")
     unit = 1e-3 if pixels.dtype.kind == "u" else 1.0
     return np.asarray(pixels * np.float32(unit), np.float32)
 
@@ -84,7 +98,7 @@ def _metres(image: Any) -> DepthArray:
 def depth_of(image: Any) -> npt.NDArray[Any] | None:
     """(H, W) depth of an Image or CompressedImage: whole numbers are millimetres, others metres.
 
-    None: it is no depth, which is 16UC1 or 32FC1 (REP 118). HardwareError: bytes are missing.
+    None: it is no depth, which is 16UC1 or 32FC1 (REP 118). RefusedError: bytes are missing.
     """
     if (form := getattr(image, "format", None)) is not None:
         return _compressed(image) if "compressedDepth" in form else None
@@ -93,9 +107,8 @@ def depth_of(image: Any) -> npt.NDArray[Any] | None:
     number = np.dtype(kind).newbyteorder(">" if image.is_bigendian else "<")
     size = number.itemsize * image.width
     if len(image.data) != image.height * image.step or image.step < size:
-        raise HardwareError(
-            f"an image of {image.width} x {image.height} has {len(image.data)} bytes"
-        )
+        size = f"{image.width} x {image.height}, {image.step} bytes a row"
+        raise RefusedError("data", f"{len(image.data)} bytes", f"not those of {size}")
     rows = np.frombuffer(image.data, np.uint8).reshape(image.height, image.step)
     return np.ascontiguousarray(rows[:, :size]).view(number)
 
@@ -105,7 +118,7 @@ def _compressed(image: Any) -> npt.NDArray[Any] | None:
     import cv2
 
     data = np.frombuffer(image.data, np.uint8)
-    pixels = cv2.imdecode(data[_PNG:], cv2.IMREAD_UNCHANGED)
+    pixels = cv2.imdecode(data[_PNG:], cv2.IMREAD_UNCHANGED) if len(data) > _PNG else None
     if pixels is None or pixels.dtype != np.uint16:
         return None
     if not image.format.startswith("32FC1"):
@@ -115,15 +128,15 @@ def _compressed(image: Any) -> npt.NDArray[Any] | None:
         return np.where(pixels > 0, a / (pixels.astype(np.float32) - b), np.nan)
 
 
-def _maps(info: Any, camera: CameraDescription) -> tuple[DepthArray, DepthArray] | None:
+def _maps(own: Lens, camera: CameraDescription) -> tuple[DepthArray, DepthArray] | None:
     """Where the pixels of the description are in an image; None where they are its own."""
-    own, ours = np.reshape(info.k, (3, 3)), camera.intrinsics
-    is_same = (info.width, info.height) == (ours.width, ours.height)
-    if is_same and np.allclose(own, ours.matrix, atol=1e-3):
+    K, ours = own.K, camera.intrinsics
+    is_same = (own.width, own.height) == (ours.width, ours.height)
+    if is_same and np.allclose(K, ours.matrix, atol=1e-3):
         return None
     v, u = np.mgrid[: ours.height, : ours.width].astype(np.float32)
-    x = (u - ours.cx) / ours.fx * own[0, 0] + own[0, 2]
-    y = (v - ours.cy) / ours.fy * own[1, 1] + own[1, 2]
+    x = (u - ours.cx) / ours.fx * K[0, 0] + K[0, 2]
+    y = (v - ours.cy) / ours.fy * K[1, 1] + K[1, 2]
     return x.astype(np.float32), y.astype(np.float32)
 
 
@@ -137,9 +150,11 @@ class LaserOptions(Ros2Options):
 class Ros2Laser(Ros2Part):
     """A laser where the description mounts it."""
 
+    _part = "laser"
+
     def __init__(self, options: LaserOptions, context: DriverContext) -> None:
         routes = [options.hears(options.scan, "sensor_msgs/msg/LaserScan", size=_SCAN)]
-        super().__init__(options, context.clock, routes)
+        super().__init__(options, context.clock, routes, {0: scan})
         if context.robot.laser is None:
             raise HardwareError("the robot's description has no laser, which says where it is")
         self._bTs = context.robot.laser.bTs
@@ -150,13 +165,8 @@ class Ros2Laser(Ros2Part):
         self._trouble()
         return self._reading
 
-    def _hear(self) -> bool:
-        before = self._reading
-        for stamp, scan in self._new(0):
-            ranges = np.array(scan.ranges, dtype=float)
-            ranges[~((ranges >= scan.range_min) & (ranges <= scan.range_max))] = np.nan
-            angles = scan.angle_min + scan.angle_increment * np.arange(len(ranges))
+    def _hear(self) -> None:
+        for stamp, (angles, ranges) in self._new(0):
             rays = np.stack([np.cos(angles), np.sin(angles), np.zeros(len(ranges))], axis=1)
             points = (ranges[:, None] * rays) @ self._bTs.rotation.T + self._bTs.translation
             self._reading = LaserReading(stamp=stamp, ranges=ranges, points=points)
-        return self._reading is not before

@@ -33,7 +33,7 @@ class Fault:
     name: str
     duration: float | None = None  # [s]; None for the rest of the run, if nothing clears it
     stops: bool = False  # whether the robot must come to rest
-    paced: bool = False  # whether it is about real time, and the run goes in real time
+    real_clock: bool = False  # whether it is about real time: the robot waits for nothing
     inject: Inject | None = None  # None injects the fault of that name into the robot
     acknowledged: bool = False  # whether a simulated person acknowledges that it is over
     tree: Path = TREE
@@ -138,12 +138,12 @@ FAULTS = (
     Fault(name="base ignores commands", duration=2.0),
     Fault(name="base too fast", duration=2.0),
     Fault(name="readings late", duration=2.0),
-    Fault(name="readings slow", duration=1.0, paced=True),
+    Fault(name="readings slow", duration=1.0, real_clock=True),
     Fault(name="reading fails", stops=True),
     Fault(name="reading breaks", stops=True),
     Fault(name="sending fails", stops=True),
     Fault(name="leaf raises", inject=_leaf_raises, stops=True),
-    Fault(name="leaf blocks", inject=_leaf_blocks, stops=True, paced=True),
+    Fault(name="leaf blocks", inject=_leaf_blocks, stops=True, real_clock=True),
     Fault(name="solver gives up", inject=_solver_gives_up, duration=0.5),
     Fault(name="solver raises", inject=_solver_raises, stops=True),
     Fault(name="nobody takes", inject=_nothing, tree=_LESSONS / "hand_over.yaml", phase="offer"),

@@ -171,7 +171,7 @@ def run_cell(cell: Cell) -> CellResult:
             tree=fault.tree,
             world=cell.world,
             seed=cell.seed,
-            paced=fault.paced,
+            real_clock=fault.real_clock,
             record=Path(folder),
             recording=False,
             view=ViewOptions(view=View.NONE),

@@ -67,7 +67,7 @@ def run_on_the_move(
 def _run(options: RunOptions) -> tuple[Summary, Passing]:
     result = run_task(options)
     summary, failures = result.summary, failure_causes(result.folder)
-    delivered = summary.placed == summary.objects > 0
+    delivered = summary.placed == summary.objects != 0
     return summary, Passing(
         way=summary.task,
         seed=summary.seed,

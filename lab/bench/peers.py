@@ -12,7 +12,7 @@ import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
 
-from config import ConfigError
+from config import ConfigError, extra
 from controller import (
     Array,
     Command,
@@ -162,8 +162,8 @@ def peer_step(name: str, model: RobotModel, period: float) -> Step:
     try:
         velocities = _MAKERS[name](model, period)
     except ImportError as error:
-        how = "--no-deps mink" if name == "mink" else '"frankie-task[peers]"'
-        raise ConfigError(f"{name} needs {error.name}: pip install {how}") from None
+        how = "pip install --no-deps mink" if name == "mink" else extra("peers")
+        raise ConfigError(f"{name} needs {error.name}: {how}") from None
     solved, unsolved = (_report(solved) for solved in (True, False))
 
     def step(

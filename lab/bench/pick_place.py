@@ -127,7 +127,7 @@ def _figures(runs: Sequence[PickPlaceRun]) -> PickPlaceFigures:
         reverse_speed=runs[0].reverse_speed,
         runs=len(runs),
         objects=objects,
-        placed=sum(s.placed for s in summaries),
+        placed=sum(s.placed or 0 for s in summaries),
         attempts=sum(s.attempts for s in summaries),
         first_attempt_rate=sum(one["attempts"] == 1 for one in carried) / max(objects, 1),
         grasp_time_mean_s=_mean(grasps),

@@ -9,7 +9,7 @@ from typing import TypeVar
 
 import cv2
 
-from config import ConfigError
+from config import ConfigError, extra
 from lab.grasps.scenes import ROBOT
 from lab.shared import progress, run_in_order
 from perception import WITHOUT_NETWORK, GraspDetector
@@ -75,4 +75,4 @@ def require_physics(command: str) -> None:
     Raises ConfigError: MuJoCo is missing.
     """
     if find_spec("mujoco") is None:
-        raise ConfigError(f'{command} needs an extra: pip install "frankie-task[physics]"')
+        raise ConfigError(f"{command} needs an extra: {extra('physics')}")

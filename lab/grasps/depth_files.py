@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import yaml
 
-from config import ConfigError, counted
+from config import ConfigError, counted, extra
 from hw.ros2 import depth_of
 from robots import Array, Intrinsics
 
@@ -174,8 +174,7 @@ def _bag(path: Path, at: float | None) -> tuple[Any, Any]:
     try:
         from rosbags.highlevel import AnyReader
     except ModuleNotFoundError:
-        hint = 'pip install "frankie-task[foxglove]"'
-        raise ConfigError(f"{path}: to read bags, {hint}") from None
+        raise ConfigError(f"{path}: reading bags needs {extra('foxglove')}") from None
     is_depth: dict[str, bool] = {}
     best, found, image = np.inf, "", None
     with AnyReader([path]) as bag:

@@ -13,7 +13,7 @@ from threading import current_thread, main_thread
 from types import FrameType
 from typing import TypeVar
 
-from config import UserError
+from config import UserError, extra
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -149,7 +149,7 @@ def _on_cluster(
     try:
         distributed = import_module("distributed")
     except ImportError:
-        raise UserError('--cluster needs an extra: pip install "frankie-task[cluster]"') from None
+        raise UserError(f"--cluster needs an extra: {extra('cluster')}") from None
     try:
         client = distributed.Client(address, timeout="10s")
     except (OSError, TimeoutError, ValueError) as error:

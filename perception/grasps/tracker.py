@@ -27,7 +27,9 @@ _SWITCH_ODDS = 2.5  # ... of the odds to hold, e.g. 0.93 to 0.84
 _REMEMBERED = 32  # failed grasps
 _TURN_WEIGHT = 0.2 / np.pi  # a right angle counts as much as a distance of 0.1 m [m/rad]
 _HALF_TURN = SE3(np.diag([-1.0, -1.0, 1.0]), np.zeros(3))
-_UNSEARCHED = "no picture was searched in time"
+_UNSEARCHED = "no picture is searched yet"
+_SLIP = 0.05  # error of odometry, as a share of a distance
+_DOUBT = 0.01  # a grasp is locked by a picture in which it is known to this [m]
 
 
 class GraspTracker:
@@ -68,8 +70,19 @@ class GraspTracker:
         """Forget the failed grasps."""
         self._rejected.clear()
 
-    def update(self, detection: Detection, wTc: SE3) -> GraspEstimate | None:
+    def update(
+        self, detection: Detection, wTc: SE3, *, age: float = 0.0, driven: float = 0.0
+    ) -> GraspEstimate | None:
         """Update with the detection of a frame of a camera at `wTc`.
+
+        What is seen stays true as far as odometry knows how the camera has moved since, and the
+        velocity of the object where that is: a grasp in more doubt than `_DOUBT` is not locked.
+
+        Args:
+            detection: the grasps in the frame.
+            wTc: of the camera at its capture.
+            age: of the frame [s].
+            driven: how far the camera has moved since [m].
 
         Returns:
             The tracked grasp; None if there is none, and `reason` says why.
@@ -82,6 +95,8 @@ class GraspTracker:
         seen = self._tracked.wTg_at(detection.stamp)
         distance = np.linalg.norm(seen.translation - wTc.translation)
         is_known = self._motion.is_known or isinf(self.lock_distance)
+        doubt = _SLIP * driven + (_UNSTEADY * age if self._tracked.velocity.any() else 0.0)
+        is_known &= doubt <= _DOUBT
         self._locked = self._locked or (is_known and bool(distance < self.lock_distance))
         return self._tracked
 
@@ -210,7 +225,8 @@ class GraspVelocity:
         """
         seen = self._seen
         self._since = min(self._since, stamp)
-        self.is_known = self.is_known or stamp - self._since >= _PATIENCE
+        rests = middle is None or not seen or self._is_at_rest(middle, stamp)
+        self.is_known = self.is_known or (rests and stamp - self._since >= _PATIENCE)
         if middle is None or not self.may_be_at(middle, stamp):
             return self._velocity
         if self._is_astray(middle, stamp):
@@ -221,7 +237,7 @@ class GraspVelocity:
             self._line = None
         self._astray = 0
         seen.append((stamp, *middle))
-        while stamp - seen[0][0] > _WINDOW:
+        while stamp - seen[0][0] > _WINDOW and len(seen) > _LEAST_FRAMES:
             seen.popleft()
         time = stamp - seen[0][0]
         if len(seen) < _LEAST_FRAMES or time < _LEAST_TIME:
@@ -237,6 +253,11 @@ class GraspVelocity:
         moves = speed >= _LEAST_SPEED and scatter <= _STRAIGHTNESS * speed * time
         self._velocity = np.array([*rate, 0.0]) if moves else np.zeros(3)
         return self._velocity
+
+    def _is_at_rest(self, middle: tuple[float, float], stamp: float) -> bool:
+        """Whether a middle is where it was first seen of late."""
+        then, x, y = self._seen[0]
+        return hypot(middle[0] - x, middle[1] - y) < max(_LEAST_SPEED * (stamp - then), _ASTRAY)
 
     def may_be_at(self, middle: tuple[float, float], stamp: float) -> bool:
         """Whether the object can have come there since it was seen last."""

@@ -35,6 +35,8 @@ class DetectedObject:
     around: Footprint = field(repr=False)  # with `REACH` around it
     drift: Callable[[], SE3] | None = field(default=None, repr=False)
     """Where that world is in the world now, which drifts; None if they are the same."""
+    mTw: SE3 | None = field(default=None, repr=False)
+    """Where that world was on the map; None if they are the same."""
 
     @property
     def position(self) -> Array:
@@ -53,8 +55,9 @@ class DetectedObject:
         return " ".join(word for word in ("the", self.colour, self.kind or "object") if word)
 
     def __str__(self) -> str:
-        x, y, _ = self.position
-        return f"{self.name} at {x:.2f}, {y:.2f}, {1000 * self.width:.0f} mm wide"
+        here = self.seen_at.translation
+        x, y, _ = here if self.mTw is None else self.mTw.act(here)
+        return f"{self.name} at {x:.2f}, {y:.2f} on the map, {1000 * self.width:.0f} mm wide"
 
     def contains(self, points: Array) -> Mask:
         """Which of (N, 3) points of the world now [m] belong to it, or are right beside it."""

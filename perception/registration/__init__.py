@@ -12,5 +12,5 @@ from perception.registration.planar import (
     smoothed,
 )
 from perception.registration.registering import Displacement, Judge, Registration, register
-from perception.registration.sensors import LASER, Cloud, depth_cloud
+from perception.registration.sensors import LASER, Cloud, depth_cloud, scan_cloud
 from perception.registration.surfaces import Surfaces

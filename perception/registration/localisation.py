@@ -36,6 +36,8 @@ _BETTER = 1.1
 """How many times as many points must then lie on the map."""
 _DOUBTFUL = 1.5
 """How long they must, unrefuted by points, until it is doubtful where the base is [s]."""
+_LONG = 2.5
+"""How long they must contradict the estimate until that is told [s]."""
 _CARRIED = 5.0
 """How long, until they replace the estimate though no points speak for them [s]."""
 
@@ -247,6 +249,12 @@ class Localisation:
         x, y, turn = difference(compose(other.mTo, self._oTb), self.pose(self._oTb)).tolist()
         return hypot(x, y), abs(turn)
 
+    @property
+    def is_contradicted(self) -> bool:
+        """Whether points have long spoken against what the base's localisation insists on."""
+        other = self._contradiction
+        return other is not None and min(other.unrefuted, self._stamp - _LONG) > other.since
+
     def carried(self, oTb: Array) -> bool:
         """Take the proposal over if nothing has refuted it for long; whether it did."""
         other = self._contradiction
@@ -260,7 +268,8 @@ class Localisation:
         self._contradiction = None
 
     def _contradict(self, mTo: Array, covariance: Array, stamp: float, oTb: Array) -> None:
-        """Note a reading that the estimate cannot explain."""
+        """Note a reading that the estimate cannot explain; its covariance may be zero."""
+        covariance = covariance + np.diag(_READING_NOISE) ** 2
         other = self._contradiction
         if other is not None:
             off = difference(compose(mTo, oTb), compose(other.mTo, oTb))

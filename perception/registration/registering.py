@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from perception.frame import Array, Mask
+from perception.frame import Array, Indices, Mask
 from perception.registration.matching import LOSS_SCALE, PRICE, SUPPORT, Problem, Solution
 from perception.registration.planar import difference, wrap
 from perception.registration.sensors import Cloud
@@ -69,6 +69,8 @@ class Registration:
     the pose does not rest on it."""
     uncertain: tuple[Displacement, ...]
     """Furniture that may have been moved, or other furniture was; the pose does not rest on it."""
+    missed: Indices
+    """(2, P) how many rays go through each piece of the map, and how many end before it."""
 
     @property
     def consistent(self) -> bool:
@@ -159,6 +161,7 @@ def register(
     shift = solution.x[:3]
     used = solution.losses < 0.5 * LOSS_SCALE**2
     pose = prior + shift
+    nothing = np.zeros((2, len(surfaces.names)), dtype=np.int64)
     alone, confirmed = _witnesses(problem, surfaces, solution, used)
     return Registration(
         pose=np.array([pose[0], pose[1], wrap(float(pose[2]))]),
@@ -174,6 +177,7 @@ def register(
         explained=float(used.mean()) if len(used) else 0.0,
         displaced=verdict.displaced + here.displaced,
         uncertain=verdict.uncertain + here.uncertain,
+        missed=sum((surfaces.missed(pose, one) for one in clouds), nothing),
     )
 
 

@@ -1,14 +1,14 @@
 """What a laser and a depth camera measured of their surroundings, and how wrong that may be."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import ceil, radians, sqrt
 
 import numpy as np
 from pinocchio import SE3
 
-from perception.frame import Array, Image
+from perception.frame import Array, Image, Mask
 from perception.geometry import world_points
-from robots import Intrinsics
+from robots import Intrinsics, LaserDescription
 
 _PIXELS, _COUNT = 8000, 250  # of an image that are looked at, and of these that are used, about
 _NEAREST, _FARTHEST = 0.15, 2.5  # depths that are used [m]
@@ -49,6 +49,18 @@ class Cloud:
     eye: Array
     """(3,) where the sensor measures from, in the base frame [m]."""
     errors: SensorErrors
+    ends: Array = field(default_factory=lambda: np.zeros((0, 3)))
+    """(M, 3) where some of its rays end, on the floor and out of reach too, in the base [m]."""
+
+
+def scan_cloud(points: Array, laser: LaserDescription) -> Cloud:
+    """A scan of points (n, 3) in the base [m]; NaN where nothing is in reach."""
+    eye = laser.bTs.translation
+    seen: Mask = np.asarray(np.isfinite(points).all(axis=1))
+    ends = points
+    if len(points) == len(laser.beams) and seen.any():  # a laser that sees nothing may be covered
+        ends = np.where(seen[:, None], points, eye + laser.max_range * laser.beams)
+    return Cloud(points[seen], eye, LASER, ends[np.isfinite(ends).all(axis=1)])
 
 
 def depth_cloud(depth: Image, intrinsics: Intrinsics, bTc: SE3) -> Cloud:
@@ -64,7 +76,9 @@ def depth_cloud(depth: Image, intrinsics: Intrinsics, bTc: SE3) -> Cloud:
     seen = depth[v, u]
     used = (seen > _NEAREST) & (seen < _FARTHEST)
     points = world_points(seen[used], intrinsics, bTc, u[used], v[used])
-    points = points[points[:, 2] > _FLOOR]
-    return Cloud(
-        points[:: max(1, ceil(len(points) / _COUNT))], bTc.translation.copy(), DEPTH_CAMERA
-    )
+    ends, points = _thinned(points), _thinned(points[points[:, 2] > _FLOOR])
+    return Cloud(points, bTc.translation.copy(), DEPTH_CAMERA, ends)
+
+
+def _thinned(points: Array) -> Array:
+    return points[:: max(1, ceil(len(points) / _COUNT))]

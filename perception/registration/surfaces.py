@@ -1,13 +1,18 @@
 """The surfaces of the map: signed distances of many points to many convex shapes, with normals."""
 
 from collections.abc import Collection, Mapping, Sequence
-from functools import reduce
 
 import numpy as np
 
 from perception.frame import Array, Indices, Mask
+from perception.registration.planar import in_space
+from perception.registration.sensors import Cloud
 from robots import Box, Cylinder, Geom, Hull, Plane, from_rounded_boxes, rounded_box
 
+_CORE = 0.8
+"""Share of a shape that a ray must go through: a pose is never exact."""
+_AWAY = 0.2
+"""A ray that ends so far behind a shape, or before it, does not see it [m]."""
 _TOUCH = 0.01
 """Pieces with a smaller gap touch each other [m]."""
 
@@ -90,6 +95,26 @@ class Surfaces:
             found = np.broadcast_to(np.arange(len(self)), squares.shape)
         return found, np.sqrt(squares[np.arange(len(points)), found.T].min(axis=0))
 
+    def missed(self, mTb: Array, cloud: Cloud) -> Indices:
+        """(2, P) how many rays of a cloud, from a pose (3,), miss each piece in their way.
+
+        They end far behind it, as there is nothing where the map has it, or before they reach it.
+        """
+        base = in_space(mTb)
+        eye, ends = base.act(cloud.eye), cloud.ends @ base.rotation.T + base.translation
+        start, local = (
+            np.matmul(points - self._origins[:, None], self._rotations) for points in (eye, ends)
+        )
+        half = (_CORE * (self._half + self._radius[:, None]))[:, None]
+        enter, leave = _slabs(start, local, half)
+        length = np.linalg.norm(ends - eye, axis=1)
+        meets = (enter < leave) & (enter > 0.0)
+        ways = (1.0 - leave) * length > _AWAY, (enter - 1.0) * length > _AWAY
+        counts = np.zeros((2, len(self.names)), dtype=np.int64)
+        for row, way in zip(counts, ways, strict=True):
+            np.add.at(row, self.piece, (meets & way).sum(axis=1))
+        return counts
+
     def distances(self, points: Array, shapes: Indices, eyes: Array) -> tuple[Array, Array, Mask]:
         """Signed distances (N,) of points (N, 3) to one shape each (N,) [m], and normals (N, 3).
 
@@ -133,13 +158,17 @@ class Surfaces:
 
 def _pierced(start: Array, end: Array, half: Array) -> Mask:
     """(N,) which line segments meet the box (N, 3) centred on their frame (slab method)."""
+    enter, leave = _slabs(start, end, half)
+    met: Mask = (enter < leave) & (enter > 0.0) & (enter < 1.0)
+    return met
+
+
+def _slabs(start: Array, end: Array, half: Array) -> tuple[Array, Array]:
+    """(...) shares of segments at which they enter boxes and leave them; see `_pierced`."""
     way = end - start
     way = np.where(np.abs(way) < 1e-12, 1e-12, way)
     one, two = (-half - start) / way, (half - start) / way
-    enter = reduce(np.maximum, np.minimum(one, two).T)
-    leave = reduce(np.minimum, np.maximum(one, two).T)
-    met: Mask = (enter < leave) & (enter > 0.0) & (enter < 1.0)
-    return met
+    return np.minimum(one, two).max(axis=-1), np.maximum(one, two).min(axis=-1)
 
 
 def _from_visible_faces(points: Array, eyes: Array, half: Array) -> tuple[Array, Array]:

@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
 
+from config import quoted
 from robots.shapes import CORNERS, Array, Geom
 from robots.urdf.arm import Arm, positions
 from robots.urdf.hulls import hull_around, placed_points
@@ -78,9 +79,11 @@ def hand_of(arm: Arm, approach: str | None, closing: str | None, notes: list[str
     R = np.column_stack([np.cross(y, z), y, z])
     jaws = _jaws(ends, R) if len(moved) > 1 else None
     if jaws is None:
-        notes.append("gripper: none in the URDF, so no grasps without --gripper franka_hand")
+        why = _why_none(arm, list(ends[0]))
+        notes.append(f"gripper: {why}, so no grasps without --gripper franka_hand")
         return _tool(SE3(R, wTt.translation), everything)
-    notes.append(f"gripper: opens by {jaws.opening:.3f} m (--closing, --gripper)")
+    hand = f"{len(moved)} moving parts, taken as two jaws, " if len(moved) > 2 else ""
+    notes.append(f"gripper: {hand}opens by {jaws.opening:.3f} m (--closing, --gripper)")
     wTe = SE3(R, R @ jaws.middle)
     finger = (jaws.left - wTe.translation) @ R
     finger[:, 1] -= _tip(finger)[:, 1].min()
@@ -101,6 +104,20 @@ def hand_of(arm: Arm, approach: str | None, closing: str | None, notes: list[str
         ),
         collision=[hull_around(one) for one in bodies],
     )
+
+
+def _why_none(arm: Arm, shaped: list[str]) -> str:
+    """Why it has no gripper; `shaped` are the joints of its fingers that have shapes."""
+    above = {one: set(arm.urdf.path_to(arm.urdf.links[one][0])) for one in arm.fingers}
+    bare = [one for one in arm.fingers if not above[one] & set(arm.fingers) and one not in shaped]
+    if not arm.fingers:
+        return "none in the URDF"
+    if bare:
+        return f"no collision shapes on what moves by {quoted(bare[:4])}"
+    if len(shaped) == 1:
+        return f"one jaw (`{shaped[0]}`), and only two that close on each other grasp"
+    low, high = (1e3 * one for one in _OPENINGS)
+    return f"{len(shaped)} moving parts, none closes on another by {low:.0f} to {high:.0f} mm"
 
 
 def _points(arm: Arm) -> tuple[Array, tuple[_Fingers, _Fingers]]:

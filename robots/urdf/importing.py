@@ -15,7 +15,7 @@ import pinocchio as pin
 import yaml
 from pinocchio import SE3
 
-from config import ConfigError, read_config
+from config import ConfigError, counted, quoted, read_config
 from robots.description import RobotDescription
 from robots.load import IMPORTED, SHIPPED, load_robot
 from robots.schema import CameraFile, RobotFile
@@ -23,12 +23,13 @@ from robots.shapes import GREY, Array, Geom, Hull
 from robots.urdf.arm import choose_arm, drive_of
 from robots.urdf.hand import hand_of
 from robots.urdf.hulls import hull_around, placed_points
-from robots.urdf.reading import Urdf, UrdfError
+from robots.urdf.reading import OF_JOINT, Urdf, UrdfError
 from robots.urdf.touching import Part, touching
 
 _LAG = 0.03  # of the joints [s]
 _ACCELERATIONS = (6.0, 1.0)  # of joints that turn and of those that slide [rad/s^2, m/s^2]
-_LOW = 0.1  # shapes that come down to this height belong to the base [m]
+_LOW = 0.1  # shapes that come down to this height belong to the base [m] ...
+_SLENDER = 2.0  # ... unless they are so many times as high as wide: masts, which carry the arm
 _ROD = 0.04  # radius of a link without shapes [m]
 _SMALL = {"mass": 0.1, "xyz": [0.0] * 3, "moments": [1e-4] * 3, "products": [0.0] * 3}
 _ASIDE, _BEHIND = 0.033, 0.015  # of a camera on its own mount, from the palm [m]
@@ -56,6 +57,7 @@ class ImportOptions:
     acceleration: float | None = None  # of joints that turn [rad/s^2]
     base_size: tuple[float, float, float] | None = None  # [m]
     packages: Sequence[Path] = ()
+    arguments: Sequence[str] = ()  # of a xacro file, `name:=value`
 
 
 def write_robot(
@@ -67,14 +69,15 @@ def write_robot(
     """
     if out.exists():
         raise UrdfError(f"{out}: exists already; choose another folder with -o")
-    robot = _Import(Urdf(source, options.packages), options)
+    robot = _Import(Urdf(source, options.packages, options.arguments), options)
     with TemporaryDirectory() as folder:
         draft = Path(folder) / out.resolve().name
         robot.write(draft)
         try:
             drafted = load_robot(draft)
         except ConfigError as error:
-            raise UrdfError(f"{source}: {str(error).splitlines()[0]}") from None
+            why = str(error).splitlines()[0].partition(": ")[2]  # the draft's place says nothing
+            raise UrdfError(f"{source}: {why}") from None
         found = ready(drafted)
         robot.arm_file["ready"] = _rounded(found)
         turned = np.where(robot.slides, found, np.degrees(found))
@@ -84,7 +87,7 @@ def write_robot(
             copytree(draft, out)
         except OSError as error:
             raise UrdfError(f"{out}: cannot be written ({error.strerror})") from None
-    return robot.notes
+    return [one.replace(OF_JOINT, "") for one in robot.notes]
 
 
 class _Import:
@@ -96,7 +99,8 @@ class _Import:
 
     def __init__(self, urdf: Urdf, options: ImportOptions) -> None:
         self._options = options
-        self.notes = [f"{urdf.name}: {len(urdf.links)} joints, {urdf.geometry.ngeoms} shapes"]
+        count = counted(urdf.geometry.ngeoms, "shape")
+        self.notes = [f"{urdf.name}: {counted(len(urdf.kinds), 'moving joint')}, {count}"]
         self._arm = arm = choose_arm(
             urdf, options.base_frame, options.tool_frame, options.srdf, self.notes
         )
@@ -159,7 +163,7 @@ class _Import:
             lift = SE3(np.eye(3), np.array([0.0, 0.0, -min([0.0, *heights])]))
             self._bTu = lift * bTu
             mount = self._bTu * self._uTa
-            low = [points for points in self._still(self._bTu) if points[:, 2].min() < _LOW]
+            low = [points for points in self._still(self._bTu) if _is_low(points)]
             if low:
                 points = np.vstack(low)
                 sides = 2.0 * np.abs(points[:, :2]).max(axis=0)
@@ -187,7 +191,7 @@ class _Import:
                 continue
             aTu = (self._turns[joint - 1] if joint else self._uTa).inverse()
             points = placed_points(one.geometry, self._bTu * one.placement)
-            if joint or not self._rides or points[:, 2].min() >= _LOW:
+            if joint or not self._rides or not _is_low(points):
                 points = placed_points(one.geometry, aTu * one.placement)
                 shapes[joint] += [hull_around(points)] if len(points) else []
         for number, some in enumerate(shapes[1:last], start=1):
@@ -203,20 +207,24 @@ class _Import:
         arm, joints, middle = self._arm, [], []
         model, turning = arm.model, self._options.acceleration or _ACCELERATIONS[0]
         self.notes.append(f"accelerations: {turning:g} rad/s^2 (--acceleration)")
-        for pose, slides, joint in zip(self._joints, self.slides, model.joints[1:], strict=True):
+        rows = zip(arm.joints, self._joints, self.slides, model.joints[1:], strict=True)
+        for name, pose, slides, joint in rows:
             ends = (model.lowerPositionLimit, model.upperPositionLimit)
             between = [round(float(end[joint.idx_q]), 6) for end in ends]
             kind = "prismatic" if slides else "revolute" if joint.nq == 1 else "continuous"
-            row = _pose(pose) | {"kind": kind}
+            row = {"name": name.removesuffix(OF_JOINT)} | _pose(pose) | {"kind": kind}
             row |= {"position": between} if joint.nq == 1 else {}
             row["speed"] = round(float(model.velocityLimit[joint.idx_v]), 6)
             row["acceleration"] = _ACCELERATIONS[1] if slides else turning
             joints.append(row | {"torque": round(float(model.effortLimit[joint.idx_v]), 6)})
             middle.append(sum(between) / 2.0 if joint.nq == 1 else 0.0)
         file = {"joints": joints, "flange": _pose(self._lTe), "ready": middle, "lag": _LAG}
-        links = enumerate(shapes)
+        links = [arm.urdf.links[one] for one in arm.joints]
+        frames = [SE3.Identity(), *(turn.inverse() for turn in self._turns)]
+        names = [links[0][0], *(child for _, child in links)]
+        file["links"] = [{"name": a} | _pose(b) for a, b in zip(names, frames, strict=True)]
         file["collision"] = []
-        file["hulls"] = [{"link": k} | _hull(one) for k, some in links for one in some]
+        file["hulls"] = [{"link": k} | _hull(one) for k, some in enumerate(shapes) for one in some]
         places = [mount * self._joints[0], *self._joints[1:]]
         parts = self._parts(shapes, base, mount)
         file["may_touch"] = touching(arm, parts, places, self.slides, self.notes)
@@ -251,7 +259,8 @@ class _Import:
         held = [one for one in ([link] if link else named) if one in arm.urdf.parents]
         held = [one for one in held if arm.frame(one)[0] == last]
         if link and not held:
-            arm.urdf.refuse(f"`{link}` is no link of the hand", "choose another --camera-frame")
+            what = f"`{link}` is not on the last link of the arm, where the camera has to be"
+            arm.urdf.refuse(what, "choose another --camera-frame")
         if held:
             self.notes.append(f"camera: at `{held[0]}` (--camera-frame)")
             turn = np.eye(3) if "optical" in held[0] else _OPTICAL
@@ -262,7 +271,8 @@ class _Import:
             aside, behind = centre[0] + size[0] / 2.0 + _ASIDE, centre[2] - _BEHIND
             place = np.array([max(_BESIDE[0], aside), 0.0, min(-0.06, behind)])
         where = f"{place[0]:.3f} m beside and {-place[2]:.3f} m behind the grasp centre"
-        self.notes.append(f"camera: none on the hand, so a D435 {where} (--camera-frame)")
+        none = f"{quoted(named[:2])} not on the hand" if named else "none on the hand"
+        self.notes.append(f"camera: {none}, so a D435 {where} (--camera-frame)")
         return SE3(_ALONG, place)
 
     def _gripper(self) -> dict[str, Any]:
@@ -277,6 +287,12 @@ class _Import:
         file["collision"] = []
         file["hulls"] = [_hull(one) for one in hand.collision]
         return file | {"inertia": _SMALL, "finger_mass": 0.03, "grasps": hand.grasps}
+
+
+def _is_low(points: Array) -> bool:
+    """Whether a shape belongs to the base: it comes down to the floor, and is no mast."""
+    wide = np.ptp(points[:, :2], axis=0).max(initial=0.0)
+    return bool(points[:, 2].min() < _LOW and np.ptp(points[:, 2]) < _SLENDER * wide)
 
 
 def _rounded(values: Array, digits: int = 6) -> list[float]:
@@ -296,5 +312,5 @@ def _hull(one: Geom) -> dict[str, Any]:
 
 def _inertia(one: pin.Inertia) -> dict[str, Any]:
     file = {"mass": round(float(one.mass), 6), "xyz": _rounded(one.lever)}
-    file["moments"] = _rounded(np.diag(one.inertia), 9)
-    return file | {"products": _rounded(one.inertia[[0, 0, 1], [1, 2, 2]], 9)}
+    file["moments"] = _rounded(np.diag(one.inertia), 12)
+    return file | {"products": _rounded(one.inertia[[0, 0, 1], [1, 2, 2]], 12)}

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import os
+import re
 from collections import Counter
 from collections.abc import Sequence
-from math import hypot, isfinite
+from math import hypot, inf
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 from xml.etree import ElementTree
@@ -13,15 +13,17 @@ from xml.etree import ElementTree
 import pinocchio as pin
 
 from config import UserError, counted, quoted, suggest
+from robots.urdf.packages import Packages
+from robots.urdf.xacro_file import expanded
 
 _MOVING, _STILL = ("revolute", "continuous", "prismatic"), ("fixed", "floating", "planar")
 _SPEEDS = {"revolute": 1.0, "continuous": 1.0, "prismatic": 0.1}  # if none is given [rad/s, m/s]
 _EFFORT, _MOST_EFFORT = 50.0, 1e4  # if none is given, and what is believed [Nm, N]
-_ENDLESS = 50.0  # a range this wide is none [rad]
+_FASTEST = 50.0  # what is believed [rad/s, m/s]
+_ENDLESS = 1500.0  # a range this wide is none [rad]
 _MOST = 1e12
-_ABOVE = 4  # folders above a xacro file in which the packages that it names may lie
+OF_JOINT = ".joint"  # in Pinocchio's model, after the name of a joint that a link has too
 _SIZES = {"box": {"size": 3}, "sphere": {"radius": 1}, "cylinder": {"radius": 1, "length": 1}}
-_ROS = ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH")  # folders of packages, or above their `share`
 
 
 class UrdfError(UserError):
@@ -39,21 +41,22 @@ class Mimic(NamedTuple):
 class Urdf:
     """A URDF with all its joints; `packages` are more folders in which its meshes lie.
 
-    UrdfError: it cannot be used.
+    `arguments` are those of a xacro file, `name:=value`. UrdfError: it cannot be used.
     """
 
-    def __init__(self, path: Path, packages: Sequence[Path] = ()) -> None:
+    def __init__(
+        self, path: Path, packages: Sequence[Path] = (), arguments: Sequence[str] = ()
+    ) -> None:
         self.path = path
-        self._folders = [*packages, *path.resolve().parents]
-        for one in filter(None, ":".join(os.environ.get(key, "") for key in _ROS).split(":")):
-            self._folders += [Path(one), Path(one) / "share"]
+        self._packages = Packages(path, packages)
         self.notes: list[str] = []  # what was not as expected, a line each
         self.parents: dict[str, str] = {}  # joint that holds a link, by the name of the link
         self.links: dict[str, tuple[str, str]] = {}  # parent and child of a joint, by its name
         self.kinds: dict[str, str] = {}  # of its moving joints
         self.mimics: dict[str, Mimic] = {}
+        self._written = ""  # the text, if its lines are those of the file
         try:
-            root = ElementTree.fromstring(_text(path, self._folders[: len(packages) + _ABOVE]))
+            root = ElementTree.fromstring(self._text(packages, arguments))
         except (ElementTree.ParseError, ValueError) as error:
             self.refuse(f"no XML ({error})", "give a URDF, or a .xacro file")
         if root.tag != "robot":
@@ -83,8 +86,12 @@ class Urdf:
         return self.model.joints[self.model.getJointId(name)]
 
     def refuse(self, what: str, hint: str) -> NoReturn:
-        """Raise UrdfError."""
-        raise UrdfError(f"{self.path}: {what}; {hint}") from None
+        """Raise UrdfError, with the line of what is named first."""
+        what = what.replace(OF_JOINT, "")
+        named = re.search("`([^`]+)`", what)
+        said = named and re.search(f"name=[\"']{re.escape(named[1])}[\"']", self._written)
+        line = f":{self._written.count(chr(10), 0, said.start()) + 1}" if said else ""
+        raise UrdfError(f"{self.path}{line}: {what}; {hint}") from None
 
     def _check(self, root: Any) -> None:
         """Refuse what cannot be used; make the rest one that Pinocchio understands."""
@@ -98,10 +105,15 @@ class Urdf:
             if twice := [name for name, count in counts.items() if count > 1]:
                 self.refuse(f"several {kind}s are called `{twice[0]}`", "give each its own name")
         names = [one.get("name") for one in links]
+        for one in root.findall("joint") + root.findall("joint/mimic"):  # Pinocchio mixes them up
+            key = "name" if one.tag == "joint" else "joint"
+            if one.get(key) in names:
+                one.set(key, f"{one.get(key)}{OF_JOINT}")
         for joint in root.findall("joint"):
             self._joint(joint, names)
         for link in links:
             self._link(link)
+        self.mimics = {name: self._followed(name) for name in self.mimics}
         roots = [name for name in names if name not in self.parents]
         if len(roots) > 1:
             what = f"{len(roots)} links have no parent ({quoted(roots[:4])})"
@@ -150,22 +162,42 @@ class Urdf:
             self.mimics[name] = Mimic(mimic.get("joint", ""), *numbers)
             joint.remove(mimic)  # all are read as joints
 
+    def _followed(self, name: str) -> Mimic:
+        """What a joint mimics in the end, through those that mimic themselves."""
+        of, multiplier, offset = self.mimics[name]
+        seen = [name]
+        while of in self.mimics and of not in seen:
+            seen.append(of)
+            before = self.mimics[of]
+            of, offset = before.of, offset + multiplier * before.offset
+            multiplier *= before.multiplier
+        if of in seen:
+            what = f"joint `{name}` mimics itself ({' -> '.join([*seen, of])})"
+            self.refuse(what, "let one of them move on its own")
+        if of not in self.links:
+            what = f"joint `{name}` mimics `{of}`, which is no joint"
+            self.refuse(what, suggest(of, self.links))
+        return Mimic(of, multiplier, offset)
+
     def _limit(self, joint: Any, name: str, kind: str) -> None:
         """Bounds that can be used; what is missing is assumed, and told."""
         limit = joint.find("limit")
         if limit is None:
             limit = ElementTree.SubElement(joint, "limit")
         keys, where = ("lower", "upper", "velocity", "effort"), f"limit of joint `{name}`"
-        low, high, speed, effort = (self._numbers(limit, key, 1, where, 0.0)[0] for key in keys)
+        told = (self._numbers(limit, key, 1, where, 0.0, most=inf)[0] for key in keys)
+        low, high, speed, effort = told
+        low, high = max(low, -_MOST), min(high, _MOST)
         if low > high:
             self.refuse(f"{where}: {low:g} to {high:g}", "the lower bound comes first")
         if kind == "revolute" and (low == high or high - low > _ENDLESS):
             self.notes.append(f"joint `{name}` has no range: taken as continuous")
             kind = "continuous"
             joint.set("type", kind)
-        if speed <= 0.0:
+        if not 0.0 < speed <= _FASTEST:
+            why = f"a speed limit of {speed:g}, not believed" if speed > 0.0 else "no speed limit"
             speed = _SPEEDS[kind]
-            self.notes.append(f"joint `{name}` has no speed limit: {speed:g} is assumed")
+            self.notes.append(f"joint `{name}` has {why}: {speed:g} is assumed")
         effort = effort if 0.0 < effort < _MOST_EFFORT else _EFFORT
         for key, value in zip(keys, (low, high, speed, effort), strict=True):
             limit.set(key, repr(value))
@@ -173,8 +205,8 @@ class Urdf:
 
     def _link(self, link: Any) -> None:
         name = link.get("name")
-        for visual in link.findall("visual"):
-            link.remove(visual)
+        for other in [one for one in link if one.tag not in ("collision", "inertial")]:
+            link.remove(other)
         for collision in link.findall("collision"):
             self._pose(collision, f"a collision shape of `{name}`")
             shapes = [*collision.iterfind("geometry/*")]
@@ -192,7 +224,9 @@ class Urdf:
             if min(self._numbers(shape, key, count, where)) <= 0.0:
                 self.refuse(f"{where}: its {key} is not positive", "write its full size")
         if shape.tag == "mesh":
-            self._numbers(shape, "scale", 3, where, 1.0)
+            if 0.0 in self._numbers(shape, "scale", 3, where, 1.0):
+                self.notes.append(f"{where} has a scale of zero: left out")
+                return False
             told = shape.get("filename", "")
             if (found := self._mesh(told)) is None:
                 self.notes.append(f"no mesh `{told}` (--packages FOLDER): left out")
@@ -205,12 +239,10 @@ class Urdf:
     def _mesh(self, told: str) -> Path | None:
         """The file of a mesh, by its path or in a package."""
         scheme, found, rest = told.partition("://")
-        if not found or scheme == "file":
-            places = [self.path.parent / (rest or told)]
-        else:
-            inside = rest.partition("/")[2]
-            places = [folder / one for folder in self._folders for one in (rest, inside)]
-        return next((path.resolve() for path in places if path.is_file()), None)
+        if found and scheme != "file":
+            return self._packages.mesh(told, self.notes)
+        path = self.path.parent / (rest or told)
+        return path.resolve() if path.is_file() else None
 
     def _pose(self, element: Any, where: str) -> None:
         origin = element.find("origin")
@@ -218,7 +250,13 @@ class Urdf:
             self._numbers(origin, key, 3, where, 0.0)
 
     def _numbers(
-        self, element: Any, key: str, count: int, where: str, usual: float | None = None
+        self,
+        element: Any,
+        key: str,
+        count: int,
+        where: str,
+        usual: float | None = None,
+        most: float = _MOST,
     ) -> list[float]:
         words = element.get(key, "").split()
         if not words and usual is not None:
@@ -230,31 +268,22 @@ class Urdf:
             numbers = [float(word) for word in words]
         except ValueError:
             numbers = [float("nan")]
-        if not all(isfinite(one) and abs(one) < _MOST for one in numbers):
-            self.refuse(f"{where}: `{key}` is `{' '.join(words)}`", "write finite numbers")
+        if not all(abs(one) <= most for one in numbers):
+            hint = f"write numbers below {_MOST:g}"
+            self.refuse(f"{where}: `{key}` is `{' '.join(words)}`", hint)
         return numbers
 
-
-def _text(path: Path, folders: list[Path]) -> str:
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise UrdfError(f"{path}: cannot be read ({error}); check the path") from None
-    if "<!DOCTYPE" in text or "<!ENTITY" in text:
-        raise UrdfError(f"{path}: it declares entities; write them out")
-    if path.suffix != ".xacro":
+    def _text(self, packages: Sequence[Path], arguments: Sequence[str]) -> str:
+        path = self.path
+        try:
+            text = path.read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            raise UrdfError(f"{path}: cannot be read ({error}); check the path") from None
+        if "<!DOCTYPE" in text or "<!ENTITY" in text:
+            raise UrdfError(f"{path}: it declares entities; write them out")
+        if path.suffix == ".xacro" or "<xacro:" in text:
+            return expanded(path, packages, arguments)
+        if arguments:
+            self.refuse(f"it takes no arguments as `{arguments[0]}`", "give a .xacro file")
+        self._written = text
         return text
-    try:
-        from xacrodoc import XacroDoc
-        from xacrodoc import packages as known
-    except ImportError:
-        raise UrdfError('xacro files need an extra: pip install "frankie-task[robots]"') from None
-    inside = [one for folder in folders if folder.is_dir() for one in folder.iterdir()]
-    known.look_in(folders)
-    known.update_package_cache({one.name: str(one) for one in inside if one.is_dir()})
-    try:
-        return str(XacroDoc.from_file(str(path)).to_urdf_string())
-    except (Exception, SystemExit) as error:  # xacro ends the process on some mistakes
-        why = " ".join(str(error).split())[:200]
-        hint = "or expand it yourself and give the URDF"
-        raise UrdfError(f"{path}: xacro cannot expand it: {why}; {hint}") from None

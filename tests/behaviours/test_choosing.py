@@ -108,6 +108,22 @@ def test_what_was_detected_stays_on_the_map_while_odometry_drifts(three):
     assert not one.contains(then[None]).any()
 
 
+def test_poses_that_are_told_are_on_the_map(three):
+    here, key = three.context.localisation, Key[DetectedObjects]("found")
+    here.mTw = SE3(np.eye(3), np.array([0.3, -0.2, 0.0]))
+    here.wTm = here.mTw.inverse()
+    detect = Detect("see", three.context, region=ON_TABLE, list=key, choose="largest")
+    assert three.run(detect) is Status.SUCCESS
+    one = key.read()[0]
+    x, y, _ = here.mTw.act(one.position)
+    told = f"the red object at {x:.2f}, {y:.2f} on the map"
+    assert detect.feedback_message.startswith(f"3 of 3: {told}")
+    look = LooksLike("red", three.context, object=one, colour="red")
+    here.mTw, here.wTm = SE3.Identity(), SE3.Identity()  # odometry drifts
+    assert three.run(look) is Status.SUCCESS
+    assert look.feedback_message.startswith(told)
+
+
 def test_what_stands_in_the_way_can_be_taken_first():
     """One block 10 mm before another that is meant, and one far away."""
     world = table_world(

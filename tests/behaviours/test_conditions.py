@@ -20,11 +20,11 @@ from robots import load_robot
 READY = load_robot("frankie").arm.ready
 
 
-def asked(harness: Harness, condition: Condition) -> tuple[bool, str]:
-    """The answer and what is said about it."""
+def asked(harness: Harness, condition: Condition) -> tuple[bool | None, str]:
+    """The answer, None if it is not known, and what is said about it."""
     harness.tick(condition)
-    assert condition.status in (Status.SUCCESS, Status.FAILURE)
-    return condition.status is Status.SUCCESS, condition.feedback_message
+    answers = {Status.SUCCESS: True, Status.FAILURE: False, Status.RUNNING: None}
+    return answers[condition.status], condition.feedback_message.removeprefix("not known: ")
 
 
 def test_arm_healthy_sees_every_fault():
@@ -94,10 +94,20 @@ def test_what_the_laser_does_not_see_is_not_free():
     with trial("single") as t:  # whose table stands 1.05 m from the base
         near = ObstacleWithin("obstacle_within", t.context, distance_m=0.8)
         assert t.run(near) is Status.FAILURE
+        assert near.feedback_message == (
+            "not known: the laser sees 240 of the 360° asked about; `sector_deg` asks about less"
+        )
+        ahead = ObstacleWithin("ahead", t.context, distance_m=0.8, sector_deg=240.0)
+        assert t.run(ahead) is Status.FAILURE
+        assert ahead.feedback_message.startswith("the nearest that the laser sees is 1.")
         assert t.run(ObstacleWithin("far", t.context, distance_m=1.2)) is Status.SUCCESS
-        t.context.robot = SimpleNamespace(laser=SimpleNamespace(latest=lambda max_age: None))
-        assert near.update() is Status.SUCCESS
-        assert near.feedback_message == "no scan tells what is near"
+        scan = t.context.robot.laser.latest(1.0)
+        dark = replace(scan, ranges=np.full_like(scan.ranges, np.nan))
+        for newest, why in ((None, "no scan tells what is near"), (dark, "no beam of the laser")):
+            laser = SimpleNamespace(latest=lambda max_age, newest=newest: newest)
+            t.context.robot = SimpleNamespace(laser=laser, description=t.context.robot.description)
+            assert ahead.update() is Status.RUNNING
+            assert ahead.feedback_message.startswith(f"not known: {why}")
 
 
 def test_arm_at_compares_every_joint():
@@ -121,13 +131,29 @@ def test_object_visible_answers_anew_when_the_object_is_gone_and_when_the_camera
     assert [asked(harness, one)[0] for one in (condition, free)] == [False, True]
     harness.robot.blind = True
     harness.run_for(None, 0.3)
-    assert asked(harness, condition) == asked(harness, free) == (False, "no camera frame")
+    assert asked(harness, condition) == asked(harness, free) == (None, "no camera frame")
 
 
 def test_a_region_behind_the_camera_is_not_an_empty_one():
     harness = Harness(table_world(block()))
     elsewhere = replace(SPOT, mTr=SE3(np.eye(3), np.array([-3.0, 0.0, TABLE_TOP + 0.1])))
     condition = ObjectVisible("object_visible", harness.context, within=elsewhere)
-    assert asked(harness, condition) == (False, "spot is out of view")
+    assert asked(harness, condition) == (None, "spot is out of view")
     free = RegionFree("region_free", harness.context, region=elsewhere)
-    assert asked(harness, free) == (False, "spot is out of view")
+    assert asked(harness, free) == (None, "spot is out of view")
+
+
+def test_a_condition_judges_the_newest_picture_though_another_has_fetched_it():
+    """Not the newest that a condition has used: that may be of any age."""
+    harness = over_the_table()
+    vision = harness.context.vision
+    free = RegionFree("region_free", harness.context, region=SPOT)
+    there = ObjectVisible("object_visible", harness.context, within=SPOT)
+    assert asked(harness, free) == (True, "0 objects seen in spot")
+    harness.world.objects.append(block())
+    harness.run_for(None, 1.0)
+    before = vision.newest(-np.inf)
+    while vision.newest(np.inf) is before:  # there is no newer one in the next tick
+        harness.tick(None)
+    assert asked(harness, free) == (False, "1 object seen in spot")
+    assert asked(harness, there)[0]

@@ -1,5 +1,8 @@
 """Directions of approach: those that are chosen on the map, and what a tilted hand does."""
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 from harness import looking_down
@@ -10,8 +13,8 @@ from behaviours import Region, ToolPose, region_direction, tilted_if_needed
 from behaviours.core.directions import Direction, tilt_of, upright, way_out
 from behaviours.core.held_object import SetDownObjects
 from behaviours.core.reachable_directions import sideways
-from behaviours.views.viewpoint import out_of_view
-from controller import Array
+from behaviours.views.viewpoint import hidden_by, out_of_view
+from controller import Array, Surroundings
 from hw.sim import load_fixtures
 from perception import disc
 from robots import Box, CameraDescription, Geom, half_extents, load_robot
@@ -95,9 +98,34 @@ def test_a_tilted_hand_moves_where_what_it_holds_does_not_hide_the_place() -> No
     camera, above = FRANKIE.camera, hand(60.0)
     held = Geom(Box((0.04, 0.03, 0.05)), SE3.Identity())
     place = disc(above.translation - [0.0, 0.0, 0.08], 0.05, 30)
-    aside = out_of_view(above, camera, (held,), place)
+    aside = out_of_view(room_with(held), above, place)[0]
     assert sees(above, camera, held, place) < 0.5
     assert sees(aside, camera, held, place) == 1.0
+
+
+def room_with(held: Geom, *around: Geom) -> Any:
+    """Something is held above a map with some fixtures."""
+    return SimpleNamespace(
+        robot=SimpleNamespace(description=FRANKIE),
+        held=(held,),
+        localisation=SimpleNamespace(wTm=None),
+        surroundings=Surroundings(fixtures=around),
+    )
+
+
+def test_a_hand_that_points_down_looks_from_where_no_wall_is() -> None:
+    above, held = hand(0.0), Geom(Box((0.03, 0.03, 0.08)), SE3.Identity())
+    place = disc(above.translation - [0.0, 0.0, 0.2], 0.04, 30)
+    usual = above * SE3(np.eye(3), np.array([-0.18, 0.0, 0.0]))
+    assert hidden_by(room_with(held), usual, place).total() <= 3
+    assert out_of_view(room_with(held), above, place)[0].isApprox(usual)
+    there = place.mean(axis=0) + above.rotation @ [-0.06, 0.0, -0.06]
+    walled = room_with(held, Geom(Box((0.01, 0.06, 0.06)), SE3(above.rotation, there), "slot/wall"))
+    assert hidden_by(walled, usual, place).most_common(1)[0][0] == "slot/wall is before it"
+    assert hidden_by(walled, usual, place).total() > 15
+    aside = out_of_view(walled, above, place)
+    assert hidden_by(walled, aside[0], place).total() <= 3
+    assert not np.allclose(aside[0].translation, aside[1].translation)
 
 
 def sees(wTe: SE3, camera: CameraDescription, held: Geom, points: Array) -> float:

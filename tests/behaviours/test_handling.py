@@ -29,6 +29,7 @@ from behaviours.places import Places, slots
 from behaviours.retreat_check import RetreatCheck
 from hw.sim.contact import separation
 from robots import load_robot, reach
+from trees.words.modifiers import While
 
 READY = load_robot("frankie").arm.ready
 
@@ -186,7 +187,7 @@ def test_a_person_takes_what_is_held_out_and_gives_another_thing():
     assert leaf.feedback_message == "nobody took it within 2 s"
     assert harness.world.held is not None
     harness.run_into(leaf, "offer")
-    harness.world.put("block", SE3(np.eye(3), np.array([0.5, 0.0, TABLE_TOP])))
+    harness.robot.inject("object pulled")
     assert harness.run(leaf) is Status.SUCCESS
     assert leaf.gripper_is_open
     assert harness.context.log.in_hand is None
@@ -201,3 +202,89 @@ def test_a_person_takes_what_is_held_out_and_gives_another_thing():
     assert harness.run(receive) is Status.SUCCESS
     assert receive.feedback_message in ("given something 40 mm wide", "given something 60 mm wide")
     assert harness.context.log.in_hand is not None
+
+
+OUT = ToolPose(name="out", mTe=looking_down(0.8, 0.0, TABLE_TOP + 0.3))
+
+
+def reads(harness: Harness, change) -> None:
+    """From now on the width of the fingers reads `change(width, stamp)`."""
+    read = harness.robot.read
+
+    def changed():
+        state = read()
+        return replace(state, gripper_width=change(state.gripper_width, state.stamp))
+
+    harness.robot.read = changed
+
+
+@pytest.mark.parametrize("disturbed", ["noise", "bump"])
+def test_noise_and_a_bump_take_nothing_out_of_the_hand(disturbed):
+    harness = held_block()
+    leaf = HandOver("hand_over", harness.context, at=OUT, timeout_s=4.0)
+    harness.run_into(leaf, "offer")
+    rng, begun = np.random.default_rng(1), harness.clock.now()
+    change = {
+        "noise": lambda width, stamp: width + rng.normal(0.0, 3e-4),
+        "bump": lambda width, stamp: width + 1.2e-3 * (1.0 <= stamp - begun < 1.05),
+    }
+    reads(harness, change[disturbed])
+    assert harness.run(leaf) is Status.FAILURE
+    assert leaf.feedback_message == "nobody took it within 4 s"
+    assert harness.world.held is not None
+
+
+def test_what_slips_out_while_it_is_held_out_was_not_handed_over():
+    harness = held_block()
+    leaf = HandOver("hand_over", harness.context, at=OUT)
+    harness.run_into(leaf, "offer")
+    harness.run_for(leaf, 0.5)
+    harness.world.put("block", harness.world.find("block").pose)
+    assert harness.run(leaf) is Status.FAILURE
+    assert leaf.feedback_message.startswith("it left the fingers before they opened")
+
+
+@pytest.mark.parametrize("disturbed", ["dirt", "offset", "halfway", "finger"])
+def test_nobody_gives_what_only_the_fingers_feel(disturbed):
+    harness = Harness(table_world())
+    leaf = Receive("receive", harness.context, at=OUT, every_s=0.5, timeout_s=3.0)
+    if disturbed == "dirt":
+        reads(harness, lambda width, stamp: max(width, 0.012))
+    elif disturbed == "offset":
+        reads(harness, lambda width, stamp: width + 0.002)
+    harness.run_into(leaf, "offer")
+    if disturbed == "halfway":
+        harness.robot.inject("gripper halfway")
+    elif disturbed == "finger":
+        finger = replace(block((0.0085,) * 3, name="f"), pose=harness.context.wTe)
+        harness.world.objects.append(finger)
+        harness.run_into(leaf, "fingers")
+        while harness.world.held is None:
+            harness.tick(leaf)
+        harness.run_for(leaf, 0.4)
+        harness.world.put("f", SE3(np.eye(3), np.array([-2.0, 0.0, 0.1])))
+    assert harness.run(leaf) is Status.FAILURE
+    ends = r"nothing was given within 3 s|the fingers stopped at [45]\d mm"
+    assert re.fullmatch(ends, leaf.feedback_message)
+    assert harness.context.log.in_hand is None
+
+
+def test_a_retreat_holds_nothing_at_a_width_at_which_the_fingers_did_not_close():
+    """As from the gable of a carton: 10 mm, then less and less."""
+    harness = held_block(block(half=(0.005, 0.02, 0.025)))
+    harness.run_for(None, 0.3)
+    leaf = RetreatCheck("retreat_check", harness.context)
+    harness.run_for(leaf, 0.1)
+    begun = harness.clock.now()
+    reads(harness, lambda width, stamp: max(0.002, width - 0.02 * (stamp - begun)))
+    assert harness.run(leaf) is Status.FAILURE
+    assert leaf.feedback_message == "the fingers have slipped off, from 10 mm"
+
+
+def test_a_guard_against_loss_lets_the_object_be_set_down():
+    harness = held_block()
+    context = harness.context
+    guarded = While(HoldingObject("holding_object", context), place(harness))
+    assert harness.run(guarded) is Status.SUCCESS, guarded.feedback_message
+    assert context.log.placed == 1
+    assert harness.run(HoldingObject("holding_object", context)) is Status.FAILURE

@@ -83,19 +83,33 @@ def test_beside_the_loop_the_result_is_that_of_the_same_frame_in_step(beside):
     )
 
 
-def test_a_result_for_another_region_or_of_long_ago_is_dropped(beside):
+@pytest.mark.parametrize("other", ["region", "time"])
+def test_a_result_for_another_region_or_of_before_a_reset_is_dropped(beside, other):
     harness, executor, vision = beside
     vision.begin_tick()
     vision.detect(ON_TABLE)
     executor.work()
-    vision.begin_tick()
-    elsewhere = Region(name="other", mTr=ON_TABLE.wTr, size=ON_TABLE.size)
-    assert vision.detect(elsewhere) is None
-    executor.work()
+    where = ON_TABLE
+    if other == "region":
+        where = Region(name="other", mTr=ON_TABLE.wTr, size=ON_TABLE.size)
+    else:
+        vision.reset()
     harness.run_for(None, 1.0)
     vision.begin_tick()
-    assert vision.detect(elsewhere) is None
+    assert vision.detect(where) is None
     assert len(executor.waiting) == 1  # the newest frame is searched instead
+
+
+def test_a_search_that_takes_half_a_second_gives_a_grasp(beside):
+    """One search at a time, of the newest picture, however old that is when it is done."""
+    harness, executor, vision = beside
+    for _ in range(3):
+        vision.begin_tick()
+        vision.track(ON_TABLE, harness.clock.now())
+        harness.run_for(None, 0.5)
+        executor.work()
+        vision.begin_tick()
+        assert vision.track(ON_TABLE, harness.clock.now()) is not None
 
 
 class Given:

@@ -1,5 +1,6 @@
 """Every shipped driver keeps the contract that drivers of others are checked by."""
 
+import threading
 import time
 from contextlib import contextmanager, nullcontext
 from dataclasses import replace
@@ -14,13 +15,14 @@ from test_omron_laser import Beside
 from waiting import until
 
 from frankie_task.testing import BrokenContractError, check_driver
+from hw import HardwareError
 from hw.emulators.omron import OmronEmulator
 from hw.emulators.realsense import RealSenseEmulator, still
 from hw.omron import OmronLaser
 from hw.panda.driver import HandOptions, PandaOptions, franka_hand, panda_arm
 from hw.realsense import RealSenseOptions
 from hw.realsense.driver import realsense_camera
-from hw.state import BaseState
+from hw.state import BaseState, GripperState
 
 SLOW = {"patience": 60.0}  # also on a busy machine
 
@@ -119,3 +121,103 @@ def test_what_is_not_kept_is_told():
     told = str(broken.value)
     for words in ("ahead of the clock", "told nan", "its own watchdog", "not told within"):
         assert words in told
+
+
+class Sound(Deaf):
+    """A base that keeps the contract; `broken` are calls that do something else."""
+
+    def __init__(self, context, **broken):
+        super().__init__(None, context)
+        self.x, self.at, self.told, self.ways = 0.0, context.clock.now(), -np.inf, []
+        vars(self).update(broken)
+
+    def advance(self):
+        now = self.clock.now()
+        self.x += self.twist[0] * max(0.0, min(now, self.told + 0.1) - self.at)
+        self.at = now
+        if now > self.told + 0.1:
+            self.twist = np.zeros(3)
+        return now
+
+    def read(self):
+        stamp = self.advance()
+        wTb = SE3(np.eye(3), np.array([self.x, 0.0, 0.0]))
+        return BaseState(stamp=stamp, wTb=wTb, twist=self.twist)
+
+    def send(self, twist):
+        self.told = self.advance()
+        self.twist = np.array(twist) if np.isfinite(twist).all() else np.zeros(3)
+        self.ways.append(self.x)
+        return self.twist
+
+    def stop(self):
+        self.advance()
+        self.twist = np.zeros(3)
+
+
+class Fingers(Sound):
+    """A gripper of the same kind."""
+
+    def read(self):
+        return GripperState(stamp=self.clock.now(), width=0.08, moving=False)
+
+    def grip(self, width, force): ...
+
+
+@pytest.mark.parametrize("speed", [pytest.param(0.1, marks=pytest.mark.slow), -0.1])
+def test_a_base_is_driven_forth_and_back(speed):
+    made = []
+    check_driver("base", lambda one: made.append(Sound(one)) or made[0], speed=speed, patience=2.0)
+    (base,) = made
+    assert abs(base.x) < 0.05
+    assert 0.08 < max(np.sign(speed) * np.array(base.ways)) < 0.2
+    assert min(np.sign(speed) * np.array(base.ways)) > -0.1
+
+
+def test_a_speed_that_is_rest_is_refused():
+    with pytest.raises(ValueError, match="rest"):
+        check_driver("base", Sound, speed=0.0)
+
+
+def hang(*_):
+    threading.Event().wait()
+
+
+@pytest.mark.parametrize(
+    "call", ["connect", "read", "send", "stop", pytest.param("close", marks=pytest.mark.slow)]
+)
+def test_a_base_that_hangs_is_told_and_the_check_ends(call):
+    with pytest.raises(
+        BrokenContractError, match=rf"`{call}` has not returned|stop.* has not returned"
+    ):
+        check_driver("base", lambda one: Sound(one, **{call: hang}), patience=0.3)
+
+
+def test_a_hand_that_hangs_is_told_and_keeps_no_process_alive():
+    with pytest.raises(BrokenContractError, match=r"`grip` has not ended after 0.3 s"):
+        check_driver("gripper", lambda one: Fingers(one, grip=hang), patience=0.3)
+    assert all(one.daemon for one in threading.enumerate() if one.name == "check")
+
+
+@pytest.mark.parametrize(
+    "call", ["connect", "read", "send", "stop", pytest.param("close", marks=pytest.mark.slow)]
+)
+def test_the_words_of_a_base_that_raises_are_told(call):
+    def fails(*_):
+        raise HardwareError("the motors are not enabled")
+
+    with pytest.raises(
+        BrokenContractError, match=f"`{call}` raises .*: the motors are not"
+    ) as told:
+        check_driver("base", lambda one: Sound(one, **{call: fails}), patience=0.3)
+    assert str(told.value).count("\n") < 8
+
+
+def test_the_words_of_a_hand_that_raises_are_told():
+    def fails(*_):
+        raise HardwareError("the hand is not homed")
+
+    with pytest.raises(BrokenContractError) as told:
+        check_driver("gripper", lambda one: Fingers(one, grip=fails), patience=0.3)
+    assert "the hand is not homed" in str(told.value)
+    assert "moving" not in str(told.value).replace("`moving` says so meanwhile", "")

@@ -1,5 +1,6 @@
 """Command gate: valid commands pass unchanged, all others become braking."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +11,7 @@ from pinocchio import SE3
 
 from controller import Command
 from hw import Fault, FaultKind, Refusal, UntrustedRobotError
+from hw.state import LocalisedPose, PartStamps
 
 
 @pytest.fixture
@@ -38,6 +40,11 @@ def test_a_reverse_speed_of_its_own_is_kept():
     assert stand.send(forward) is forward
 
 
+def localised(x: float = 0.0, covariance=None) -> LocalisedPose:
+    covariance = np.zeros((3, 3)) if covariance is None else covariance
+    return LocalisedPose(stamp=0.0, mTb=SE3(np.eye(3), np.array([x, 0, 0])), covariance=covariance)
+
+
 GOING = command((0.15, 0, 0), 0.3)
 BAD = [
     (command((np.nan, 0, 0), 0.3), {}, Refusal.NOT_FINITE),
@@ -63,6 +70,11 @@ BAD = [
     (GOING, {"wTb": SE3(2.0 * np.eye(3), np.zeros(3))}, Refusal.READING),
     (GOING, {"wTb": SE3(np.eye(3), np.array([np.nan, 0, 0]))}, Refusal.READING),
     (GOING, {"gripper_width": np.nan}, Refusal.READING),
+    (GOING, {"battery": np.nan}, Refusal.READING),
+    (GOING, {"localised": localised(x=np.nan)}, Refusal.READING),
+    (GOING, {"localised": localised(covariance=np.full((3, 3), np.nan))}, Refusal.READING),
+    (GOING, {"localised": localised(covariance=-np.eye(3))}, Refusal.READING),
+    (GOING, {"localised": localised(covariance=np.eye(2))}, Refusal.READING),
 ]
 
 
@@ -166,8 +178,30 @@ def test_a_joint_beyond_its_range_may_still_come_back(stand):
 
 def test_implausible_readings_end_the_run_in_half_a_second(stand):
     error = untrusted(lambda _: stand.send(command(), stamp=-1.0))
-    assert str(error) == "the last reading is too old, for 0.5 s"
+    assert re.fullmatch(r"the last reading is 1.5\d s old, for 0.5 s", str(error))
     assert stand.now == pytest.approx(0.5, abs=0.03)
+
+
+def test_a_joint_that_jumped_is_not_believed_however_long_it_stays_there(stand):
+    stand.send(command())
+    stand.q = READY + np.eye(7)[3]
+    error = untrusted(lambda _: stand.send(command()))
+    assert "the arm tells q[joint 4] = " in str(error)
+    assert "it has jumped" in str(error)
+    assert stand.now == pytest.approx(0.5, abs=0.03)
+
+
+def test_where_a_joint_is_after_a_fault_is_believed(stand):
+    stand.send(command(), faults=(REFLEX,))
+    stand.q = READY + np.eye(7)[3]
+    small = command((0.01, 0.0, 0.0))
+    assert stand.send(small) is small
+
+
+def test_a_part_whose_readings_are_old_is_named(stand):
+    late = {"stamp": -1.0, "stamps": PartStamps(0.0, -1.0, 0.0)}
+    error = untrusted(lambda _: stand.send(command(), **late))
+    assert str(error).startswith("the last reading of the base is 1.5")
 
 
 @pytest.mark.parametrize("what", ["base", "arm"])

@@ -1,11 +1,13 @@
 """Motion monitor: a base or joint that is faster than commanded stops the run."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
 import pytest
 from gate_stand import DT, FRANKIE, LIMITS, Stand, command, untrusted
+from pinocchio import SE3
 
 from controller import Command
 from robots import at_pace
@@ -73,3 +75,36 @@ def test_an_arm_that_turns_back_late_does_what_it_is_commanded():
         stand.gate.send(command(qd=told), stand.reading(qd=late[0]), stand.now)
         stand.q, stand.now = stand.q + late[0] * DT, stand.now + DT
     assert not any(stand.gate.refusals.values())
+
+
+@pytest.mark.parametrize(
+    ("told", "does", "says"),
+    [
+        (-0.8, -0.27, r"joint 7 does not do what it is commanded: told -0\.[67].*moved at -0\.2"),
+        (0.8, 0.01, r"joint 7 does not do what it is commanded: told 0\.\d+ rad/s.*moved at 0\.0"),
+        (0.15, -0.25, r"joint 7 moves as it was not commanded: told 0\.[01].*moved at -0\.2"),
+    ],
+)
+def test_a_joint_that_lags_is_told_from_one_that_moves_by_itself(told, does, says):
+    stand, last = Stand(), np.eye(7)[6]
+
+    def go(k: int) -> None:
+        share, q = min(1.0, k / 20.0), stand.q
+        stand.send(Command(base_twist=np.zeros(3), qd=share * told * last), qd=share * does * last)
+        stand.q = q + share * does * DT * last
+
+    assert re.search(says, str(untrusted(go)))
+
+
+def test_a_base_that_lags_is_told_with_figures():
+    stand = Stand()
+
+    def go(k: int) -> None:
+        wTb = stand.wTb
+        stand.send(command((min(0.5, 0.015 * k), 0.0, 0.0)))
+        stand.wTb = wTb * SE3(np.eye(3), np.array([0.0005, 0.0, 0.0]))
+
+    told = str(untrusted(go))
+    assert re.search(
+        r"base does not do what it is commanded: told \(0\.\d.*moved at \(0\.05, 0.00\) m/s", told
+    )

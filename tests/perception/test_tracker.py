@@ -121,6 +121,18 @@ def test_near_the_grasp_the_goal_is_locked_and_moves_no_more() -> None:
     assert at_once.locked
 
 
+@pytest.mark.parametrize(("driven", "speed"), [(0.3, 0.0), (0.0, 0.1)])
+def test_an_old_picture_locks_no_grasp_until_the_hand_waits_and_none_that_moves(driven, speed):
+    tracker = GraspTracker()
+    for number in range(8):  # searches of half a second
+        stamp = 0.5 * number
+        found = seen(grasp(speed * stamp, 0.0), at=stamp)
+        tracker.update(found, camera(0.2), age=0.5, driven=driven)
+        assert not tracker.locked
+    tracker.update(seen(grasp(speed * 4.0, 0.0), at=4.0), camera(0.2), age=0.5)
+    assert tracker.locked is (speed == 0.0)
+
+
 def test_a_grasp_that_is_not_seen_again_is_lost_with_a_reason() -> None:
     tracker = GraspTracker()
     tracker.update(seen(grasp(0.0, 0.0)), FAR)

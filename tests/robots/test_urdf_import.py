@@ -149,7 +149,7 @@ def test_commands_import_check_and_refuse(small, tmp_path):
     assert "physical world: the URDF has no inertia" in output
     assert "older version" not in output
     old = mine / "old.yaml"
-    old.write_text((mine / "mine.yaml").read_text().replace("Imported (2)", "Imported"))
+    old.write_text((mine / "mine.yaml").read_text().replace("Imported (3)", "Imported"))
     again = "older version, with worse shapes and postures; import it again: frankie-task robot"
     assert f"{again} import small.urdf -o" in call("robot", "check", old)[1]
     code, _, error = call("robot", "import", file, "-o", mine)

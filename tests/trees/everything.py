@@ -64,9 +64,9 @@ tree:
         - drive: {to: start}
         - say: {text: "{value} again", value: $greeting}
         - wait: {duration_s: $share}
+        - add: {start_count: 2}
     - timeout_s: 5
       wait_until: {not: holding_object}
-    - add: {start_count: 2}
     - resuming_sequence: [open_gripper, arm_healthy]
     - for_each:
         item: place

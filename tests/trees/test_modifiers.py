@@ -6,8 +6,7 @@ import pytest
 from py_trees.common import Status
 from tree_toys import Run
 
-from behaviours import LeafCrashedError
-from trees.language import MODIFIERS
+from trees.language import MODIFIERS, failed_node
 
 
 @pytest.fixture
@@ -89,10 +88,73 @@ def test_a_guard_is_outside_of_the_attempts_and_inside_of_a_forced_outcome(run):
     )
 
 
-def test_a_condition_that_takes_its_time_is_at_fault(run):
-    tree = run("{while: {ask: {answers: R}}, play: {script: R}}")
-    with pytest.raises(LeafCrashedError, match=r"TypeError: a condition answers within one tick"):
-        tree.ticks(1)
+@pytest.mark.parametrize(
+    "guard",
+    [
+        "while: {ask: {answers: SRRS}}",
+        "while: {not: {ask: {answers: FRRF}}}",
+        "unless: {ask: {answers: FRRF}}",
+        "unless: {not: {ask: {answers: SRRS}}}",
+        "while: {all_of: [{ask: {answers: SRRS}}, {ask: {answers: S}}]}",
+        "unless: {any_of: [{ask: {answers: F}}, {ask: {answers: FRRF}}]}",
+    ],
+)
+def test_a_guarded_node_waits_where_it_is_while_the_answer_is_not_known(run, guard):
+    tree = run(f"{{name: work, {guard}, play: {{script: RRS}}}}")
+    assert tree.ticks(5) == "RRRRS"  # two of these ticks are not its own
+    assert tree.events == ["work begins", "work ends S"]
+
+
+UNKNOWN = "{name: q, ask: {answers: R}}"
+
+
+@pytest.mark.parametrize(
+    "tree",
+    [
+        f"{{while: {UNKNOWN}, play: {{script: S}}}}",
+        f"{{unless: {UNKNOWN}, play: {{script: S}}}}",
+        f"{{while: {{not: {UNKNOWN}}}, play: {{script: S}}}}",
+        f"{{unless: {{not: {UNKNOWN}}}, play: {{script: S}}}}",
+        f"{{while: {{all_of: [{UNKNOWN}, {{ask: {{answers: S}}}}]}}, play: {{script: S}}}}",
+        f"{{unless: {{any_of: [{{ask: {{answers: F}}}}, {UNKNOWN}]}}, play: {{script: S}}}}",
+        f"reactive_fallback: [{UNKNOWN}, play: {{script: S}}]",
+        f"sequence: [{UNKNOWN}, play: {{script: S}}]",
+        f"parallel: [{UNKNOWN}, {UNKNOWN}]",
+        "{invert: true, name: q, ask: {answers: R}}",
+        f"{{invert: true, sequence: [{UNKNOWN}]}}",
+        f"{{invert: true, fallback: [{UNKNOWN}]}}",
+        UNKNOWN,
+        f"not: {UNKNOWN}",
+        f"any_of: [{UNKNOWN}, {{ask: {{answers: F}}}}]",
+    ],
+)
+def test_what_stays_not_known_fails_whoever_asks_and_nothing_below_it_runs(run, tree):
+    tree = run(tree)
+    assert tree.ticks(100) == 100 * "R"
+    assert tree.ticks(1) == "F"
+    assert tree.events == []
+    assert failed_node(tree.root).name == "q"
+
+
+@pytest.mark.parametrize(
+    ("asked", "answer"),
+    [
+        ("all_of: [{ask: {answers: R}}, {ask: {answers: F}}]", "F"),
+        ("any_of: [{ask: {answers: R}}, {ask: {answers: S}}]", "S"),
+        ("all_of: [{ask: {answers: R}}, {ask: {answers: S}}]", "R"),
+        ("not: {any_of: [{ask: {answers: F}}, {ask: {answers: R}}]}", "R"),
+        ("wait_until: {ask: {answers: R}}", "R"),
+    ],
+)
+def test_conditions_are_joined_as_kleene_says(run, asked, answer):
+    assert run(asked).ticks(1) == answer
+
+
+def test_who_waits_until_something_is_known_waits_on_and_until_works_meanwhile(run):
+    assert run(f"wait_until: {UNKNOWN}").ticks(250) == 250 * "R"
+    tree = run(f"until: [{UNKNOWN}, {{name: look, play: {{script: S}}}}]")
+    assert tree.ticks(250) == 250 * "R"
+    assert tree.begun("look") == 2
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ from behaviours import (
 )
 from hw import SimClock
 from robots import load_robot
-from trees.language import build, load
+from trees.language import build, load, ticked
 
 STATUS = {
     "S": Status.SUCCESS,
@@ -245,7 +245,8 @@ class Run:
         """The status of the root after each tick, as letters."""
         letters = ""
         for _ in range(count):
-            self.root.tick_once()
+            for _ in ticked(self.root):
+                pass
             letters += LETTER[self.root.status]
             self.context.clock.sleep_until(self.context.clock.now() + 0.01)
         return letters

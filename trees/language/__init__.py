@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from trees.language.registry import (
         DECLARATIONS,
         declarations_text,
+        declared_leaves,
         known_leaves,
         plugin_problems,
     )
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
         SubtreeNode,
         Task,
         TaskFileError,
+        all_leaves,
         is_condition,
         leaves_at,
         nodes_below,
@@ -54,7 +56,9 @@ if TYPE_CHECKING:
         TreeNode,
         ValueType,
         failed_node,
+        is_answer,
         nodes_in_order,
+        ticked,
     )
 else:
     __getattr__ = lazy_face(__name__)

@@ -25,6 +25,13 @@ def describe_leaves(leaves: Mapping[str, type[Leaf]]) -> dict[str, LeafType]:
     return dict(OWN_LEAVES) | {key: _describe(key, leaf) for key, leaf in leaves.items()}
 
 
+_SAID = (
+    *("goes_to", "surfaces", "comparable", "hand_before", "hand_after", "opens_for", "lasts"),
+    *("base_rests", "near_furniture", "counts", "can_fail", "moves", "needs_robot"),
+)
+"""What the class itself says; toys say less."""
+
+
 @cache
 def _describe(key: str, leaf: type[Leaf]) -> LeafType:
     if not isinstance(key, str) or not WORD.fullmatch(key):
@@ -42,15 +49,10 @@ def _describe(key: str, leaf: type[Leaf]) -> LeafType:
         details=" ".join(details.split()),
         parameters={one.name: one for one in described if isinstance(one, Parameter)},
         outputs={one.name: one for one in described if isinstance(one, Output)},
-        goes_to=getattr(leaf, "goes_to", ()),
-        surfaces=getattr(leaf, "surfaces", ()),
-        comparable=getattr(leaf, "comparable", ()),
-        moves=getattr(leaf, "moves", False),
-        needs_robot=getattr(leaf, "needs_robot", True),
+        **{name: getattr(leaf, name) for name in _SAID if hasattr(leaf, name)},
         validate=None if validate is Leaf.validate else validate,
         is_condition=issubclass(leaf, Condition),
         takes_time=not issubclass(leaf, Condition),
-        can_fail=True,
     )
 
 

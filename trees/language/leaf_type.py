@@ -53,6 +53,13 @@ class LeafType:
     goes_to: tuple[str, ...] = ()
     surfaces: tuple[str, ...] = ()
     comparable: tuple[str, ...] = ()
+    hand_before: str = ""
+    hand_after: str = ""
+    opens_for: tuple[str, ...] = ()
+    lasts: str = ""
+    base_rests: bool = False
+    near_furniture: str = ""
+    counts: str = ""
     moves: bool = False
     needs_robot: bool = True
     names_keys: bool = False  # whether its arguments have the names of keys, which it writes
@@ -60,7 +67,7 @@ class LeafType:
     """See `Leaf.validate`; None if all arguments are compatible."""
     is_condition: bool
     takes_time: bool  # whether it may run for more than a tick
-    can_fail: bool
+    can_fail: bool = True
 
     @property
     def described(self) -> tuple[Parameter | Output, ...]:

@@ -1,24 +1,45 @@
 """Warnings about what is probably a mistake, and the error of two movers at the same time."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Container, Mapping
 from itertools import pairwise
 
 from config import Diagnostics
 from trees.language import rules
-from trees.language.flow import Fact
-from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode, nodes_below
+from trees.language.flow import Fact, FlowResult
+from trees.language.hand import check_hand
+from trees.language.mappings import counted_hint
+from trees.language.syntax import (
+    CompositeNode,
+    LeafNode,
+    Node,
+    SubtreeNode,
+    all_leaves,
+    hand_leaves,
+    is_condition,
+    nodes_below,
+)
+from trees.language.values import KeyRead
 from trees.words import COMPOSITES, MODIFIERS, InOrder, Need, Outcome, Outcomes
 
+_MOST_ASKED = 300  # conditions in a composite, at 15 µs each and 10 ms a tick
 
-def lint(root: Node, facts: Mapping[int, Fact], diagnostics: Diagnostics) -> bool:
+
+def lint(root: Node, flow: FlowResult, diagnostics: Diagnostics, is_first: bool) -> bool:
     """Check a tree for what is allowed, but probably not meant.
 
-    Returns whether there is no error.
+    Only the first file of a task is judged as a whole. Returns whether there is no error.
     """
-    sound = True
+    facts, sound = flow.facts, True
+    beside = {
+        id(below)
+        for node in nodes_below(root)
+        if isinstance(node, CompositeNode) and COMPOSITES[node.key].at_once
+        for below in nodes_below(node)
+    }
+    """Nodes beside others that run at the same time."""
     for node in nodes_below(root):
         fact = facts[id(node)]
-        if fact.before is None:
+        if not fact.reached:
             continue
         if isinstance(node, CompositeNode):
             _warn_of_unreached(node, facts, diagnostics)
@@ -29,21 +50,56 @@ def lint(root: Node, facts: Mapping[int, Fact], diagnostics: Diagnostics) -> boo
                 diagnostics.warning(rules.NO_EFFECT, node.location, message, "remove it")
             sound &= not _note_movers(node, diagnostics)
             _warn_of_endless(node, facts, diagnostics)
-        outcomes = fact.own
-        for key, value in node.modifiers.items():
-            if value is False:
-                continue
-            if why := _needless(MODIFIERS[key].needs, node, outcomes):
-                message = f"`{key}` has no effect on `{node.name}`: {why}"
-                diagnostics.warning(rules.NO_EFFECT, node.location, message, "remove it")
-            outcomes = MODIFIERS[key].outcomes(outcomes, fact.before)
-        if "retry" in node.modifiers and "while" in node.modifiers:
-            message = (
-                f"`while` ends all attempts of `{node.name}`: what it stops is not tried again"
-            )
-            hint = "put it on a node below the `retry`; if it is meant, on a `sequence` around"
-            diagnostics.warning(rules.ENDS_RETRIES, node.location, message, hint)
-    return sound
+            if id(node) not in beside:
+                _warn_of_same_answer(node, facts, diagnostics)
+        _warn_of_modifiers(node, fact, diagnostics)
+    return check_hand(root, flow, diagnostics, is_first) and sound
+
+
+def _warn_of_modifiers(node: Node, fact: Fact, diagnostics: Diagnostics) -> None:
+    inner = fact.layers[""]
+    for key, value in node.modifiers.items():
+        if value is False:
+            continue
+        if why := _needless(MODIFIERS[key].needs, node, inner):
+            message = f"`{key}` has no effect on `{node.name}`: {why}"
+            diagnostics.warning(rules.NO_EFFECT, node.location, message, "remove it")
+        inner = fact.layers[key]
+    if "retry" in node.modifiers and "while" in node.modifiers:
+        message = f"`while` ends all attempts of `{node.name}`: what it stops is not tried again"
+        hint = "put it on a node below the `retry`; if it is meant, on a `sequence` around"
+        diagnostics.warning(rules.ENDS_RETRIES, node.location, message, hint)
+    counts = node.type.counts if isinstance(node, LeafNode) else ""
+    if counts and node.modifiers.get("invert"):
+        message = f"`{node.name}` succeeds whatever it finds, and fails so with `invert`"
+        diagnostics.warning(rules.NO_EFFECT, node.location, message, counted_hint(counts))
+    limit, least = node.modifiers.get("timeout_s"), _lasts(node)
+    if isinstance(limit, float | int) and least > limit:
+        message = f"`{node.name}` takes {least:g} s, and its `timeout_s` is {limit:g}"
+        hint = f"give it more than {least:g} s, or what waits in it less"
+        diagnostics.warning(rules.TOO_SHORT, node.location, message, hint)
+
+
+def _lasts(node: Node) -> float:
+    """The least time in which a node without its modifiers succeeds [s]."""
+    if isinstance(node, LeafNode):
+        given = node.arguments.get(node.type.lasts)
+        return float(given) if isinstance(given, float | int) else 0.0
+    if isinstance(node, SubtreeNode):
+        return _lasts_with_modifiers(node.task.root)
+    each, word = [_lasts_with_modifiers(child) for child in node.children], COMPOSITES[node.key]
+    if word.takes_time or node.item is not None:
+        return each[0] if node.item is None else 0.0
+    if word.at_once:
+        return max(each) if node.options.get("policy", "all") == "all" else min(each)
+    is_any = word.outcomes == InOrder(Outcome.FAILURE) or bool(node.cases)
+    return min(each) if is_any else sum(each)
+
+
+def _lasts_with_modifiers(node: Node) -> float:
+    delay, times = (node.modifiers.get(key) for key in ("delay_s", "repeat"))
+    least = _lasts(node) + (delay if isinstance(delay, float | int) else 0.0)
+    return least * times if isinstance(times, int) else least
 
 
 def _needless(need: Need, node: Node, outcomes: Outcomes) -> str | None:
@@ -62,7 +118,8 @@ def _warn_of_unreached(
 ) -> None:
     """Of the first child that never starts."""
     for before, child in pairwise(node.children):
-        if facts[id(child)].before is None:
+        # That a condition is sure of the hand is no reason not to ask.
+        if not facts[id(child)].reached and not is_condition(before):
             outcomes = facts[id(before)].outcomes
             never = "fails" if outcomes.success is not None else "succeeds"
             never = "ends" if outcomes.success is None and outcomes.failure is None else never
@@ -75,7 +132,11 @@ def _warn_of_unreached(
 
 def _warn_of_order(node: CompositeNode, diagnostics: Diagnostics) -> None:
     """Of conditions that are asked too rarely, and actions that are started too often."""
-    word = COMPOSITES[node.key]
+    word, asked = COMPOSITES[node.key], sum(map(is_condition, node.children))
+    if (word.is_reactive or word.is_condition) and asked > _MOST_ASKED:
+        message = f"{asked} conditions below `{node.key}` are asked at every tick"
+        hint = f"ask at most {_MOST_ASKED} at a time"
+        diagnostics.warning(rules.STARTS_AGAIN, node.location, message, hint)
     if word.outcomes == InOrder(Outcome.SUCCESS):
         (_warn_of_early_action if word.is_reactive else _warn_of_lone_guards)(node, diagnostics)
 
@@ -123,7 +184,10 @@ def _note_movers(node: CompositeNode, diagnostics: Diagnostics) -> bool:
     """Whether two children that run at the same time can move the robot, which is an error."""
     if not COMPOSITES[node.key].at_once:
         return False
-    firsts = [next(_movers(child), None) for child in node.children]
+    firsts = [
+        next((leaf for leaf in all_leaves(child) if leaf.type.moves), None)
+        for child in node.children
+    ]
     movers = [(child, leaf) for child, leaf in zip(node.children, firsts, strict=True) if leaf]
     for child, leaf in movers[1:]:
         other = movers[0][1]
@@ -131,15 +195,6 @@ def _note_movers(node: CompositeNode, diagnostics: Diagnostics) -> bool:
         hint = "let one run after the other, in a `sequence`"
         diagnostics.error(rules.MOVERS, child.location, message, hint)
     return len(movers) > 1
-
-
-def _movers(node: Node) -> Iterator[LeafNode]:
-    """The leaves at and below a node that may move the robot, those of other files included."""
-    for one in nodes_below(node):
-        if isinstance(one, SubtreeNode):
-            yield from _movers(one.task.root)
-        elif isinstance(one, LeafNode) and one.type.moves:
-            yield one
 
 
 def _warn_of_endless(
@@ -152,3 +207,33 @@ def _warn_of_endless(
         hint = "put something that can succeed first, or a `timeout_s` beside it"
         if "timeout_s" not in node.modifiers:
             diagnostics.warning(rules.ENDLESS, node.location, message, hint)
+
+
+def _warn_of_same_answer(
+    node: CompositeNode, facts: Mapping[int, Fact], diagnostics: Diagnostics
+) -> None:
+    """Of a loop that asks for what nothing in it changes."""
+    question, word = node.children[0], COMPOSITES[node.key]
+    is_asked = word.takes_time and (word.asks or len(node.children) > 1)
+    if not is_asked or None in facts[id(question)].outcomes:
+        return
+    below = [one for one in nodes_below(node) if not isinstance(one, CompositeNode)]
+    changed = {write.name for one in below for write in one.outputs.values()}
+    changed |= {"hand"} if any(hand_leaves(node)) else set()
+    if "timeout_s" not in node.modifiers and not _may_become(question, True, changed):
+        message = f"`{node.key}` never ends if it begins: nothing in it changes what is asked"
+        hint = "put what changes the answer below it, or a `timeout_s` beside it"
+        diagnostics.warning(rules.ENDLESS, node.location, message, hint)
+
+
+def _may_become(node: Node, true: bool, changed: Container[str]) -> bool:
+    """Whether a node may answer otherwise later, with these keys changed, and perhaps the hand."""
+    if isinstance(node, CompositeNode):
+        true = true != (node.key == "not")
+        return any(_may_become(child, true, changed) for child in node.children)
+    if isinstance(node, SubtreeNode) or node.modifiers:
+        return True
+    if node.type.is_condition and node.type.hand_before:  # a person may take it out of the hand
+        return not true or "hand" in changed
+    keys = [value.name for value in node.arguments.values() if isinstance(value, KeyRead)]
+    return node.type.needs_robot or any(key in changed for key in keys)

@@ -188,11 +188,12 @@ class _Reader:
         root = read_node(entries["tree"].value, scope)
         if root is None or diagnostics.fatal:
             return None
-        flow = check_flow(root, parameters, document.outputs, diagnostics)
+        is_first = len(self.chain) == 1
+        flow = check_flow(root, parameters, document.outputs, diagnostics, is_first)
         if flow is None:
             return None
         _warn_of_unused(scope)
-        if not lint(root, flow.facts, diagnostics):
+        if not lint(root, flow, diagnostics, is_first):
             return None
         # `scene:` cannot be the name of a pose.
         scene = {SCENE: entries["scene"].value.location} if "scene" in entries else {}

@@ -47,6 +47,12 @@ _OTHER_NAMES: Mapping[str, str] = {
 }
 """What nodes and modifiers of other tree languages are called here."""
 
+_OTHER_SENSE = (
+    *("above", "after", "before", "behind", "below", "beside", "from", "max", "min", "near"),
+    *("not", "off", "out", "outside", "over", "under", "until", "without"),
+)
+"""Names of parameters that mean something of their own, whatever else would fit there."""
+
 ABSENT: Any = None  # the default of a field that may be left out, but not be null
 
 NAMING_HINT = "use letters, digits and `_`, and begin with a letter"
@@ -124,6 +130,11 @@ def usage(leaf: LeafType, named: Mapping[str, NamedValue]) -> str:
     return f"write `{leaf.key}: {{{example}}}`{known}"
 
 
+def counted_hint(counts: str) -> str:
+    """How a leaf is asked that writes its answer to a key."""
+    return f"let it write `{counts}: n`, and ask `equals: {{value: $n, to: 0}}` after it"
+
+
 def likely(place: NamedValue | None, leaf: LeafType, given: Collection[str]) -> list[str]:
     """The parameters not given yet that need a value; of a place, else those for little else."""
     fitting = [
@@ -153,7 +164,7 @@ def parameter_hint(
     if near := nearest(key, (place and fitting) or free):
         return near
     if len(fitting) == 1 and (place or len(unknown) == 1):
-        return Hint(f"did you mean `{fitting[0]}`?", key, fitting[0])
+        return Hint(f"did you mean `{fitting[0]}`?", key, fitting[0] * (key not in _OTHER_SENSE))
     if key == NAME:
         return f"`{key}` belongs beside `{leaf.key}`, not below it"
     return suggest(key, free) if free else "it takes no more: remove it"

@@ -13,10 +13,13 @@ from pydantic import AfterValidator, Field, WithJsonSchema, model_validator
 from behaviours import BasePose, Posture, Region, ToolPose
 from config import (
     Diagnostics,
+    Hint,
     Location,
     StrictModel,
     YamlEntry,
     YamlList,
+    YamlMap,
+    YamlScalar,
     YamlValue,
     quoted,
     read_yaml,
@@ -25,7 +28,7 @@ from config import (
 )
 from trees.language import rules
 from trees.language.mappings import ABSENT, fields, named_entries
-from trees.language.values import meant, radians_for_degrees
+from trees.language.values import OTHER_UNITS, meant, radians_for_degrees
 from trees.words import NamedValue
 
 # Numbers and kinematics are imported where a pose is made: a task without one is checked sooner.
@@ -230,10 +233,39 @@ def read_named_values(
                 hint = "write numbers here, and choose among poses by a parameter of type `pose`"
                 diagnostics.error(rules.VALUE, reference[1], message, hint)
                 continue
+            if _is_in_other_unit(value, full_name, diagnostics):
+                continue
             checked = validate(value, model, diagnostics, name=full_name, location=location)
             if checked is not None:
                 named.values[name] = checked.make(name)
     return named
+
+
+def _is_in_other_unit(value: YamlValue, name: str, diagnostics: Diagnostics) -> bool:
+    """Whether a point or box is in millimetres or centimetres, as its large numbers show; noted.
+
+    The height of most points, or the longest edge of most boxes, tells which.
+    """
+    shared = False
+    for key, least, most in (("xyz", 0.3, 2.0), ("centre", 0.3, 2.0), ("size", 0.15, _LONGEST)):
+        entry = value.entries.get(key) if isinstance(value, YamlMap) else None
+        items = entry.value.items if entry and isinstance(entry.value, YamlList) else ()
+        numbers = [one.value for one in items if isinstance(one, YamlScalar)]
+        given = [float(one) for one in numbers if type(one) in (int, float)]  # type: ignore[arg-type]
+        large = [abs(number) for number in given if abs(number) >= 10.0]
+        if len(given) != 3 or not large or (key == "size" and len(large) == 1):
+            continue
+        telling = max(large) if key == "size" else abs(given[2])
+        units = [one for one in OTHER_UNITS["m"] if least <= telling * one[1] <= most]
+        for at, (one, number) in enumerate(zip(items, given, strict=True) if units else ()):
+            if abs(number) in large:
+                unit, factor = units[0]
+                hint = f"did you mean {number * factor:g} (from {unit}, as all of `{key}`)?"
+                certain = Hint(hint, f"{number:g}", f"{number * factor:g}")
+                message = f"{name}.{key}.{at}: {number:g} m is far outside of the room"
+                diagnostics.error(rules.VALUE, one.location, message, certain)
+                shared = True
+    return shared
 
 
 def _one_by_one(

@@ -9,6 +9,7 @@ from functools import partial
 from typing import TypeAlias
 
 from config import (
+    Hint,
     Location,
     Plain,
     YamlEntry,
@@ -20,7 +21,7 @@ from config import (
     quoted,
 )
 from trees.language import rules
-from trees.language.mappings import called, fields
+from trees.language.mappings import called, counted_hint, fields
 from trees.language.node_syntax import FORMS
 from trees.language.scope import Scope, read_leaf
 from trees.language.syntax import CompositeNode, LeafNode, Modifiers, Node, is_condition
@@ -125,8 +126,10 @@ def _node_key(location: Location, entries: Mapping[str, YamlEntry], scope: Scope
         hint = "begin each with its own `- ` in the list of a composite"
         scope.error(rules.ONE_NODE, entries[keys[1]].location, message, hint)
     if not keys and not unknown:
-        hint = f"add a node key, for example {quoted(sorted(nodes)[:3])}"
-        scope.error(rules.ONE_NODE, location, "this item has no node", hint)
+        words = quoted(entries)
+        hint = f"write {words} into the item of its node: remove the `- ` of the line below"
+        message = f"this item has no node, only {words}" if words else "this item has no node"
+        scope.error(rules.ONE_NODE, location, message, hint if words else "write one, or remove it")
     return keys[0] if len(keys) == 1 else None
 
 
@@ -173,6 +176,8 @@ def _read_fixed(key: str, value: YamlValue, expected: ValueType, scope: Scope) -
         text = str(scope.text(value))
         in_seconds = key.endswith("_s") and number_in(text, "s", expected.within)
         hint = in_seconds or mismatch.hint
+        if text in scope.parameters:
+            hint = Hint(f"write `${text}`", text, f"${text}")
         scope.mismatch(mismatch.rule, resolved, f"`{key}`: {mismatch.message}", hint)
         return None
     assert not isinstance(given, NamedValue)
@@ -207,6 +212,8 @@ def _read_condition(key: str, value: YamlValue, scope: Scope) -> LeafNode | Comp
         conditions = sorted(leaf.key for leaf in scope.leaves.values() if leaf.is_condition)
         message = f"`{key}` asks a condition, and `{_key(node)}` is not one"
         hint = f"write one of {quoted([*conditions, *_OF_CONDITIONS])}"
+        if isinstance(node, LeafNode) and node.type.counts:
+            hint = counted_hint(node.type.counts)
         scope.error(rules.CONDITION, node.location, message, hint)
         return None
     if node.modifiers:

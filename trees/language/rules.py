@@ -122,6 +122,31 @@ ENDLESS = Rule(
     "{forever: {force_failure: true, open_gripper: }}",
     "{timeout_s: 60, forever: {force_failure: true, open_gripper: }}",
 )
+HAND = Rule(
+    "R408",
+    "Grasp, hold and let go follow each other in an order in which each can do something.",
+    "{sequence: [open_gripper, retreat_check]}",
+    "{sequence: [retreat_check, open_gripper]}",
+)
+TOO_SHORT = Rule(
+    "R409",
+    "What always takes some time has as much.",
+    "{timeout_s: 5, wait: {duration_s: 10}}",
+    "{timeout_s: 15, wait: {duration_s: 10}}",
+)
+FORCED = Rule(
+    "R410",
+    "A task can fail: one `force_success` is not beside all that may.",
+    "{force_success: true, move_arm: {to: ready}}",
+    "{sequence: [{force_success: true, move_arm: {to: ready}}, arm_healthy]}",
+)
+_BOX = "scene: single\nregions: {box: {centre: [3, 0, 0.556], size: [0.44, 0.36, 0.2]}}\n"
+GUARD = Rule(
+    "R411",
+    "A guard can hold where the work is: the laser sees furniture too.",
+    _BOX + "tree: {while: {not: {obstacle_within: {distance_m: 1}}}, grasp: {within: box}}",
+    _BOX + "tree: {while: {not: {obstacle_within: {distance_m: 0.1}}}, grasp: {within: box}}",
+)
 NO_COUNTERPART = Rule(
     "R601",
     "To be exported, a task has only what BehaviorTree.CPP has a counterpart for.",

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from config import (
     Diagnostics,
+    Hint,
     Location,
     YamlEntry,
     YamlMap,
@@ -58,6 +59,8 @@ def find_file(
         known = {other.name for other in others} - {other.name for other in chain}
         message = f"there is no file `{name}` beside this one"
         hint = suggest(path.name, known) if known else "check the path"
+        if "\\" in name:
+            hint = Hint(f"write `{(slashed := name.replace(chr(92), '/'))}`", name, slashed)
     elif real in around:
         circle = (*chain[around.index(real) :], path)
         names = " > ".join(other.name for other in circle)

@@ -95,6 +95,20 @@ def nodes_below(node: Node) -> Iterator[Node]:
             yield from nodes_below(child)
 
 
+def all_leaves(node: Node) -> Iterator[LeafNode]:
+    """The leaves at and below a node in order, those of other files included; no guards."""
+    for one in nodes_below(node):
+        if isinstance(one, SubtreeNode):
+            yield from all_leaves(one.task.root)
+        elif isinstance(one, LeafNode):
+            yield one
+
+
+def hand_leaves(node: Node) -> Iterator[LeafNode]:
+    """Those leaves that take something or let it go."""
+    return (one for one in all_leaves(node) if one.type.hand_after and not one.type.is_condition)
+
+
 class TaskFileError(UserError):
     """A task file cannot be used.
 

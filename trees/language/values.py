@@ -101,7 +101,10 @@ def convert(
     elif isinstance(value, YamlScalar):
         given = value.value
     else:
-        raise MismatchError(f"expected {expected}, got {describe(value)}", "write a single value")
+        hint = "write a single value"
+        if expected.named_types:
+            hint = "define it below `poses` or `regions`, and write its name here"
+        raise MismatchError(f"expected {expected}, got {describe(value)}", hint)
     for choice in expected.choices:
         if given == choice and type(given) is type(choice):
             return choice
@@ -168,7 +171,7 @@ def _no_such_name(
     return MismatchError(f"no {types} is called `{name}`{origin}", hint, rules.PLACE)
 
 
-_OTHER_UNITS: Mapping[str, tuple[tuple[str, float], ...]] = {
+OTHER_UNITS: Mapping[str, tuple[tuple[str, float], ...]] = {
     "m": (("millimetres", 1e-3), ("centimetres", 1e-2)),
     "m/s": (("millimetres per second", 1e-3), ("centimetres per second", 1e-2)),
     "s": (("milliseconds", 1e-3),),
@@ -182,10 +185,11 @@ _OTHER_UNITS: Mapping[str, tuple[tuple[str, float], ...]] = {
 def number_in(text: str, unit: str, fits: Callable[[float], bool]) -> Hint:
     """The hint for a number that was written as a text, perhaps with its unit; else empty."""
     units = "°|deg" if unit == "°" else re.escape(unit)
-    number = re.fullmatch(rf"(-?\d+(?:\.\d+)?) ?(?:{units})?", text)
-    if number is None or not fits(float(number[1])):
+    number = re.fullmatch(rf"(-?\d+(?:[.,]\d+)?) ?(?:{units})?", text)
+    plain = number[1].replace(",", ".") if number else ""
+    if not plain or not fits(float(plain)):
         return Hint("")
-    return Hint(f"did you mean {number[1]}?", text, number[1])
+    return Hint(f"did you mean {plain}?", text, plain)
 
 
 _ROUND = math.pi / 12.0  # angles in radians are multiples of this ...
@@ -199,7 +203,7 @@ def meant(number: float, unit: str, fits: Callable[[float], bool]) -> Hint:
     """
     likely = [
         (f"{number * factor:g}", name)
-        for name, factor in _OTHER_UNITS.get(unit, ())
+        for name, factor in OTHER_UNITS.get(unit, ())
         if (0.0 < number < 1.0 if factor > 1.0 else 10.0 <= abs(number) < math.inf)
         and fits(number * factor)
     ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from math import radians
 from os.path import isfile
 from pathlib import Path
@@ -41,15 +42,20 @@ class _Use(NamedTuple):
     value: NamedValue
 
 
+def _leaves(task: Task) -> Iterator[tuple[Path, LeafNode]]:
+    """Every leaf of a task and of its subtrees, and its file."""
+    for node in nodes_below(task.root):
+        yield from ((task.path, leaf) for leaf in leaves_at(node))
+        if isinstance(node, SubtreeNode):
+            yield from _leaves(node.task)
+
+
 def _uses(task: Task) -> Iterator[_Use]:
     """Every place that a leaf of the task or of its subtrees is given and that is known by now."""
-    for node in nodes_below(task.root):
-        for leaf in leaves_at(node):
-            for parameter, value in leaf.arguments.items():
-                if isinstance(value, NamedValue):
-                    yield _Use(task.path, leaf, parameter, value)
-        if isinstance(node, SubtreeNode):
-            yield from _uses(node.task)
+    for path, leaf in _leaves(task):
+        for parameter, value in leaf.arguments.items():
+            if isinstance(value, NamedValue):
+                yield _Use(path, leaf, parameter, value)
 
 
 def _definitions(task: Task) -> Iterator[tuple[NamedValue, Path, Location]]:
@@ -86,12 +92,14 @@ def check(
     places: Path | None = None,
     robot: str | Path = _USUAL,
     text: str | None = None,
+    scene: str = "",
 ) -> list[Diagnostic]:
     """Every diagnostic of a task file and its subtrees, in order: for a robot, in its own scene.
 
     Of a scene file, every diagnostic of that. `places` as for `load`, `text` as for `examine`;
-    `robot` is a shipped one or a robot file. Raises ConfigError: there is no such robot;
-    LeafError: a leaf class, not the file, is at fault.
+    `robot` is a shipped one or a robot file. In another `scene`, unreachable places are warnings,
+    as for `run`. Raises ConfigError: there is no such robot; SceneError: no such other scene, or a
+    mistake in it; LeafError: a leaf class, not the file, is at fault.
     """
     task, found = examine(path, places=places, text=text)
     # To import and read a robot takes longer than to read a task, and the shipped one is right.
@@ -99,18 +107,31 @@ def check(
     is_of_place = task is not None and (task.scene or any(_uses(task)))
     if robot == _USUAL and not is_of_scene and not is_of_place:
         return found if task is None else _in_order(task, found)
-    from robots import load_robot
+    from robots import load_real_robot, load_robot
 
-    description = load_robot(robot)
+    description, real = load_robot(robot), load_real_robot(robot)
     if is_of_scene:
         from hw.sim import scene_mistakes
 
         return scene_mistakes(Path(path), description.base.size[:2])
     if task is None:
         return found
-    fixtures, mistakes = _furniture(task, description)
+    on_map = real.map if real else None
+    elsewhere = not on_map and scene not in ("", task.scene, scene_of(task))
+    fixtures, mistakes = _furniture(task, description, on_map)
+    if elsewhere:
+        from hw.sim import load_fixtures
+
+        fixtures = load_fixtures(scene, unmapped=True)
     found += mistakes + furniture_diagnostics(task, fixtures)
-    found += place_diagnostics(task, description, fixtures)
+    found += place_diagnostics(task, description, () if elsewhere else fixtures)
+    if elsewhere:
+        there = place_diagnostics(task, description, fixtures)
+        found += [replace(one, severity=Severity.WARNING) for one in there if one not in found]
+    elif fixtures and not on_map:
+        from trees.site.way import first_drives
+
+        found += first_drives(task, description, fixtures)
     return _in_order(task, found)
 
 
@@ -154,6 +175,13 @@ def place_diagnostics(
             for use in uses
             if use.leaf.type.key == "grasp"
         ]
+    if robot.stands_still:
+        message, hint = f"the base of `{robot.name}` stands still", "leave out `drive`"
+        found += [
+            Diagnostic(REACH, path, leaf.location, message, hint)
+            for path, leaf in _leaves(task)
+            if leaf.type.key == "drive" and "to" not in leaf.arguments
+        ]
     return list(dict.fromkeys([*found, *_not_set_down(uses, robot, fixtures)]))
 
 
@@ -188,8 +216,10 @@ def _of_use(
 ) -> Iterator[Diagnostic]:
     from behaviours import region_at, tilted_if_needed
     from trees.site.reach import (
+        NEAR,
         bare_places,
-        points_up,
+        is_small,
+        odd_pose,
         what_is_in_the_way,
         why_no_stance_is_free,
         why_not_come_to,
@@ -208,24 +238,40 @@ def _of_use(
             or why_no_stance_is_free(value, robot, fixtures)
         )
         severity = Severity.ERROR
-        if why is None and points_up(value):
-            why, severity = ("the hand points up", "roll 180 lets it look down"), Severity.WARNING
+        if why is None and (why := odd_pose(value, robot)):
+            severity = Severity.WARNING
         if why is not None:
             message, hint = f"`{value.name}`: {why[0]}", why[1]
             yield Diagnostic(REACH, path, location, message, hint, severity)
+    widths = (_given(use, name, 0.0) for name in leaf.type.opens_for)
+    opening = 1000.0 * robot.gripper.opening
+    if use.parameter in leaf.type.surfaces and (wide := max(widths, default=0.0)) >= opening:
+        message = f"`{leaf.name}` is for {wide:g} mm and more, and the fingers open to {opening:g}"
+        yield Diagnostic(COME_TO, use.path, leaf.location, message, f"write less than {opening:g}")
+    if isinstance(value, Region) and use.parameter in leaf.type.surfaces and is_small(value):
+        message = f"`{value.name}` is only {100.0 * value.size[:2].min():.0f} cm wide"
+        hint = "give it the size of the surface, in metres"
+        yield Diagnostic(SURFACE, use.path, leaf.location, message, hint, Severity.WARNING)
+    is_point = isinstance(value, ToolPose)
     if isinstance(value, ToolPose) and use.parameter in leaf.type.surfaces:
         value = region_at(value)
-    if fixtures and isinstance(value, Region) and use.parameter in leaf.type.surfaces:
-        if (why := why_not_come_to(value, robot, fixtures, *_approach(use))) is not None:
-            yield Diagnostic(COME_TO, use.path, leaf.location, *why)
-        bare = bare_places(value, _given(use, "pitch_m", None), fixtures)
+    if not isinstance(value, Region) or use.parameter not in leaf.type.surfaces:
+        return
+    counts = bool(fixtures) or robot.stands_still
+    if counts and (why := why_not_come_to(value, robot, fixtures, *_approach(use))):
+        yield Diagnostic(COME_TO, use.path, leaf.location, *why)
+    if fixtures:
+        sets_down = leaf.type.hand_after == "empty"
+        bare = bare_places(value, _given(use, "pitch_m", None), fixtures, sets_down)
         if bare.missing:
             message = (
                 f"{bare.missing} of the {bare.of} places on `{value.name}` have no surface "
                 f"of the scene under them, the nearest is {bare.nearest:.2f} m away"
             )
             hint = f"move `{value.name}`; things stand on its bottom face"
-            severity = Severity.ERROR if bare.missing == bare.of else Severity.WARNING
+            hint = f"give `{value.name}` the height of the surface" if is_point else hint
+            is_certain = bare.missing == bare.of and bare.nearest > NEAR
+            severity = Severity.ERROR if is_certain else Severity.WARNING
             yield Diagnostic(SURFACE, use.path, leaf.location, message, hint, severity)
 
 
@@ -242,17 +288,22 @@ def _given(use: _Use, name: str, otherwise: _T) -> _T:
     return cast(_T, given) if is_value else otherwise
 
 
-def _furniture(task: Task, robot: RobotDescription) -> tuple[Sequence[Geom], list[Diagnostic]]:
-    """What stands in the scene that a task names, and what is wrong with that scene."""
-    if not task.scene:
+def _furniture(
+    task: Task, robot: RobotDescription, on_map: str | None
+) -> tuple[Sequence[Geom], list[Diagnostic]]:
+    """What stands on the map, else in the scene that a task names, and what is wrong with that."""
+    if not on_map and not task.scene:
         return (), []
     from hw.sim import SceneError, find_scene, load_fixtures, scene_mistakes
 
+    if on_map:
+        return load_fixtures(on_map), []
     location = task.locations[SCENE]
     try:
         path = find_scene(scene_of(task))
     except SceneError as error:
         message, _, hint = str(error).partition("; ")
+        hint = f"write `{task.scene.replace(chr(92), '/')}`" if "\\" in task.scene else hint
         return (), [Diagnostic(SCENE_FILE, task.path, location, message, hint)]
     if mistakes := scene_mistakes(path, robot.base.size[:2]):
         message, hint = f"the scene `{task.scene}` has mistakes", "correct them there"

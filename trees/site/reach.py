@@ -24,7 +24,10 @@ _ROUNDING = 1e-3  # of degrees in files [rad]
 _UP = 0.5  # cosine between approach and vertical from which the hand points up
 _DIPS = 0.005  # finger tips this far below the floor are below it [m]
 _DEEP = 0.01  # penetration of furniture that counts [m]
-_NEAR = 0.03  # distance between a surface and the floor of a region that counts as none [m]
+NEAR = 0.03  # distance between a surface and the floor of a region that counts as none [m] ...
+_LEVEL = 0.015  # ... and where something is set down, as `place` measures it [m]
+_LOW = 0.05  # a hand lower than this over the floor nearly touches it [m]
+_SMALL = 0.03  # a region with a shorter edge is smaller than what may stand in it [m]
 _COLUMN = 0.12  # width of the foot of an arm [m]
 _SAME_TILT = radians(1.0)  # largest difference of tilts that are the same [rad]
 _RISES = (-0.05, 0.05, -0.1, 0.1, -0.15, 0.15)  # of a pose that are tried [m]
@@ -35,20 +38,32 @@ def why_not_reached(value: object, robot: RobotDescription) -> tuple[str, str] |
     """Message and hint about a place where the robot cannot be; None if it can."""
     if isinstance(value, Posture):
         return _beyond_joints(value.on(robot).q, robot)
+    if isinstance(value, BasePose) and robot.stands_still:
+        return f"the base of `{robot.name}` stands still", "name a pose of the hand"
     if not isinstance(value, ToolPose):
         return None
-    tip = value.wTe.act(np.array([0.0, 0.0, robot.gripper.tip]))
-    lowest = min(tip[2], value.wTe.translation[2])
-    if lowest < -_DIPS:
+    if (lowest := _lowest(value, robot)) < -_DIPS:
         return f"the hand would be {-lowest:.2f} m below the floor", "give it another height"
     if why := out_of_reach(robot, value.wTe):
         return f"out of reach: {why}", reached_instead(robot, value.wTe)
     return None
 
 
-def points_up(value: object) -> bool:
-    """Whether a place has the hand look up, which nobody means who grasps from above."""
-    return isinstance(value, ToolPose) and bool(value.wTe.rotation[2, 2] > _UP)
+def odd_pose(value: object, robot: RobotDescription) -> tuple[str, str] | None:
+    """Message and hint about a pose of the hand that nobody means; else None."""
+    if not isinstance(value, ToolPose):
+        return None
+    if value.wTe.rotation[2, 2] > _UP:
+        return "the hand points up", "roll 180 lets it look down"
+    if (low := _lowest(value, robot)) < _LOW:
+        return f"the hand would be {low:.2f} m above the floor", "give it another height"
+    return None
+
+
+def _lowest(value: ToolPose, robot: RobotDescription) -> float:
+    """Height of the finger tips, or of the point between them [m]."""
+    tip = value.wTe.act(np.array([0.0, 0.0, robot.gripper.tip]))
+    return float(min(tip[2], value.wTe.translation[2]))
 
 
 def _beyond_joints(q: Array, robot: RobotDescription) -> tuple[str, str] | None:
@@ -62,16 +77,14 @@ def _beyond_joints(q: Array, robot: RobotDescription) -> tuple[str, str] | None:
     if len(beyond) == 0:
         return None
     joint = int(beyond[0])
+    called = robot.arm.called(joint)
     ends = (float(one[joint]) for one in (robot.limits.q_min, robot.limits.q_max, q))
     if robot.arm.slides[joint]:
         first, last, here = ends
-        message = f"joint {joint + 1} of `{robot.name}` goes from {first:g} m to {last:g} m"
+        message = f"{called} of `{robot.name}` goes from {first:g} m to {last:g} m"
         return f"{message}, not to {here:g} m", f"write {first:g} to {last:g}"
     first, last, here = map(degrees, ends)
-    message = (
-        f"joint {joint + 1} of `{robot.name}` goes from {first:.0f}° to {last:.0f}°, "
-        f"not to {here:g}°"
-    )
+    message = f"{called} of `{robot.name}` goes from {first:.0f}° to {last:.0f}°, not to {here:g}°"
     meant = np.degrees(q)  # as if the numbers were radians
     if (np.abs(meant) <= 2.0 * pi).all() and ((meant >= low) & (meant <= high)).all():
         angles = ", ".join(f"{degrees(angle):.0f}" for angle in meant)
@@ -123,6 +136,9 @@ def why_not_come_to(
     if region_direction(robot, tuple(fixtures), region, word, least_tilt) is not None:
         return None
     anyhow = region_direction(robot, tuple(fixtures), region)
+    if anyhow is None and robot.stands_still:
+        message = f"`{region.name}`: the base stands still, and the arm does not get there"
+        return message, "move it nearer"
     if anyhow is None:
         hint = "lower it, or move what is in the way"
         return f"`{region.name}`: no stance lets the hand get to it", hint
@@ -157,6 +173,11 @@ def why_not_set_down(
     return message, f"add `least_tilt_deg: {least:.0f}` to `grasp`: things are set down as gripped"
 
 
+def is_small(region: Region) -> bool:
+    """Whether nothing that can be grasped stands in a region, or is set down in it."""
+    return bool(region.size[:2].min() < _SMALL)
+
+
 class Bare(NamedTuple):
     """Places without a surface."""
 
@@ -165,14 +186,17 @@ class Bare(NamedTuple):
     nearest: float  # the nearest surface is so far from any of the places [m]
 
 
-def bare_places(region: Region, pitch: float | None, fixtures: Sequence[Geom]) -> Bare:
+def bare_places(
+    region: Region, pitch: float | None, fixtures: Sequence[Geom], set_down: bool
+) -> Bare:
     """How many places on a region's floor have no surface of the scene below.
 
     `pitch` is that of the places [m]; None if nothing is to be put there, and any surface will do.
+    What is `set_down` needs it more exactly.
     """
     points = slots(region, _SPACING if pitch is None else pitch)
     heights = [_height(point, fixtures) for point in points]
-    missing = sum(height > _NEAR for height in heights)
+    missing = sum(height > (_LEVEL if set_down else NEAR) for height in heights)
     enough = pitch is None and missing < len(points)
     return Bare(0 if enough else missing, len(points), min(heights))
 

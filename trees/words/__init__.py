@@ -1,6 +1,14 @@
 """The words of the language: the nodes that they are built into, their rules and their types."""
 
-from trees.words.branch import Branch, Ticking, TreeNode, failed_node, nodes_in_order
+from trees.words.branch import (
+    Branch,
+    Ticking,
+    TreeNode,
+    failed_node,
+    is_answer,
+    nodes_in_order,
+    ticked,
+)
 from trees.words.data_nodes import Add, ForEachOf, LateLeaf, Set, Subtree, Supply, is_case
 from trees.words.value_types import (
     NAMED_TYPES,
@@ -16,7 +24,11 @@ from trees.words.value_types import (
 )
 from trees.words.vocabulary import CHILDREN, COMPOSITES, MODIFIERS, NAME, RESERVED, SUBTREE
 from trees.words.words import (
-    NEVER,
+    EMPTY,
+    FULL,
+    HAND,
+    JUST,
+    UNUSED_HAND,
     CompositeWord,
     Counterpart,
     Form,
@@ -26,4 +38,7 @@ from trees.words.words import (
     Need,
     Outcome,
     Outcomes,
+    either,
+    rounds,
+    without_hand,
 )

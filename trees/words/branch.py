@@ -71,7 +71,7 @@ class Branch(Composite):
     def run(self, child: Behaviour) -> Ticking:
         """Tick a child; returns its status, which is FAILURE if it is INVALID."""
         self.current_child = child
-        yield from child.tick()
+        yield from child.tick() if is_answer(self) else ticked(child)
         self.feedback_message = reason(child)
         return Status.FAILURE if child.status is Status.INVALID else child.status
 
@@ -125,9 +125,38 @@ class Again:
             self._due = now + min(_LONGEST_PAUSE, _PAUSE * 2.0 ** (self._in_a_row - 2))
 
 
+def ticked(node: Behaviour) -> Iterator[Behaviour]:
+    """Tick a node that no condition asks; yields every node ticked, this one last.
+
+    A condition that has not known its answer for too long fails.
+    """
+    for each in node.tick():
+        if each is node and _is_overdue(node):
+            _give_up(node)
+        yield each
+
+
+def _is_overdue(node: Behaviour) -> bool:
+    if not is_answer(node) or node.status is not Status.RUNNING:
+        return False
+    return bool(getattr(node, "overdue", False)) or any(map(_is_overdue, node.children))
+
+
+def _give_up(node: Behaviour) -> None:
+    for child in node.children:
+        if child.status is Status.RUNNING:
+            _give_up(child)
+    node.stop(Status.FAILURE)
+
+
 def is_answer(node: Behaviour) -> bool:
     """Whether it is a condition, whose failure is an answer."""
     return bool(getattr(node, "is_condition", False))
+
+
+def is_unknown(node: Behaviour) -> bool:
+    """Whether a failed node has failed as the answer of a condition was not known."""
+    return bool(getattr(failed_node(node), "overdue", False))
 
 
 def is_out_of_reach(node: Behaviour) -> bool:
@@ -151,10 +180,14 @@ def reason(node: Behaviour) -> str:
 
 
 def failed_node(root: Behaviour) -> Behaviour:
-    """The deepest node that made a failed tree fail: down the last failed child of each node."""
+    """The deepest node that made a failed tree fail: down the last failed child of each node.
+
+    Of a condition, down the last that was not known, if there is one.
+    """
     node = root
     while failed := [child for child in node.children if child.status is Status.FAILURE]:
-        node = failed[-1]
+        unknown = [child for child in failed if is_answer(node) and is_unknown(child)]
+        node = (unknown or failed)[-1]
     return node
 
 

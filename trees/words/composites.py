@@ -22,6 +22,7 @@ from trees.words.branch import (
     halt,
     is_answer,
     is_out_of_reach,
+    is_unknown,
     reason,
 )
 
@@ -85,7 +86,8 @@ class ReactiveSequence(Branch):
     """A sequence that asks every child from the first again at every tick.
 
     A child that is not reached any more is halted. Only conditions belong before an action:
-    whatever has succeeded is run again.
+    whatever has succeeded is run again. While the answer of one is not known, the other conditions
+    may decide, and an action is neither ticked nor halted; what stays not known fails.
     """
 
     key = "reactive_sequence"
@@ -93,13 +95,20 @@ class ReactiveSequence(Branch):
 
     def advance(self) -> Ticking:
         """Start over at the first child."""
+        waiting = ""
         for position, child in enumerate(self.children):
+            is_asked = is_answer(child)
+            if waiting and not is_asked:
+                break
             status = yield from self.run(child)
-            if status is not self.proceeds_on:
+            if is_asked and status is Status.RUNNING:
+                waiting = waiting or self.feedback_message
+            elif status is not self.proceeds_on or (is_asked and is_unknown(child)):
                 for later in self.children[position + 1 :]:
                     halt(later)
                 return status
-        return self.proceeds_on
+        self.feedback_message = waiting or self.feedback_message
+        return Status.RUNNING if waiting else self.proceeds_on
 
 
 class ReactiveFallback(ReactiveSequence):
@@ -253,21 +262,21 @@ class WaitUntil(Until):
 
 
 class AllOf(ReactiveSequence):
-    """A condition: succeeds if all the conditions below it do."""
+    """A condition: succeeds if all the conditions below it do; one that fails decides."""
 
     key = "all_of"
     is_condition = True
 
 
 class AnyOf(ReactiveFallback):
-    """A condition: succeeds if one of the conditions below it does."""
+    """A condition: succeeds if one of the conditions below it does; it decides."""
 
     key = "any_of"
     is_condition = True
 
 
 class Not(Branch):
-    """A condition: succeeds if the condition below it fails."""
+    """A condition: succeeds if the condition below it fails; of not known, not known."""
 
     key = "not"
     is_condition = True

@@ -184,6 +184,11 @@ class LateLeaf(Behaviour):
         """That of the leaf."""
         return str(getattr(self._leaf, "phase", ""))
 
+    @property
+    def overdue(self) -> bool:
+        """That of the leaf, if it is a condition."""
+        return bool(getattr(self._leaf, "overdue", False))
+
     def initialise(self) -> None:
         """Make the leaf.
 

@@ -16,6 +16,7 @@ from trees.words.branch import (
     Ticking,
     failed_node,
     is_out_of_reach,
+    is_unknown,
     reason,
 )
 from trees.words.composites import ReactiveFallback, ReactiveSequence
@@ -107,8 +108,10 @@ class Invert(_Modifier):
     key = "invert"
 
     def advance(self) -> Ticking:
-        """Tick the child and swap its outcome."""
+        """Tick the child and swap its outcome; what is not known stays so."""
         status = yield from self.run(self.child)
+        if status is Status.FAILURE and is_unknown(self.child):
+            return status
         self.feedback_message = f"inverted ({self.feedback_message})"
         return OPPOSITE.get(status, status)
 
@@ -220,7 +223,8 @@ class ForceFailure(ForceSuccess):
 class While(ReactiveSequence):
     """Asks a condition at every tick; when it fails, halts the node and fails.
 
-    A reactive sequence of the condition and the node.
+    A reactive sequence of the condition and the node. While the answer is not known, the node
+    waits.
     """
 
     key = "while"
@@ -232,7 +236,8 @@ class While(ReactiveSequence):
 class Unless(ReactiveFallback):
     """Asks a condition at every tick; when it succeeds, halts the node and succeeds.
 
-    A reactive fallback of the condition and the node.
+    A reactive fallback of the condition and the node. While the answer is not known, the node
+    waits; what stays not known fails.
     """
 
     key = "unless"

@@ -159,6 +159,7 @@ MODIFIERS: Mapping[str, ModifierWord] = {
         _COUNT,
         modifiers.Retry,
         takes_time=True,
+        again=Outcome.FAILURE,
         needs=Need.FAILURE,
     ),
     "repeat": ModifierWord(
@@ -167,6 +168,7 @@ MODIFIERS: Mapping[str, ModifierWord] = {
         _COUNT,
         lambda node, rounds, now: modifiers.Repeat(node, rounds),
         takes_time=True,
+        again=Outcome.SUCCESS,
     ),
     "once": ModifierWord(
         modifiers.Once,

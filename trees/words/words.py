@@ -20,7 +20,13 @@ from trees.words.branch import Branch, Now
 from trees.words.value_types import ValueType
 
 Keys: TypeAlias = frozenset[str] | None
-"""The keys that are certainly written at a point; None if the point is never reached."""
+"""What is certain at a point: keys that are written, and what the hand is; None if the point is
+never reached."""
+
+FULL, EMPTY = "the hand is full", "the hand is empty"
+UNUSED_HAND = "nothing taken is in the hand"  # of this task; what a person left there may be
+JUST = "a leaf has just left the hand like this"  # nothing was lost since
+HAND = frozenset({FULL, EMPTY, UNUSED_HAND, JUST})
 
 
 class Outcomes(NamedTuple):
@@ -28,9 +34,6 @@ class Outcomes(NamedTuple):
 
     success: Keys
     failure: Keys
-
-
-NEVER = Outcomes(None, None)  # of a node that is never reached, or never ends
 
 
 class Outcome(Enum):
@@ -66,6 +69,11 @@ class Need(Enum):
     NOTHING = "it always has one"
 
 
+def without_hand(known: Keys) -> Keys:
+    """What is still certain where the hand may be anything."""
+    return None if known is None else known - HAND
+
+
 def either(*ways: Keys) -> Keys:
     """What is certainly written after one of several ways, some of them impossible."""
     possible = [way for way in ways if way is not None]
@@ -74,6 +82,21 @@ def either(*ways: Keys) -> Keys:
 
 Child: TypeAlias = Callable[[Keys], Outcomes]
 """Follows one child: from the keys when it starts to its outcomes."""
+
+
+def rounds(child: Child, again: Outcome | None, before: Keys) -> Outcomes:
+    """The outcomes of a child that starts anew after one of them: each round as the last left it.
+
+    What is certain before a round repeats itself soon; without `again` there is one round.
+    """
+    starts: list[Keys] = []
+    ends: list[Outcomes] = []
+    while before not in starts and (before is not None or not starts):
+        starts.append(before)
+        ends.append(child(before))
+        before = None if again is None else again.of(ends[-1])
+    return Outcomes(either(*(one.success for one in ends)), either(*(one.failure for one in ends)))
+
 
 Options: TypeAlias = Mapping[str, object]
 
@@ -132,14 +155,20 @@ def opposite(children: Sequence[Child], options: Options, before: Keys) -> Outco
 
 def until_success(children: Sequence[Child], options: Options, before: Keys) -> Outcomes:
     """A failure of the one child starts it again, or ends it when it always fails alike."""
-    return children[0](before)
+    return rounds(children[0], Outcome.FAILURE, before)
 
 
 def until_first_succeeds(children: Sequence[Child], options: Options, before: Keys) -> Outcomes:
     """A failure of the first child starts the others, in order; their success starts it again."""
     question, *work = children
-    asked = question(before)
-    return Outcomes(asked.success, InOrder(Outcome.SUCCESS)(work, {}, asked.failure).failure)
+    answers = []
+
+    def one(before: Keys) -> Outcomes:
+        answers.append(question(before))
+        return InOrder(Outcome.SUCCESS)(work, {}, answers[-1].failure)
+
+    worked = rounds(one, Outcome.SUCCESS, before)
+    return Outcomes(either(*(answer.success for answer in answers)), worked.failure)
 
 
 def each(children: Sequence[Child], options: Options, before: Keys) -> Outcomes:
@@ -148,8 +177,9 @@ def each(children: Sequence[Child], options: Options, before: Keys) -> Outcomes:
     if not isinstance(item, str):
         return InOrder(Outcome.SUCCESS)(children, options, before)
     [child] = children
-    outcomes = child(None if before is None else before | {item})
-    return Outcomes(before, outcomes.failure)
+    start = None if before is None else before | {item}
+    outcomes = rounds(child, Outcome.SUCCESS, start)
+    return Outcomes(either(before, outcomes.success), outcomes.failure)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -233,18 +263,18 @@ class ModifierWord(Word):
     fails: tuple[Source, ...] = (Source.FAILURE,)  # sources of its failure; empty if it never fails
     runs_on: Outcome | None = None
     """The outcome of its condition with which the node runs; None if it has no condition."""
+    again: Outcome | None = None  # after which the node starts anew
 
-    def outcomes(self, outcomes: Outcomes, before: Keys) -> Outcomes:
+    def outcomes(self, outcomes: Outcomes, early: Keys) -> Outcomes:
         """The outcomes of a node with this modifier.
 
-        `outcomes` are those of the node without it; the keys `before` are written when it starts.
+        `outcomes` are those of the node without it, `early` is what is certain when the modifier
+        decides.
         """
-        if before is None:
-            return NEVER
         ways = {
             Source.SUCCESS: outcomes.success,
             Source.FAILURE: outcomes.failure,
-            Source.EARLY: before,
+            Source.EARLY: early,
         }
         return Outcomes(
             either(*(ways[source] for source in self.succeeds)),

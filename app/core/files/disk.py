@@ -70,6 +70,8 @@ class Disk:
             return [f"the disk did not take the rest of the run within {patience:.0f} s"]
         if self._feed.dropped:
             wrong.append(f"the disk was too slow for {counted(self._feed.dropped, 'piece')}")
+        if self._feed.error is not None:
+            wrong.append(f"the disk got nothing more ({self._feed.error})")
         return [*wrong, *filter(None, [file.close() for file in self._files])]
 
     def _write(self, batch: Sequence[tuple[GrowingFile, Any]]) -> None:

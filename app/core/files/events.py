@@ -2,7 +2,7 @@
 
 | event | when | fields besides `time` |
 |---|---|---|
-| `begin` | before the first tick | `task`, `nodes`: path, name, kind of each, in preorder |
+| `begin` | before the first tick | `task`, `nodes`: path and what is constant, in preorder |
 | `node` | a node's status changed | `tick`, `node` (its index), `status`, `message`, `values` |
 | `now` | once a second | `node` (the one that decides), `message`, `values` |
 | `fault` | the robot's faults changed | `faults` (texts; empty when healthy again) |
@@ -12,13 +12,14 @@
 
 import json
 from collections.abc import Sequence
+from dataclasses import asdict
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from app.core.files.disk import GrowingFile
 from app.core.outcome import Outcome
-from app.live import Hook, Snapshot, Throttle, key_figures, tip
+from app.live import Hook, Snapshot, Throttle, key_figures, tip, tree_view
 from trees.language import TreeNode
 
 EVENTS = "events.jsonl"
@@ -38,8 +39,8 @@ class EventLog:
         self._alive = Throttle(_ALIVE_PERIOD)
         self._last: Snapshot | None = None
         described = [
-            {"path": n.path, "name": n.node.name, "kind": str(getattr(n.node, "key", ""))}
-            for n in nodes
+            {"path": n.path, **asdict(info)}
+            for n, info in zip(nodes, tree_view(nodes), strict=True)
         ]
         self._write("begin", 0.0, task=task, nodes=described)
 

@@ -9,6 +9,7 @@ from tempfile import TemporaryFile
 from typing import Any
 
 from config import UserError
+from robots import robot_texts
 from trees.language import Task
 
 RECORDING = "recording.rrd"
@@ -16,6 +17,7 @@ SUMMARY = "summary.json"
 TASK = "task.yaml"  # the task as it was run; its subtrees lie beside it
 PLACES = "places.yaml"
 OPTIONS = "options.json"  # the options of the run
+_ROBOT = "robot"  # folder with the description of the robot as it was
 BT_LOG = "tree.btlog"  # status of every node over time, for Groot2
 VIEWER_LOG = "viewer.log"  # messages of the viewer
 COMMANDS = "commands.npy"
@@ -91,9 +93,15 @@ def _made(folder: Path) -> bool:
     return True
 
 
-def texts(task: Task, places: Path | None) -> dict[str, str]:
-    """The files of a task by path: `task.yaml`, the places, and subtrees as they lie beside it."""
+def recorded_robot(folder: Path, options: Mapping[str, Any]) -> str:
+    """The file of the robot of a run, as it was then; of an older run that in its options."""
+    return str(next((folder / _ROBOT).glob("*.yaml"), options["robot"]))
+
+
+def texts(task: Task, places: Path | None, robot: str) -> dict[str, str]:
+    """Files of a run by path: `task.yaml`, the places, subtrees as they lie beside, the robot."""
     site = {} if places is None else {PLACES: places.read_text(encoding="utf-8")}
     here = task.path.parent
     inner = {relpath(path, here): path.read_text(encoding="utf-8") for path in task.files[1:]}
-    return inner | site | {TASK: task.text}
+    body = {f"{_ROBOT}/{name}": text for name, text in robot_texts(robot).items()}
+    return inner | site | body | {TASK: task.text}

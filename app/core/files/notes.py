@@ -6,6 +6,7 @@ Numbers of arrays are there bit for bit: float64, compressed, in base64.
 import json
 from base64 import b64decode, b64encode
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from typing import Any, TypeAlias
 from zlib import compress, decompress
@@ -55,8 +56,13 @@ def note(field: str, number: int, noted: _Noted) -> dict[str, object]:
 
 def read_notes(text: str) -> RunNotes:
     """The notes of a run; raises ValueError, LookupError or TypeError for anything else."""
-    notes: list[dict[str, Any]] = [json.loads(line) for line in filter(None, text.split("\n"))]
-    if not all({"number", "attended", "end"} & one.keys() for one in notes):
+    notes = list[dict[str, Any]]()
+    for line in text.split("\n"):
+        with suppress(json.JSONDecodeError):  # of one that was cut
+            notes.append(json.loads(line))
+    if bool(text.strip()) > bool(notes) or not all(
+        {"number", "attended", "end"} & one.keys() for one in notes
+    ):
         raise ValueError("no note of a run")
     noted: dict[tuple[str, int], _Noted] = {}
     for one in notes:

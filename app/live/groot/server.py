@@ -21,8 +21,8 @@ from app.live.groot.client_hooks import ClientHooks
 from app.live.nodes import NodeInfo
 from app.live.operator import Control, Hook
 from app.live.snapshot import Snapshot
-from config import UserError
-from hw import stopwatch
+from config import UserError, extra
+from hw import begun, stopwatch
 from trees.btcpp import STATUS_CODES, tree_xml
 
 HOST = "127.0.0.1"
@@ -90,8 +90,7 @@ class GrootServer:
         # Not REP: a peer that breaks off in a malformed request costs the next one its answer.
         self._requests = self._listen(self._zmq.ROUTER, port)
         self._publisher = self._listen(self._zmq.PUB, port + 1)
-        self._thread = threading.Thread(target=self._serve, name="groot2", daemon=True)
-        self._thread.start()
+        self._thread = begun(self._serve, "groot2")
 
     def __enter__(self) -> GrootServer:
         return self
@@ -189,7 +188,5 @@ def _libraries() -> tuple[ModuleType, Callable[..., bytes]]:
         import msgpack
         import zmq
     except ImportError as error:
-        raise GrootError(
-            f'--groot2 needs {error.name}: pip install "frankie-task[groot]"'
-        ) from error
+        raise GrootError(f"--groot2 needs {error.name}: {extra('groot')}") from error
     return zmq, msgpack.packb

@@ -11,6 +11,7 @@ from pinocchio import SE3, Quaternion
 
 from app.live.monitor.meshes import Mesh, meshes
 from app.live.robot_parts import arm_parts, base_parts, hand_parts
+from app.live.viewer.viewer import ViewError, has_screen
 from controller import RobotModel
 from robots import Box, Capsule, Cylinder, Geom, Hull, RobotDescription, Sphere
 
@@ -44,7 +45,13 @@ def robot_visual(robot: RobotDescription) -> RobotVisual:
 
 
 def draw(robot: RobotDescription, save: Path | None) -> None:
-    """Draw a robot as the controller sees it, ready, in the viewer or into a .rrd file."""
+    """Draw a robot as the controller sees it, ready, in the viewer or into a .rrd file.
+
+    Raises ViewError: there is no screen for the viewer.
+    """
+    if save is None and not has_screen():
+        hint = "--save robot.rrd writes what `frankie-task view --web robot.rrd` shows"
+        raise ViewError(f"there is no screen here; {hint}")
     stream = rr.RecordingStream("frankie-task robot")
     stream.spawn() if save is None else stream.save(save)
     *links, hand = RobotModel(robot).link_poses(SE3.Identity(), robot.arm.ready)

@@ -12,7 +12,7 @@ from app.live.monitor.columns import Array, timelines
 from app.live.monitor.glyphs import Colour
 from app.live.snapshot import Snapshot
 from perception.registration import compose, inverse, on_floor
-from robots import Limits
+from robots import RobotDescription
 
 _SEVEN: tuple[Colour, ...] = (
     (230, 80, 70),
@@ -98,11 +98,11 @@ class SignalsPanel:
     """Draws the curves of `plots`; joint velocities as shares of `limits`."""
 
     def __init__(
-        self, stream: rr.RecordingStream, limits: Limits, plots: Mapping[str, Curves]
+        self, stream: rr.RecordingStream, robot: RobotDescription, plots: Mapping[str, Curves]
     ) -> None:
-        self._stream, self._limits, self._plots = stream, limits, plots
+        self._stream, self._limits, self._plots = stream, robot.limits, plots
         for entity, curves in plots.items():
-            names = curves.series or [f"joint {i + 1}" for i in range(len(limits.qd))]
+            names = curves.series or [robot.arm.called(i) for i in range(len(robot.limits.qd))]
             colours = _SEVEN if len(names) > len(_FEW) else _FEW
             look = rr.SeriesLines(names=names, colors=list(islice(cycle(colours), len(names))))
             stream.log(f"signals/{entity}", look, static=True)

@@ -73,7 +73,7 @@ class Writer:
             TextPanel(self._stream, tree),
             ScenePanel(self._stream, model, scene),
             CameraPanel(self._stream, model.description.camera.intrinsics),
-            SignalsPanel(self._stream, model.limits, plots),
+            SignalsPanel(self._stream, model.description, plots),
         ]
         if scene.estimated:
             self._panels.append(LocalisationPanel(self._stream, model.description, scene))

@@ -13,7 +13,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from config import UserError, quoted, suggest
-from trees.language import Branch, Ticking, TreeNode
+from trees.language import Branch, Ticking, TreeNode, is_answer
 
 
 class UnknownNodeError(UserError):
@@ -34,6 +34,7 @@ class Hook(Branch):
         # Messages omit the name of a branch that is named as its key, but never that of a leaf.
         self.key = str(getattr(node, "key", "")) if isinstance(node, Branch) else "hook"  # type: ignore[misc]
         self.node = node
+        self.is_condition = is_answer(node)
         self.stops = self.groot_stops = False
         """Breakpoints before the node: of the command line and the page, and of Groot2."""
         self.asks = False  # whether the node waits for approval each time that it is entered

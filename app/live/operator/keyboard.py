@@ -3,12 +3,12 @@
 import os
 import select
 import termios
-import threading
 import tty
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
 from app.live.operator.control import Control
+from hw import HardwareError, begun
 
 HELP = (
     "space: pause   r: resume   s: step   n: run to the next status change   q: stop   "
@@ -26,9 +26,10 @@ def in_terminal(file: int) -> bool:
 
 @contextmanager
 def keys(control: Control, file: int = 0) -> Iterator[bool]:
-    """Listen to keys of a terminal within the context; yields whether there is one.
+    """Listen to keys of a terminal within the context; yields whether they are heard.
 
-    The terminal's settings are restored at the end.
+    They are not without a terminal, or where no thread is left. The terminal's settings are
+    restored at the end.
     """
     if not in_terminal(file):
         yield False
@@ -43,14 +44,15 @@ def keys(control: Control, file: int = 0) -> Iterator[bool]:
     }
     before = termios.tcgetattr(file)
     end, ended = os.pipe()
-    listener = threading.Thread(target=_listen, args=(file, end, actions), name="keys", daemon=True)
+    listener = None
     try:
         tty.setcbreak(file, termios.TCSADRAIN)
-        listener.start()
-        yield True
+        with suppress(HardwareError):  # no thread can be started; Ctrl-C still ends the run
+            listener = begun(_listen, "keys", file, end, actions)
+        yield listener is not None
     finally:
         os.write(ended, b".")
-        if listener.is_alive():
+        if listener is not None:
             listener.join()
         with suppress(termios.error):  # the terminal is gone
             termios.tcsetattr(file, termios.TCSADRAIN, before)

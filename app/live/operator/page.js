@@ -14,7 +14,7 @@ let note = "", trouble = null, chosen = null, tree = null, pictured = null, draw
 function state() {
   return {
     run, about, answer, note, chosen, pictured, trouble, shownAt,
-    silent: seconds() - heard,
+    silent: seconds() - heard, tab: document.body.dataset.tab, saved,
     patience: OLD + Math.min(took, 3),
     wanted: wanted && { id: wanted.id, name: wanted.name, seconds: seconds() - wanted.since },
   };
@@ -37,21 +37,35 @@ async function ask(path, method = "GET", more = {}) {
     answer = error.name === "TimeoutError" ? "none" : "refused";
     throw error;
   }
+  if (reply.status === 503) throw new Error("busy");  // Stop and Pause are sent again
   throw new Refusal(reply.status === 409 ? "came too late" : "was refused");
 }
 
 // Keep the newest state; ignore one that was overtaken by another.
 function hear(told) {
   heard = seconds();
-  if (run && told.run === run.run && told.told_at < run.told_at) return;
+  if (run && (told.run < run.run || (told.run === run.run && told.told_at < run.told_at))) return;
   const over = run && run.phase !== "over" && told.phase === "over";
   run = told;
   const done = run.stopped || run.phase === "idle" || run.phase === "over";
   if (wanted && (done || (wanted.id === "pause" && (run.paused || run.phase === "over")))) wanted = null;
-  if (run.desk && desk === null) desk = new Tasks(element("tasks"), () => show("robot"));
+  if (run.desk && desk === null) {
+    desk = new Tasks(element("tasks"), started);
+    if (new URLSearchParams(location.search).has("tasks")) show("tasks");
+  }
   if (run.phase === "idle" && document.body.dataset.tab === "robot") show("tasks");
   if (over && desk) desk.loadRuns();
 }
+
+// The page is at once that of the run that was started, not of the one before.
+function started(number, task) {
+  begin({ task });
+  hear({ phase: "starting", stopped: false, run: number, told_at: run.told_at, desk: run.desk });
+  show("robot");
+  draw();
+  element("tab-robot").focus();
+}
+
 async function press(id) {
   const { name, path } = BUTTONS[id], repeated = id === "stop" || id === "pause";
   note = "";
@@ -87,7 +101,11 @@ const BUTTONS = {
   "force-nothing": { name: "Take back", path: () => `/force/${chosen}/nothing` },
 };
 
+// What has the focus after a button that has gone; the name of the task otherwise.
+const PARTNERS = { break: "unbreak", unbreak: "break" };
+
 function draw() {
+  const held = document.activeElement;
   drawn = view(state());
   for (const [id, is] of Object.entries(drawn.enabled)) set(element(id), "disabled", !is);
   for (const [id, is] of Object.entries(drawn.shown)) set(element(id), "hidden", !is);
@@ -97,6 +115,8 @@ function draw() {
   drawFigures(drawn.figures);
   drawPending(drawn.forced);
   setLines(element("explanation"), drawn.explanation);
+  if (held !== document.body && !held.checkVisibility()) element(PARTNERS[held.id] || "task").focus();
+  if (desk && run) desk.show(run, about);
   if (tree && run) tree.show(run, chosen);
   if (run && run.moving && element("moving").drawn !== run.moving) {
     element("moving").innerHTML = element("moving").drawn = run.moving;
@@ -138,12 +158,30 @@ function choose(index) {
 }
 
 const TABS = ["robot", "tree", "log", "viewer", "tasks"];
+const WIDE = matchMedia("(min-width: 1000px)");  // as in page.css: tree and log stand beside the robot
 function show(tab) {
+  if ((tab === "viewer" && !(about && about.viewer)) || (WIDE.matches && ["tree", "log"].includes(tab))) tab = "robot";
   document.body.dataset.tab = tab;
-  for (const one of TABS) element(`tab-${one}`).setAttribute("aria-selected", one === tab);
-  showViewer(tab === "viewer" && about && about.viewer);
+  for (const one of TABS) {
+    element(`tab-${one}`).setAttribute("aria-selected", one === tab);
+    element(`tab-${one}`).tabIndex = one === tab ? 0 : -1;
+  }
+  showViewer(tab === "viewer" && about.viewer);
   if (tab === "tree" && tree) tree.follow();
 }
+
+// The arrow keys go round the tabs that are shown, and choose.
+element("tabs").addEventListener("keydown", (event) => {
+  const tabs = TABS.filter((one) => element(`tab-${one}`).checkVisibility()), at = tabs.indexOf(event.target.id.slice(4));
+  const to = { ArrowLeft: at - 1, ArrowRight: at + 1, Home: 0, End: -1 }[event.key];
+  if (to === undefined || at < 0) return;
+  event.preventDefault();
+  const tab = tabs.at(to % tabs.length);
+  show(tab);
+  draw();
+  element(`tab-${tab}`).focus();
+});
+WIDE.addEventListener("change", () => show(document.body.dataset.tab));
 
 // Begin to show another run, or the same again after a gap.
 function begin(told) {
@@ -158,6 +196,7 @@ function begin(told) {
   element("fault").replaceChildren(...(about.injectable || []).map((name) => new Option(name)));
   tree = (about.nodes || []).length ? new Tree(element("tree"), about.nodes, choose) : null;
   if (!tree) element("tree").replaceChildren();
+  show(document.body.dataset.tab);
 }
 
 function log(lines) {
@@ -195,18 +234,37 @@ function filter() {
 
 // A finished run, from the list of runs.
 const saved = new URLSearchParams(location.search).get("run");
+let reads = false;
 async function look() {
-  const told = await ask(`/runs/${encodeURIComponent(saved)}`);
-  const recording = told.recording && encodeURIComponent(OTHER + told.recording);
-  begin({ ...told.about, viewer: recording && `/viewer/?url=${recording}&theme=dark&hide_welcome_screen=1` });
-  log(told.log);
-  hear(told.state);
+  if (reads || about) return;
+  reads = true;
+  try {
+    const told = await json(`/runs/${encodeURIComponent(saved)}`);
+    const recording = told.recording && encodeURIComponent(OTHER + told.recording);
+    begin({ ...told.about, viewer: recording && `/viewer/?url=${recording}&theme=dark&hide_welcome_screen=1` });
+    log(told.log);
+    depict(told.picture);
+    hear({ ...told.state, run: 0, told_at: 0, stopped: true });
+    // As `base x [m]`: 0.3.
+    run.figures = Object.fromEntries(Object.entries(run.figures).map(([name, value]) => {
+      const [, what, unit] = name.match(/^(.*?)(?: \[(.*)\])?$/);
+      return [what, `${value} ${unit || ""}`];
+    }));
+  } catch (error) {
+    note = `${saved} cannot be read: ${error.message}`;
+  }
+  reads = false;
   draw();
+}
+
+function depict(told) {
+  pictured = told && told.stamp;
+  if (told) element("picture").src = told.url;
 }
 
 let events = null, opened = 0, retry = 0;
 function listen() {
-  if (saved) return about || look();
+  if (saved) return look();
   clearTimeout(retry);
   if (events) events.close();
   if (document.hidden) return;
@@ -220,10 +278,7 @@ function listen() {
     draw();
   });
   on("log", log);
-  on("picture", (told) => {
-    pictured = told && told.stamp;
-    if (told) element("picture").src = told.url;
-  });
+  on("picture", depict);
   stream.onerror = async () => {
     stream.close();
     if (stream !== events) return;
@@ -254,7 +309,7 @@ async function enter() {
 
 for (const id of Object.keys(BUTTONS)) element(id).addEventListener("click", () => press(id));
 for (const tab of TABS) element(`tab-${tab}`).addEventListener("click", () => show(tab));
-element("again").addEventListener("click", () => desk.send("/again"));
+element("again").addEventListener("click", () => desk.send(`/again/${run.run}`));
 element("search").addEventListener("input", (event) => tree && tree.search(event.target.value));
 element("fold").addEventListener("click", () => tree && tree.foldAll(true));
 element("unfold").addEventListener("click", () => tree && tree.foldAll(false));

@@ -12,6 +12,7 @@ import threading
 from contextlib import suppress
 
 from app.live.operator.page import ControlPage, Told
+from config import UserError
 
 _PERIOD = 0.2  # of the state [s]
 
@@ -29,17 +30,21 @@ class PagePipe:
         ]
 
     def serve(self, page: ControlPage) -> None:
-        """Tell of a run from now on."""
+        """Tell of a run from now on. Raises UserError: no thread can be started."""
         self._page = page
-        for thread in self._threads:
-            thread.start()
+        try:
+            for thread in self._threads:
+                thread.start()
+        except RuntimeError as error:
+            text = f"the page cannot be served ({error}); end other programs and start again"
+            raise UserError(text) from error
 
     def __enter__(self) -> PagePipe:
         return self
 
     def __exit__(self, *_: object) -> None:
         self._closing.set()
-        if self._page is not None:
+        if self._threads[0].is_alive():
             self._threads[0].join(_PERIOD * 10)
         with suppress(OSError):  # the other process is gone
             self._socket.shutdown(socket.SHUT_RDWR)

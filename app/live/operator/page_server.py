@@ -40,6 +40,7 @@ _POLICY = (
 )
 _VIEWER_FILE = re.compile(r"/viewer/([\w.-]*)")
 _SAFE = ("/stop", "/pause")
+_URGENT = (*_SAFE, "/acknowledge")
 _TOO_OLD = 5.0  # requests based on an older state are refused, except Stop and Pause [s]
 _PERIOD = 0.2  # of the events [s]
 _LONGEST_BODY = 65536  # of a request [bytes]
@@ -80,6 +81,8 @@ class PageServer(BoundedServer):
     is there between runs, and `seconds` real time [s]. Raises PageError: the port is not available.
     """
 
+    urgent = tuple(f"POST {path} ".encode() for path in _URGENT)
+
     def __init__(
         self,
         port: int | None = None,
@@ -96,15 +99,20 @@ class PageServer(BoundedServer):
         self.watching: set[object] = set()
         """Connections of browsers that watch."""
         self.closing = threading.Event()
-        self._run = 0
+        self.run = 0
+        """Number of the run that is shown."""
+        self.files = {
+            path: (files("app.live") / name).read_bytes() for path, name in _FILES.items()
+        }
         self._lock = threading.Lock()
         self._told: tuple[float, bytes] = (float("-inf"), b"")
         try:
             super().__init__(HOST, port, USUAL_PORT, PageRequest)
-        except OSError as error:
+        except (OSError, RuntimeError) as error:
+            why = getattr(error, "strerror", error)
             raise PageError(
-                f"--control-port {port} on {HOST}: {error.strerror}; "
-                "choose another port, or omit the option"
+                f"--control-port {port or USUAL_PORT} on {HOST}: {why}; "
+                "choose another port, or end other programs"
             ) from error
         self.hosts = (f"{HOST}:{self.port}", f"localhost:{self.port}")
         """Host names by which a browser may address this server."""
@@ -117,26 +125,22 @@ class PageServer(BoundedServer):
 
     def serve(self, page: ControlPage | RunProcess) -> None:
         """Serve another run from now on."""
-        self.page, self._run = page, self._run + 1
-
-    def stop(self) -> None:
-        """End the run."""
-        if self.page is not None:
-            self.page.stop()
+        self.page, self.run = page, self.run + 1
 
     def act(self, path: str) -> bool:
         """Do what a POST to a path asks for; whether there is anything."""
-        if path == "/stop":
-            self.stop()
-            return True
-        return self.page is not None and self.page.act(path)
+        if path != "/stop":
+            return self.page is not None and self.page.act(path)
+        if self.page is not None:
+            self.page.stop()
+        return True
 
     def state(self) -> Told:
         """The state of the run for JSON, and the time of this answer [s]."""
         idle = {"phase": "idle" if self.desk else "starting", "stopped": False}
         state = idle if self.page is None else self.page.state()
         return state | {
-            "run": self._run,
+            "run": self.run,
             "told_at": self.seconds(),
             "desk": self.desk.banner if self.desk else "",
             "people": len(self.watching),
@@ -202,9 +206,8 @@ class PageRequest(Replies):
         if not self._is_same_origin():
             self.refuse(HTTPStatus.FORBIDDEN)
         elif path in _FILES:
-            name = _FILES[path]
-            kind = f"{_KINDS[name.rpartition('.')[2]]}; charset=utf-8"
-            self.answer((files("app.live") / name).read_bytes(), kind)
+            kind = f"{_KINDS[_FILES[path].rpartition('.')[2]]}; charset=utf-8"
+            self.answer(self.server.files[path], kind)
         elif wanted := _VIEWER_FILE.fullmatch(path):
             hosts = "'self'" if page is None else page.viewer_hosts
             self.send_viewer(wanted[1] or "index.html", hosts)

@@ -14,7 +14,7 @@ import sys
 import threading
 from collections import deque
 from collections.abc import Callable, Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 
 from app.live.changes import LogBook, LogLine
 from app.live.operator.page import Told
@@ -28,7 +28,10 @@ _PATIENCE = 10.0  # for the process to end when the server does [s]
 
 
 class RunProcess:
-    """Starts `frankie-task run` with arguments; `say` prints its lines."""
+    """Starts `frankie-task run` with arguments; `say` prints its lines.
+
+    Raises OSError or RuntimeError: no process, file or thread can be started; nothing runs then.
+    """
 
     def __init__(self, task: str, arguments: Sequence[str], say: Callable[[str], None]) -> None:
         self.log = LogBook()
@@ -39,23 +42,28 @@ class RunProcess:
         self._stopped_at: float | None = None
         self._terminated = False
         self._say, self._last = say, deque[str](maxlen=8)
-        self._socket, theirs = socket.socketpair()
-        with theirs:
-            own = (f"--control-pipe={theirs.fileno()}", *arguments)
-            self._process = subprocess.Popen(
-                [sys.executable, "-m", "frankie_task_cli", "run", *own],
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                stderr=subprocess.PIPE,
-                text=True,
-                pass_fds=(theirs.fileno(),),
-                start_new_session=True,  # Ctrl-C is for the server
-            )
         self._threads = [
             threading.Thread(target=target, daemon=True) for target in (self._hear, self._read)
         ]
-        for thread in self._threads:
-            thread.start()
+        with ExitStack() as undone:
+            self._socket, theirs = socket.socketpair()
+            undone.callback(self._socket.close)
+            with theirs:
+                own = (f"--control-pipe={theirs.fileno()}", *arguments)
+                self._process = subprocess.Popen(
+                    [sys.executable, "-m", "frankie_task_cli", "run", *own],
+                    stdin=subprocess.DEVNULL,
+                    stdout=subprocess.DEVNULL,
+                    stderr=subprocess.PIPE,
+                    text=True,
+                    pass_fds=(theirs.fileno(),),
+                    start_new_session=True,  # Ctrl-C is for the server
+                )
+            undone.enter_context(self._process)
+            undone.callback(self._process.kill)  # which has only begun: nothing has moved
+            for thread in self._threads:
+                thread.start()
+            undone.pop_all()
 
     @property
     def is_over(self) -> bool:
@@ -132,8 +140,8 @@ class RunProcess:
         return f"the process of the run ended {how}"
 
     def _send(self, path: str) -> bool:
-        try:
-            self._socket.sendall(path.encode() + b"\n")
+        try:  # a frozen process takes nothing, and Stop must not wait for it
+            self._socket.send(path.encode() + b"\n", socket.MSG_DONTWAIT)
         except OSError:
             return False
         return True
@@ -153,4 +161,5 @@ class RunProcess:
         with self._process.stderr as lines:
             for line in lines:
                 self._last.append(line.rstrip("\n"))
-                self._say(self._last[-1])
+                with suppress(OSError):  # the terminal is gone; the process must not wait for it
+                    self._say(self._last[-1])

@@ -1,8 +1,8 @@
 // The tree of a run: a row per node, with folding, search, and the running path in sight.
 "use strict";
 
-const MARKS = { i: "·", r: "▶", s: "✔", n: "○", f: "✗" };
-const LOOKS = { i: "idle", r: "running", s: "success", n: "not-yet", f: "failure" };
+const MARKS = { i: "·", r: "▶", s: "✔", n: "○", f: "✗", h: "■" };
+const LOOKS = { i: "idle", r: "running", s: "success", n: "not-yet", f: "failure", h: "stopped" };
 const HANDS_OFF = 6000;  // so long after a person has scrolled, the tree stays where it is [ms]
 
 const element = (id) => document.getElementById(id);
@@ -45,7 +45,7 @@ class Tree {
     });
     this.parts = this.nodes.map((node, index) => {
       const parts = {
-        fold: made("span", { className: "fold" }), mark: made("span", { className: "mark" }),
+        fold: made("span", { className: "fold" }), mark: made("span", { className: "mark", role: "img" }),
         badge: made("span", { className: "badge" }), spent: made("span", { className: "spent" }),
       };
       parts.row = made("div", { tabIndex: -1, title: `${node.title} (${node.kind})` }, parts.fold, parts.mark,
@@ -89,7 +89,9 @@ class Tree {
       ArrowDown: () => this.focus(shown[Math.min(at + 1, shown.length - 1)]),
       ArrowUp: () => this.focus(shown[Math.max(at - 1, 0)]),
       ArrowLeft: () => (node.inner && !folded ? this.fold(this.focused, true) : this.focus(node.parent ?? 0)),
-      ArrowRight: () => (folded ? this.fold(this.focused, false) : this.focus(shown[Math.min(at + 1, shown.length - 1)])),
+      ArrowRight: () => (folded ? this.fold(this.focused, false) : node.inner && this.focus(shown[at + 1] ?? this.focused)),
+      Home: () => this.focus(shown[0]),
+      End: () => this.focus(shown.at(-1)),
       Enter: () => choose(this.focused),
       " ": () => choose(this.focused),
     };
@@ -126,8 +128,14 @@ class Tree {
       node.shut = above !== null && (above.shut || (this.folded.has(node.parent) && !this.words));
       row.hidden = node.shut || !found.has(index);
       setText(fold, node.inner ? (this.folded.has(index) ? "▸" : "▾") : "");
-      if (node.inner) row.setAttribute("aria-expanded", !this.folded.has(index));
+      if (node.inner) row.setAttribute("aria-expanded", Boolean(this.words) || !this.folded.has(index));
     });
+    this.place.hidden = found.size === 0;
+    setText(element("unfound"), found.size ? "" : `no node has “${this.words}” in its name or kind`);
+    if (this.parts[this.focused].row.hidden) {  // the tab stop is always one that is shown
+      const shown = this.pathTo(this.focused).find((one) => !this.parts[one].row.hidden);
+      this.focus(shown ?? Math.max(0, this.parts.findIndex(({ row }) => !row.hidden)), false);
+    }
   }
 
   pathTo(index) {
@@ -137,18 +145,19 @@ class Tree {
   }
 
   show(state, chosen) {
-    const breaks = new Set(state.breaks);
+    const over = state.phase === "over", breaks = new Set(over ? [] : state.breaks);
     this.parts.forEach(({ row, mark, badge, spent }, index) => {
-      const look = state.looks ? state.looks[index] : "i";
+      const last = state.looks ? state.looks[index] : "i", look = over && last === "r" ? "h" : last;
       const classes = ["row", LOOKS[look]];
       if (index === state.tip && look === "r") classes.push("tip");
       if (breaks.has(index)) classes.push("stops");
-      if (index === state.waiting) classes.push("waits");
+      if (index === state.waiting && !over) classes.push("waits");
       if (index === chosen) classes.push("chosen");
       const all = classes.join(" ");
       if (row.className !== all) {
         row.className = all;
         row.setAttribute("aria-selected", index === chosen);
+        mark.setAttribute("aria-label", LOOKS[look].replace("-", " "));
       }
       setText(mark, MARKS[look]);
       const seconds = state.spent ? state.spent[index] : 0;

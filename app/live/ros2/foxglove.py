@@ -14,7 +14,7 @@ from app.live.operator import Control
 from app.live.ros2.messages import TOPICS, Messages, cdr
 from app.live.snapshot import ShownRun, Snapshot
 from app.live.web.ports import choose_port, reachable
-from config import UserError
+from config import UserError, extra
 from hw.ros2 import definition
 
 try:
@@ -29,9 +29,7 @@ try:
         for topic, kind in TOPICS.items()
     }
 except ModuleNotFoundError as error:
-    raise UserError(
-        f'MCAP and Foxglove need {error.name}: pip install "frankie-task[foxglove]"'
-    ) from None
+    raise UserError(f"MCAP and Foxglove need {error.name}: {extra('foxglove')}") from None
 
 USUAL_PORT = 8765  # Foxglove's default
 

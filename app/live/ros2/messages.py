@@ -67,11 +67,14 @@ class Messages:
         self._tree, self._began = tree, run.began
         brand = f"{robot.arm.visual}_" if robot.arm.visual else ""
         count = len(robot.arm.joints)
-        self._joints = [f"{brand}joint{i + 1}" for i in range(count)]
+        self._joints = [*robot.arm.names] or [f"{brand}joint{i + 1}" for i in range(count)]
         self._joints += [f"{brand}finger_joint{i}" for i in (1, 2)]
         self._links = [f"{brand}link{i}" for i in range(count + 1)]
         self._hand, self._tool = f"{brand}hand", f"{brand}hand_tcp"
         self._fingers = f"{brand}leftfinger", f"{brand}rightfinger"
+        ours = {"map", "odom", "base_link", _CAMERA, *self._links, self._hand, self._tool}
+        named = ((one.strip("/"), pose) for one, pose in robot.arm.links)
+        self._urdf = [(k, *one) for k, one in enumerate(named) if one[0] not in ours]
         self._objects = [f"object/{name}" for name, _ in scene.objects]
         self._scene = self._shapes(scene)
         self._happenings = Happenings(tree)
@@ -157,6 +160,8 @@ class Messages:
             yield self._hand, name, pose
         yield self._hand, self._tool, gripper.hTe
         yield self._tool, _CAMERA, self._robot.camera.eTc
+        for link, name, pose in self._urdf:
+            yield self._links[link], name, pose
         for name, pose in zip(self._objects, seen.objects, strict=True):
             yield "map", name, pose
 

@@ -3,6 +3,7 @@
 Without a graphics card, `apt-get install mesa-vulkan-drivers` provides one.
 """
 
+import re
 import subprocess
 import threading
 from collections.abc import Iterator
@@ -75,6 +76,10 @@ def _connected(process: subprocess.Popen[bytes], url: str, log: Path) -> Any:
             return ViewerClient.connect(url)
         except Exception as error:  # Rerun raises many kinds while nobody listens
             if process.poll() is not None or stopwatch() - begun > _PATIENCE:
-                messages = log.read_text(errors="replace")[-2000:]
-                raise ViewError(f"the viewer does not start: {messages}") from error
+                if not has_vulkan():
+                    hint = "on Debian and Ubuntu, apt-get install mesa-vulkan-drivers"
+                    raise ViewError(f"the viewer needs a Vulkan driver: {hint}") from error
+                said = re.sub(r"\x1b\[[\d;]*m", "", log.read_text(errors="replace")).splitlines()
+                why = next((line for line in said if "rror" in line), "it does not say why")
+                raise ViewError(f"the viewer does not start: {why}") from error
             threading.Event().wait(0.1)

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from tempfile import TemporaryDirectory, mkdtemp
 
 from app.choices import View
 from app.live.web import (
@@ -103,7 +103,7 @@ class Viewer:
         try:
             viewer_web_files()
             files = FileServer(data.host, self._web_port, 0, hosts=hosts)
-        except (WebFilesError, OSError) as error:
+        except (WebFilesError, OSError, RuntimeError) as error:
             self._say(f"the viewer did not start ({error}); the run is still recorded")
             return None
         self._say(f"watch at {self.page}")
@@ -112,14 +112,18 @@ class Viewer:
     def _open_window(self, data: Address, log: Path) -> None:
         command = [str(viewer_program()), "--bind", LOOPBACK, "--port", str(choose_port())]
         with log.open("w", encoding="utf-8") as messages:
-            process = subprocess.Popen(
-                [*command, "--connect", data.url, "--expect-data-soon"],
-                stdin=subprocess.DEVNULL,
-                stdout=messages,
-                stderr=messages,
-                env=viewer_environment(),
-                start_new_session=True,  # Ctrl-C is for the robot
-            )
+            try:
+                process = subprocess.Popen(
+                    [*command, "--connect", data.url, "--expect-data-soon"],
+                    stdin=subprocess.DEVNULL,
+                    stdout=messages,
+                    stderr=messages,
+                    env=viewer_environment(),
+                    start_new_session=True,  # Ctrl-C is for the robot
+                )
+            except OSError as error:
+                self._say(f"the viewer did not start ({error}); the run is still recorded")
+                return
         try:
             process.wait(_PATIENCE)
         except subprocess.TimeoutExpired:
@@ -166,7 +170,7 @@ def _port(host: str, chosen: int | None, usual: int, option: str) -> int:
         ) from error
 
 
-_MAGICS = (b"RRF2", b"\x89MCAP")  # how a recording begins, and a bag
+_MAGICS = (b"RRF2", b"\x89MCAP0\r\n")  # how a recording begins, and a bag
 
 
 def open_in_viewer(recording: Path, *, web: bool, say: Callable[[str], None]) -> None:
@@ -176,10 +180,14 @@ def open_in_viewer(recording: Path, *, web: bool, say: Callable[[str], None]) ->
     ViewError: there is no recording, or no screen for a window; WebFilesError: there is no viewer.
     """
     check_recording(recording)
+    is_bag = recording.suffix == ".mcap"
+    if is_bag and not recording.read_bytes().endswith(_MAGICS[1]):
+        say(f"{recording}: the end is missing; what is whole is shown")
+        recording, is_bag = converted(recording, Path(mkdtemp()) / RECORDING), False
     if web:
         viewer_web_files()
         with TemporaryDirectory() as folder:
-            if recording.suffix == ".mcap":  # which the viewer reads in a window only
+            if is_bag:  # which the viewer reads in a window only
                 recording = converted(recording, Path(folder) / RECORDING)
             files = FileServer(LOOPBACK, None, USUAL_WEB_PORT, recording=recording)
             origin = f"http://{LOOPBACK}:{files.port}"
@@ -194,14 +202,16 @@ def open_in_viewer(recording: Path, *, web: bool, say: Callable[[str], None]) ->
 
 
 def converted(bag: Path, recording: Path) -> Path:
-    """The recording that Rerun makes of an MCAP file."""
-    import rerun as rr
+    """The recording that Rerun makes of an MCAP file, and of what is whole of a cut one."""
+    os.environ.setdefault("RUST_LOG", "off")  # what is lost is said once, not for each message
+    from rerun.chunk import McapReader
 
-    stream = rr.RecordingStream("frankie-task")
-    stream.save(recording)
-    stream.log_file_from_path(bag)
-    stream.flush()
-    stream.disconnect()
+    try:
+        messages = McapReader(bag, recover=True).stream()
+        messages.write_rrd(recording, application_id="frankie-task", recording_id=bag.stem)
+    except (OSError, RuntimeError, ValueError) as error:
+        why = " ".join(str(error).split())
+        raise ViewError(f"{bag}: cannot be read ({why}); name another") from error
     return recording
 
 
@@ -217,4 +227,5 @@ def check_recording(recording: Path) -> None:
             f"{recording}: cannot be read ({error.strerror}); name another run"
         ) from error
     if not begins.startswith(_MAGICS):
-        raise ViewError(f"{recording}: is not a recording of this version of Rerun; name another")
+        kind = "MCAP file" if recording.suffix == ".mcap" else "recording of this version of Rerun"
+        raise ViewError(f"{recording}: is no {kind}, or an empty one; name another")

@@ -2,7 +2,9 @@
 
 One thread reads requests, and a whole one gets a thread of its own. Those of strangers, of readers
 with the token and of buttons are bounded, each in number a second, and others are refused at once.
-So a flood leaves the loop its time, and strangers keep nobody out who has the token.
+So a flood leaves the loop its time, and strangers keep nobody out who has the token. Where this
+computer has no thread or no file left, requests are refused; only urgent ones, which the reading
+thread answers itself, are still heard.
 """
 
 import re
@@ -40,17 +42,19 @@ class BoundedServer(ThreadingHTTPServer):
     """Serves from construction to `close`, with a bounded number of threads and requests a second.
 
     `port` None takes the usual one, or a free one if that is taken. Raises OSError: the port is not
-    available.
+    available; RuntimeError: no thread can be started.
     """
 
     daemon_threads = True
     request_queue_size = 1024
     token = ""
+    urgent: tuple[bytes, ...] = ()
+    """How requests begin that are answered at once and need no thread, as long as they are few."""
 
     def __init__(
         self, host: str, port: int | None, usual: int, handler: type[BaseHTTPRequestHandler]
     ) -> None:
-        kinds = ("stranger", "reader", "button")
+        kinds = ("stranger", "reader", "button", "urgent")
         self._rooms = {kind: threading.Semaphore(MOST_CONNECTIONS) for kind in kinds}
         self._left = dict.fromkeys(kinds, (_BURST, 0.0))  # requests, and when that was [s]
         self._turn, self._over = threading.Lock(), threading.Event()
@@ -62,6 +66,7 @@ class BoundedServer(ThreadingHTTPServer):
             super().__init__((host, 0), handler)
         self.port = int(self.server_port)
         self._thread = threading.Thread(target=self._serve, name="web server", daemon=True)
+        self._spare: socket.socket | None = socket.socket()  # to give up when no file is left
         self._thread.start()
 
     def close(self) -> None:
@@ -69,35 +74,50 @@ class BoundedServer(ThreadingHTTPServer):
         self._over.set()
         self._thread.join()
         self.server_close()
+        if self._spare is not None:
+            self._spare.close()
 
     def _serve(self) -> None:
         self.socket.setblocking(False)
         unread: dict[Any, bytes] = {}  # beginnings of requests; the last that grew is at the end
         while not self._over.wait(_PACE):
-            ready: list[Any] = wait([self.socket, *unread], _POLL)
-            if self.socket in ready:
-                ready.remove(self.socket)
-                ready += self._accepted()
-            for one in ready:
-                said, part = unread.pop(one, b""), _received(one)
-                if part is None or len(said) > _LONGEST:
-                    one.close()
-                elif _is_whole(said + part):
-                    self.process_request((said + part, one), None)
-                else:
-                    unread[one] = said + part
-            for one in list(unread)[:-_MOST_UNREAD]:
-                one.close()
-                del unread[one]
-            self.service_actions()
+            with suppress(Exception):  # whatever one request did, Stop has to be heard afterwards
+                self._read(unread)
         for one in unread:
             one.close()
 
-    def _accepted(self) -> list[socket.socket]:
+    def _read(self, unread: dict[Any, bytes]) -> None:
+        """Take what has come, and answer the requests that are whole by now."""
+        ready: list[Any] = wait([self.socket, *unread], _POLL)
+        if self.socket in ready:
+            ready.remove(self.socket)
+            ready += self._accepted(unread)
+        for one in ready:
+            said, part = unread.pop(one, b""), _received(one)
+            if part is None or len(said) > _LONGEST:
+                one.close()
+            elif _is_whole(said + part):
+                self.process_request((said + part, one), None)
+            else:
+                unread[one] = said + part
+        for one in list(unread)[:-_MOST_UNREAD]:
+            one.close()
+            del unread[one]
+        self.service_actions()
+
+    def _accepted(self, unread: dict[Any, bytes]) -> list[socket.socket]:
+        """New connections; if no file is left for one, the next call has the file of another."""
         found: list[socket.socket] = []
         with suppress(OSError):  # no more have come, or no files are left
             while len(found) < _AT_ONCE:
                 found.append(self.socket.accept()[0])
+        if found:
+            with suppress(OSError):
+                self._spare = self._spare or socket.socket()
+        elif oldest := self._spare or next(iter(unread), None):
+            unread.pop(oldest, None)
+            oldest.close()
+            self._spare = None
         return found
 
     def process_request(self, request: Any, client_address: object) -> None:
@@ -105,12 +125,21 @@ class BoundedServer(ThreadingHTTPServer):
         said, one = request
         known = self.token and self.token.encode() in said
         kind = "stranger" if not known else "button" if said.startswith(b"POST") else "reader"
+        kind = "urgent" if known and said.startswith(self.urgent) else kind
         now, room = stopwatch(), self._rooms[kind]
         left, then = self._left[kind]
         left = min(_BURST, left + _RATE * (now - then))
-        if may := left >= 1.0 and room.acquire(blocking=False):
-            start_new_thread(self.process_request_thread, (request, room))
-        else:
+        may = left >= 1.0 and (kind == "urgent" or self._spare is not None)
+        if may := may and room.acquire(blocking=False):
+            try:
+                if kind == "urgent":
+                    self.process_request_thread(request, room)
+                else:
+                    start_new_thread(self.process_request_thread, (request, room))
+            except RuntimeError:  # no thread can be started
+                room.release()
+                may = False
+        if not may:
             with suppress(OSError):  # the client has gone
                 one.send(_BUSY, socket.MSG_DONTWAIT)
             one.close()
@@ -118,10 +147,12 @@ class BoundedServer(ThreadingHTTPServer):
 
     def process_request_thread(self, request: Any, client_address: Any) -> None:
         """Answer when it is the turn of this one, and leave its room."""
-        with self._turn:
-            self._over.wait(_PACE)
-        super().process_request_thread(request, None)
-        client_address.release()
+        try:
+            with self._turn:
+                self._over.wait(_PACE)
+            super().process_request_thread(request, None)
+        finally:
+            client_address.release()
 
     def shutdown_request(self, request: Any) -> None:
         """End a connection."""

@@ -9,6 +9,7 @@ import os
 import re
 import shutil
 import subprocess
+import sys
 import threading
 from importlib.metadata import version
 from pathlib import Path
@@ -61,9 +62,8 @@ def viewer_program() -> Path:
     found = importlib.util.find_spec("rerun_cli")
     program = Path(found.origin).parent / "rerun" if found and found.origin else None
     if program is None or not program.exists():
-        raise WebFilesError(
-            "the Rerun viewer is not installed: pip install rerun-sdk, or --view none"
-        )
+        how = f"{sys.executable} -m pip install rerun-sdk, or --view none"
+        raise WebFilesError(f"the Rerun viewer is not installed: {how}")
     return program
 
 

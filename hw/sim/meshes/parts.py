@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from config import extra
 from hw.sim.meshes.reading import MeshError
 from hw.sim.meshes.shaping import (
     components,
@@ -113,7 +114,7 @@ def _merged(pieces: list[Array]) -> list[Array]:
 def _split(vertices: Array, triangles: Triangles) -> list[Array]:
     """Corners of convex pieces, from a subprocess that may crash or time out."""
     if find_spec("vhacdx") is None:
-        raise MeshError("it is not convex; to split it, pip install 'frankie-task[meshes]'")
+        raise MeshError(f"it is not convex; splitting it needs {extra('meshes')}")
     with tempfile.TemporaryDirectory() as folder:
         source, target = Path(folder, "mesh.npz"), Path(folder, "hulls.npz")
         np.savez(source, vertices=vertices, triangles=triangles)

@@ -7,7 +7,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from config import UserError, quoted
+from config import UserError, extra, quoted
 from hw.sim.meshes.shaping import (
     enclosed,
     is_closed,
@@ -134,9 +134,7 @@ def _triangles_of(path: str, suffix: str) -> tuple[Array, Triangles]:
         import fast_simplification  # noqa: F401 (of the same extra; needed later)
         import trimesh
     except ImportError as error:
-        raise MeshError(
-            "reading meshes needs another package; pip install 'frankie-task[meshes]'"
-        ) from error
+        raise MeshError(f"reading meshes needs an extra; {extra('meshes')}") from error
     try:
         with open(path, "rb") as file:  # no resolver: it opens no other file
             scene = trimesh.load_scene(

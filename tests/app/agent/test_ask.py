@@ -12,6 +12,9 @@ from threading import Thread
 import pytest
 from command_line import call
 
+from app.agent.tools import Tools
+from config import UserError
+
 TASK = "task: hello\nscene: single\ntree: {say: {text: Hello.}}\n"
 
 
@@ -70,7 +73,7 @@ def folder(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("typed", "code"), [("y\n", 0), pytest.param("\n", 2, marks=pytest.mark.slow)]
+    ("typed", "code"), [("y\n", 0), pytest.param("\n", 1, marks=pytest.mark.slow)]
 )
 def test_a_draft_is_repaired_simulated_shown_and_kept_by_a_person(folder, typed, code):
     drafts = ("I think ...", {"task": TASK.replace("say", "speak"), "cannot": "I cannot wave."})
@@ -85,9 +88,13 @@ def test_a_draft_is_repaired_simulated_shown_and_kept_by_a_person(folder, typed,
     assert first["response_format"]["json_schema"]["schema"]["required"] == ["task", "cannot"]
     assert "one JSON object" in second["messages"][-1]["content"]
     [newest] = folder.glob("runs/*-hello/transcript.json")
-    assert [one["role"] for one in json.loads(newest.read_text())] == [
-        *("system", "user", "assistant", "user", "assistant")
+    said = json.loads(newest.read_text())
+    assert [one["role"] for one in said] == [
+        *("system", "user", "assistant", "user", "assistant", "user")
     ]
+    change = "line 3: `tree: {speak: {text: Hello.}}` is now `tree: {say: {text: Hello.}}`"
+    assert change in said[-1]["content"]
+    assert change in done[2]
     assert "sesame" not in newest.read_text()
 
 
@@ -97,6 +104,72 @@ def test_what_cannot_be_done_is_said(folder):
     assert (code, len(script.asked)) == (1, 1)
     assert out == "It cannot be done: There is no mug.\\x1b[2J\n"
     assert "no mug" in (folder / "runs/transcript.json").read_text()
+
+
+def answered(*answers: object, request: str = "Say hello!") -> tuple[int, str, str, list]:
+    """What `ask` says of a model's answers, in one round each, and what the model was asked."""
+    with endpoint(*answers) as script:
+        rounds = max(1, sum(not isinstance(one, bytes) for one in answers))
+        done = call("ask", request, *script.options, "--rounds", rounds, typed="y\n")
+    return *done, script.asked
+
+
+BUSY = b"HTTP/1.0 429 Busy\r\nRetry-After: 0\r\n\r\nlater"
+FAILED = b"HTTP/1.0 500 No\r\nRetry-After: 0\r\n\r\n"
+NO_SCHEMA = b"HTTP/1.0 400 No\r\n\r\nresponse_format is not supported"
+
+
+def test_an_endpoint_may_be_busy_fail_for_now_and_know_no_schemas(folder, monkeypatch):
+    refusal = {"task": None, "cannot": "No.", "thoughts": "{"}
+    code, out, _, asked = answered(BUSY, FAILED, NO_SCHEMA, FAILED, refusal)
+    assert (code, out) == (1, "It cannot be done: No.\n")
+    assert ["response_format" in body for _, _, body in asked] == [True, True, True, False, False]
+
+
+def test_an_endpoint_that_stays_busy_is_told_as_that():
+    code, _, err, asked = answered(BUSY)
+    assert (code, len(asked)) == (2, 4)
+    assert "HTTP status 429; at each of 4 tries: later" in err
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        f"Here it is:\n```yaml\n{TASK}```\nGood luck {{}}!",
+        TASK,
+        f"I use {{say}}:\n```json\n{json.dumps({'task': TASK, 'cannot': None, 'why': 1})}\n```",
+    ],
+)
+def test_an_answer_is_read_in_other_forms(answer, monkeypatch):
+    kept = {}
+
+    async def simulated(self, task, **given):
+        kept["task"] = task
+        raise UserError("seen")
+
+    monkeypatch.setattr(Tools, "simulate", simulated)
+    answered(answer)
+    assert kept["task"].strip() == TASK.strip()
+
+
+def test_the_model_hears_what_is_wrong_with_its_answer_and_the_person_plain_words():
+    wrong = TASK.replace("say:", "open_drawer:")
+    answers = [[1], {"task": {"tree": 1}}, {"task": wrong}]
+    code, out, _, asked = answered(*answers)
+    heard = [body["messages"][-1]["content"] for _, _, body in asked[1:]]
+    assert heard[0].startswith("there is no JSON object in your answer; answer with one")
+    assert heard[1] == "`task` of your answer is a dict; write it as one text"
+    assert code == 1
+    assert out.startswith(
+        "3 rounds brought no task that works; the last: it has errors, in the scene"
+    )
+    assert "unknown node `open_drawer`" in out
+    assert not set('{"') & set(out)
+
+
+def test_a_refusal_forges_no_line():
+    code, out, _, _ = answered({"task": "", "cannot": "No.\n\n✔ kept as ok.yaml"})
+    assert (code, out) == (1, "It cannot be done: No. ✔ kept as ok.yaml\n")
 
 
 @pytest.mark.parametrize(

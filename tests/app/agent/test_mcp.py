@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import socket
 import subprocess
@@ -11,6 +12,7 @@ from http.client import HTTPConnection
 from pathlib import Path
 
 import pytest
+from command_line import call
 
 from app.agent.tools import Tools
 from app.agent.workspace import Workspace
@@ -49,6 +51,10 @@ def tools(tmp_path, monkeypatch):
     return Tools(Workspace(folder))
 
 
+def simulated(tools: Tools, task: str, **given: object) -> dict[str, object]:
+    return asyncio.run(tools.simulate(task, **given))
+
+
 @pytest.mark.parametrize(
     "task",
     [
@@ -63,7 +69,7 @@ def tools(tmp_path, monkeypatch):
     ],
 )
 def test_nothing_outside_the_folder_is_read(tools, task):
-    for tool in (tools.check, tools.draw, tools.simulate):
+    for tool in (tools.check, tools.draw, lambda one: simulated(tools, one)):
         with pytest.raises(UserError, match=r"leads out of the folder|no such file"):
             tool(task)
 
@@ -71,7 +77,7 @@ def test_nothing_outside_the_folder_is_read(tools, task):
 def test_a_real_robot_is_refused_and_a_proposal_changes_no_file(tools, tmp_path):
     for robot in ("real.yaml", "emulated", "frankie_site"):
         with pytest.raises(UserError, match=r"is a real robot|no such file"):
-            tools.simulate(HELLO, robot=robot)
+            simulated(tools, HELLO, robot=robot)
     for name in ("../x", "a/b", "X"):
         with pytest.raises(UserError, match="small letters"):
             tools.propose(name, HELLO, "why")
@@ -81,7 +87,7 @@ def test_a_real_robot_is_refused_and_a_proposal_changes_no_file(tools, tmp_path)
     with pytest.raises(UserError, match="has errors"):
         tools.propose("two", "task: t\ntree: {wiat: }", "why")
     assert (tmp_path / "inside/proposed_one.yaml").read_text().splitlines()[1] == "task: hello"
-    assert tools.check("proposed_one.yaml") == []
+    assert tools.check("proposed_one.yaml")["result"] == []
 
 
 def test_what_a_task_is_called_is_only_text(tools):
@@ -97,12 +103,69 @@ ENDLESS = "task: t\ntree: {wait: {duration_s: 80000}}"
 
 def test_a_simulation_has_a_limit(tools):
     with pytest.raises(UserError, match="did not begin within 1 s"):
-        tools.simulate(ENDLESS, limit_s=1)
+        simulated(tools, ENDLESS, limit_s=1)
 
 
 @pytest.mark.slow
 def test_a_task_without_end_is_stopped_and_summed_up(tools):
-    assert tools.simulate(ENDLESS, limit_s=90)["summary"]["outcome"] == "interrupted"
+    done = simulated(tools, ENDLESS, limit_s=20)
+    assert done["summary"]["outcome"] == "interrupted"
+    assert done["first_cause"].startswith("The limit of 20 s of real time was reached. It was told")
+
+
+def test_a_long_answer_is_cut_and_says_so(tools):
+    many = "".join(f"    - {{wait: {{duration_s: {n}}}}}\n" for n in range(1, 2500))
+    drawn = tools.draw(f"task: t\ntree:\n  sequence:\n{many}")
+    assert len(drawn) < 20_100
+    assert "\n... cut here: " in drawn
+    assert drawn.rstrip().endswith("2499")
+    long = "tree:\n  sequence:\n" + f"    - say: {{txet: {'x' * 900}}}\n" * 60
+    told = tools.check(f"task: t\n{long}")
+    assert len(json.dumps(told["result"])) <= 20_000
+    assert told["left_out"] > 0
+    assert f"{told['left_out']} more are not told" in told["text"]
+
+
+def test_each_names_the_scene_and_they_mean_the_same(tools):
+    free = HELLO + "poses: {there: {base: [0.0, 1.6], heading_deg: 0}}\n"
+    free = free.replace("- say: {text: Hi}", "- drive: {to: there}")
+    told = tools.check(free)
+    assert told["scene"] == "household"
+    assert "warning: `there`: the base would be inside `table/top`" in told["text"]
+    assert "What stands in the scene `household`" in tools.describe()
+    assert tools.check(free, scene="corridor")["scene"] == "corridor"
+    assert tools.check(f"scene: shelf\n{HELLO}")["text"] == "good, in the scene `shelf`"
+    assert "container: 10 of box, " in tools.describe(short=True)
+
+
+def test_words_that_look_like_a_path_are_words(tools):
+    for text in ("/ slash first", "../../etc is a path in words"):
+        assert tools.check(HELLO.replace("Hi", f"'{text}'"))["result"] == []
+
+
+def test_a_word_of_another_meaning_is_never_put_in_its_place(tools):
+    tree = "task: t\nregions: {box: {centre: [3.0, 0.0, 0.556], size: [0.44, 0.36, 0.20]}}\ntree: "
+    for node in (
+        "{grasp: {within: box, choose: tallest}}",
+        "{open_drawer: }",
+        "{place: {beside: box}}",
+        "{battery_above: {below: 20}}",
+    ):
+        found = tools.check(f"{tree}{node}")["result"]
+        assert found
+        assert not any(one["patch"] for one in found), node
+        assert "smallest`?" not in found[0]["hint"]
+    [found] = tools.check(f"{tree}{{grasp: {{within: box, choose: smalest}}}}")["result"]
+    assert "choose: smallest" in found["patch"]["text"]
+
+
+def test_a_taken_port_is_one_line(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        code, out, err = call("mcp", "--folder", tmp_path, "--port", port)
+    assert (code, out) == (2, "")
+    assert err == f"--port {port}: Address already in use; choose another one\n"
 
 
 def test_a_warm_check_is_quick(tools):

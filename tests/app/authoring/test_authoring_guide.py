@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import doctest
+import importlib
 import re
 import shlex
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -89,6 +91,31 @@ def test_everything_in_the_guide_runs(tmp_path, monkeypatch):
     files = {path.name for path in folder.iterdir()}
     assert {"hello.yaml", "bring.yaml", "runs"} <= files
     assert len(list((folder / "runs").iterdir())) == 4
+
+
+def test_the_behaviour_of_the_guide_runs(tmp_path, monkeypatch):
+    """Its own tests pass, and it greets; installed as its package says, without pip."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    for name, text in re.findall(
+        r"^```\w+\n# (gree\S+)\n(.*?)^```$", GUIDE.read_text(), re.M | re.S
+    ):
+        Path(Path(name).name).write_text(text)
+    declared = tomllib.loads(Path("pyproject.toml").read_text())["project"]["entry-points"]
+    ((group, entries),) = declared.items()
+    (package := Path("greeting-0.1.dist-info")).mkdir()
+    (package / "METADATA").write_text("Metadata-Version: 2.1\nName: greeting\nVersion: 0.1\n")
+    lines = [f"{key} = {where}" for key, where in entries.items()]
+    (package / "entry_points.txt").write_text("\n".join([f"[{group}]", *lines, ""]))
+    try:
+        tests = vars(importlib.import_module("test_greeting"))
+        for test in [one for name, one in tests.items() if name.startswith("test_")]:
+            test()
+        code, out, err = call("run", "greet.yaml", "--view", "none")
+        assert (code, "Good morning." in out) == (0, True), err
+    finally:
+        for name in ("greeting", "test_greeting"):
+            sys.modules.pop(name, None)
 
 
 def test_the_files_of_the_guide_are_checked_as_it_says(tmp_path, monkeypatch):

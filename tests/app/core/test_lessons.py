@@ -90,7 +90,7 @@ def test_one_box_stands_exactly_at_its_pose_and_the_other_one_on_it(world, seed)
 
 
 PEOPLE = [
-    ("hand_over", "object taken@offer", "floor"),
+    ("hand_over", "object pulled@offer", "floor"),
     ("hand_over", "", "table"),
     ("porter", "object given@offer", "table"),
     ("porter", "", "container"),
@@ -124,7 +124,7 @@ tree:
 @pytest.mark.parametrize(
     ("faults", "end", "on"),
     [
-        (("object given@offer", "object taken@10"), "handed over at out", "floor"),
+        (("object given@offer", "object pulled@12"), "handed over at out", "floor"),
         (("object given@offer",), "nobody took it within 10 s", "hand"),
         ((), "nothing was given within 4 s", "container"),
     ],

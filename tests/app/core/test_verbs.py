@@ -81,8 +81,8 @@ TASKS = [
         they_stand_on_the_first_places,
     ),
     (
-        "{force_success: true, while: {not: {obstacle_within: {distance_m: 0.5}}}, "
-        "drive: {forward_m: 5}}",
+        "{force_success: true, drive: {forward_m: 5}, "
+        "while: {not: {obstacle_within: {distance_m: 0.5, sector_deg: 240}}}}",
         the_base_keeps_off,
     ),
 ]

@@ -62,7 +62,7 @@ class PacedRun:
     """A session in real time in which one call blocks from some tick on."""
 
     def __init__(self, place: str, block) -> None:
-        self.harness = harness = Harness(pace=1.0)
+        self.harness = harness = Harness(real_clock=True)
         self.leaf = Driver("driver", harness.context)
         self.ticks = 0
         self.control = Control()

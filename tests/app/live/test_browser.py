@@ -78,7 +78,7 @@ def test_a_person_sets_breakpoints_steps_forces_outcomes_and_reads_how_it_ended(
         assert page.locator("#pause").is_disabled()
         assert run.process.poll() is None, "the page stays"
         assert run.end() == 1
-        expect_run(page, "the run has ended")
+        expect_run(page, re.compile("the run has ended: ✗ toy failed after"))
         with socket.create_server(("127.0.0.1", urlsplit(run.url).port)):
             pass  # its port is free again
 
@@ -167,4 +167,4 @@ def test_a_loop_that_stands_still_is_frozen_though_the_page_answers(browser):
         served.finish()
         expect_run(page, "the robot is at rest; the run is being written down")
         served.end("toy was interrupted", "")
-        expect_run(page, "the run has ended")
+        expect_run(page, "the run has ended: toy was interrupted")

@@ -132,11 +132,11 @@ def test_approval_works_after_a_gap_and_stop_at_a_frozen_process_when_it_thaws(t
         finally:
             os.kill(run.process.pid, signal.SIGCONT)
         expect(page.locator("#outcome")).to_contain_text("toy was interrupted", timeout=30_000)
-        expect_run(page, "the run has ended")
+        expect_run(page, re.compile("the run has ended: ■ toy was interrupted after"))
         assert enabled(page) == set()
         expect(page.locator("#notice")).to_be_hidden()
         run.process.kill()
         run.process.wait()
         page.wait_for_timeout(1500)
-        assert sentence(page) == "the run has ended"  # it has said so itself
+        assert sentence(page).startswith("the run has ended: ■ toy")  # it has said so itself
         page.close()

@@ -142,9 +142,33 @@ fallback:
   - {name: first way, navigate: {to: far, timeout_s: 0.3}}
   - {name: second way, drive: {forward_m: 9, timeout_s: 0.3}}
 """,
-        node="first way",
-        reason="^not at far",
-        since=(0.2, 0.4),
+        node="second way",
+        reason="^not (within|at|done)|after 0.3 s",
+        since=(0.5, 0.8),
+    ),
+    "the remedy after a failure that is expected": Case(
+        tree="""
+fallback:
+  - {name: offer, navigate: {to: far, timeout_s: 0.3}}
+  - {name: put back, sequence: [{wait: {duration_s: 0.2}}, {place: {on: floor}}]}
+""",
+        node="put back/place",
+        reason="^nothing to place",
+        topic="held nothing",
+        since=(0.4, 0.7),
+    ),
+    "a remedy that fails at once, within an attempt that another one answers": Case(
+        tree="""
+sequence:
+  - {force_success: true, navigate: {to: far, timeout_s: 0.3}}
+  - fallback:
+      - {name: offer, navigate: {to: far, timeout_s: 0.3}}
+      - {name: put back, place: {on: floor}}
+      - {name: sorry, invert: true, say: {text: Sorry.}}
+""",
+        node="put back",
+        reason="^nothing to place",
+        since=(0.5, 0.8),
     ),
     "a question that said no before the work failed": Case(
         tree="fallback: [holding_object, {navigate: {to: far, timeout_s: 0.3}}]",

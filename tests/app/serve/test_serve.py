@@ -1,18 +1,17 @@
 """`frankie-task serve`: tasks and their mistakes; runs that crash, freeze, or are left alone."""
 
-import http.client
 import json
 import os
-import re
 import signal
-import subprocess
-import sys
 import time
 from pathlib import Path
 
 import pytest
-from browsers import FOLDER, WAITING, chromium, expect_run, opened_page
+from browsers import WAITING, chromium, expect_run, opened_page
+from served import Served
 
+from app.choices import View
+from app.serve import TaskDesk
 from app.serve.catalogue import catalogue, mistakes
 
 BAD = "task: bad\nparams: {n: {default: 3, max: 9}}\ntree:\n  open_griper:\n"
@@ -41,51 +40,26 @@ def test_the_catalogue_has_forms_and_mistakes_their_lines(tmp_path):
     assert "no robot" in mistakes(tmp_path / "bad.yaml", "frankei", {})[0]["text"]
 
 
-class Served:
-    """`frankie-task serve` in a folder, until the end of the `with` statement."""
+def test_each_wrong_field_is_told_at_itself_and_an_emptied_one_means_its_default(tmp_path):
+    task = "task: t\nparams: {n: {default: 3}, share: {default: 5.0, max: 9}}\ntree:\n  {}\n"
+    (tmp_path / "t.yaml").write_text(task.replace("{}", "retry: $n\n  wait: {duration_s: $share}"))
+    desk = TaskDesk(tmp_path, armed=False, view=View.NONE, say=print)
 
-    def __init__(self, folder: Path) -> None:
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", "frankie_task_cli", "serve", str(folder), "--view", "none"],
-            stderr=subprocess.PIPE,
-            text=True,
-            env=os.environ | {"PYTHONPATH": str(FOLDER)},
-        )
-        found = re.search(r"http://127\.0\.0\.1:(\d+)/#(\S+)", self.process.stderr.readline())
-        self.url, self._port, self._token = found[0], int(found[1]), found[2]
+    def told(**order: object) -> dict[str, str]:
+        answer = desk.post("/check", json.dumps({"task": "t.yaml", **order}).encode())
+        return {one["field"]: one["text"] for one in answer["mistakes"]}
 
-    def __enter__(self) -> "Served":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.process.terminate()
-        self.process.communicate(timeout=60.0)
-
-    def ask(self, method: str, path: str, **body: object) -> dict:
-        status, answer = self.answer(method, path, json.dumps(body), self._token)
-        assert status == 200, path
-        return json.loads(answer)
-
-    def answer(self, method: str, path: str, body: str, token: str) -> tuple[int, bytes]:
-        connection = http.client.HTTPConnection("127.0.0.1", self._port, timeout=60.0)
-        connection.request(method, path, body, {"X-Token": token})
-        reply = connection.getresponse()
-        return reply.status, reply.read()
-
-    def wait_for(self, phase: str, press: str = "") -> dict:
-        deadline = time.monotonic() + 60.0
-        while (state := self.ask("GET", "/state"))["phase"] != phase:
-            assert time.monotonic() < deadline, state
-            if press:
-                self.ask("POST", press)
-            time.sleep(0.1)
-        return state
-
-    @property
-    def run(self) -> int:
-        """The process of the run."""
-        pid = self.process.pid
-        return int(Path(f"/proc/{pid}/task/{pid}/children").read_text().split()[0])
+    emptied = {"robot": "", "scene": "", "seed": "", "parameters": {"n": "", "share": ""}}
+    assert told(**emptied) == {}
+    wrong = told(robot="frnkie", scene="kitchn", parameters={"n": "0", "share": "12"})
+    assert [*wrong] == ["robot", "scene", "parameters.n", "parameters.share"]
+    assert "`frankie`" in wrong["robot"]
+    assert "`kitchen`" in wrong["scene"]
+    assert "at least 1" in wrong["parameters.n"]
+    assert "at most 9" in wrong["parameters.share"]
+    assert [*told(seed=-1, speed="warp")] == ["seed", "speed"]
+    for body in (b"", b"{", b"[]", b"[" * 60_000, b"\xff"):
+        assert "refused" in desk.post("/check", body)
 
 
 @pytest.mark.slow
@@ -101,7 +75,7 @@ def test_a_crash_ends_no_server_stop_always_works_and_nothing_outlives_the_serve
         os.kill(served.run, signal.SIGKILL)
         assert "ended by SIGKILL" in served.wait_for("over")["outcome"]
 
-        assert served.ask("POST", "/again")["started"]
+        assert served.ask("POST", "/again/1")["started"]
         served.wait_for("running")
         os.kill(served.run, signal.SIGSTOP)
         served.wait_for("over", press="/stop")
@@ -110,7 +84,7 @@ def test_a_crash_ends_no_server_stop_always_works_and_nothing_outlives_the_serve
         assert served.answer("GET", run["recording"], "", token="")[1].startswith(b"RRF2")
         assert served.answer("GET", run["explanation"], "", token="")[0] == 403
 
-        assert served.ask("POST", "/again")["started"]
+        assert served.ask("POST", "/again/2")["started"]
         served.wait_for("running")
         run = served.run
         served.process.kill()

@@ -21,6 +21,7 @@ class SteppedHand:
         self.body = EmulatedHand(self.fingers, frozenset(filter(None, [reported])))
         self.at: dict[int, Any] = {}  # events, by milliseconds of the next motion
         self.is_silent = self._is_stopped = False
+        self._heard = threading.Event()
         simulated = {"perf_counter": lambda: self.body.number / 1000.0}
         monkeypatch.setattr("hw.clock.time", SimpleNamespace(**vars(time) | simulated))
         self.Gripper = lambda address: self
@@ -43,12 +44,15 @@ class SteppedHand:
 
     def _do(self, command: HandCommand, *arguments: float) -> bool:
         self._is_stopped = False
+        self._heard.clear()
         begun, status = self.body.number, self.body.begin(command, arguments)
         while status is None:
             status = self.body.tick()
             self.at.pop(self.body.number - begun, lambda: None)()
             if self.body.number % 20 == 0:
                 self._watch()
+            if (motion := self.process._motion) is not None and motion.why:
+                self._heard.wait(5.0)  # the stop, which comes on a thread of its own
             if self._is_stopped:
                 status = HandStatus.ABORTED
         if status in (HandStatus.FAIL, HandStatus.ABORTED):
@@ -64,12 +68,10 @@ class SteppedHand:
 
     def stop(self) -> None:
         self._is_stopped = self.body.stop()
+        self._heard.set()
 
     def _watch(self) -> None:
-        before = threading.enumerate()
         try:
             self.process.watch()
         except RuntimeError as error:
             raise SystemExit(str(error)) from error  # as the process ends
-        for stop in set(threading.enumerate()) - set(before):
-            stop.join()

@@ -13,6 +13,7 @@ import sys
 import threading
 import time
 from collections import deque
+from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
@@ -54,6 +55,7 @@ GRIPPER = "panda_gripper/gripper_action/_action"
 WRITES = (
     ("rt/joint_states", "JointState", RELIABLE),
     ("rt/odom", "Odometry", RELIABLE),
+    ("rt/amcl_pose", "PoseWithCovarianceStamped", RELIABLE),
     ("rt/camera/depth/image_rect_raw", "Image", SENSOR),
     ("rt/camera/depth/camera_info", "CameraInfo", SENSOR),
     ("rt/scan", "LaserScan", SENSOR),
@@ -98,6 +100,8 @@ class Node:
             for topic, kind in READS
         }
         self.delay, self.shuffles, self.rng = 0.0, False, random.Random(seed)
+        self.spoils: dict = {}  # by topic, what makes a message malformed
+        self.map = ""  # frame of the place that is told; none is without it
         self.dies = np.inf  # so long after the first command [s]
         self.late: deque = deque()  # what is under way: when it is due, and what to do then
         self.twist, self.qd = np.zeros(3), np.zeros(7)
@@ -166,6 +170,8 @@ class Node:
         self.body.follow(base_twist=twist, qd=qd)
 
     def send(self, topic: str, sample) -> None:
+        if topic in self.spoils:
+            exec(self.spoils[topic], {"one": sample, "nan": float("nan")})
         self.writers[topic].write(sample)
 
     def tell(self) -> None:
@@ -185,6 +191,11 @@ class Node:
         pose = T["PoseWithCovariance"](T["Pose"](place, T["Quaternion"](*turn)), [0.0] * 36)
         moves = T["TwistWithCovariance"](twist, [0.0] * 36)
         self.later(self.send, "rt/odom", T["Odometry"](head, "base_link", pose, moves))
+        if self.map:
+            told = T["Header"](head.stamp, self.map)
+            self.later(
+                self.send, "rt/amcl_pose", T["PoseWithCovarianceStamped"](told, deepcopy(pose))
+            )
         self.look(head)
         if self.results and not state.fingers_move:
             for one in self.results:

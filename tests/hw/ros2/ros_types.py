@@ -18,6 +18,7 @@ geometry_msgs.msg.Point x:float64 y:float64 z:float64
 geometry_msgs.msg.Quaternion x:float64 y:float64 z:float64 w:float64
 geometry_msgs.msg.Pose position:Point orientation:Quaternion
 geometry_msgs.msg.PoseWithCovariance pose:Pose covariance:float64[36]
+geometry_msgs.msg.PoseWithCovarianceStamped header:Header pose:PoseWithCovariance
 geometry_msgs.msg.TwistWithCovariance twist:Twist covariance:float64[36]
 nav_msgs.msg.Odometry header:Header child_frame_id:str pose:PoseWithCovariance twist:TwistWithCovariance
 std_msgs.msg.MultiArrayDimension label:str size:uint32 stride:uint32

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -204,11 +205,68 @@ def test_a_killed_driver_is_a_fault_and_a_recovery_starts_another(node):
         assert base.read().stamp > before.stamp
 
 
+SPOILS = {
+    "velocities alone": ("joint_states", "one.position = []", "/joint_states .* position = 0 val"),
+    "NaN in joints": (
+        "joint_states",
+        "one.position = [nan] * 8",
+        r"\[panda_joint1\] = nan",
+    ),
+    "no names": ("joint_states", "one.name = []", "/joint_states .* does not tell panda_joint1"),
+    "no heading": ("odom", "one.pose.pose.orientation.w = 9.0", "/odom .* no unit quaternion"),
+    "NaN in a twist": ("odom", "one.twist.twist.linear.x = nan", r"twist\[linear.x\] = nan"),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("topic", "spoils", "told"), SPOILS.values(), ids=SPOILS)
+def test_malformed_messages_bring_to_rest_and_are_named(node, topic, spoils, told):
+    with connected(node.path, "base", "arm") as parts:
+        drive(*parts)
+        node.do(f"node.spoils['rt/{topic}'] = {spoils!r}")
+        begun, is_arm = time.monotonic(), topic == "joint_states"
+        part, command = parts[is_arm], [np.array([0.1, 0.0, 0.1]), 0.2 * np.eye(7)[6]][is_arm]
+        while time.monotonic() < begun + 1.0:
+            part.read()
+            part.send(command)
+            time.sleep(0.01)
+        [fault] = part.read().faults
+        assert re.search(told, fault.text)
+        node.do("node.spoils.clear()")
+        part.recover()
+        assert part.read().faults == ()
+    assert node.do()["moved"] - begun < 0.7
+
+
+@pytest.mark.slow
+def test_who_tells_the_place_on_the_map_is_found_missed_and_named(node):
+    """Its publisher is volatile, the robot's reader asks for what was told before too."""
+    text = node.path.read_text().replace("# localisation: /amcl_pose", "localisation: /amcl_pose")
+    node.path.write_text(text)
+    base = parts(node.path)["base"]
+    with pytest.raises(HardwareError, match="/amcl_pose has told nothing yet"):
+        base.connect()
+    node.do("node.map = 'odom'")
+    with pytest.raises(HardwareError, match=r"/amcl_pose .* header.frame_id = `odom`: not `map`"):
+        base.connect()
+    node.do("node.map = 'map'")
+    with connected(node.path, "base") as (base,):
+        assert base.read().localised.source == "/amcl_pose"
+        time.sleep(0.5)
+        node.do("node.spoils['rt/amcl_pose'] = 'one.pose.covariance = [nan] * 36'")
+        begun = time.monotonic()
+        while not (faults := base.read().faults):
+            assert time.monotonic() - begun < PATIENCE
+            time.sleep(0.01)
+        assert re.search(r"/amcl_pose .* pose.covariance\[0, 0\] = nan", faults[0].text)
+        assert "pose.covariance" in base.complaints[0]
+
+
 @pytest.mark.slow
 def test_who_is_not_there_is_named_when_connecting(tmp_path, node):
     node.path.write_text(node.path.read_text().replace("cmd_vel", "cmd_wel"))
     with pytest.raises(HardwareError, match=r"nobody listens to /cmd_wel in domain .*Twist"):
         parts(node.path)["base"].connect()
     node.path.write_text(node.path.read_text().replace("panda_joint7]", "panda_joint8]"))
-    with pytest.raises(HardwareError, match=r"/joint_states does not tell all of .*panda_joint8"):
+    with pytest.raises(HardwareError, match=r"/joint_states .* it does not tell panda_joint8"):
         parts(node.path)["arm"].connect()

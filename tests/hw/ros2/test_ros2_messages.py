@@ -11,13 +11,22 @@ import numpy as np
 import pytest
 
 from hw import DriverContext, HardwareError, WallClock
+from hw.clock import stopwatch
 from hw.ros2 import ArmOptions, BaseOptions, GripperOptions, Ros2Arm, Ros2Base, Ros2Gripper, missing
+from hw.ros2.door import lens
 from hw.ros2.messages import decode, encode, message
 from hw.ros2.sensing import _maps, _metres
 from robots import load_robot
 
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing())
 CONTEXT = DriverContext(robot=load_robot("frankie"), clock=WallClock())
+
+
+def hand_over(part, route: int, *messages) -> None:
+    """As the process that speaks DDS does."""
+    for one in messages:
+        data = one if isinstance(one, bytes) else encode(part._routes[route].type, one)
+        part._rings[route].put(stopwatch(), data)
 
 
 def test_commands_are_what_the_robots_file_says():
@@ -53,6 +62,7 @@ def test_the_pose_on_the_map_comes_by_tf_or_with_its_covariance(source):
     base = Ros2Base(BaseOptions(localisation=source), CONTEXT)
     left = message("geometry_msgs/msg/Quaternion", z=np.sqrt(0.5), w=np.sqrt(0.5))
     odometry = message("nav_msgs/msg/Odometry")
+    odometry.header.frame_id = "odom"
     odometry.pose.pose.position.x, odometry.pose.pose.orientation = 1.0, left
     odometry.twist.twist.linear.x = 0.3
     if source == "/tf":
@@ -62,11 +72,12 @@ def test_the_pose_on_the_map_comes_by_tf_or_with_its_covariance(source):
         told = message("tf2_msgs/msg/TFMessage", transforms=[link])
     else:
         told = message("geometry_msgs/msg/PoseWithCovarianceStamped")
+        told.header.frame_id = "map"
         told.pose.pose.position.x, told.pose.pose.orientation = 11.0, left
         told.pose.covariance[[0, 7, 35]] = 0.01, 0.02, 0.03
-    came = {0: [(5.0, odometry)], 2: [(5.0, told)]}
-    base._new = lambda route: came.pop(route, [])
-    assert base._hear()
+    hand_over(base, 0, odometry)
+    hand_over(base, 2, told)
+    base._hear()
     state = base._state
     assert state.twist.tolist() == [0.3, 0.0, 0.0]
     np.testing.assert_allclose(state.wTb.rotation[:, 0], [0.0, 1.0, 0.0], atol=1e-9)
@@ -118,9 +129,9 @@ def test_depth_is_read_in_metres_row_by_row_and_a_part_of_an_image_is_refused():
     np.testing.assert_array_equal(_metres(image), rows[:, :2])
     camera = CONTEXT.robot.camera
     info = message("sensor_msgs/msg/CameraInfo", width=640, height=480, k=camera.intrinsics.matrix)
-    assert _maps(info, camera) is None
+    assert _maps(lens(info), camera) is None
     image.data = image.data[:-1]
-    with pytest.raises(HardwareError, match="2 x 2 has 23 bytes"):
+    with pytest.raises(HardwareError, match="data = 23 bytes: not those of 2 x 2, 12 bytes a row"):
         _metres(image)
 
 

@@ -215,5 +215,5 @@ def test_a_body_on_the_robot_or_that_cannot_be_split_is_refused(tmp_path, monkey
 def test_without_the_extra_it_says_what_to_install(monkeypatch):
     body = tray()
     monkeypatch.setattr(parts, "find_spec", lambda _: None)
-    with pytest.raises(MeshError, match=r"pip install 'frankie-task\[meshes\]'"):
+    with pytest.raises(MeshError, match=r'pip install "frankie-task\[meshes\]"'):
         convex_parts(Mesh(np.array(body.vertices), body.faces.astype(np.int32)))

@@ -1,0 +1,91 @@
+"""A robot that is not where it takes itself to be says so, and one that is does not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pinocchio import SE3, utils
+
+from app.core import Instruments, RegistrationForm, RunOptions, run_task
+from app.core.outcome import End
+from app.live import View, ViewOptions
+from app.review import explain
+from hw import RobotWrapper
+
+WAITS = "task: waits\ntree:\n  sequence:\n    - wait: {duration_s: 3.2}\n    - arm_healthy\n"
+LOST = "should be in sight, and nothing is where the map has it"
+
+
+class Displaced(RobotWrapper):
+    """The base's own localisation is wrong from a time on [s]."""
+
+    def __init__(self, robot, by: SE3, since: float) -> None:
+        super().__init__(robot)
+        self._by, self._since, self._told = by, since, (None, None)
+
+    def read(self):
+        state = self._robot.read()
+        here = state.localised
+        if here is None or here.stamp < self._since:
+            return state
+        if self._told[0] is not here:
+            self._told = here, replace(here, mTb=self._by * here.mTb, source="/amcl_pose")
+        return replace(state, localised=self._told[1])
+
+
+def run(folder, by: SE3 | None = None, since: float = 0.0, tree: str = WAITS, **options):
+    task = folder / "waits.yaml"
+    task.write_text(tree)
+
+    class Wrong(Instruments):
+        def beneath(self, robot):
+            return robot if by is None else Displaced(robot, by, since)
+
+    options = {"scene": "household", "registration": RegistrationForm.LASER} | options
+    quiet = {"view": ViewOptions(view=View.NONE), "recording": False, "record": folder / "runs"}
+    return run_task(RunOptions(tree=task, **quiet, **options), instruments=Wrong())
+
+
+def shift(metres: float, degrees: float, turn: float = 0.0) -> SE3:
+    angle = np.radians(degrees)
+    by = metres * np.array([np.cos(angle), np.sin(angle), 0.0])
+    return SE3(utils.rotate("z", np.radians(turn)), by)
+
+
+@pytest.mark.parametrize(
+    "by",
+    [
+        shift(0.8, 0.0),
+        *(pytest.param(shift(0.8, 45.0 * k), marks=pytest.mark.slow) for k in range(1, 8)),
+        pytest.param(shift(0.0, 0.0, 40.0), marks=pytest.mark.slow),
+    ],
+)
+def test_a_start_pose_that_is_wrong_is_a_fault_within_three_seconds(tmp_path, by):
+    result = run(tmp_path, by)
+    assert result.outcome.end is End.FAILURE
+    assert LOST in result.outcome.reason
+    assert any("pedestal" in text and LOST in text for text in result.summary.warnings)
+    assert LOST in str(explain(result.folder))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("level", ["good", "poor"])
+@pytest.mark.parametrize("scene", ["household", "kitchen", "corridor", "crossing", "shelf"])
+def test_a_robot_that_is_where_it_takes_itself_to_be_is_not_lost(tmp_path, scene, level):
+    result = run(tmp_path, scene=scene, localisation=level, seed=1)
+    assert (result.outcome.end, result.summary.warnings) == (End.SUCCESS, [])
+
+
+def test_a_localisation_that_laser_and_map_contradict_is_told_with_its_topic(tmp_path):
+    result = run(tmp_path, shift(0.8, 30.0), since=0.5, tree=WAITS.replace("3.2", "4.0"))
+    assert result.outcome.end is End.SUCCESS  # as laser and map agree about where it is
+    [told] = result.summary.warnings
+    assert told == "/amcl_pose has the base where laser and camera do not see it"
+
+
+def test_a_tree_can_ask_whether_the_robot_is_localised(tmp_path):
+    asks = WAITS.replace("arm_healthy", "localised: {within_m: 0.1}")
+    good, wrong = run(tmp_path, tree=asks), run(tmp_path, shift(0.8, 0.0), tree=asks)
+    exact = run(tmp_path, tree=asks, localisation="exact")
+    assert [one.outcome.end for one in (good, exact)] == [End.SUCCESS] * 2
+    assert (wrong.outcome.end, LOST in wrong.outcome.reason) == (End.FAILURE, True)

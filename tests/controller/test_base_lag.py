@@ -1,0 +1,63 @@
+"""The arm compensates for a base that follows late; only what the robot got is taken off again."""
+
+import numpy as np
+from motion import State
+from pinocchio import SE3
+
+from controller import Command, HolisticController, Obstacle, PoseGoal, Surroundings, robot_model
+from robots import Cylinder, Geom
+
+
+def somebody(x: float, speed: float) -> Obstacle:
+    """Who walks towards the robot."""
+    geom = Geom(Cylinder(0.25, 0.85), SE3(np.eye(3), np.array([x, 0.0, 0.85])), "somebody")
+    return Obstacle(geom, np.array([-speed, 0.0, 0.0]))
+
+
+class Rolling:
+    """A controller, 7 mm before a straight goal, of a base that still rolls."""
+
+    def __init__(self):
+        model = robot_model("frankie")
+        self.controller, self.state = HolisticController(model), State()
+        wTe = model.wTe(self.state.wTb, self.state.q)
+        self.goal = PoseGoal(wTe=SE3(np.eye(3), np.array([0.007, 0.0, 0.0])) * wTe, straight=True)
+        self.last, self.taken_off = (
+            Command(base_twist=np.array([0.05, 0.0, 0.0]), qd=np.zeros(7)),
+            [],
+        )
+        task = self.controller._pose_task
+
+        def spied(tick, goal, steady):
+            self.taken_off.append(float(np.abs(tick.applied - steady).max()))
+            return task(tick, goal, steady)
+
+        self.controller._pose_task = spied
+        self.step()
+        self.last = Command.stop(7)
+
+    def step(self, *moving):
+        around = Surroundings(moving=moving)
+        return self.controller.step(self.state, self.goal, self.last, around)[0]
+
+
+def test_what_the_robot_got_is_taken_off():
+    rolling = Rolling()
+    rolling.last = rolling.step()
+    rolling.step()
+    assert rolling.taken_off[-1] > 1e-2
+
+
+def test_what_gave_way_to_somebody_is_not():
+    rolling = Rolling()
+    rolling.last = rolling.step(somebody(1.3, 0.9))
+    assert np.abs(rolling.last.base_twist).max() > 1e-3  # it does give way
+    rolling.step()
+    assert rolling.taken_off[-1] == 0.0
+
+
+def test_what_the_gate_refused_is_not():
+    rolling = Rolling()
+    rolling.step()
+    rolling.step()  # the robot still does what it did
+    assert rolling.taken_off[-1] == 0.0
