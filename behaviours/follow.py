@@ -96,7 +96,7 @@ class Follow(Leaf):
         if frame is None or vision.is_blind(self.context.state.stamp):
             return
         with vision.timed():
-            seen = glance(self._within, frame).segments(_SMALLEST_AREA)
+            seen = glance(self.context, self._within, frame).segments(_SMALLEST_AREA)
         before = self.context.wTe.translation if self._object is None else self._object
         reach = np.inf if self._object is None else _SAME_OBJECT
         distances = [(_distance(segment, before), segment) for segment in seen]
