@@ -285,7 +285,7 @@ class AllPlaced(Condition):
         placed = log.placed - stock.placed_before
         text = f"{placed} of {stock.most} objects placed that were seen in {self._region}"
         if lost := log.lost(stock):
-            return self.failure(f"{text}, and {lost} lost on the way or not seen to stand")
+            return self.failure(f"{text}, and {lost} more left the hand, not seen to stand")
         return self.success(text) if placed >= stock.most else self.failure(text)
 
 

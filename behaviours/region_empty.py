@@ -15,9 +15,9 @@ class RegionEmpty(Leaf):
     """Look into a region, and succeed if nothing stands in it.
 
     It looks from where the hand is, at rest. Where the pictures do not show the whole floor, it
-    goes over the region and looks straight down. It names the height below which an object may be
-    overlooked. Fails when something is left, a part of the floor stays hidden, the camera gives no
-    usable picture, or the robot has a fault.
+    goes over the region and looks straight down. It names the height below which an object, or a
+    flat cover of the whole floor, may be overlooked. Fails when something is left, a part of the
+    floor stays hidden, the camera gives no usable picture, or the robot has a fault.
 
     Args:
         region: of the task file; its floor is what objects stand on.

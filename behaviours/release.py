@@ -164,7 +164,8 @@ class Release:
         waited = now - self._looking_since
         if self._verdict is Verdict.STANDS:
             assert self._watch is not None
-            if self._watch.shown < self._risen_at and waited <= _LAST_LOOK:
+            awaited = waited <= _LAST_LOOK or self._watch.empty
+            if self._watch.shown < self._risen_at and awaited:
                 leaf.pursue(self._rising, "rising")
                 return leaf.running("looking once more")
             return leaf.success(f"it stands at {self._spot.name}")

@@ -19,7 +19,7 @@ from perception.frame import Array, Frame, Mask
 from perception.geometry import world_points
 from perception.grasps.network_input import valid_depth
 from perception.objects.detected_object import DetectedObject
-from perception.registration import Place
+from perception.registration import UNKNOWN_COVER, Place
 
 WALL_MARGIN = 0.008  # smallest distance of a grasp or an object to the sides of the workspace [m]
 _NEAR_FLOOR = 0.015  # largest height of the floor over its expected one [m]
@@ -27,7 +27,6 @@ _MAP_ERROR = 0.005  # of heights on the map [m]
 _BEYOND = 0.02  # what stands outside, but by less than the place is uncertain, counts to here [m]
 _BELOW = 0.03  # noise may put the floor this far below [m]
 _ROUNDS = (True, True, True, False, False, False)  # of fitting the floor: to its lower half?
-_UNKNOWN_FLOOR = 0.01  # tolerance of the height of a floor that nothing tells but the map [m]
 _LEAST_CELLS = 50  # of a floor that can be fitted
 _SIGMAS = 6.0  # standard deviations of the floor's noise that an object exceeds
 _LOWEST = 0.0025  # smallest height that counts in a cell [m] ...
@@ -38,6 +37,9 @@ _BETWEEN = 0.4  # share of measured neighbours that makes a cell measured
 _GAP = 0.006  # a narrower gap between measured cells hides no object [m]
 _STRIP = 0.025  # beside the sides walls hide the floor from one imager [m]
 _STRIP_CELLS = 4  # a narrower strip hides no object
+
+
+_UNSEEN = Place(SE3.Identity(), np.zeros(2), 0.0, inf, inf)  # before the first frame
 
 
 class Segment(NamedTuple):
@@ -85,14 +87,13 @@ class RegionMap:
         self._corner = -self._half - around * cell  # (2,) of the grid, in the region [m]
         self._count = np.zeros(shape)
         self._sum = np.zeros(shape)
-        self._floor, self._floor_tolerance = 0.0, inf
+        self._best = _UNSEEN
         self.frames = 0
 
     def add(self, frame: Frame, place: Place | None = None) -> None:
         """Add a frame, and where it shows the region; None is exactly at `wTr`."""
-        place = place or Place(self.wTr, np.zeros(2), 0.0, _UNKNOWN_FLOOR)
-        if place.floor_tolerance < self._floor_tolerance:
-            self._floor, self._floor_tolerance = place.floor, place.floor_tolerance
+        place = place or Place(self.wTr, np.zeros(2), 0.0, UNKNOWN_COVER, UNKNOWN_COVER)
+        self._best = min(self._best, place, key=lambda one: (one.cover, one.floor_tolerance))
         every = self._stride
         row = self.frames % every
         column = (row + self.frames // every) % every  # every pixel has its turn
@@ -142,7 +143,12 @@ class RegionMap:
     @property
     def cover(self) -> float:
         """What lies flat over the whole floor is seen if it is higher than this [m]."""
-        return hypot(self._floor_tolerance, _MAP_ERROR)
+        return self._tolerance + self._best.cover + max(0.0, self._judged.floor - self._best.floor)
+
+    @property
+    def _tolerance(self) -> float:
+        """By how much the plane of the floor may be higher than it is expected [m]."""
+        return hypot(self._best.floor_tolerance, _MAP_ERROR)
 
     @property
     def floor(self) -> float:
@@ -181,11 +187,12 @@ class RegionMap:
         """The cells that stand out of the floor by more than its noise."""
         seen = self._count > 0
         if not seen.any():
-            return _Judged(seen, np.inf, self._floor)
+            return _Judged(seen, np.inf, self._best.floor)
         height = self._sum / np.maximum(self._count, 1.0)
-        above, floor = _over_floor(height - self._floor, seen, self._cell)
-        higher = float(np.median((height - self._floor - above)[floor])) if floor.any() else 0.0
-        if higher > self.cover:  # something lies on all of it
+        height -= self._best.floor
+        above, floor = _over_floor(height, seen, self._cell)
+        higher = float(np.median((height - above)[floor])) if floor.any() else 0.0
+        if higher > self._tolerance:  # something lies on all of it
             above, higher = above + higher, 0.0
         lowest = max(_LOWEST, _SIGMAS * _scatter(above[floor]))
         occupied = seen & (above > lowest)
@@ -195,7 +202,7 @@ class RegionMap:
         full = low & (inside > 0.5)
         wide = max(_LOWEST_WIDE, _SIGMAS * _scatter(mean[floor & full]))
         occupied |= full & (mean > wide)
-        return _Judged(occupied, lowest, self._floor + higher)
+        return _Judged(occupied, lowest, self._best.floor + higher)
 
     def _pieces(self, mask: Mask, smallest: float) -> list[Segment]:
         count, _, stats, centres = cv2.connectedComponentsWithStats(

@@ -68,7 +68,8 @@ class PlacedObjectWatch:
         self._released = context.wTe.translation.copy()
         self._out = way_out(context.wTe.rotation)
         self._looks: list[_Look] = []
-        self._empty = 0
+        self.empty = 0
+        """Newest frames in a row that show nothing there."""
         self.verdict = Verdict.UNSEEN
         self.shown = -inf
         """Time of the newest frame that shows something standing there [s]."""
@@ -107,13 +108,13 @@ class PlacedObjectWatch:
         high = is_over & (height > self._bare + _HIGHER)
         bare = np.abs(height - self._bare) <= _HIGHER
         if high.sum() >= _LEAST * len(points):
-            self._empty, self.shown = 0, frame.stamp
+            self.empty, self.shown = 0, frame.stamp
             self._looks.append(look := _Look(hand, float(np.median(height[high]))))
             if any(_is_still(look, before) for before in self._looks):
                 return Verdict.STANDS
         elif bare.sum() >= _EMPTY * len(points) and hand - self._released @ self._out > _CLEAR:
-            self._empty += 1
-            if self._empty >= _AGREE:
+            self.empty += 1
+            if self.empty >= _AGREE:
                 return Verdict.GONE
         return self.verdict
 

@@ -2,7 +2,7 @@
 
 from perception.registration.localisation import Localisation, Update
 from perception.registration.matching import DISPLACED
-from perception.registration.placing import Place, place_in_image
+from perception.registration.placing import UNKNOWN_COVER, Place, place_in_image
 from perception.registration.planar import (
     compose,
     difference,

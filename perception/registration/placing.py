@@ -13,7 +13,7 @@ from pinocchio import SE3, exp3
 from perception.frame import Array, Frame, Mask
 from perception.geometry import world_points
 from perception.grasps.network_input import valid_depth
-from perception.registration.matching import Problem, Solution
+from perception.registration.matching import LOSS_SCALE, SUPPORT, Problem, Solution
 from perception.registration.planar import on_floor
 from perception.registration.sensors import DEPTH_CAMERA, Cloud
 from perception.registration.surfaces import Surfaces
@@ -25,6 +25,7 @@ _AROUND = 0.08  # how far outside of the region they are looked for [m]
 _BESIDE = 0.03  # how far inside or outside of it its walls may seem to stand [m]
 _WALL = 0.012  # furniture that is lower than this over its floor is no wall [m] ...
 _UPPER = 0.5  # ... and what lies beside one reaches less high than this share of it, mostly
+UNKNOWN_COVER = 0.01  # two standard deviations of a height by the camera alone [m]
 _SIGMAS = 2.0  # standard deviations of a tolerance
 _UP = np.array([0.0, 0.0, 1.0])
 
@@ -39,7 +40,9 @@ class Place(NamedTuple):
     floor: float
     """Expected height of its floor over the lower face of `wTr` [m]."""
     floor_tolerance: float
-    """How far off that may be [m]."""
+    """How far off that may be [m] ..."""
+    cover: float
+    """... unless something so high lies flat over all of it that is seen [m]."""
 
 
 def place_in_image(
@@ -88,11 +91,14 @@ def place_in_image(
     axes = (mTw * wTr).rotation[:2, :2]
     across = axes.T @ spread[:2, :2] @ axes
     turned = spread[3, 3] * (size[1::-1] / 2.0) ** 2
+    used = solution.match.points[solution.losses < 0.5 * LOSS_SCALE**2]
+    others = np.count_nonzero(np.abs(used[:, 2] - floor[2]) > _WALL)
     return Place(
         wTr=SE3(turn.rotation @ wTr.rotation, wTr.translation - shift),
         tolerance=_SIGMAS * np.sqrt(np.diag(across) + turned),
         floor=-float(by[2]),
         floor_tolerance=_SIGMAS * float(np.sqrt(spread[2, 2])),
+        cover=0.0 if others >= SUPPORT else UNKNOWN_COVER + max(0.0, -float(by[2])),
     )
 
 
