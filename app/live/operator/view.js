@@ -60,7 +60,7 @@ function view(state) {
     if (!state.run) return ["over", "connecting"];
     if (run.phase === "finished") return ["over", "the robot is at rest; the run is being written down"];
     if (run.stopped) return ["over", "stopping"];
-    if (run.phase === "starting") return ["over", "starting: it reads the robot, the scene and the task"];
+    if (run.phase === "starting") return ["over", "starting"];
     return run.paused ? ["paused", `paused: ${run.why}`] : ["running", "running"];
   }
 
