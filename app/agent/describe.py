@@ -36,8 +36,10 @@ def _lines(scene: str, short: bool) -> Iterator[str]:
             yield f"{one.name}: {np.round(middle, 3).tolist()} {np.round(size, 3).tolist()}"
     yield f"# What lies there; `kind` of a task is one of {quoted(known_classes('').recognisers)}"
     inside = read_scene(scene)
-    places = [(one.name, one.objects) for one in (*inside.side_tables, *inside.fixtures)]
-    for name, objects in [("container", inside.container and inside.objects), *places]:
+    places = [("container", inside.objects if inside.container else None)]
+    places += [(one.name, one.objects) for one in inside.side_tables]
+    places += [(one.name, one.objects) for one in inside.fixtures]
+    for name, objects in places:
         if objects:
             yield f"{name}: {_content(objects)}"
 

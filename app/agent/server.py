@@ -58,8 +58,8 @@ def serve(folder: Path, port: int | None, say: Callable[[str], None]) -> None:
             except UserError as error:
                 raise ToolError(tools.hidden(str(error))) from None
             structured = json.loads(tools.hidden(json.dumps(data, ensure_ascii=False)))
-            content = [TextContent(type="text", text=tools.hidden(text))]
-            return CallToolResult(content=content, structured_content=structured)
+            content = TextContent(type="text", text=tools.hidden(text))
+            return CallToolResult(content=[content], structured_content=structured)
 
         return call
 

@@ -135,8 +135,11 @@ class Tools:
         if not done.stdout:
             late = f"it did not begin within {limit_s} s"
             raise UserError(late if done.returncode == attended.LATE else _cut(done.stderr))
-        summary = json.loads(done.stdout)
-        folder = Path(summary.pop("run"))
+        summary, left = (
+            json.loads(done.stdout),
+            re.findall(r"^left in .*/(.+)/$", done.stderr, re.M),
+        )
+        folder = self._runs / left[-1]
         why = explain(folder).why
         if done.returncode == attended.LATE:
             why[0] = f"The limit of {limit_s} s of real time was reached. {why[0]}"
@@ -207,7 +210,7 @@ class Tools:
                     child = subprocess.Popen(
                         [*line, "--", str(path)],
                         cwd=self._workspace.folder,
-                        stdin=theirs,
+                        stdin=theirs.fileno(),
                         stdout=subprocess.PIPE,
                         stderr=subprocess.PIPE,
                         text=True,

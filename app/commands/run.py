@@ -37,8 +37,7 @@ def show_result(result: Result, as_json: bool) -> None:
     """Print a result for people and for programs."""
     for_people = Terminal(stderr=as_json)
     if as_json:
-        told = result.summary.to_json(run=str(result.folder))
-        _unless_closed(sys.stdout, lambda: print(told, flush=True))
+        _unless_closed(sys.stdout, lambda: print(result.summary.to_json(), flush=True))
     _unless_closed(for_people.file, lambda: result.summary.show(for_people))
     _unless_closed(for_people.file, lambda: for_people.say(_next(result)))
 

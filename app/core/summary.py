@@ -93,9 +93,9 @@ class Summary:
             return replace(self, warnings=[*self.warnings, missing])
         return self
 
-    def to_json(self, **more: str) -> str:
-        """As a JSON object, with more keys."""
-        return json.dumps(asdict(self) | more, indent=2)
+    def to_json(self) -> str:
+        """As a JSON object."""
+        return json.dumps(asdict(self), indent=2)
 
     @property
     def achieved(self) -> str:

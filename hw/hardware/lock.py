@@ -70,4 +70,4 @@ def _machine(part: DriverOptions) -> list[str]:
         where = [
             one for one in told if isinstance(one, str | int | Path) and not isinstance(one, bool)
         ]
-    return [os.path.realpath(one) if str(one).startswith("/") else str(one) for one in where]
+    return [os.path.realpath(str(one)) if str(one).startswith("/") else str(one) for one in where]

@@ -70,7 +70,7 @@ def _run(options: RunOptions) -> tuple[Summary, Passing]:
     delivered = summary.placed == summary.objects != 0
     return summary, Passing(
         way=summary.task,
-        seed=summary.seed,
+        seed=options.seed,
         delivered=delivered,
         first=delivered and summary.attempts == summary.objects and not failures,
         seconds=summary.duration_s,

@@ -114,7 +114,7 @@ def pick_place_figures(runs: Sequence[PickPlaceRun]) -> list[PickPlaceFigures]:
 def _figures(runs: Sequence[PickPlaceRun]) -> PickPlaceFigures:
     summaries = [run.summary for run in runs]
     carried = [one for s in summaries for one in s.carried if one["placed"] is not None]
-    objects, number = sum(s.objects for s in summaries), len(carried)
+    objects, number = sum(s.objects or 0 for s in summaries), len(carried)
     grasps = [one["grasp_time"] for one in carried]
     cycles = [time for s in summaries for time in pick_place_times(s.carried)]
     failures: Counter[str] = Counter()

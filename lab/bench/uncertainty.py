@@ -132,7 +132,7 @@ def _figures(
         scene=scene,
         runs=len(runs),
         succeeded=sum(one.succeeded for one in summaries),
-        objects=sum(one.objects for one in summaries),
+        objects=sum(one.objects or 0 for one in summaries),
         placed=sum(one.placed or 0 for one in summaries),
         attempts=sum(one.attempts for one in summaries),
         duration_mean_s=float(np.mean([one.duration_s for one in summaries])),

@@ -41,6 +41,7 @@ def note(field: str, number: int, noted: _Noted) -> dict[str, object]:
                 "stamp": noted.stamp,
                 "mTb": _packed(noted.mTb.homogeneous[:3]),
                 "covariance": _packed(noted.covariance),
+                "source": noted.source,
             }
         case LaserScan():
             content = {
@@ -85,6 +86,7 @@ def _localised(content: Any) -> LocalisedPose:
         stamp=float(content["stamp"]),
         mTb=_pose(content["mTb"]),
         covariance=_unpacked(content["covariance"], (3, 3)),
+        source=str(content.get("source", LocalisedPose.source)),
     )
 
 

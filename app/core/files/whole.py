@@ -5,6 +5,7 @@ from contextlib import suppress
 from math import prod
 from pathlib import Path
 from struct import Struct
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,12 +17,12 @@ from app.core.files.folder import COMMANDS, NOTES, READINGS, RECORDING, STATES
 _RERUN, _HEAD, _MESSAGE = b"RRF2", 12, Struct("<QQ")  # of a message: kind and length
 
 
-def whole_rows(path: Path) -> tuple[npt.NDArray[np.generic], int]:
+def whole_rows(path: Path) -> tuple[npt.NDArray[Any], int]:
     """The whole rows of a `.npy` file, and how many were lost; ValueError: it is none of ours."""
     with path.open("rb") as file:
-        if read_magic(file) != (1, 0):  # type: ignore[no-untyped-call]
+        if read_magic(file) != (1, 0):
             raise ValueError("another version of the format")
-        shape, is_fortran, row = read_array_header_1_0(file)  # type: ignore[no-untyped-call]
+        shape, is_fortran, row = read_array_header_1_0(file)
         data = file.read()
     width = row.itemsize * prod(shape[1:])
     if row.hasobject or is_fortran or not shape or shape[0] < 0 or width <= 0:

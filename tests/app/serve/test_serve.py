@@ -71,7 +71,7 @@ def test_a_crash_ends_no_server_stop_always_works_and_nothing_outlives_the_serve
         assert served.ask("POST", "/start", task="../toy.yaml")["refused"]
         assert served.ask("POST", "/start", task="toy.yaml")["started"]
         served.wait_for("running")
-        assert "another task runs" in served.ask("POST", "/start", task="toy.yaml")["refused"]
+        assert "toy runs" in served.ask("POST", "/start", task="toy.yaml")["refused"]
         os.kill(served.run, signal.SIGKILL)
         assert "ended by SIGKILL" in served.wait_for("over")["outcome"]
 
