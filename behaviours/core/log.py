@@ -16,6 +16,7 @@ _WINDOW = 0.2  # over which the width of fingers at rest is judged: a bump lasts
 _CHANGES = 0.0005  # a smaller change between its halves is none [m]
 
 _LIFTED = 0.05  # a hand this far from the grasp has lifted what it holds [m]
+_BESIDE = 0.1  # what falls nearer to where it was grasped is in its region again [m]
 
 
 @dataclass(kw_only=True, eq=False)
@@ -161,7 +162,8 @@ class TaskLog:
     def note_hand(self, hand: SE3, grasped_at: SE3, empty: str | None, now: TaskTime) -> None:
         """Notice when the fingers lose what they have lifted.
 
-        What falls over a region that was looked at is back in there; else it is gone.
+        What falls over a region that was looked at, or beside where the fingers closed, is back in
+        there; else it is gone.
 
         Args:
             hand: its pose, in the world.
@@ -172,12 +174,14 @@ class TaskLog:
         one = self.in_hand
         if one is None or (self._release is not None and self._release[0] is self.grip):
             return
+        way = hand.translation - grasped_at.translation
         if empty is None:
-            way = np.linalg.norm(hand.translation - grasped_at.translation)
-            one.lifted = one.lifted or bool(way > _LIFTED)
+            one.lifted = one.lifted or bool(np.linalg.norm(way) > _LIFTED)
         elif one.lifted:
             one.lifted = False
-            if not any(stock.region.is_below(hand.translation) for stock in self.stocks.values()):
+            regions = [stock.region for stock in self.stocks.values()]
+            is_back = any(region.is_below(hand.translation) for region in regions)
+            if not is_back and np.linalg.norm(way[:2]) > _BESIDE:
                 one.let_go = now
                 self.say(now, f"what was held is gone: {empty}")
 

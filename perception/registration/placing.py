@@ -92,13 +92,14 @@ def place_in_image(
     across = axes.T @ spread[:2, :2] @ axes
     turned = spread[3, 3] * (size[1::-1] / 2.0) ** 2
     used = solution.match.points[solution.losses < 0.5 * LOSS_SCALE**2]
-    others = np.count_nonzero(np.abs(used[:, 2] - floor[2]) > _WALL)
+    is_sure = np.count_nonzero(np.abs(used[:, 2] - floor[2]) > _WALL) >= SUPPORT
+    higher = -float(by[2]) if is_sure else min(-float(by[2]), UNKNOWN_COVER)
     return Place(
         wTr=SE3(turn.rotation @ wTr.rotation, wTr.translation - shift),
         tolerance=_SIGMAS * np.sqrt(np.diag(across) + turned),
-        floor=-float(by[2]),
+        floor=higher,
         floor_tolerance=_SIGMAS * float(np.sqrt(spread[2, 2])),
-        cover=0.0 if others >= SUPPORT else UNKNOWN_COVER + max(0.0, -float(by[2])),
+        cover=0.0 if is_sure else UNKNOWN_COVER + max(0.0, higher),
     )
 
 

@@ -83,14 +83,14 @@ def test_of_two_that_touch_and_count_as_one_the_lost_one_is_missed(beside):
 def test_a_leaf_lets_the_log_notice_what_slips_out_on_the_way():
     harness = held_block()
     log = harness.context.log
-    log.last_grasp = harness.context.wTe * SE3(np.eye(3), np.array([0.0, 0.0, 0.1]))
+    log.last_grasp = harness.context.wTe * SE3(np.eye(3), np.array([0.0, 0.2, 0.1]))
     leaf = Wait("wait", harness.context, duration_s=5.0)
     harness.tick(leaf)
     assert log.in_hand is not None
     harness.world.put("block", SE3(np.eye(3), np.array([-3.0, -3.0, 0.5])))
     harness.run_for(leaf, 1.5)
     assert log.in_hand is None
-    assert log.messages[-1][1] == "what was held is gone: the fingers closed on nothing"
+    assert log.messages[-1][1].startswith("what was held is gone: the fingers ")
 
 
 def test_what_is_knocked_over_before_the_hand_is_up_is_not_placed():
