@@ -86,7 +86,7 @@ def _are_opposite(one: str, other: str) -> bool:
     """Whether two words differ in a part that means the opposite, however near they look."""
     short, long = sorted((one.lower(), other.lower()), key=len)
     return long in {f"{no}{short}" for no in _DENYING} or any(
-        (a in short and b in long) or (b in short and a in long) for a, b in _OPPOSITES
+        {(a in word) - (b in word) for word in (short, long)} == {1, -1} for a, b in _OPPOSITES
     )
 
 

@@ -179,7 +179,9 @@ def export(
         from app.export import export_mcap
         from app.review import find_run
 
-        export_mcap(said_losses(find_run(names[0], runs)), mcap, schemas)
+        folder = find_run(names[0], runs)
+        export_mcap(folder, mcap, schemas)
+        said_losses(folder)
         typer.echo(f"{mcap}: written")
         return
     from trees.btcpp import export_files, export_xml

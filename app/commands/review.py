@@ -87,7 +87,9 @@ def explain(
     from app.review import explain as explained
     from app.review import explanation_page, find_run
 
-    explanation = explained(said_losses(find_run(run, runs)))
+    folder = find_run(run, runs)
+    explanation = explained(folder)
+    said_losses(folder)
     if html is None:
         Terminal().say(str(explanation))
     else:
@@ -104,7 +106,9 @@ def replay(run: Run = "last", runs: Runs = Path("runs")) -> None:
     from app.core import replay_run
     from app.review import find_run
 
-    result = replay_run(said_losses(find_run(run, runs)))
+    folder = find_run(run, runs)
+    result = replay_run(folder)
+    said_losses(folder)
     Terminal().say(str(result))
     raise typer.Exit(0 if result.identical else 1)
 

@@ -156,13 +156,14 @@ def _notes(path: Path, turns: Turns, *, cut: bool) -> tuple[RunNotes, Turns]:
     """The notes, and the turns until the first one that refers to a note which is lost."""
     with _reading(path):
         notes = read_notes(_file(path).read_text(encoding="utf-8"))
-    whole = len(turns)
+    whole, lost = len(turns), ""
     for field in NOTED:
         for number in np.unique(turns[field][turns[field] > 0]).tolist():
-            if (field, number) not in notes.noted:
-                whole = min(whole, int((turns[field] == number).argmax()))
+            first = int((turns[field] == number).argmax())
+            if (field, number) not in notes.noted and first < whole:
+                whole, lost = first, f"{field} {number}"
     if not whole:
-        raise UserError(f"{path}: nothing is left that its readings refer to; replay another run")
+        raise UserError(f"{path}: {lost} is missing, and nothing before it; replay another run")
     cut = cut or whole < len(turns)
     return replace(notes, end="") if cut else notes, turns[:whole]
 

@@ -147,6 +147,7 @@ FAULTS = (
     Fault(name="solver gives up", inject=_solver_gives_up, duration=0.5),
     Fault(name="solver raises", inject=_solver_raises, stops=True),
     Fault(name="nobody takes", inject=_nothing, tree=_LESSONS / "hand_over.yaml", phase="offer"),
+    Fault(name="object pulled", tree=_LESSONS / "hand_over.yaml", phase="offer", goal="floor"),
     Fault(
         name="pulled away",
         inject=_pulled_away,

@@ -7,6 +7,7 @@ import pinocchio as pin
 import pytest
 from harness import REFLEX, Harness, table_world
 from pinocchio import SE3
+from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from behaviours import BasePose, Navigate, Recover
@@ -39,12 +40,14 @@ def drive(harness: Harness, ahead: float, heading: float = 0.0) -> None:
     way = SE3(pin.utils.rotate("z", heading), np.zeros(3))
     goal = BaseGoal(wTb=way * SE3(np.eye(3), np.array([ahead, 0.0, 0.0])), reverse=ahead < 0.0)
 
-    class Drives:
-        def tick_once(self) -> None:
+    class Drives(Behaviour):
+        def update(self) -> Status:
             harness.context.goal = goal
+            return Status.RUNNING
 
+    drives = Drives("drives")
     for _ in range(1500):
-        harness.tick(Drives())
+        harness.tick(drives)
         if harness.context.state.faults:
             return
     raise AssertionError("nothing was hit")

@@ -46,7 +46,7 @@ def test_place_size_width_and_colour_are_measured():
     assert seen.size == pytest.approx((0.1, 0.04, 0.04), abs=0.004)
     assert seen.area == pytest.approx(0.004, rel=0.06)
     assert (seen.colour, seen.whole, seen.floor) == ("red", True, FLOOR)
-    assert str(seen).startswith("the red object at 0.05, -0.03, 4")
+    assert str(seen).startswith("the red object at 0.05, -0.03 on the map, 4")
 
 
 def test_things_of_two_colours_that_touch_are_two():

@@ -208,6 +208,8 @@ def converted(bag: Path, recording: Path) -> Path:
 
     try:
         messages = McapReader(bag, recover=True).stream()
+        if all(one.entity_path.startswith("/__") for one in messages.to_chunks()):
+            raise ValueError("there is no whole message in it")
         messages.write_rrd(recording, application_id="frankie-task", recording_id=bag.stem)
     except (OSError, RuntimeError, ValueError) as error:
         why = " ".join(str(error).split())

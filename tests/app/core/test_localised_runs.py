@@ -1,6 +1,8 @@
 """A run of a base that does not know exactly where it is: kept, replayed, summed up."""
 
 import json
+import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -27,13 +29,10 @@ def folder(tmp_path_factory):
 
 
 def test_a_scan_that_is_missing_is_told_in_one_line(folder, tmp_path):
-    copy = tmp_path / folder.name
-    copy.mkdir()
-    for path in folder.iterdir():
-        (copy / path.name).write_bytes(path.read_bytes())
+    copy = Path(shutil.copytree(folder, tmp_path / folder.name))
     notes = copy / "readings.jsonl"
     kept = [line for line in notes.read_text().splitlines() if '"scan"' not in line]
-    notes.write_text("\n".join(kept))
+    notes.write_text("\n".join(kept) + "\n")
     code, out, err = call("replay", copy)
     assert code == 2
     assert len((out + err).splitlines()) == 1

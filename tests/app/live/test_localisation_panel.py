@@ -46,6 +46,7 @@ REGISTRATION = Registration(
     explained=1.0,
     displaced=(MOVED,),
     uncertain=(),
+    missed=np.zeros((2, 0), int),
 )
 
 

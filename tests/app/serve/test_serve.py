@@ -42,7 +42,9 @@ def test_the_catalogue_has_forms_and_mistakes_their_lines(tmp_path):
 
 def test_each_wrong_field_is_told_at_itself_and_an_emptied_one_means_its_default(tmp_path):
     task = "task: t\nparams: {n: {default: 3}, share: {default: 5.0, max: 9}}\ntree:\n  {}\n"
-    (tmp_path / "t.yaml").write_text(task.replace("{}", "retry: $n\n  wait: {duration_s: $share}"))
+    (tmp_path / "t.yaml").write_text(
+        task.replace("{}", "retry: $n\n  timeout_s: $share\n  open_gripper:")
+    )
     desk = TaskDesk(tmp_path, armed=False, view=View.NONE, say=print)
 
     def told(**order: object) -> dict[str, str]:
