@@ -45,11 +45,13 @@ def run_task(
     if robot.outdated:
         tell(robot.outdated)
     detector = GraspDetector(options.weights, gripper=robot.gripper)
+    # Before the drivers wait for commands; told once the robot is not refused.
+    too_slow = _too_slow(robot, detector) if load_real_robot(options.robot) else []
     loading("the robot and its world")
     with ExitStack() as page:
         with open_setup(options, detector, beneath=instruments.beneath, announce=tell) as setup:
-            if setup.clock.session.is_real:
-                _tell_room(robot, detector)
+            for text in too_slow:
+                tell(f"warning: {text}")
             nodes = nodes_in_order(build(task, setup.context))
             _check_places(options, task, setup)
             scene = scene_view(
@@ -95,13 +97,11 @@ def run_task(
     return result
 
 
-def _tell_room(robot: RobotDescription, detector: GraspDetector) -> None:
-    """Warn of a computer that is too slow for a robot that does not wait."""
+def _too_slow(robot: RobotDescription, detector: GraspDetector) -> list[str]:
+    """What this computer is too slow for, with a robot that does not wait."""
     from hw.hardware import Verdict, room
 
-    for one in room(robot, detector):
-        if one.verdict is not Verdict.GOOD:
-            tell(f"warning: {one.text}")
+    return [one.text for one in room(robot, detector) if one.verdict is not Verdict.GOOD]
 
 
 def _check_places(options: RunOptions, task: Task, setup: Setup) -> None:
