@@ -16,34 +16,51 @@ from lab.commands import add_to
 
 add_to(app)
 
-REAL_TIME = tuple(
-    str(Path(__file__).parent / name)
-    for name in (
-        *("hw/hardware", "hw/omron", "hw/panda", "hw/realsense", "hw/ros2", "app/live"),
-        *("app/core/test_watchdog.py", "app/core/test_interrupts.py", "app/test_interrupt.py"),
-    )
-)
-"""Folders and files of tests that run in real time."""
-
-
-LIMIT = 300.0
-"""Of a test that is not slow [s]: one that hangs fails, and the others go on.
+LIMITS = {False: 120.0, True: 600.0}
+"""Of a test, and of a slow one [s]: one that hangs fails, and the others go on.
 
 Measured by a thread, as `hw.watchdog` has the alarm signal to itself.
 """
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """A test that hangs fails; one that runs in real time has three attempts.
+    """A test that hangs fails; one that is marked `realtime` has three attempts.
 
     A computer that stands still for 20 ms makes an emulated robot stop, as it should: that says
     nothing about the driver. A driver that is wrong is wrong three times.
     """
     for item in items:
-        if item.get_closest_marker("slow") is None:
-            item.add_marker(pytest.mark.timeout(LIMIT, method="thread"))
-        if str(item.path).startswith(REAL_TIME):
+        limit = LIMITS[item.get_closest_marker("slow") is not None]
+        item.add_marker(pytest.mark.timeout(limit, method="thread"))
+        if item.get_closest_marker("realtime") is not None:
             item.add_marker(pytest.mark.flaky(reruns=2))
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Each rerun, and what caused it."""
+    reruns = terminalreporter.getreports("rerun")
+    if reruns:
+        terminalreporter.section(f"{len(reruns)} reruns")
+    for report in reruns:
+        crash = getattr(report.longrepr, "reprcrash", None)
+        said = str(crash.message if crash else report.longrepr).strip().splitlines()
+        terminalreporter.line(f"{report.nodeid}: {said[0] if said else report.when}")
+
+
+MAY_SKIP: tuple[str, ...] = ()
+"""Reasons of the skips that continuous integration accepts: hardware that it has not."""
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Where `CI` is set, a test that is skipped for another reason than those fails the run."""
+    reporter = session.config.pluginmanager.get_plugin("terminalreporter")
+    if "CI" not in os.environ or hasattr(session.config, "workerinput") or reporter is None:
+        return
+    said = [report.longrepr[2] for report in reporter.getreports("skipped")]
+    if [one for one in said if not any(reason in one for reason in MAY_SKIP)]:
+        reporter.line("tests were skipped that CI is to run", red=True)
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
 
 def pytest_collection_finish() -> None:
