@@ -6,20 +6,33 @@ TASK ?= trees/pick_place.yaml
 SEED ?= 0
 WORLD ?= kinematic
 
-.PHONY: run test test-all lint system declarations experiments film clean
+.PHONY: run test test-slow test-all coverage lint system declarations experiments film clean
 
 run: .venv/installed
 	@$(BIN)/frankie-task run $(TASK) --seed $(SEED) --world $(WORLD)
 
 # Two processes, each on one core, of which one takes over what the other has not begun. Byte code is
 # written though the environment forbid it: tests start many programs, and each would compile it all.
-PYTEST := OMP_NUM_THREADS=1 PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n 2 --dist worksteal -q
+PYTEST := OMP_NUM_THREADS=1 PYTHONDONTWRITEBYTECODE= $(BIN)/pytest --dist worksteal -q
 
 test: lint
-	$(PYTEST)
+	$(PYTEST) -n 2
 
-test-all: lint
-	$(PYTEST) -m "slow or not slow"
+# What keeps real time has the computer to itself.
+test-slow: .venv/developing
+	$(PYTEST) -n 2 -m "slow and not realtime"
+	$(PYTEST) -n 0 -m "slow and realtime"
+
+test-all: test test-slow
+
+# The share of the statements that any test runs, child processes included; room by room, then all.
+ROOMS := app behaviours config controller hw lab perception robots trees
+coverage: .venv/developing
+	$(BIN)/coverage erase
+	OMP_NUM_THREADS=1 $(BIN)/coverage run -m pytest -q -n 2 -m "slow or not slow"
+	$(BIN)/coverage combine -q
+	@for room in $(ROOMS); do echo "$$room $$($(BIN)/coverage report --format=total --include="$$room/*")"; done
+	$(BIN)/coverage report --format=total --fail-under=95
 
 lint: .venv/developing
 	$(BIN)/ruff check .
