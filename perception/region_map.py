@@ -16,8 +16,7 @@ import numpy as np
 from pinocchio import SE3
 
 from perception.frame import Array, Frame, Mask
-from perception.geometry import world_points
-from perception.grasps.network_input import valid_depth
+from perception.grasps.network_input import measured
 from perception.objects.detected_object import DetectedObject
 from perception.registration import UNKNOWN_COVER, Place
 
@@ -97,15 +96,7 @@ class RegionMap:
         every = self._stride
         row = self.frames % every
         column = (row + self.frames // every) % every  # every pixel has its turn
-        depth = np.asarray(frame.depth)[row::every, column::every]
-        v, u = np.nonzero(valid_depth(depth))
-        points = world_points(
-            depth[v, u],
-            frame.intrinsics,
-            frame.wTc,
-            column + every * u.astype(float),
-            row + every * v.astype(float),
-        )
+        _, _, points = measured(frame, every, row, column)
         local = (points - place.wTr.translation) @ place.wTr.rotation
         height = local[:, 2] + self._size[2] / 2.0
         half = self._half + np.minimum(place.tolerance, _BEYOND)

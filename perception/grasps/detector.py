@@ -6,7 +6,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from perception.frame import Array, Frame, Image, Indices, Mask, ObjectRegion, Workspace
+from perception.frame import Array, Frame, Image, Mask, ObjectRegion, Workspace
 from perception.frame_check import frame_problem
 from perception.geometry import world_points
 from perception.grasp import Detection
@@ -19,6 +19,7 @@ from perception.grasps.network_input import (
     Crop,
     NoDepthError,
     Prepared,
+    measured,
     prepare,
     scaled_crop,
     valid_depth,
@@ -221,7 +222,7 @@ def _support_depth(depth: Image, frame: Frame, workspace: Workspace | None) -> f
         if along_axis > 0.0:
             return along_axis
     elif workspace is not None:
-        row, column, points = _coarse(frame)
+        row, column, points = measured(frame, _STEP)
         inside = workspace.contains(points)
         if inside.any():
             return float(np.percentile(depth[row[inside], column[inside]], _FAR_END))
@@ -230,7 +231,7 @@ def _support_depth(depth: Image, frame: Frame, workspace: Workspace | None) -> f
 
 def _level(frame: Frame) -> float:
     """Height of the largest level surface in an image [m]."""
-    heights = _coarse(frame)[2][:, 2]
+    heights = measured(frame, _STEP)[2][:, 2]
     bins = np.rint(heights / _LEVEL_BIN).astype(np.int64)
     lowest = int(bins.min())
     level = (int(np.bincount(bins - lowest).argmax()) + lowest) * _LEVEL_BIN
@@ -262,21 +263,11 @@ def _allowed(prepared: Prepared, frame: Frame, workspace: Workspace | None, floo
     return mask
 
 
-def _coarse(frame: Frame) -> tuple[Indices, Indices, Array]:
-    """Rows, columns [px] and (N, 3) points in the world [m] of a part of the measured pixels."""
-    depth = np.asarray(frame.depth)[::_STEP, ::_STEP]
-    row, column = np.nonzero(valid_depth(depth))
-    z = depth[row, column].astype(float)
-    row, column = _STEP * row, _STEP * column
-    u, v = column.astype(float), row.astype(float)
-    return row, column, world_points(z, frame.intrinsics, frame.wTc, u, v)
-
-
 def _stands_out_beside(
     crop: Crop, frame: Frame, workspace: Workspace | None, floor: float
 ) -> Array | None:
     """(2,) the pixel in the middle of what stands out nearest to a crop, outside it; or None."""
-    row, column, points = _coarse(frame)
+    row, column, points = measured(frame, _STEP)
     high = points[:, 2] >= floor + OCCUPIED_HEIGHT
     if workspace is not None:
         high[high] = _well_inside(workspace, points[high])

@@ -14,8 +14,8 @@ import numpy as np
 from pinocchio import SE3
 
 from config import UserError
-from perception.frame import Array, Image, Indices, Mask
-from perception.geometry import world_maps
+from perception.frame import Array, Frame, Image, Indices, Mask
+from perception.geometry import world_maps, world_points
 from robots import Intrinsics
 
 INPUT_SIZE = 300  # side of a network's input image [px]
@@ -39,6 +39,20 @@ def valid_depth(depth: Image) -> Mask:
     """Which pixels of a depth image [m] hold a usable depth; NaN is none."""
     valid: Mask = (depth > 0.0) & (depth < MAX_DEPTH)
     return valid
+
+
+def measured(
+    frame: Frame, every: int, row: int = 0, column: int = 0
+) -> tuple[Indices, Indices, Array]:
+    """Rows, columns [px] and (N, 3) points in the world [m] of the usable pixels of a part.
+
+    The part is every n-th row and column, from the given ones on.
+    """
+    depth = np.asarray(frame.depth)[row::every, column::every]
+    v, u = np.nonzero(valid_depth(depth))
+    z, v, u = depth[v, u].astype(float), row + every * v, column + every * u
+    points = world_points(z, frame.intrinsics, frame.wTc, u.astype(float), v.astype(float))
+    return v, u, points
 
 
 @dataclass(frozen=True, kw_only=True)

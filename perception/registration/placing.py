@@ -11,8 +11,7 @@ import numpy as np
 from pinocchio import SE3, exp3
 
 from perception.frame import Array, Frame, Mask
-from perception.geometry import world_points
-from perception.grasps.network_input import valid_depth
+from perception.grasps.network_input import measured
 from perception.registration.matching import LOSS_SCALE, SUPPORT, Problem, Solution
 from perception.registration.planar import on_floor
 from perception.registration.sensors import DEPTH_CAMERA, Cloud
@@ -108,16 +107,7 @@ def _points_around(frame: Frame, wTr: SE3, size: Array, high: float) -> Array:
 
     Inside of it they are at least `high` over its floor [m].
     """
-    first = _STRIDE // 2
-    depth = np.asarray(frame.depth)[first::_STRIDE, first::_STRIDE]
-    v, u = np.nonzero(valid_depth(depth))
-    points = world_points(
-        depth[v, u],
-        frame.intrinsics,
-        frame.wTc,
-        first + _STRIDE * u.astype(float),
-        first + _STRIDE * v.astype(float),
-    )
+    _, _, points = measured(frame, _STRIDE, _STRIDE // 2, _STRIDE // 2)
     local = (points - wTr.translation) @ wTr.rotation
     height = local[:, 2] + size[2] / 2.0
     outside = (np.abs(local[:, :2]) - size[:2] / 2.0).max(axis=1)
