@@ -64,13 +64,9 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
 
 
 def pytest_collection_finish() -> None:
-    """No collection of garbage looks through the modules of all tests again: it took half the time.
-
-    `Session` gives back at its end what it has frozen, and would give these back as well.
-    """
+    """No collection of garbage looks through the modules of all tests again, half of the time."""
     gc.collect()
     gc.freeze()
-    gc.unfreeze = lambda: None
 
 
 @pytest.fixture(autouse=True)

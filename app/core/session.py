@@ -302,9 +302,14 @@ def _still_moving() -> Outcome:
 
 @contextmanager
 def _frozen_garbage() -> Iterator[None]:
-    """Exclude existing objects from garbage collection, which would delay ticks by up to 0.1 s."""
+    """Exclude existing objects from garbage collection, which would delay ticks by up to 0.1 s.
+
+    What the process had frozen before stays so.
+    """
+    is_first = not gc.get_freeze_count()
     gc.freeze()
     try:
         yield
     finally:
-        gc.unfreeze()
+        if is_first:
+            gc.unfreeze()
