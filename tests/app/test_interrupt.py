@@ -7,7 +7,7 @@ import pytest
 
 from app.terminal import until_interrupted
 
-pytestmark = pytest.mark.usefixtures("interruptible")
+pytestmark = [pytest.mark.realtime, pytest.mark.usefixtures("interruptible")]
 
 
 def test_it_ends_whichever_thread_receives_the_signal() -> None:

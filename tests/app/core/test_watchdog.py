@@ -16,6 +16,8 @@ from behaviours import Leaf
 from controller import PoseGoal
 from hw import LoopBlockedError, Patience, Watchdog
 
+pytestmark = pytest.mark.realtime
+
 BLOCK_AT = 30
 DEADLINE = 0.25
 """From the beginning of the block to the stop [s]."""

@@ -11,7 +11,7 @@ from emulated_robot import emulated, needs_drivers, robot_file
 
 from hw import FaultKind, Gate, Refusal, WorldOptions, open_backend
 
-pytestmark = needs_drivers
+pytestmark = [pytest.mark.realtime, needs_drivers]
 
 
 def slow(*values):

@@ -20,7 +20,7 @@ from hw.clock import stopwatch
 from hw.hardware import commander_of
 from robots import load_real_robot
 
-pytestmark = needs_drivers
+pytestmark = [pytest.mark.realtime, needs_drivers]
 
 EXACT = ("--localisation", "exact")  # as the emulators that a test starts
 

@@ -10,7 +10,7 @@ from hw import FaultKind, HardwareError, WorldOptions, open_backend
 from hw.hardware import Verdict, examine
 from robots import load_real_robot
 
-pytestmark = needs_drivers
+pytestmark = [pytest.mark.realtime, needs_drivers]
 
 
 def opened(path, announce=None):

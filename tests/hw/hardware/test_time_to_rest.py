@@ -19,6 +19,7 @@ from hw import Gate, WorldOptions, open_backend
 from hw.clock import stopwatch
 
 pytestmark = [
+    pytest.mark.realtime,
     needs_drivers,
     pytest.mark.slow,
     pytest.mark.skipif(not IN_TIME, reason="the system grants no real-time priority"),

@@ -15,6 +15,8 @@ from hw.emulators.omron.controller import Teleop
 from hw.omron import Site
 from hw.state import Fault
 
+pytestmark = pytest.mark.realtime
+
 TOLD = 0.15
 WHY = {
     "dead-zone-larger": "stands although it is commanded",

@@ -16,6 +16,8 @@ from hw import FaultKind
 from hw.clock import stopwatch
 from hw.emulators.omron import OmronEmulator
 
+pytestmark = pytest.mark.realtime
+
 TOLD = 0.25
 """The base is told to rest within this time of the last good command [s]."""
 SCRIPT = """

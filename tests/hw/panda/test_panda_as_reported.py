@@ -16,6 +16,8 @@ from hw.emulators.panda import AS_REPORTED
 from hw.panda import PandaArm, PandaHand
 from hw.panda.hand_process import NOT_HOMED
 
+pytestmark = pytest.mark.realtime
+
 BLOCK, OPENING, FORCE = 0.031, 0.08, 20.0
 REFUSED = {
     "udp-blocked": "firewall",

@@ -15,7 +15,7 @@ from waiting import until
 from hw import FaultKind, HardwareError, WallClock
 from hw.panda import PandaArm
 
-pytestmark = needs_library
+pytestmark = [pytest.mark.realtime, needs_library]
 ZERO = np.zeros(7)
 SPEED = 0.3
 READY = np.array([0.0, -0.3, 0.0, -2.2, 0.0, 2.0, 0.785])

@@ -14,6 +14,8 @@ from waiting import until
 from hw import FaultKind, HardwareError, WallClock
 from hw.panda import PandaArm
 
+pytestmark = pytest.mark.realtime
+
 PARENT = """
 import sys, time
 import numpy as np

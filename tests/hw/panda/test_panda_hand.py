@@ -15,7 +15,7 @@ from hw import FaultKind, HardwareError, WallClock
 from hw.panda import PandaHand, hand_process
 from hw.processes.mailbox import share_memory
 
-pytestmark = needs_library
+pytestmark = [pytest.mark.realtime, needs_library]
 OPENING = 0.08
 
 

@@ -19,6 +19,8 @@ from hw.emulators.realsense import Options, RealSenseEmulator, still
 from hw.realsense import RealSenseCamera, RealSenseSettings, camera_process
 from hw.realsense.settings import Status
 
+pytestmark = pytest.mark.realtime
+
 ROOT = Path(__file__).parents[3]
 
 

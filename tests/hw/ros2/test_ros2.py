@@ -25,7 +25,7 @@ from hw.ros2 import missing
 from robots import load_real_robot, load_robot
 from robots.load import SHIPPED
 
-pytestmark = pytest.mark.skipif(bool(missing()), reason=missing())
+pytestmark = [pytest.mark.realtime, pytest.mark.skipif(bool(missing()), reason=missing())]
 NODE = Path(__file__).with_name("robot_node.py")
 DOMAINS = count(os.getpid() % 150)
 WAYS = ("node.delay = 0.05", "node.shuffles = True")  # of its messages
