@@ -92,12 +92,15 @@ class PandaArm:
         self._is_recovering, self._may_recover_at = False, 0.0
 
     def connect(self) -> None:
-        """Start the process, and check that the arm can be commanded; else HardwareError."""
+        """Start the process, and check that the arm can be commanded; else HardwareError.
+
+        While a person guides it, it is read all the same, as to teach poses: that is a fault then.
+        """
         self._offset = self._clock.now() - stopwatch()
         self._put(0.0, _ZERO)
         self._process.start()
         reading = self.reading()
-        cause = _MODES.get(reading.mode)
+        cause = None if reading.mode is Mode.GUIDING else _MODES.get(reading.mode)
         if reading.mode is Mode.USER_STOPPED:
             cause = "its stop button is pressed: release it"
         if cause is not None:

@@ -6,6 +6,7 @@ import re
 import threading
 import time
 
+import numpy as np
 import pytest
 from emulated_panda import connected, drive, emulated, moves, needs_library
 from stepped_panda import SteppedHand
@@ -23,7 +24,6 @@ REFUSED = {
     "udp-blocked": "firewall",
     "wrong-version": "it is an FR3",
     "locked": "unlock",
-    "guided": "by hand",
     "user-stopped": "release it",
 }
 """What keeps the arm from being commanded, and is told when it is connected."""
@@ -44,7 +44,7 @@ ARMS = [
 
 
 def test_every_report_names_its_source_and_is_tried_here():
-    assert {*HANDS, *ARMS, *REFUSED, *LOST} == AS_REPORTED.keys()
+    assert {*HANDS, *ARMS, *REFUSED, *LOST, "guided"} == AS_REPORTED.keys()
     assert all(re.search(r"[a-z0-9]+ #[0-9]+", one.source) for one in AS_REPORTED.values())
 
 
@@ -194,4 +194,15 @@ def test_why_it_cannot_be_commanded_is_said(reported):
         if reported == "udp-blocked":
             with pytest.raises(HardwareError, match=REFUSED[reported]):
                 PandaHand(emulator.address, WallClock()).connect()
+        assert emulator.tell()["commands"] == 0
+
+
+def test_an_arm_that_is_guided_by_hand_is_read_and_not_commanded():
+    with emulated("guided") as emulator:
+        arm = PandaArm(emulator.address, WallClock(), connecting=4.0)
+        arm.connect()
+        (fault,) = arm.read().faults
+        assert (fault.kind, "by hand" in fault.text) == (FaultKind.NOT_READY, True)
+        assert not np.any(arm.send(np.full(7, 0.1)))
+        arm.close()
         assert emulator.tell()["commands"] == 0
