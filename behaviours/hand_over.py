@@ -185,11 +185,20 @@ class Receive(_HeldOut):
         self._step = self._come
         return self._come()
 
+    def _come(self) -> Status:
+        status = super()._come()
+        if self._step == self._offer:
+            self._step = self._open
+        return status
+
+    def _open(self) -> Status:
+        if (opening := self._opening()) is not None:
+            return opening
+        self._since, self._step = self.context.clock.now(), self._offer
+        return self._offer()
+
     def _offer(self) -> Status:
         now = self.context.clock.now()
-        if (opening := self._opening()) is not None:
-            self._since = now
-            return opening
         if now - self._begun > self._timeout:
             return self.failure(f"nothing was given within {self._timeout:g} s")
         if now - self._since < self._every:
@@ -212,7 +221,7 @@ class Receive(_HeldOut):
 
     def _feel_again(self) -> Status:
         self.open_gripper()
-        self._step = self._offer
+        self._step = self._open
         return self.running("nothing there yet")
 
     def _squeeze(self) -> Status:
