@@ -1,6 +1,6 @@
 """Conditions on the newest picture, or scan: what stands in a region, or near the base."""
 
-from math import radians
+from math import ceil, radians
 from typing import Annotated, ClassVar
 
 import numpy as np
@@ -94,6 +94,7 @@ class _Glance(Condition):
         if frame is not self._judged:
             with vision.timed():
                 seen = glance(self.context, self._region, frame)
+                self._lowest = seen.lowest
                 self._seen = (
                     len(seen.segments(self._smallest)),
                     (
@@ -108,7 +109,10 @@ class _Glance(Condition):
 
     @property
     def _text(self) -> str:
-        return f"{counted(self._count, 'object')} seen in {self._region.name}"
+        what = counted(self._count, "object")
+        if not self._count:
+            what = f"nothing over {ceil(1000 * self._lowest)} mm"
+        return f"{what} seen in {self._region.name}"
 
 
 class ObjectVisible(_Glance):

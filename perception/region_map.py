@@ -155,7 +155,7 @@ class RegionMap:
             known = np.any([one.contains(cells) for one in beside], axis=0)
             occupied = occupied.copy()
             occupied[x[known], y[known]] = False
-        return self._pieces(_opened(occupied, 2), smallest)
+        return self._pieces(occupied, smallest)
 
     @property
     def least_count(self) -> int:

@@ -36,8 +36,8 @@ def three():
     ("words", "taken"),
     [
         ({"colour": "red", "choose": "smallest"}, "small red"),
-        pytest.param({"choose": "nearest"}, "small red", marks=pytest.mark.slow),
-        pytest.param({"min_width_mm": 38.0}, "large red", marks=pytest.mark.slow),
+        ({"choose": "nearest"}, "small red"),
+        ({"min_width_mm": 38.0}, "large red"),
     ],
 )
 def test_the_hand_closes_on_what_was_asked_for(three, words, taken):
@@ -94,7 +94,6 @@ def test_what_is_detected_is_a_goal(three):
     assert three.world.held is three.world.find("blue")
 
 
-@pytest.mark.slow
 def test_what_was_detected_stays_on_the_map_while_odometry_drifts(three):
     here, key = three.context.localisation, Key[DetectedObjects]("found")
     here.mTw = here.wTm = SE3.Identity()
@@ -137,7 +136,6 @@ def test_what_stands_in_the_way_can_be_taken_first():
     assert world.held is world.find("before")
 
 
-@pytest.mark.slow
 def test_neighbours_that_touch_are_not_taken_along():
     world = table_world(
         painted(block((0.015, 0.03, 0.02), x=0.68, name="left"), GREEN),

@@ -149,7 +149,7 @@ def test_a_condition_judges_the_newest_picture_though_another_has_fetched_it():
     vision = harness.context.vision
     free = RegionFree("region_free", harness.context, region=SPOT)
     there = ObjectVisible("object_visible", harness.context, within=SPOT)
-    assert asked(harness, free) == (True, "0 objects seen in spot")
+    assert asked(harness, free) == (True, "nothing over 3 mm seen in spot")
     harness.world.objects.append(block())
     harness.run_for(None, 1.0)
     before = vision.newest(-np.inf)

@@ -1,7 +1,6 @@
 """What nobody has told the robot about is not hit if its camera has seen it."""
 
 import numpy as np
-import pytest
 from harness import TABLE_TOP, ByHand, Harness, block, looking_down
 from pinocchio import SE3
 from solid_world import box
@@ -104,7 +103,6 @@ def swept_at_the_post(sees: bool) -> tuple[float, list[str]]:
     return min(gaps), [fault.text for fault in robot.robot.read().faults]
 
 
-@pytest.mark.slow
 def test_a_post_on_the_table_is_not_hit_by_the_hand():
     _, faults = swept_at_the_post(sees=False)
     assert faults == ["the camera hit post"]  # which is beside the hand

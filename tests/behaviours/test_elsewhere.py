@@ -45,7 +45,6 @@ def held_among(*fixtures: Geom) -> Harness:
     return harness
 
 
-@pytest.mark.slow
 def test_a_table_higher_than_the_shoulder_is_reached_from_a_stance():
     legs = [
         box("high table/leg", (x, y, HIGH / 2.0 - 0.02), (0.02, 0.02, HIGH / 2.0 - 0.02))
@@ -62,7 +61,6 @@ def test_a_table_higher_than_the_shoulder_is_reached_from_a_stance():
     assert not harness.world.touches
 
 
-@pytest.mark.slow
 def test_a_place_out_of_reach_is_left_for_another_and_may_be_in_reach_the_next_time():
     harness = held_among(box("shelf", (0.925, 0.0, TABLE_TOP + 0.2), (0.05, 0.06, 0.1)))
     leaf = place(harness)
@@ -86,7 +84,6 @@ def test_a_straight_way_that_leads_nowhere_is_given_up_sooner(straight, patience
     assert harness.clock.now() - begun == pytest.approx(patience, abs=0.2)
 
 
-@pytest.mark.slow
 def test_a_grasp_out_of_reach_from_here_is_reached_from_elsewhere():
     """The table stands on the floor, and its far corner is too far from its front."""
     harness = Harness(table_world(block(x=1.05, y=0.28)))
@@ -100,7 +97,6 @@ def test_a_grasp_out_of_reach_from_here_is_reached_from_elsewhere():
     assert np.linalg.norm(harness.robot.read().wTb.translation[:2]) > 0.5
 
 
-@pytest.mark.slow
 def test_a_base_that_is_stuck_beside_something_backs_off_and_tries_again():
     harness = Harness(table_world())
     harness.reach_over(looking_down(0.7, 0.0, TABLE_TOP + 0.04))

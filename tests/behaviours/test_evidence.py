@@ -72,7 +72,6 @@ def test_fingers_that_never_move_hold_nothing_wherever_they_stand(width, says_it
     assert harness.context.log.placed == 0
 
 
-@pytest.mark.slow
 def test_a_gripper_that_only_says_that_it_moves_does_not_keep_the_hand_up_for_ever():
     harness = held_block()
     harness.robot.restless = True
@@ -108,7 +107,6 @@ def test_something_nearly_as_wide_as_the_hand_is_held():
     assert harness.run(leaf) is Status.SUCCESS, leaf.feedback_message
 
 
-@pytest.mark.slow
 def test_an_object_that_is_lost_on_the_way_is_not_placed():
     harness = held_block()
     leaf = place(harness)
@@ -119,7 +117,6 @@ def test_an_object_that_is_lost_on_the_way_is_not_placed():
     assert leaf.feedback_message == "nothing left to place: the fingers have opened"
 
 
-@pytest.mark.slow
 def test_fingers_that_open_half_way_have_not_let_go():
     harness = held_block()
     grip = harness.robot.grip
@@ -185,7 +182,6 @@ def lowest_pad(harness: Harness) -> float:
     return float(min(corner[2] for corner in corners)) - TABLE_TOP
 
 
-@pytest.mark.slow
 def test_the_finger_tips_stay_above_the_surface():
     """However low the object seemed to be gripped."""
     harness = held_block(block(half=(0.02, 0.02, 0.02)))

@@ -140,7 +140,6 @@ def test_when_the_rows_are_full_places_between_them_are_used():
     assert places.none_free() == "no place free on bin, 2 taken"
 
 
-@pytest.mark.slow
 def test_place_fails_on_a_fault_and_when_it_cannot_get_there():
     harness = held_block()
     leaf = place(harness)

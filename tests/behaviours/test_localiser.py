@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from harness import Harness, looking_down, table_world
 from pinocchio import SE3, utils
 
@@ -60,7 +59,6 @@ def test_no_correction_makes_a_command_jump():
     assert max(moved) > 0.001
 
 
-@pytest.mark.slow
 def test_a_locked_pose_is_reached_as_if_nothing_had_been_corrected():
     ends = []
     for size in (0.0, 0.1):

@@ -56,8 +56,8 @@ def shift(metres: float, degrees: float, turn: float = 0.0) -> SE3:
     "by",
     [
         shift(0.8, 0.0),
-        *(pytest.param(shift(0.8, 45.0 * k), marks=pytest.mark.slow) for k in range(1, 8)),
-        pytest.param(shift(0.0, 0.0, 40.0), marks=pytest.mark.slow),
+        *(shift(0.8, 45.0 * k) for k in range(1, 8)),
+        shift(0.0, 0.0, 40.0),
     ],
 )
 def test_a_start_pose_that_is_wrong_is_a_fault_within_three_seconds(tmp_path, by):
@@ -68,7 +68,6 @@ def test_a_start_pose_that_is_wrong_is_a_fault_within_three_seconds(tmp_path, by
     assert LOST in str(explain(result.folder))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("level", ["good", "poor"])
 @pytest.mark.parametrize("scene", ["household", "kitchen", "corridor", "crossing", "shelf"])
 def test_a_robot_that_is_where_it_takes_itself_to_be_is_not_lost(tmp_path, scene, level):

@@ -26,7 +26,6 @@ def base_pose(x: float, y: float, degrees: float) -> BasePose:
     )
 
 
-@pytest.mark.slow
 def test_a_base_that_swings_round_is_not_stuck():
     harness = Harness()
     start, home = base_pose(1.5, 1.0, 90.0), base_pose(0.0, 0.0, 0.0)
@@ -44,7 +43,6 @@ def test_a_robot_that_does_not_move_is_stuck_within_seconds():
     assert 2.0 < harness.clock.now() < 4.0
 
 
-@pytest.mark.slow
 def test_a_robot_that_only_moves_about_is_stuck_in_the_end():
     """It turns on the spot, whatever it is told."""
     harness = Harness()
@@ -68,7 +66,6 @@ def test_a_goal_out_of_reach_is_given_up():
     assert harness.robot.read().wTb.isApprox(SE3.Identity())
 
 
-@pytest.mark.slow
 def test_a_pause_counts_in_no_patience():
     harness = Harness(table_world())
     leaf = Navigate("navigate", harness.context, to=FAR_AWAY)

@@ -25,7 +25,7 @@ def navigate(harness: Harness, to: ToolPose) -> Navigate:
     return Navigate("navigate", harness.context, to=to)
 
 
-@pytest.mark.parametrize("robot", ["frankie", pytest.param("omni", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("robot", ["frankie", "omni"])
 def test_navigate_brings_the_hand_to_a_pose(robot):
     harness = Harness(table_world(), robot=robot)
     leaf = navigate(harness, POSE)
@@ -114,7 +114,7 @@ def test_recover_waits_for_a_recovery_that_takes_time():
     assert harness.clock.now() >= 0.5
 
 
-@pytest.mark.parametrize("room_behind", [2.0, pytest.param(0.05, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("room_behind", [2.0, 0.05])
 def test_recover_backs_the_base_off_from_what_is_in_the_way_of_the_arm(room_behind):
     """The arm swings against a cupboard on its left, and there is no room to turn."""
     floor = Geom(Plane(), SE3.Identity(), "floor")

@@ -54,7 +54,7 @@ def keep(
     return harness, leaf
 
 
-@pytest.mark.parametrize("robot", ["frankie", pytest.param("omni", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("robot", ["frankie", "omni"])
 def test_the_hand_stays_within_millimetres_while_the_base_is_on_its_way(robot):
     harness, leaf = keep(robot, 5.0)
     assert np.abs(pin.rpy.matrixToRpy(harness.robot.read().wTb.rotation)[2]) > 0.3
@@ -63,7 +63,6 @@ def test_the_hand_stays_within_millimetres_while_the_base_is_on_its_way(robot):
     assert max(angles) < np.deg2rad(0.5)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("robot", ["frankie", "omni"])
 def test_the_base_stops_before_the_arm_is_at_its_end(robot):
     harness, leaf = keep(robot, 12.0)
@@ -74,7 +73,6 @@ def test_the_base_stops_before_the_arm_is_at_its_end(robot):
     assert np.abs(moved).max() < 0.05 * 2.0
 
 
-@pytest.mark.slow
 def test_after_an_attempt_in_vain_the_base_stands_while_the_hand_grasps():
     there = ToolPose(name="there", mTe=looking_down(-3.0, 1.5, 0.8))
     up = ToolPose(name="up", mTe=looking_down(0.6, 0.0, 0.85))
@@ -97,7 +95,6 @@ def test_after_an_attempt_in_vain_the_base_stands_while_the_hand_grasps():
     assert np.linalg.norm(pin.log3(another.rotation.T @ standing.rotation)) > 0.2  # it turns to it
 
 
-@pytest.mark.slow
 def test_what_moves_is_gripped_where_it_has_come():
     velocity = np.array([0.0, 0.1, 0.0])
     thing = block(x=0.7, y=0.0)

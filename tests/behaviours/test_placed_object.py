@@ -27,12 +27,7 @@ def sticks(harness: Harness) -> None:
     harness.world.find("block").pose = wTe * harness.eTo
 
 
-SLOW = pytest.mark.slow
-
-
-@pytest.mark.parametrize(
-    ("happens", "half_height"), [pytest.param(away, 0.015, marks=SLOW), (sticks, 0.03)]
-)
+@pytest.mark.parametrize(("happens", "half_height"), [(away, 0.015), (sticks, 0.03)])
 def test_what_does_not_stand_at_its_place_is_not_placed(happens, half_height):
     harness = held_block(block(half=(0.02, 0.03, half_height)))
     leaf = place(harness)

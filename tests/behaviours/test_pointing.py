@@ -27,7 +27,6 @@ def over_the_table(*objects) -> Harness:
     return with_the_hand_at(table_world(*objects), 0.6, 0.0, TABLE_TOP + 0.35)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("at", "distance"), [(BEHIND, None), (LARGE, 0.6)])
 def test_look_at_turns_the_camera_to_a_place(at, distance):
     harness = Harness(table_world())
@@ -56,7 +55,6 @@ def test_look_at_fails_without_a_camera_and_on_a_fault():
     assert leaf.feedback_message == "the arm hit something"
 
 
-@pytest.mark.slow
 def test_a_scan_counts_what_stands_in_a_region_larger_than_a_picture():
     spots = [(0.7, -0.28), (0.9, -0.1), (0.75, 0.1), (0.9, 0.3)]
     harness = over_the_table(*(block(x=x, y=y, name=f"b{x}{y}") for x, y in spots))
@@ -116,7 +114,6 @@ def moving_block(y: float = -0.1, until: float = np.inf):
     return thing
 
 
-@pytest.mark.slow
 def test_follow_stays_over_a_moving_object_and_succeeds_when_it_stands_still():
     harness = over_the_table(moving_block(until=8.0))
     leaf = Follow("follow", harness.context, within=LARGE)
@@ -143,7 +140,6 @@ def test_follow_fails_when_there_is_nothing_to_follow_or_see():
     assert leaf.feedback_message == "no camera frame for 1.5 s"
 
 
-@pytest.mark.slow
 def test_follow_fails_when_the_hand_cannot_keep_up_and_on_a_fault():
     harness = over_the_table(block(x=0.9, y=0.25))
     harness.robot.stuck = True

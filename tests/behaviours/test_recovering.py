@@ -16,7 +16,6 @@ from hw import Fault, FaultKind
 from hw.sim import World
 from robots import Box, Geom, Plane
 
-SLOW = pytest.mark.slow
 FLOOR = Geom(Plane(), SE3.Identity(), "floor")
 PEDESTAL = Geom(Box((0.1, 0.1, 0.2)), SE3(np.eye(3), np.array([1.2, 0.0, 0.2])), "pedestal")
 BEYOND = BasePose(name="beyond", mTb=SE3(np.eye(3), np.array([2.5, 0.0, 0.0])))
@@ -71,7 +70,7 @@ def unknown_pedestal(robot: str = "frankie") -> Harness:
     return harness
 
 
-@pytest.mark.parametrize("robot", ["frankie", pytest.param("omni", marks=SLOW)])
+@pytest.mark.parametrize("robot", ["frankie", "omni"])
 def test_a_base_that_has_hit_what_nobody_knew_goes_back_and_then_around_it(robot):
     harness = unknown_pedestal(robot)
     times = clears_of(harness)
@@ -87,7 +86,7 @@ def test_a_base_that_has_hit_what_nobody_knew_goes_back_and_then_around_it(robot
     assert len(harness.world.touches) == 1
 
 
-@pytest.mark.parametrize(("ahead", "heading"), [(-1.5, 0.0), pytest.param(1.5, 2.5, marks=SLOW)])
+@pytest.mark.parametrize(("ahead", "heading"), [(-1.5, 0.0), (1.5, 2.5)])
 def test_the_base_goes_away_from_the_side_that_was_touched(ahead, heading):
     direction = pin.utils.rotate("z", heading) @ np.array([ahead, 0.0, 0.0])
     wall = Geom(Box((0.1, 1.0, 0.2)), SE3(pin.utils.rotate("z", heading), 0.8 * direction), "wall")
@@ -102,8 +101,7 @@ def test_the_base_goes_away_from_the_side_that_was_touched(ahead, heading):
     assert gone @ direction / np.linalg.norm(direction) < -0.2
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("ahead", [0.4, pytest.param(-0.4, marks=SLOW)])
+@pytest.mark.parametrize("ahead", [0.4, -0.4])
 def test_where_the_side_is_not_told_the_base_goes_back_along_where_it_came_from(ahead):
     harness = Harness(World([FLOOR], []))
     goal = BaseGoal(wTb=SE3(np.eye(3), np.array([ahead, 0.0, 0.0])), reverse=ahead < 0.0)
@@ -124,7 +122,6 @@ def test_where_the_side_is_not_told_the_base_goes_back_along_where_it_came_from(
     assert harness.context.fault_memory.given_up == "came back 3 times: bumped"
 
 
-@pytest.mark.slow
 def test_what_comes_back_is_cleared_three_times_with_growing_pauses_and_then_left_to_a_person():
     """However many leaves try: the count is not theirs."""
     harness = Harness(table_world())
@@ -143,7 +140,6 @@ def test_what_comes_back_is_cleared_three_times_with_growing_pauses_and_then_lef
     assert len(times) == 4
 
 
-@pytest.mark.slow
 def test_faults_at_other_places_are_cleared_with_pauses_too():
     harness = Harness(World([FLOOR], []))
     times = clears_of(harness)

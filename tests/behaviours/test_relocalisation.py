@@ -43,14 +43,12 @@ def with_late_frames(late: float) -> Harness:
     return harness
 
 
-@pytest.mark.slow
 def test_late_frames_give_a_grasp_where_nothing_moves():
     harness = with_late_frames(0.6)
     assert harness.run(Grasp("grasp", harness.context, within=SPOT)) is Status.SUCCESS
     assert harness.world.held is not None
 
 
-@pytest.mark.slow
 def test_frames_that_never_come_are_told():
     harness = with_late_frames(1.2)
     begun = harness.clock.now()
@@ -68,7 +66,6 @@ def displace(harness: Harness, metres: float, degrees: float = 0.0) -> None:
     harness.robot.read = lambda: replace(state := read(), wTb=along * state.wTb * turned)
 
 
-@pytest.mark.slow
 def test_a_grasp_that_was_locked_is_looked_for_again_after_a_jump():
     harness = over_the_table(block(x=0.75))
     leaf = Grasp("grasp", harness.context, within=SPOT)

@@ -62,7 +62,6 @@ def test_the_goal_follows_an_object_that_is_moved_until_it_is_locked():
     assert harness.world.held is harness.world.find("block")
 
 
-@pytest.mark.slow
 def test_once_locked_the_goal_stays():
     harness = over_the_table(block())
     leaf = grasp(harness)
@@ -99,7 +98,6 @@ def test_a_grasp_out_of_the_region_is_not_taken():
     assert harness.context.log.attempts == 0
 
 
-@pytest.mark.slow
 def test_a_camera_that_goes_blind_on_the_way_ends_the_grasp():
     harness = over_the_table(block())
     leaf = grasp(harness)
@@ -133,7 +131,6 @@ def highest_view(harness: Harness, leaf: Grasp, x: float, y: float) -> float:
     return highest
 
 
-@pytest.mark.slow
 def test_where_no_grasp_is_seen_the_camera_looks_again_from_above():
     tin = SimObject(
         name="tin",
@@ -190,7 +187,7 @@ def test_a_region_is_counted_where_the_map_has_it_in_the_end():
     assert harness.context.log.stocks["spot"].most == 0
 
 
-@pytest.mark.parametrize("things", [0, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("things", [0, 1])
 def test_what_is_not_in_the_picture_is_looked_at_from_another_view(things):
     world = table_world(*[block(x=0.85, y=0.1)] * things)
     harness = with_the_hand_at(world, 0.5, -0.4, TABLE_TOP + 0.3)

@@ -147,7 +147,6 @@ def with_things_at(*numbers: int) -> Harness:
     return harness
 
 
-@pytest.mark.slow
 def test_a_place_on_which_something_stands_is_passed_over():
     harness = with_things_at(2, 4)
     leaf = place(harness)
@@ -157,7 +156,6 @@ def test_a_place_on_which_something_stands_is_passed_over():
     assert harness.context.log.places_blocked == {}  # it may be free the next time
 
 
-@pytest.mark.slow
 def test_a_small_thing_below_what_is_held_is_seen_before_the_hand_goes_down():
     harness = held_block(block(half=(0.03, 0.06, 0.025)))
     harness.context.log.places_used["table"] = {2, 4, 6}
@@ -197,7 +195,6 @@ def test_a_place_at_an_edge_that_is_seen_is_moved_off_it():
     assert text.startswith("place 1 of table is at an edge: moved by ")
 
 
-@pytest.mark.slow
 def test_when_something_stands_at_every_place_nothing_is_let_go():
     harness = with_things_at(1, 2, 3, 4, 5, 6)
     between = range(7, len(Places(harness.context, FAR, 0.13).slots) + 1)
@@ -218,7 +215,6 @@ def test_nothing_is_let_go_where_there_is_no_surface():
     assert harness.context.log.placed == 0
 
 
-@pytest.mark.slow
 def test_without_a_frame_nothing_is_let_go():
     harness = with_things_at()
     harness.robot.blind = True
@@ -230,7 +226,6 @@ def test_without_a_frame_nothing_is_let_go():
     assert harness.world.held is not None
 
 
-@pytest.mark.slow
 def test_the_camera_looks_past_an_object_that_hides_the_place():
     harness = held_block(block(half=(0.035, 0.085, 0.025)))
     harness.context.log.places_used["table"] = {2, 4, 6}

@@ -64,7 +64,7 @@ WALKS = {
     ("robot", "walk"),
     [
         ("frankie", "from the left"),
-        pytest.param("frankie", "from behind", marks=pytest.mark.slow),
+        ("frankie", "from behind"),
         ("omni", "aslant"),
     ],
 )

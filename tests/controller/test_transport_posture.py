@@ -35,7 +35,6 @@ def model():
     return robot_model("frankie")
 
 
-@pytest.mark.slow
 def test_the_arm_gets_through_a_corridor_without_touching_it(model):
     """From a goal on one side to one behind the wall on the other."""
     controller, state, last = HolisticController(model), State(), Command.stop(7)

@@ -342,7 +342,6 @@ def test_what_a_run_keeps_of_a_robot_describes_the_same(tmp_path):
         assert (kept.base.lag, kept.arm.lag) == (robot.base.lag, robot.arm.lag)
 
 
-@pytest.mark.slow
 def test_a_run_is_read_again_when_its_robot_has_moved(tmp_path, monkeypatch):
     for file, text in robot_texts("omni").items():
         (tmp_path / "mine" / file).parent.mkdir(parents=True, exist_ok=True)
@@ -369,7 +368,6 @@ def test_what_is_wrong_is_told_without_the_name_of_a_temporary_file(tmp_path):
     assert "arm.yaml" not in why
 
 
-@pytest.mark.slow
 def test_a_task_on_a_base_that_stands_still_is_checked(tmp_path):
     imported(written(tmp_path / "s.urdf", arm()), tmp_path / "s", drive="none")
     task = (

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
 
 from config import Diagnostic, Severity
 from trees.language import check
 
 MARK = "¦"
 """Stands in a mistake where the diagnostic has to point."""
+TABLES = yaml.safe_load(Path(__file__).with_suffix(".yaml").read_text("utf-8"))
 
 BEFORE = """\
 task: corpus
@@ -54,3 +59,13 @@ def marked(text: str) -> tuple[int, int]:
     """Line and column of the mark."""
     before = text[: text.index(MARK)]
     return before.count("\n") + 1, len(before) - before.rfind("\n")
+
+
+def table(name: str) -> pytest.MarkDecorator:
+    """A test of each row of a table in `mistakes.yaml`."""
+    return pytest.mark.parametrize("row", TABLES[name], ids=task_of)
+
+
+def task_of(row: Any) -> str:
+    """What identifies a row."""
+    return row if isinstance(row, str) else row.get("task") or row["place"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from mistakes import table
 from tree_toys import TOYS, Run
 
 from behaviours import Key, LeafCrashedError
@@ -93,43 +94,15 @@ def test_set_that_copies_what_is_not_there_is_named(tmp_path):
     assert raised.value.leaf == "copy"
 
 
-WRITTEN = [
-    "sequence: [set: {n: 1}, note: {value: $n}]",
-    "fallback: [{timeout_s: 1, invert: true, count: {times: n}}, note: {value: $n}]",
-    "sequence: [fallback: [count: {times: n}, set: {n: 0}], note: {value: $n}]",
-    "sequence: [parallel: [count: {times: n}, open_gripper], note: {value: $n}]",
-    "sequence: [until: [count: {times: n}, open_gripper], note: {value: $n}]",
-    "sequence: [{retry: 3, delay_s: 1, timeout_s: 1, count: {times: n}}, note: {value: $n}]",
-    "sequence: [{while: {ask: {answers: S}}, count: {times: n}}, note: {value: $n}]",
-    "sequence: [{invert: false, count: {times: n}}, note: {value: $n}]",
-    "{sequence: [set: {a: S}, {while: {ask: {answers: $a}}, open_gripper: }]}",
-]
+@table("sure")
+def test_a_key_that_is_certainly_written_may_be_read(diagnostics, row):
+    assert diagnostics(row) == []
 
 
-@pytest.mark.parametrize("tree", WRITTEN)
-def test_a_key_that_is_certainly_written_may_be_read(diagnostics, tree):
-    assert diagnostics(tree) == []
-
-
-UNSURE = "`$n` is not written on every way here"
-UNWRITTEN = [
-    ("sequence: [note: {value: $n}, set: {n: 1}]", "1:26: `$n` is neither a parameter nor a key"),
-    ("sequence: [fallback: [open_gripper, count: {times: n}], note: {value: $n}]", UNSURE),
-    ("fallback: [count: {times: n}, note: {value: $n}]", UNSURE),
-    ("parallel: [count: {times: n}, note: {value: $n}]", UNSURE),
-    ("sequence: [{unless: {ask: {answers: F}}, set: {n: 1}}, note: {value: $n}]", UNSURE),
-    (
-        "fallback: [{while: {ask: {answers: S}}, invert: true, set: {n: 1}}, note: {value: $n}]",
-        UNSURE,
-    ),
-    ("until: [open_gripper, count: {times: n}, note: {value: $m}]", "`$m` is neither"),
-]
-
-
-@pytest.mark.parametrize(("tree", "message"), UNWRITTEN)
-def test_a_key_that_may_not_be_written_is_a_mistake(diagnostics, tree, message):
-    [found] = diagnostics(tree)
-    assert message in found
+@table("unsure")
+def test_a_key_that_may_not_be_written_is_a_mistake(diagnostics, row):
+    [found] = diagnostics(row["task"])
+    assert row["tells"] in found
 
 
 def test_types_of_keys_are_checked_before_the_run(diagnostics):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from command_line import call
-from mistakes import MARK, marked
+from mistakes import MARK, marked, table
 
 from config import Severity
 from trees import shipped, shipped_names
@@ -22,64 +22,6 @@ tree:
     - navigate: {to: above}
     - USE
 """
-POSES = (
-    ("{xyz: [2, 0, 1.85], rpy_deg: [180, 0, 0]}", "out of reach: 1.85 m up: tilted like this"),
-    ("{xyz: [2, 0, 1.3], rpy_deg: [180, 0, 0]}", "give it a height of 1.22 m, or tilt the hand by"),
-    ("{xyz: [0, 1.6, 0.25], rpy_deg: [180, 90, 90]}", "no stance stands free of table"),
-    ("{xyz: [2, 0, -0.2], rpy_deg: [180, 0, 0]}", "0.21 m below the floor"),
-    ("{xyz: [0, 1.6, 0.45], rpy_deg: [180, 0, 0]}", "inside `table/top`"),
-    ("{base: [0, 1.6], heading_deg: 0}", "the base would be inside `table/top`"),
-    ("{base: [0.5, 1.2], heading_deg: 45}", "the base would be inside `table/leg`"),
-)
-POSTURES = (
-    ("[0, -0.3, 0, -2.2, 0, 2.0, 0.8]", "did you mean [0, -17, 0, -126, 0, 115, 46]?"),
-    ("[0, -17, 0, 10, 0, 115, 45]", "joint 4 of `frankie` goes from -176° to -4°, not to 10°"),
-    ("[0, -17, 0]", "`frankie` has 7 joints, not 3; write one position a joint"),
-)
-USES = (
-    (
-        "regions:\n  x: {centre: [0, 0, 0.5], size: [0.4, 0.3, 0.2]}",
-        "¦place: {on: x}",
-        "2 of the 2",
-    ),
-    (
-        "regions:\n  x: {centre: [0, 1.6, 0.8], size: [1, 0.4, 0.2]}",
-        "¦place: {on: x}",
-        "0.20 m away",
-    ),
-    (
-        "regions:\n  x: {centre: [0, 0, 0.5], size: [0.4, 0.3, 0.2]}",
-        "¦grasp: {within: x}",
-        "have no",
-    ),
-    (
-        "  x: {xyz: [0, 1.6, 0.7], rpy_deg: [180, 0, 0]}",
-        "¦place: {at: x}",
-        "nearest is 0.20 m away",
-    ),
-    (
-        "  ¦x: {xyz: [0, 1.4, 0.85], rpy_deg: [180, 0, 90], on: tabel}",
-        "navigate: {to: x}",
-        "`x`: no furniture is called `tabel`; did you mean `table`?",
-    ),
-    (
-        "  ¦x: {base: [0, 0], heading_deg: 0, on: table}",
-        "drive: {to: x}",
-        "`on` is for poses of the hand; leave it out",
-    ),
-)
-WARNINGS = (
-    (
-        "regions:\n  x: {centre: [0, 1.9, 0.6], size: [1.0, 0.4, 0.2]}",
-        "¦place: {on: x}",
-        "5 of the 10 places on `x`",
-    ),
-    (
-        "  ¦x: {xyz: [1.0, 0.0, 0.9], rpy_deg: [0, 0, 0]}",
-        "navigate: {to: x}",
-        "`x`: the hand points up; roll 180 lets it look down",
-    ),
-)
 
 
 def mistakes(folder, place: str, use: str, robot: str = "frankie"):
@@ -89,35 +31,28 @@ def mistakes(folder, place: str, use: str, robot: str = "frankie"):
     return marked(text), [one for one in check(path, robot=robot) if one.location]
 
 
-@pytest.mark.parametrize(("pose", "why"), POSES, ids=[pose for pose, _ in POSES])
-def test_a_pose_where_the_robot_cannot_be_is_refused_where_it_is_defined(tmp_path, pose, why):
-    leaf = "drive" if "base" in pose else "navigate"
-    at, found = mistakes(tmp_path, f"  {MARK}x: {pose}", f"{leaf}: {{to: x}}")
+@table("poses")
+def test_a_pose_where_the_robot_cannot_be_is_refused_where_it_is_defined(tmp_path, row):
+    at, found = mistakes(tmp_path, row["place"], row["use"])
     [one] = [one for one in found if one.severity is Severity.ERROR]
     assert (one.location.line, one.location.column) == at
-    assert why in str(one)
+    assert row["tells"] in str(one)
     assert one.hint
 
 
-@pytest.mark.parametrize(("angles", "why"), POSTURES, ids=[angles for angles, _ in POSTURES])
-def test_a_posture_outside_of_the_joint_limits_is_refused(tmp_path, angles, why):
-    told_where_marked(tmp_path, (f"  {MARK}x: {{joints_deg: {angles}}}", "recover: {arm: x}", why))
-
-
-def told_where_marked(folder, row, severity=Severity.ERROR):
-    place, use, why = row
-    at, [one] = mistakes(folder, place, use)
+def told_where_marked(folder, row, severity):
+    at, [one] = mistakes(folder, row["place"], row["use"])
     assert (one.location.line, one.location.column) == at
     assert one.severity is severity
-    assert why in str(one)
+    assert row["tells"] in str(one)
 
 
-@pytest.mark.parametrize("row", USES)
+@table("uses")
 def test_a_place_that_its_use_does_not_fit_is_refused(tmp_path, row):
-    told_where_marked(tmp_path, row)
+    told_where_marked(tmp_path, row, Severity.ERROR)
 
 
-@pytest.mark.parametrize("row", WARNINGS)
+@table("hardly")
 def test_a_place_that_hardly_fits_is_warned_of(tmp_path, row):
     told_where_marked(tmp_path, row, Severity.WARNING)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from mistakes import table
 from tree_toys import TOYS
 
 from trees.language import TaskFileError, check, load
@@ -60,42 +61,24 @@ def test_values_from_outside_are_held_to_the_type(path):
     )
 
 
-@pytest.mark.parametrize(
-    ("override", "message"),
-    [
-        ("count=9", "3:3: `-p count=9`: expected a whole number of at least 1 and at most 5, got"),
-        ("side=up", "5:3: `-p side=up`: expected `left` or `right`, got the text `up`"),
-        ("far=.nan", "4:3: `-p far=nan`: expected a number, got the number `nan`"),
-        ("cuont=2", "2:1: `-p cuont=2`: the task has no parameter `cuont`; did you mean `count`?"),
-        ("goal=hme", "8:3: `-p goal=hme`: no tool pose or base pose is called `hme`; did you mean"),
-    ],
-)
-def test_values_from_outside_that_do_not_fit(path, override, message):
+@table("overrides")
+def test_values_from_outside_that_do_not_fit(path, row):
     path.write_text(PARAMS + BODY)
-    name, _, value = override.partition("=")
+    name, _, value = row["task"].partition("=")
     with pytest.raises(TaskFileError) as raised:
         load(path, leaves=TOYS, overrides={name: value})
     [diagnostic] = raised.value.diagnostics
-    assert str(diagnostic).removeprefix(f"{path}:").startswith(message)
+    assert str(diagnostic).removeprefix(f"{path}:").startswith(row["tells"])
 
 
-@pytest.mark.parametrize(
-    ("parameter", "message"),
-    [
-        ("{type: [1, [2]]}", "2:20: params.a.type: the choices are not plain values; list words"),
-        ("{type: pose, default: hme}", "the default of `a`: no tool pose or base pose is called"),
-        ("{default: x, min: 3}", "2:31: params.a.min: only numbers have bounds; remove it"),
-        ("{default: 1, min: 3, max: 1}", "2:39: params.a.max: is less than `min`; swap them"),
-        ("{default: $b}", "2:23: params.a.default: is no usable default; give a number"),
-    ],
-)
-def test_definitions_that_are_not_sound_are_one_mistake_each(path, parameter, message):
+@table("parameters")
+def test_definitions_that_are_not_sound_are_one_mistake_each(path, row):
     path.write_text(
-        f"task: toy\nparams: {{a: {parameter}}}\n"
+        f"task: toy\nparams: {{a: {row['task']}}}\n"
         "tree: {sequence: [navigate: {to: $a}, note: {value: $a}, {retry: $a, open_gripper: }]}\n"
     )
     found = [str(diagnostic).removeprefix(f"{path}:") for diagnostic in check(path, leaves=TOYS)]
-    assert message in found[0]
+    assert row["tells"] in found[0]
 
 
 def test_a_parameter_without_a_value_is_asked_for(path):

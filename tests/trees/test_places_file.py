@@ -76,10 +76,11 @@ def test_a_place_out_of_reach_is_told_in_its_file(files):
     assert str(found).startswith(f"{site}:2:3: `high`: out of reach")
 
 
-@pytest.mark.slow
 def test_a_run_goes_where_the_site_says(files, tmp_path):
     task, site = files
-    code, out, _ = call("run", task, "--places", site, "--record", tmp_path / "runs", "--json")
+    code, out, _ = call(
+        "run", task, "--places", site, "--record", tmp_path / "runs", "--json", "--replayable"
+    )
     assert code == 0, out
     [folder] = (tmp_path / "runs").iterdir()
     assert (folder / "places.yaml").read_text() == SITE
@@ -135,7 +136,6 @@ def test_a_path_is_replaced_and_checked_as_a_whole(files):
     assert str(far).startswith(f"{site}:3:7: `way_1`: out of reach")
 
 
-@pytest.mark.slow
 def test_a_pose_that_is_there_is_replaced_only_on_request(files):
     _, site = files
     code, _, err = call("teach", "dock", "--of", "base", "--places", site)

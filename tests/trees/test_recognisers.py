@@ -60,7 +60,6 @@ def kinds_seen(harness: Harness, kind: str) -> dict[str, tuple[float, ...]]:
     return {one.kind: tuple(np.round(one.position[:2], 2)) for one in found.read()}
 
 
-@pytest.mark.slow
 def test_the_hand_takes_the_kind_that_was_asked_for_and_nothing_else():
     harness = table()
     grasp = Grasp("grasp", harness.context, within=ON_TABLE, kind="ball", patience_s=0.5)

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from everything import EVERYTHING, write_everything
 from jsonschema import Draft7Validator
+from mistakes import table
 
 import trees
 from behaviours import LEAVES
@@ -85,37 +86,12 @@ SOUND = {
     "tree": "tree: {navigate: {to: above}}\n",
 }
 
-WRONG = {
-    "an unknown key": ("trees: {}\n", []),
-    "a missing parameter": ("tree: {navigate: {}}\n", ["tree", "navigate"]),
-    "a bare leaf that needs one": ("tree: navigate\n", ["tree"]),
-    "text for a number": ("tree: {wait: {duration_s: soon}}\n", ["tree", "wait", "duration_s"]),
-    "a retry of nothing": ("tree: {retry: 0, open_gripper: }\n", ["tree", "retry"]),
-    "two below forever": (
-        "tree: {forever: [arm_healthy, arm_healthy]}\n",
-        ["tree", "forever"],
-    ),
-    "an unknown policy": (
-        "tree: {parallel: {policy: most, children: [arm_healthy]}}\n",
-        ["tree", "parallel", "policy"],
-    ),
-    "a guard that is no condition": (
-        "tree: {while: open_gripper, wait: {duration_s: 1}}\n",
-        ["tree", "while"],
-    ),
-    "a pose of two numbers": (
-        "poses: {a: {xyz: [1, 2], rpy_deg: [0, 0, 0]}}\n",
-        ["poses", "a", "xyz"],
-    ),
-}
 
-
-@pytest.mark.parametrize("wrong", WRONG)
-def test_what_is_wrong_is_refused_where_it_stands_and_by_check_too(validator, tmp_path, wrong):
-    text, where = WRONG[wrong]
-    document = "".join((SOUND | {text.split(":")[0]: text}).values())
-    errors = list(validator.iter_errors(parsed(document)))
-    assert any(list(error.path)[: len(where)] == where for error in errors), errors
+@table("schema")
+def test_what_is_wrong_is_refused_where_it_stands_and_by_check_too(validator, tmp_path, row):
+    document = "".join((SOUND | {row["task"].split(":")[0]: row["task"] + "\n"}).values())
+    where, errors = row["at"].split("/"), list(validator.iter_errors(parsed(document)))
+    assert any(not row["at"] or list(error.path)[: len(where)] == where for error in errors), errors
     path = tmp_path / "t.yaml"
     path.write_text(document, encoding="utf-8")
     assert any(diagnostic.severity.value == "error" for diagnostic in check(path))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from mistakes import table
 from subtree_files import errors, write_files
 from tree_toys import TOYS, ToyContext
 
@@ -77,39 +78,18 @@ tree:
     ]
 
 
-@pytest.mark.parametrize(
-    ("subtree", "message"),
-    [
-        ("subtree", "5:7: `subtree` takes a mapping, not `null`; write `subtree: {file:"),
-        (
-            "subtree: {file: parts/prt.yaml}",
-            "no file `parts/prt.yaml` beside this one; did you mean",
-        ),
-        (f"subtree: {{file: {'x' * 300}.yaml}}", "xxx.yaml` leads nowhere; name a file"),
-        ("subtree: {file: parts/part.yaml, with: home}", "5:46: `with` is a mapping, not the text"),
-        (
-            "subtree: {file: parts/part.yaml, with: {to: home}, out: {done: 3}}",
-            "5:70: `done` names a key to write to, and cannot be the number `3`",
-        ),
-        (
-            "subtree: {file: parts/part.yaml, with: {to: $n}}",
-            "5:51: `$n` is neither a parameter nor a key that is written before",
-        ),
-        ("subtree: {file: parts/part.yaml, to: home}", "5:40: `subtree` has no key `to`"),
-    ],
-)
-def test_a_subtree_that_is_not_as_it_should_be(folder, subtree, message):
+@table("subtrees")
+def test_a_subtree_that_is_not_as_it_should_be(folder, row):
     top = f"""\
 task: top
 poses: {{home: {{base: [1, 2], heading_deg: 0}}}}
 tree:
   sequence:
-    - {subtree}
+    - {row["task"].replace("LONG", "x" * 300)}
     - navigate: {{to: home}}
 """
-    found = [line for line in errors(folder, top) if "warning" not in line]
-    assert message in found[0]
-    assert len(found) == 1
+    [found] = [line for line in errors(folder, top) if "warning" not in line]
+    assert row["tells"] in found
 
 
 def test_a_part_can_be_checked_alone_and_not_be_built(folder):

@@ -253,7 +253,7 @@ def _is_in_other_unit(value: YamlValue, name: str, diagnostics: Diagnostics) -> 
         numbers = [one.value for one in items if isinstance(one, YamlScalar)]
         given = [float(one) for one in numbers if type(one) in (int, float)]  # type: ignore[arg-type]
         large = [abs(number) for number in given if abs(number) >= 10.0]
-        if len(given) != 3 or not large or (key == "size" and len(large) == 1):
+        if not len(given) == len(items) == 3 or not large or (key == "size" and len(large) == 1):
             continue
         telling = max(large) if key == "size" else abs(given[2])
         units = [one for one in OTHER_UNITS["m"] if least <= telling * one[1] <= most]

@@ -42,6 +42,7 @@ def refused(*words: str) -> str:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("interruptible")
 def test_an_emulated_base_in_a_process_of_its_own():
     words = "omron --port 0 --arcl-port 0 --user me --password it"
     with emulating(words) as process:

@@ -138,7 +138,7 @@ ASTRAY = replace(SHORT, localisation="good")
 def test_recorded_runs_are_replayed_bit_for_bit(run, tmp_path):
     replay = replay_run(record(run, tmp_path))
     assert replay.identical, str(replay)
-    assert replay.recorded > (100 if run in (SHORT, ASTRAY) else 500)
+    assert replay.recorded > (100 if run in (SHORT, ASTRAY) else 300)
 
 
 class Slow(Instruments):

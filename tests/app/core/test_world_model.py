@@ -63,6 +63,7 @@ def test_the_base_drives_around_what_only_the_map_has(tmp_path):
         record=tmp_path / "runs",
         recording=False,
         map=tmp_path / "site.yaml",
+        localisation="exact",  # else it is lost: it does not see the fence
     )
     result = run_task(run)
     assert result.outcome.end.name == "SUCCESS"

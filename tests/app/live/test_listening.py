@@ -80,6 +80,8 @@ def test_only_what_was_asked_for_listens_and_on_loopback_alone(tmp_path, served)
         with pytest.raises(urllib.error.URLError):
             urllib.request.urlopen(viewer[1], timeout=5.0)
         kept = "".join(
-            path.read_text(errors="replace") for path in runs.glob("*/*") if path.suffix != ".rrd"
+            path.read_text(errors="replace")
+            for path in runs.rglob("*")
+            if path.is_file() and path.suffix != ".rrd"
         )
         assert page[2] not in kept

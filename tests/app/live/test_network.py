@@ -73,6 +73,7 @@ def address_in(process: subprocess.Popen[str], word: str) -> str:
 
 @pytest.mark.slow
 @needs_strace
+@pytest.mark.usefixtures("interruptible")
 def test_the_trace_sees_a_call_that_goes_out(tmp_path: Path) -> None:
     out = "import socket; s = socket.socket(2, 2); s.connect(('203.0.113.7', 9))"
     subprocess.run(traced(tmp_path / "trace", sys.executable, "-c", out), check=False)
@@ -81,6 +82,7 @@ def test_the_trace_sees_a_call_that_goes_out(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @needs_strace
+@pytest.mark.usefixtures("interruptible")
 def test_a_run_with_viewer_and_page_calls_nobody(tmp_path: Path) -> None:
     (tmp_path / "toy.yaml").write_text(WAITING)
     options = ["--view", "web", "--control", "--speed", "real", "--record", tmp_path]
@@ -97,6 +99,7 @@ def test_a_run_with_viewer_and_page_calls_nobody(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @needs_strace
+@pytest.mark.usefixtures("interruptible")
 def test_view_in_the_browser_calls_nobody(tmp_path: Path) -> None:
     recording = record(tmp_path / "recording.rrd", list(samples.run(20)))
     command = frankie("view", recording, "--web")
@@ -108,6 +111,7 @@ def test_view_in_the_browser_calls_nobody(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @needs_strace
+@pytest.mark.usefixtures("interruptible")
 @pytest.mark.skipif(not has_vulkan(), reason="the viewer needs Vulkan")
 def test_the_native_viewer_calls_nobody(tmp_path: Path) -> None:
     recording = record(tmp_path / "recording.rrd", list(samples.run(20)))

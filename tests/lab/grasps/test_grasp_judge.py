@@ -141,8 +141,8 @@ def test_an_object_that_no_grasp_holds_does_not_count_as_lost(tmp_path: Path) ->
     code, out, err = call("grasp", "eval", "--meshes", tmp_path, *few)
     assert code == 0, err
     assert "too_wide: in 1 scene none of 4 by chance held" in out
-    assert re.search(r"bins +│ 50\.0", out)
-    assert re.search(r"bins, where any grasp holds +│ 100\.0", out)
+    assert re.search(r"ggcnn +│ 50\.0", out)
+    assert re.search(r"ggcnn, where any grasp holds +│ 100\.0", out)
 
 
 def test_the_same_scenes_are_judged_along_every_tilt(tmp_path: Path) -> None:
