@@ -6,12 +6,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 from config import ConfigError
 from robots import load_real_robot, load_robot
 from robots.load import SHIPPED
 
 FRANKIE = load_robot("frankie")
+
+
+MISTAKES = yaml.safe_load(Path(__file__).with_name("mistakes.yaml").read_text("utf-8"))
 
 
 @pytest.fixture
@@ -96,23 +100,9 @@ def test_mounts_and_full_scale_may_stand_in_files_of_their_own(file: Path) -> No
         load_robot(file)
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "told"),
-    [
-        ("address: 10.10.10.10", "adress: 10.10.10.10", "11:5: hardware.base.adress: unknown key"),
-        ("    address: 172.16.0.2\n", "", "hardware.arm.address: is missing"),
-        ("driver: omron", "driver: mir", "hardware.base.driver: no driver of kind base"),
-        ("speed_percent: 25", "speed_percent: 250", "hardware.speed_percent: expected a number of"),
-        ("dead_rotation: 5", "dead_rotation: no", "hardware.base.full_scale.dead_rotation"),
-        ("torques: [20, 20,", "torques: [20,", "26:5: hardware.arm.torques.6: is missing"),
-        ("emergency: [0.6, 0.6, 3.0]", "emergency: [0.4, 0.6, 3.0]", "must be at least"),
-        ("robot: frankie ", "robot: frankee ", "4:8: robot: no robot is called `frankee`; did you"),
-        ("robot: frankie ", "robot: emulated ", "name the description of one"),
-        ("  speed_percent: 25", "  emulated: 7270", "an emulated robot has addresses 127.x.y.z"),
-    ],
-)
-def test_a_mistake_is_told_with_its_place(file: Path, old: str, new: str, told: str) -> None:
-    edit(file, old, new)
+@pytest.mark.parametrize("row", MISTAKES["sites"], ids=lambda row: row["tells"])
+def test_a_mistake_is_told_with_its_place(file: Path, row: dict[str, str]) -> None:
+    edit(file, row["old"], row["new"])
     with pytest.raises(ConfigError) as error:
         load_robot(file)
-    assert told in str(error.value)
+    assert row["tells"] in str(error.value)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from pinocchio import SE3
 
 from config import ConfigError
@@ -15,6 +16,8 @@ from hw import SimClock
 from hw.sim import World, kinematic_robot
 from robots import Geom, Plane, load_robot
 from robots.load import SHIPPED
+
+MISTAKES = yaml.safe_load(Path(__file__).with_name("mistakes.yaml").read_text("utf-8"))
 
 
 @pytest.fixture
@@ -37,34 +40,13 @@ def test_an_unknown_robot_is_refused_with_the_nearest_name() -> None:
         load_robot("frankee")
 
 
-@pytest.mark.parametrize(
-    ("file", "old", "new", "told"),
-    [
-        ("frankie.yaml", "lag: 0.10", "lagg: 0.10", "8:3: base.lagg: unknown key; did"),
-        ("frankie.yaml", "reverse: 0.25", "", "9:3: base.limits.reverse: is missing"),
-        ("frankie.yaml", "[1.0, 0.0, 1.05]", "[1.0, 0.5, 1.05]", "a differential drive has no"),
-        ("frankie.yaml", "arm: panda", "arm: pandda", "17:6: arm: no part is called `pandda`; did"),
-        ("frankie.yaml", "[0, -1, 0]", "[0, -2, 0]", "rotation: the rows of a rotation matrix"),
-        ("frankie.yaml", "  rotation:", "  rpy_deg: [0, 0, 0]\n  rotation:", "give either"),
-        ("frankie.yaml", "laser: ld60_laser", "", "`laser` and `laser_mount` belong together"),
-        ("parts/ld60_laser.yaml", "range: 15.0", "range: -1", "max_range: expected a number of"),
-        ("parts/panda.yaml", "0.0, -2.2, 0.0", "0.0, 2.2, 0.0", "16:8: ready: joint 4 is"),
-        ("parts/panda.yaml", "-1.7628, 1.7628", "1.7628, -1.7628", "7:66: joints.1.position: the"),
-        ("parts/panda.yaml", "link3, link5", "link3, link9", "no link is called `link9`; did"),
-        ("parts/panda.yaml", "0.00015, 8.2299e-6]", "0.1, 0.0]", "inertia.0: no body has these"),
-        ("parts/franka_hand.yaml", "[0.0, 0.0040,", "[0.0, 0.0050,", "pad: the inner face"),
-        ("parts/franka_hand.yaml", "radius: 0.14", "radius: 0.12", "ball: palm and fingers"),
-        ("parts/d435.yaml", "[0.175, 3.0]", "[3.0, 0.175]", "depth_range: the lower bound"),
-    ],
-)
-def test_a_mistake_is_told_with_its_place(
-    folder: Path, file: str, old: str, new: str, told: str
-) -> None:
-    edit(folder / file, old, new)
+@pytest.mark.parametrize("row", MISTAKES["parts"], ids=lambda row: row["tells"])
+def test_a_mistake_is_told_with_its_place(folder: Path, row: dict[str, str]) -> None:
+    edit(folder / row["file"], row["old"], row["new"])
     with pytest.raises(ConfigError) as error:
         load_robot(folder / "frankie.yaml")
-    assert str(error.value).startswith(f"{folder / file}:")
-    assert told in str(error.value)
+    assert str(error.value).startswith(f"{folder / row['file']}:")
+    assert row["tells"] in str(error.value)
 
 
 @pytest.fixture

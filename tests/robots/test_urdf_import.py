@@ -28,60 +28,9 @@ from lab.bench.motion import run_motion
 from robots import ImportOptions, load_robot, write_robot
 from robots.urdf.hulls import hull_around
 
-ARM = """\
-<link name="base_footprint"/>
-<link name="base_link"><collision><origin xyz="0 0 0.15"/>
- <geometry><box size="0.6 0.5 0.3"/></geometry></collision></link>
-<joint name="j0" type="fixed"><parent link="base_footprint"/><child link="base_link"/></joint>
-{wheels}
-<link name="column">{shape}</link>
-<joint name="lift" type="prismatic"><parent link="base_link"/><child link="column"/>
- <origin xyz="0.1 0 0.35"/><axis xyz="0 0 1"/>
- <limit lower="0" upper="0.3" velocity="0.2" effort="500"/></joint>
-{joints}
-<link name="left"><collision><origin xyz="0 0.03 0.04"/>
- <geometry><box size="0.02 0.01 0.06"/></geometry></collision></link>
-<link name="right"><collision><origin xyz="0 -0.03 0.04"/>
- <geometry><box size="0.02 0.01 0.06"/></geometry></collision></link>
-<joint name="finger" type="prismatic"><parent link="tool0"/><child link="left"/>
- <axis xyz="0 1 0"/><limit lower="-0.025" upper="0" velocity="0.05" effort="10"/></joint>
-<joint name="other" type="prismatic"><parent link="tool0"/><child link="right"/>
- <axis xyz="0 -1 0"/><mimic joint="finger"/>
- <limit lower="-0.025" upper="0" velocity="0.05" effort="10"/></joint>
-"""
-SHAPE = """<collision><origin xyz="0 0 0.05"/><geometry><cylinder radius="0.05" length="0.1"/>
-</geometry></collision><inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01"
- ixy="0" ixz="0" iyz="0"/></inertial>"""
-ROD = SHAPE.replace("0 0 0.05", "0 0 0.15").replace('length="0.1"', 'length="0.2"')
-JOINTS = (  # name, kind, axis, height on the one before, shape
-    ("pan", "continuous", "0 0 1", 0.12, SHAPE),
-    ("shoulder", "revolute", "0 1 0", 0.1, ROD),
-    ("elbow", "revolute", "0 1 0", 0.3, ROD),
-    ("roll", "continuous", "0 0 1", 0.28, ""),
-    ("wrist", "revolute", "0 1 0", 0.06, SHAPE),
-    ("turn", "continuous", "0 0 1", 0.12, ""),
-)
-
-
-def urdf(name: str = "small") -> str:
-    """A differential base with a lift, an arm of six joints and a gripper."""
-    wheels, joints, before = "", "", "column"
-    for side, y in (("left", 0.2), ("right", -0.2)):
-        wheels += (
-            f'<link name="{side}_wheel"/><joint name="{side}_wheel_joint" type="continuous">'
-            f'<parent link="base_link"/><child link="{side}_wheel"/><origin xyz="0 {y} 0.1"/>'
-            '<axis xyz="0 1 0"/></joint>\n'
-        )
-    for joint, kind, axis, height, shape in JOINTS:
-        limit = 'lower="-2.2" upper="2.2" ' if kind == "revolute" else ""
-        link = "tool0" if joint == "turn" else f"{joint}_link"
-        joints += (
-            f'<link name="{link}">{shape}</link><joint name="{joint}" type="{kind}">'
-            f'<parent link="{before}"/><child link="{link}"/><origin xyz="0 0 {height}"/>'
-            f'<axis xyz="{axis}"/><limit {limit}velocity="2" effort="80"/></joint>\n'
-        )
-        before = link
-    return f'<robot name="{name}">\n{ARM.format(wheels=wheels, joints=joints, shape=SHAPE)}</robot>'
+URDF = (Path(__file__).parent / "small.urdf").read_text("utf-8")
+"""A differential base with a lift, an arm of six joints and a gripper."""
+JOINTS = ("pan", "shoulder", "elbow", "roll", "wrist", "turn")
 
 
 def misses(robot, postures) -> list[object]:
@@ -101,7 +50,7 @@ def misses(robot, postures) -> list[object]:
 @pytest.fixture(scope="module")
 def small(tmp_path_factory):
     folder = tmp_path_factory.mktemp("robots")
-    (folder / "small.urdf").write_text(urdf())
+    (folder / "small.urdf").write_text(URDF)
     out = folder / "small"
     return out, write_robot(folder / "small.urdf", out, ImportOptions(), ready_posture)
 
@@ -114,11 +63,11 @@ def test_an_arm_of_every_kind_of_joint_is_that_of_its_urdf(small):
     assert (robot.swivel.joint, robot.base.size) == (1, (0.6, 0.5, 0.3))
     assert robot.gripper.opening == pytest.approx(0.05)
     assert any("differential, by its 2 wheels" in note for note in notes)
-    model, data = (whole := pin.buildModelFromXML(urdf())), whole.createData()
+    model, data = (whole := pin.buildModelFromXML(URDF)), whole.createData()
     ours, rng = RobotModel(robot), np.random.default_rng(0)
     for q in rng.uniform(*robot.limits.within_a_turn, (20, 7)):
         everything = pin.neutral(model)
-        for joint, value in zip(("lift", *(row[0] for row in JOINTS)), q, strict=True):
+        for joint, value in zip(("lift", *JOINTS), q, strict=True):
             one = model.joints[model.getJointId(joint)]
             unit = value if one.nq == 1 else (np.cos(value), np.sin(value))
             everything[one.idx_q : one.idx_q + one.nq] = unit
@@ -160,12 +109,12 @@ def test_commands_import_check_and_refuse(small, tmp_path):
 
 
 BROKEN = (
-    (urdf().replace('xyz="0 1 0"', 'xyz="0 0 0"'), "is zero"),
-    (urdf().replace('link="tool0"', 'link="tool"'), "which is no link"),
-    (urdf().replace('<child link="elbow_link"/>', '<child link="pan_link"/>'), "two parents"),
-    (urdf().replace('name="elbow_link"', 'name="pan_link"'), "several links are called `pan_link`"),
-    (urdf().replace("0.28", "280"), "millimetres"),
-    (urdf().replace('lower="0" upper="0.3"', ""), "slides and has no range"),
+    (URDF.replace('xyz="0 1 0"', 'xyz="0 0 0"'), "is zero"),
+    (URDF.replace('link="tool0"', 'link="tool"'), "which is no link"),
+    (URDF.replace('<child link="elbow_link"/>', '<child link="pan_link"/>'), "two parents"),
+    (URDF.replace('name="elbow_link"', 'name="pan_link"'), "several links are called `pan_link`"),
+    (URDF.replace("0.28", "280"), "millimetres"),
+    (URDF.replace('lower="0" upper="0.3"', ""), "slides and has no range"),
     ("<robot/>", "no joint in it moves"),
     ("<sdf/>", "not <robot>"),
     ("what", "no XML"),
@@ -180,7 +129,7 @@ def test_a_urdf_that_cannot_be_used_is_one_line(tmp_path, text, why):
 
 
 def test_whatever_a_urdf_says_there_is_no_traceback(tmp_path):
-    rng, text = random.Random(7), urdf()
+    rng, text = random.Random(7), URDF
     words = sorted(set(re.findall(r'"[^"]*"', text)))
     tags = re.findall(r"<(?:link|joint)[^>]*>.*?</(?:link|joint)>", text, re.DOTALL)
     for number in range(100):

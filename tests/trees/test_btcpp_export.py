@@ -8,14 +8,14 @@ from xml.etree import ElementTree
 
 import behaviortreepy as bt
 import pytest
-from everything import write_everything
+from everything import FOLDER, write_everything
 
 import trees
 from trees.btcpp import export_xml
 from trees.language import TaskFileError, load
 
 SHIPPED = sorted(Path(trees.__file__).parent.glob("*.yaml"))
-EXPECTED = Path(__file__).parent / "everything.xml"
+EXPECTED = FOLDER / "everything.xml"
 
 
 def exported(path: Path) -> str:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-
 import numpy as np
 import pytest
 from command_line import call
@@ -78,13 +76,11 @@ def test_a_place_out_of_reach_is_told_in_its_file(files):
 
 def test_a_run_goes_where_the_site_says(files, tmp_path):
     task, site = files
-    code, out, _ = call(
-        "run", task, "--places", site, "--record", tmp_path / "runs", "--json", "--replayable"
-    )
+    to = ("--record", tmp_path / "runs", "--replayable")
+    code, out, _ = call("run", task, "--places", site, *to)
     assert code == 0, out
     [folder] = (tmp_path / "runs").iterdir()
     assert (folder / "places.yaml").read_text() == SITE
-    assert json.loads(out)["outcome"] == "success"
     assert call("replay", folder)[0] == 0
 
 
