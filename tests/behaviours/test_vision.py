@@ -175,11 +175,17 @@ def test_a_frame_that_is_not_what_it_claims_to_be_counts_as_none_for_whoever_loo
     vision.close()
 
 
-def test_a_grasp_succeeds_with_vision_beside_the_loop(beside):
+@pytest.mark.parametrize(
+    ("late", "end"),
+    [(0.05, "closed at 4"), (0.5, "closed at 4"), (30.0, "not done after 20 s")],
+)
+def test_where_every_search_is_late_the_grasp_locks_or_says_why_it_ends(beside, late, end):
+    """As where the computer is slower than the camera."""
     harness, executor, _ = beside
-    leaf = Grasp("grasp", harness.context, within=ON_TABLE)
-    while harness.run(leaf, seconds=0.05) is Status.RUNNING and harness.clock.now() < 30.0:
-        while executor.waiting:
+    leaf, begun = Grasp("grasp", harness.context, within=ON_TABLE), None
+    while harness.run(leaf, seconds=0.01) is Status.RUNNING:
+        begun = (begun or harness.clock.now()) if executor.waiting else None
+        if begun is not None and harness.clock.now() - begun >= late:
             executor.work()
-    assert leaf.status is Status.SUCCESS, leaf.feedback_message
-    assert harness.world.held.name == "block"
+    assert leaf.feedback_message.startswith(end)
+    assert (harness.world.held is not None) is (leaf.status is Status.SUCCESS)
