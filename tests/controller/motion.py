@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -9,6 +10,7 @@ import pinocchio as pin
 from pinocchio import SE3
 
 from controller import (
+    OPEN_FLOOR,
     Command,
     ControllerSettings,
     HolisticController,
@@ -16,6 +18,7 @@ from controller import (
     RobotModel,
     SelfCollision,
     StepReport,
+    Surroundings,
     robot_model,
 )
 from controller.collision.distance_constraints import DistanceConstraints
@@ -89,49 +92,68 @@ class Run:
     """Everything that happened on the way to a goal."""
 
     commands: list[Command]
-    postures: list[np.ndarray]
-    reports: list[StepReport]
-    state: State
+    states: list[State]
+    reports: list[StepReport] = field(default_factory=list)
 
     @property
     def arrived(self) -> bool:
         return self.reports[-1].arrived
 
+    @property
+    def state(self) -> State:
+        return self.states[-1]
+
 
 def run_to(
-    goal: MotionGoal | None,
+    goal: MotionGoal | Callable[[float], MotionGoal] | None,
     *,
     robot: str = "frankie",
     state: State | None = None,
     last: Command | None = None,
     seconds: float = 20.0,
     controller: HolisticController | None = None,
+    around: Surroundings | Callable[[float], Surroundings] = OPEN_FLOOR,
+    late: bool = False,
+    stays: bool = False,
 ) -> Run:
-    """Step the controller until it arrives or the time is over."""
+    """Step the controller until it arrives or the time is over; it keeps every limit.
+
+    Args:
+        goal: and `around`: of the whole way, or of a time [s].
+        late: the robot follows its commands with its lags.
+        stays: the controller is stepped for all of the time.
+    """
     controller = controller or HolisticController(robot_model(robot))
-    dt = controller.settings.period
-    state = state or State()
-    run = Run([last or Command.stop(7)], [state.q.copy()], [], state)
-    for _ in range(round(seconds / dt)):
-        command, report = controller.step(state, goal, run.commands[-1])
+    follower = Lagging(controller.model)
+    follower.state = state = State(state.wTb, state.q) if state else State()
+    run = Run([last or Command.stop(7)], [State(state.wTb, state.q)])
+    for step in range(round(seconds / 0.01)):
+        now, known = (one(0.01 * step) if callable(one) else one for one in (goal, around))
+        command, report = controller.step(state, now, run.commands[-1], known)
         run.commands.append(command)
         run.reports.append(report)
-        if report.arrived:
+        if report.arrived and not stays:
             break
-        move(state, command, dt)
-        run.postures.append(state.q.copy())
+        if late:
+            follower.follow(command)
+        else:
+            move(state, command)
+        run.states.append(State(state.wTb, state.q))
+    assert_within_limits(run, controller.model)
     return run
 
 
-def assert_within_limits(run: Run, robot: str | RobotModel) -> None:
-    """No velocity, acceleration or position limit passed in any sample."""
-    model = robot_model(robot) if isinstance(robot, str) else robot
+def assert_within_limits(run: Run, model: RobotModel) -> None:
+    """No velocity or acceleration limit passed in any sample, nor one of position from inside."""
     velocities = np.array([model.velocities(command) for command in run.commands])
     lower, upper = model.velocity_limits
     assert (velocities >= lower - 1e-12).all()
     assert (velocities <= upper + 1e-12).all()
     accelerations = np.diff(velocities, axis=0) / 0.01
     assert (np.abs(accelerations) <= model.acceleration_limits + 1e-9).all()
-    postures = np.array(run.postures)
-    assert (postures >= model.limits.q_min).all()
-    assert (postures <= model.limits.q_max).all()
+    q, (low, high) = (
+        np.array([one.q for one in run.states]),
+        (model.limits.q_min, model.limits.q_max),
+    )
+    inside = (low <= q[0]) & (q[0] <= high)
+    assert ((low <= q) & (q <= high))[:, inside].all()
