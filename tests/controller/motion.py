@@ -151,9 +151,7 @@ def assert_within_limits(run: Run, model: RobotModel) -> None:
     assert (velocities <= upper + 1e-12).all()
     accelerations = np.diff(velocities, axis=0) / 0.01
     assert (np.abs(accelerations) <= model.acceleration_limits + 1e-9).all()
-    q, (low, high) = (
-        np.array([one.q for one in run.states]),
-        (model.limits.q_min, model.limits.q_max),
-    )
+    low, high = model.limits.q_min, model.limits.q_max
+    q = np.array([state.q for state in run.states])
     inside = (low <= q[0]) & (q[0] <= high)
     assert ((low <= q) & (q <= high))[:, inside].all()

@@ -3,13 +3,11 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-from motion import READY, State, move
+from motion import READY, run_to
 from pinocchio import SE3
 
 from controller import (
-    Command,
     ControllerSettings,
-    HolisticController,
     PoseGoal,
     RobotModel,
     SelfCollision,
@@ -79,19 +77,12 @@ def found_stance(model: RobotModel, around: tuple[Geom, ...]) -> tuple[FreeSpace
 def test_the_hand_goes_into_its_compartment_at_the_first_attempt(robot, around, wTe):
     """Coming from the side with the arm stretched out, both were caught by a board for good."""
     model = robot_model(robot)
-    controller, state, last = HolisticController(model), State(), Command.stop(7)
     surroundings = Surroundings(fixtures=around)
     judge = CollisionModel(model, surroundings)
-    goal = PoseGoal(wTe=rigid(wTe))
-    for step in range(1000):
-        last, report = controller.step(state, goal, last, surroundings)
-        move(state, last)
-        if step % 5 == 0:
-            assert judge.clearance(state.q, state.wTb) > 0.0
-        assert not report.detour
-        if report.arrived:
-            return
-    pytest.fail("not there after 10 s")
+    run = run_to(PoseGoal(wTe=rigid(wTe)), robot=robot, around=surroundings, seconds=10.0)
+    assert run.arrived
+    assert not any(report.detour for report in run.reports)
+    assert min(judge.clearance(state.q, state.wTb) for state in run.states[::5]) > 0.0
 
 
 @pytest.mark.parametrize("robot", ["frankie", "omni"])

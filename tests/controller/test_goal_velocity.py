@@ -3,7 +3,7 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-from motion import State, move, tool_pose
+from motion import State, move, run_to, tool_pose
 from pinocchio import SE3
 
 from controller import Command, HolisticController, PoseGoal, robot_model
@@ -48,39 +48,37 @@ def circle(time: float) -> tuple[SE3, np.ndarray]:
     return tool_pose(*place, yaw=angle), np.array([*velocity, 0.0, 0.0, 0.0, 0.3])
 
 
+def errors(run, begin: int) -> tuple[float, float]:
+    """The largest of position and orientation from a period on."""
+    told = run.reports[begin:]
+    return max(one.position_error for one in told), max(one.orientation_error for one in told)
+
+
 @pytest.mark.parametrize(
     ("robot", "path", "known", "allowed"),
     [("frankie", circle, False, 0.04), ("omni", line, True, 0.01)],
 )
 def test_a_moving_goal_is_followed(robot, path, known, allowed):
-    controller = HolisticController(robot_model(robot))
-    state, last, errors = State(), Command.stop(7), []
-    for k in range(1400):
-        wTe, twist = path(k * PERIOD)
-        goal = PoseGoal(wTe=wTe, twist=twist if known else None)
-        last, report = controller.step(state, goal, last)
-        move(state, last)
-        errors.append((report.position_error, report.orientation_error))
-    position, orientation = np.max(errors[900:], axis=0)
+
+    def goal(time):
+        wTe, twist = path(time)
+        return PoseGoal(wTe=wTe, twist=twist if known else None)
+
+    position, orientation = errors(run_to(goal, robot=robot, seconds=14.0, stays=True), 900)
     assert position < allowed
     assert orientation < np.deg2rad(5.0)
 
 
 def test_a_differential_drive_is_not_wound_up_by_a_tool_that_keeps_its_yaw():
     """Around a circle of 0.6 m: a base that follows the path would wind up the arm."""
-    model = robot_model("frankie")
-    controller, state, last, errors = HolisticController(model), State(), Command.stop(7), []
-    for k in range(1700):
-        angle = 0.5 * PERIOD * k
+
+    def goal(time):
+        angle = 0.5 * time
         place = (1.0 + 0.6 * np.sin(angle), 0.6 * (1.0 - np.cos(angle)), 0.7)
-        velocity = (0.3 * np.cos(angle), 0.3 * np.sin(angle))
-        twist = np.array([*velocity, 0.0, 0.0, 0.0, 0.0])
-        last, report = controller.step(state, PoseGoal(wTe=tool_pose(*place), twist=twist), last)
-        move(state, last)
-        errors.append((report.position_error, report.orientation_error))
-        assert (model.limits.q_min < state.q).all()
-        assert (state.q < model.limits.q_max).all()
-    position, orientation = np.max(errors[800:], axis=0)
+        twist = np.array([0.3 * np.cos(angle), 0.3 * np.sin(angle), 0.0, 0.0, 0.0, 0.0])
+        return PoseGoal(wTe=tool_pose(*place), twist=twist)
+
+    position, orientation = errors(run_to(goal, seconds=17.0, stays=True), 800)
     assert position < 0.01
     assert orientation < np.deg2rad(2.0)
 

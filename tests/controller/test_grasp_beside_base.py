@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from motion import READY, State, move, tool_pose
+from motion import READY, run_to, tool_pose
 from pinocchio import SE3
 
-from controller import Command, HolisticController, PoseGoal, RobotModel, SelfCollision
+from controller import HolisticController, PoseGoal, RobotModel, SelfCollision
 from controller.floor.base_drive import Pose2D
 from controller.stance.posture_bank import bank
 from controller.stance.search import StanceSearch
@@ -42,16 +42,12 @@ def test_a_goal_that_a_base_follows_is_in_front_of_it(both_ways):
 
 def headings_at(model: RobotModel, goals: list[PoseGoal]) -> list[float]:
     """Reach one goal after the other: the heading of the base at each of them [rad]."""
-    controller = HolisticController(model)
-    state, last, headings = State(wTb=SE3.Identity(), q=READY.copy()), Command.stop(7), []
+    controller, run, headings = HolisticController(model), None, []
     for goal in goals:
-        for _ in range(1500):
-            last, report = controller.step(state, goal, last)
-            move(state, last, 0.01)
-            if report.arrived:
-                break
-        assert report.arrived
-        headings.append(Pose2D.of(state.wTb).heading)
+        before = {"state": run.state, "last": run.commands[-1]} if run else {}
+        run = run_to(goal, controller=controller, seconds=15.0, **before)
+        assert run.arrived
+        headings.append(Pose2D.of(run.state.wTb).heading)
     return headings
 
 
@@ -66,13 +62,10 @@ def test_a_base_that_stands_beside_its_goal_does_not_turn_to_it_while_the_hand_g
 def test_a_base_goes_on_to_the_stance_that_it_has_set_out_for(both_ways):
     """It is led there from the first period on: no search, in which it would come to rest."""
     controller = HolisticController(both_ways)
-    state, last = State(wTb=SE3.Identity(), q=READY.copy()), Command.stop(7)
-    here = both_ways.wTe(state.wTb, state.q)
+    here = both_ways.wTe(SE3.Identity(), READY)
     up = SE3(here.rotation, here.translation + np.array([0.0, 0.0, 0.1]))
-    for _ in range(30):
-        goal = PoseGoal(wTe=up, straight=True, next_goal=BEHIND)
-        last, report = controller.step(state, goal, last)
-        move(state, last, 0.01)
-    assert report.stance is None
-    _, report = controller.step(state, PoseGoal(wTe=BEHIND), last)
+    goal = PoseGoal(wTe=up, straight=True, next_goal=BEHIND)
+    run = run_to(goal, controller=controller, seconds=0.3)
+    assert run.reports[-1].stance is None
+    _, report = controller.step(run.state, PoseGoal(wTe=BEHIND), run.commands[-1])
     assert report.stance is not None

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from motion import Lagging, tool_pose
+from motion import run_to, tool_pose
 from pinocchio import SE3
 
-from controller import Command, HolisticController, Obstacle, PoseGoal, Surroundings, robot_model
+from controller import Obstacle, PoseGoal, Surroundings, robot_model
 from robots import Cylinder, Geom
 
 RADIUS = 0.25
@@ -38,19 +38,19 @@ def gap(model, state, where) -> float:
     return min(base, float(np.linalg.norm(at - foot - along * arm))) - RADIUS
 
 
-def drive(model, walk, seconds, known=True):
+def drive(robot, walk, seconds, known=True):
     """Gaps and reports of a robot that starts at rest in the origin."""
-    controller, robot, last = HolisticController(model), Lagging(model), Command.stop(7)
-    goal, gaps, reports = PoseGoal(wTe=tool_pose(*GOAL)), [], []
-    for index in range(round(seconds / 0.01)):
-        moving = (walk.obstacle(0.01 * index),) if known else ()
-        last, report = controller.step(robot.state, goal, last, Surroundings(moving=moving))
-        robot.follow(last)
-        gaps.append(gap(model, robot.state, walk.at(0.01 * (index + 1))))
-        reports.append(report)
-        if report.arrived and gaps[-1] > 1.0:
-            break
-    return np.array(gaps), reports
+    run = run_to(
+        PoseGoal(wTe=tool_pose(*GOAL)),
+        robot=robot,
+        seconds=seconds,
+        around=lambda time: Surroundings(moving=(walk.obstacle(time),) if known else ()),
+        late=True,
+        stays=True,
+    )
+    model = robot_model(robot)
+    gaps = [gap(model, state, walk.at(0.01 * k)) for k, state in enumerate(run.states)]
+    return np.array(gaps), run.reports
 
 
 WALKS = {
@@ -69,19 +69,19 @@ WALKS = {
     ],
 )
 def test_who_crosses_its_way_is_not_touched_and_the_goal_is_reached(robot, walk):
-    gaps, reports = drive(robot_model(robot), WALKS[walk], 15.0)
+    gaps, reports = drive(robot, WALKS[walk], 15.0)
     assert gaps.min() > 0.0
     assert reports[-1].arrived
 
 
 def test_without_eyes_they_would_meet():
-    assert drive(robot_model("frankie"), WALKS["from the left"], 8.0, known=False)[0].min() < 0.0
+    assert drive("frankie", WALKS["from the left"], 8.0, known=False)[0].min() < 0.0
 
 
 def test_who_waits_says_for_whom_and_keeps_its_stance():
     """Somebody walks along in front of the goal, so slowly that patience would be over."""
     walk = Walk((3.0, 1.3), (0.0, -0.25))
-    gaps, reports = drive(robot_model("frankie"), walk, 20.0)
+    gaps, reports = drive("frankie", walk, 20.0)
     waited = [report for report in reports if report.waits_for]
     assert {report.waits_for for report in waited} == {"somebody"}
     assert not any(report.detour for report in reports)

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from motion import State, move, tool_pose
+from motion import run_to, tool_pose
 from pinocchio import SE3
 
-from controller import OPEN_FLOOR, Command, HolisticController, PoseGoal, SelfCollision, robot_model
+from controller import OPEN_FLOOR, HolisticController, PoseGoal, SelfCollision, robot_model
 from controller.collision.collision_model import CollisionModel, PairKind
 from controller.collision.proximity import Proximity, Ranges
 from robots import load_robot
@@ -43,13 +43,7 @@ def test_growth_of_a_distance_is_its_derivative(model):
 
 @pytest.mark.parametrize("straight", [True, False])
 def test_the_hand_stops_before_the_floor_when_it_is_sent_through_it(model, straight):
-    controller, body = HolisticController(model), SelfCollision(model)
-    state, last = State(), Command.stop(7)
-    goal = PoseGoal(wTe=tool_pose(0.75, 0.0, -0.015), straight=straight)
-    for _ in range(500):
-        last, _ = controller.step(state, goal, last)
-        move(state, last)
-        assert body.clearance(state.q) > 0.0
-    if not straight:
-        return
-    assert model.wTe(state.wTb, state.q).translation[2] < 0.15
+    body, goal = SelfCollision(model), PoseGoal(wTe=tool_pose(0.75, 0.0, -0.015), straight=straight)
+    run = run_to(goal, controller=HolisticController(model), seconds=5.0)
+    assert min(body.clearance(state.q) for state in run.states) > 0.0
+    assert not straight or model.wTe(run.state.wTb, run.state.q).translation[2] < 0.15

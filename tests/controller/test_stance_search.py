@@ -3,7 +3,7 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-from motion import READY, State, move, tool_pose
+from motion import READY, State, run_to, tool_pose
 from pinocchio import SE3
 from solid_world import box
 
@@ -132,17 +132,12 @@ YARD = (box("fence", (1.7, 4.0, 0.2), (1.5, 1.5, 0.2)), *ROOM)
 
 @pytest.mark.parametrize("reason", UNREACHABLE)
 def test_a_goal_out_of_reach_is_said_at_once_and_the_robot_stays_where_it_is(reason):
-    controller, state, last = HolisticController(robot_model("frankie")), State(), Command.stop(7)
-    surroundings, goal = Surroundings(fixtures=YARD), PoseGoal(wTe=UNREACHABLE[reason])
-    said = []
-    for _ in range(150):
-        last, report = controller.step(state, goal, last, surroundings)
-        move(state, last)
-        said.append(report.unreachable)
-        assert not report.arrived
-    assert all(reason in text for text in said[49:])
-    assert state.wTb.isApprox(SE3.Identity(), 1e-9)
-    np.testing.assert_allclose(state.q, READY, atol=1e-6)
+    goal = PoseGoal(wTe=UNREACHABLE[reason])
+    run = run_to(goal, around=Surroundings(fixtures=YARD), seconds=1.5)
+    assert not run.arrived
+    assert all(reason in report.unreachable for report in run.reports[49:])
+    assert run.state.wTb.isApprox(SE3.Identity(), 1e-9)
+    np.testing.assert_allclose(run.state.q, READY, atol=1e-6)
 
 
 def test_the_hand_may_be_told_that_it_may_touch():

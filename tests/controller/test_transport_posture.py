@@ -5,11 +5,11 @@ from math import pi
 import numpy as np
 import pinocchio as pin
 import pytest
-from motion import State, move, tool_pose
+from motion import run_to, tool_pose
 from pinocchio import SE3
 from test_floor_map import box
 
-from controller import Command, HolisticController, PoseGoal, Surroundings, robot_model
+from controller import HolisticController, PoseGoal, Surroundings, robot_model
 from controller.collision.collision_model import CollisionModel
 from controller.floor.base_drive import Pose2D
 from controller.floor.floor_map import FloorMap
@@ -37,20 +37,16 @@ def model():
 
 def test_the_arm_gets_through_a_corridor_without_touching_it(model):
     """From a goal on one side to one behind the wall on the other."""
-    controller, state, last = HolisticController(model), State(), Command.stop(7)
+    controller, before = HolisticController(model), {}
     around = Surroundings(fixtures=(*CORRIDOR, TABLE))
     judge = CollisionModel(model, around)
     over_table = SE3(pin.rpy.rpyToMatrix(pi, 0.0, pi / 2.0), np.array([0.0, 1.4, 0.85]))
     for wTe in (tool_pose(2.935, 0.0, 0.85), over_table):
-        for step in range(1100):
-            last, report = controller.step(state, PoseGoal(wTe=wTe), last, around)
-            move(state, last)
-            if step % 5 == 0:
-                assert judge.clearance(state.q, state.wTb) > 0.0
-            if report.arrived:
-                break
-        else:
-            pytest.fail(f"not at {wTe.translation} after 11 s")
+        goal = PoseGoal(wTe=wTe)
+        run = run_to(goal, controller=controller, around=around, seconds=11.0, **before)
+        assert run.arrived
+        assert min(judge.clearance(state.q, state.wTb) for state in run.states[::5]) > 0.0
+        before = {"state": run.state, "last": run.commands[-1]}
 
 
 def test_the_arm_is_carried_up_to_the_door_and_no_farther(model):
