@@ -3,13 +3,12 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-from motion import READY, Lagging, tool_pose
+from motion import READY, Run, State, run_to, tool_pose
 from pinocchio import SE3
 from test_floor_map import distance
 
 from controller import (
     BaseGoal,
-    Command,
     ControllerSettings,
     HolisticController,
     PointCloud,
@@ -36,117 +35,84 @@ def model():
     return robot_model("frankie")
 
 
-def drive(model, goal, surroundings, seconds, each, start=None, settings=None):
-    controller, robot, last = HolisticController(model, settings), Lagging(model), Command.stop(7)
-    if start is not None:
-        robot.state.wTb = start
-    reports = []
-    for tick in range(round(seconds * 100)):
-        around = surroundings(0.01 * tick) if callable(surroundings) else surroundings
-        last, report = controller.step(robot.state, goal, last, around)
-        robot.follow(last)
-        reports.append(report)
-        each(robot.state)
-    return robot.state, reports
+UNGUIDED = ControllerSettings(guidance=None)
+"""Guidance would lead the base around."""
+
+
+def drive(model, goal, surroundings, seconds, start=None, settings=None) -> Run:
+    """A robot that follows late, for all of the time."""
+    return run_to(
+        goal,
+        state=State(wTb=start or SE3.Identity()),
+        seconds=seconds,
+        controller=HolisticController(model, settings),
+        around=surroundings,
+        late=True,
+        stays=True,
+    )
+
+
+def hands(model, run) -> np.ndarray:
+    """(N, 3) places of the hand on its way."""
+    return np.array([model.wTe(state.wTb, state.q).translation for state in run.states])
 
 
 @pytest.mark.parametrize(("speed", "heading"), [(0.3, 0.0), (1.5, 0.6)])
 def test_a_base_that_is_sent_through_a_wall_stops_before_it(model, speed, heading):
-    nearest = []
-    turn = np.array([[np.cos(heading), -np.sin(heading), 0], [np.sin(heading), np.cos(heading), 0]])
-    start = SE3(np.vstack([turn, [0, 0, 1]]), np.zeros(3))
+    start = SE3(pin.utils.rotate("z", heading), np.zeros(3))
     goal = PoseGoal(wTe=tool_pose(4.0, 0.0, 0.7), speed=speed)
-    _, reports = drive(
-        model,
-        goal,
-        Surroundings(fixtures=(WALL,)),
-        8.0,
-        lambda state: nearest.append(1.95 - corners(model, state.wTb)[:, 0].max()),
-        start,
-        ControllerSettings(guidance=None),  # which would lead the base around it
-    )
-    assert 0.005 < min(nearest) < 0.2
-    assert reports[-1].nearest.endswith("and wall")
-    assert reports[-1].clearance < 0.3
+    run = drive(model, goal, Surroundings(fixtures=(WALL,)), 8.0, start, UNGUIDED)
+    nearest = min(1.95 - corners(model, state.wTb)[:, 0].max() for state in run.states)
+    assert 0.005 < nearest < 0.2
+    assert run.reports[-1].nearest.endswith("and wall")
+    assert run.reports[-1].clearance < 0.3
 
 
 def test_a_base_goal_behind_a_wall_is_reached_around_it(model):
-    gaps = []
-
-    def note(state):
-        beyond = np.abs(corners(model, state.wTb)[:, :2] - [2.0, 0.0]) - [0.05, 3.0]
-        gaps.append(np.hypot(*np.maximum(beyond, 0.0).T).min())
-
     goal = BaseGoal(wTb=SE3(np.eye(3), np.array([4.0, 0.0, 0.0])))
-    _, reports = drive(model, goal, Surroundings(fixtures=(WALL,)), 25.0, note)
-    assert min(gaps) > 0.005
-    assert reports[-1].arrived
+    run = drive(model, goal, Surroundings(fixtures=(WALL,)), 25.0)
+    for state in run.states:
+        beyond = np.abs(corners(model, state.wTb)[:, :2] - [2.0, 0.0]) - [0.05, 3.0]
+        assert np.hypot(*np.maximum(beyond, 0.0).T).min() > 0.005
+    assert run.arrived
 
 
 def test_a_base_goal_inside_furniture_is_refused_at_once_and_the_base_stands_still(model):
     goal = BaseGoal(wTb=SE3(np.eye(3), np.array([2.0, 0.5, 0.3])))
-    state, reports = drive(model, goal, Surroundings(fixtures=(WALL,)), 0.5, lambda state: None)
-    assert reports[0].unreachable == "the base would stand in wall"
-    assert np.abs(state.wTb.translation).max() < 1e-6
+    run = drive(model, goal, Surroundings(fixtures=(WALL,)), 0.5)
+    assert run.reports[0].unreachable == "the base would stand in wall"
+    assert np.abs(run.state.wTb.translation).max() < 1e-6
+
+
+def lowest(model, height: float, may: bool = False, **around) -> float:
+    """How low a hand comes that is sent straight down on a table [m]."""
+    goal = PoseGoal(wTe=tool_pose(1.0, 0.0, height), straight=True, hand_may_touch=may)
+    run = drive(model, goal, Surroundings(fixtures=(TABLE_TOP,), **around), 5.0)
+    return float(hands(model, run)[:, 2].min())
 
 
 def test_the_hand_stops_above_a_table_and_goes_down_to_it_when_it_may(model):
     """The finger capsule ends 17 mm below the tool centre."""
-    lowest = {}
-    for may in (False, True):
-        goal = PoseGoal(wTe=tool_pose(1.0, 0.0, 0.32), straight=True, hand_may_touch=may)
-        heights = []
-        drive(
-            model,
-            goal,
-            Surroundings(fixtures=(TABLE_TOP,)),
-            5.0,
-            lambda state, heights=heights: heights.append(
-                model.wTe(state.wTb, state.q).translation[2]
-            ),
-        )
-        lowest[may] = min(heights)
-    assert lowest[False] > 0.315 + 0.0166 + 0.003
-    assert lowest[True] == pytest.approx(0.32, abs=2e-3)
+    assert lowest(model, 0.32) > 0.315 + 0.0166 + 0.003
+    assert lowest(model, 0.32, may=True) == pytest.approx(0.32, abs=2e-3)
+
+
+def test_what_is_held_keeps_off_too(model):
+    rod = Geom(Box((0.02, 0.02, 0.15)), SE3(np.eye(3), np.array([0.0, 0.0, 0.12])), "held")
+    assert lowest(model, 0.36) == pytest.approx(0.36, abs=2e-3)
+    assert lowest(model, 0.36, held=(rod,)) > 0.315 + 0.27
 
 
 def test_an_arm_that_folds_keeps_off_what_is_in_its_way(model):
     """A post beside the arm; the straight way of the joints sweeps through it."""
     x, y = model.description.bTa.translation[:2]
     post = Geom(Cylinder(0.05, 1.0), SE3(np.eye(3), np.array([x + 0.1, y + 0.45, 1.0])), "post")
-    q = READY.copy()
-    q[0] = 2.5
-    gaps = []
+    goal, gaps = PostureGoal(q=np.array([2.5, *READY[1:]])), []
     for around in (Surroundings(), Surroundings(fixtures=(post,)), Surroundings(loose=(post,))):
-        distances: list[float] = []
-
-        def note(state, distances=distances):
-            hand = model.wTe(state.wTb, state.q).translation
-            distances.append(float(np.hypot(*(hand - post.pose.translation)[:2])))
-
-        drive(model, PostureGoal(q=q), around, 6.0, note)
-        gaps.append(min(distances))
+        away = hands(model, drive(model, goal, around, 6.0)) - post.pose.translation
+        gaps.append(np.hypot(away[:, 0], away[:, 1]).min())
     assert gaps[0] < 0.13  # it would hit the post
     assert min(gaps[1:]) > gaps[0] + 0.02
-
-
-def test_what_is_held_keeps_off_too(model):
-    rod = Geom(Box((0.02, 0.02, 0.15)), SE3(np.eye(3), np.array([0.0, 0.0, 0.12])), "held")
-    lowest = {}
-    for held in ((), (rod,)):
-        heights = []
-        drive(
-            model,
-            PoseGoal(wTe=tool_pose(1.0, 0.0, 0.36), straight=True),
-            Surroundings(fixtures=(TABLE_TOP,), held=held),
-            5.0,
-            lambda state, heights=heights: heights.append(
-                model.wTe(state.wTb, state.q).translation[2]
-            ),
-        )
-        lowest[held] = min(heights)
-    assert lowest[()] == pytest.approx(0.36, abs=2e-3)
-    assert lowest[(rod,)] > 0.315 + 0.27
 
 
 @pytest.mark.parametrize("aside", [0.0005, 0.05])
@@ -161,40 +127,22 @@ def test_the_palm_comes_to_a_wall_and_does_not_touch_it_where_the_hand_may(model
     wall = Geom(
         Box((0.3, 0.005, 0.05)), SE3(np.eye(3), np.array([0.65, face + 0.005, 0.62])), "wall"
     )
-    gaps = []
-
-    def note(state):
+    goal = PoseGoal(wTe=wTe, straight=True, hand_may_touch=True)
+    run = drive(model, goal, Surroundings(fixtures=(wall,)), 4.0)
+    for state in run.states:
         wTp = model.wTe(state.wTb, state.q) * palm.pose
-        gaps.append(distance(Geom(palm.shape, wTp), wall))
-
-    state, _ = drive(
-        model,
-        PoseGoal(wTe=wTe, straight=True, hand_may_touch=True),
-        Surroundings(fixtures=(wall,)),
-        4.0,
-        note,
-    )
-    missed = np.linalg.norm(model.wTe(state.wTb, state.q).translation - wTe.translation)
-    assert gaps
-    assert min(gaps) > 0.0
-    if aside < 0.001:
-        assert missed < 0.004
+        assert distance(Geom(palm.shape, wTp), wall) > 0.0
+    assert aside > 0.001 or np.linalg.norm(hands(model, run)[-1] - wTe.translation) < 0.004
 
 
 def test_a_base_that_turns_before_a_walls_end_keeps_its_face_off_it(model):
     """Nearest is a corner of the base, which the turn takes away; then it is the wall's end."""
     wall = Geom(Box((0.05, 1.0, 0.15)), SE3(np.eye(3), np.array([1.0, 1.0, 0.15])), "wall")
     start = SE3(pin.utils.rotate("z", -0.3), np.zeros(3))
-    gaps = []
     goal = PoseGoal(wTe=tool_pose(1.6, 1.2, 0.7), straight=True)
-
-    def note(state) -> None:
-        base = Geom(Box((0.35, 0.25, 0.19)), state.wTb * SE3(np.eye(3), np.array([0, 0, 0.19])))
-        gaps.append(distance(base, wall))
-
-    settings = ControllerSettings(guidance=None)
-    drive(model, goal, Surroundings(fixtures=(wall,)), 4.0, note, start, settings)
-    assert min(gaps) > 0.005
+    middle = SE3(np.eye(3), np.array([0, 0, 0.19]))
+    for state in drive(model, goal, Surroundings(fixtures=(wall,)), 4.0, start, UNGUIDED).states:
+        assert distance(Geom(Box((0.35, 0.25, 0.19)), state.wTb * middle), wall) > 0.005
 
 
 def gap_to_the_wall(model, uncertainty: float, *, is_seen: bool = False) -> float:
@@ -202,16 +150,11 @@ def gap_to_the_wall(model, uncertainty: float, *, is_seen: bool = False) -> floa
     y, z = np.meshgrid(np.arange(-0.8, 0.8, 0.02), np.arange(0.05, 1.0, 0.05))
     cloud = PointCloud(np.stack([np.full(y.size, 1.95), y.ravel(), z.ravel()], axis=1))
     known = {"depth_points": cloud} if is_seen else {"fixtures": (WALL,)}
-    state, _ = drive(
-        model,
-        PoseGoal(wTe=tool_pose(4.0, 0.0, 0.7), speed=0.5),
-        Surroundings(**known, uncertainty=uncertainty),
-        2.5,
-        lambda state: None,
-        start=SE3(np.eye(3), np.array([1.0, 0.0, 0.0])),
-        settings=ControllerSettings(guidance=None),
-    )
-    return 1.95 - float(corners(model, state.wTb)[:, 0].max())
+    goal = PoseGoal(wTe=tool_pose(4.0, 0.0, 0.7), speed=0.5)
+    around = Surroundings(**known, uncertainty=uncertainty)
+    start = SE3(np.eye(3), np.array([1.0, 0.0, 0.0]))
+    run = drive(model, goal, around, 2.5, start, UNGUIDED)
+    return 1.95 - float(corners(model, run.state.wTb)[:, 0].max())
 
 
 def test_a_robot_that_is_unsure_of_its_place_stops_farther_from_the_map_but_not_from_what_it_sees(
@@ -226,30 +169,16 @@ def test_a_robot_that_is_unsure_of_its_place_stops_farther_from_the_map_but_not_
 
 def test_a_robot_within_its_margin_does_not_give_way_and_its_hand_works_as_ever(model):
     goal = PoseGoal(wTe=tool_pose(1.0, 0.0, 0.32), straight=True)
-    ends = [
-        drive(
-            model,
-            goal,
-            Surroundings(fixtures=(TABLE_TOP,), uncertainty=uncertainty),
-            3.0,
-            lambda state: None,
-        )[0]
+    sure, unsure = (
+        drive(model, goal, Surroundings(fixtures=(TABLE_TOP,), uncertainty=uncertainty), 3.0)
         for uncertainty in (0.0, 0.05)
-    ]
-    sure, unsure = (model.wTe(state.wTb, state.q).translation for state in ends)
-    np.testing.assert_allclose(sure, unsure, atol=0.004)
+    )
+    np.testing.assert_allclose(hands(model, sure)[-1], hands(model, unsure)[-1], atol=0.004)
 
 
 def test_a_base_that_may_be_far_off_drives_half_as_fast(model):
-    fastest = []
+    goal, fastest = BaseGoal(wTb=SE3(np.eye(3), np.array([4.0, 0.0, 0.0]))), []
     for uncertainty in (0.0, 0.08):
-        speeds = [0.0]
-        around, last_x = Surroundings(uncertainty=uncertainty), [0.0]
-
-        def note(state, speeds=speeds, last_x=last_x):
-            speeds.append(100.0 * (state.wTb.translation[0] - last_x[0]))
-            last_x[0] = state.wTb.translation[0]
-
-        drive(model, BaseGoal(wTb=SE3(np.eye(3), np.array([4.0, 0.0, 0.0]))), around, 4.0, note)
-        fastest.append(max(speeds))
+        run = drive(model, goal, Surroundings(uncertainty=uncertainty), 4.0)
+        fastest.append(np.diff([state.wTb.translation[0] for state in run.states]).max())
     assert fastest[1] == pytest.approx(0.5 * fastest[0], rel=0.05)
