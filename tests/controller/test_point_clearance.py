@@ -62,20 +62,6 @@ def test_rows_are_the_rates_at_which_distances_grow(model):
         np.testing.assert_allclose(rates, start.rows[:, number], atol=1e-4)
 
 
-def test_what_was_measured_before_is_measured_again_in_time(model):
-    """One that is kept from step to step finds what a new one finds."""
-    kept, q, cloud = proximity(model), model.description.arm.ready.copy(), PointCloud(around(1))
-    slow = np.full(model.n, 0.2)
-    for step in range(60):
-        wTb = SE3(np.eye(3), np.array([0.005 * step, 0.0, 0.0]))
-        q[0] += 0.01
-        if step == 30:
-            cloud = PointCloud(around(2))
-        known = Surroundings(depth_points=cloud)
-        ours, fresh = (p.near(wTb, q, known, slow) for p in (kept, proximity(model)))
-        np.testing.assert_array_equal(np.sort(ours.d), np.sort(fresh.d))
-
-
 def test_distances_from_rounded_boxes():
     points = np.array([[0.3, 0.0, 0.0], [0.0, 0.0, 0.5], [0.05, 0.0, 0.0], [0.2, 0.3, 0.0]])
     d, out = from_rounded_boxes(points, *rounded_box(Box((0.1, 0.2, 0.3))))

@@ -5,7 +5,7 @@ import pytest
 from motion import proximity
 from pinocchio import SE3
 
-from controller import Obstacle, Surroundings, robot_model
+from controller import Obstacle, PointCloud, Surroundings, robot_model
 from controller.collision.proximity import Distances
 from robots import Box, Cylinder, Geom
 
@@ -28,6 +28,13 @@ def walker(step: int) -> Obstacle:
     return Obstacle(geom, np.array([-1.0, 0.0, 0.0]))
 
 
+CLOUDS = tuple(
+    PointCloud(np.random.default_rng(seed).uniform([-0.6, -0.8, 0.45], [1.2, 0.8, 1.4], (300, 3)))
+    for seed in (1, 2)
+)
+"""Points beside, before and above the base, in two pictures."""
+
+
 def assert_same(ours: Distances, fresh: Distances) -> None:
     """As exactly as Coal measures, which begins where it ended the last time."""
     np.testing.assert_array_equal(ours.pair, fresh.pair)
@@ -35,8 +42,8 @@ def assert_same(ours: Distances, fresh: Distances) -> None:
     np.testing.assert_allclose(ours.rows, fresh.rows, atol=1e-2)
 
 
-@pytest.mark.parametrize("walked", [False, True])
-def test_what_is_picked_up_and_put_down_leaves_the_other_distances(model, walked):
+@pytest.mark.parametrize(("walked", "sees"), [(False, False), (True, False), (False, True)])
+def test_what_is_picked_up_and_put_down_leaves_the_other_distances(model, walked, sees):
     kept, q = proximity(model), model.description.arm.ready.copy()
     slow, seen = np.full(model.n, 0.2), 0
     for step in range(90):
@@ -46,6 +53,7 @@ def test_what_is_picked_up_and_put_down_leaves_the_other_distances(model, walked
             fixtures=TABLE,
             held=ROD if 30 <= step < 60 else (),
             loose=CAN if step >= 60 else (),
+            depth_points=CLOUDS[step >= 30] if sees else None,
             moving=(walker(step),) if walked else (),
         )
         ours, fresh = (p.near(wTb, q, known, slow) for p in (kept, proximity(model)))
