@@ -20,6 +20,7 @@ task: corpus
 params:
   count: {default: 3}
   word: {default: six}
+  side: {type: [left, right], default: left}
 poses:
   above: {xyz: [2.935, 0.0, 0.85], rpy_deg: [180, 0, 0]}
   door: {base: [1.6, 1.2], heading_deg: 90}
@@ -31,6 +32,7 @@ tree:
   sequence:
     - say: {text: "{value}", value: $count}
     - say: {text: "{value}", value: $word}
+    - say: {text: "{value}", value: $side}
     - navigate: {to: above}
     - drive: {to: door}
     - move_arm: {to: folded}

@@ -12,11 +12,6 @@ from trees.language import check
 
 
 @pytest.fixture
-def run(tmp_path):
-    return lambda tree: Run(tmp_path, tree)
-
-
-@pytest.fixture
 def diagnostics(tmp_path):
     """The errors of a tree section, as `line:column: message` counted from its first line."""
 

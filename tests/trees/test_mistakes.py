@@ -35,14 +35,6 @@ def test_what_can_be_meant_is_good(tmp_path, row):
     assert found_in(tmp_path, text, Severity.WARNING) == []
 
 
-def test_a_case_that_its_parameter_never_has_is_refused(tmp_path):
-    text = file_with("- switch: {value: $side, cases: {¦lfet: open_gripper}}")
-    text = text.replace("params:\n", "params:\n  side: {type: [left, right], default: left}\n")
-    [found] = found_in(tmp_path, text)
-    assert (found.location.line, found.location.column) == marked(text)
-    assert str(found).endswith("`$side` is never `lfet`; did you mean `left`?")
-
-
 def test_values_within_values_are_bounded(tmp_path):
     numbers = ", ".join(str(number) for number in range(100))
     inner = f"for_each: {{item: b, in: [{numbers}], do: {{wait: {{duration_s: $b}}}}}}"

@@ -2,18 +2,11 @@
 
 from __future__ import annotations
 
-import pytest
 from py_trees.common import Status
-from tree_toys import Run
 
 from behaviours import Carried
 from hw import TaskTime
 from trees.language import failed_node
-
-
-@pytest.fixture
-def run(tmp_path):
-    return lambda tree: Run(tmp_path, tree)
 
 
 def test_forever_starts_again_after_each_failure_and_ends_with_success(run):
@@ -83,10 +76,3 @@ def test_what_cannot_be_reached_is_tried_twice(run):
         pass
     assert tree.root.status is Status.FAILURE
     assert tree.begun("b") == 2
-
-
-def test_retry_starts_again_after_a_pause_that_grows_and_then_gives_up(run):
-    tree = run("{name: grip, retry: 3, play: {script: F}}")
-    assert tree.ticks(12) == 11 * "R" + "F"
-    assert tree.begun("grip") == 3
-    assert tree.root.feedback_message == "gave up after attempt 3: grip: said F"

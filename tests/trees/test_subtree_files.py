@@ -14,15 +14,6 @@ def folder(tmp_path):
     return write_files(tmp_path)
 
 
-def test_a_circle_of_files_is_told_with_its_chain(folder):
-    part = "task: part\ntree: {subtree: {file: ../top.yaml}}\n"
-    [found] = errors(folder, "task: top\ntree: {subtree: {file: parts/part.yaml}}\n", part)
-    assert found == (
-        "parts/part.yaml:2:24: the files include each other in a circle:"
-        " top.yaml > part.yaml > top.yaml; remove one of these subtrees"
-    )
-
-
 def test_a_link_out_of_the_folder_is_refused(folder, tmp_path_factory):
     outside = tmp_path_factory.mktemp("outside") / "secret.yaml"
     outside.write_text("task: part\ntree: open_gripper\n")
