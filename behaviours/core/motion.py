@@ -128,8 +128,10 @@ class Approach:
         if report is None or not self._set_out:  # then it is about some other goal
             self._set_out = True
             return leaf.running(f"setting out for {self._target}")
-        if report.arrived:
+        if report.arrived and leaf.context.localisation.agreement.since is None:
             return leaf.success(f"at {self._target}")
+        if report.arrived and not self._is_late:
+            return leaf.running("there, but nothing in sight is where the map has it")
         if report.unreachable:
             leaf.out_of_reach = True
             return leaf.failure(f"cannot get to {self._target}: {report.unreachable}")

@@ -68,6 +68,15 @@ def test_a_start_pose_that_is_wrong_is_a_fault_within_three_seconds(tmp_path, by
     assert LOST in str(explain(result.folder))
 
 
+def test_no_way_ends_well_where_nothing_is_where_the_map_has_it(tmp_path):
+    there = "poses: {there: {base: [0.4, 0.0], heading_deg: 0}}"
+    result = run(
+        tmp_path, shift(0.8, 90.0), tree=f"task: way\n{there}\ntree: {{drive: {{to: there}}}}\n"
+    )
+    assert result.outcome.end is End.FAILURE
+    assert LOST in result.outcome.reason
+
+
 @pytest.mark.parametrize("level", ["good", "poor"])
 @pytest.mark.parametrize("scene", ["household", "kitchen", "corridor", "crossing", "shelf"])
 def test_a_robot_that_is_where_it_takes_itself_to_be_is_not_lost(tmp_path, scene, level):
