@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from ended import failure, success
 from harness import ON_TABLE, TABLE_TOP, block, table_world, with_the_hand_at
 from pinocchio import SE3
 from py_trees.common import Status
@@ -48,15 +49,13 @@ def test_the_hand_closes_on_what_was_asked_for(three, words, taken):
 
 def test_what_is_not_there_is_not_replaced_by_something_else(three):
     grasp = Grasp("grasp", three.context, within=ON_TABLE, colour="green", patience_s=0.5)
-    assert three.run(grasp) is Status.FAILURE
-    assert "a green object is not among the 3 objects in sight" in grasp.feedback_message
+    assert "a green object is not among the 3 objects in sight" in failure(three, grasp)
     assert three.world.held is None
 
     grasp = Grasp("grasp", three.context, within=ON_TABLE, colour="red", patience_s=0.5)
     camera = three.context.vision._camera
     three.context.vision._camera = Colourless(camera)
-    assert three.run(grasp) is Status.FAILURE
-    assert "the camera of this robot sees no colours" in grasp.feedback_message
+    assert "the camera of this robot sees no colours" in failure(three, grasp)
 
 
 class Colourless:
@@ -119,8 +118,7 @@ def test_poses_that_are_told_are_on_the_map(three):
     assert detect.feedback_message.startswith(f"3 of 3: {told}")
     look = LooksLike("red", three.context, object=one, colour="red")
     here.mTw, here.wTm = SE3.Identity(), SE3.Identity()  # odometry drifts
-    assert three.run(look) is Status.SUCCESS
-    assert look.feedback_message.startswith(told)
+    assert success(three, look).startswith(told)
 
 
 def test_what_stands_in_the_way_can_be_taken_first():

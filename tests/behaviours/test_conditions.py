@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pinocchio as pin
 import pytest
+from ended import failure
 from harness import BUTTON, REFLEX, SPOT, TABLE_TOP, Harness, block, over_the_table, table_world
 from pinocchio import SE3
 from py_trees.common import Status
@@ -93,13 +94,11 @@ def test_a_simulated_run_begins_at_noon(after, before, answer):
 def test_what_the_laser_does_not_see_is_not_free():
     with trial("single") as t:  # whose table stands 1.05 m from the base
         near = ObstacleWithin("obstacle_within", t.context, distance_m=0.8)
-        assert t.run(near) is Status.FAILURE
-        assert near.feedback_message == (
+        assert failure(t, near) == (
             "not known: the laser sees 240 of the 360° asked about; `sector_deg` asks about less"
         )
         ahead = ObstacleWithin("ahead", t.context, distance_m=0.8, sector_deg=240.0)
-        assert t.run(ahead) is Status.FAILURE
-        assert ahead.feedback_message.startswith("the nearest that the laser sees is 1.")
+        assert failure(t, ahead).startswith("the nearest that the laser sees is 1.")
         assert t.run(ObstacleWithin("far", t.context, distance_m=1.2)) is Status.SUCCESS
         scan = t.context.robot.laser.latest(1.0)
         dark = replace(scan, ranges=np.full_like(scan.ranges, np.nan))

@@ -5,6 +5,7 @@ from math import atan2, degrees
 import numpy as np
 import pinocchio as pin
 import pytest
+from ended import failure, success
 from harness import REFLEX, Harness
 from pinocchio import SE3
 from py_trees.common import Status
@@ -34,8 +35,7 @@ def standing(harness: Harness) -> tuple[float, float, float]:
 def test_drive_goes_to_a_base_pose_and_leaves_the_arm(robot):
     harness = Harness(robot=robot)
     leaf = Drive("drive", harness.context, to=CORNER)
-    assert harness.run(leaf) is Status.SUCCESS
-    assert leaf.feedback_message == "at corner"
+    assert success(harness, leaf) == "at corner"
     assert standing(harness) == pytest.approx((1.0, 0.5, 90.0), abs=6.0)
     np.testing.assert_allclose(harness.robot.read().wTb.translation[:2], [1.0, 0.5], atol=0.06)
     np.testing.assert_allclose(harness.robot.read().q, READY, atol=1e-9)
@@ -78,15 +78,12 @@ def test_driving_the_same_way_twice_goes_twice_as_far():
 def test_drive_fails_on_a_fault_when_stuck_and_when_time_is_over():
     harness = Harness()
     leaf = Drive("drive", harness.context, to=CORNER, timeout_s=0.5)
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message.startswith("not at corner after 0.5 s: ")
+    assert failure(harness, leaf).startswith("not at corner after 0.5 s: ")
     leaf = Drive("drive", harness.context, forward_m=1.0)
     harness.robot.stuck = True
-    assert harness.run(leaf, seconds=8.0) is Status.FAILURE
-    assert leaf.feedback_message.startswith("stuck on the way to the end of 1 m: ")
+    assert failure(harness, leaf, seconds=8.0).startswith("stuck on the way to the end of 1 m: ")
     harness.robot.faults = (REFLEX,)
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message == "the arm hit something"
+    assert failure(harness, leaf) == "the arm hit something"
 
 
 def test_move_arm_brings_every_joint_there_and_holds_the_base():

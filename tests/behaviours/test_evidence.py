@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from ended import failure, success
 from harness import (
     BUTTON,
     FAR,
@@ -48,8 +49,7 @@ def test_a_grasp_with_fingers_that_never_move_fails_and_the_grasp_is_not_blamed(
     harness = over_the_table(block(x=0.75))
     kill_gripper(harness)
     leaf = Grasp("grasp", harness.context, within=FAR)
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message == "the fingers did not move"
+    assert failure(harness, leaf) == "the fingers did not move"
     assert harness.context.log.attempts == 0
     assert harness.context.wTe.translation[2] > TABLE_TOP + 0.05 + 0.05  # it is off the block
 
@@ -76,15 +76,13 @@ def test_a_gripper_that_only_says_that_it_moves_does_not_keep_the_hand_up_for_ev
     harness = held_block()
     harness.robot.restless = True
     leaf = RetreatCheck("retreat_check", harness.context)
-    assert harness.run(leaf, seconds=10.0) is Status.FAILURE
-    assert leaf.feedback_message == "the fingers still move after 3 s"
+    assert failure(harness, leaf, seconds=10.0) == "the fingers still move after 3 s"
 
 
 def test_a_retreat_without_a_grip_before_it_holds_nothing():
     harness = Harness(table_world())
     leaf = RetreatCheck("retreat_check", harness.context)
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message == "the fingers were not told to close"
+    assert failure(harness, leaf) == "the fingers were not told to close"
 
 
 def test_fingers_that_opened_again_hold_nothing():
@@ -92,8 +90,7 @@ def test_fingers_that_opened_again_hold_nothing():
     harness.robot.grip(0.07, 20.0)  # somebody lets go
     harness.run_for(None, 1.0)
     leaf = RetreatCheck("retreat_check", harness.context)
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message == "the fingers have opened"
+    assert failure(harness, leaf) == "the fingers have opened"
 
 
 def test_something_nearly_as_wide_as_the_hand_is_held():
@@ -113,8 +110,7 @@ def test_an_object_that_is_lost_on_the_way_is_not_placed():
     harness.run_for(leaf, 0.2)
     read = harness.robot.read
     harness.robot.read = lambda: replace(read(), gripper_width=0.07)
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message == "nothing left to place: the fingers have opened"
+    assert failure(harness, leaf) == "nothing left to place: the fingers have opened"
 
 
 def test_fingers_that_open_half_way_have_not_let_go():
@@ -122,8 +118,7 @@ def test_fingers_that_open_half_way_have_not_let_go():
     grip = harness.robot.grip
     harness.robot.grip = lambda width, force: grip(0.06, force)
     leaf = place(harness)
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message == "not let go: the fingers stopped at 60 mm"
+    assert failure(harness, leaf) == "not let go: the fingers stopped at 60 mm"
     assert harness.context.log.placed == 0
 
 
@@ -220,8 +215,7 @@ def test_a_place_at_which_lowering_failed_is_not_tried_again():
     harness.tick(leaf)
     assert harness.context.log.places_blocked == {"table": {2}}
     harness.robot.faults = ()
-    assert harness.run(leaf) is Status.SUCCESS
-    assert leaf.feedback_message == "placed on table, place 4"
+    assert success(harness, leaf) == "placed on table, place 4"
 
 
 def test_places_that_are_taken_or_blocked_are_counted_and_unseen_ones_come_last():
@@ -246,5 +240,4 @@ def test_open_gripper_says_that_the_fingers_did_not_move():
     harness.grip(0.02)
     kill_gripper(harness)
     leaf = OpenGripper("open_gripper", harness.context)
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message == "the fingers did not move"
+    assert failure(harness, leaf) == "the fingers did not move"

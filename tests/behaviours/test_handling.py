@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from ended import failure
 from harness import (
     FAR,
     ON_TABLE,
@@ -55,8 +56,7 @@ def test_open_gripper_fails_on_a_fault_and_on_fingers_that_stop():
     harness.robot.faults = ()
     harness.tick(leaf)
     harness.robot.grip(0.03, 20.0)  # somebody else stops the fingers half way
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message == "the fingers stopped at 30 mm"
+    assert failure(harness, leaf) == "the fingers stopped at 30 mm"
 
 
 def test_retreat_check_lifts_what_is_held():
@@ -77,16 +77,14 @@ def test_retreat_check_fails_when_the_object_slips_on_the_way_up():
     harness.grip(0.0)
     assert harness.robot.read().gripper_width == pytest.approx(0.06, abs=0.003)
     leaf = RetreatCheck("retreat_check", harness.context, rise_m=0.1)
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message == "the fingers closed on nothing"
+    assert failure(harness, leaf) == "the fingers closed on nothing"
 
 
 def test_retreat_check_fails_when_the_hand_does_not_rise():
     harness = held_block()
     harness.robot.stuck = True
     leaf = RetreatCheck("retreat_check", harness.context)
-    assert harness.run(leaf) is Status.FAILURE
-    assert "stuck" in leaf.feedback_message
+    assert "stuck" in failure(harness, leaf)
 
 
 @pytest.fixture(scope="module")
@@ -147,8 +145,7 @@ def test_place_fails_on_a_fault_and_when_it_cannot_get_there():
     harness.robot.faults = (REFLEX,)
     assert harness.run(leaf) is Status.FAILURE
     harness.robot.faults, harness.robot.stuck = (), True
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message.startswith("over the place: stuck 0.")
+    assert failure(harness, leaf).startswith("over the place: stuck 0.")
 
 
 def test_exactly_there_means_nowhere_else():
@@ -158,12 +155,10 @@ def test_exactly_there_means_nowhere_else():
     harness.world.objects.append(other)
     at = ToolPose(name="here", mTe=looking_down(0.9, 0.1, TABLE_TOP))
     leaf = Place("place", harness.context, at=at)
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message == "here is taken"
+    assert failure(harness, leaf) == "here is taken"
     harness.world.objects.remove(other)
     leaf = Place("place", harness.context, onto=FAR)
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message.startswith("nothing is seen to stack it on: 8 % of table")
+    assert failure(harness, leaf).startswith("nothing is seen to stack it on: 8 % of table")
     assert harness.world.held is not None
 
 
@@ -182,8 +177,7 @@ def test_a_person_takes_what_is_held_out_and_gives_another_thing():
     harness = held_block()
     out = ToolPose(name="out", mTe=looking_down(0.8, 0.0, TABLE_TOP + 0.3))
     leaf = HandOver("hand_over", harness.context, at=out, timeout_s=2.0)
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message == "nobody took it within 2 s"
+    assert failure(harness, leaf) == "nobody took it within 2 s"
     assert harness.world.held is not None
     harness.run_into(leaf, "offer")
     harness.robot.inject("object pulled")
@@ -192,8 +186,7 @@ def test_a_person_takes_what_is_held_out_and_gives_another_thing():
     assert harness.context.log.in_hand is None
 
     receive = Receive("receive", harness.context, at=out, every_s=0.5, timeout_s=3.0)
-    assert harness.run(receive) is Status.FAILURE
-    assert receive.feedback_message == "nothing was given within 3 s"
+    assert failure(harness, receive) == "nothing was given within 3 s"
     harness.run_into(receive, "fingers")
     harness.run_into(receive, "offer")
     gift = replace(block(name="gift"), pose=SE3(np.eye(3), harness.context.wTe.translation))
@@ -228,8 +221,7 @@ def test_noise_and_a_bump_take_nothing_out_of_the_hand(disturbed):
         "bump": lambda width, stamp: width + 1.2e-3 * (1.0 <= stamp - begun < 1.05),
     }
     reads(harness, change[disturbed])
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message == "nobody took it within 4 s"
+    assert failure(harness, leaf) == "nobody took it within 4 s"
     assert harness.world.held is not None
 
 
@@ -239,8 +231,7 @@ def test_what_slips_out_while_it_is_held_out_was_not_handed_over():
     harness.run_into(leaf, "offer")
     harness.run_for(leaf, 0.5)
     harness.world.put("block", harness.world.find("block").pose)
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message.startswith("it left the fingers before they opened")
+    assert failure(harness, leaf).startswith("it left the fingers before they opened")
 
 
 @pytest.mark.parametrize("disturbed", ["dirt", "offset", "halfway", "finger"])
@@ -276,8 +267,7 @@ def test_a_retreat_holds_nothing_at_a_width_at_which_the_fingers_did_not_close()
     harness.run_for(leaf, 0.1)
     begun = harness.clock.now()
     reads(harness, lambda width, stamp: max(0.002, width - 0.02 * (stamp - begun)))
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message == "the fingers have slipped off, from 10 mm"
+    assert failure(harness, leaf) == "the fingers have slipped off, from 10 mm"
 
 
 def test_a_guard_against_loss_lets_the_object_be_set_down():

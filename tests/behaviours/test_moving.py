@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from ended import failure, success
 from harness import BUTTON, REFLEX, Harness, looking_down, table_world
 from pinocchio import SE3
 from py_trees.common import Status
@@ -29,8 +30,7 @@ def navigate(harness: Harness, to: ToolPose) -> Navigate:
 def test_navigate_brings_the_hand_to_a_pose(robot):
     harness = Harness(table_world(), robot=robot)
     leaf = navigate(harness, POSE)
-    assert harness.run(leaf) is Status.SUCCESS
-    assert leaf.feedback_message == "at over_there"
+    assert success(harness, leaf) == "at over_there"
     error = harness.context.wTe.translation - POSE.wTe.translation
     assert np.linalg.norm(error) < 0.015
 
@@ -74,8 +74,7 @@ def test_recover_clears_a_reflex_rises_and_folds_the_arm():
     leaf = Recover("recover", harness.context, arm=FOLDED)
     harness.run_for(leaf, 1.3)
     assert harness.context.wTe.translation[2] > before + 0.05
-    assert harness.run(leaf) is Status.SUCCESS
-    assert leaf.feedback_message == "arm folded"
+    assert success(harness, leaf) == "arm folded"
     np.testing.assert_allclose(harness.robot.read().q, FOLDED.q, atol=0.02)
 
 
@@ -91,8 +90,7 @@ def test_recover_leaves_an_emergency_stop_to_a_person():
     harness = Harness(table_world())
     harness.robot.faults = (BUTTON,)
     leaf = Recover("recover", harness.context, arm=FOLDED)
-    assert harness.run(leaf) is Status.FAILURE
-    assert "emergency stop pressed: clear it by hand" in leaf.feedback_message
+    assert "emergency stop pressed: clear it by hand" in failure(harness, leaf)
     assert harness.speed == 0.0
 
 

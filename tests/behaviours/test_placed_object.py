@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from ended import failure
 from harness import FAR, SPOT, Harness, block, held_block, over_the_table, place
 from pinocchio import SE3
 from py_trees.common import Status
@@ -48,8 +49,7 @@ def test_a_task_is_done_only_when_all_that_was_seen_is_placed():
     log.note_stock(FAR, 2)
     log.carried.append(Carried(begun=TaskTime(0.0), placed=TaskTime(1.0)))
     log.note_stock(FAR, 0)
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message == "1 of 2 objects placed that were seen in table"
+    assert failure(harness, leaf) == "1 of 2 objects placed that were seen in table"
     log.carried.append(Carried(begun=TaskTime(1.0), placed=TaskTime(2.0)))
     assert harness.run(leaf) is Status.SUCCESS
 
@@ -97,5 +97,4 @@ def test_what_is_knocked_over_before_the_hand_is_up_is_not_placed():
         harness.tick(leaf)
     harness.context.placed_object.verdict = Verdict.STANDS  # as one frame before
     away(harness)
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message.startswith("let go, but nothing stands")
+    assert failure(harness, leaf).startswith("let go, but nothing stands")

@@ -4,6 +4,7 @@ from math import degrees, inf
 
 import numpy as np
 import pytest
+from ended import failure, success
 from harness import REFLEX, TABLE_TOP, Harness, block, looking_down, table_world, with_the_hand_at
 from pinocchio import SE3
 from py_trees.common import Status
@@ -31,8 +32,7 @@ def over_the_table(*objects) -> Harness:
 def test_look_at_turns_the_camera_to_a_place(at, distance):
     harness = Harness(table_world())
     leaf = LookAt("look_at", harness.context, at=at, distance_m=distance)
-    assert harness.run(leaf) is Status.SUCCESS
-    assert leaf.feedback_message == f"looking at {at.name}"
+    assert success(harness, leaf) == f"looking at {at.name}"
     harness.run_for(None, 0.5)
     frame = harness.robot.camera.latest(inf)
     point = (at.wTe if isinstance(at, ToolPose) else at.wTr).translation
@@ -47,12 +47,10 @@ def test_look_at_fails_without_a_camera_and_on_a_fault():
     harness = Harness(table_world())
     harness.robot.blind = True
     leaf = LookAt("look_at", harness.context, at=BEHIND)
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message == "no camera frame"
+    assert failure(harness, leaf) == "no camera frame"
     assert harness.speed == 0.0
     harness.robot.faults = (REFLEX,)
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message == "the arm hit something"
+    assert failure(harness, leaf) == "the arm hit something"
 
 
 def test_a_scan_counts_what_stands_in_a_region_larger_than_a_picture():
@@ -60,8 +58,7 @@ def test_a_scan_counts_what_stands_in_a_region_larger_than_a_picture():
     harness = over_the_table(*(block(x=x, y=y, name=f"b{x}{y}") for x, y in spots))
     count: Key[int] = Key("count")
     leaf = ScanForObjects("scan", harness.context, region=LARGE, count=count)
-    assert harness.run(leaf) is Status.SUCCESS
-    assert leaf.feedback_message == "4 objects in table"
+    assert success(harness, leaf) == "4 objects in table"
     assert count.read() == 4
     things = sorted(leaf._survey.map.segments(1e-4), key=lambda thing: thing.centre[1])
     np.testing.assert_allclose([thing.centre[:2] for thing in things], spots, atol=0.01)
@@ -79,8 +76,7 @@ def test_a_scan_does_not_count_by_what_it_cannot_see():
     leaf = ScanForObjects(
         "scan", harness.context, region=beyond, count=count, height_m=0.65, frames=1
     )
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message.startswith("100 % of shelf not seen")
+    assert failure(harness, leaf).startswith("100 % of shelf not seen")
     with pytest.raises(LookupError):
         count.read()
 
@@ -91,16 +87,14 @@ def test_a_scan_fails_on_a_fault_at_a_view():
     while not leaf.feedback_message.endswith("1 image"):
         harness.tick(leaf)
     harness.robot.faults = (REFLEX,)
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message == "the arm hit something"
+    assert failure(harness, leaf) == "the arm hit something"
 
 
 def test_a_scan_that_cannot_reach_a_view_says_which():
     harness = over_the_table()
     harness.robot.stuck = True
     leaf = ScanForObjects("scan", harness.context, region=LARGE, count=Key("count"))
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message.startswith("stuck on the way to view 1 of 4 of table: ")
+    assert failure(harness, leaf).startswith("stuck on the way to view 1 of 4 of table: ")
 
 
 def moving_block(y: float = -0.1, until: float = np.inf):
@@ -133,22 +127,18 @@ def test_follow_stays_over_a_moving_object_and_succeeds_when_it_stands_still():
 def test_follow_fails_when_there_is_nothing_to_follow_or_see():
     harness = over_the_table()
     leaf = Follow("follow", harness.context, within=LARGE)
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message == "nothing to follow for 1.5 s"
+    assert failure(harness, leaf) == "nothing to follow for 1.5 s"
     harness.robot.blind = True
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message == "no camera frame for 1.5 s"
+    assert failure(harness, leaf) == "no camera frame for 1.5 s"
 
 
 def test_follow_fails_when_the_hand_cannot_keep_up_and_on_a_fault():
     harness = over_the_table(block(x=0.9, y=0.25))
     harness.robot.stuck = True
     leaf = Follow("follow", harness.context, within=LARGE)
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message.startswith("cannot keep up, 0.")
+    assert failure(harness, leaf).startswith("cannot keep up, 0.")
     harness.robot.faults = (REFLEX,)
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message == "the arm hit something"
+    assert failure(harness, leaf) == "the arm hit something"
 
 
 def test_say_tells_people_once():

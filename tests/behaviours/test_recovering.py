@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 import pytest
+from ended import failure
 from harness import REFLEX, Harness, table_world
 from pinocchio import SE3
 from py_trees.behaviour import Behaviour
@@ -75,8 +76,7 @@ def test_a_base_that_has_hit_what_nobody_knew_goes_back_and_then_around_it(robot
     harness = unknown_pedestal(robot)
     times = clears_of(harness)
     navigate = Navigate("navigate", harness.context, to=BEYOND)
-    assert harness.run(navigate) is Status.FAILURE
-    assert navigate.feedback_message == "the base hit pedestal"
+    assert failure(harness, navigate) == "the base hit pedestal"
     hit_at, hit_when = harness.context.state.wTb.translation[0], harness.clock.now()
     assert harness.run(Recover("recover", harness.context)) is Status.SUCCESS
     assert harness.context.state.wTb.translation[0] < hit_at - 0.2

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from ended import failure, success
 from harness import (
     FAR,
     TABLE_TOP,
@@ -150,8 +151,7 @@ def with_things_at(*numbers: int) -> Harness:
 def test_a_place_on_which_something_stands_is_passed_over():
     harness = with_things_at(2, 4)
     leaf = place(harness)
-    assert harness.run(leaf) is Status.SUCCESS
-    assert leaf.feedback_message == "placed on table, place 6"
+    assert success(harness, leaf) == "placed on table, place 6"
     assert harness.world.resting_on(harness.world.find("block")) == "table"
     assert harness.context.log.places_blocked == {}  # it may be free the next time
 
@@ -165,8 +165,7 @@ def test_a_small_thing_below_what_is_held_is_seen_before_the_hand_goes_down():
     harness.world.objects.append(small)
     harness.reach_over(looking_down(x, y, z + 0.15, yaw=np.pi / 2))
     leaf = place(harness)
-    assert harness.run(leaf) is Status.SUCCESS
-    assert leaf.feedback_message == "placed on table, place 3"
+    assert success(harness, leaf) == "placed on table, place 3"
 
 
 @pytest.mark.parametrize("wrong_by", [0.01, -0.01])
@@ -200,8 +199,7 @@ def test_when_something_stands_at_every_place_nothing_is_let_go():
     between = range(7, len(Places(harness.context, FAR, 0.13).slots) + 1)
     harness.context.log.places_used["table"] = set(between)
     leaf = place(harness)
-    assert harness.run(leaf, seconds=40.0) is Status.FAILURE
-    assert leaf.feedback_message == "no place free on table, 6 taken or blocked (6)"
+    assert failure(harness, leaf, seconds=40.0) == "no place free on table, 6 taken or blocked (6)"
     assert harness.world.held is not None
 
 
@@ -209,8 +207,7 @@ def test_nothing_is_let_go_where_there_is_no_surface():
     harness = with_things_at()
     off = Region(name="table", mTr=FAR.wTr * SE3(np.eye(3), np.array([0, 0.6, 0])), size=FAR.size)
     leaf = place(harness, off)
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message == "no surface at place 2 of table: it is 0.50 m lower"
+    assert failure(harness, leaf) == "no surface at place 2 of table: it is 0.50 m lower"
     assert harness.world.held is not None
     assert harness.context.log.placed == 0
 
@@ -220,8 +217,7 @@ def test_without_a_frame_nothing_is_let_go():
     harness.robot.blind = True
     begun = harness.clock.now()
     leaf = place(harness)
-    assert harness.run(leaf) is Status.FAILURE
-    assert leaf.feedback_message == "no camera frame"
+    assert failure(harness, leaf) == "no camera frame"
     assert harness.clock.now() - begun < 8.0
     assert harness.world.held is not None
 
