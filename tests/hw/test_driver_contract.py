@@ -24,6 +24,8 @@ from hw.realsense import RealSenseOptions
 from hw.realsense.driver import realsense_camera
 from hw.state import BaseState, GripperState
 
+pytestmark = pytest.mark.realtime
+
 SLOW = {"patience": 60.0}  # also on a busy machine
 
 

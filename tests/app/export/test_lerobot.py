@@ -4,6 +4,7 @@ import json
 
 import cv2
 import numpy as np
+import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
@@ -111,8 +112,7 @@ def test_the_description_fits_the_files(dataset):
 
 
 def test_tasks_are_the_index_of_a_pandas_table(dataset):
-    pandas = pytest.importorskip("pandas")
-    tasks = pandas.read_parquet(dataset[0] / "meta/tasks.parquet")
+    tasks = pd.read_parquet(dataset[0] / "meta/tasks.parquet")
     assert list(tasks.index) == ["Go near.", "Go on."]
     assert list(tasks["task_index"]) == [0, 1]
 

@@ -14,6 +14,8 @@ from sample_run import TREE, moment
 
 from app.live.operator import Control, ControlPage, PageServer
 
+pytestmark = pytest.mark.realtime
+
 
 @pytest.fixture(scope="module")
 def browser():

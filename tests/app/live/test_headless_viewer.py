@@ -17,9 +17,12 @@ from app.live.monitor.signals_panel import PLOTS
 from app.live.viewer.headless import HeadlessViewer, has_vulkan, headless_viewer
 from app.live.web.ports import Address
 
-pytestmark = pytest.mark.skipif(
-    not has_vulkan(), reason="the viewer needs Vulkan: apt-get install mesa-vulkan-drivers"
-)
+pytestmark = [
+    pytest.mark.realtime,
+    pytest.mark.skipif(
+        not has_vulkan(), reason="the viewer needs Vulkan: apt-get install mesa-vulkan-drivers"
+    ),
+]
 
 VIEWS = {
     *("tree", "now", "history", "log", "scene"),

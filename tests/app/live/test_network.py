@@ -20,6 +20,8 @@ from recordings import record
 from app.live.viewer.headless import has_vulkan
 from app.live.web import viewer_environment, viewer_program
 
+pytestmark = pytest.mark.realtime
+
 _ADDRESS = re.compile(r'(?:inet_addr\("|inet_pton\(AF_INET6, ")([^"]+)"')
 _HERE = ("127.", "::1", "::ffff:127.", "0.0.0.0", "::")
 

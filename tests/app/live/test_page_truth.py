@@ -8,7 +8,7 @@ import time
 import pytest
 from browsers import LIVE, MOVING, Run, chromium, enabled, expect_run, opened_page, sentence
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.realtime, pytest.mark.slow]
 
 TWO = """
 task: toy

@@ -14,6 +14,8 @@ from app.choices import View
 from app.serve import TaskDesk
 from app.serve.catalogue import catalogue, mistakes
 
+pytestmark = pytest.mark.realtime
+
 BAD = "task: bad\nparams: {n: {default: 3, max: 9}}\ntree:\n  open_griper:\n"
 DRIVE = (
     "task: toy\nscene: single\nparams: {far: {default: 2.0, description: how far}}\ntree:\n"

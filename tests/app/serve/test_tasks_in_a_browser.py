@@ -11,7 +11,7 @@ from served import Served
 
 from app.core import RunOptions, run_task
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.realtime, pytest.mark.slow]
 
 SCREENS = {"desk": (1440, 900), "phone": (390, 844)}
 HOP = (

@@ -11,6 +11,8 @@ from hw import FaultKind, HardwareError
 from hw.clock import stopwatch
 from hw.emulators.omron import OmronEmulator, Options, Teleop
 
+pytestmark = pytest.mark.realtime
+
 GO = np.array([SPEED, 0.0, 0.0])
 
 

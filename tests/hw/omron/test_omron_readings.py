@@ -12,6 +12,8 @@ from hw.emulators.omron import OmronEmulator, Options, Unicycle
 from hw.omron import OmronBase
 from hw.omron.telemetry import POSE
 
+pytestmark = pytest.mark.realtime
+
 CONDITIONS = {
     "a good network, and no fine pose": Options(seed=1, omit=frozenset(POSE)),
     "late by up to 90 ms": Options(seed=3, jitter=0.09),

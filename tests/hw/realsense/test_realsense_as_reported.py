@@ -15,7 +15,7 @@ from hw.clock import stopwatch
 from hw.emulators.realsense import AS_REPORTED, Shot
 from perception import FrameChecker
 
-pytestmark = needs_library
+pytestmark = [pytest.mark.realtime, needs_library]
 DOWN = SE3(np.diag([1.0, -1.0, -1.0]), np.array([0.0, 0.0, 2.0]))
 
 FAULTS = {

@@ -12,7 +12,7 @@ from hw.emulators.realsense import Options, RealSenseEmulator, still
 from hw.realsense import RealSenseCamera, RealSenseSettings
 from robots import Intrinsics
 
-pytestmark = needs_library
+pytestmark = [pytest.mark.realtime, needs_library]
 
 
 def test_depth_arrives_exactly_with_what_is_missing():

@@ -31,7 +31,7 @@ from robots import load_robot
 ROOT = Path(__file__).parents[3]
 FRANKIE, BOARD = load_robot("frankie"), Board()
 _missing = panda.missing() or realsense.missing()
-pytestmark = pytest.mark.skipif(bool(_missing), reason=_missing)
+pytestmark = [pytest.mark.realtime, pytest.mark.skipif(bool(_missing), reason=_missing)]
 
 
 @pytest.fixture
