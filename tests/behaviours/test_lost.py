@@ -56,7 +56,7 @@ def shift(metres: float, degrees: float, turn: float = 0.0) -> SE3:
     "by",
     [
         shift(0.8, 0.0),
-        *(shift(0.8, 45.0 * k) for k in range(1, 8)),
+        *(shift(0.8, 45.0 * k) for k in (3, 6)),
         shift(0.0, 0.0, 40.0),
     ],
 )
@@ -77,10 +77,9 @@ def test_no_way_ends_well_where_nothing_is_where_the_map_has_it(tmp_path):
     assert LOST in result.outcome.reason
 
 
-@pytest.mark.parametrize("level", ["good", "poor"])
 @pytest.mark.parametrize("scene", ["household", "kitchen", "corridor", "crossing", "shelf"])
-def test_a_robot_that_is_where_it_takes_itself_to_be_is_not_lost(tmp_path, scene, level):
-    result = run(tmp_path, scene=scene, localisation=level, seed=1)
+def test_a_robot_that_is_where_it_takes_itself_to_be_is_not_lost(tmp_path, scene):
+    result = run(tmp_path, scene=scene, localisation="poor", seed=1)
     assert (result.outcome.end, result.summary.warnings) == (End.SUCCESS, [])
 
 

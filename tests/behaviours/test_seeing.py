@@ -98,16 +98,6 @@ def test_a_grasp_out_of_the_region_is_not_taken():
     assert harness.context.log.attempts == 0
 
 
-def test_a_camera_that_goes_blind_on_the_way_ends_the_grasp():
-    harness = over_the_table(block())
-    leaf = grasp(harness)
-    harness.run_for(leaf, 0.2)
-    assert harness.context.vision.grasp is not None
-    harness.robot.blind = True
-    assert failure(harness, leaf) == "no grasp for 1.5 s: no camera frame"
-    assert harness.context.log.attempts == 0
-
-
 def test_a_grasp_may_be_halted_at_any_tick():
     harness = over_the_table(block())
     leaf = grasp(harness)

@@ -100,18 +100,6 @@ def test_a_result_for_another_region_or_of_before_a_reset_is_dropped(beside, oth
     assert len(executor.waiting) == 1  # the newest frame is searched instead
 
 
-def test_a_search_that_takes_half_a_second_gives_a_grasp(beside):
-    """One search at a time, of the newest picture, however old that is when it is done."""
-    harness, executor, vision = beside
-    for _ in range(3):
-        vision.begin_tick()
-        vision.track(ON_TABLE, harness.clock.now())
-        harness.run_for(None, 0.5)
-        executor.work()
-        vision.begin_tick()
-        assert vision.track(ON_TABLE, harness.clock.now()) is not None
-
-
 class Given:
     """A camera whose frames a test gives."""
 

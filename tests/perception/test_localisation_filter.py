@@ -66,6 +66,12 @@ class Base:
         result = self.match(estimate.pose(oTb), estimate.covariance(oTb))
         return estimate.registered(result, oTb).accepted
 
+    def settle(self) -> None:
+        for _ in range(3):
+            self.drive(0.2)
+            self.localise()
+            self.register()
+
     def off(self) -> np.ndarray:
         return self.estimate.pose(self.oTb) - self.mTb
 
@@ -177,10 +183,7 @@ def test_a_slip_that_odometry_missed_is_found():
 @pytest.mark.parametrize("carried", [True, False], ids=["base carried", "localisation wrong"])
 def test_a_relocalisation_is_taken_over_if_the_scan_agrees(carried):
     base = Base(3)
-    for _ in range(3):
-        base.drive(0.2)
-        base.localise()
-        base.register()
+    base.settle()
     before = base.mTb
     if carried:
         base.mTb = base.mTb + CARRIED
@@ -206,10 +209,7 @@ def test_a_relocalisation_is_taken_over_if_the_scan_agrees(carried):
 @pytest.mark.parametrize(("in_place", "suspected"), [(0, {"near table"}), (20, set())])
 def test_a_table_alone_in_sight_is_suspected_unless_it_stood_in_its_place(in_place, suspected):
     base = Base(2)
-    for _ in range(3):
-        base.drive(0.2)
-        base.localise()
-        base.register()
+    base.settle()
     alone = Surfaces({"near table": MAP["near table"]})
     off = {"near table": displaced(MAP["near table"], [0.05, 0.0, np.deg2rad(3.0)])}
     moved: set[str] = set()
@@ -228,10 +228,7 @@ def test_a_table_alone_in_sight_is_suspected_unless_it_stood_in_its_place(in_pla
 def insisting(seconds: float, *, sees: bool) -> Base:
     """A base whose own localisation has been wrong for a time [s]."""
     base = Base(4)
-    for _ in range(3):
-        base.drive(0.2)
-        base.localise()
-        base.register()
+    base.settle()
     base.error, base.tau = base.error + CARRIED, 1e9
     for number in range(round(seconds / 0.1)):
         base.drive(0.1, speed=0.0)

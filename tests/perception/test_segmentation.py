@@ -7,12 +7,22 @@ from pinocchio import SE3
 
 from behaviours import Region
 from hw import DepthFrame
-from hw.sim import DepthRenderer
+from hw.sim import (
+    HOUSEHOLD,
+    Container,
+    D435Noise,
+    DepthRenderer,
+    Objects,
+    Scene,
+    Table,
+    build_world,
+)
 from hw.sim.camera.render import painted
 from perception import colour_name, consensus, segment_objects
 from robots import Box, Cylinder, Geom, Plane, Sphere, load_robot
 
-CAMERA = load_robot("frankie").camera.intrinsics
+FRANKIE = load_robot("frankie")
+CAMERA = FRANKIE.camera.intrinsics
 FLOOR = 0.4
 REGION = Region(
     name="tray", mTr=SE3(np.eye(3), np.array([0.0, 0.0, 0.5])), size=np.array([0.4, 0.3, 0.2])
@@ -25,11 +35,13 @@ def put(shape, x, y, height, colour, yaw=0.0):
     return Geom(shape, pose, "thing", colour)
 
 
-def frame(*things, colour=True, height=0.45):
+def frame(*things, colour=True, height=0.45, noise=None):
     floor = Geom(Plane(), SE3(np.eye(3), np.array([0.0, 0.0, FLOOR])), "floor", (120, 150, 170))
     wTc = SE3(pin.rpy.rpyToMatrix(np.pi, 0.0, 0.0), np.array([0.0, 0.0, FLOOR + height]))
     depth, ids = DepthRenderer(CAMERA).render_with_ids([floor, *things], wTc)
     colours = painted([floor, *things], ids)
+    if noise is not None:
+        depth = D435Noise().apply(depth, FRANKIE.camera, np.random.default_rng(noise))
     return DepthFrame(
         depth=depth,
         intrinsics=CAMERA,
@@ -68,6 +80,39 @@ def test_things_of_two_colours_that_touch_are_two():
 def test_round_things_of_one_colour_that_touch_are_two(right):
     left = put(Sphere(0.025), 0.0, 0.0, 0.05, RED)
     assert len(segment_objects(frame(left, right), REGION)) == 2
+
+
+def brick(x, y, length, width, height):
+    return put(Box((length / 2.0, width / 2.0, height / 2.0)), x, y, height, RED)
+
+
+def can(x, radius, height):
+    return put(Cylinder(radius, height / 2.0), x, 0.0, height, RED)
+
+
+@pytest.mark.parametrize(
+    "things",
+    [
+        pytest.param((brick(0, 0, 0.12, 0.04, 0.03), brick(0, 0.05, 0.03, 0.06, 0.05)), id="a T"),
+        pytest.param((brick(0, 0, 0.06, 0.06, 0.03), can(0.055, 0.025, 0.06)), id="box and can"),
+        pytest.param((can(0, 0.025, 0.05), can(0.055, 0.03, 0.08)), id="two cans"),
+    ],
+)
+def test_things_of_one_colour_that_touch_are_told_by_outlines_and_heights(things):
+    assert len(segment_objects(frame(*things, noise=0), REGION)) == 2
+
+
+@pytest.mark.parametrize("name", HOUSEHOLD)
+def test_one_thing_of_many_parts_is_one(name):
+    scene = Scene(
+        container=Container(centre=(0.0, 0.0), floor_height=0.05),
+        table=Table(centre=(0.0, 3.0)),
+        objects=Objects(count=1, kinds=(name,), width_mm=(15.0, 60.0)),
+    )
+    (obj,) = build_world(scene, np.random.default_rng(5)).objects
+    up = np.array([0.0, 0.0, FLOOR - 0.05])
+    here = SE3(obj.pose.rotation, obj.pose.translation * [0.0, 0.0, 1.0] + up)
+    assert len(segment_objects(frame(*obj.placed(here), noise=0), REGION)) == 1
 
 
 def test_without_colours_heights_tell_things_apart():

@@ -26,7 +26,6 @@ def measured(tmp_path, task: str, *options: object) -> dict:
     return report(tmp_path, "pick-place", task, *where, *options)
 
 
-@pytest.mark.slow
 def test_the_base_keeps_the_given_limits(tmp_path):
     speeds = ("--base-speed", 1.0, "--reverse-speed", 0.5)
     kept = measured(tmp_path, BACK, "--seeds", "0", "--workers", 1, *speeds)
@@ -49,7 +48,6 @@ def test_bad_options_are_refused_before_anything_runs(tmp_path, monkeypatch):
     assert not (tmp_path / "runs").exists()
 
 
-@pytest.mark.slow
 def test_causes_of_failures_are_counted_without_numbers(tmp_path):
     late = QUICK.replace("{to: near}", "{to: near, timeout_s: 0.2}, retry: 3")
     (row,) = measured(tmp_path, late, "--seeds", "0", "--workers", 1)["results"]

@@ -25,7 +25,6 @@ def test_reach_counts_the_results_of_all_goals(tmp_path):
         assert 0.0 < row["manipulability_mean"] < 0.2
 
 
-@pytest.mark.slow
 def test_the_number_of_processes_does_not_change_the_figures(tmp_path):
     common = ("--robot", "omni", "--count", 7, "--base-speed", 1.5, "--limit", 1.0)
     one, two = (report(tmp_path, "reach", *common, "--workers", n)["results"] for n in (1, 2))
@@ -35,7 +34,6 @@ def test_the_number_of_processes_does_not_change_the_figures(tmp_path):
     assert len(row["failed_goals"]) == row["failures"]
 
 
-@pytest.mark.slow
 def test_a_sweep_has_a_row_for_every_value_and_changes_the_outcome(tmp_path):
     options = ("--preset", "paper", "--robot", "frankie", "--count", 2, "--limit", 2)
     rows = report(tmp_path, "reach", *options, "--workers", 1, "--sweep", "heading")["results"]
@@ -52,7 +50,6 @@ def test_bad_options_are_refused_in_one_line(tmp_path):
     refused("--pose e", "poses", "--pose", "e")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("starts", ["random", "limits", "singular", "stretched"])
 def test_other_starts(tmp_path, starts):
     common = ("--robot", "frankie", "--base-speed", 1.0, "--count", 2, "--workers", 1)
@@ -60,7 +57,6 @@ def test_other_starts(tmp_path, starts):
     assert (row["failures"], row["limit_violations"], row["contact_samples"]) == (0, 0, 0)
 
 
-@pytest.mark.slow
 def test_uneven_periods_and_a_slow_reverse_speed(tmp_path):
     options = ("--robot", "omni", "--base-speed", 1.0, "--count", 2, "--workers", 1)
     options += ("--jitter-ms", "5-30", "--reverse-speed", 0.1)
@@ -94,7 +90,6 @@ def test_a_cluster_needs_its_extra(monkeypatch):
     refused('pip install "frankie-task[cluster]"', "reach", *options)
 
 
-@pytest.mark.slow
 def test_a_cluster_gives_the_same_figures_as_this_computer(tmp_path):
     distributed = pytest.importorskip("distributed")
     common = ("--robot", "omni", "--count", 7, "--base-speed", 1.5, "--limit", 1.0)

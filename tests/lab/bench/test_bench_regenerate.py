@@ -3,7 +3,6 @@
 import json
 from pathlib import Path
 
-import pytest
 from bench_call import call
 
 from config import read_config
@@ -45,7 +44,6 @@ def test_a_figure_outside_its_tolerance_is_a_change(tmp_path):
     assert reads == ("reads", 5.0, 3.0, True)
 
 
-@pytest.mark.slow
 def test_small_sizes_are_not_judged(tmp_path):
     code, out, _ = regenerate(tmp_path, READING.format(reads=5), "--quick")
     assert code == 0
@@ -53,7 +51,6 @@ def test_small_sizes_are_not_judged(tmp_path):
     assert rows(tmp_path)[1] == ("reads", 5.0, 3.0, False)
 
 
-@pytest.mark.slow
 def test_errors_of_the_list_are_one_line(tmp_path):
     wrong = READING.format(reads=3).replace("0.goals", "0.gaols")
     code, _, err = regenerate(tmp_path, wrong, "--quick")

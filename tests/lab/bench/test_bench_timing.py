@@ -1,6 +1,5 @@
 """`bench step` and `bench perception`."""
 
-import pytest
 from bench_call import report
 
 
@@ -19,7 +18,6 @@ def test_steps_are_timed_beside_those_of_a_peer_that_reaches_the_same_goals(tmp_
     assert reach["limit_violations"] > 0
 
 
-@pytest.mark.slow
 def test_perception_is_timed(tmp_path):
     kept = report(tmp_path, "perception", "--count", 2)
     assert kept["results"][-1]["name"] == "step"

@@ -53,7 +53,7 @@ def shapes(model, wTb, q):
     yield Geom(Box((length / 2.0, width / 2.0, height / 2.0)), wTb * middle), 0.0
 
 
-@pytest.mark.parametrize("robot", ["frankie", pytest.param("omni", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("robot", ["frankie", "omni"])
 def test_start_and_stance_are_free_and_the_tool_is_at_the_goal(robot):
     model = robot_model(robot)
     checker = ContactChecker(model)

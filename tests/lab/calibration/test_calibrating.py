@@ -66,25 +66,6 @@ def test_base_arm_recovers_the_foot_of_the_arm():
     assert found.shortcomings() == []
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("calibrated", ["camera", "arm"])
-def test_calibrations_are_within_a_millimetre_and_a_tenth_of_a_degree(calibrated):
-    wrong = []
-    for seed in range(20):
-        if calibrated == "camera":
-            rig, found = hand_eye(seed, views=30)
-            truth = rig.eTc
-        else:
-            rig, found = base_arm(seed, views=40)
-            truth = rig.bTa
-        found.require_good()
-        wrong.append(difference(found.transform, truth))
-    print(f"mm {[round(one.mm, 2) for one in wrong]}")
-    print(f"deg {[round(one.deg, 3) for one in wrong]}")
-    assert max(one.mm for one in wrong) < 1.0
-    assert max(one.deg for one in wrong) < 0.1
-
-
 class Bumped(SimulatedArm):
     """The board is pushed half way."""
 
@@ -127,13 +108,13 @@ class Straight(SimulatedBase):
             lambda: hand_eye(seed=1, board=Board(square=0.042, marker=0.0315)),
             r"residual .* --square",
         ),
-        pytest.param(lambda: hand_eye(seed=2, rig=Stiff), "uncertainty", marks=pytest.mark.slow),
-        pytest.param(lambda: hand_eye(seed=2, rig=OneAxis), "uncertainty", marks=pytest.mark.slow),
+        (lambda: hand_eye(seed=2, rig=Stiff), "uncertainty"),
+        (lambda: hand_eye(seed=2, rig=OneAxis), "uncertainty"),
+        (lambda: hand_eye(seed=2, rig=Bumped), "residual"),
         (lambda: base_arm(seed=1, rig=Straight), "uncertainty"),
-        pytest.param(
+        (
             lambda: base_arm(seed=1, place=0.03, heading=np.deg2rad(1.0)),
             "does the base know where it is",
-            marks=pytest.mark.slow,
         ),
     ],
 )
@@ -166,7 +147,6 @@ def test_a_board_that_is_not_seen_is_reported(rig, why):
         hand_eye(seed=0, rig=rig)
 
 
-@pytest.mark.slow
 def test_the_thickness_of_the_board_is_the_height_of_the_arm():
     _, flat = base_arm(seed=1)
     _, thick = base_arm(seed=1, thickness=0.01)

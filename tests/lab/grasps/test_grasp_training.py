@@ -82,7 +82,6 @@ def test_a_wall_is_never_labelled() -> None:
     assert columns.max() < 78
 
 
-@pytest.mark.slow
 def test_samples_depend_only_on_seed_and_number() -> None:
     a, b, other = samples_of(5, 1), samples_of(5, 1), samples_of(5, 2)
     assert np.array_equal(a[2].image, b[2].image)
@@ -120,7 +119,6 @@ def test_a_seam_is_right_only_where_a_piece_is_more_than_one_object() -> None:
     assert not any(one.right for one in seams if not one.many)
 
 
-@pytest.mark.slow
 def test_the_training_finds_seams_between_objects_and_is_repeatable() -> None:
     seams = [one for seed in range(100_000, 100_024) for one in scene_seams(seed)]
     assert {one.right for one in seams} == {True, False}

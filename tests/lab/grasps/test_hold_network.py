@@ -24,7 +24,6 @@ def collect(folder: Path, scenes: int) -> None:
     assert code == 0, err
 
 
-@pytest.mark.slow
 def test_a_collection_is_the_same_again_and_goes_on_where_it_was(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -74,7 +73,6 @@ def drawn(count: int) -> Outcomes:
     )
 
 
-@pytest.mark.slow
 def test_the_fit_finds_what_the_check_does_not_see() -> None:
     learnt = drawn(500)
 
@@ -84,7 +82,6 @@ def test_the_fit_finds_what_the_check_does_not_see() -> None:
     assert auc(hold(learnt.patches), good) > 0.95
 
 
-@pytest.mark.slow
 def test_what_is_fitted_can_be_judged_and_used(tmp_path: Path) -> None:
     for kinds in ("trained", "tilted", "heldout", "heldout_tilted"):
         outcomes._write(outcomes._file(tmp_path, kinds, 0), drawn(60))
