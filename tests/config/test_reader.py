@@ -6,9 +6,12 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import pytest
+import yaml
 from pydantic import Field, field_validator
 
 from config import ConfigError, StrictModel, read_config
+
+MISTAKES = yaml.safe_load(Path(__file__).with_name("mistakes.yaml").read_text("utf-8"))
 
 
 class Wheel(StrictModel):
@@ -49,48 +52,13 @@ def test_a_file_becomes_a_model(path):
     assert (cart.size, cart.spare, cart.is_electric, cart.seats) == ((1.0, 2.5), None, True, 16)
 
 
-WRONG = {
-    "an unknown key": ("nmae: x\nname: y", "1:1: nmae: unknown key; did you mean `name`?"),
-    "an unknown key below": (
-        "name: x\nwheels: [{radius_m: 1, radius: 2}]",
-        "2:24: wheels.0.radius: unknown key; did you mean `radius_m`?",
-    ),
-    "a missing key": ("seats: 1", "1:1: name: is missing; add it at the top level"),
-    "text for a number": (
-        "name: x\nseats: '3'",
-        "2:8: seats: expected a whole number, got the text `3`; write a whole number",
-    ),
-    "no number": (
-        "name: x\nsize: [1, .nan]",
-        "2:11: size.1: expected a finite number, got the number `nan`; write a finite number",
-    ),
-    "out of bounds": (
-        "name: x\nspare: {radius_m: 0}",
-        "2:19: spare.radius_m: expected a number greater than 0, got the number `0`; write a",
-    ),
-    "not one of the choices": (
-        "name: x\nspare: {radius_m: 1, side: up}",
-        "2:28: spare.side: expected `left` or `right`, got the text `up`; write `left` or `right`",
-    ),
-    "too few numbers": (
-        "name: x\nload: [1]",
-        "2:7: load: expected 2 values, got 1; write 2 values",
-    ),
-    "a complaint of the model": (
-        "name: wheelbarrow",
-        "1:7: name: is too long; write at most 8 letters",
-    ),
-}
-
-
-@pytest.mark.parametrize("wrong", WRONG)
-def test_an_error_has_a_location_and_a_hint(path, wrong):
-    text, message = WRONG[wrong]
-    path.write_text(text + "\n")
+@pytest.mark.parametrize("row", MISTAKES["carts"], ids=lambda row: row["text"])
+def test_an_error_has_a_location_and_a_hint(path, row):
+    path.write_text(row["text"] + "\n")
     with pytest.raises(ConfigError) as raised:
         read_config(path, Cart)
     [line] = str(raised.value).splitlines()
-    assert line.startswith(f"{path}:{message}")
+    assert line.startswith(f"{path}:{row['tells']}")
 
 
 def test_all_errors_of_a_file_come_at_once_in_its_order(path):

@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 
 import behaviortreepy as bt
 import pytest
+import yaml
 from everything import FOLDER, write_everything
 
 import trees
@@ -16,6 +17,7 @@ from trees.language import TaskFileError, load
 
 SHIPPED = sorted(Path(trees.__file__).parent.glob("*.yaml"))
 EXPECTED = FOLDER / "everything.xml"
+ALIKE = yaml.safe_load((Path(__file__).parent / "cpp.yaml").read_text("utf-8"))
 
 
 def exported(path: Path) -> str:
@@ -97,40 +99,15 @@ def test_bt_cpp_runs_a_task_to_the_same_end(failures, outcome, grasps):
     assert cpp.ticks["place"] == (outcome == "success")
 
 
-@pytest.mark.parametrize(
-    ("tree", "failing", "outcome"),
-    [
-        ("fallback: [arm_healthy, open_gripper]", {"arm_healthy": 1}, "success"),
-        ("reactive_sequence: [arm_healthy, holding_object]", {"holding_object": 1}, "failure"),
-        ("parallel: [arm_healthy, holding_object]", {"holding_object": 9}, "failure"),
-        (
-            "parallel: {policy: any, children: [arm_healthy, holding_object]}",
-            {"holding_object": 9},
-            "success",
-        ),
-        (
-            "parallel: {policy: 2, children: [arm_healthy, holding_object, open_gripper]}",
-            {"holding_object": 9, "arm_healthy": 9},
-            "failure",
-        ),
-        ("forever: open_gripper", {"open_gripper": 7}, "success"),
-        ("retry: 3\nopen_gripper:", {"open_gripper": 3}, "failure"),
-        ("invert: true\nopen_gripper:", {}, "failure"),
-        ("force_success: true\nopen_gripper:", {"open_gripper": 9}, "success"),
-        ("force_failure: true\nopen_gripper:", {}, "failure"),
-        ("retry: 2\nonce: true\nopen_gripper:", {"open_gripper": 1}, "success"),
-        ("while: arm_healthy\nopen_gripper:", {"arm_healthy": 9}, "failure"),
-        ("unless: arm_healthy\nopen_gripper:", {"arm_healthy": 9, "open_gripper": 9}, "failure"),
-    ],
-)
-def test_a_word_means_in_bt_cpp_what_it_means_here(tmp_path, tree, failing, outcome):
+@pytest.mark.parametrize("row", ALIKE, ids=lambda row: row["tree"])
+def test_a_word_means_in_bt_cpp_what_it_means_here(tmp_path, row):
     from app.authoring import dry_run
 
-    path = write(tmp_path, tree)
-    assert Cpp(exported(path), **failing).run() == outcome
+    path, failing = write(tmp_path, row["tree"]), row["failing"]
+    assert Cpp(exported(path), **failing).run() == row["outcome"]
     scripted = [f"{key}={'failure,' * count}success" for key, count in failing.items()]
     here = dry_run(path, outcomes=scripted, overrides={})
-    assert here.outcome.end.value == outcome
+    assert here.outcome.end.value == row["outcome"]
 
 
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)

@@ -59,6 +59,15 @@ class Toy(Behaviour):
         return Status.SUCCESS
 
 
+def said(leaf: Behaviour, script: list[str]) -> Status:
+    """The status of the next letter, of which the last one is for ever."""
+    letter = script.pop(0) if len(script) > 1 else script[0]
+    if letter == "X":
+        raise RuntimeError(f"{leaf.name} broke")
+    leaf.feedback_message = f"said {letter}"
+    return STATUS[letter]
+
+
 class Play(Toy):
     """Returns the statuses that it is told, the last one for ever.
 
@@ -76,11 +85,7 @@ class Play(Toy):
         self.context.events.append(f"{self.name} begins")
 
     def update(self) -> Status:
-        letter = self.script.pop(0) if len(self.script) > 1 else self.script[0]
-        if letter == "X":
-            raise RuntimeError(f"{self.name} broke")
-        self.feedback_message = f"said {letter}"
-        return STATUS[letter]
+        return said(self, self.script)
 
     def terminate(self, new_status: Status) -> None:
         self.context.events.append(f"{self.name} ends {LETTER[new_status]}")
@@ -156,11 +161,7 @@ class Ask(Condition):
         self.answers = list(answers)
 
     def update(self) -> Status:
-        letter = self.answers.pop(0) if len(self.answers) > 1 else self.answers[0]
-        if letter == "X":
-            raise RuntimeError(f"{self.name} broke")
-        self.feedback_message = f"said {letter}"
-        return STATUS[letter]
+        return said(self, self.answers)
 
 
 class Count(Toy):
