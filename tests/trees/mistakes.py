@@ -14,31 +14,7 @@ from trees.language import check
 MARK = "¦"
 """Stands in a mistake where the diagnostic has to point."""
 TABLES = yaml.safe_load(Path(__file__).with_suffix(".yaml").read_text("utf-8"))
-
-BEFORE = """\
-task: corpus
-params:
-  count: {default: 3}
-  word: {default: six}
-  side: {type: [left, right], default: left}
-poses:
-  above: {xyz: [2.935, 0.0, 0.85], rpy_deg: [180, 0, 0]}
-  door: {base: [1.6, 1.2], heading_deg: 90}
-  folded: {joints_deg: [0, -17, 0, -126, 0, 115, 45]}
-regions:
-  box: {centre: [3.0, 0.0, 0.556], size: [0.44, 0.36, 0.2]}
-  table: {centre: [0.0, 1.6, 0.6], size: [1.0, 0.4, 0.2]}
-tree:
-  sequence:
-    - say: {text: "{value}", value: $count}
-    - say: {text: "{value}", value: $word}
-    - say: {text: "{value}", value: $side}
-    - navigate: {to: above}
-    - drive: {to: door}
-    - move_arm: {to: folded}
-    - grasp: {within: box}
-    - place: {on: table}
-"""
+BEFORE = TABLES["before"]
 
 
 def file_with(text: str) -> str:

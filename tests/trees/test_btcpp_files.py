@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections import Counter
 from pathlib import Path
 from xml.etree import ElementTree
@@ -10,33 +11,11 @@ import behaviortreepy as bt
 import pytest
 from command_line import call
 
-TASKS = {
-    "top.yaml": """\
-task: top
-scene: household
-tree:
-  fallback:
-    - subtree: {file: parts/one.yaml}
-    - subtree: {file: parts/one.yaml, with: {times: 3}}
-    - subtree: {file: parts/deep/two.yaml}
-""",
-    "parts/one.yaml": """\
-task: one
-params: {times: {default: 2}}
-tree:
-  retry: $times
-  sequence: [arm_healthy, subtree: {file: deep/two.yaml}]
-""",
-    "parts/deep/two.yaml": "task: two\ntree: {open_gripper: }\n",
-}
-
 
 @pytest.fixture
 def folder(tmp_path):
-    for name, text in TASKS.items():
-        (tmp_path / name).parent.mkdir(exist_ok=True)
-        (tmp_path / name).write_text(text)
-    return tmp_path
+    files = Path(__file__).parent / "three_files"
+    return Path(shutil.copytree(files, tmp_path, dirs_exist_ok=True))
 
 
 def ticks(file: Path, tree: str, monkeypatch) -> Counter[str]:

@@ -23,28 +23,6 @@ from config import Diagnostic
 from trees.language import Task, TaskFileError, build, known_leaves, load
 from trees.words import SEEN_LIST
 
-CHOOSING = """\
-task: choosing
-poses: {home: {xyz: [1, 2, 3], rpy_deg: [180, 0, 0]}}
-regions: {box: {centre: [0, 0, 0.5], size: [1, 1, 0.2], yaw_deg: 5}}
-tree:
-  sequence:
-    - detect: {region: box, list: things, count: found, choose: nearest, min_width_mm: 20}
-    - for_each:
-        item: thing
-        in: $things
-        do:
-          sequence:
-            - looks_like: {object: $thing, colour: red, max_width_mm: 60}
-            - look_at: {at: $thing}
-            - navigate: {to: $thing}
-            - grasp: {within: $thing}
-    - unless: {at_least: {value: $found, least: 1}}
-      grasp: {within: box, colour: blue, choose: largest, min_width_mm: 20, max_width_mm: 40}
-    - navigate: {to: home}
-"""
-"""What is seen and its choice, besides the task with every word."""
-
 SNIPPETS = (
     *("{type: object}", "$thing", "list: things, ", "in: $things", "colour: red, "),
     *("\n", ":", "- ", "{", "}", "[", "]", "$", "&a ", "*a", "!t ", "'", '"', "|", "\t", "#", ","),
@@ -108,7 +86,6 @@ def cases(folder: Path, count: int, seed: int) -> Iterator[Path]:
         (folder / path.relative_to(shipped)).parent.mkdir(exist_ok=True)
         shutil.copy(path, folder / path.relative_to(shipped))
     samples = (write_everything(folder), folder / "choosing.yaml")
-    samples[1].write_text(CHOOSING)
     whole = {path: path.read_text() for path in sorted(folder.rglob("*.yaml"))}
     tops = [path for path in whole if path.parent == folder]
     parts = [path for path in whole if path.parent != folder]

@@ -12,32 +12,7 @@ from robots import SHIPPED
 from trees.site import check
 
 CASES = yaml.safe_load((Path(__file__).parent / "meant.yaml").read_text("utf-8"))
-WORLD = """\
-task: meant
-scene: single
-params: {count: {default: 3}}
-poses:
-  home: {base: [0.0, 0.0], heading_deg: 0}
-  above: {xyz: [2.935, 0.0, 0.85], rpy_deg: [180, 0, 0]}
-  at_table: {xyz: [0.0, 1.40, 0.85], rpy_deg: [180, 0, 90]}
-  to_person: {xyz: [1.2, 0.6, 1.0], rpy_deg: [180, -60, 90]}
-  spot: {xyz: [0.1, 1.6, 0.5], rpy_deg: [180, 0, 30]}
-  high_spot: {xyz: [0.1, 1.6, 0.52], rpy_deg: [180, 0, 30]}
-regions: {REGIONS}
-tree:
-"""
-REGIONS = (
-    "box: {centre: [3.0, 0.0, 0.556], size: [0.44, 0.36, 0.20]}, "
-    "table: {centre: [0.0, 1.6, 0.60], size: [1.0, 0.4, 0.2]}, "
-    "tiny: {centre: [0.0, 1.6, 0.60], size: [0.01, 0.01, 0.2]}"
-)
-MACROS = {
-    "REGIONS": REGIONS,
-    "PICK": "sequence: [navigate: {to: above}, open_gripper, grasp: {within: box}, retreat_check]",
-    "CARRY": "navigate: {to: at_table}",
-    "PUT": "place: {on: table}",
-    "MANY": ", ".join(["arm_healthy"] * 600),
-}
+MACROS = {**CASES["macros"], "MANY": ", ".join(["arm_healthy"] * 600)}
 
 
 def found_in(folder: Path, text: str) -> list[str]:
@@ -49,7 +24,7 @@ def found_in(folder: Path, text: str) -> list[str]:
 
 
 def task(tree: str) -> str:
-    text = f"{WORLD}  {tree}\n"
+    text = f"{CASES['world']}  {tree}\n"
     for name, meaning in MACROS.items():
         text = text.replace(name, meaning)
     return text

@@ -4,28 +4,16 @@ from __future__ import annotations
 
 import pytest
 from command_line import call
-from mistakes import MARK, marked, table
+from mistakes import MARK, TABLES, marked, table
 
 from config import Severity
 from trees import shipped, shipped_names
 from trees.language import load
 from trees.site import check
 
-TASK = """\
-task: corpus
-scene: single
-poses:
-  above: {xyz: [2.935, 0.0, 0.85], rpy_deg: [180, 0, 0]}
-PLACE
-tree:
-  sequence:
-    - navigate: {to: above}
-    - USE
-"""
-
 
 def mistakes(folder, place: str, use: str, robot: str = "frankie"):
-    text = TASK.replace("PLACE", place).replace("USE", use)
+    text = TABLES["in_places"].replace("PLACE", place).replace("USE", use)
     path = folder / "t.yaml"
     path.write_text(text.replace(MARK, ""))
     return marked(text), [one for one in check(path, robot=robot) if one.location]

@@ -2,32 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from mistakes import table
 from tree_toys import TOYS
 
 from trees.language import TaskFileError, check, load
 
-BODY = """\
-poses: {home: {base: [1, 2], heading_deg: 0}}
-regions: {box: {centre: [0, 0, 0], size: [1, 1, 1]}}
-tree:
-  sequence:
-    - {retry: $count, navigate: {to: $goal}}
-    - grasp: {within: $where, side: $side, lock_distance_m: $far, careful: $careful}
-    - note: {value: $word}
-"""
-PARAMS = """\
-task: toy
-params:
-  count: {type: int, default: 3, min: 1, max: 5, description: how often}
-  far: {type: float, default: 1}
-  side: {type: [left, right], default: right}
-  word: {type: text, default: hello}
-  careful: {default: false}
-  goal: {type: pose, default: home}
-  where: {type: region, default: box}
-"""
+TASK = (Path(__file__).parent / "parameters.yaml").read_text("utf-8")
 
 
 @pytest.fixture
@@ -36,7 +19,7 @@ def path(tmp_path):
 
 
 def test_a_parameter_has_the_value_of_its_default_and_of_its_type(path):
-    path.write_text(PARAMS + BODY)
+    path.write_text(TASK)
     task = load(path, leaves=TOYS)
     assert task.warnings == ()
     values = {name: parameter.value for name, parameter in task.parameters.items()}
@@ -49,7 +32,7 @@ def test_a_parameter_has_the_value_of_its_default_and_of_its_type(path):
 
 
 def test_values_from_outside_are_held_to_the_type(path):
-    path.write_text(PARAMS + BODY)
+    path.write_text(TASK)
     given = {"count": "5", "far": "2", "side": "left", "word": "10", "goal": "home"}
     task = load(path, leaves=TOYS, overrides=given)
     values = {name: parameter.value for name, parameter in task.parameters.items()}
@@ -63,7 +46,7 @@ def test_values_from_outside_are_held_to_the_type(path):
 
 @table("overrides")
 def test_values_from_outside_that_do_not_fit(path, row):
-    path.write_text(PARAMS + BODY)
+    path.write_text(TASK)
     name, _, value = row["task"].partition("=")
     with pytest.raises(TaskFileError) as raised:
         load(path, leaves=TOYS, overrides={name: value})
