@@ -1,7 +1,5 @@
 """What leaves say that have ended."""
 
-from __future__ import annotations
-
 from harness import Harness
 from py_trees.common import Status
 

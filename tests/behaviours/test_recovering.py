@@ -1,7 +1,5 @@
 """What becomes of a fault: a pause that grows, the way from what was hit, memory, then a person."""
 
-from __future__ import annotations
-
 import numpy as np
 import pinocchio as pin
 import pytest

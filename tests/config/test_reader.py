@@ -1,7 +1,5 @@
 """Configuration files: what a model gets, and what a person is told, all at once."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Literal
 

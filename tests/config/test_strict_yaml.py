@@ -1,7 +1,5 @@
 """YAML 1.2 core scalars, and texts that are no YAML."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Robots that follow their commands, exactly or late, to run the controller in a loop."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 

@@ -1,7 +1,5 @@
 """Implausible frames are refused; the reason names the mistake."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The file of a real robot: what it changes of its description, and what is wrong with it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

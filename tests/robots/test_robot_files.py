@@ -1,7 +1,5 @@
 """Robots from a person's own files: what is wrong is told with its place, what is right works."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What is true of the shipped robots, against published numbers and against itself."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Robot files from URDFs: a small mobile manipulator, foreign robots, and whatever is broken."""
 
-from __future__ import annotations
-
 import random
 import re
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """URDFs that are unlike others: packages, xacro, mimics, legs, hands, limits, names."""
 
-from __future__ import annotations
-
 import struct
 from dataclasses import replace
 from itertools import product

@@ -1,7 +1,5 @@
 """What tests of the tree language share."""
 
-from __future__ import annotations
-
 import pytest
 from tree_toys import Run
 

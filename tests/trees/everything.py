@@ -1,7 +1,5 @@
 """A task that uses every word of the language, for the tools that have to know them all."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A task in which everything is right, to put one mistake into; the leaves are the real ones."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Two task files, one with the other as a subtree, and the errors of changed ones."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

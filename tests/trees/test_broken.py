@@ -1,7 +1,5 @@
 """A folder of broken files: each says in its first lines which diagnostics it has, and where."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

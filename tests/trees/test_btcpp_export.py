@@ -1,7 +1,5 @@
 """Exported tasks: BehaviorTree.CPP itself runs them, and what its XML cannot say is refused."""
 
-from __future__ import annotations
-
 from collections import Counter
 from pathlib import Path
 from xml.etree import ElementTree

@@ -1,7 +1,5 @@
 """A task of several files as several files of XML, which BehaviorTree.CPP reads."""
 
-from __future__ import annotations
-
 import shutil
 from collections import Counter
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Logs for Groot2: laid out as BehaviorTree.CPP lays out its own, and true to the run."""
 
-from __future__ import annotations
-
 import struct
 from typing import NamedTuple
 from xml.etree import ElementTree

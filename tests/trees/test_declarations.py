@@ -1,7 +1,5 @@
 """What `check` reads instead of the classes of the leaves."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The picture of a tree has everything that a task says."""
 
-from __future__ import annotations
-
 from everything import write_everything
 
 from trees.draw import tree_text

@@ -4,8 +4,6 @@ A task that comes out of it is run with leaves that end as dice fall: a key that
 is never read before it is written.
 """
 
-from __future__ import annotations
-
 import random
 import shutil
 from collections.abc import Iterator, Sequence

@@ -1,7 +1,5 @@
 """Keys: what leaves write, who may read it, and what a reader is given."""
 
-from __future__ import annotations
-
 import pytest
 from mistakes import table
 from tree_toys import TOYS, Run

@@ -1,7 +1,5 @@
 """The page about the language has every word, and its examples are sound."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

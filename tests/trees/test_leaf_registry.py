@@ -1,7 +1,5 @@
 """What the registry reads from the classes of leaves."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import pytest

@@ -1,7 +1,5 @@
 """Warnings: what a task file may say, and hardly means."""
 
-from __future__ import annotations
-
 from command_line import call
 from mistakes import table
 from tree_toys import TOYS

@@ -1,7 +1,5 @@
 """What an author means: tasks that are sound, and mistakes that only the whole of a task shows."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

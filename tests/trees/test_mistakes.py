@@ -3,8 +3,6 @@
 Mistakes of form and names are in the folder `broken`.
 """
 
-from __future__ import annotations
-
 from mistakes import file_with, found_in, marked, table
 
 from config import Severity

@@ -1,7 +1,5 @@
 """A task that sends the robot where it cannot be, or puts things where nothing is, is refused."""
 
-from __future__ import annotations
-
 import pytest
 from command_line import call
 from mistakes import MARK, TABLES, marked, table

@@ -1,7 +1,5 @@
 """The section `params`: types, defaults, bounds, choices, and values from outside."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

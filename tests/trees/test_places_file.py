@@ -1,7 +1,5 @@
 """A file with the poses and regions of a site, and poses that are taught into it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from command_line import call

@@ -1,7 +1,5 @@
 """Cases, a node for each of several values or objects, comparisons, and resumed sequences."""
 
-from __future__ import annotations
-
 import pytest
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status

@@ -1,7 +1,5 @@
 """Every kind of diagnostic has a code, and an example that shows it."""
 
-from __future__ import annotations
-
 import pytest
 
 from config import YAML_RULES

@@ -1,7 +1,5 @@
 """The schema that editors use: current, complete, and of the same opinion as `check`."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """What starts again after a failure: when, how often, and when it gives up."""
 
-from __future__ import annotations
-
 from py_trees.common import Status
 
 from behaviours import Carried

@@ -1,7 +1,5 @@
 """The files of subtrees: circles, links, and how many there may be."""
 
-from __future__ import annotations
-
 import pytest
 from subtree_files import errors, write_files
 from tree_toys import TOYS, ToyContext

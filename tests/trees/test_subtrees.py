@@ -1,7 +1,5 @@
 """Trees made of several files: parameters in, outputs out, and what is refused."""
 
-from __future__ import annotations
-
 import pytest
 from mistakes import table
 from subtree_files import errors, write_files

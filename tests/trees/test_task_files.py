@@ -1,7 +1,5 @@
 """Task files as a whole: all errors at once, overrides, files that cannot be read."""
 
-from __future__ import annotations
-
 import pytest
 from tree_toys import TOYS
 

@@ -1,7 +1,5 @@
 """What a sound task file becomes: values, trees, the names of their nodes; the shipped tasks."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from tree_toys import TOYS, ToyContext

@@ -1,7 +1,5 @@
 """What the words say of their outcomes is how their nodes behave."""
 
-from __future__ import annotations
-
 import itertools
 import random
 

@@ -1,7 +1,5 @@
 """What composites and modifiers do, tick by tick, in simulated time; `ticks.yaml` has the table."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Toy leaves and a world to tick them in, for the tests of the tree language."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import SimpleNamespace
