@@ -153,7 +153,7 @@ class RegionFree(_Glance):
     """Succeeds if the newest picture of the camera shows a region, and nothing stands in it.
 
     That is not known without a picture, or if it does not show the whole floor; `region_empty`
-    moves the camera until it does.
+    moves the camera until it does. It names the height below which an object may be overlooked.
 
     Args:
         region: of the task file; its floor is what objects stand on.
