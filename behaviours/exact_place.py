@@ -197,8 +197,9 @@ class Measurement(LookAtPlace):
     @property
     def _if_in_place(self) -> str:
         """What the pose of the base rests on, if that may have been moved with the place."""
-        newest = self._leaf.context.localisation.registration
-        alone = frozenset() if newest is None else newest.alone - {self._region.on}
+        here = self._leaf.context.localisation
+        alone = set() if here.registration is None else set(here.registration.alone)
+        alone = (alone | set(here.furniture.names)) - {self._region.on}
         return f", if {' and '.join(sorted(alone))} stands as on the map" if alone else ""
 
     def _missed(self, why: str) -> Status:

@@ -13,6 +13,7 @@ from behaviours.core.parameter_types import Bounds, Force, Lift, Speed, Timeout,
 from controller import PoseGoal
 
 _PULL = 0.001  # change of their width, at rest, by which fingers that hold something are pulled [m]
+_PULLING = 0.5  # that it lasts: a bump is over [s]
 _CREEP = 1.0  # a slower change than `_PULL` in this time is no pull, but the object settling [s]
 _SQUEEZE = 1.0  # how long what was felt has to stay between the fingers [s]
 _ON_THE_WAY = 60.0  # longest way to the person [s]
@@ -55,7 +56,7 @@ class _HeldOut(Leaf):
         status = self._approach.tick()
         if status is not Status.SUCCESS:
             return status
-        self._begun = self._since = self.context.clock.now()
+        self._begun = self._since = self._pulled_since = self.context.clock.now()
         self._width = self.context.log.fingers.width
         self._step = self._offer
         return self.running("holding the hand out")
@@ -76,7 +77,8 @@ class _HeldOut(Leaf):
 class HandOver(_HeldOut):
     """Hold the object out to a person, wait until it is pulled, and open the fingers.
 
-    It is pulled when the width between the fingers changes, as it turns, and they still hold it.
+    It is pulled when the width between the fingers changes for half a second, as it turns, and they
+    still hold it.
     What leaves them before they open may have fallen as well. Announce it by `say`. Fails with the
     object in the hand when nobody pulls in time; fails too when nothing is held or it left the
     fingers, the hand does not get there, the fingers do not open, or on a fault.
@@ -111,7 +113,11 @@ class HandOver(_HeldOut):
         now, fingers = self.context.clock.now(), self.context.log.fingers
         if fingers.rest and (reason := self.empty_hand):
             return self.failure(f"it left the fingers before they opened, and may lie: {reason}")
-        if fingers.rest and abs(fingers.width - self._width) > _PULL:
+        is_pulled = fingers.rest and abs(fingers.width - self._width) > _PULL
+        if not is_pulled:
+            self._width += (fingers.width - self._width) * min(1.0, (now - self._since) / _CREEP)
+            self._pulled_since = now
+        elif now - self._pulled_since >= _PULLING:
             self.let_go()
             if (carried := self.context.log.in_hand) is not None:
                 carried.let_go = now
@@ -119,7 +125,6 @@ class HandOver(_HeldOut):
             return self.running("letting go")
         if now - self._begun > self._timeout:
             return self.failure(f"nobody took it within {self._timeout:g} s")
-        self._width += (fingers.width - self._width) * min(1.0, (now - self._since) / _CREEP)
         self._since = now
         return self.running(f"holding it out for {now - self._begun:.0f} s")
 

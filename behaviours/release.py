@@ -172,14 +172,19 @@ class Release:
         if self._verdict is Verdict.GONE:
             here = SE3(np.eye(3), self._spot.centre)
             leaf.context.set_down.grasp(leaf.context.to_map(here).translation)
-            return leaf.failure(f"let go, but nothing stands at {self._spot.name}")
+            return self._not_placed(f"let go, but nothing stands at {self._spot.name}")
         if waited <= CAMERA_PATIENCE:
             # The hand moves down and up: a standing object does not move with it.
             leaf.pursue(self._lower if waited % (2.0 * _SWAY) < _SWAY else self._rising, "looking")
             return leaf.running("looking at what was set down")
         unseen = f"let go, but it is not seen whether it stands at {self._spot.name}"
         reason = leaf.context.vision.blindness(leaf.context.state.stamp)
-        return leaf.failure(f"{unseen}: {reason}" if reason else unseen)
+        return self._not_placed(f"{unseen}: {reason}" if reason else unseen)
+
+    def _not_placed(self, why: str) -> Status:
+        """Fail; whatever is seen there later is not what was let go."""
+        self._leaf.context.placed_object, self._carried.placed = None, None
+        return self._leaf.failure(why)
 
     @property
     def _verdict(self) -> Verdict:
