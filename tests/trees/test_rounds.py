@@ -1,4 +1,4 @@
-"""Cases, a node for each of several values or objects, comparisons, and resumed sequences."""
+"""Cases, a node for each of several values or objects, and comparisons."""
 
 import pytest
 from py_trees.behaviour import Behaviour
@@ -45,16 +45,6 @@ def test_switch_runs_the_case_of_its_value(toy, side, chosen):
 
 
 @pytest.mark.parametrize(
-    ("value", "status"), [("2.0", "S"), ("3", "F"), ("'2'", "S"), ("true", "R"), ("1", "F")]
-)
-def test_switch_compares_numbers_texts_and_truth_values(toy, value, status):
-    cases = "{'2': {play: {script: S}}, 'true': {play: {script: R}}}"
-    root, _ = toy(f"sequence: [set: {{k: {value}}}, switch: {{value: $k, cases: {cases}}}]")
-    root.tick_once()
-    assert LETTER[root.status] == status
-
-
-@pytest.mark.parametrize(
     ("question", "status"),
     [
         ("equals: {value: $left, to: left}", "S"),
@@ -68,32 +58,6 @@ def test_values_are_compared(toy, question, status):
     root, _ = toy(f"sequence: [set: {{left: left, three: 3}}, {question}]", leaves=None)
     root.tick_once()
     assert LETTER[root.status] == status
-
-
-def test_a_resuming_sequence_goes_on_where_a_guard_has_halted_it(toy):
-    steps = (
-        "{name: a, play: {script: S}}, {name: b, play: {script: RS}}, {name: c, play: {script: S}}"
-    )
-    root, context = toy(
-        f"forever: {{while: {{ask: {{answers: SFSS}}}}, resuming_sequence: [{steps}]}}"
-    )
-    for _ in range(3):
-        root.tick_once()
-    assert root.status is Status.SUCCESS
-    begun = [event for event in context.events if event.endswith("begins")]
-    assert begun == ["a begins", "b begins", "b begins", "c begins"]
-
-
-def test_a_resuming_sequence_tries_a_failed_child_again_and_then_begins_anew(toy):
-    steps = "{name: a, play: {script: S}}, {name: b, play: {script: FS}}"
-    root, context = toy(f"retry: 2\n  resuming_sequence: [{steps}]")
-    for _ in range(2):
-        root.tick_once()
-    assert root.status is Status.SUCCESS
-    begun = [event for event in context.events if event.endswith("begins")]
-    assert begun == ["a begins", "b begins", "b begins"]
-    root.tick_once()
-    assert context.events[-4] == "a begins"
 
 
 class Noted(Behaviour):

@@ -250,6 +250,12 @@ class Run:
             self.context.clock.sleep_until(self.context.clock.now() + 0.01)
         return letters
 
+    def to_the_end(self) -> str:
+        """The status in which the root ends, as a letter."""
+        while (letter := self.ticks(1)) == "R":
+            pass
+        return letter
+
     @property
     def events(self) -> list[str]:
         return self.context.events
