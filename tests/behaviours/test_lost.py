@@ -53,12 +53,7 @@ def shift(metres: float, degrees: float, turn: float = 0.0) -> SE3:
 
 
 @pytest.mark.parametrize(
-    "by",
-    [
-        shift(0.8, 0.0),
-        *(shift(0.8, 45.0 * k) for k in (3, 6)),
-        shift(0.0, 0.0, 40.0),
-    ],
+    "by", [shift(0.8, 0.0), *(shift(0.8, 45.0 * k) for k in (3, 6)), shift(0.0, 0.0, 40.0)]
 )
 def test_a_start_pose_that_is_wrong_is_a_fault_within_three_seconds(tmp_path, by):
     result = run(tmp_path, by)

@@ -22,8 +22,7 @@ FAR_AWAY = ToolPose(name="far_away", mTe=looking_down(2.5, 0.5, 0.8))
 
 def base_pose(x: float, y: float, degrees: float) -> BasePose:
     return BasePose(
-        name="there",
-        mTb=SE3(pin.utils.rotate("z", np.radians(degrees)), np.array([x, y, 0.0])),
+        name="there", mTb=SE3(pin.utils.rotate("z", np.radians(degrees)), np.array([x, y, 0.0]))
     )
 
 
@@ -140,8 +139,7 @@ def test_a_leaf_may_take_over_in_the_tick_in_which_another_ends():
 
 
 @pytest.mark.parametrize(
-    ("aside", "above", "goes_to"),
-    [(0.005, 0.08, 0.0), (0.028, 0.08, 0.08), (0.028, 0.01, 0.0)],
+    ("aside", "above", "goes_to"), [(0.005, 0.08, 0.0), (0.028, 0.08, 0.08), (0.028, 0.01, 0.0)]
 )
 def test_a_hand_that_has_strayed_comes_back_at_its_height(aside, above, goes_to):
     harness = Harness()

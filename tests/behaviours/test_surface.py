@@ -23,14 +23,7 @@ from behaviours import Region
 from behaviours.places import Places, slots
 from behaviours.views.surface import Shows, floor_error, look_at
 from hw import DepthFrame
-from hw.sim import (
-    D435Noise,
-    DepthRenderer,
-    SimObject,
-    World,
-    load_localisation,
-    made_wrong,
-)
+from hw.sim import D435Noise, DepthRenderer, SimObject, World, load_localisation, made_wrong
 from robots import Box, Geom, Plane, load_robot
 
 RADIUS = 0.06

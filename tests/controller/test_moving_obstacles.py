@@ -62,11 +62,7 @@ WALKS = {
 
 @pytest.mark.parametrize(
     ("robot", "walk"),
-    [
-        ("frankie", "from the left"),
-        ("frankie", "from behind"),
-        ("omni", "aslant"),
-    ],
+    [("frankie", "from the left"), ("frankie", "from behind"), ("omni", "aslant")],
 )
 def test_who_crosses_its_way_is_not_touched_and_the_goal_is_reached(robot, walk):
     gaps, reports = drive(robot, WALKS[walk], 15.0)

@@ -7,12 +7,7 @@ import pytest
 import torch
 
 from perception.networks.ggcnn import GGCNN, evaluate, subpixel_form
-from perception.networks.weights import (
-    load_network,
-    read_metadata,
-    save_network,
-    shipped_network,
-)
+from perception.networks.weights import load_network, read_metadata, save_network, shipped_network
 
 PUBLISHED = {
     "conv1": (32, 1, 9, 9),

@@ -13,14 +13,7 @@ from pinocchio import SE3
 from scipy.spatial import ConvexHull
 
 from config import UserError
-from controller import (
-    HolisticController,
-    PoseGoal,
-    RobotModel,
-    SelfCollision,
-    bank,
-    ready_posture,
-)
+from controller import HolisticController, PoseGoal, RobotModel, SelfCollision, bank, ready_posture
 from lab.bench.evaluation import Evaluator
 from lab.bench.motion import run_motion
 from robots import ImportOptions, load_robot, write_robot

@@ -87,8 +87,7 @@ def test_bt_cpp_creates_a_task_with_every_word(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("failures", "outcome", "grasps"),
-    [(0, "success", 1), (2, "success", 3), (9, "failure", 3)],
+    ("failures", "outcome", "grasps"), [(0, "success", 1), (2, "success", 3), (9, "failure", 3)]
 )
 def test_bt_cpp_runs_a_task_to_the_same_end(failures, outcome, grasps):
     cpp = Cpp(exported(trees.shipped("pick_one")), grasp=failures)

@@ -107,10 +107,7 @@ def test_a_broken_package_is_named_once_and_stops_only_who_asks_for_it(task, ins
 @pytest.mark.parametrize(
     ("body", "told"),
     [
-        (
-            "raise RuntimeError('no\\nweights')",
-            "`fruit` failed: RuntimeError: no weights",
-        ),
+        ("raise RuntimeError('no\\nweights')", "`fruit` failed: RuntimeError: no weights"),
         ("return ['apple']", "recogniser `fruit` failed: AttributeError"),
         ("return [Labelled(kind='apple', box=(0, 0, 1, 1), score=7)]", "a score from 0 to 1"),
     ],

@@ -8,25 +8,12 @@ from typing import Literal
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from behaviours import (
-    BasePose,
-    Condition,
-    Key,
-    Posture,
-    Region,
-    TaskLog,
-    ToolPose,
-)
+from behaviours import BasePose, Condition, Key, Posture, Region, TaskLog, ToolPose
 from hw import SimClock
 from robots import load_robot
 from trees.language import build, load, ticked
 
-STATUS = {
-    "S": Status.SUCCESS,
-    "F": Status.FAILURE,
-    "R": Status.RUNNING,
-    "I": Status.INVALID,
-}
+STATUS = {"S": Status.SUCCESS, "F": Status.FAILURE, "R": Status.RUNNING, "I": Status.INVALID}
 LETTER = {status: letter for letter, status in STATUS.items()}
 
 

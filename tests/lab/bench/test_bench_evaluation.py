@@ -5,13 +5,7 @@ import pytest
 
 from controller import robot_model
 from lab.bench.contacts import ContactChecker
-from lab.bench.evaluation import (
-    Evaluator,
-    Failure,
-    count_violations,
-    cumulative_jerk,
-    failure_of,
-)
+from lab.bench.evaluation import Evaluator, Failure, count_violations, cumulative_jerk, failure_of
 from lab.bench.motion import Motion
 from robots import load_robot
 

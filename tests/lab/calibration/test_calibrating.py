@@ -139,8 +139,7 @@ class Blind(Dark):
 
 
 @pytest.mark.parametrize(
-    ("rig", "why"),
-    [(Dark, "in 3 of 16 images, 10 are needed"), (Blind, "does not see the board")],
+    ("rig", "why"), [(Dark, "in 3 of 16 images, 10 are needed"), (Blind, "does not see the board")]
 )
 def test_a_board_that_is_not_seen_is_reported(rig, why):
     with pytest.raises(CalibrationError, match=why):

@@ -17,15 +17,7 @@ from hw.clock import stopwatch
 from hw.emulators.realsense import Options, RealSenseEmulator, Shot
 from hw.panda import PandaArm
 from hw.realsense import RealSenseCamera, RealSenseSettings
-from lab.calibration import (
-    Board,
-    LiveArm,
-    Look,
-    aTe_of,
-    calibrate_hand_eye,
-    difference,
-    render,
-)
+from lab.calibration import Board, LiveArm, Look, aTe_of, calibrate_hand_eye, difference, render
 from robots import load_robot
 
 ROOT = Path(__file__).parents[3]

@@ -16,12 +16,7 @@ from hw.sim import SimObject, World
 from lab.grasps import evaluation
 from lab.grasps.choice import NetworkChoice
 from lab.grasps.scenes import FLOOR, ROBOT, random_view
-from perception import (
-    Detection,
-    GraspDetector,
-    GraspEstimate,
-    GraspPatches,
-)
+from perception import Detection, GraspDetector, GraspEstimate, GraspPatches
 from perception.frame import Frame
 from robots import Box, Geom
 

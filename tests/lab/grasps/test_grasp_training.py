@@ -8,11 +8,7 @@ from command_line import call
 from pinocchio import SE3, exp3
 
 from hw.sim import D435Noise, SimObject, World
-from lab.grasps.scenes import (
-    FLOOR,
-    ROBOT,
-    View,
-)
+from lab.grasps.scenes import FLOOR, ROBOT, View
 from lab.grasps.seams import fit, mistakes, scene_seams
 from lab.grasps.training_data import (
     label_world,
@@ -54,10 +50,7 @@ def seen(yaw: float, camera_yaw: float, tilt: float = 0.0) -> Sample:
     return render_sample(world, label_world(world), view, np.random.default_rng(0))
 
 
-@pytest.mark.parametrize(
-    ("yaw", "camera_yaw", "tilt"),
-    [(-0.8, 2.5, 0.0), (0.6, 0.9, 0.2)],
-)
+@pytest.mark.parametrize(("yaw", "camera_yaw", "tilt"), [(-0.8, 2.5, 0.0), (0.6, 0.9, 0.2)])
 def test_labels_of_a_box_are_across_it_and_as_wide(
     yaw: float, camera_yaw: float, tilt: float
 ) -> None:
