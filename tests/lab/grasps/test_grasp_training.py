@@ -84,15 +84,14 @@ def test_samples_depend_only_on_seed_and_number() -> None:
 
 @pytest.mark.slow
 def test_shards_do_not_depend_on_the_number_of_processes(tmp_path: Path) -> None:
-    alone = list(write_shards(tmp_path / "a", 2, 0, 1))
-    together = sorted(write_shards(tmp_path / "b", 2, 0, 2))  # they come as they are done
-    for one, other in zip(alone, together, strict=True):
-        a, b = Shard.load(one), Shard.load(other)
-        assert np.array_equal(a.image, b.image)
-        assert np.array_equal(a.quality, b.quality)
-    assert list(write_shards(tmp_path / "a", 2, 0, 1)) == []
+    (alone,) = write_shards(tmp_path / "a", 1, 0, 1)
+    together, _ = sorted(write_shards(tmp_path / "b", 2, 0, 2))  # they come as they are done
+    a, b = Shard.load(alone), Shard.load(together)
+    assert np.array_equal(a.image, b.image)
+    assert np.array_equal(a.quality, b.quality)
+    assert list(write_shards(tmp_path / "a", 1, 0, 1)) == []
     assert shard_count(257) == 2
-    assert shard_path(tmp_path / "a", 0, 1).is_file()
+    assert alone == shard_path(tmp_path / "a", 0, 0)
 
 
 @pytest.mark.slow
