@@ -22,7 +22,7 @@ class ObstacleWithin(Condition):
 
     Everything counts, furniture too. Fails if it sees that nothing is near: where no beam goes, as
     behind most bases, that is not known, nor from a scan that is older than 0.3 s or of which no
-    beam comes back.
+    beam comes back. Of one beam alone that does not, it sees open space, glass or something black.
 
     Args:
         distance_m: from the outline of the base [m].
