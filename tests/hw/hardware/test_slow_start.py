@@ -11,7 +11,6 @@ from emulated_robot import ROOT
 
 from robots import at_pace, load_robot
 
-pytestmark = pytest.mark.realtime
 
 TASK = """\
 task: not_far

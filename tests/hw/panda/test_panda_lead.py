@@ -8,8 +8,6 @@ import pytest
 from hw.panda import LIMITS
 from hw.panda.arm import Lead
 
-pytestmark = pytest.mark.realtime
-
 PERIOD = 0.01
 QDD = np.array(LIMITS.qdd)
 

@@ -22,8 +22,6 @@ from hw.panda.records import ARM_COMMAND
 from hw.panda.streaming import Streaming
 from hw.processes.mailbox import Mailbox, open_memory, share_memory
 
-pytestmark = pytest.mark.realtime
-
 TICKS = 200
 PERIOD = 0.001
 ROUNDING = 1.0 + 1e-6
