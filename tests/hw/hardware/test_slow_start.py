@@ -11,7 +11,6 @@ from emulated_robot import ROOT
 
 from robots import at_pace, load_robot
 
-
 TASK = """\
 task: not_far
 poses:
