@@ -187,17 +187,19 @@ class Grasp(Leaf):
         )
         if report is None:
             return self.running(f"following a grasp of quality {grasp.quality:.2f}")
+        is_near = report.position_error <= _ABOVE_POSITION
+        is_above = is_near and report.orientation_error <= _ABOVE_ANGLE
+        if is_above and not vision.tracker.locked:
+            return self.running("over the grasp, waiting for a picture that locks it")
         if self._progress.is_stuck(report):
             if not self._came_nearer:
                 return self._leave_for(grasp)
             vision.reject()
             short = f"cannot get above the grasp, {report.position_error:.3f} m short"
             return self.failure(short + self._progress.because)
-        if not vision.tracker.locked:
-            return self.running(f"following, {report.position_error:.3f} m to go")
-        is_above = report.position_error <= _ABOVE_POSITION
-        if not is_above or report.orientation_error > _ABOVE_ANGLE:
-            return self.running(f"locked, {report.position_error:.3f} m to go")
+        if not is_above:
+            word = "locked" if vision.tracker.locked else "following"
+            return self.running(f"{word}, {report.position_error:.3f} m to go")
         if grasp.quality < self._views.doubtful and self._views.begin(grasp.wTg.translation):
             return self._look()
         self.grip(grasp.opening, self._force)

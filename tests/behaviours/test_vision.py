@@ -164,7 +164,13 @@ def test_a_frame_that_is_not_what_it_claims_to_be_counts_as_none_for_whoever_loo
 
 
 @pytest.mark.parametrize(
-    ("late", "end"), [(0.05, "closed at 4"), (0.5, "closed at 4"), (30.0, "not done after 20 s")]
+    ("late", "end"),
+    [
+        (0.05, "closed at 4"),
+        (0.5, "closed at 4"),
+        (3.0, "closed at 4"),
+        (30.0, "not done after 20 s"),
+    ],
 )
 def test_where_every_search_is_late_the_grasp_locks_or_says_why_it_ends(beside, late, end):
     """As where the computer is slower than the camera."""
