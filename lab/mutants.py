@@ -121,7 +121,7 @@ def _is_seen(mutant: Mutant, tests: list[str], root: Path) -> bool:
     """Whether a test fails where the mutant lives."""
     files = {path.stem: path for path in (root / "tests").rglob("*.py")}
     of_tests = [one.split(".")[-2:] for one in tests]
-    ids = [f"{files[module]}::{test}" for module, test in of_tests]
+    ids = [f"{files[module]}::{test}" for module, test in of_tests if module in files]
     path = root / mutant.path
     source = path.read_text()
     path.write_text(mutant.of(source))
