@@ -125,6 +125,8 @@ def test_object_visible_answers_anew_when_the_object_is_gone_and_when_the_camera
     two = ObjectVisible("object_visible", harness.context, within=SPOT, least=2)
     free = RegionFree("region_free", harness.context, region=SPOT)
     assert [asked(harness, one)[0] for one in (condition, two, free)] == [True, False, False]
+    large = RegionFree("region_free", harness.context, region=SPOT, smallest_cm2=500.0)
+    assert asked(harness, large)[0]
     harness.world.objects.clear()
     harness.run_for(None, 0.2)
     assert [asked(harness, one)[0] for one in (condition, free)] == [False, True]
