@@ -78,10 +78,9 @@ class HandOver(_HeldOut):
     """Hold the object out to a person, wait until it is pulled, and open the fingers.
 
     It is pulled when the width between the fingers changes for half a second, as it turns, and they
-    still hold it.
-    What leaves them before they open may have fallen as well. Announce it by `say`. Fails with the
-    object in the hand when nobody pulls in time; fails too when nothing is held or it left the
-    fingers, the hand does not get there, the fingers do not open, or on a fault.
+    still hold it. What leaves them before they open may have fallen as well. Announce it by `say`.
+    Fails with the object in the hand when nobody pulls in time; fails too when nothing is held or
+    it left the fingers, the hand does not get there, the fingers do not open, or on a fault.
 
     Args:
         at: where the hand holds it out.

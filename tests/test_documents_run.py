@@ -14,9 +14,9 @@ from pathlib import Path
 from textwrap import indent
 
 import numpy as np
-import pinocchio as pin
 import pytest
 from command_line import call
+from example_robots import EXAMPLES
 from test_documents import PAGES, ROOT, parse
 
 from app.core import RunOptions, run_task
@@ -27,9 +27,6 @@ from trees.language import load
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 NAMED = re.compile(r"^```yaml\n# (\S+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
-EXAMPLES = next(p for p in Path(pin.__file__).parents if p.name == "cmeel.prefix") / (
-    "share/example-robot-data/robots"
-)
 NOT_HERE = {
     # Beginnings of console lines.
     "make run": "it installs 2.5 GB",

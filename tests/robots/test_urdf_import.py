@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from command_line import call
+from example_robots import EXAMPLES
 from pinocchio import SE3
 from scipy.spatial import ConvexHull
 
@@ -143,9 +144,6 @@ def test_whatever_a_urdf_says_there_is_no_traceback(tmp_path):
             write_robot(path, tmp_path / str(number), ImportOptions(), lambda r: r.arm.ready)
 
 
-EXAMPLES = next(p for p in Path(pin.__file__).parents if p.name == "cmeel.prefix") / (
-    "share/example-robot-data/robots"
-)
 FOREIGN = {
     "ur_description/urdf/ur5_gripper.urdf": (6, "franka_hand"),
     "panda_description/urdf/panda.urdf": (7, None),
