@@ -6,7 +6,7 @@ TASK ?= trees/pick_place.yaml
 SEED ?= 0
 WORLD ?= kinematic
 
-.PHONY: run test test-slow test-all coverage lint system declarations experiments film clean
+.PHONY: run test test-slow test-all coverage lint system experiments film clean
 
 run: .venv/installed
 	@$(BIN)/frankie-task run $(TASK) --seed $(SEED) --world $(WORLD)
@@ -26,7 +26,7 @@ test-slow: .venv/developing
 test-all: test test-slow
 
 # The share of the statements that any test runs, child processes included; room by room, then all.
-ROOMS := app behaviours config controller hw lab perception robots trees
+ROOMS := app behaviours config controller extensions hw lab perception robots trees
 coverage: .venv/developing
 	$(BIN)/coverage erase
 	OMP_NUM_THREADS=1 $(BIN)/coverage run -m pytest -q -n 2 -m "slow or not slow"
@@ -44,11 +44,6 @@ lint: .venv/developing
 SYSTEM := chromium libusb-1.0-0 mesa-vulkan-drivers strace
 system:
 	dpkg -s $(SYSTEM) >/dev/null 2>&1 || { apt-get update -qq && apt-get install -y -qq $(SYSTEM); }
-
-# What is made from the classes of the leaves, after a change to one: what `check` reads instead of
-# them, and the schema for editors.
-declarations: .venv/developing
-	$(BIN)/python -m trees.declare
 
 # Every figure of docs/experiments.md that takes less than an hour together, and what has changed.
 experiments: .venv/developing

@@ -44,16 +44,16 @@ if [ "${1:-}" = --which ]; then
     exit 0
 fi
 
-if [ "${1:-run}" = dev ]; then extras=dev,assets; else extras=assets,physics,groot; fi
+if [ "${1:-run}" = dev ]; then extras=dev,assets; else extras=assets,physics,page; fi
 if [ -x "$VENV/bin/python" ] && usable "$VENV/bin/python"; then python=$VENV/bin/python; fi
 version=$("$python" -c 'import platform; print(platform.python_version())')
 begun=$(date +%s)
-echo "Installing frankie-task into $VENV with Python $version. This happens once: about 2.5 GB, one to five minutes."
+echo "Installing frankie-task into $VENV with Python $version. This happens once: about 1.8 GB, one to five minutes."
 
 echo "[1/3] the virtual environment ($python)"
 if ! usable "$VENV/bin/python"; then "$python" -m venv --clear "$VENV" || exit 1; fi
 
-echo "[2/3] the packages: PyTorch, Pinocchio, Rerun and what they need"
+echo "[2/3] the packages: Pinocchio, Rerun and what they need"
 log=$VENV/install.log
 terminal=0
 if [ -t 1 ]; then terminal=1; fi
@@ -71,8 +71,9 @@ if ! grep -q '^exit code: 0$' "$log"; then
     exit 1
 fi
 
-echo "[3/3] the robot's meshes, made light enough for the viewer"
+echo "[3/3] the robot's meshes, made light enough for the viewer, and the schema of tasks for editors"
 "$VENV/bin/python" -c "from app.live.monitor.meshes import meshes; meshes()" || exit 1
+"$VENV/bin/frankie-task" schema --output trees/frankie-task.schema.json || exit 1
 
 if [ "${1:-run}" = dev ]; then touch "$VENV/developing"; fi
 touch "$VENV/installed"

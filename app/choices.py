@@ -10,13 +10,6 @@ class Speed(StrEnum):
     MAX = "max"
 
 
-class MotionForm(StrEnum):
-    """How the robot moves to its goals."""
-
-    HOLISTIC = "holistic"
-    PLANNING = "planning"  # the base first, then the arm along a plan: the baseline
-
-
 class ObstacleSource(StrEnum):
     """Source of the obstacles that the controller avoids."""
 
@@ -45,15 +38,7 @@ class View(StrEnum):
     AUTO = "auto"
     SPAWN = "spawn"
     WEB = "web"
-    FOXGLOVE = "foxglove"
     NONE = "none"
-
-
-class Schemas(StrEnum):
-    """Definitions of messages in MCAP files."""
-
-    ROS2 = "ros2"
-    FOXGLOVE = "foxglove"
 
 
 class Form(StrEnum):

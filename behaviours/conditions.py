@@ -1,25 +1,26 @@
 """Conditions on the robot's state, on detected objects, and on values."""
 
 from dataclasses import replace
-from math import degrees
+from math import degrees, inf
 from typing import Annotated, ClassVar
 
 import numpy as np
 from pinocchio import SE3, log3
 from py_trees.common import Status
 
+from behaviours.core.arguments import validate_looks_like, validate_times
 from behaviours.core.context import Context
 from behaviours.core.leaf import Condition
 from behaviours.core.parameter_types import (
     BasePose,
     Bounds,
     Deviation,
+    LowerBound,
     Millimetres,
     Posture,
     Region,
     ToolPose,
 )
-from behaviours.core.validation import validate_looks_like, validate_times
 from behaviours.views.objects import Choice
 from perception import ColourName, DetectedObject
 
@@ -117,9 +118,9 @@ class Near(Condition):
         """One tick."""
         pose, context = self._pose, self.context
         if isinstance(pose, ToolPose):
-            error: SE3 = context.wTe.actInv(pose.wTe)
+            error: SE3 = context.oTe.actInv(pose.oTe)
         else:
-            error = context.state.wTb.actInv(pose.wTb)
+            error = context.state.oTb.actInv(pose.oTb)
         distance = float(np.linalg.norm(error.translation))
         turn = degrees(float(np.linalg.norm(log3(error.rotation))))
         text = f"{distance:.2f} m, {turn:.0f}° from {pose.name}"
@@ -130,8 +131,9 @@ class Near(Condition):
 class Localised(Condition):
     """Succeeds if it is known where the base is on the map.
 
-    Fails when what laser and camera see, or the base's own localisation, speaks against it. While
-    nothing has confirmed it for five seconds, or not so exactly, it is not known.
+    Fails when what laser and camera see, or the base's own localisation, speaks against it. Until
+    they have seen what is on the map, while nothing has confirmed it for five seconds, or not so
+    exactly, or what they see could be seen as well from up to 1.8 m away, it is not known.
 
     Args:
         within_m: how exactly, in two standard deviations [m].
@@ -151,22 +153,23 @@ class Localised(Condition):
 
     def update(self) -> Status:
         """One tick."""
-        here, lost = self.context.localisation, self.context.lost
+        here, now = self.context.localisation, self.context.now
         fault = here.agreement.fault
-        if (
-            wrong := fault.text
-            if fault
-            else here.doubt or (self.context.relocalised if lost else "")
-        ):
+        wrong = fault.text if fault else here.doubt or (now.relocalised if now.lost else "")
+        if wrong:
             return self.failure(wrong)
         if here.estimate is None:
             return self.success("the robot tells its place on the map")
         known = f"known within {1000.0 * here.uncertainty:.0f} mm"
         if here.agreement.since is not None:
-            return self.running("nothing in sight is where the map has it")
-        if (age := self.context.state.stamp - here.confirmed) > _CONFIRMED:
-            return self.running(f"not confirmed for {age:.0f} s")
-        return self.success(known) if here.uncertainty <= self._within else self.running(known)
+            return self.unknown("nothing in sight is where the map has it")
+        if here.confirmed == -inf:
+            return self.unknown("nothing in sight was found on the map yet")
+        if (age := now.state.stamp - here.confirmed) > _CONFIRMED:
+            return self.unknown(f"not confirmed for {age:.0f} s")
+        if here.rival:
+            return self.unknown(here.rival)
+        return self.success(known) if here.uncertainty <= self._within else self.unknown(known)
 
 
 class ArmAt(Condition):
@@ -206,7 +209,7 @@ class HoldingObject(Condition):
 
     def update(self) -> Status:
         """One tick."""
-        context, leaf = self.context, self.context.letting_go
+        context, leaf = self.context, self.context.memory.letting_go
         if leaf is not None and leaf.status is Status.RUNNING:
             return self.success(f"{leaf.name} lets go of it")
         width = f"{1000 * context.log.fingers.width:.0f} mm between the fingers"
@@ -249,7 +252,7 @@ class LooksLike(Condition):
 
     def update(self) -> Status:
         """One tick."""
-        here, one = self.context.state.wTb.translation, self._object
+        here, one = self.context.state.oTb.translation, self._object
         fits, but_for_colour = (
             bool(choice.fitting([one], here))
             for choice in (self._choice, replace(self._choice, colour=None))
@@ -264,7 +267,8 @@ class AllPlaced(Condition):
 
     It compares how many `region_empty` or `scan_for_objects` have seen there with how many `place`
     has seen standing since the first of these looks. Objects that touch count as one there, so it
-    fails too when one was lost on the way, or not seen to stand.
+    fails too when one was lost on the way, or not seen to stand. After one has fallen back, that is
+    not known until one of them has looked again, nor if what it lay with covers less by then.
 
     Args:
         taken_from: region of the task file that the objects were taken from.
@@ -286,6 +290,10 @@ class AllPlaced(Condition):
         text = f"{placed} of {stock.most} objects placed that were seen in {self._region}"
         if lost := log.lost(stock):
             return self.failure(f"{text}, and {lost} more left the hand, not seen to stand")
+        if stock.fell:
+            return self.unknown(f"{self._region} was not looked at since one fell back")
+        if stock.lacks:
+            return self.unknown(f"one fell back, and less was in {self._region} then than before")
         return self.success(text) if placed >= stock.most else self.failure(text)
 
 
@@ -314,6 +322,9 @@ class Equals(Condition):
 
     def update(self) -> Status:
         """One tick."""
+        for one, other in ((self._value, self._to), (self._to, self._value)):
+            if isinstance(one, LowerBound) and isinstance(other, int | float) and one <= other:
+                return self.unknown(f"it is {self._value}, asked for {self._to}")
         # True is not 1 in a task file.
         if self._value == self._to and isinstance(self._value, bool) is isinstance(self._to, bool):
             return self.success(f"it is {self._to}")
@@ -338,4 +349,7 @@ class AtLeast(Condition):
     def update(self) -> Status:
         """One tick."""
         text = f"{self._value:g} of at least {self._least:g}"
-        return self.success(text) if self._value >= self._least else self.failure(text)
+        is_enough = self._value >= self._least
+        if isinstance(self._least if is_enough else self._value, LowerBound):
+            return self.unknown(f"it is {self._value}, asked for {self._least}")
+        return self.success(text) if is_enough else self.failure(text)

@@ -5,10 +5,10 @@ from typing import ClassVar
 
 from py_trees.common import Status
 
+from behaviours.core.arguments import validate_choice
 from behaviours.core.context import Context
 from behaviours.core.leaf import Leaf
-from behaviours.core.parameter_types import Key, Millimetres, Region, Timeout
-from behaviours.core.validation import validate_choice
+from behaviours.core.parameter_types import Key, LowerBound, Millimetres, Region, Timeout
 from behaviours.views.objects import Choice, Choose, ObjectDetection
 from perception import ColourName, DetectedObjects
 
@@ -18,9 +18,9 @@ class Detect(Leaf):
 
     What it finds can be the goal of `navigate`, `look_at` and `grasp`, one after the other below
     `for_each`. Succeeds with any number of objects, but says that there are none, or how many there
-    are, only where the pictures show the region. Fails when they do not, when something is too low
-    to be told apart, when the camera gives no usable picture, or sees no colours and is asked for
-    one.
+    are, only where the pictures show the region; where objects hide a part of it, there are at
+    least as many. Fails when they do not, when something is too low to be told apart, when the
+    camera gives no usable picture, or sees no colours and is asked for one.
 
     Args:
         region: of the task file; its floor is what objects stand on.
@@ -78,13 +78,14 @@ class Detect(Leaf):
             return self.running("looking")
         if isinstance(objects, str):
             return self.failure(objects)
-        drift, mTw = self.context.drift(), self.context.localisation.mTw
-        fitting = self._choice.fitting(objects, state.wTb.translation)
-        found = DetectedObjects(replace(one, drift=drift, mTw=mTw) for one in fitting)
+        drift, mTo = self.context.drift(), self.context.localisation.mTo
+        fitting = self._choice.fitting(objects, state.oTb.translation)
+        found = DetectedObjects(replace(one, drift=drift, mTo=mTo) for one in fitting)
         if (self._count is not None or not found) and (unseen := self._detection.unseen(objects)):
             return self.failure(unseen)
         if self._list is not None:
             self._list.write(found)
         if self._count is not None:
-            self._count.write(len(found))
+            count = len(found)  # none of a colour, kind or width is none that is in sight
+            self._count.write(LowerBound(count) if found and self._detection.hides else count)
         return self.success(f"{len(found)} of {len(objects)}: {found}")

@@ -25,7 +25,8 @@ from behaviours.views.viewpoint import (
     looking_along,
     out_of_view,
 )
-from controller import Array
+from config.arrays import Array
+from config.planar import yaw_of
 from perception import DetectedObject, DetectedObjects
 
 _SIDE, _HEIGHT = 0.1, 0.2  # of the region around such a place [m]
@@ -41,7 +42,7 @@ def region_at(pose: ToolPose, side: float = _SIDE) -> Region:
         name=pose.name,
         on=pose.on,
         frame=pose.frame,
-        mTr=SE3(pin.utils.rotate("z", _heading(pose.mTe)), centre),
+        mTr=SE3(pin.utils.rotate("z", yaw_of(pose.mTe.rotation)), centre),
         size=np.array([side, side, _HEIGHT]),
     )
 
@@ -59,23 +60,20 @@ def region_around(context: Context, one: DetectedObject) -> Region:
 def _at_height(context: Context, one: DetectedObject, up: float, side: float) -> Region:
     seen = one.seen_at * SE3(np.eye(3), np.array([0.0, 0.0, up]))
     mTe = context.to_map(seen if one.drift is None else one.drift() * seen)
-    return region_at(ToolPose(name=one.name, frame=context.localisation, mTe=mTe), side)
+    return region_at(ToolPose(name=one.name, frame=context, mTe=mTe), side)
 
 
-def aligned(context: Context, wRe: Array, region: Region) -> tuple[Array, Array]:
+def aligned(context: Context, oRe: Array, region: Region) -> tuple[Array, Array]:
     """How the hand sets down what it holds along the x axis of a region, by the least turn.
 
     Returns (3, 3) its rotation, and (3,) from the middle of the object to the hand [m], level, both
-    in the world.
+    in odometry.
     """
     off, angle = in_hand(context.log.grip_outline, context.state.gripper_width)
-    edge = wRe[:, 0] * np.cos(angle) + wRe[:, 1] * np.sin(angle)
-    turned = pin.utils.rotate("z", _between(atan2(edge[1], edge[0]), _heading(region.wTr))) @ wRe
+    edge = oRe[:, 0] * np.cos(angle) + oRe[:, 1] * np.sin(angle)
+    turn = _between(atan2(edge[1], edge[0]), yaw_of(region.oTr.rotation))
+    turned = pin.utils.rotate("z", turn) @ oRe
     return turned, -off * turned[:, 0] * [1.0, 1.0, 0.0]
-
-
-def _heading(pose: SE3) -> float:
-    return atan2(pose.rotation[1, 0], pose.rotation[0, 0])
 
 
 def _between(one: float, other: float) -> float:
@@ -91,7 +89,7 @@ class LookAtPlace:
     Args:
         leaf: sets the goals and gets the feedback message.
         region: of the place.
-        direction: in which the camera looks, in the world.
+        direction: in which the camera looks, in odometry.
     """
 
     def __init__(self, leaf: Leaf, region: Region, direction: Direction) -> None:
@@ -141,11 +139,11 @@ class LookAtPlace:
 
     def off(self, one: DetectedObject) -> float:
         """How far from there it stands [m]."""
-        return hypot(*(one.position - self._region.wTr.translation)[:2])
+        return hypot(*(one.position - self._region.oTr.translation)[:2])
 
 
 def _floor(region: Region) -> Array:
-    floor: Array = region.wTr.act(np.array([0.0, 0.0, -region.size[2] / 2.0]))
+    floor: Array = region.oTr.act(np.array([0.0, 0.0, -region.size[2] / 2.0]))
     return floor
 
 
@@ -174,7 +172,7 @@ class Measurement(LookAtPlace):
 
     def judge(self) -> Status:
         """SUCCESS if it stands there, FAILURE if it does not, or is not seen."""
-        found, leaf, wTr = self.tick(), self._leaf, self._region.wTr
+        found, leaf, oTr = self.tick(), self._leaf, self._region.oTr
         if found is Status.RUNNING:
             return found
         if isinstance(found, Status):
@@ -188,7 +186,7 @@ class Measurement(LookAtPlace):
         off, turn = self.off(one), 0.0
         text = f"it stands {1000 * off:.0f} mm"
         if one.size[0] >= _LONG * one.size[1]:
-            turn = abs(_between(_heading(one.seen_at), _heading(wTr)))
+            turn = abs(_between(yaw_of(one.seen_at.rotation), yaw_of(oTr.rotation)))
             text += f" and {degrees(turn):.0f}°"
         text += f" from {self._region.name}{self._if_in_place}"
         is_there = off <= self._within and turn <= self._turn

@@ -59,7 +59,7 @@ class Follow(Leaf):
         self._object: Array | None = None
         self._anchor = np.full(3, np.inf)
         self._progress = Progress(context)
-        self._rotation = looking_down(context.wTe.rotation[:, 0])
+        self._rotation = looking_down(context.oTe.rotation[:, 0])
 
     def update(self) -> Status:
         """One tick."""
@@ -73,7 +73,7 @@ class Follow(Leaf):
         if self._object is None:
             return self.running("looking for something to follow")
         above = SE3(self._rotation, self._object + np.array([0.0, 0.0, self._height]))
-        report = self.pursue(PoseGoal(wTe=above, speed=_SPEED, straight=True))
+        report = self.pursue(PoseGoal(target=above, speed=_SPEED, straight=True))
         if np.linalg.norm(self._object - self._anchor) > _STILL_RADIUS:
             self._anchor, self._still_since = self._object, now
         if report is None:
@@ -84,7 +84,7 @@ class Follow(Leaf):
         elif self._progress.is_stuck(report):
             behind = f"cannot keep up, {report.position_error:.2f} m behind"
             return self.failure(behind + self._progress.because)
-        still = now - self._still_since
+        still = self._seen - self._still_since
         if self._still is not None and still >= self._still and keeps_up:
             return self.success(f"it has stood still for {still:.1f} s")
         return self.running(f"following, {report.position_error:.3f} m behind")
@@ -93,11 +93,11 @@ class Follow(Leaf):
         """Find the object in a new frame."""
         vision = self.context.vision
         frame = vision.new_frame()
-        if frame is None or vision.is_blind(self.context.state.stamp):
+        if frame is None or vision.blindness(self.context.state.stamp):
             return
         with vision.timed():
             seen = glance(self.context, self._within, frame).segments(_SMALLEST_AREA)
-        before = self.context.wTe.translation if self._object is None else self._object
+        before = self.context.oTe.translation if self._object is None else self._object
         reach = np.inf if self._object is None else _SAME_OBJECT
         distances = [(_distance(segment, before), segment) for segment in seen]
         distance, nearest = min(distances, key=lambda pair: pair[0], default=(np.inf, None))

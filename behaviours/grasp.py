@@ -1,12 +1,13 @@
 """Behaviour `grasp`: track a grasp with the camera, lock it, go down, close the fingers."""
 
-from math import inf, radians
+from math import radians
 from typing import ClassVar
 
 import numpy as np
 from pinocchio import SE3
 from py_trees.common import Status
 
+from behaviours.core.arguments import validate_grasp
 from behaviours.core.context import Context
 from behaviours.core.directions import ApproachWord
 from behaviours.core.leaf import Leaf
@@ -20,10 +21,10 @@ from behaviours.core.parameter_types import (
     Timeout,
     ToolPose,
 )
-from behaviours.core.validation import validate_grasp
 from behaviours.views.grasp_target import GraspTarget, OtherViews
 from behaviours.views.objects import Choice, Choose
 from behaviours.views.surface import floor_error
+from behaviours.views.survey import note_fallen
 from controller import Array, PoseGoal, StepReport
 from perception import ColourName, DetectedObject, GraspEstimate
 
@@ -120,6 +121,7 @@ class Grasp(Leaf):
         """Start to look."""
         self._begun = self._seen = self.context.clock.now()
         self._looked = self.context.state.stamp
+        self._has_counted = False
         placed = self.context.log.placed
         is_first = placed != self._placed_before  # attempt at this object
         self._next_now, self._placed_before = self._next if is_first else None, placed
@@ -129,8 +131,8 @@ class Grasp(Leaf):
         self._go_after(_NOWHERE)
         way, vision = self._way, self.context.vision
         self._views = OtherViews(self, self._sought, self._within, way, self._timeout)
-        vision.tracker.lock_distance = self._lock_distance if self.context.follows_goals else inf
-        vision.reset(self._views.wRa)
+        vision.tracker.lock_distance = self._lock_distance
+        vision.reset(self._views.oRa)
 
     def update(self) -> Status:
         """One tick of the phase that the grasp is in."""
@@ -152,10 +154,13 @@ class Grasp(Leaf):
         """Keep over the grasp that perception follows, until it is locked and below the hand."""
         vision, now = self.context.vision, self.context.clock.now()
         read = self.context.state.stamp  # frames have the session's time, which a pause adds to
-        if self.context.relocalised:  # what was seen before is not where it was
+        if self.context.now.relocalised:  # what was seen before is not where it was
             vision.relocalise(read)
             self._sought.begin(read)
         grasp = self._sought.track(read)
+        if not self._has_counted and (frame := vision.picture(read)) is not None:
+            self._has_counted = True
+            note_fallen(self.context, frame)
         if grasp is None:
             if self._views.begin_if_lost(self._target):
                 return self._look()
@@ -169,19 +174,19 @@ class Grasp(Leaf):
                 return self.failure(f"no grasp for {self._patience:g} s: {reason}")
             return self.running(f"looking for a grasp: {vision.blindness(read)}".removesuffix(": "))
         self._seen, self._looked = now, read
-        wTg = grasp.wTg_at(read)
-        above = wTg * SE3(np.eye(3), np.array([0.0, 0.0, -_STANDOFF]))
-        if np.linalg.norm(wTg.translation - self._target) > _OTHER_TARGET:
-            self._go_after(wTg.translation)
+        oTg = grasp.oTg_at(read)
+        above = oTg * SE3(np.eye(3), np.array([0.0, 0.0, -_STANDOFF]))
+        if np.linalg.norm(oTg.translation - self._target) > _OTHER_TARGET:
+            self._go_after(oTg.translation)
         report = self.pursue(
             PoseGoal(
-                wTe=above,
+                target=above,
                 twist=grasp.twist,
                 speed=_FOLLOW_SPEED,
                 straight=True,
                 hand_may_touch=True,
-                base_rests=self._views.wRa is not None and vision.tracker.locked,
-                next_goal=getattr(self._next_now, "wTe", None) if vision.tracker.locked else None,
+                base_rests=self._views.oRa is not None and vision.tracker.locked,
+                next_goal=getattr(self._next_now, "oTe", None) if vision.tracker.locked else None,
             ),
             "follow",
         )
@@ -200,11 +205,11 @@ class Grasp(Leaf):
         if not is_above:
             word = "locked" if vision.tracker.locked else "following"
             return self.running(f"{word}, {report.position_error:.3f} m to go")
-        if grasp.quality < self._views.doubtful and self._views.begin(grasp.wTg.translation):
+        if grasp.quality < self._views.doubtful and self._views.begin(grasp.oTg.translation):
             return self._look()
         self.grip(grasp.opening, self._force)
         seen = vision.picture(read)
-        self.context.log.floor_error = floor_error(seen, wTg.translation, self._within)
+        self.context.log.floor_error = floor_error(seen, oTg.translation, self._within)
         self._locked = grasp
         self._progress = Progress(self.context, straight=True)
         self._step = self._descend
@@ -220,7 +225,7 @@ class Grasp(Leaf):
 
     def _look_anew(self) -> None:
         """Track what is seen from here."""
-        self.context.vision.reset(self._views.wRa)
+        self.context.vision.reset(self._views.oRa)
         self._seen, self._looked = self.context.clock.now(), self.context.state.stamp
         self._go_after(_NOWHERE)
         self._step = self._follow
@@ -229,7 +234,7 @@ class Grasp(Leaf):
         """Move the base to another stance, once, as the grasp is out of reach."""
         up = SE3(np.eye(3), np.array([0.0, 0.0, -_NEARER_STANDOFF]))
         goal = PoseGoal(
-            wTe=grasp.wTg * up,
+            target=grasp.oTg * up,
             speed=_FOLLOW_SPEED,
             position_tolerance=_NEARER_TOLERANCE,
             stance_if_near=True,
@@ -255,8 +260,8 @@ class Grasp(Leaf):
 
     def _descend(self) -> Status:
         """Straight down on the locked grasp, which keeps its velocity."""
-        if self.context.relocalised:
-            return self._give_up(self.context.relocalised)
+        if self.context.now.relocalised:
+            return self._give_up(self.context.now.relocalised)
         report = self._go_down()
         if report is None or not report.arrived or closing_in_speed(self.context) > _CLOSING_SPEED:
             if report is not None and self._progress.is_stuck(report):
@@ -264,11 +269,11 @@ class Grasp(Leaf):
                 short = f"stopped {report.position_error:.3f} m before the grasp"
                 return self._give_up(short + self._progress.because)
             return self.running("going down")
-        wTg, log = self._locked.wTg_at(self.context.state.stamp), self.context.log
-        log.last_grasp = wTg
-        log.grip_height = float(wTg.translation[2]) - self._within.floor
+        oTg, log = self._locked.oTg_at(self.context.state.stamp), self.context.log
+        log.last_grasp = oTg
+        log.grip_height = float(oTg.translation[2]) - self._within.floor
         log.grip_outline, log.grip_opening = self._locked.outline, self._locked.opening
-        self.context.set_down.grasp(self.context.to_map(wTg).translation)
+        self.context.memory.set_down.grasp(self.context.to_map(oTg).translation)
         self.grip(0.0, self._force)
         self._step = self._close
         return self.running("closing")
@@ -296,13 +301,13 @@ class Grasp(Leaf):
 
     def _go_down(self) -> StepReport | None:
         goal = PoseGoal(
-            wTe=over_grasp(self._locked.wTg_at(self.context.state.stamp), self.context),
+            target=over_grasp(self._locked.oTg_at(self.context.state.stamp), self.context),
             twist=self._locked.twist,
             speed=_DESCEND_SPEED,
             position_tolerance=_DESCEND_TOLERANCE,
             straight=True,
             hand_may_touch=True,
-            base_rests=self._views.wRa is not None,
-            next_goal=getattr(self._next_now, "wTe", None),
+            base_rests=self._views.oRa is not None,
+            next_goal=getattr(self._next_now, "oTe", None),
         )
         return self.pursue(goal, "descend")

@@ -10,6 +10,7 @@ from behaviours.core.context import Context
 from behaviours.core.leaf import CLOSED, Leaf
 from behaviours.core.motion import Approach
 from behaviours.core.parameter_types import Bounds, Force, Lift, Speed, Timeout, ToolPose
+from config.poses import OdometryPose
 from controller import PoseGoal
 
 _PULL = 0.001  # change of their width, at rest, by which fingers that hold something are pulled [m]
@@ -49,8 +50,8 @@ class _HeldOut(Leaf):
             self.pursue(self._goal(), "offer")
         return self._step()
 
-    def _goal(self) -> PoseGoal:
-        return PoseGoal(wTe=self._at.wTe, speed=self._speed)
+    def _goal(self) -> PoseGoal[OdometryPose]:
+        return PoseGoal(target=self._at.oTe, speed=self._speed)
 
     def _come(self) -> Status:
         status = self._approach.tick()
@@ -235,7 +236,7 @@ class Receive(_HeldOut):
             return self._feel_again()
         if now - self._since < _SQUEEZE or not log.fingers.rest:
             return self.running("pressing what is there")
-        log.last_grasp, log.grip_height = context.wTe, self._hangs
+        log.last_grasp, log.grip_height = context.oTe, self._hangs
         log.grip_outline = log.grip_opening = log.floor_error = None
         log.attempt(self._begun, now)
         return self.success(f"given something {1000 * log.fingers.width:.0f} mm wide")

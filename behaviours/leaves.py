@@ -1,6 +1,7 @@
 """The leaves that come with the project, by their keys in a task file."""
 
-from behaviours import conditions, seen
+import behaviours.conditions as conditions
+import behaviours.seen as seen
 from behaviours.core.leaf import Leaf
 from behaviours.detect import Detect
 from behaviours.drive import Drive

@@ -2,8 +2,6 @@
 
 from typing import ClassVar
 
-import numpy as np
-import numpy.typing as npt
 from pinocchio import SE3
 from py_trees.common import Status
 
@@ -18,6 +16,7 @@ from behaviours.views.viewpoint import (
     looking_along,
     turned_towards,
 )
+from config.arrays import Array
 from perception import DetectedObject
 
 
@@ -54,16 +53,16 @@ class LookAt(Leaf):
         """Start from the camera's present pose."""
         point = _centre(self._at)
         now, is_far = camera_pose(self.context), self._distance is not None
-        wTc = turned_towards(
+        oTc = turned_towards(
             now, point, self._distance, from_above=is_far and not isinstance(self._at, ToolPose)
         )
         if self._distance is not None and not isinstance(self._at, ToolPose):
             direction = self.context.direction_now(self._at, self._way_in)
             if not direction.is_straight:
-                wTc = looking_along(direction, point, self._distance, like=now)
+                oTc = looking_along(direction, point, self._distance, like=now)
 
-        def view() -> SE3:  # places of the task move in the world as it is corrected
-            return SE3(wTc.rotation, wTc.translation + _centre(self._at) - point)
+        def view() -> SE3:  # places of the task move in odometry as it is corrected
+            return SE3(oTc.rotation, oTc.translation + _centre(self._at) - point)
 
         self._camera = MoveCamera(self, view, f"a view of {self._at.name}", self._timeout)
         self._begun = self.context.clock.now()
@@ -89,9 +88,9 @@ class LookAt(Leaf):
         return self.running("waiting for a frame")
 
 
-def _centre(at: ToolPose | Region | DetectedObject) -> npt.NDArray[np.float64]:
-    """(3,) in the world [m]."""
+def _centre(at: ToolPose | Region | DetectedObject) -> Array:
+    """(3,) in odometry [m]."""
     if isinstance(at, DetectedObject):
         return at.position
-    centre: npt.NDArray[np.float64] = (at.wTe if isinstance(at, ToolPose) else at.wTr).translation
+    centre: Array = (at.oTe if isinstance(at, ToolPose) else at.oTr).translation
     return centre

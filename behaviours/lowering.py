@@ -14,6 +14,7 @@ from behaviours.core.parameter_types import Region
 from behaviours.release import TILT, Release, Spot
 from behaviours.views.surface import SurfaceWatch
 from behaviours.views.viewpoint import CAMERA_PATIENCE, hidden_by, out_of_view
+from config.poses import OdometryPose
 from controller import Array, PoseGoal, StepReport
 from hw import FaultKind, TaskTime
 from perception import disc
@@ -37,9 +38,9 @@ class Lowering(Leaf):
     _number: int | None  # of the place there
     _watch: SurfaceWatch  # looks at the place
     _radius: float  # of the disc around the place that has to be free [m]
-    _rotation: Array  # (3, 3) of the hand that sets down, in the world
-    _down: SE3  # the hand at the release, in the world
-    _asides: list[SE3]  # hands that let the camera see the place, in the world
+    _rotation: Array  # (3, 3) of the hand that sets down, in odometry
+    _down: SE3  # the hand at the release, in odometry
+    _asides: list[SE3]  # hands that let the camera see the place, in odometry
     _up: float  # how far the hand comes from above [m]
     _looking_since: TaskTime | None
     _is_high: bool  # depends on its stance: straight down on what is above the shoulder
@@ -96,7 +97,7 @@ class Lowering(Leaf):
 
     @property
     def _shown(self) -> Array:
-        """(N, 3) points that the camera is to see, in the world [m]."""
+        """(N, 3) points that the camera is to see, in odometry [m]."""
         return disc(self._watch.centre, self._radius, _POINTS)
 
     def _set_out(self) -> None:
@@ -142,19 +143,19 @@ class Lowering(Leaf):
             self._asides, self._looking_since = self._asides[1:], context.clock.now()
         elif late:
             here, self._unseen = self._place, self._unseen + 1
-            [(why, most)] = hidden_by(context, context.wTe, self._shown).most_common(1)
+            [(why, most)] = hidden_by(context, context.oTe, self._shown).most_common(1)
             why = f": {why}" if most else ""
             if not reason:
                 self._note(self.context.log.places_unseen)
             if reason or self._unseen > _MOST_UNSEEN or self._pass_over():
                 return self.failure(reason or f"{here} is not seen{why}")
             return self.running(f"{here} is not seen{why}, going to {self._place}")
-        goal = PoseGoal(wTe=self._asides[0], speed=_APPROACH_SPEED, straight=True)
+        goal = PoseGoal(target=self._asides[0], speed=_APPROACH_SPEED, straight=True)
         self.pursue(goal, "looking at the place")
         return self.running("looking at the place")
 
     def _lower(self) -> Status:
-        if self.context.relocalised:
+        if self.context.now.relocalised:
             return self._go_back()
         return self._move("lowering", self._down, _LOWER_SPEED, _LOWER_TOLERANCE, self._release)
 
@@ -162,7 +163,7 @@ class Lowering(Leaf):
         """Go over the place again after a relocalisation."""
         self._relocalised += 1
         if self._relocalised > _MOST_RELOCALISATIONS:
-            return self.failure(self.context.relocalised)
+            return self.failure(self.context.now.relocalised)
         self._set_out()
         return self._approach()
 
@@ -189,7 +190,12 @@ class Lowering(Leaf):
             places.setdefault(self._on.name, set()).add(self._number)
 
     def _move(
-        self, what: str, wTe: SE3, speed: float, tolerance: float, then: Callable[[], Status]
+        self,
+        what: str,
+        oTe: OdometryPose,
+        speed: float,
+        tolerance: float,
+        then: Callable[[], Status],
     ) -> Status:
         """One tick of a straight motion of the hand, then the next phase."""
         if reason := self.empty_hand:
@@ -197,7 +203,7 @@ class Lowering(Leaf):
                 return self._release()  # it stands already, and turns in the fingers
             return self.failure(f"nothing left to place: {reason}")
         self._goal = PoseGoal(
-            wTe=wTe,
+            target=oTe,
             speed=speed,
             position_tolerance=tolerance,
             orientation_tolerance=TILT,

@@ -11,7 +11,9 @@ from behaviours.core.context import Context
 from behaviours.core.leaf import Leaf
 from behaviours.core.motion import METRES_PER_RADIAN, Approach, BackOff
 from behaviours.core.parameter_types import BasePose, Bounds, Speed, Timeout, ToolPose
+from behaviours.core.reachable_directions import tilted_if_needed
 from behaviours.views.viewpoint import camera_pose, hand_for, looking_along
+from config.poses import OdometryPose
 from controller import BaseGoal, MotionGoal, PoseGoal, StepReport
 from perception import DetectedObject
 
@@ -57,7 +59,9 @@ class Navigate(Leaf):
     ) -> None:
         super().__init__(name, context)
         self._straight = straight
-        self._to = context.reached(to, within_m) if isinstance(to, ToolPose) else to
+        if isinstance(to, ToolPose):
+            to = tilted_if_needed(context.robot.description, context.around.fixtures, to, within_m)
+        self._to = to
         self._next = next_goal
         self._timeout = timeout_s
         self._speed, self._within = speed_m_s, within_m
@@ -65,7 +69,7 @@ class Navigate(Leaf):
     def initialise(self) -> None:
         """Start anew."""
         self._like = camera_pose(self.context)
-        self._start, self._astray = self.context.wTe.translation, 0.0
+        self._start, self._astray = self.context.oTe.translation, 0.0
         if isinstance(self._to, DetectedObject):
             self._direction = self.context.direction_now(self._to)
         self._approach = Approach(self, self._goal, self._to.name, self._timeout)
@@ -88,42 +92,42 @@ class Navigate(Leaf):
             return self.running("backing off")
         return status
 
-    def pursue(self, goal: MotionGoal, phase: str = "") -> StepReport | None:
+    def pursue(self, goal: MotionGoal[OdometryPose], phase: str = "") -> StepReport | None:
         """As every leaf; on a straight way the hand is led by a point of the line before it."""
         if not (self._straight and isinstance(goal, PoseGoal)):
             return super().pursue(goal, phase)
-        there = goal.wTe.translation
-        way, here = there - self._start, self.context.wTe.translation - self._start
+        there = goal.target.translation
+        way, here = there - self._start, self.context.oTe.translation - self._start
         length = max(float(np.linalg.norm(way)), 1e-9)
         done = float(np.clip(here @ way / length, 0.0, length))
         self._astray = float(np.linalg.norm(here - way * done / length))
         left = max(0.0, length - done - max(_AHEAD, _AHEAD_TIME * self._speed))
-        before = SE3(goal.wTe.rotation, there - way * left / length)
-        report = super().pursue(replace(goal, wTe=before, twist=np.zeros(6)), phase)
+        before = SE3(goal.target.rotation, there - way * left / length)
+        report = super().pursue(replace(goal, target=before, twist=np.zeros(6)), phase)
         if report is None or not left:
             return report
         return report._replace(arrived=False, position_error=report.position_error + left)
 
-    def _goal(self) -> MotionGoal:
+    def _goal(self) -> MotionGoal[OdometryPose]:
         """Where to go, by the newest estimate of where the map is."""
         to = self._to
         if isinstance(to, BasePose):
             return BaseGoal(
-                wTb=to.wTb,
+                target=to.oTb,
                 speed=self._speed,
                 position_tolerance=max(BaseGoal.position_tolerance, self._within),
                 heading_tolerance=max(BaseGoal.heading_tolerance, self._within / METRES_PER_RADIAN),
             )
         if isinstance(to, ToolPose):
-            wTe = to.wTe
+            oTe = to.oTe
         else:
             over = looking_along(self._direction, to.position, _OVER_OBJECT, like=self._like)
-            wTe = hand_for(self.context, over)
+            oTe = hand_for(self.context, over)
         return PoseGoal(
-            wTe=wTe,
+            target=oTe,
             speed=self._speed,
             straight=self._straight,
-            next_goal=getattr(self._next, "wTe", None),
+            next_goal=getattr(self._next, "oTe", None),
             position_tolerance=self._within,
             orientation_tolerance=max(
                 PoseGoal.orientation_tolerance, self._within / METRES_PER_RADIAN

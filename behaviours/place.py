@@ -7,12 +7,12 @@ import numpy as np
 from pinocchio import SE3
 from py_trees.common import Status
 
+from behaviours.core.arguments import validate_place
 from behaviours.core.context import Context
 from behaviours.core.directions import Direction, points_down, upright
 from behaviours.core.held_object import reach_on_surface
 from behaviours.core.parameter_types import Bounds, Deviation, Pitch, Region, ToolPose
 from behaviours.core.reachable_directions import room_above
-from behaviours.core.validation import validate_place
 from behaviours.exact_place import (
     LookAtPlace,
     Measurement,
@@ -25,7 +25,7 @@ from behaviours.lowering import ABOVE, Lowering
 from behaviours.places import Places
 from behaviours.release import reach_down, release_height
 from behaviours.views.surface import Edge, Shows, SurfaceWatch
-from controller import Array
+from config.arrays import Array
 from perception import DetectedObject
 
 _BOARD = 0.5  # what is nearer above is a board, below which the hand comes in [m]
@@ -91,7 +91,7 @@ class Place(Lowering):
         robot = context.robot.description
         shoulder = float((robot.bTa * robot.arm.joints[0]).translation[2])
         self._is_above_shoulder = on.floor > shoulder
-        self._is_below = room_above(on, context.fixtures) < _BOARD
+        self._is_below = room_above(on, context.around.fixtures) < _BOARD
         self._goes_straight = not self._is_below
         self._places = Places(context, on, self._pitch)
         self._most_moved = 0.0 if self._is_exact else _PITCH_SHARE * min(self._pitch, *on.size[:2])
@@ -106,7 +106,7 @@ class Place(Lowering):
         if isinstance(onto, DetectedObject):
             self._way_in = context.direction_now(onto).turned(context.to_map(SE3.Identity()))
             onto = region_around(context, onto)
-        self._survey = LookAtPlace(self, onto, self._way_in.turned(onto.wTm))
+        self._survey = LookAtPlace(self, onto, self._way_in.turned(onto.oTm))
         self._step = self._look_below
 
     def _look_below(self) -> Status:
@@ -127,7 +127,7 @@ class Place(Lowering):
 
     def _plan(self) -> None:
         context = self.context
-        now, way_in = context.wTe.rotation, self._way_in.turned(self._on.wTm)
+        now, way_in = context.oTe.rotation, self._way_in.turned(self._on.oTm)
         self._rotation, self._to_hand = upright(context.log.last_grasp, now, way_in), np.zeros(3)
         self._is_high = self._is_above_shoulder and points_down(self._rotation)
         self._places.begin(far_first=not self._is_high)
@@ -195,13 +195,13 @@ class Place(Lowering):
     def _too_near(self, edge: Edge) -> float:
         """How much nearer to an edge the place is than the held object may be [m]."""
         outwards = -self._rotation.T @ edge.inwards
-        return reach_on_surface(self.context.held, outwards) - edge.distance
+        return reach_on_surface(self.context.memory.held, outwards) - edge.distance
 
     def _say(self, text: str) -> None:
         self.context.log.say(self.context.clock.now(), text)
 
     def _move_place(self, by: Array) -> None:
-        """Move the place by (3,) in the world [m], and go over it."""
+        """Move the place by (3,) in odometry [m], and go over it."""
         self._inwards, self._moved = self._inwards + by, self._moved + float(np.linalg.norm(by))
         self._watch_place()
         self._set_out()
@@ -224,7 +224,7 @@ class Place(Lowering):
         self._measured = Measurement(
             self,
             self._on,
-            self._way_in.turned(self._on.wTm),
+            self._way_in.turned(self._on.oTm),
             within=within,
             turn=turn,
             least=log.grip_height - _FALLEN if is_known else 0.0,

@@ -9,7 +9,7 @@ from pinocchio import SE3
 
 from behaviours.core.held_object import way_off
 from behaviours.core.parameter_types import Region
-from controller import Array
+from config.arrays import Array
 
 if TYPE_CHECKING:
     from behaviours.core.context import Context
@@ -20,7 +20,7 @@ _GRID = 0.02  # of the places between rows [m]
 
 def slots(region: Region, pitch: float) -> list[Array]:
     """World centres (3,) of places on a region's floor, in rows at least `pitch` apart [m]."""
-    return [region.wTr.act(slot) for slot in _rows(region, pitch)]
+    return [region.oTr.act(slot) for slot in _rows(region, pitch)]
 
 
 def _rows(region: Region, pitch: float) -> list[Array]:
@@ -70,24 +70,24 @@ class Places:
     @property
     def slots(self) -> list[Array]:
         """World centres (3,) [m]; places are numbered from 1, those between rows last."""
-        wTr = self._region.wTr
-        return [wTr.act(slot) for slot in self._slots]
+        oTr = self._region.oTr
+        return [oTr.act(slot) for slot in self._slots]
 
     def centre(self, number: int) -> Array:
-        """(3,) of one place, in the world, now [m]."""
-        centre: Array = self._region.wTr.act(self._slots[number - 1])
+        """(3,) of one place, in odometry, now [m]."""
+        centre: Array = self._region.oTr.act(self._slots[number - 1])
         return centre
 
-    def beside(self, number: int | None, wRe: Array, most: float) -> Array:
-        """By how much (3,) a place is moved off what was set down beside it, in the world [m].
+    def beside(self, number: int | None, oRe: Array, most: float) -> Array:
+        """By how much (3,) a place is moved off what was set down beside it, in odometry [m].
 
         Zero if what the hand holds needs more room than `most` [m] gives it.
         """
         if number is None:
             return np.zeros(3)
-        context, wTe = self._context, SE3(wRe, self.centre(number))
-        mTe = context.to_map(wTe)
-        off = wRe @ mTe.rotation.T @ way_off(context.held, context.set_down.extents, mTe)
+        memory, oTe = self._context.memory, SE3(oRe, self.centre(number))
+        mTe = self._context.to_map(oTe)
+        off = oRe @ mTe.rotation.T @ way_off(memory.held, memory.set_down.extents, mTe)
         return off if np.linalg.norm(off) <= most else np.zeros(3)
 
     def name(self, number: int | None) -> str:
@@ -139,9 +139,9 @@ class Places:
 
     def _in_order(self) -> list[int]:
         """The numbers of the places, row by row."""
-        wTr = self._region.wTr
-        base = wTr.actInv(self._context.state.wTb.translation)[:2]
+        oTr = self._region.oTr
+        base = oTr.actInv(self._context.state.oTb.translation)[:2]
         axis = int((np.abs(base) - self._region.size[:2] / 2.0).argmax())
-        regular = [wTr.act(slot) for slot in self._slots[: self._regular]]
-        away = [-np.sign(base[axis]) * wTr.actInv(slot)[axis] for slot in regular]
+        regular = [oTr.act(slot) for slot in self._slots[: self._regular]]
+        away = [-np.sign(base[axis]) * oTr.actInv(slot)[axis] for slot in regular]
         return sorted(range(1, len(away) + 1), key=lambda n: round(self._sign * away[n - 1], 6))

@@ -77,7 +77,7 @@ class Recover(Leaf):
             return self.running("recovering")
         if fault_text := self.fault():
             return self._clear(fault_text)
-        way = context.fault_memory.take_way_out(context.state.wTb)
+        way = context.memory.faults.take_way_out(context.state.oTb)
         if way is not None or self._is_cleared:
             self._leave(way)
         if self._way is None and self._ways:
@@ -94,7 +94,7 @@ class Recover(Leaf):
 
     def _clear(self, fault_text: str) -> Status:
         """Clear the faults once it is time to."""
-        memory, now = self.context.fault_memory, self.context.clock.now()
+        memory, now = self.context.memory.faults, self.context.clock.now()
         if memory.given_up:
             return self.running(f"waiting for a person: {memory.given_up}")
         if (wait := memory.wait(now)) > 0.0:

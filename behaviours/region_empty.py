@@ -1,5 +1,6 @@
 """Behaviour `region_empty`: test that no object stands in a region."""
 
+from functools import partial
 from math import ceil
 from typing import ClassVar
 
@@ -40,22 +41,21 @@ class RegionEmpty(Leaf):
         patience_s: Timeout = 1.0,
     ) -> None:
         super().__init__(name, context)
-        self._region = region
-        self._directions = view_directions(context, region)
-        self._smallest = 1e-4 * smallest_cm2
-        self._frames, self._patience = frames, patience_s
+        self._region, self._smallest = region, 1e-4 * smallest_cm2
+        self._look = partial(
+            Survey,
+            self,
+            region,
+            frames=frames,
+            patience=patience_s,
+            smallest=self._smallest,
+            directions=view_directions(context, region),
+            from_here=True,
+        )
 
     def initialise(self) -> None:
         """Start to look."""
-        self._survey = Survey(
-            self,
-            self._region,
-            frames=self._frames,
-            patience=self._patience,
-            smallest=self._smallest,
-            directions=self._directions,
-            from_here=True,
-        )
+        self._survey = self._look()
 
     def update(self) -> Status:
         """One tick."""
@@ -63,7 +63,7 @@ class RegionEmpty(Leaf):
         if status is not Status.SUCCESS:
             return status
         seen = self._survey.map
-        self.context.log.note_stock(self._region, seen.least_count)
+        self.context.log.note_stock(self._region, seen.pieces)
         if standing := seen.segments(self._smallest):
             area = 1e4 * sum(one.area for one in standing)
             return self.failure(f"{area:.0f} cm² of {self._region.name} occupied")

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from math import inf, radians, sin
 
 import numpy as np
-import numpy.typing as npt
 from pinocchio import SE3
 from py_trees.common import Status
 
@@ -15,6 +14,8 @@ from behaviours.core.leaf import Leaf
 from behaviours.core.motion import BackOff, Progress
 from behaviours.core.placed_object import PlacedObjectWatch, Verdict
 from behaviours.views.viewpoint import CAMERA_PATIENCE
+from config.arrays import Array
+from config.poses import OdometryPose
 from controller import PoseGoal
 from hw import TaskTime
 from robots import reach
@@ -49,11 +50,11 @@ class Spot:
 
     name: str
     """For messages."""
-    centre: npt.NDArray[np.float64]
-    """(3,) on the surface, in the world [m]."""
+    centre: Array
+    """(3,) on the surface, in odometry [m]."""
     radius: float
     """Of the disc around it that was seen to be free [m]."""
-    heights: npt.NDArray[np.float64]
+    heights: Array
     """(P,) seen through the points of that disc [m], see `SurfaceWatch`."""
 
 
@@ -72,7 +73,7 @@ class Release:
     def __init__(
         self,
         leaf: Leaf,
-        goal: PoseGoal,
+        goal: PoseGoal[OdometryPose],
         *,
         spot: Spot,
         up: float,
@@ -89,16 +90,18 @@ class Release:
         self._looking_since: TaskTime | None = None
         self._risen_at = inf
         self._step = self._open
-        self._out = way_out(goal.wTe.rotation)
-        high = goal.wTe.translation + (up + _LOOK_ABOVE) * self._out
+        self._out = way_out(goal.target.rotation)
+        high = goal.target.translation + (up + _LOOK_ABOVE) * self._out
         self._rising = replace(
             goal,
-            wTe=SE3(goal.wTe.rotation, high),
+            target=SE3(goal.target.rotation, high),
             speed=_RISE_SPEED,
             hand_may_touch=True,
             base_rests=False,
         )
-        self._lower = replace(self._rising, wTe=SE3(goal.wTe.rotation, high - _DOWN * self._out))
+        self._lower = replace(
+            self._rising, target=SE3(goal.target.rotation, high - _DOWN * self._out)
+        )
         # What is gripped by its rim or handle has a part outside the fingers.
         room = context.log.grip_opening
         enough = None if room is None else max(room, self._width + _LEAST_OPENING)
@@ -127,16 +130,17 @@ class Release:
     def _set_down(self) -> None:
         context, log, spot = self._leaf.context, self._leaf.context.log, self._spot
         self._used()
-        mTe = context.to_map(context.wTe)
-        context.set_down.add(self._width, log.grip_height, mTe, log.grip_outline)
+        mTe = context.to_map(context.oTe)
+        context.memory.set_down.add(self._width, log.grip_height, mTe, log.grip_outline)
         self._carried.let_go = context.clock.now()
         where = spot.centre, spot.radius, spot.heights
-        self._watch = context.placed_object = PlacedObjectWatch(context, self._carried, *where)
+        self._watch = PlacedObjectWatch(context, self._carried, *where)
+        context.memory.placed_object = self._watch
 
     def _rise(self) -> Status:
         """Up, and further up until the verdict is known, or the hand can rise no more."""
         leaf = self._leaf
-        risen = float((leaf.context.wTe.translation - self._goal.wTe.translation) @ self._out)
+        risen = float((leaf.context.oTe.translation - self._goal.target.translation) @ self._out)
         is_up = risen >= self._up - min(_RISE_TOLERANCE, self._up / 3.0)
         grip, opening = leaf.context.log.grip, leaf.context.robot.description.gripper.opening
         if risen >= _CLEAR and grip is not None and grip.target < opening:
@@ -171,7 +175,7 @@ class Release:
             return leaf.success(f"it stands at {self._spot.name}")
         if self._verdict is Verdict.GONE:
             here = SE3(np.eye(3), self._spot.centre)
-            leaf.context.set_down.grasp(leaf.context.to_map(here).translation)
+            leaf.context.memory.set_down.grasp(leaf.context.to_map(here).translation)
             return self._not_placed(f"let go, but nothing stands at {self._spot.name}")
         if waited <= CAMERA_PATIENCE:
             # The hand moves down and up: a standing object does not move with it.
@@ -183,7 +187,7 @@ class Release:
 
     def _not_placed(self, why: str) -> Status:
         """Fail; whatever is seen there later is not what was let go."""
-        self._leaf.context.placed_object, self._carried.placed = None, None
+        self._leaf.context.memory.placed_object, self._carried.placed = None, None
         return self._leaf.failure(why)
 
     @property

@@ -41,7 +41,7 @@ class RetreatCheck(Leaf):
     def initialise(self) -> None:
         """Rise from wherever the hand is now."""
         self._goal = straight_out(
-            self.context, self._rise, _SPEED, getattr(self._next, "wTe", None)
+            self.context, self._rise, _SPEED, getattr(self._next, "oTe", None)
         )
         self._progress = Progress(self.context, straight=True)
         self._up_since: TaskTime | None = None

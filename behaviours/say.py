@@ -4,9 +4,9 @@ from typing import ClassVar
 
 from py_trees.common import Status
 
+from behaviours.core.arguments import PLACEHOLDER, validate_text
 from behaviours.core.context import Context
 from behaviours.core.leaf import Leaf
-from behaviours.core.validation import PLACEHOLDER, validate_text
 
 
 class Say(Leaf):

@@ -1,21 +1,32 @@
 """Behaviour `scan_for_objects`: count the objects in a region."""
 
+from functools import partial
 from typing import ClassVar
 
 from py_trees.common import Status
 
 from behaviours.core.context import Context
 from behaviours.core.leaf import Leaf
-from behaviours.core.parameter_types import Area, Count, Distance, Key, Region, Timeout
-from behaviours.views.survey import Survey, view_directions
+from behaviours.core.parameter_types import (
+    Area,
+    Count,
+    Distance,
+    Key,
+    LowerBound,
+    Region,
+    Timeout,
+)
+from behaviours.views.survey import Survey, unseen, view_directions
 from config import counted
 
 
 class ScanForObjects(Leaf):
     """Look straight down at a region, from several views if it is large, and count the objects.
 
-    Objects that touch each other count as one. Succeeds with any count, none included. Fails when
-    there is no camera frame, a part of the region stays hidden, a view is not reached, or the robot
+    Over what objects hide from all of these it looks again. What stays hidden then may be others:
+    the count is at least so many, and whether it is exactly so many is not known. Objects that
+    touch each other count as one. Succeeds with any count, none included. Fails when there is no
+    camera frame, more than a tenth of the region stays hidden, a view is not reached, or the robot
     has a fault.
 
     Args:
@@ -44,23 +55,22 @@ class ScanForObjects(Leaf):
         timeout_s: Timeout = 30.0,
     ) -> None:
         super().__init__(name, context)
-        self._region, self._count, self._height, self._frames = region, count, height_m, frames
-        self._directions = view_directions(context, region, height_m)
-        self._smallest = 1e-4 * smallest_cm2
-        self._timeout = timeout_s
+        self._region, self._count, self._smallest = region, count, 1e-4 * smallest_cm2
+        self._look = partial(
+            Survey,
+            self,
+            region,
+            frames=frames,
+            smallest=self._smallest,
+            directions=view_directions(context, region, height_m),
+            from_here=False,
+            height=height_m,
+            timeout=timeout_s,
+        )
 
     def initialise(self) -> None:
         """Start anew with the first view."""
-        self._survey = Survey(
-            self,
-            self._region,
-            frames=self._frames,
-            smallest=self._smallest,
-            directions=self._directions,
-            from_here=False,
-            height=self._height,
-            timeout=self._timeout,
-        )
+        self._survey = self._look()
 
     def update(self) -> Status:
         """One tick."""
@@ -69,10 +79,13 @@ class ScanForObjects(Leaf):
             return status
         if self._survey.another_view():
             return self.running(self.feedback_message)
-        if unseen := self._survey.unseen:
-            return self.failure(unseen)
+        if missing := self._survey.unseen:
+            return self.failure(missing)
         seen = self._survey.map
         count = len(seen.segments(self._smallest))
+        if unseen(seen, self._region, self._smallest, whole=True):
+            count = LowerBound(count)
         self._count.write(count)
-        self.context.log.note_stock(self._region, seen.least_count)
-        return self.success(f"{counted(count, 'object')} in {self._region.name}")
+        self.context.log.note_stock(self._region, seen.pieces)
+        share = f"on the {100 * seen.seen:.0f} % seen"
+        return self.success(f"{counted(count, 'object')} in {self._region.name}, {share}")

@@ -1,6 +1,6 @@
 """Conditions on the newest picture, or scan: what stands in a region, or near the base."""
 
-from math import ceil, radians
+from math import ceil
 from typing import Annotated, ClassVar
 
 import numpy as np
@@ -11,18 +11,18 @@ from behaviours.core.leaf import Condition
 from behaviours.core.parameter_types import Area, Bounds, Count, Distance, Region
 from behaviours.views.survey import glance, unseen
 from config import counted
-from controller import Array
 from hw import DepthFrame
 
-_SCAN_AGE = 0.3  # of a scan that tells what is near [s]
+_GAP = 5.0  # between two beams, where nothing that is near hides: a leg at a metre [deg]
 
 
 class ObstacleWithin(Condition):
     """Succeeds if the laser sees something near the base, at the height of its beam.
 
-    Everything counts, furniture too. Fails if it sees that nothing is near: where no beam goes, as
-    behind most bases, that is not known, nor from a scan that is older than 0.3 s or of which no
-    beam comes back. Of one beam alone that does not, it sees open space, glass or something black.
+    Everything counts, furniture too. Fails if it sees that nothing is near. That is not known from
+    a scan that is older than 0.3 s or repeats an older one, and where over more than 5° no beam
+    tells anything: behind most bases, under dirt, and in open space of a laser that leaves out what
+    has no echo, as that of an Omron base does.
 
     Args:
         distance_m: from the outline of the base [m].
@@ -42,38 +42,31 @@ class ObstacleWithin(Condition):
         sector_deg: Annotated[float, Bounds(least=1, most=360)] = 360.0,
     ) -> None:
         super().__init__(name, context)
-        self._distance, self._half = distance_m, radians(sector_deg) / 2.0
-        laser, self._blind = context.robot.description.laser, "the robot has no laser"
-        if laser is not None:
-            beams, gap = _bearings(laser.beams), float(np.diff(laser.angles).max(initial=0.0))
-            asked = np.linspace(-self._half, self._half, 361)
-            off = np.abs(np.remainder(asked[:, None] - beams + np.pi, 2.0 * np.pi) - np.pi)
-            covered = sector_deg * float((off.min(axis=1) <= gap / 2.0 + 1e-6).mean())
-            sees = f"the laser sees {covered:.0f} of the {sector_deg:g}° asked about"
-            self._blind = "" if covered == sector_deg else f"{sees}; `sector_deg` asks about less"
+        self._distance, self._sector = distance_m, sector_deg
 
     def update(self) -> Status:
         """One tick."""
         robot = self.context.robot
-        laser, scan = robot.description.laser, robot.laser.latest(_SCAN_AGE)
+        laser, scan = robot.description.laser, self.context.scan()
         if laser is None or scan is None:
-            return self.unknown(self._blind if laser is None else "no scan tells what is near")
-        seen = scan.points[np.isfinite(scan.ranges)]
-        if not len(seen):
-            return self.unknown("no beam of the laser comes back")
-        seen = seen[np.abs(_bearings(seen - laser.bTs.translation)) <= self._half]
+            mistake = self.context.around.scans.mistake or "no scan tells what is near"
+            return self.unknown("the robot has no laser" if laser is None else mistake)
+        x, y, _ = (scan.points - laser.bTs.translation).T
+        bearings, end = np.degrees(np.arctan2(y, x)), self._sector / 2.0
+        told = (scan.ranges > 0.0) & (np.abs(bearings) <= end)
         half = np.array(robot.description.base.size[:2]) / 2.0
-        outside = np.maximum(np.abs(seen[:, :2]) - half, 0.0)
+        seen = scan.points[told & np.isfinite(scan.ranges), :2]
+        outside = np.maximum(np.abs(seen) - half, 0.0)
         nearest = float(np.linalg.norm(outside, axis=1).min(initial=np.inf))
-        text = f"the nearest that the laser sees is {nearest:.2f} m away"
+        what = f"{nearest:.2f} m away" if len(seen) else "out of its reach"
+        text = f"the nearest that the laser sees is {what}"
         if nearest < self._distance:
             return self.success(text)
-        return self.unknown(self._blind) if self._blind else self.failure(text)
-
-
-def _bearings(vectors: Array) -> Array:
-    """(n,) directions of vectors (n, 3), from straight ahead to the left [rad]."""
-    return np.asarray(np.arctan2(vectors[:, 1], vectors[:, 0]))
+        gaps = np.diff(np.sort([-end, *bearings[told], end]))
+        if blind := float(gaps[gaps > _GAP].sum()):
+            sees = f"the laser sees {self._sector - blind:.0f} of the {self._sector:g}° asked about"
+            return self.unknown(f"{sees}; `sector_deg` asks about less")
+        return self.failure(text)
 
 
 class _Glance(Condition):
@@ -98,7 +91,7 @@ class _Glance(Condition):
                 self._seen = (
                     len(seen.segments(self._smallest)),
                     (
-                        unseen(seen, self._region, self._smallest)
+                        unseen(seen, self._region, self._smallest, whole=True)
                         if seen.seen > 0.0
                         else f"{self._region.name} is out of view"
                     ),
@@ -118,8 +111,8 @@ class _Glance(Condition):
 class ObjectVisible(_Glance):
     """Succeeds if the newest picture of the camera shows something that stands in a region.
 
-    Without them, that is not known unless the picture shows the whole floor. Objects that touch
-    each other count as one.
+    Without so many, that is not known unless the picture shows the whole floor, and no object hides
+    a part that could hold one. Objects that touch each other count as one.
 
     Args:
         within: region of the task file; its floor is what objects stand on.

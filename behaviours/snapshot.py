@@ -4,10 +4,10 @@ from typing import ClassVar
 
 from py_trees.common import Status
 
+from behaviours.core.arguments import validate_file
 from behaviours.core.context import Context
 from behaviours.core.leaf import Leaf
 from behaviours.core.parameter_types import Timeout
-from behaviours.core.validation import validate_file
 
 
 class Snapshot(Leaf):
@@ -42,7 +42,7 @@ class Snapshot(Leaf):
         """One tick."""
         context, stamp = self.context, self.context.state.stamp
         frame = context.vision.new_frame()
-        if frame is not None and frame.stamp >= self._since and not context.vision.is_blind(stamp):
+        if frame is not None and frame.stamp >= self._since and not context.vision.blindness(stamp):
             name = context.log.keep(self._file, frame)
             context.log.say(context.clock.now(), f"picture {name}")
             return self.success(f"kept as {name}")

@@ -1,7 +1,7 @@
-"""Strict YAML configuration files, user errors with hints, plug-ins and lazy imports.
+"""Strict YAML, user errors with hints, and plug-ins.
 
-`UserError` is the base of every error that a user can fix; `read_config` reads a strict YAML file
-into a pydantic model; `read_yaml`, `validate` and `Diagnostics` are its parts, for other files.
+`UserError` is the base of every error that a user can fix. `config.reader` reads a strict YAML file
+into a pydantic model and `config.planar` has plane geometry: apart, as every command imports this.
 """
 
 from config.diagnostics import (
@@ -19,10 +19,7 @@ from config.diagnostics import (
     quoted,
     suggest,
 )
-from config.lazy import lazy_face
-from config.plugins import PluginError, entries, imported
-from config.reader import ConfigError, StrictModel, read_config, validate
-from config.rules import LAYOUT, MISSING_KEY, UNKNOWN_KEY, VALUE, YAML_RULES, Rule
+from config.plugins import DoorError, PluginError, entries, find, imported, package_of
 from config.strict_yaml import (
     Plain,
     YamlEntry,
@@ -38,3 +35,5 @@ from config.strict_yaml import (
     texts,
     written,
 )
+from config.user_cache import user_cache
+from config.yaml_rules import LAYOUT, MISSING_KEY, UNKNOWN_KEY, VALUE, YAML_RULES, Rule

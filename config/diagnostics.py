@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import ClassVar
 from unicodedata import category
 
-from config.rules import Rule
+from config.yaml_rules import Rule
 
 
 class UserError(Exception):

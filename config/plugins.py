@@ -1,16 +1,55 @@
-"""Entry points of installed packages, imported so that a broken one breaks nothing."""
+"""Doors: entry points of installed packages, imported so that a broken one breaks nothing."""
 
 from __future__ import annotations
 
 import threading
+import traceback
 from typing import TYPE_CHECKING
+
+from config.diagnostics import UserError, quoted, suggest
 
 if TYPE_CHECKING:
     from importlib import metadata
 
 
+_PATIENCE = 20.0  # for the import of a package [s]
+
+
 class PluginError(Exception):
     """A package cannot be imported; the text says why."""
+
+
+class DoorError(UserError):
+    """No package offers what is asked for, or its package is broken."""
+
+
+def find(group: str, name: str, noun: str) -> object:
+    """What a package offers in a group by its name, imported; DoorError: in a line why not.
+
+    `noun` says what it is, for people.
+    """
+    every = entries(group)
+    found = [entry for entry in every if entry.name == name]
+    if not found:
+        known = {entry.name for entry in every}
+        hint = suggest(name, known)
+        also = "" if hint.startswith("known") else f" Installed: {quoted(sorted(known))}"
+        raise DoorError(f"no {noun} is called `{name}`; {hint}{also}")
+    if len({entry.value for entry in found}) > 1:
+        packages = " and ".join(sorted(map(package_of, found)))
+        raise DoorError(f"the {noun} `{name}` is offered by {packages}; uninstall one of them")
+    try:
+        return imported(found[0], _PATIENCE)
+    except PluginError as error:
+        raise DoorError(
+            f"the {noun} `{name}` of {package_of(found[0])} cannot be used: {error}; "
+            "fix or uninstall its package"
+        ) from error
+
+
+def package_of(entry: metadata.EntryPoint) -> str:
+    """The package of an entry point, with its version."""
+    return f"{entry.dist.name} {entry.dist.version}" if entry.dist else entry.value
 
 
 def entries(group: str) -> list[metadata.EntryPoint]:
@@ -46,5 +85,14 @@ def imported(entry: metadata.EntryPoint, patience: float) -> object:
     if isinstance(found, KeyboardInterrupt):
         raise found
     if isinstance(found, BaseException):
-        raise PluginError(f"{type(found).__name__}: {found}") from found
+        why = f"{type(found).__name__}: {found}"
+        raise PluginError(f"{' '.join(why.split())[:200]} ({_place(found)})") from found
     return found
+
+
+def _place(error: BaseException) -> str:
+    """File and line where it was raised."""
+    if isinstance(error, SyntaxError):
+        return f"{error.filename}:{error.lineno}"
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    return f"{last.filename}:{last.lineno}"

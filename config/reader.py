@@ -7,7 +7,6 @@ from typing import Any, TypeAlias, TypeVar, get_args
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from config.diagnostics import Diagnostics, Location, UserError, counted, suggest
-from config.rules import MISSING_KEY, UNKNOWN_KEY, VALUE
 from config.strict_yaml import (
     YamlList,
     YamlMap,
@@ -17,6 +16,7 @@ from config.strict_yaml import (
     describe,
     read_yaml,
 )
+from config.yaml_rules import MISSING_KEY, UNKNOWN_KEY, VALUE
 
 Model = TypeVar("Model", bound=BaseModel)
 _Keys: TypeAlias = tuple[int | str, ...]

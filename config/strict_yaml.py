@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 import yaml
 
 from config.diagnostics import Diagnostics, Hint, Location
-from config.rules import FILE, SYNTAX
+from config.yaml_rules import FILE, SYNTAX
 
 MAX_BYTES = 256_000  # a task of a thousand nodes is smaller, and a robot with two arms
 MAX_DEPTH = 64

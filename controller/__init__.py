@@ -5,35 +5,40 @@ After Haviland, Sünderhauf and Corke, "A Holistic Approach to Reactive Mobile M
 fixed seed, and no input or output but posture banks.
 """
 
-from typing import TYPE_CHECKING
-
-from config import lazy_face
-
-if TYPE_CHECKING:
-    from controller.collision.self_collision import SelfCollision
-    from controller.command import (
-        Array,
-        BaseGoal,
-        Command,
-        KinematicState,
-        MotionGoal,
-        PoseGoal,
-        PostureGoal,
-    )
-    from controller.controller import HolisticController
-    from controller.floor.base_drive import Pose2D
-    from controller.model import RobotModel, manipulability, robot_model
-    from controller.planning.arm_planner import PlanningSettings
-    from controller.planning.planning_controller import PlanningController
-    from controller.planning.rrt import PlanningError, planning_library
-    from controller.report import MotionController, StepReport
-    from controller.settings import PAPER, PRESETS, ControllerSettings
-    from controller.stance.finder import stance_search, why_no_stance
-    from controller.stance.free_space import se3_of
-    from controller.stance.posture_bank import bank
-    from controller.stance.reach import farthest, out_of_reach, reached_instead
-    from controller.stance.ready import ready_posture
-    from controller.surroundings import OPEN_FLOOR, Obstacle, PointCloud, Surroundings
-    from controller.validation import GoalError
-else:
-    __getattr__ = lazy_face(__name__)
+from controller.collision.collision_model import CollisionModel, CollisionModels, PairKind
+from controller.collision.self_collision import SelfCollision
+from controller.command import (
+    Array,
+    BaseGoal,
+    Command,
+    KinematicState,
+    MotionGoal,
+    PoseGoal,
+    PostureGoal,
+    after,
+)
+from controller.controller import HolisticController, standard_limits
+from controller.limits import Constraints, Limit
+from controller.model import RobotModel, manipulability, robot_model
+from controller.servo import pose_error
+from controller.settings import PAPER, PRESETS, ControllerSettings
+from controller.situation import Situation, linearise
+from controller.stance.bank_drawing import SEED, dexterity
+from controller.stance.finder import StanceFinder, stance_search, why_no_stance
+from controller.stance.free_space import se3_of
+from controller.stance.posture_bank import PostureBank, bank
+from controller.stance.reach import farthest, out_of_reach, reached_instead
+from controller.stance.stance import (
+    LIMIT_MARGIN,
+    REACHED,
+    Stance,
+    refine,
+    refine_standing,
+    unwound,
+)
+from controller.stance.tool_poses import forward_kinematics
+from controller.step_report import StepReport
+from controller.surroundings import OPEN_FLOOR, Obstacle, PointCloud, Surroundings
+from controller.terms import PAPER_TERMS, STANDARD_TERMS, Aim, Cost, Term
+from controller.validation import GoalError, is_rotation
+from controller.velocity_bounds import VelocityBounds

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import inf
-from typing import Protocol, TypeAlias
+from typing import Any, Generic, NamedTuple, TypeAlias, cast
 
 import numpy as np
-import numpy.typing as npt
-from pinocchio import SE3
+import pinocchio as pin
 
-Array: TypeAlias = npt.NDArray[np.float64]
+from config.arrays import Array
+from config.poses import MapFromOdometry, MapPose, OdometryPose, Pose
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -34,13 +34,13 @@ class Command:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class PoseGoal:
-    """Bring the end effector to a pose in the world with base and arm together."""
+class PoseGoal(Generic[Pose]):
+    """Bring the end effector to a pose with base and arm together."""
 
-    wTe: SE3  # desired end-effector pose in the world
+    target: Pose  # of the end effector: on the map for the controller, in odometry for a leaf
     twist: Array | None = None
-    """(6,) velocity of the goal in world axes, linear first [m/s, rad/s]; None estimates it from
-    successive goals."""
+    """(6,) velocity of the target in the axes of its frame, linear first [m/s, rad/s]; None
+    estimates it from successive goals."""
     speed: float = 1.5  # largest speed of the end effector, and of the base on its way [m/s]
     turn_rate: float = 2.0  # largest end-effector rotation rate [rad/s]
     position_tolerance: float = 0.01  # arrived when nearer than this [m] ...
@@ -55,7 +55,7 @@ class PoseGoal:
     base_rests: bool = False
     """Move the arm alone as far as it reaches: odometry is the less exact the farther the base
     drives."""
-    next_goal: SE3 | None = None
+    next_goal: Pose | None = None
     """Next end-effector pose: the base chooses its stance for it and leaves as early as the arm can
     still hold this goal. None keeps the base here."""
 
@@ -64,13 +64,20 @@ class PoseGoal:
         """Whether the goal is known to move."""
         return self.twist is not None and bool(self.twist.any())
 
-    def moved(self, T: SE3) -> PoseGoal:
-        """The goal, moved by T."""
-        twist = self.twist
+    def on_map(self: PoseGoal[OdometryPose], mTo: MapFromOdometry) -> PoseGoal[MapPose]:
+        """A goal in odometry, on the map."""
+        return self._moved(mTo)
+
+    def in_odometry(self: PoseGoal[MapPose], mTo: MapFromOdometry) -> PoseGoal[OdometryPose]:
+        """A goal on the map, in odometry."""
+        return self._moved(mTo.inverse())
+
+    def _moved(self, T: Any) -> PoseGoal[Any]:
+        twist, goal = self.twist, cast("PoseGoal[Any]", self)
         if twist is not None:
             twist = np.concatenate([T.rotation @ twist[:3], T.rotation @ twist[3:]])
         next_goal = None if self.next_goal is None else T * self.next_goal
-        return replace(self, wTe=T * self.wTe, twist=twist, next_goal=next_goal)
+        return replace(goal, target=T * self.target, twist=twist, next_goal=next_goal)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -80,36 +87,38 @@ class PostureGoal:
     q: Array  # (j,) desired joint positions [rad]
     tolerance: float = 0.01  # arrived when every joint is nearer than this [rad]
 
-    def moved(self, T: SE3) -> PostureGoal:
+    def on_map(self, mTo: MapFromOdometry) -> PostureGoal:
         """The same: a posture does not depend on where the base is."""
         return self
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class BaseGoal:
+class BaseGoal(Generic[Pose]):
     """Bring the base to a pose on the floor with the arm at rest."""
 
-    wTb: SE3  # desired base pose in the world
+    target: Pose  # of the base: on the map for the controller, in odometry for a leaf
     position_tolerance: float = 0.05  # arrived when nearer than this [m] ...
     heading_tolerance: float = np.deg2rad(5.0)  # ... and turned less than this away [rad]
     reverse: bool = False  # drive there backwards (differential drives)
     speed: float = inf  # largest speed of the base, if less than its own [m/s]
 
-    def moved(self, T: SE3) -> BaseGoal:
-        """The goal, moved by T."""
-        return replace(self, wTb=T * self.wTb)
+    def on_map(self: BaseGoal[OdometryPose], mTo: MapFromOdometry) -> BaseGoal[MapPose]:
+        """A goal in odometry, on the map."""
+        return replace(cast("BaseGoal[Any]", self), target=mTo * self.target)
 
 
-MotionGoal: TypeAlias = PoseGoal | PostureGoal | BaseGoal
+MotionGoal: TypeAlias = PoseGoal[Pose] | PostureGoal | BaseGoal[Pose]
 
 
-class KinematicState(Protocol):
-    """The part of the robot's state that the controller reads; `hw.RobotState` has it."""
+class KinematicState(NamedTuple):
+    """What the controller reads of the robot."""
 
-    @property
-    def wTb(self) -> SE3:
-        """Base pose in the world."""
+    mTb: MapPose  # base on the map
+    q: Array  # (j,) arm joint positions [rad]
 
-    @property
-    def q(self) -> Array:
-        """(j,) arm joint positions [rad]."""
+
+def after(state: KinematicState, command: Command, period: float) -> KinematicState:
+    """The state of a robot that follows a command exactly for a period [s]."""
+    vx, vy, turn = (command.base_twist * period).tolist()
+    bTb = pin.exp6(np.array([vx, vy, 0.0, 0.0, 0.0, turn]))
+    return KinematicState(state.mTb * bTb, state.q + command.qd * period)

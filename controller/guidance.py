@@ -1,33 +1,66 @@
-"""Guidance out of local minima: leads base and arm to a stance that is known to reach the goal."""
+"""Guidance out of local minima: leads base and arm to a stance that is known to reach the goal.
 
-from math import cos, inf
+The QP of one period moves the end effector straight to its goal, and stops where limits or
+obstacles leave no velocity that brings it nearer. A stance, a base pose with an arm posture in
+which the end effector is at the goal, has no such minimum: base and arm can be led there each on
+its own way. So a goal that is far away gets a stance, which is searched while the robot rests; one
+that is near gets one if the end effector makes no progress. `guidance_states.Event` says what
+follows what. Every period gives the QP a `StanceBias`, or leaves it to the end effector alone.
+"""
 
-import numpy as np
-from pinocchio import SE3
+from dataclasses import replace
+from math import inf
+from typing import NamedTuple
 
+from config.planar import Pose2D
+from config.poses import MapPose
 from controller.collision.collision_model import CollisionModels
 from controller.collision.self_collision import SelfCollision
 from controller.command import Array, BaseGoal, PoseGoal
-from controller.floor.base_drive import Lead, Pose2D
+from controller.floor.base_drive import Lead
 from controller.floor.floor_map import FloorMap
-from controller.floor.route import Route
+from controller.guidance_states import (
+    NOTHING_TRIED,
+    Alone,
+    Attempt,
+    Event,
+    Led,
+    Replacing,
+    Searching,
+    State,
+    Unjudged,
+    Unreachable,
+)
 from controller.model import RobotModel
 from controller.servo import PoseError
 from controller.settings import ControllerSettings
-from controller.stance.approach import Approach
-from controller.stance.bias import Remaining, StanceBias, bias_towards
+from controller.stance.bias import Remaining, StanceBias
 from controller.stance.finder import StanceFinder
-from controller.stance.moving_goal import MovingGoalFollower, is_followed
 from controller.stance.next_goal import NextGoalApproach
+from controller.stance.progress import Progress
 from controller.stance.search import StanceSearch
 from controller.stance.stance import Stance
+from controller.stance.stance_approach import Approach
 from controller.surroundings import OPEN_FLOOR, Surroundings
 
 _MAX_REST = 50  # periods after which a robot whose goal changes all the time moves without a stance
 
 
+class Guided(NamedTuple):
+    """What one period has given."""
+
+    bias: StanceBias | None = None  # None leaves the motion to the end effector, or it rests
+    lasts: bool = False  # whether the bias may be used again, on a free way to the stance
+    age: int = 1  # periods since it was computed
+    bearing: float = 0.0  # of the end effector, seen from the base, in the last stance [rad]
+    base: Pose2D | None = None  # base pose of the stance, if there is one
+    remaining: tuple[float, float] = (0.0, 0.0)
+    """Least time of the base [s] and largest joint error [rad] to the stance; 0 without one, and
+    infinite at rest."""
+
+
 class Guidance:
-    """Keeps the stance of one goal from period to period; `settings.guidance` is not None."""
+    """Guides to successive goals; `settings.guidance` is not None."""
 
     def __init__(
         self,
@@ -36,19 +69,14 @@ class Guidance:
         collision: SelfCollision,
         models: CollisionModels | None = None,
     ) -> None:
-        self._model = model
-        self._settings = settings
         assert settings.guidance is not None
-        self._guidance = settings.guidance
+        self._settings, self._guidance = settings, settings.guidance
         self._finder = StanceFinder(model, collision, models or CollisionModels(model))
-        self._min_turn_cosine = cos(self._guidance.goal_turn)
-        self._route = Route(model, settings)
-        self._base_goal, self._base_obstacle = Pose2D(inf, inf, inf), ""
-        self._approach = Approach(model, settings.guidance, self._route)
-        self._follower = MovingGoalFollower(model, settings) if is_followed(model) else None
+        self._approach = Approach(model, settings, self._finder)
+        self._progress = Progress(settings)
         self.next_goal = NextGoalApproach(model, settings, self._finder)
-        self._hand_may_touch = self._follows = False
         self.waits = False  # whether the robot gives way to a moving obstacle, which is no stall
+        self._guided = Guided()
         self.reset()
 
     def prepare(self, surroundings: Surroundings) -> None:
@@ -57,30 +85,85 @@ class Guidance:
 
     def reset(self, *, keeps_bearing: bool = False) -> None:
         """Forget the goal: the next one is new."""
-        if not keeps_bearing:
-            self.bearing = 0.0  # of the end effector, seen from the base, in the last stance [rad]
-        self.remaining = (0.0, 0.0)
-        """Least time of the base [s] and largest joint error [rad] to the stance; 0 without one."""
-        self.unreachable = ""  # why the goal cannot be reached; empty if it can, as far as is known
-        self._goal: SE3 | None = None
-        self._base = Pose2D(0.0, 0.0, 0.0)
-        self._base_of: tuple[Stance | None, SE3 | None] = (None, None)
-        self._first_goal: SE3 | None = None
-        self._searched = 0
-        if self._follower is not None:
-            self._follower.reset()
+        self.state: State = Unjudged()
+        self._attempt = NOTHING_TRIED
+        self._guided = Guided(bearing=self.bearing if keeps_bearing else 0.0)
+        self._approach.reset()
         self.next_goal.reset()
-        self._start_goal(None)
-        self._set_stance(None)
-        self._asked: tuple[object, ...] = ()  # of the last goal, besides its pose
-        self._bias: StanceBias | None = None
-        self._age = 0  # of the bias [periods]
-        self._lasts = False  # whether it may be used again, on a free way to the stance
+
+    def bias(
+        self,
+        goal: PoseGoal[MapPose],
+        error: PoseError,
+        mTb: Pose2D,
+        q: Array,
+        surroundings: Surroundings = OPEN_FLOOR,
+    ) -> StanceBias | None:
+        """The bias of one period towards the goal's stance; None without one, or if it `rests`.
+
+        `error` is that of the end effector, `q` are the joint positions (j,) [rad].
+        """
+        moved = self._finder.update(surroundings)
+        if moved:
+            self.next_goal.reset()
+        if not moved and self._lasts_for(goal):
+            self._guided = self._guided._replace(age=self._guided.age + 1)
+            return self._guided.bias
+        goal = replace(goal, target=goal.target.copy())  # it is kept, and the caller's may change
+        distance = error.position + self._guidance.metres_per_radian * error.orientation
+        if moved or self._is_new(goal, distance):
+            self._judge(goal, distance, mTb, q)
+        else:
+            self._attempt = self._attempt._replace(goal=goal)
+        if not moved:  # a new map is work enough for one period
+            self._advance_search()
+        self._guided = self._guide(goal, error, distance, mTb, q)
+        return self._guided.bias
+
+    def lead_base(self, goal: BaseGoal[MapPose], mTb: Pose2D, surroundings: Surroundings) -> Lead:
+        """Where the base is led now on its way to a base goal."""
+        self._finder.update(surroundings)
+        there = Pose2D.of(goal.target)
+        if obstacle := self._finder.obstacle_to_base(there):
+            return Lead.nowhere(goal.reverse, obstacle)
+        return self._approach.route.lead(self._finder.floor, mTb, there, goal.reverse)
+
+    @property
+    def rests(self) -> bool:
+        """Whether the robot must stop: the goal is out of reach, or its stance not known yet."""
+        state = self.state
+        waits = isinstance(state, Searching) and state.periods <= _MAX_REST
+        return waits or isinstance(state, Unreachable)
+
+    @property
+    def unreachable(self) -> str:
+        """Why the goal cannot be reached; empty if it can, as far as is known."""
+        return self.state.why if isinstance(self.state, Unreachable) else ""
+
+    @property
+    def stance(self) -> Stance | None:
+        """Where base and arm are led; None for the end effector alone."""
+        return self.state.stance if isinstance(self.state, Led | Replacing) else None
+
+    @property
+    def detour(self) -> bool:
+        """Whether the stance is a detour, the end effector waiting."""
+        return isinstance(self.state, Led | Replacing) and self.state.detour
 
     @property
     def base(self) -> Pose2D | None:
         """Base pose of the stance, if there is one."""
-        return None if self.stance is None else self._base
+        return self._guided.base
+
+    @property
+    def bearing(self) -> float:
+        """Of the end effector, seen from the base, in the last stance [rad]."""
+        return self._guided.bearing
+
+    @property
+    def remaining(self) -> tuple[float, float]:
+        """Least time of the base [s] and largest joint error [rad] to the stance; see `Guided`."""
+        return self._guided.remaining
 
     @property
     def floor(self) -> FloorMap:
@@ -90,201 +173,123 @@ class Guidance:
     @property
     def way(self) -> Array:
         """(N, 3) base poses on the path."""
-        return self._route.way
+        return self._approach.route.way
 
-    @property
-    def rests(self) -> bool:
-        """Whether the robot must stop: the goal is out of reach, or its stance not known yet."""
-        searches = self._search is not None and self.stance is None
-        return bool(self.unreachable) or (searches and self._searched <= _MAX_REST)
+    def _go(self, event: Event, *contents: object) -> None:
+        """Take the state that follows an event, with these contents."""
+        self.state = event.changes[type(self.state)](*contents)
+        self._progress.restart()
 
-    def _start_goal(self, wTe: SE3 | None) -> None:
-        self._approach.reset()
-        self._first_goal = wTe
-        self._failed: tuple[Stance, ...] = ()
-        self._detours_left = self._guidance.detours
-        self._search: StanceSearch | None = None
-        self._stalled = False
-        self._was_close = False
-        """Whether the goal was nearly reached: a robot that has to leave it starts anew."""
+    def _lasts_for(self, goal: PoseGoal[MapPose]) -> bool:
+        """Whether the last bias may be used for a goal once more."""
+        guided = self._guided
+        if not guided.lasts or guided.age >= self._settings.slow_periods or goal.twist is not None:
+            return False
+        last = self._attempt.goal
+        asked, before = ((one.speed, one.straight, one.hand_may_touch) for one in (goal, last))
+        return asked == before and goal.target == last.target
 
-    def _set_stance(self, stance: Stance | None, detour: bool = False) -> None:
-        if stance is not None:
-            self.bearing = stance.bearing
-        self.stance = stance  # where base and arm are led; None for the end effector alone
-        self.detour = detour  # whether the stance is a detour, the end effector waiting
-        self._best = (inf, inf, inf)
-        self._stage = False, False
-        self._waited = 0
+    def _is_new(self, goal: PoseGoal[MapPose], distance: float) -> bool:
+        """Whether a goal must be judged, or judged anew."""
+        attempt, last, g = self._attempt, self._attempt.goal, self._guidance
+        if isinstance(self.state, Unjudged):
+            return True
+        if self.unreachable and goal.hand_may_touch != last.hand_may_touch:
+            return True
+        if self._approach.follows(goal) and not self._approach.follows(last):
+            return True
+        if goal.target != last.target:
+            return attempt.has_jumped(goal.target, g) or attempt.has_drifted(goal.target, g)
+        return self._progress.was_close and distance > g.min_distance and not goal.is_moving
 
-    def bias(
-        self,
-        goal: PoseGoal,
-        error: PoseError,
-        wTb: Pose2D,
-        q: Array,
-        surroundings: Surroundings = OPEN_FLOOR,
-    ) -> StanceBias | None:
-        """The bias of one period towards the goal's stance; None without one, or if it `rests`.
-
-        `error` is that of the end effector, `q` are the joint positions (j,) [rad].
-        """
+    def _judge(self, goal: PoseGoal[MapPose], distance: float, mTb: Pose2D, q: Array) -> None:
+        """Take a new goal, and search its stance if it is to have one."""
         g = self._guidance
-        distance = error.position + g.metres_per_radian * error.orientation
-        self._age += 1
-        if moved := self._finder.update(surroundings):
-            self.next_goal.reset()
-        asked = goal.speed, goal.straight, goal.hand_may_touch
-        same = asked == self._asked and goal.twist is None and goal.wTe == self._goal
-        if self._lasts and same and not moved and self._age < self._settings.slow_periods:
-            return self._bias
-        self._asked, self._lasts = asked, False
-        passed, self._age = self._age, 0
-        changed = moved or (bool(self.unreachable) and goal.hand_may_touch != self._hand_may_touch)
-        follows = goal.is_moving and not goal.straight and self._follower is not None
-        changed = changed or (follows and not self._follows)
-        self._hand_may_touch, self._follows = goal.hand_may_touch, follows
-        if goal.wTe != self._goal or changed:
-            if self._is_new(goal.wTe) or changed:
-                self._begin(goal, distance, wTb, q)
-            self._goal = goal.wTe.copy()
-        elif self._was_close and distance > g.min_distance and not goal.is_moving:
-            self._begin(goal, distance, wTb, q)
-        if not moved:  # a new map is work enough for one period
-            self._advance_search()
-        remaining = self._remaining(goal, distance, wTb, q)
-        if remaining.lead is not None and remaining.lead.unreachable:
-            self._give_up_stance(goal, wTb, q)
-            if self._search is None:
-                self.unreachable = remaining.lead.unreachable
-        if self.rests:
-            self.remaining = (inf, inf)
-            return None
-        if self._has_stalled(remaining, goal, passed) and not goal.straight and self._detours_left:
-            stance, detour = self.stance, self.detour
-            self._give_up_stance(goal, wTb, q)
-            self._stalled = True
-            if self._search is not None:
-                self._set_stance(stance, detour)  # until another is found
-        self.remaining = (remaining.base_time, remaining.max_joint_error)
-        if self.stance is None or remaining.lead is None:
-            return None
-        following = None
-        if self._follows and self._follower is not None:
-            following = self._follower(self.stance, goal, error, wTb, q)
-        model, settings, detour = self._model, self._settings, self.detour
-        self._bias = bias_towards(
-            model, settings, remaining, goal, wTb, q, detour=detour, following=following
-        )
-        waits = remaining.in_transport or remaining.docks or goal.twist is not None
-        self._lasts = remaining.lead.final and self._search is None and not waits
-        return self._bias
-
-    def lead_base(self, goal: BaseGoal, wTb: Pose2D, surroundings: Surroundings) -> Lead:
-        """Where the base is led now on its way to a base goal."""
-        there = Pose2D.of(goal.wTb)
-        if self._finder.update(surroundings) or there != self._base_goal:
-            self._base_goal, self._base_obstacle = there, self._finder.obstacle_to_base(there)
-        if self._base_obstacle:
-            still = Pose2D(0.0, 0.0, 0.0)
-            return Lead(still, goal.reverse, False, 0.0, inf, unreachable=self._base_obstacle)
-        return self._route.lead(self._finder.floor, wTb, there, goal.reverse)
-
-    def _begin(self, goal: PoseGoal, distance: float, wTb: Pose2D, q: Array) -> None:
-        """Judge a new goal, and search its stance if it is to have one."""
-        crept = self._first_goal is not None and not self._has_jumped(goal.wTe)
-        self._start_goal(goal.wTe.copy())
-        self._set_stance(self.stance if crept else None)
-        is_there = distance < self._guidance.close
-        self.unreachable = "" if is_there else self._finder.obstacle_to(goal, wTb)
-        if self.unreachable:
-            self._set_stance(None)
-        elif not goal.straight and (goal.stance_if_near or distance > self._guidance.min_distance):
-            self._set_stance(self.next_goal.stance_for(goal.wTe) or self.stance)
-            if self.stance is None or crept:
-                self._start_search(goal, wTb, q)
+        before = None if self._attempt.has_jumped(goal.target, g) else self.stance
+        rested = self.state.periods if isinstance(self.state, Searching) else 0
+        self.state, self._attempt = Unjudged(), Attempt(goal.target, goal, g.detours)
+        self._approach.restart()
+        if distance >= g.close and (why := self._finder.obstacle_to(goal, mTb)):
+            self._go(Event.OUT_OF_REACH, why)
+        elif goal.straight or not (goal.stance_if_near or distance > g.min_distance):
+            self._go(Event.NEAR)
+        elif (stance := self.next_goal.stance_for(goal.target)) is not None:
+            self._go(Event.SET_OUT, stance)
+        elif before is not None:
+            self._go(Event.DRIFTED, before, False, self._search(mTb, q))
         else:
-            self._set_stance(None)
+            self._go(Event.FAR, self._search(mTb, q), False, rested)
 
-    def _give_up_stance(self, goal: PoseGoal, wTb: Pose2D, q: Array) -> None:
-        """Search another stance, unless that was done often enough."""
-        if self.stance is not None:
-            self._failed = (*self._failed, self.stance)
-        self._set_stance(None)
-        self._detours_left = max(0, self._detours_left - 1)
-        if self._detours_left:
-            self._start_search(goal, wTb, q)
-
-    def _start_search(self, goal: PoseGoal, wTb: Pose2D, q: Array) -> None:
-        wTe, failed, follows = goal.wTe.copy(), self._failed, self._follows
-        self._search = self._finder.search(wTe, wTb, q, failed, goal.next_goal, in_front=follows)
+    def _search(self, mTb: Pose2D, q: Array) -> StanceSearch:
+        goal, failed = self._attempt.goal, self._attempt.failed
+        follows = self._approach.follows(goal)
+        return self._finder.search(goal.target, mTb, q, failed, goal.next_goal, in_front=follows)
 
     def _advance_search(self) -> None:
         """Do one piece of the search, and take its result when it is over."""
-        search = self._search
-        self._searched = 0 if search is None else self._searched + 1
-        if search is None:
+        state = self.state
+        if not isinstance(state, Searching | Replacing):
             return
+        search = state.search
         search.advance()
         if search.done:
-            self._search = None
-            self.unreachable = self._finder.why_none(search)
-            self._set_stance(None if self.unreachable else search.best, self._stalled)
-        elif search.chosen and self.stance is None:
-            self._set_stance(search.best)
+            if why := self._finder.why_none(search):
+                self._go(Event.NONE_FREE, why)
+            else:
+                self._go(Event.FOUND, search.best, state.for_detour)
+        elif isinstance(state, Searching):
+            if search.chosen:
+                self._go(Event.CHOSEN, search.best, state.for_detour, search, state.for_detour)
+            else:
+                self.state = state._replace(periods=state.periods + 1)
 
-    def _is_new(self, wTe: SE3) -> bool:
-        """Whether a goal has jumped, or crept to where its stance does not reach it."""
-        if self._first_goal is None or self._has_jumped(wTe):
-            return True
-        g = self._guidance
-        rise = float(wTe.translation[2] - self._first_goal.translation[2])
-        tilt = float(wTe.rotation[2] @ self._first_goal.rotation[2])
-        return abs(rise) > g.goal_rise or tilt < g.goal_tilt
-
-    def _has_jumped(self, wTe: SE3) -> bool:
-        if self._goal is None:
-            return True
-        g, moved = self._guidance, wTe.translation - self._goal.translation
-        cosine = (float(np.vdot(wTe.rotation, self._goal.rotation)) - 1.0) / 2.0
-        return float(moved @ moved) > g.goal_jump * g.goal_jump or cosine < self._min_turn_cosine
-
-    def _remaining(self, goal: PoseGoal, distance: float, wTb: Pose2D, q: Array) -> Remaining:
-        stance = self.stance
+    def _guide(
+        self, goal: PoseGoal[MapPose], error: PoseError, distance: float, mTb: Pose2D, q: Array
+    ) -> Guided:
+        """Lead to the stance, and notice where that leads to none."""
+        stance, base = self.stance, None
         if stance is None:
-            return Remaining(distance)
-        if stance is not self._base_of[0] or self._goal is not self._base_of[1]:
-            self._base, self._base_of = stance.base_for(goal.wTe), (stance, self._goal)
-        floor, space, follows = self._finder.floor, self._finder.space, goal.is_moving
-        base = wTb if self._model.description.stands_still else self._base
-        return self._approach.remaining(
-            stance, base, distance, wTb, q, floor, space, follows=follows
-        )
-
-    def _has_stalled(self, remaining: Remaining, goal: PoseGoal, passed: int) -> bool:
-        """Whether end effector, base and arm have made no progress for a while.
-
-        It was asked last `passed` periods ago. On a way among obstacles only progress of the base
-        counts. A robot that follows a moving goal or waits for a moving obstacle never stalls.
-        """
-        g = self._guidance
-        if remaining.distance < g.close or goal.is_moving:
-            self._was_close = remaining.distance < g.close
-            self._set_stance(self.stance)
-            return False
-        stage = remaining.in_transport, remaining.docks
-        if stage != self._stage:
-            self._stage, self._best = stage, (inf, inf, inf)
-        drives_far = remaining.lead is not None and not remaining.lead.final
-        if drives_far and not remaining.in_transport:  # whatever the arm does meanwhile
-            left = inf, remaining.base_time, inf
+            bearing, remaining = self.bearing, Remaining(distance)
         else:
-            left = remaining.distance, remaining.base_time, remaining.max_joint_error
-        a, b, c = self._best
-        x, y, z = left
-        if x < a - g.progress or y < b - g.progress or z < c - g.progress:
-            self._best = min(a, x), min(b, y), min(c, z)
-            self._waited = 0
-        elif not self.waits:
-            self._waited += passed
-        return self._waited * self._settings.period >= g.patience
+            bearing, base = stance.bearing, stance.base_for(goal.target)
+            remaining = self._approach.remaining(stance, base, goal, distance, mTb, q)
+            if remaining.lead.unreachable:
+                self._have_no_way(remaining.lead.unreachable, mTb, q)
+        if self.rests:
+            return Guided(bearing=bearing, remaining=(inf, inf))
+        is_over = goal.is_moving or distance < self._guidance.close
+        if isinstance(self.state, Led) and self.state.detour and is_over:
+            self._go(Event.CLOSE, stance)
+        passed, follows = self._guided.age, goal.is_moving
+        if self._progress.has_stalled(remaining, passed, follows=follows, waits=self.waits):
+            self._have_stalled(goal, mTb, q)
+        left = remaining.lead.time_left, remaining.max_joint_error
+        if stance is None or self.stance is None:
+            return Guided(bearing=bearing, remaining=left)
+        bias = self._approach.bias(remaining, stance, goal, error, mTb, q, detour=self.detour)
+        on_free_way = isinstance(self.state, Led) and remaining.lead.final and not remaining.waits
+        return Guided(bias, on_free_way and goal.twist is None, 1, bearing, base, left)
+
+    def _have_no_way(self, why: str, mTb: Pose2D, q: Array) -> None:
+        state = self.state
+        if isinstance(state, Replacing):
+            self._go(Event.NO_WAY, state.search, state.for_detour)
+        elif search := self._search_another(mTb, q):
+            self._go(Event.NO_WAY, search, self.detour)
+        else:
+            self._go(Event.CUT_OFF, why)
+
+    def _have_stalled(self, goal: PoseGoal[MapPose], mTb: Pose2D, q: Array) -> None:
+        state = self.state
+        if goal.straight or not self._attempt.detours_left or not isinstance(state, Alone | Led):
+            return
+        search = self._search_another(mTb, q)
+        if search is None:
+            self._go(Event.GIVEN_UP)
+        else:
+            self._go(Event.STALLED, *state, search, True)
+
+    def _search_another(self, mTb: Pose2D, q: Array) -> StanceSearch | None:
+        """The search for another stance after a failure, unless there were enough."""
+        self._attempt = self._attempt.failing(self.stance)
+        return self._search(mTb, q) if self._attempt.detours_left else None

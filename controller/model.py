@@ -11,6 +11,7 @@ import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
 
+from config.poses import Pose
 from controller.command import Array, Command
 from robots import RobotDescription, load_robot
 
@@ -99,16 +100,17 @@ class RobotModel:
         pin.framesForwardKinematics(self.chain, self._data, self.joints(q))
         return self._bTe.copy()
 
-    def wTe(self, wTb: SE3, q: Array) -> SE3:
-        """End effector in the world, for a base pose and joint positions q (j,) [rad]."""
-        return wTb * self.bTe(q)
+    def end_effector(self, base: Pose, q: Array) -> Pose:
+        """End effector in the frame of a base pose, for joint positions q (j,) [rad]."""
+        end_effector: Pose = base * self.bTe(q)
+        return end_effector
 
-    def link_poses(self, wTb: SE3, q: Array) -> tuple[SE3, ...]:
-        """The arm's foot, its j links and the hand in the world, for q (j,) [rad]."""
+    def link_poses(self, base: Pose, q: Array) -> tuple[Pose, ...]:
+        """The arm's foot, its j links and the hand in the frame of a base pose; q (j,) [rad]."""
         pin.forwardKinematics(self.chain, self._data, self.joints(q))
         arm = range(self.n_base + 1, self.n + 1)
-        links = [wTb * self._data.oMi[joint] for joint in arm]
-        return (wTb * self.description.bTa, *links, links[-1] * self.description.arm.lTh)
+        links = [base * self._data.oMi[joint] for joint in arm]
+        return (base * self.description.bTa, *links, links[-1] * self.description.arm.lTh)
 
     def tool(self, q: Array) -> tuple[SE3, Array]:
         """Pose of the end effector in the base and its Jacobian, as `kinematics`."""

@@ -3,10 +3,9 @@
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import piqp
 
-from controller.command import Array
+from config.arrays import Array, Indices
 
 MOST_ROWS = 32  # largest number of rows in one QP; of more, those with the least margin
 
@@ -28,12 +27,17 @@ class QP(NamedTuple):
     upper: Array  # (n,)
 
 
+def nearest_to(x: Array, lower: Array, upper: Array) -> QP:
+    """The QP whose minimiser within the bounds is nearest to x (n,)."""
+    return QP(np.eye(len(x)), -x, lower, upper)
+
+
 class Rows(NamedTuple):
     """Inequality constraints A x >= least."""
 
     A: Array  # (m, n)
     least: Array  # (m,)
-    group: npt.NDArray[np.int64]  # (m,) index of their slack, which the rows of a group share
+    group: Indices  # (m,) index of their slack, which the rows of a group share
 
 
 def joined(first: Rows | None, second: Rows | None) -> Rows | None:
@@ -93,8 +97,9 @@ class Solver:
             if not fixes:  # that is where it began: it goes round in circles
                 break
             fixed, some, bounds = fixes, list(fixes), list(fixes.values())
-            columns = self._lapack.dpotrs(cholesky, np.eye(len(x))[:, some])[0]
-            multipliers = self._lapack.dposv(columns[some], free[some] - bounds)[1]
+            columns = self._lapack.dpotrs(cholesky, np.eye(len(x)).take(some, 0).T)[0]
+            missing = free.take(some) - bounds
+            multipliers = self._lapack.dposv(columns.take(some, 0), missing)[1]
             x = free - columns @ multipliers
             x[some] = bounds
             pulls = zip(fixed.items(), multipliers.tolist(), strict=True)

@@ -14,6 +14,7 @@ import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
 
+from config.poses import MapFromOdometry, MapPose, Pose
 from controller.command import Array, PoseGoal
 from controller.settings import ControllerSettings, ServoSettings
 
@@ -35,21 +36,26 @@ class GoalVelocity:
     def reset(self) -> None:
         """Forget the goal; the next one is at rest."""
         self._last: SE3 | None = None
+        self._rests: object = None  # the goal, if it need not be looked at again
         self._settled = False  # whether the goal is at rest and the filters have converged
         self._linear = _Filter(self._period, _JUMP, _STILL)
         self._angular = _Filter(self._period, _TURN, _STILL_TURN)
 
-    def __call__(self, goal: PoseGoal) -> PoseGoal:
+    def __call__(self, goal: PoseGoal[Pose]) -> PoseGoal[Pose]:
         """The goal with its estimated twist, unless it has one or is at rest."""
-        last = self._last
-        stands = last is not None and goal.wTe == last
-        if stands and (self._settled or goal.twist is not None):
+        if goal is self._rests:
             return goal
-        self._last = goal.wTe.copy()
+        last = self._last
+        stands = last is not None and goal.target == last
+        if stands and (self._settled or goal.twist is not None):
+            self._rests = goal
+            return goal
+        self._rests = None
+        self._last = goal.target.copy()
         if last is None or goal.twist is not None:
             return goal
-        linear = self._linear(goal.wTe.translation - last.translation)
-        angular = self._angular(pin.log3(goal.wTe.rotation @ last.rotation.T))
+        linear = self._linear(goal.target.translation - last.translation)
+        angular = self._angular(pin.log3(goal.target.rotation @ last.rotation.T))
         self._settled = stands and self._linear.at_rest and self._angular.at_rest
         if linear is None and angular is None:
             return goal
@@ -101,6 +107,10 @@ class PoseError(NamedTuple):
     translation_vector: Array  # (3,) in the axes that both poses are expressed in [m]
     rotation_vector: Array  # (3,) axis times angle, in the same axes [rad]
 
+    def within(self, position: float, orientation: float) -> bool:
+        """Whether it is within tolerances [m, rad]."""
+        return self.position <= position and self.orientation <= orientation
+
 
 def pose_error(current: SE3, target: SE3) -> PoseError:
     """The translation and rotation from one pose to another, both in the same frame."""
@@ -138,20 +148,22 @@ class Servo:
         self._in_odometry = GoalVelocity(self._period)
         self._last = np.zeros(6)
 
-    def with_motion(self, goal: PoseGoal, wTo: SE3 | None) -> PoseGoal:
+    def with_motion(
+        self, goal: PoseGoal[MapPose], mTo: MapFromOdometry | None
+    ) -> PoseGoal[MapPose]:
         """The goal with its estimated twist, unless it has one or is at rest.
 
-        A correction of the localisation is no motion: a goal that rests in the world or in the
-        odometry, which is at `wTo`, is at rest.
+        A correction of the localisation is no motion: a goal that rests on the map or in the
+        odometry, which is at `mTo`, is at rest.
         """
         if not self._estimates_motion:
             return goal
         found = self._goal_motion(goal)
-        if wTo is None or found.twist is None:
+        if mTo is None or found.twist is None:
             return found
-        return goal if self._in_odometry(goal.moved(wTo.inverse())).twist is None else found
+        return goal if self._in_odometry(goal.in_odometry(mTo)).twist is None else found
 
-    def __call__(self, goal: PoseGoal, bTw: SE3, bTe: SE3, error: PoseError) -> Array:
+    def __call__(self, goal: PoseGoal[MapPose], bTm: SE3, bTe: SE3, error: PoseError) -> Array:
         """The twist ν (6,) towards a goal, with the goal's own, in base axes [m/s, rad/s].
 
         Near the goal the twist is low-pass filtered, as most of the error is state noise there.
@@ -159,7 +171,7 @@ class Servo:
         """
         settings = self._straight if goal.straight else self._plain
         steadying = settings.steadying
-        twist = desired_twist(settings, goal, bTw, bTe, error)
+        twist = desired_twist(settings, goal, bTm, bTe, error)
         far = max(error.position / _NEAR, error.orientation / _NEAR_ANGLE)
         if far < 1.0 and steadying > 0.0:
             memory = exp(-self._period / steadying) * min(1.0, 2.0 * (1.0 - far))
@@ -167,7 +179,7 @@ class Servo:
         self._last = twist
         if goal.twist is None:
             return twist
-        R = bTw.rotation
+        R = bTm.rotation
         return np.concatenate([twist[:3] + R @ goal.twist[:3], twist[3:] + R @ goal.twist[3:]])
 
 
@@ -178,7 +190,7 @@ def _steady(servo: ServoSettings, lag: float) -> ServoSettings:
 
 
 def desired_twist(
-    settings: ServoSettings, goal: PoseGoal, bTw: SE3, bTe: SE3, error: PoseError
+    settings: ServoSettings, goal: PoseGoal[MapPose], bTm: SE3, bTe: SE3, error: PoseError
 ) -> Array:
     """The twist ν (6,) towards a goal at rest, in base axes (Haviland 2022, eq. 17) [m/s, rad/s].
 
@@ -188,7 +200,7 @@ def desired_twist(
     rotation = error.rotation_vector
     if settings.rotation_error == "roll pitch yaw":
         R = bTe.rotation
-        rotation = R @ _roll_pitch_yaw(R.T @ bTw.rotation @ goal.wTe.rotation)
+        rotation = R @ _roll_pitch_yaw(R.T @ bTm.rotation @ goal.target.rotation)
     gain, rotation_gain = settings.gain, settings.rotation_gain
     if settings.deceleration < inf:
         distance, angle = error.position, error.orientation

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-import numpy.typing as npt
 from pinocchio import SE3
 
-from controller.command import Array
+from config.arrays import Array, Indices
+from config.poses import MapFromOdometry, MapPose
 from robots import Geom
 
 
 class PointCloud:
-    """Immutable points (N, 3) in the world [m] with a k-d tree for nearest-point queries."""
+    """Immutable points (N, 3) on the map [m] with a k-d tree for nearest-point queries."""
 
     def __init__(self, points: Array) -> None:
         self.points = points
-        self._wTp: SE3 | None = None
+        self._mTp: MapPose | None = None
         """The frame in which the tree has the points; None for the world."""
         self._tree = None
         if len(points):
@@ -25,11 +24,11 @@ class PointCloud:
 
             self._tree = cKDTree(points, balanced_tree=False)
 
-    def nearest(self, places: Array) -> tuple[Array, npt.NDArray[np.int64]]:
+    def nearest(self, places: Array) -> tuple[Array, Indices]:
         """Distances (F,) from places (F, 3) to the nearest points [m], and their indices (F,)."""
         assert self._tree is not None, "there are no points"
-        if self._wTp is not None:
-            places = (places - self._wTp.translation) @ self._wTp.rotation
+        if self._mTp is not None:
+            places = (places - self._mTp.translation) @ self._mTp.rotation
         distances, numbers = self._tree.query(places)
         return distances, numbers
 
@@ -37,7 +36,7 @@ class PointCloud:
         """The same points, moved by T; the tree is shared."""
         cloud = PointCloud.__new__(PointCloud)
         cloud.points = self.points @ T.rotation.T + T.translation
-        cloud._wTp = T if self._wTp is None else T * self._wTp
+        cloud._mTp = T if self._mTp is None else T * self._mTp
         cloud._tree = self._tree
         return cloud
 
@@ -46,8 +45,8 @@ class PointCloud:
 class Obstacle:
     """A moving obstacle."""
 
-    geom: Geom  # its present shape in the world
-    velocity: Array  # (3,) of its centre, in world axes [m/s]; it does not turn
+    geom: Geom  # its present shape on the map
+    velocity: Array  # (3,) of its centre, in the axes of the map [m/s]; it does not turn
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -58,17 +57,17 @@ class Surroundings:
     same objects.
     """
 
-    fixtures: tuple[Geom, ...] = ()  # static obstacles in the world
+    fixtures: tuple[Geom, ...] = ()  # static obstacles on the map
     moving: tuple[Obstacle, ...] = ()
     loose: tuple[Geom, ...] = ()
-    """Objects on fixtures, in the world. The arm's links and the camera avoid them; the hand, which
+    """Objects on fixtures, on the map. The arm's links and the camera avoid them; the hand, which
     works among them, and the base do not."""
     depth_points: PointCloud | None = None
     """Surface points seen by a depth camera; a new object for every frame."""
     held: tuple[Geom, ...] = ()
     """Shapes of the held object in e: they move with the robot and avoid obstacles too."""
-    wTo: SE3 | None = None
-    """The odometry frame in the world, in which velocities of goals are measured; None where it is
+    mTo: MapFromOdometry | None = None
+    """The odometry frame on the map, in which velocities of goals are measured; None where it is
     the world."""
     uncertainty: float = 0.0
     """How far off fixtures may be because the robot knows its place only so well: two standard

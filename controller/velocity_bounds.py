@@ -8,34 +8,47 @@ conflict the acceleration limits win; that happens only to a robot that starts o
 
 from __future__ import annotations
 
-from math import sqrt
+from math import inf, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
-from controller.command import Array
+from config.arrays import Array
+from controller.limits import Constraints
 from controller.model import RobotModel
 from controller.settings import ControllerSettings
+from controller.situation import Situation
 
 _SHORT = 0.4  # share of its range that the distances of a joint get where it is short [1/rad]
+_UNCERTAIN, _LOST = 0.06, 0.08
+"""Uncertainty from which on the base is slower, and at which it has half its speed [m]."""
 
 
 class VelocityBounds:
-    """Computes the bounds of one control period."""
+    """The limit of velocities, of their changes, and of joint positions."""
 
     def __init__(self, model: RobotModel, settings: ControllerSettings) -> None:
         limits = model.limits
         self._dampers = settings.joint_limits
         self._limit_acceleration = settings.limit_acceleration
-        self._lower, self._upper = model.velocity_limits.tolist()
-        self._changes = (model.acceleration_limits * settings.period).tolist()
         self._n_base = model.n_base
         lag = model.description.arm.lag
         shares = limits.margins(1.0, _SHORT)
         columns = (limits.q_min, limits.q_max, limits.qd, limits.qdd, shares)
         rows = zip(*(column.tolist() for column in columns), strict=True)
         joints = [self._joint(lag, *row) for row in rows]
-        self._joints = [(n, *joint.free, joint) for n, joint in enumerate(joints, model.n_base)]
+        speeds, changes = (
+            model.velocity_limits.tolist(),
+            model.acceleration_limits * settings.period,
+        )
+        if not settings.limit_acceleration:
+            changes = np.full(model.n, inf)
+        dofs = [(-inf, inf, None)] * model.n_base + [(*joint.free, joint) for joint in joints]
+        self._dofs = [
+            (*rest, *dof) for *rest, dof in zip(*speeds, changes.tolist(), dofs, strict=True)
+        ]
+        """Of every degree of freedom: velocity limits, change in one period, positions between
+        which no position limit is near, and those limits."""
 
     def _joint(
         self, lag: float, low: float, high: float, speed: float, acceleration: float, share: float
@@ -44,32 +57,36 @@ class VelocityBounds:
         stop, influence = share * dampers.stop_distance, share * dampers.influence_distance
         slope = dampers.damper_gain / (influence - stop)
         braking = speed * lag + speed * speed / (2.0 * acceleration)
-        near = max(influence, stop + 1.001 * braking)
+        near = max(influence, stop + braking)
         free = low + near, high - near
         return _Joint(low, high, speed, acceleration, lag, stop, influence, slope, free)
 
-    def __call__(self, q: Array, last: Array, base_share: float = 1.0) -> tuple[Array, Array]:
+    def __call__(self, constraints: Constraints, now: Situation) -> None:
+        """Set the bounds; a base that knows its place only so well is slower."""
+        lost = (now.surroundings.uncertainty - _UNCERTAIN) / (_LOST - _UNCERTAIN)
+        share = 1.0 - 0.5 * min(max(lost, 0.0), 1.0)
+        constraints.lower, constraints.upper = self.at(now.state.q, now.applied, share)
+
+    def at(self, q: Array, last: Array, base_share: float = 1.0) -> tuple[Array, Array]:
         """Lower and upper bounds (n,), lower <= upper, [m/s, rad/s].
 
         `q` are the joint positions (j,) [rad], `last` the velocities (n,) of the previous period,
         `base_share` is the part of its limits that the base may use.
         """
         # Plain floats: on nine numbers they are faster than arrays.
-        lower, upper = self._lower.copy(), self._upper.copy()
-        if base_share < 1.0:
-            for number in range(self._n_base):
-                lower[number] *= base_share
-                upper[number] *= base_share
-        for (number, start, end, joint), position in zip(self._joints, q.tolist(), strict=True):
+        lower, upper = [], []
+        positions, shares = [0.0] * self._n_base + q.tolist(), [base_share] * self._n_base
+        shares += [1.0] * len(q)
+        rows = zip(positions, last.tolist(), shares, self._dofs, strict=True)
+        for position, v, share, (low, high, change, start, end, joint) in rows:
+            low, high = share * low, share * high
             if position < start:
-                lower[number] = -self._approach_speed(joint, position - joint.low)
+                low = -self._approach_speed(joint, position - joint.low)
             if position > end:
-                upper[number] = self._approach_speed(joint, joint.high - position)
-        if self._limit_acceleration:
-            for number, (v, change) in enumerate(zip(last.tolist(), self._changes, strict=True)):
-                least, most, low, high = v - change, v + change, lower[number], upper[number]
-                lower[number] = least if low < least else most if low > most else low
-                upper[number] = least if high < least else most if high > most else high
+                high = self._approach_speed(joint, joint.high - position)
+            least, most = v - change, v + change
+            lower.append(least if low < least else most if low > most else low)
+            upper.append(least if high < least else most if high > most else high)
         return np.array(lower), np.array(upper)
 
     def _approach_speed(self, joint: _Joint, distance: float) -> float:

@@ -11,7 +11,7 @@ def test_the_arm():
 ```
 """
 
-from app.core import BrokenTrialError, Trial, trial
-from hw import BrokenContractError, check_driver
+from frankie_task.contract import BrokenContractError, check_driver
+from frankie_task.trial import BrokenTrialError, Trial, trial
 
 __all__ = ["BrokenContractError", "BrokenTrialError", "Trial", "check_driver", "trial"]

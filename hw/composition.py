@@ -60,7 +60,11 @@ class InlineExecutor(Executor):
 
 
 class ComposedRobot:
-    """A robot made of parts; where they `rest_together`, a fault of one stops all."""
+    """A robot made of parts; where they `rest_together`, a fault of one stops all.
+
+    `background` makes what grips and recovers: None for a thread, and in simulated time the
+    caller's, so that no part may wait there, and a run is the same twice.
+    """
 
     def __init__(
         self,
@@ -72,7 +76,7 @@ class ComposedRobot:
         camera: DepthCamera,
         laser: LaserScanner | None = None,
         clock: Clock,
-        background: Callable[[], Executor] = one_thread,
+        background: Callable[[], Executor] | None = None,
         rest_together: bool = False,
     ) -> None:
         self.description = description
@@ -83,6 +87,7 @@ class ComposedRobot:
         self._arms = History(_interpolate_arm)
         self._bases = History(_interpolate_base)
         self._model = RobotModel(description)
+        background = background or (one_thread if clock.is_real else InlineExecutor)
         self._grips, self._recoveries = background(), background()
         self._clock, self._arm_recovered = clock, -inf
         self._operations: dict[str, Future[None]] = {}
@@ -113,7 +118,7 @@ class ComposedRobot:
         self._has_fault = bool(faults)
         return RobotState(
             stamp=stamp,
-            wTb=base_then.wTb,
+            oTb=base_then.oTb,
             base_twist=base_then.twist,
             q=arm_then.q,
             qd=arm_then.qd,
@@ -196,7 +201,7 @@ class ComposedRobot:
             self._frame = DepthFrame(
                 depth=image.depth,
                 intrinsics=self.description.camera.intrinsics,
-                wTc=self._model.wTe(base.wTb, arm.q) * self.description.camera.eTc,
+                oTc=self._model.end_effector(base.oTb, arm.q) * self.description.camera.eTc,
                 stamp=image.stamp,
                 paint=image.paint,
             )
@@ -208,7 +213,7 @@ class ComposedRobot:
         reading = self._laser.latest() if self._laser else None
         if reading is not None and (self._scan is None or reading.points is not self._scan.points):
             self._bases.add(self._base.read())
-            self._scan = LaserScan(**vars(reading), oTb=self._bases.at(reading.stamp).wTb)
+            self._scan = LaserScan(**vars(reading), oTb=self._bases.at(reading.stamp).oTb)
         if self._scan is None or self._clock.now() - self._scan.stamp > max_age:
             return None
         return self._scan
@@ -259,7 +264,7 @@ def _interpolate_base(a: BaseState, b: BaseState, stamp: float) -> BaseState:
     s = (stamp - a.stamp) / (b.stamp - a.stamp)
     return BaseState(
         stamp=stamp,
-        wTb=SE3.Interpolate(a.wTb, b.wTb, s),
+        oTb=SE3.Interpolate(a.oTb, b.oTb, s),
         twist=a.twist + s * (b.twist - a.twist),
         battery=b.battery,
         localised=b.localised,

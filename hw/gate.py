@@ -1,13 +1,13 @@
 """Command gate: checks every command and reading, scales none, and brakes on a refusal."""
 
 from enum import Enum
-from math import inf
+from math import copysign, inf
 
 import numpy as np
 
 from controller import Command
 from hw.motion_monitor import MotionMonitor
-from hw.plausibility import Plausibility
+from hw.plausible_readings import Plausibility
 from hw.robot import HardwareError, Robot
 from hw.state import Array, FaultKind, RobotState
 from robots import RobotDescription
@@ -54,7 +54,7 @@ class Gate:
         self._implausible_since: float | None = None
         self._sent: float | None = None
         self._read = -inf
-        self._credit = _CREDIT * period
+        self._credit = inf  # as much as counts
         self._untrusted: UntrustedRobotError | None = None
         self.latched = False  # an emergency stop is not acknowledged yet
         self.applied = Command.stop(*self._arm)  # by the robot, last
@@ -146,10 +146,11 @@ class Gate:
         is_complete = np.shape(command.base_twist) == (3,) and np.shape(command.qd) == self._arm
         if not (is_complete and command.is_finite()):
             return Refusal.NOT_FINITE
-        base_speed = limits.base_speed(command.base_twist)
-        if _exceeds(command.base_twist, base_speed) or _exceeds(command.qd, limits.qd):
+        speeds = *command.base_twist.tolist(), *command.qd.tolist()
+        allowed = *limits.base_speed(command.base_twist).tolist(), *limits.qd.tolist()
+        if any(map(_exceeds, speeds, allowed)):
             return Refusal.SPEED
-        if self._needed(command) > self._available(now) * (1.0 + _TOLERANCE) + 1e-12:
+        if _exceeds(self._needed(command), self._available(now)):
             return Refusal.ACCELERATION
         return None if self._can_stop(command.qd, state, now) else Refusal.POSITION
 
@@ -158,7 +159,7 @@ class Gate:
         limits, applied = self._limits, self.applied
         base = np.abs(command.base_twist - applied.base_twist) / limits.base_acceleration
         arm = np.abs(command.qd - applied.qd) / limits.qdd
-        return float(max(base.max(), arm.max()))
+        return float(max(*base.tolist(), *arm.tolist()))
 
     def _available(self, now: float) -> float:
         """Time available for a change of velocity: elapsed, and credit from before [s]."""
@@ -170,12 +171,14 @@ class Gate:
         After one period at qd it brakes at qdd. A joint with lag coasts one lag times its velocity
         farther. Since a reading of some age the velocity may have grown at qdd.
         """
-        limits, lag = self._limits, self._arm_lag
-        age = max(0.0, now - state.stamp)
-        coasts = state.qd * (age + lag) + np.sign(qd) * limits.qdd * age * (age / 2.0 + lag)
-        rest = state.q + coasts + qd * self._period + qd * np.abs(qd) / (2.0 * limits.qdd)
-        outwards = ((rest > limits.q_max) & (qd > 0.0)) | ((rest < limits.q_min) & (qd < 0.0))
-        return not outwards.any()
+        limits, lag, age = self._limits, self._arm_lag, max(0.0, now - state.stamp)
+        arrays = state.q, state.qd, qd, limits.qdd, limits.q_min, limits.q_max
+        for q, moves, told, most, low, high in zip(*(one.tolist() for one in arrays), strict=True):
+            coasts = moves * (age + lag) + copysign(most * age * (age / 2.0 + lag), told)
+            rest = q + coasts + told * self._period + told * abs(told) / (2.0 * most)
+            if (told > 0.0 and rest > high) or (told < 0.0 and rest < low):
+                return False
+        return True
 
     def _elapsed(self, now: float) -> float:
         """Since the last command; one period before the first [s]."""
@@ -204,8 +207,8 @@ def _braked(applied: Array, measured: Array) -> Array:
     return np.where(slower, applied, measured)
 
 
-def _exceeds(values: Array, limits: Array) -> bool:
-    return bool((np.abs(values) > limits * (1.0 + _TOLERANCE) + 1e-12).any())
+def _exceeds(value: float, limit: float) -> bool:
+    return abs(value) > limit * (1.0 + _TOLERANCE) + 1e-12
 
 
 def _both_ways(step: Array) -> tuple[Array, Array]:

@@ -6,12 +6,13 @@ that is faster than commanded, or moves the other way.
 """
 
 from collections import deque
-from math import cos, hypot, sin
+from math import hypot
 from typing import NamedTuple
 
 import numpy as np
 
-from controller import Command, Pose2D
+from config.planar import ORIGIN, Pose2D
+from controller import Command
 from hw.state import Array, RobotState
 from robots import RobotDescription
 
@@ -25,6 +26,7 @@ _BASE_FASTER = np.array([0.1, 0.1, 0.2])  # largest surplus speed, x, y, yaw [m/
 _ARM_FASTER = 0.3  # the same of a joint [rad/s]
 _FASTER_FOR = 0.2  # time for which a larger surplus is tolerated [s]
 _DEAD_TIME = 0.1  # a command counts for the lag and this [s]; then it fades at the limit
+_TOLD = 300  # commands that are kept: they have faded in this many periods
 _WRONG = "moves as it was not commanded", "does not do what it is commanded"
 _METRES_PER_RADIAN = 0.3  # weight of a rotation of the base [m/rad]
 _JUMP = 0.03  # a base that moves this much farther than it can was relocalised [m]
@@ -57,7 +59,7 @@ class MotionMonitor:
         self._arm_surplus = _ARM_SURPLUS + 2.0 * arm_lag * limits.qd
         self._fastest = 2.0 * (limits.base_twist[:2].max() + 0.3 * limits.base_twist[2])
         self._moments: deque[_Moment] = deque()
-        self._told: deque[tuple[float, Command]] = deque(maxlen=100)  # with their stamps [s]
+        self._told: deque[tuple[float, Command]] = deque(maxlen=_TOLD)  # with their stamps [s]
         self._base = _SpeedMonitor(limits.base_acceleration, base_lag, _BASE_FASTER)
         self._slides, self._called = description.arm.slides, description.arm.called
         self._arm = _SpeedMonitor(limits.qdd, arm_lag, np.full(len(limits.qd), _ARM_FASTER))
@@ -71,9 +73,9 @@ class MotionMonitor:
 
     def mismatch(self, state: RobotState, applied: Command) -> str:
         """How measured and commanded motion differ, for people; empty if they agree."""
-        measured = Pose2D.of(state.wTb)
+        measured = Pose2D.of(state.oTb)
         if not self._moments:
-            start = Pose2D(0.0, 0.0, 0.0)
+            start = ORIGIN
             self._moments.append(
                 _Moment(state.stamp, 0.0, 0.0, start, measured, np.zeros(len(state.q)), state.q)
             )
@@ -92,7 +94,7 @@ class MotionMonitor:
             stamp=state.stamp,
             base_path=before.base_path + (hypot(vx, vy) + _METRES_PER_RADIAN * abs(w)) * dt,
             arm_path=before.arm_path + float(np.abs(qd).max()) * dt,
-            base_commanded=_moved(before.base_commanded, vx * dt, vy * dt, w * dt),
+            base_commanded=before.base_commanded.moved(vx * dt, vy * dt, w * dt),
             base_measured=measured,
             arm_commanded=before.arm_commanded + qd * dt,
             q=state.q,
@@ -187,28 +189,26 @@ class _SpeedMonitor:
     def __init__(self, acceleration: Array, lag: float, margin: Array) -> None:
         self._acceleration, self._margin = acceleration, margin
         self._memory = lag + _DEAD_TIME
-        self._recent: deque[tuple[float, Array]] = deque()
-        self.reset()
+        self._told: deque[tuple[float, Array]] = deque(maxlen=_TOLD)  # with their stamps [s]
+        self._since: float | None = None
 
     def reset(self) -> None:
-        self._recent.clear()
-        self._bounds: tuple[Array, Array] | None = None
-        self._since: float | None = None
+        self._told.clear()
+        self._since = None
 
     def faster(self, stamp: float, measured: Array, commanded: Array) -> int | None:
         """The axis that was faster than commanded, (n,) velocities at a stamp [s], for too long."""
-        still = np.zeros(len(commanded))
-        if self._bounds is None:  # its present speed may be commanded before
-            self._bounds = np.minimum(measured, still), np.maximum(measured, still)
-        before = self._recent[-1][0] if self._recent else stamp
-        self._recent.append((stamp, commanded))
-        while self._recent[0][0] < stamp - self._memory:
-            self._recent.popleft()
-        lately = np.array([one for _, one in self._recent])
-        fade, (low, high) = (stamp - before) * self._acceleration, self._bounds
-        low = np.minimum(np.minimum(low + fade, still), lately.min(axis=0))
-        high = np.maximum(np.maximum(high - fade, still), lately.max(axis=0))
-        self._bounds = low, high
+        if not self._told:  # its present speed may be commanded before
+            self._told.append((stamp - self._memory, measured))
+        self._told.append((stamp, commanded))
+        axes = zip(measured.tolist(), commanded.tolist(), self._margin.tolist(), strict=True)
+        if all(min(told, 0.0) - m <= does <= max(told, 0.0) + m for does, told, m in axes):
+            self._since = None
+            return None
+        stamps, told = map(np.array, zip(*self._told, strict=True))
+        fade = np.maximum(stamp - self._memory - stamps, 0.0)[:, None] * self._acceleration
+        low = np.minimum((told + fade).min(axis=0), 0.0)
+        high = np.maximum((told - fade).max(axis=0), 0.0)
         surplus = np.maximum(low - measured, measured - high) - self._margin
         axis = int(surplus.argmax())
         if surplus[axis] <= 0.0:
@@ -221,12 +221,6 @@ class _SpeedMonitor:
 def _lags(asked: float, moved: float, surplus: float) -> bool:
     """Whether what was moved is less than what was commanded, and not another way [m or rad]."""
     return moved < asked and surplus <= (1.0 + _MIN_SHARE) * asked
-
-
-def _moved(pose: Pose2D, x: float, y: float, turn: float) -> Pose2D:
-    heading = pose.heading + turn / 2.0
-    c, s = cos(heading), sin(heading)
-    return Pose2D(pose.x + c * x - s * y, pose.y + s * x + c * y, pose.heading + turn)
 
 
 def _length(pose: Pose2D) -> float:

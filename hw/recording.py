@@ -27,7 +27,7 @@ def turn_type(j: int) -> np.dtype[np.void]:
     was sent, its time [s], command and applied command (base twist, joint velocities). Sets of
     faults, localised poses, frames and scans are numbers of what `Notes.thing` got (from 1; 0:
     none, -1: not asked for). Times are what the loop got from the session's clock, since the gate
-    decides by them.
+    decides by them. `wTb` is the base in odometry, named as in the first recordings.
     """
     return np.dtype(
         [
@@ -239,7 +239,7 @@ class RecordedRobot(RobotWrapper):
 
 def _put(row: npt.NDArray[np.void], state: RobotState) -> None:
     row["stamp"] = state.stamp
-    row["wTb"][:, :3], row["wTb"][:, 3] = state.wTb.rotation, state.wTb.translation
+    row["wTb"][:, :3], row["wTb"][:, 3] = state.oTb.rotation, state.oTb.translation
     row["base_twist"], row["q"], row["qd"] = state.base_twist, state.q, state.qd
     row["width"] = state.gripper_width
     row["moving"], row["recovering"] = state.gripper_moving, state.recovering
@@ -256,7 +256,7 @@ def reading(
     battery = float(row["battery"])
     return RobotState(
         stamp=float(row["stamp"]),
-        wTb=SE3(row["wTb"][:, :3].copy(), row["wTb"][:, 3].copy()),
+        oTb=SE3(row["wTb"][:, :3].copy(), row["wTb"][:, 3].copy()),
         base_twist=row["base_twist"].copy(),
         q=row["q"].copy(),
         qd=row["qd"].copy(),

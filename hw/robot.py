@@ -169,6 +169,14 @@ class Complaining(Protocol):
 
 
 @runtime_checkable
+class LeftAlone(Protocol):
+    """A part that the robot's own controller has to bring to rest when commands stop."""
+
+    def send_last(self, velocity: Array, holds: float) -> None:
+        """Follow a velocity until that controller's time-out, or a stop that comes after [s]."""
+
+
+@runtime_checkable
 class Preparing(Protocol):
     """A part that has to move before its first use, as a hand that is homed."""
 

@@ -1,18 +1,23 @@
 """Readings of a robot: state of arm, base, gripper and whole robot, depth images, and faults."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
-from typing import NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
-from pinocchio import SE3
 
+from config.arrays import Array
+from config.poses import MapPose, OdometryPose
 from robots import Intrinsics
 
-Array = npt.NDArray[np.float64]
+if TYPE_CHECKING:
+    from perception import DepthCloud
+
 DepthArray = npt.NDArray[np.float32]
 ColourArray = npt.NDArray[np.uint8]
 Paint: TypeAlias = Callable[[], ColourArray]  # renders the colours of an image, on demand
@@ -58,7 +63,7 @@ class LocalisedPose:
     """One pose of the base on the map; the same object is the same measurement."""
 
     stamp: float  # of the measurement [s]
-    mTb: SE3
+    mTb: MapPose
     covariance: Array  # (3, 3) of x, y and yaw on the map [m², m rad, rad²]
     source: str = "the base's own localisation"  # who tells it, for people
 
@@ -68,11 +73,11 @@ class BaseState:
     """A reading of the base."""
 
     stamp: float
-    wTb: SE3  # in the world: odometry, or localised where that is not told apart
+    oTb: OdometryPose  # in odometry: odometry, or localised where that is not told apart
     twist: Array  # (3,) vx, vy, ω in the base frame [m/s, m/s, rad/s]
     battery: float | None = None  # charge, 0 to 1; None if the robot does not report it
     faults: tuple[Fault, ...] = ()
-    localised: LocalisedPose | None = None  # newest; None where `wTb` is localised, and if lost
+    localised: LocalisedPose | None = None  # newest; None where `oTb` is localised, and if lost
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -98,7 +103,7 @@ class RobotState:
     """The whole robot at one moment: arm and base interpolated to a common stamp."""
 
     stamp: float  # of arm and base: the older of their newest readings [s]
-    wTb: SE3  # base in the world: odometry, or localised where that is not told apart
+    oTb: OdometryPose  # base in odometry: odometry, or localised where that is not told apart
     base_twist: Array  # (3,) vx, vy, ω in the base frame [m/s, m/s, rad/s]
     q: Array  # (j,) arm joint positions [rad]
     qd: Array  # (j,) arm joint velocities [rad/s]
@@ -107,7 +112,7 @@ class RobotState:
     recovering: bool = False  # whether a recovery is still in progress
     faults: tuple[Fault, ...] = ()  # empty when healthy
     battery: float | None = None  # charge, 0 to 1; None if the robot does not report it
-    localised: LocalisedPose | None = None  # newest; None where `wTb` is localised, and if lost
+    localised: LocalisedPose | None = None  # newest; None where `oTb` is localised, and if lost
     stamps: PartStamps | None = None  # None where the parts are not read separately
     complaints: tuple[str, ...] = ()  # about messages that the parts have skipped so far
 
@@ -127,7 +132,7 @@ class DepthFrame:
 
     depth: DepthArray  # (H, W) depth along the optical axis [m]; NaN where missing
     intrinsics: Intrinsics
-    wTc: SE3  # camera in the world at capture; z along the optical axis, x right, y down
+    oTc: OdometryPose  # camera in odometry at capture; z along the optical axis, x right, y down
     stamp: float  # of the capture [s]
     paint: Paint | None = None  # None if the camera has no colours
 
@@ -136,18 +141,26 @@ class DepthFrame:
         """(H, W, 3) red, green and blue of the same pixels, 0 to 255; None if there are none."""
         return None if self.paint is None else self.paint()
 
+    @cached_property
+    def cloud(self) -> DepthCloud:
+        """Its points in odometry, shared by all who look at it."""
+        from perception import DepthCloud  # not at the top: a driver's process needs none
+
+        depth = np.asarray(self.depth, dtype=np.float32)
+        return DepthCloud(depth=depth, intrinsics=self.intrinsics, oTc=self.oTc)
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LaserReading:
     """One scan as a laser delivers it; the same object is the same scan."""
 
     stamp: float  # of the capture [s]
-    ranges: Array  # (n,) from the laser [m]; NaN where nothing is in reach
-    points: Array  # (n, 3) in the base [m]; NaN where nothing is in reach
+    ranges: Array  # (n,) from the laser [m]; inf: nothing is in reach, NaN: the beam tells nothing
+    points: Array  # (n, 3) ends of the beams in the base [m]; NaN where one tells nothing
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LaserScan(LaserReading):
     """One scan and where it was captured; the same object is the same scan."""
 
-    oTb: SE3  # base in odometry at capture
+    oTb: OdometryPose  # base in odometry at capture

@@ -76,8 +76,17 @@ class Truth(Protocol):
 class DisturbableWorld(Truth, Protocol):
     """A world whose objects can be moved from outside during a run."""
 
-    def put(self, name: str, wTo: SE3) -> None:
+    def put(self, name: str, wTs: SE3) -> None:
         """Move an object, out of the hand if it is held; it falls onto what is below."""
 
     def give(self, name: str) -> None:
         """A person holds an object between the fingers, until they have it."""
+
+
+@runtime_checkable
+class Knowing(Protocol):
+    """A part that knows what is true of its world."""
+
+    @property
+    def truth(self) -> Truth | None:
+        """None where its world is no more than the map."""

@@ -1,7 +1,7 @@
 """Mutants: one operator or constant of the product is changed at a time, and a test should see it.
 
     make coverage
-    python -m lab.mutants hw/gate.py hw/watchdog.py --count 20 --seed 1
+    python -m lab.mutants hw/gate.py hw/loop_watchdog.py --count 20 --seed 1
 
 Each mutant lives in a copy of the repository, where those tests run that have run its line; of a
 line that runs when its module is imported, those that have run any line of the module.
@@ -26,9 +26,10 @@ import typer
 _OPERATORS = {
     **{"<": ">=", "<=": ">", ">": "<=", ">=": "<", "==": "!=", "!=": "=="},
     **{"is": "is not", "is not": "is", "in": "not in", "not in": "in"},
-    **{"+": "-", "-": "+", "*": "/", "/": "*", "and": "or", "or": "and"},
+    **{"+": "-", "-": "+", "*": "/", "/": "*", "and": "or", "or": "and", "//": "*", "**": "*"},
 }
-_TOKEN = re.compile(r"is not\b|not in\b|\b(?:is|in|and|or)\b|[<>=!]=|[<>+*/-]")
+_TOKEN = re.compile(r"is not\b|not in\b|\b(?:is|in|and|or)\b|[<>=!]=|//|\*\*|[<>+*/-]")
+_NEVER = ast.JoinedStr | ast.Raise | ast.Assert
 _MOST_TESTS = 60  # that are asked, those of the fewest lines first
 _LIMIT = 300.0  # of their run [s]; a mutant that hangs is seen
 
@@ -87,8 +88,8 @@ def mutants_of(path: Path, source: str) -> Iterator[Mutant]:
                 yield from between(left, right)
             case ast.BoolOp(values=[left, right, *_]):
                 yield from between(left, right)
-            case ast.UnaryOp(op=ast.Not(), operand=operand):
-                yield Mutant(path, node.lineno, begin(node), begin(operand), "")
+            case ast.UnaryOp(op=ast.Not()):
+                yield Mutant(path, node.lineno, begin(node), begin(node) + len("not "), "")
             case ast.Constant(value=bool(value)):
                 yield Mutant(path, node.lineno, begin(node), end(node), str(not value))
             case ast.Constant(value=int(value) | float(value)):
@@ -96,12 +97,17 @@ def mutants_of(path: Path, source: str) -> Iterator[Mutant]:
 
 
 def _walk(node: ast.AST) -> Iterator[ast.AST]:
-    """What decides: no annotations and decorators; and no text, whose parts have no true places."""
+    """What decides: no annotations and decorators, no text, that of an error included, no check.
+
+    A check, of an `assert` or `zip(strict=...)`, holds in every run of a program without mistakes.
+    """
     for name, value in ast.iter_fields(node):
         if name in ("annotation", "returns", "decorator_list"):
             continue
         for child in value if isinstance(value, list) else [value]:
-            if isinstance(child, ast.AST) and not isinstance(child, ast.JoinedStr):
+            if not isinstance(child, ast.AST) or isinstance(child, _NEVER):
+                continue
+            if not (isinstance(child, ast.keyword) and child.arg == "strict"):
                 yield child
                 yield from _walk(child)
 
@@ -119,7 +125,7 @@ def _ran(data: coverage.CoverageData) -> Counter[str]:
 
 def _is_seen(mutant: Mutant, tests: list[str], root: Path) -> bool:
     """Whether a test fails where the mutant lives."""
-    files = {path.stem: path for path in (root / "tests").rglob("*.py")}
+    files = {path.stem: path for path in root.rglob("test_*.py")}
     of_tests = [one.split(".")[-2:] for one in tests]
     ids = [f"{files[module]}::{test}" for module, test in of_tests if module in files]
     path = root / mutant.path
@@ -135,7 +141,11 @@ def _is_seen(mutant: Mutant, tests: list[str], root: Path) -> bool:
         return True
     finally:
         path.write_text(source)
-    return ended.returncode == pytest.ExitCode.TESTS_FAILED
+    if b"not found: " in ended.stderr:
+        raise RuntimeError(f"no verdict on {mutant.path}:{mutant.line}: {ended.stderr.decode()}")
+    # Where the mutant cannot be imported, the tests are not collected.
+    failed = pytest.ExitCode.TESTS_FAILED, pytest.ExitCode.INTERRUPTED, pytest.ExitCode.USAGE_ERROR
+    return ended.returncode in failed
 
 
 def main(
@@ -148,6 +158,8 @@ def main(
     data.read()
     if not (sizes := _ran(data)):
         raise typer.BadParameter("no test is known to run them: `make coverage` first")
+    if subprocess.run(["git", "diff", "--quiet", "HEAD"], check=False).returncode:
+        raise typer.BadParameter("commit first: the mutants live in a copy of the last commit")
     everything = [one for path in paths for one in mutants_of(path, path.read_text())]
     chosen = random.Random(seed).sample(everything, min(count, len(everything)))
     survivors = 0

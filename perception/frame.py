@@ -4,15 +4,12 @@ from typing import Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
-from pinocchio import SE3
 
+from config.arrays import Array, Image, Mask
+from config.poses import OdometryPose
+from perception.cloud import DepthCloud
 from robots import Intrinsics
 
-Array: TypeAlias = npt.NDArray[np.float64]  # geometry in double precision
-Image: TypeAlias = npt.NDArray[np.float32]  # depth, heights and network maps in single precision
-FloatArray: TypeAlias = npt.NDArray[np.floating]
-Mask: TypeAlias = npt.NDArray[np.bool_]
-Indices: TypeAlias = npt.NDArray[np.int64]
 Colours: TypeAlias = npt.NDArray[np.uint8]
 
 
@@ -28,12 +25,16 @@ class Frame(Protocol):
         """The camera's pinhole model."""
 
     @property
-    def wTc(self) -> SE3:
-        """Camera in the world at capture; z along the optical axis, x right, y down."""
+    def oTc(self) -> OdometryPose:
+        """Camera in odometry at capture; z along the optical axis, x right, y down."""
 
     @property
     def stamp(self) -> float:
         """Time of capture [s]."""
+
+    @property
+    def cloud(self) -> DepthCloud:
+        """Its points, each computed once for all who ask."""
 
 
 class ColourFrame(Frame, Protocol):
@@ -48,11 +49,11 @@ class Workspace(Protocol):
     """A volume in which to grasp; `behaviours.Region` is one."""
 
     def contains(self, points: Array) -> Mask:
-        """(N,) which of the (N, 3) world points [m] lie inside."""
+        """(N,) which of the (N, 3) points in odometry [m] lie inside."""
 
     @property
     def floor(self) -> float:
-        """Height of the support surface in the world [m]."""
+        """Height of the support surface in odometry [m]."""
 
 
 @runtime_checkable

@@ -7,8 +7,8 @@ from math import inf, isfinite
 
 import numpy as np
 
-from perception.frame import FloatArray, Frame
-from perception.geometry import world_maps
+from perception.frame import Frame
+from perception.geometry import FloatArray, world_maps
 
 _EVERY = 16  # scale and picture are judged by every n-th row and column [px]
 _NEAREST, _FARTHEST = 0.1, 20.0  # range of a wrist camera in the middle of an image [m]
@@ -31,7 +31,7 @@ def frame_problem(frame: Frame) -> str:
     if not np.issubdtype(depth.dtype, np.floating):
         hint = ": is it in millimetres?" if np.issubdtype(depth.dtype, np.integer) else ""
         return f"the depth image holds {depth.dtype}, not metres as floating-point numbers{hint}"
-    if not np.isfinite(frame.wTc.homogeneous).all():
+    if not np.isfinite(frame.oTc.homogeneous).all():
         return "the camera's pose is not finite"
     if not isfinite(frame.stamp):
         return "the frame's stamp is not finite"
@@ -104,7 +104,7 @@ def _is_noise(before: Frame, frame: Frame) -> bool:
 
 
 def _moves(before: Frame, frame: Frame, distance: float, angle: float) -> bool:
-    motion = before.wTc.actInv(frame.wTc)
+    motion = before.oTc.actInv(frame.oTc)
     turn = np.arccos(np.clip((np.trace(motion.rotation) - 1.0) / 2.0, -1.0, 1.0))
     return bool(np.linalg.norm(motion.translation) > distance or turn > angle)
 
@@ -116,11 +116,11 @@ def _both_level(before: Frame, frame: Frame) -> bool:
 
 
 def _heights(frame: Frame) -> FloatArray:
-    """(N,) heights in the world of a sample of the pixels [m]."""
+    """(N,) heights in odometry of a sample of the pixels [m]."""
     depth = _sample(frame.depth).astype(float)
     rows, columns = (np.arange(0, side, _EVERY, dtype=float) for side in frame.depth.shape)
     u, v = columns[None, :], rows[:, None]
-    (heights,) = world_maps(depth, frame.intrinsics, frame.wTc, u, v, axes=(2,))
+    (heights,) = world_maps(depth, frame.intrinsics, frame.oTc, u, v, axes=(2,))
     return heights[(depth > 0.0) & (depth < inf)]
 
 

@@ -1,31 +1,38 @@
-"""Pinhole camera geometry: from pixels to world points and back."""
+"""Pinhole camera geometry: from pixels to points in odometry and back."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 from pinocchio import SE3
 
-from perception.frame import Array, FloatArray, Frame, Image
+from config.arrays import Array
+from config.poses import OdometryPose
 from robots import Intrinsics
+
+FloatArray: TypeAlias = npt.NDArray[np.floating]
 
 CAMERA_UP = 0.17
 """Where one side of a tilted hand is higher than this share of their distance, it has the camera.
 """
 
 
-def world_points(depth: Image, intrinsics: Intrinsics, wTc: SE3, u: Array, v: Array) -> Array:
-    """(..., 3) world points of pixels [m]; NaN where the depth is.
+def world_points(
+    depth: FloatArray, intrinsics: Intrinsics, oTc: OdometryPose, u: Array, v: Array
+) -> Array:
+    """(..., 3) points in odometry of pixels [m]; NaN where the depth is.
 
     `u` and `v` are columns and rows in the full image, broadcast to `depth` [px].
     """
-    return np.stack(world_maps(depth.astype(float), intrinsics, wTc, u, v), axis=-1)
+    return np.stack(world_maps(depth.astype(float), intrinsics, oTc, u, v), axis=-1)
 
 
 def world_maps(
     depth: FloatArray,
     intrinsics: Intrinsics,
-    wTc: SE3,
+    oTc: OdometryPose,
     u: Array,
     v: Array,
     axes: Sequence[int] = (0, 1, 2),
@@ -36,24 +43,26 @@ def world_maps(
     """
     x = ((u - intrinsics.cx) / intrinsics.fx).astype(depth.dtype)
     y = ((v - intrinsics.cy) / intrinsics.fy).astype(depth.dtype)
-    rotation, translation = (part.astype(depth.dtype) for part in (wTc.rotation, wTc.translation))
-    return [
-        depth * (rotation[axis, 0] * x + (rotation[axis, 1] * y + rotation[axis, 2]))
-        + translation[axis]
-        for axis in axes
-    ]
+    rotation, translation = (part.astype(depth.dtype) for part in (oTc.rotation, oTc.translation))
+    maps = []
+    for axis in axes:
+        values = rotation[axis, 0] * x + (rotation[axis, 1] * y + rotation[axis, 2])
+        values = np.multiply(depth, values, out=values if values.shape == depth.shape else None)
+        values += translation[axis]
+        maps.append(values)
+    return maps
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Camera:
-    """A pinhole camera in the world."""
+    """A pinhole camera in odometry."""
 
     intrinsics: Intrinsics
-    wTc: SE3
+    oTc: OdometryPose
 
     def project(self, points: Array) -> Array:
-        """(N, 2) pixels of (N, 3) world points."""
-        x, y, z = ((points - self.wTc.translation) @ self.wTc.rotation).T
+        """(N, 2) pixels of (N, 3) points in odometry."""
+        x, y, z = ((points - self.oTc.translation) @ self.oTc.rotation).T
         camera = self.intrinsics
         return np.stack([camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy], axis=1)
 
@@ -68,36 +77,32 @@ class Camera:
             ],
             axis=1,
         )
-        ray = ray @ self.wTc.rotation.T
-        distance = (height - self.wTc.translation[2]) / ray[:, 2]
-        return np.asarray(self.wTc.translation + ray * distance[:, None])
+        ray = ray @ self.oTc.rotation.T
+        distance = (height - self.oTc.translation[2]) / ray[:, 2]
+        return np.asarray(self.oTc.translation + ray * distance[:, None])
 
+    def closing_direction(self, pixel: Array, angle: Array, height: Array) -> Array:
+        """(N,) horizontal closing directions, from x towards y in odometry [rad].
 
-def closing_direction(
-    intrinsics: Intrinsics, wTc: SE3, pixel: Array, angle: Array, height: Array
-) -> Array:
-    """(N,) horizontal closing directions, from x towards y of the world [rad].
-
-    Of angles (N,) in the image, from u towards v [rad], at pixels (N, 2) that show planes at
-    heights (N,) [m].
-    """
-    camera = Camera(intrinsics=intrinsics, wTc=wTc)
-    step = 4.0 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    line = camera.at_height(pixel + step, height) - camera.at_height(pixel - step, height)
-    return np.arctan2(line[:, 1], line[:, 0])
+        Of angles (N,) in the image, from u towards v [rad], at pixels (N, 2) that show planes at
+        heights (N,) [m].
+        """
+        step = 4.0 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        line = self.at_height(pixel + step, height) - self.at_height(pixel - step, height)
+        return np.arctan2(line[:, 1], line[:, 0])
 
 
 def grasp_pose(
-    x: float, y: float, z: float, direction: float, wTc: SE3, up: Array | None = None
+    x: float, y: float, z: float, direction: float, oTc: OdometryPose, up: Array | None = None
 ) -> SE3:
     """WTg of a grasp from straight above, turned by half a turn if that turns the camera less.
 
-    `direction` is the closing direction, from x towards y of the world [rad]. Of a tilted grasp all
+    `direction` is the closing direction, from x towards y in odometry [rad]. Of a tilted grasp all
     is in a; its camera shall be above the hand, if `up` (3,) tells so: the world's vertical in a,
     or its opposite for a camera at -x of the hand.
     """
     x_closing, y_closing = np.cos(direction), np.sin(direction)
-    better = x_closing * wTc.rotation[0, 0] + y_closing * wTc.rotation[1, 0]
+    better = x_closing * oTc.rotation[0, 0] + y_closing * oTc.rotation[1, 0]
     if up is not None and abs(upwards := x_closing * up[1] - y_closing * up[0]) > CAMERA_UP:
         better = upwards
     if better < 0.0:
@@ -114,20 +119,3 @@ def disc(centre: Array, radius: float, count: int) -> Array:
     r, turn = radius * np.sqrt(n / count), n * np.pi * (3.0 - np.sqrt(5.0))
     flat: Array = np.stack([r * np.cos(turn), r * np.sin(turn), np.zeros(count)], axis=1)
     return flat + centre
-
-
-def points_along_rays(frame: Frame, points: Array) -> Array:
-    """(N, 3) measured points on the rays through (N, 3) points, in the world [m]; else NaN."""
-    seen = np.full(points.shape, np.nan)
-    ahead = np.flatnonzero((points - frame.wTc.translation) @ frame.wTc.rotation[:, 2] > 0.0)
-    camera = Camera(intrinsics=frame.intrinsics, wTc=frame.wTc)
-    u, v = np.rint(camera.project(points[ahead])).T
-    rows, columns = frame.depth.shape
-    inside = (u >= 0) & (u < columns) & (v >= 0) & (v < rows)
-    ahead, u, v = ahead[inside], u[inside], v[inside]
-    depth = frame.depth[v.astype(int), u.astype(int)]
-    measured = depth > 0.0  # neither NaN nor black
-    seen[ahead[measured]] = world_points(
-        depth[measured], frame.intrinsics, frame.wTc, u[measured], v[measured]
-    )
-    return seen

@@ -15,8 +15,9 @@ import cv2
 import numpy as np
 from pinocchio import SE3
 
-from perception.frame import Array, Frame, Mask
-from perception.grasps.network_input import measured
+from config.arrays import Array, Mask
+from config.poses import OdometryPose
+from perception.frame import Frame
 from perception.objects.detected_object import DetectedObject
 from perception.registration import UNKNOWN_COVER, Place
 
@@ -44,7 +45,7 @@ _UNSEEN = Place(SE3.Identity(), np.zeros(2), 0.0, inf, inf)  # before the first 
 class Segment(NamedTuple):
     """An object in the region, or a part of it that was not seen, from above."""
 
-    centre: Array  # (3,) on the floor of the region, in the world [m]
+    centre: Array  # (3,) on the floor of the region, in odometry [m]
     area: float  # seen from above [m^2]
 
 
@@ -59,7 +60,7 @@ class RegionMap:
     """Square cells of the floor of a region, as seen from above.
 
     Args:
-        wTr: centre of the upright box of the region, in the world.
+        oTr: centre of the upright box of the region, in odometry.
         size: (3,) full edge lengths [m].
         cell: side of a cell [m].
         stride: every n-th pixel of a frame is used, along rows and columns; of the next, others.
@@ -70,13 +71,13 @@ class RegionMap:
 
     def __init__(
         self,
-        wTr: SE3,
+        oTr: OdometryPose,
         size: Array,
         cell: float = 0.003,
         stride: int = 2,
     ) -> None:
-        self.wTr = wTr
-        """Its centre where the newest frame shows it, in the world."""
+        self.oTr = oTr
+        """Its centre where the newest frame shows it, in odometry."""
         self._size, self._cell, self._stride = size, cell, stride
         self._half = size[:2] / 2.0 - WALL_MARGIN
         inner = np.maximum(np.ceil(2.0 * self._half / cell).astype(int), 1)
@@ -90,14 +91,14 @@ class RegionMap:
         self.frames = 0
 
     def add(self, frame: Frame, place: Place | None = None) -> None:
-        """Add a frame, and where it shows the region; None is exactly at `wTr`."""
-        place = place or Place(self.wTr, np.zeros(2), 0.0, UNKNOWN_COVER, UNKNOWN_COVER)
+        """Add a frame, and where it shows the region; None is exactly at `oTr`."""
+        place = place or Place(self.oTr, np.zeros(2), 0.0, UNKNOWN_COVER, UNKNOWN_COVER)
         self._best = min(self._best, place, key=lambda one: (one.cover, one.floor_tolerance))
         every = self._stride
         row = self.frames % every
         column = (row + self.frames // every) % every  # every pixel has its turn
-        _, _, points = measured(frame, every, row, column)
-        local = (points - place.wTr.translation) @ place.wTr.rotation
+        points = frame.cloud.every(every, row, column).points
+        local = (points - place.oTr.translation) @ place.oTr.rotation
         height = local[:, 2] + self._size[2] / 2.0
         half = self._half + np.minimum(place.tolerance, _BEYOND)
         inside = (np.abs(local[:, :2]) < half).all(axis=1)
@@ -107,7 +108,7 @@ class RegionMap:
         self._count += np.bincount(cells, minlength=self._count.size).reshape(shape)
         self._sum += np.bincount(cells, height[inside], self._count.size).reshape(shape)
         self.frames += 1
-        self.wTr = place.wTr
+        self.oTr = place.oTr
         self.__dict__.pop("_judged", None)
 
     @property
@@ -143,8 +144,8 @@ class RegionMap:
 
     @property
     def floor(self) -> float:
-        """Height in the world at which the frames show the floor [m]."""
-        return float(self.wTr.translation[2] - self._size[2] / 2.0) + self._judged.floor
+        """Height in odometry at which the frames show the floor [m]."""
+        return float(self.oTr.translation[2] - self._size[2] / 2.0) + self._judged.floor
 
     def segments(self, smallest: float, beside: Sequence[DetectedObject] = ()) -> list[Segment]:
         """Every separate object that covers at least an area [m^2], beside known ones."""
@@ -158,9 +159,9 @@ class RegionMap:
         return self._pieces(occupied, smallest)
 
     @property
-    def least_count(self) -> int:
-        """Least number of objects: pieces with hardly a gap between may be one."""
-        return len(self._pieces(_closed(self._judged.occupied), _OBJECT))
+    def pieces(self) -> list[Segment]:
+        """Each at least one object: those with hardly a gap between may be one."""
+        return self._pieces(_closed(self._judged.occupied), _OBJECT)
 
     def hidden(self, smallest: float) -> list[Segment]:
         """Unseen parts of at least an area [m^2], in which an object may stand."""
@@ -181,7 +182,7 @@ class RegionMap:
             return _Judged(seen, np.inf, self._best.floor)
         height = self._sum / np.maximum(self._count, 1.0)
         height -= self._best.floor
-        above, floor = _over_floor(height, seen, self._cell)
+        above, floor = _over_floor(height, seen)
         higher = float(np.median((height - above)[floor])) if floor.any() else 0.0
         if higher > self._tolerance:  # something lies on all of it
             above, higher = above + higher, 0.0
@@ -208,10 +209,10 @@ class RegionMap:
         ]
 
     def _world(self, cells: Array) -> Array:
-        """(..., 3) of cells (2, ...) on the floor, in the world [m]."""
+        """(..., 3) of cells (2, ...) on the floor, in odometry [m]."""
         x, y = ((cells.T + 0.5) * self._cell + self._corner).T
         local = np.stack([x, y, np.full_like(x, -self._size[2] / 2.0)], axis=-1)
-        return np.asarray(local @ self.wTr.rotation.T + self.wTr.translation)
+        return np.asarray(local @ self.oTr.rotation.T + self.oTr.translation)
 
 
 def _opened(mask: Mask, side: int) -> Mask:
@@ -222,20 +223,20 @@ def _opened(mask: Mask, side: int) -> Mask:
 
 
 def _closed(mask: Mask) -> Mask:
-    """With the gaps of one cell."""
+    """With the gaps of one cell or two."""
     square = np.ones((3, 3), np.uint8)
     closed: Mask = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_CLOSE, square) > 0
     return closed
 
 
-def _over_floor(height: Array, seen: Mask, cell: float) -> tuple[Array, Mask]:
+def _over_floor(height: Array, seen: Mask) -> tuple[Array, Mask]:
     """Heights (X, Y) over the plane of the floor [m], and which cells show it.
 
     A plane is fitted to what is near the height 0, then to the lower half of that, so that it finds
     the floor though most of it be covered; then to all that is near the plane. If hardly any cell
     shows a floor, it is at 0.
     """
-    x, y = np.meshgrid(*(cell * np.arange(n) for n in height.shape), indexing="ij")
+    x, y = np.indices(height.shape, dtype=float)
     terms = np.stack([np.ones_like(x), x, y], axis=-1)
     near = seen & (np.abs(height) < _NEAR_FLOOR)
     floor, above = near, height

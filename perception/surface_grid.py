@@ -10,10 +10,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from perception.frame import Array, Frame
-from perception.geometry import Camera, world_points
+from config.arrays import Array, Indices, Mask
+from perception.frame import Frame
+from perception.geometry import Camera
 
 _STRIDE = 8  # only every n-th pixel is used, along rows and columns
 _FARTHEST = 2.0  # larger depths are too noisy [m]
@@ -34,13 +34,13 @@ _OFFSET = 1 << 20  # makes the numbers of cells positive
 
 
 class Cells(NamedTuple):
-    """N cells of a grid in the world, in order."""
+    """N cells of a grid in odometry, in order."""
 
-    keys: npt.NDArray[np.int64]  # (N,) ascending
-    points: Array  # (N, 3) mean of the points in each cell, in the world [m]
-    hits: npt.NDArray[np.int64]  # (N,) number of hits
+    keys: Indices  # (N,) ascending
+    points: Array  # (N, 3) mean of the points in each cell, in odometry [m]
+    hits: Indices  # (N,) number of hits
 
-    def of(self, kept: npt.NDArray[np.bool_]) -> Cells:
+    def of(self, kept: Mask) -> Cells:
         """Some of them."""
         return Cells(self.keys[kept], self.points[kept], self.hits[kept])
 
@@ -61,7 +61,7 @@ def surface_cells(frame: Frame) -> Cells:
     for dv, du in ((-n, 0), (n, 0), (0, -n), (0, n)):
         agree += np.abs(depth[np.ix_(v + dv, u + du)] - here) <= most
     j, i = np.nonzero((agree >= 3) & (here <= _FARTHEST))
-    points = world_points(here[j, i], frame.intrinsics, frame.wTc, u[i], v[j])
+    points = frame.cloud.points(v[j], u[i])
     points = points[points[:, 2] > _FLOOR]
     x, y, z = np.floor(points / _CELL).astype(np.int64).T + _OFFSET
     keys, which, hits = np.unique(
@@ -82,10 +82,10 @@ class SurfaceGrid:
 
     @property
     def points(self) -> Array:
-        """(N, 3) in the world, one for every cell that counts [m]."""
+        """(N, 3) in odometry, one for every cell that counts [m]."""
         return self._points[self._hits >= _LEAST_HITS]
 
-    def keep(self, kept: npt.NDArray[np.bool_]) -> None:
+    def keep(self, kept: Mask) -> None:
         """Forget all other cells, (N,) in the order of `all_points`."""
         self._keys, self._points = self._keys[kept], self._points[kept]
         self._hits, self._stamps = self._hits[kept], self._stamps[kept]
@@ -99,18 +99,18 @@ class SurfaceGrid:
         """Let a newer frame clear cells, and its `surface_cells` fill others."""
         self._hits -= _SEEN_THROUGH * self._seen_through(frame)
         age = frame.stamp - self._stamps
-        away = np.abs(self._points[:, :2] - frame.wTc.translation[:2]).max(axis=1, initial=0.0)
+        away = np.abs(self._points[:, :2] - frame.oTc.translation[:2]).max(axis=1, initial=0.0)
         certain = self._hits >= _LEAST_HITS
         lasts = np.where(certain, np.where(away <= _NEAR, np.inf, MEMORY), _DOUBTFUL)
         self.keep((self._hits > 0) & (age <= lasts) & (away <= _AROUND))
         self._add(seen, frame.stamp)
 
-    def _seen_through(self, frame: Frame) -> npt.NDArray[np.bool_]:
+    def _seen_through(self, frame: Frame) -> Mask:
         """Cells whose pixel, and those around it, show something farther away."""
-        z = (self._points - frame.wTc.translation) @ frame.wTc.rotation[:, 2]
+        z = (self._points - frame.oTc.translation) @ frame.oTc.rotation[:, 2]
         through = np.zeros(len(z), dtype=bool)
         (ahead,) = np.nonzero(z > _BEHIND)
-        pixels = Camera(intrinsics=frame.intrinsics, wTc=frame.wTc).project(self._points[ahead])
+        pixels = Camera(intrinsics=frame.intrinsics, oTc=frame.oTc).project(self._points[ahead])
         u, v = np.rint(pixels).astype(np.int64).T
         rows, columns = frame.depth.shape
         n = _NEIGHBOUR

@@ -15,9 +15,9 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from pinocchio import SE3, Inertia
 
+from config.arrays import Mask
 from robots.shapes import Array, Geom
 
 _UPRIGHT = 0.99  # cosine of the largest tilt of an upright axis
@@ -61,7 +61,7 @@ class ArmDescription:
     """A serial arm of j joints, each turning about its own z or sliding along it."""
 
     joints: tuple[SE3, ...]  # pose of each at zero on the one before, or the foot
-    slides: npt.NDArray[np.bool_]  # (j,) which of them slide
+    slides: Mask  # (j,) which of them slide
     lTh: SE3  # flange of the hand on the last link
     ready: Array  # (j,) posture named `ready` in tasks [rad]: the hand in front, pointing down
     lag: float  # time constant with which the joints follow velocity commands [s]
@@ -169,8 +169,9 @@ class LaserDescription:
         return turned
 
     def points(self, ranges: Array) -> Array:
-        """(n, 3) points in the base, of ranges (n,) [m]."""
-        points: Array = self.bTs.translation + ranges[:, None] * self.beams
+        """(n, 3) ends of the beams in the base, of ranges (n,) [m], of inf out of reach."""
+        reached = np.minimum(ranges, self.max_range)
+        points: Array = self.bTs.translation + reached[:, None] * self.beams
         return points
 
 

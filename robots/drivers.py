@@ -14,13 +14,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import AfterValidator, ConfigDict, create_model
 
-from config import PluginError, StrictModel, UserError, entries, imported, suggest
+from config import PluginError, UserError, entries, imported, package_of, suggest
+from config.reader import StrictModel
 
 if TYPE_CHECKING:
     from importlib import metadata
 
 GROUP = "frankie_task.drivers"
 KINDS = ("arm", "base", "gripper", "camera", "laser")
+SIMULATED = "simulated"  # the driver of parts that are not there
 _IMPORT_TIMEOUT = 20.0  # of a package [s]
 
 
@@ -53,7 +55,7 @@ def find_driver(kind: str, name: str) -> Driver:
         names = (one.partition(".")[2] for one in _names() if one.startswith(f"{kind}."))
         raise DriverError(f"no driver of kind {kind} is called `{name}`; {suggest(name, names)}")
     if len(found) > 1:
-        packages = " and ".join(sorted(map(_package, found)))
+        packages = " and ".join(sorted(map(package_of, found)))
         raise DriverError(f"`{kind}.{name}` is offered by {packages}; uninstall one of them")
     driver = _imported(found[0])
     if isinstance(driver, DriverError):
@@ -97,10 +99,6 @@ def _names() -> list[str]:
     return [entry.name for entry in entries(GROUP) if entry.name.partition(".")[0] in KINDS]
 
 
-def _package(entry: metadata.EntryPoint) -> str:
-    return f"{entry.dist.name} {entry.dist.version}" if entry.dist else entry.value
-
-
 @cache
 def _imported(entry: metadata.EntryPoint) -> Driver | DriverError:
     """What an entry point offers, or why it cannot be used; imported once in a process."""
@@ -108,7 +106,7 @@ def _imported(entry: metadata.EntryPoint) -> Driver | DriverError:
     try:
         make: Any = imported(entry, _IMPORT_TIMEOUT)
         options = _options(make)
-        return Driver(kind=kind, name=name, package=_package(entry), options=options, make=make)
+        return Driver(kind=kind, name=name, package=package_of(entry), options=options, make=make)
     except Exception as error:  # of a package that anybody may have written
         return DriverError(_broken(entry, error))
 

@@ -17,15 +17,8 @@ import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
 
-from config import (
-    ConfigError,
-    Diagnostics,
-    StrictModel,
-    YamlMap,
-    read_config,
-    read_yaml,
-    suggest,
-)
+from config import Diagnostics, YamlMap, read_yaml, suggest
+from config.reader import ConfigError, StrictModel, read_config
 from robots.description import (
     ArmDescription,
     BaseDescription,

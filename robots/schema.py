@@ -10,7 +10,8 @@ from typing import Annotated, Any, Literal, TypeAlias
 import numpy as np
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
-from config import StrictModel, counted, suggest
+from config import counted, suggest
+from config.reader import StrictModel
 from robots.schema_geometry import (
     BallFile,
     BoxFile,

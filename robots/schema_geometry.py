@@ -13,7 +13,7 @@ import pinocchio as pin
 from pinocchio import SE3
 from pydantic import AfterValidator, Field, field_validator, model_validator
 
-from config import StrictModel
+from config.reader import StrictModel
 from robots.shapes import Array, Box, Capsule, Colour, Geom, Sphere, hull_of
 
 # Bounds of all numbers, in SI units, degrees or pixels.

@@ -10,14 +10,25 @@ from typing import Annotated, Any, TypeAlias
 
 from pydantic import AfterValidator, Field, ValidationInfo, create_model, model_validator
 
-from config import Diagnostics, StrictModel, content, read_config, read_yaml, suggest
-from robots.drivers import KINDS, DriverOptions, options_model
+from config import Diagnostics, content, read_yaml, suggest
+from config.reader import StrictModel, read_config
+from robots.drivers import KINDS, SIMULATED, DriverOptions, options_model
 from robots.schema import BaseLimitsFile
 from robots.schema_geometry import NotNegative, PoseFile, Positive
 
 Text: TypeAlias = Annotated[str, Field(min_length=1, max_length=200)]
 Port: TypeAlias = Annotated[int, Field(ge=1, le=65535)]
 Percent: TypeAlias = Annotated[float, Field(ge=1.0, le=100.0)]
+
+
+_TOGETHER = (
+    ("arm", "gripper", "a real one would hang on it"),
+    ("arm", "camera", "a real one would hang on it"),
+    ("gripper", "arm", "it holds what is simulated"),
+    ("base", "laser", "a real one would stand on it"),
+    ("laser", "base", "it does not see what a real one can hit"),
+)
+"""A part that is simulated, another that has to be then, and why."""
 
 
 class NamedDriver(DriverOptions):
@@ -42,6 +53,14 @@ class HardwareFile(StrictModel):
         addresses = (str(getattr(one, "address", "")) for one in (self.base, self.arm))
         if self.emulated is not None and not all(map(_is_here, addresses)):
             raise ValueError("an emulated robot has addresses 127.x.y.z only")
+        return self
+
+    @model_validator(mode="after")
+    def _simulated_parts_go_together(self) -> HardwareFile:
+        for kind, other, why in _TOGETHER:
+            one, two = getattr(self, kind), getattr(self, other)
+            if one and two and one.driver == SIMULATED != two.driver:
+                raise ValueError(f"a simulated {kind} needs a simulated {other}: {why}")
         return self
 
 

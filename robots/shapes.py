@@ -12,7 +12,8 @@ import numpy as np
 import numpy.typing as npt
 from pinocchio import SE3
 
-Array: TypeAlias = npt.NDArray[np.float64]
+from config.arrays import Array
+
 Triangles: TypeAlias = npt.NDArray[np.int32]
 Colour: TypeAlias = tuple[int, int, int]
 

@@ -6,77 +6,79 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
+from py_trees.behaviours import Running
 from py_trees.common import Status
 
 from app.core.world_model import load_world_model
-from behaviours import Context, Leaf, Place, Region, Vision
-from controller import HolisticController, PoseGoal, StepReport, robot_model
+from behaviours import Around, Context, Intent, Leaf, Now, Place, Region, Vision
+from controller import (
+    Command,
+    HolisticController,
+    KinematicState,
+    MotionGoal,
+    PoseGoal,
+    StepReport,
+    robot_model,
+)
 from hw import (
     Camera,
     Fault,
-    FaultInjection,
     FaultKind,
     Gate,
     RobotState,
+    RobotWrapper,
     SimClock,
     TaskClock,
     TaskTime,
     WallClock,
+    find_world,
+    world_names,
 )
-from hw.sim import SimObject, World, kinematic_robot
+from hw.sim import SimObject, SimulatedWorld, World, kinematic_robot
 from hw.sim.body import Dynamics
 from perception import GraspDetector
 from robots import Box, Geom, Plane, load_robot
-from trees.language import ticked
+from trees.language import intent_of
 
 TABLE_TOP = 0.5
-ON_TABLE = Region(
-    name="table",
-    mTr=SE3(np.eye(3), np.array([0.7, 0.0, TABLE_TOP + 0.1])),
-    size=np.array([0.4, 0.4, 0.2]),
-)
-FAR = Region(
-    name="table",
-    mTr=SE3(np.eye(3), np.array([0.85, 0.0, TABLE_TOP + 0.1])),
-    size=np.array([0.3, 0.4, 0.2]),
-)
+SIMULATORS = [one for one in world_names() if isinstance(find_world(one), SimulatedWorld)]
+
+
+def _over_the_top(name: str, x: float, length: float) -> Region:
+    pose = SE3(np.eye(3), np.array([x, 0.0, TABLE_TOP + 0.1]))
+    return Region(name=name, mTr=pose, size=np.array([length, 0.4, 0.2]))
+
+
+ON_TABLE = _over_the_top("table", 0.7, 0.4)
+FAR = _over_the_top("table", 0.85, 0.3)
 """Six places in two rows; the far one has those with even numbers, and is filled first."""
-SPOT = Region(
-    name="spot",
-    mTr=SE3(np.eye(3), np.array([0.75, 0.0, TABLE_TOP + 0.1])),
-    size=np.array([0.4, 0.4, 0.2]),
-)
+SPOT = _over_the_top("spot", 0.75, 0.4)
 
 
 @cache
 def detector() -> GraspDetector:
     """The real one, loaded once."""
-    return GraspDetector(gripper=load_robot("frankie").gripper)
+    return GraspDetector.shipped(load_robot("frankie").gripper)
 
 
 def block(
     half=(0.02, 0.03, 0.025), x: float = 0.7, y: float = 0.0, name="block", mass: float = 0.1
 ) -> SimObject:
     """A wooden block standing on the table."""
-    return SimObject(
-        name=name,
-        parts=(Geom(Box(half), SE3.Identity(), name),),
-        mass=mass,
-        pose=SE3(np.eye(3), np.array([x, y, TABLE_TOP + half[2]])),
-    )
+    parts = (Geom(Box(half), SE3.Identity(), name),)
+    pose = SE3(np.eye(3), np.array([x, y, TABLE_TOP + half[2]]))
+    return SimObject(name=name, parts=parts, mass=mass, pose=pose)
 
 
 def table_world(*objects: SimObject) -> World:
-    top = SE3(np.eye(3), np.array([0.8, 0.0, TABLE_TOP / 2]))
-    fixtures = [
-        Geom(Plane(), SE3.Identity(), "floor"),
-        Geom(Box((0.4, 0.4, TABLE_TOP / 2)), top, "table"),
-    ]
-    return World(fixtures, list(objects))
+    middle = SE3(np.eye(3), np.array([0.8, 0.0, TABLE_TOP / 2]))
+    table = Geom(Box((0.4, 0.4, TABLE_TOP / 2)), middle, "table")
+    return World([*open_floor().fixtures, table], list(objects))
 
 
 def open_floor() -> World:
@@ -84,18 +86,15 @@ def open_floor() -> World:
     return World([Geom(Plane(), SE3.Identity(), "floor")], [])
 
 
+def driving(speed: float) -> Command:
+    return Command(base_twist=np.array([speed, 0.0, 0.0]), qd=np.zeros(7))
+
+
 def looking_down(x: float, y: float, z: float, yaw: float = 0.0) -> SE3:
     return SE3(pin.rpy.rpyToMatrix(np.pi, 0.0, yaw), np.array([x, y, z]))
 
 
-class NoCamera:
-    """A camera that delivers nothing."""
-
-    def latest(self, max_age: float) -> None:
-        return None
-
-
-class Stubborn(FaultInjection):
+class Stubborn(RobotWrapper):
     """The simulated robot with what can go wrong under the test's control."""
 
     faults: tuple[Fault, ...] = ()
@@ -116,12 +115,10 @@ class Stubborn(FaultInjection):
 
     @property
     def camera(self) -> Camera:
-        return NoCamera() if self.blind else super().camera
+        return SimpleNamespace(latest=lambda max_age: None) if self.blind else super().camera
 
     def send(self, command):
-        return super().send(
-            command if not self.stuck else replace(command, qd=np.zeros(7), base_twist=np.zeros(3))
-        )
+        return super().send(Command.stop(7) if self.stuck else command)
 
 
 class Eyelid:
@@ -174,9 +171,9 @@ class Harness:
         description = replace(described, camera=replace(described.camera, rate=10.0))
         driver = kinematic_robot(description, self.world, self.clock, seed=1, dynamics=dynamics)
         if at is not None:
-            body = driver._arm._body
+            body = driver._arm.body
             body.q, body.wTb = (each.copy() for each in at)
-        self.robot = Stubborn(driver, self.world)
+        self.robot = Stubborn(driver)
         self.robot.connect()
         self.controller = HolisticController(robot_model(robot))
         self.gate = Gate(self.robot, description, 0.01)
@@ -186,28 +183,35 @@ class Harness:
             model=self.controller.model,
             clock=self.task_clock,
             vision=Vision(Eyelid(self.robot), detector()),
-            state=self.robot.read(),
-            fixtures=load_world_model(self.world).fixtures,
+            now=Now(state=self.robot.read()),
+            around=Around(fixtures=load_world_model(self.world).fixtures),
         )
         self._ticks = 0
 
     def tick(self, leaf: Leaf | None) -> None:
-        context = self.context
         state = self.robot.read()
-        context.begin_tick(state)
-        if leaf is not None:
-            for _ in ticked(leaf):
-                pass
-        self.step(state)
+        self.context.begin_tick(state)
+        intent = None if leaf is None else intent_of(leaf, self.context)
+        self.step(state, intent and intent.goal)
 
-    def step(self, state: RobotState) -> StepReport:
-        """The end of a tick: the controller goes for the goal of the context."""
-        context = self.context
-        here, goal = context.localisation.on_map(state, context.goal)
-        around = context.surroundings
+    def pursue(self, goal: MotionGoal) -> StepReport:
+        """A tick without a leaf, towards a goal."""
+        state = self.robot.read()
+        self.context.begin_tick(state)
+        self.context.now.intend(Intent(goal, Running("nobody")))
+        return self.step(state, goal)
+
+    def step(self, state: RobotState, goal: MotionGoal | None) -> StepReport:
+        """The end of a tick: the controller goes for a goal in odometry."""
+        here = self.context.localisation
+        return self._step(state, here.mTb, here.on_map(goal), self.context.end_tick)
+
+    def _step(self, state: RobotState, mTb, goal, told=lambda report: None) -> StepReport:
+        around = self.context.surroundings
+        here = KinematicState(mTb, state.q)
         command, report = self.controller.step(here, goal, self.gate.applied, around)
         self.gate.send(command, state, self.clock.now())
-        context.end_tick(report)
+        told(report)
         self._ticks += 1
         self.clock.sleep_until(self._ticks * 0.01)
         return report
@@ -224,18 +228,13 @@ class Harness:
         goal = replace(goal, hand_may_touch=True)
         for _ in range(1500):
             state = self.robot.read()
-            around = self.context.surroundings
-            command, report = self.controller.step(state, goal, self.gate.applied, around)
-            self.gate.send(command, state, self.clock.now())
-            self._ticks += 1
-            self.clock.sleep_until(self._ticks * 0.01)
-            if report.arrived:
+            if self._step(state, state.oTb, goal).arrived:
                 return
-        raise AssertionError(f"not there: {report}")
+        raise AssertionError("not there")
 
-    def reach_over(self, wTe: SE3) -> None:
+    def reach_over(self, oTe: SE3) -> None:
         """Bring the hand somewhere and let it come to rest."""
-        self.reach(PoseGoal(wTe=wTe))
+        self.reach(PoseGoal(target=oTe))
         self.run_for(None, 0.5)
 
     def run(self, leaf: Leaf, seconds: float = 30.0) -> Status:
@@ -267,10 +266,12 @@ class Harness:
 def _reached(x: float, y: float, z: float, yaw: float) -> tuple[np.ndarray, SE3]:
     """Joint angles and pose of the base with the hand there over a bare table; found once."""
     harness = Harness(table_world())
-    harness.reach(PoseGoal(wTe=looking_down(x, y, z, yaw), position_tolerance=0.002, straight=True))
+    harness.reach(
+        PoseGoal(target=looking_down(x, y, z, yaw), position_tolerance=0.002, straight=True)
+    )
     harness.run_for(None, 0.5)
     state = harness.robot.read()
-    return state.q, state.wTb
+    return state.q, state.oTb
 
 
 def with_the_hand_at(world: World, x: float, y: float, z: float, yaw: float = 0.0) -> Harness:

@@ -3,8 +3,10 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from app.core import Instruments, ObstacleSource, RunOptions, ScheduledFault, run_task
-from app.live import ControlOptions
+import pytest
+
+from app.choices import Speed
+from app.core import Instruments, ObstacleSource, RunOptions, run_task
 from trees import find
 
 
@@ -16,21 +18,20 @@ class Recorded:
     robot: str = "frankie"
     scene: str | None = None
     seed: int = 0
-    faults: tuple[ScheduledFault, ...] = ()
+    faults: tuple[str, ...] = ()  # as `reflex@3`
     frames: bool = True
-    paced: bool = False
+    speed: Speed = Speed.MAX
     obstacles: ObstacleSource = ObstacleSource.MAP
     localisation: str = "exact"
     seconds: float | None = None
     """When a person ends it [s]; None lets it end by itself."""
 
     def __str__(self) -> str:
-        faults = [f"{one.fault} at {one.at_s or one.phase}" for one in self.faults]
         scene = [self.scene] if self.scene else []
         scene += [] if self.localisation == "exact" else [f"localisation {self.localisation}"]
         until = [f"stopped at {self.seconds:g} s"] if self.seconds else []
-        parts = [Path(self.tree).stem, self.robot, f"seed {self.seed}", *scene, *until, *faults]
-        return ", ".join(parts)
+        parts = [Path(self.tree).stem, self.robot, f"seed {self.seed}", *scene, *until]
+        return ", ".join([*parts, *self.faults])
 
 
 def record(run: Recorded, root: Path, instruments: Instruments | None = None) -> Path:
@@ -47,24 +48,37 @@ def record(run: Recorded, root: Path, instruments: Instruments | None = None) ->
         robot=run.robot,
         scene=run.scene,
         seed=run.seed,
-        faults=run.faults,
         replayable=run.frames,
-        paced=run.paced,
+        speed=run.speed,
         obstacles=run.obstacles,
         localisation=run.localisation,
         record=root,
         recording=False,
-        control=ControlOptions(acknowledge_after=0.5),
+        acknowledge_after=0.5,
+        **faulty(*run.faults),
     )
     return run_task(options, interrupted=is_over, instruments=instruments).folder
 
 
-def fault(name: str, **when) -> ScheduledFault:
-    return ScheduledFault(fault=name, **when)
+def faulty(*faults: str, world: str = "kinematic") -> dict[str, object]:
+    """Options of a run with faults; without the extension that gives them the test is skipped."""
+    if not faults:
+        return {"world": world}
+    pytest.importorskip("extensions.faults")
+    return {"world": f"faulty:{world}", "observers": [f"faults:{','.join(faults)}"]}
+
+
+def faulty_words(*faults: str, world: str = "kinematic") -> list[str]:
+    """The same on the command line."""
+    options = faulty(*faults, world=world)
+    return [
+        f"--world={options['world']}",
+        *(f"--with={one}" for one in options.get("observers", ())),
+    ]
 
 
 RECORDED = (
-    Recorded(tree="pick_one", scene="single", faults=(fault("reflex", at_s=3.0),), seconds=9.0),
+    Recorded(tree="pick_one", scene="single", faults=("reflex@3",), seconds=9.0),
     Recorded(tree="pick_one", scene="single"),
     Recorded(tree="pick_one", scene="single", robot="omni", seed=2),
     Recorded(tree="pick_one", localisation="good", seed=1),
@@ -76,16 +90,13 @@ RECORDED = (
     Recorded(
         tree="pick_one",
         scene="single",
-        faults=(fault("emergency stop", at_s=4.0, for_s=1.0),),
+        faults=("emergency stop@4 for 1",),
     ),
     Recorded(
         tree="pick_one",
         scene="household",
-        faults=(
-            fault("frames lost", phase="approach", for_s=0.4),
-            fault("localisation drift", at_s=1.0),
-        ),
+        faults=("frames lost@approach for 0.4", "localisation drift@1"),
     ),
-    Recorded(tree="pick_one", scene="single", faults=(fault("state nan", at_s=3.0),)),
-    Recorded(tree="pick_one", scene="single", faults=(fault("reading fails", at_s=5.0),)),
+    Recorded(tree="pick_one", scene="single", faults=("state nan@3",)),
+    Recorded(tree="pick_one", scene="single", faults=("reading fails@5",)),
 )

@@ -1,13 +1,13 @@
 """A room with furniture, and what a laser and a depth camera with real errors measure of it."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 from pinocchio import SE3, exp3
 
+from config.planar import in_space
 from hw.sim import D435Noise, DepthRenderer
-from perception.registration import LASER, Cloud, Surfaces, depth_cloud, in_space
+from perception.registration import LASER, Cloud, Surfaces, depth_cloud
 from robots import Box, Cylinder, Geom, Intrinsics, load_robot
 
 LASER_AT = np.array([0.25, 0.0, 0.19])
@@ -54,24 +54,15 @@ def displaced(geoms: Sequence[Geom], by: Sequence[float]) -> list[Geom]:
     return [g.moved(there * turn * SE3(np.eye(3), -centre)) for g in geoms]
 
 
-@dataclass
 class Robot:
-    """Laser and camera on a base, wrong in a way that lasts."""
+    """Laser and camera on a base, wrong in a way that lasts: where they are, and in scale."""
 
-    rng: np.random.Generator
-    hand_eye: tuple[float, float] = (0.003, 0.5)
-    """[m], [deg]."""
-    depth_scale: float = 0.005
-    wrong: SE3 = field(init=False)
-    scale: float = field(init=False)
-    mount: np.ndarray = field(init=False)
-    """Error of where the laser is mounted: x, y, heading."""
-
-    def __post_init__(self) -> None:
-        shift, turn = (v / np.linalg.norm(v) for v in self.rng.normal(size=(2, 3)))
-        self.wrong = SE3(exp3(np.deg2rad(self.hand_eye[1]) * turn), self.hand_eye[0] * shift)
-        self.mount = self.rng.normal(size=3) * [0.002, 0.002, np.deg2rad(0.1)]
-        self.scale = 1.0 + self.depth_scale * self.rng.choice([-1.0, 1.0])
+    def __init__(self, rng: np.random.Generator) -> None:
+        self.rng = rng
+        shift, turn = (v / np.linalg.norm(v) for v in rng.normal(size=(2, 3)))
+        self.wrong = SE3(exp3(np.deg2rad(0.5) * turn), 0.003 * shift)
+        self.mount = rng.normal(size=3) * [0.002, 0.002, np.deg2rad(0.1)]  # x, y, heading
+        self.scale = 1.0 + 0.005 * rng.choice([-1.0, 1.0])
 
     def scan(self, world: Mapping[str, Sequence[Geom]], mTb: np.ndarray, step: int = 1) -> Cloud:
         angles = np.deg2rad(np.arange(-120, 121, step))

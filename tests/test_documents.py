@@ -12,7 +12,7 @@ import pytest
 from typer.main import get_group
 
 from app.commands import app
-from hw.faults import INJECTABLE
+from extensions.faults import INJECTABLE
 from hw.sim import scene_names
 from trees import find
 
@@ -84,8 +84,10 @@ def test_every_command_line_parses(page):
             names = {"both", *(file.stem for file in (ROOT / "robots").glob("*.yaml"))}
             assert is_left_to_the_reader(robot) or robot in names
         if command == "run":
-            for fault in given["fault"] or []:
-                assert fault.partition("@")[0] in INJECTABLE
+            for watcher in given["observers"] or []:
+                if (name := watcher.partition(":"))[0] == "faults":
+                    faults = [one.strip().partition("@")[0] for one in name[2].split(",")]
+                    assert {*faults} <= {*INJECTABLE}
         if command == "nodes" and given["name"]:
             assert is_left_to_the_reader(given["name"]) or given["name"] in ("grasp", "wave")
 
@@ -93,7 +95,10 @@ def test_every_command_line_parses(page):
 def options(command) -> set[str]:
     """The options of a command and of those below it."""
     own = {name for parameter in command.params for name in parameter.opts}
-    return own.union(*(options(below) for below in getattr(command, "commands", {}).values()))
+    if not hasattr(command, "list_commands"):
+        return own
+    below = (command.get_command(None, name) for name in command.list_commands(None))
+    return own.union(*map(options, below))
 
 
 @each_page
@@ -104,7 +109,7 @@ def test_every_option_that_is_named_alone_exists(page):
 
 
 def test_a_command_line_that_is_wrong_would_be_noticed():
-    for line in ("run pick_place --sead 3", "rum", "bench reach --count x", "explain --html"):
+    for line in ("run pick_place --sead 3", "rum", "bench reach --count x", "explain --as"):
         with pytest.raises(Exception, match=r"No such|valid integer|requires an argument"):
             parse(line.split())
 

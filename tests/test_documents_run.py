@@ -1,6 +1,7 @@
 """README and docs: every console line and code block is run here, or NOT_HERE says why not.
 
-docs/authoring.md is run as a whole, by tests/app/authoring/test_authoring_guide.py.
+docs/authoring.md is run as a whole, by tests/app/authoring/test_authoring_guide.py, and
+docs/control_library.md by tests/test_control_library.py.
 """
 
 from __future__ import annotations
@@ -27,17 +28,19 @@ from trees.language import load
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 NAMED = re.compile(r"^```yaml\n# (\S+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
+WHOLE = ("authoring.md", "control_library.md")
+
 NOT_HERE = {
     # Beginnings of console lines.
     "make run": "it installs 2.5 GB",
     ". .venv/bin/activate": "of the shell",
     "export OPENAI_API_KEY": "of the shell",
-    "frankie-task ask": "needs a network; tests/app/agent/test_ask.py has a scripted model",
+    "frankie-task ask": "needs a network; extensions/agent/tests has a scripted model",
     "frankie-task bench": "takes minutes to hours; tests/lab/bench runs small ones",
     "frankie-task calibrate base-arm": "needs hardware",
     "frankie-task calibrate hand-eye --robot": "needs hardware",
-    "frankie-task emulate": "runs until Ctrl-C; tests/app/commands/test_emulate.py ends it",
-    "frankie-task film": "needs a Vulkan driver; tests/app/review/test_film.py",
+    "frankie-task emulate": "runs until Ctrl-C; extensions/emulators/tests ends it",
+    "frankie-task film": "needs a Vulkan driver; tests/lab/film/test_film.py",
     "frankie-task grasp eval": "takes minutes to hours",
     "frankie-task grasp fit": "needs outcomes, which takes minutes to hours",
     "frankie-task grasp outcomes": "takes minutes to hours",
@@ -46,16 +49,19 @@ NOT_HERE = {
     "frankie-task grasp train": "takes hours",
     "frankie-task robot show": "needs a screen",
     "frankie-task run pick_place": "takes minutes; tests/app/core/test_shipped_tasks.py",
-    "frankie-task serve": "runs until Ctrl-C; tests/app/serve ends it",
+    "frankie-task serve": "runs until Ctrl-C; extensions/page/tests ends it",
     "frankie-task view": "needs a screen or a browser; tests/app/live/test_viewer.py",
     "pytest": "is a test",
     # Blocks of a kind in a page, or those that begin so.
     "architecture.md mermaid": "a picture",
+    "controller.md mermaid": "a picture",
     "control.md ": "what a command prints",
     "perception.md ": "a picture",
     "drivers.md yaml": "a part of a file; tests/test_driver_package.py has the whole",
+    "extending.md toml": "a part of a file; tests/test_extending.py installs what it names",
     "hardware.md python": "needs hardware; its imports are tested in tests/test_documents.py",
-    "language.md yaml - subtree:": "the file is yours; tests/trees/test_subtree_files.py",
+    "hardware.md yaml": "needs an arm; extensions/emulators/tests/robot/test_partly_real.py",
+    "language.md yaml - subtree:": "the file is yours; tests/trees/test_subtrees.py",
     "scenes.md yaml objects:": "the meshes are yours; tests/hw/sim has some",
 }
 SLOW = (
@@ -64,7 +70,7 @@ SLOW = (
     "robot ",
     "export last --lerobot",
 )  # of `frankie-task`
-FAILS = ("run pick_one --scene single --fault",)  # as its page says, or may
+FAILS = ("run pick_one --scene single --world faulty",)  # as its page says, or may
 
 
 def lines(page: Path) -> list[str]:
@@ -85,7 +91,7 @@ def run_here(page: Path) -> list[str]:
     return [one.removeprefix("frankie-task ") for one in left]
 
 
-HERE = [page for page in PAGES if page.name != "authoring.md" and run_here(page)]
+HERE = [page for page in PAGES if page.name not in WHOLE and run_here(page)]
 LONG = [page for page in HERE if any(one.startswith(SLOW) for one in run_here(page))]
 
 
@@ -107,7 +113,7 @@ def folder(tmp_path, monkeypatch, runs):
     Path("trees").symlink_to(ROOT / "trees")
     shutil.copytree(runs, "runs")
     for page in PAGES:
-        if page.name != "authoring.md":
+        if page.name not in WHOLE:
             for name, text in NAMED.findall(page.read_text("utf-8")):
                 Path(name).write_text(text)
 
@@ -137,7 +143,7 @@ def blocks() -> list[tuple[str, str, str]]:
     every = [
         (page.name, kind, text)
         for page in PAGES
-        if page.name != "authoring.md"
+        if page.name not in WHOLE
         for kind, text in BLOCK.findall(page.read_text("utf-8"))
         if kind != "console"
     ]

@@ -41,16 +41,26 @@ def test_the_command_enters_where_names_are_guarded():
     assert script.load() is frankie_task_cli.main
 
 
+def ran(program: str, *arguments: object, first: Path = ROOT) -> subprocess.CompletedProcess[str]:
+    """A program of Python with arguments, and a folder in which it looks for packages first."""
+    return subprocess.run(
+        [sys.executable, "-c", program, *map(str, arguments)],
+        env=os.environ | {"PYTHONPATH": f"{first}{os.pathsep}{ROOT}"},
+        cwd=first,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+MAIN = "from frankie_task_cli import main; main()"
+
+
 def test_a_foreign_package_of_the_same_name_is_refused_by_one_line(tmp_path):
     path = tmp_path / "controller.py"
     path.write_text("raise RuntimeError('this is not ours')\n")
-    command = [sys.executable, "-c", "from frankie_task_cli import main; main()", "nodes"]
-    environment = os.environ | {"PYTHONPATH": f"{tmp_path}{os.pathsep}{ROOT}"}
-    done = subprocess.run(
-        command, env=environment, cwd=tmp_path, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 2
-    assert done.stdout == ""
+    done = ran(MAIN, "nodes", first=tmp_path)
+    assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith(f"{path}: hides the package `controller` of frankie-task; ")
     assert done.stderr.count("\n") == 1
 
@@ -63,14 +73,7 @@ def test_the_command_line_is_quick_to_answer():
         "try: main()\n"
         f"except SystemExit: print([name for name in {heavy} if name in sys.modules])"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", program, "--help"],
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert done.stdout.splitlines()[-1] == "[]"
+    assert ran(program, "--help").stdout.splitlines()[-1] == "[]"
 
 
 def test_to_check_a_task_without_places_reads_no_robot(tmp_path):
@@ -83,24 +86,10 @@ def test_to_check_a_task_without_places_reads_no_robot(tmp_path):
         "try: main()\n"
         "finally: print(*[name for name in opened if name.endswith('.yaml')])"
     )
-
-    done = subprocess.run(
-        [sys.executable, "-c", program, "check", str(task)],
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert "/parts/" not in done.stdout.splitlines()[-1]
+    opened = ran(program, "check", task).stdout.splitlines()[-1]
+    assert str(task) in opened
+    assert "/parts/" not in opened
 
 
 def test_a_command_is_built_alone_and_a_wrong_word_is_answered_by_all_of_them():
-    program = "from frankie_task_cli import main; main()"
-    done = subprocess.run(
-        [sys.executable, "-c", program, "chek"],
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert "did you mean 'check'" in done.stderr.lower()
+    assert "did you mean 'check'" in ran(MAIN, "chek").stderr.lower()

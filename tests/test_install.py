@@ -51,46 +51,41 @@ def choose(tmp_path):
     return run
 
 
-@pytest.mark.parametrize("name", ["python3.13", "python3", "python"])
-def test_any_name_of_a_python_serves(choose, name):
-    assert choose({name: WORKS}) == (f"/0/{name}", 0)
+EVERY = {"python3.13": WORKS, "python3.11": WORKS, "python3": WORKS}
 
 
-@pytest.mark.parametrize(("minor", "serves"), [(10, False), (11, True), (13, True), (14, False)])
-def test_every_version_from_3_11_to_3_13_serves(choose, minor, serves):
-    said, code = choose({"python3": of_version(3, minor)})
-    assert (code, "needs Python 3.11, 3.12 or 3.13" in said) == (
-        (0, False) if serves else (2, True)
-    )
+@pytest.mark.parametrize(
+    ("folders", "named", "taken"),
+    [
+        ([{"python3.13": WORKS}], {}, "/0/python3.13"),
+        ([{"python3": of_version(3, 11)}], {}, "/0/python3"),
+        ([{"python": of_version(3, 13)}], {}, "/0/python"),
+        ([EVERY], {}, "/0/python3.11"),  # with which everything is tested
+        ([{"python3.11": A_SHIM_WITHOUT_PYTHON}, {"python3.12": WORKS}], {}, "/1/python3.12"),
+        ([{"mine": WORKS, "python3.11": WORKS}], {"PYTHON": "mine"}, "mine"),
+    ],
+)
+def test_the_best_python_that_serves_is_taken(choose, folders, named, taken):
+    assert choose(*folders, **named) == (taken, 0)
 
 
-def test_the_version_that_everything_is_tested_with_comes_first(choose):
-    assert choose({"python3.13": WORKS, "python3.11": WORKS, "python3": WORKS})[0] == (
-        "/0/python3.11"
-    )
-
-
-def test_a_shim_that_does_not_run_is_passed_over(choose):
-    found = choose({"python3.11": A_SHIM_WITHOUT_PYTHON}, {"python3.12": WORKS})
-    assert found == ("/1/python3.12", 0)
-
-
-def test_without_any_there_is_one_line(choose):
-    said, code = choose()
-    assert code == 2
-    assert said.count("\n") == 0
-    assert said.startswith("frankie-task needs Python 3.11, 3.12 or 3.13 with venv")
-
-
-def test_the_one_that_a_person_names_is_taken(choose):
-    assert choose({"mine": WORKS, "python3.11": WORKS}, PYTHON="mine") == ("mine", 0)
-
-
-def test_one_that_a_person_names_and_that_does_not_serve_is_refused(choose):
-    said, code = choose({"mine": of_version(3, 9), "python3.11": WORKS}, PYTHON="mine")
-    assert code == 2
-    assert said.startswith("PYTHON=mine: is no Python 3.11, 3.12 or 3.13")
-    assert said.count("\n") == 0
+@pytest.mark.parametrize(
+    ("folders", "named", "begins"),
+    [
+        ([], {}, "frankie-task needs Python 3.11, 3.12 or 3.13 with venv"),
+        ([{"python3": of_version(3, 10)}], {}, "frankie-task needs Python 3.11, 3.12 or 3.13"),
+        ([{"python3": of_version(3, 14)}], {}, "frankie-task needs Python 3.11, 3.12 or 3.13"),
+        (
+            [{"mine": of_version(3, 9), "python3.11": WORKS}],
+            {"PYTHON": "mine"},
+            "PYTHON=mine: is no Python 3.11, 3.12 or 3.13",
+        ),
+    ],
+)
+def test_without_any_there_is_one_line(choose, folders, named, begins):
+    said, code = choose(*folders, **named)
+    assert (code, said.count("\n")) == (2, 0)
+    assert said.startswith(begins)
 
 
 def test_the_package_asks_for_the_same_versions():

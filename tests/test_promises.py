@@ -31,7 +31,7 @@ def sentences(page: str) -> list[str]:
 def has(node: str) -> bool:
     """Whether there is a test file, or a test in one."""
     file, _, name = node.partition("::")
-    path = TESTS / file
+    path = TESTS.parent / file
     if not path.is_file() or not name:
         return path.is_file()
     body = ast.parse(path.read_text("utf-8")).body

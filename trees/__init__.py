@@ -7,16 +7,10 @@ from __future__ import annotations
 
 from os.path import isfile
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from config import UserError, lazy_face, nearest, quoted
-
-if TYPE_CHECKING:
-    from trees.schema import SCHEMA_FILE, schema_text
-    from trees.template import new_files
-else:
-    __getattr__ = lazy_face(__name__)
-
+from config import UserError, nearest, quoted
+from trees.task_schema import SCHEMA_FILE, schema_text
+from trees.template import new_files
 
 _FOLDER = Path(__file__).parent
 

@@ -2,7 +2,7 @@
 
 from config import UserError
 from trees.language import NAMING_HINT, WORD, describe_leaves, known_leaves
-from trees.schema import SCHEMA_FILE, schema_text
+from trees.task_schema import SCHEMA_FILE, schema_text
 
 _TASK = """\
 # yaml-language-server: $schema={schema}

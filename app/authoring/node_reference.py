@@ -23,7 +23,7 @@ def all_words(*, about: bool, parameters: bool) -> Iterator[str]:
     """A line for each word, perhaps with what it is about, and for each parameter of a leaf."""
     yield "# Composites: a node with one of these keys has children"
     for key, word in COMPOSITES.items():
-        yield f"{key}: {word.children}{f'; {word.description}' * about}"
+        yield f"{key}: {word.takes}{f'; {word.description}' * about}"
     yield f"{SUBTREE}: {_SUBTREE}"
     yield "# Modifiers, innermost first: keys beside the key of a node"
     yield f"{NAME}: {_NAME}"
@@ -46,7 +46,7 @@ def one_word(name: str) -> Iterator[str]:
         yield from filter(None, (first, leaves[name].details, *parameters))
     elif name in COMPOSITES:
         word = COMPOSITES[name]
-        yield f"{name}: {word.children}\n{word.description}"
+        yield f"{name}: {word.takes}\n{word.description}"
         for key, option in word.options.items():
             yield f"  {key}: {option.type} ({option.default}): {option.description}"
     elif name in MODIFIERS:
@@ -65,7 +65,7 @@ def _leaf(leaf: LeafType) -> Iterator[str]:
     yield from (f"  {_parameter(one)}" for one in leaf.described)
 
 
-def _parameter(one: Parameter | Output) -> str:
+def _parameter(one: Parameter) -> str:
     if isinstance(one, Output):
         return f"{one.name}: a key that takes {one.type}: {one.description}"
     default = "" if one.required or one.default is None else f" ({one.default})"

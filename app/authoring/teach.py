@@ -10,6 +10,7 @@ import pinocchio as pin
 
 from app.choices import Form
 from config import Diagnostics, UserError, YamlMap, read_yaml
+from config.planar import yaw_of
 from controller import RobotModel
 from hw import Robot, WorldOptions, open_backend
 from trees.language import NAMING_HINT, WORD
@@ -78,13 +79,13 @@ def _pose(robot: Robot, form: Form) -> str:
         q = np.where(slides, state.q, np.degrees(state.q))
         return f"{{joints_deg: {_list(q, 3 if slides.any() else 1)}}}"
     if form is Form.BASE:
-        turn = state.wTb.rotation
-        heading = degrees(np.arctan2(turn[1, 0], turn[0, 0]))
-        at = _list(state.wTb.translation[:2], 3)
+        turn = state.oTb.rotation
+        heading = degrees(yaw_of(turn))
+        at = _list(state.oTb.translation[:2], 3)
         return f"{{base: {at}, heading_deg: {_list([heading], 1)[1:-1]}}}"
-    wTe = RobotModel(robot.description).wTe(state.wTb, state.q)
-    angles = _list(np.degrees(pin.rpy.matrixToRpy(wTe.rotation)), 1)
-    return f"{{xyz: {_list(wTe.translation, 3)}, rpy_deg: {angles}}}"
+    oTe = RobotModel(robot.description).end_effector(state.oTb, state.q)
+    angles = _list(np.degrees(pin.rpy.matrixToRpy(oTe.rotation)), 1)
+    return f"{{xyz: {_list(oTe.translation, 3)}, rpy_deg: {angles}}}"
 
 
 def _list(numbers: object, digits: int) -> str:

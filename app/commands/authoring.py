@@ -1,4 +1,4 @@
-"""Commands for authors of tasks: nodes, draw, schema, new, teach, reach, export, dry."""
+"""Commands for authors of tasks: nodes, draw, schema, new, teach, reach, dry."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from app.choices import Form, Schemas
+from app.choices import Form
 from app.commands.refuse import find_tree, refuse, task_parameters, write
 from app.terminal import Terminal, visible
 
@@ -140,84 +140,6 @@ def reach(
         f"Metres from the middle of the base of {description.name} to the point between the finger "
         f"tips; the hand is tilted outwards by 0° (straight down) to 90° (level). The base itself "
         f"reaches {front:.2f} m forwards."
-    )
-
-
-@authoring.command("export")
-def export(
-    names: Annotated[
-        list[str], typer.Argument(help="A task; with --lerobot runs; with --mcap a run.")
-    ],
-    output: Output = None,
-    lerobot: Annotated[
-        Path | None, typer.Option(help="Write a LeRobotDataset of runs into this new folder.")
-    ] = None,
-    mcap: Annotated[
-        Path | None, typer.Option(help="Write a run as messages into this new file.")
-    ] = None,
-    schemas: Annotated[
-        Schemas, typer.Option(help="With --mcap: ROS 2 messages, or Foxglove's own schemas.")
-    ] = Schemas.ROS2,
-    runs: Annotated[Path, typer.Option("--runs", help="Where the runs are.")] = Path("runs"),
-    fps: Annotated[
-        int, typer.Option(help="With --lerobot: frames a second; divides the control rate.")
-    ] = 50,
-) -> None:
-    """A task as XML for BehaviorTree.CPP 4 and Groot2; or runs for learning, or for Foxglove.
-
-    With --output, each task file that it includes becomes a file beside it.
-    """
-    if output is not None and (lerobot or mcap):
-        refuse("--output: runs go where --lerobot or --mcap says; leave it out")
-    if lerobot is not None:
-        _export_runs(names, lerobot, runs, fps)
-        return
-    if len(names) > 1:
-        refuse(f"{names[1]}: one at a time becomes a file; add --lerobot DIR to export runs")
-    if mcap is not None:
-        from app.commands.review import said_losses
-        from app.export import export_mcap
-        from app.review import find_run
-
-        folder = find_run(names[0], runs)
-        export_mcap(folder, mcap, schemas)
-        said_losses(folder)
-        typer.echo(f"{mcap}: written")
-        return
-    from trees.btcpp import export_files, export_xml
-    from trees.language import load
-
-    task = load(find_tree(names[0]), open_parameters=True)
-    if output is None:
-        _deliver(export_xml(task), None)
-        return
-    first, *included = export_files(task).items()
-    files = {output.parent / path: text for path, text in included}
-    if output in files:
-        refuse(f"{output}: a subtree of the task belongs there; choose another name")
-    _deliver(first[1], output)
-    for path, text in files.items():
-        _make_folder(path.parent)
-        _deliver(text, path)
-
-
-def _make_folder(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        refuse(f"{folder}: cannot be made ({error.strerror}); name a file in another folder")
-
-
-def _export_runs(names: list[str], folder: Path, runs: Path, fps: int) -> None:
-    from app.export import export_lerobot
-    from app.review import find_run
-    from config import counted
-
-    done = export_lerobot([find_run(name, runs) for name in names], folder, fps)
-    video = "with depth video" if done.has_video else "without video: a run has no pictures"
-    typer.echo(
-        f"{folder}: {counted(done.episodes, 'episode')} ({done.failed} failed), "
-        f"{done.frames} frames, {video}"
     )
 
 

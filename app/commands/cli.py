@@ -11,16 +11,14 @@ from typer.main import get_command_name, get_group
 
 from app.commands.authoring import authoring, dry
 from app.commands.doctor import doctor, drivers
-from app.commands.emulate import app as emulate
-from app.commands.refuse import RefusingGroup, find_tree, refuse
-from app.commands.review import delays, explain, film, replay, runs, view
-from app.commands.robot import robot
-from app.commands.run import run
-from app.commands.serve import ask, mcp, serve
+from app.commands.offered_commands import CommandLine
+from app.commands.refuse import find_tree, refuse
+from app.commands.review import explain, replay, runs, view
+from app.commands.run_command import run
 from app.terminal import Terminal
 
 app = typer.Typer(
-    cls=RefusingGroup,
+    cls=CommandLine,
     add_completion=False,
     no_args_is_help=True,
     rich_markup_mode=None,
@@ -29,12 +27,10 @@ app = typer.Typer(
 )
 
 app.add_typer(authoring)
-for command in (run, serve, mcp, ask, dry, runs, view, film, explain, replay, delays):
+for command in (run, dry, runs, view, explain, replay):
     app.command()(command)
 for about in (doctor, drivers):
     app.command()(about)
-app.add_typer(emulate, name="emulate")
-app.add_typer(robot, name="robot")
 
 
 @app.command()
@@ -105,7 +101,6 @@ def _asked(word: str = "") -> typer.Typer:
 
     To build a command takes milliseconds, and there are dozens.
     """
-    names = {group.name: group for group in app.registered_groups}
     commands = {
         info.name or get_command_name(info.callback.__name__): info
         for info in (*app.registered_commands, *authoring.registered_commands)
@@ -113,6 +108,4 @@ def _asked(word: str = "") -> typer.Typer:
     }
     if word in commands:
         app.registered_commands, app.registered_groups = [commands[word]], []
-    elif word in names:
-        app.registered_commands, app.registered_groups = [], [names[word]]
     return app

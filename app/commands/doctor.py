@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Iterable
+from contextlib import nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -33,7 +34,8 @@ def doctor(
 ) -> None:
     """Look at computer, drivers, robot; nothing moves unarmed. Ends with 3 if something is bad."""
     from app.core import End
-    from hw.hardware import emulating, examine
+    from hw import find_world
+    from hw.hardware import examine
     from robots import load_real_robot
 
     console = Terminal(stderr=as_json)
@@ -42,7 +44,9 @@ def doctor(
         console.say(f"{robot}: it is described only, there is no `hardware` to look at")
     if real is None and write_site is not None:
         refuse("--write-site: add --robot FILE")
-    with emulating(real):
+    is_emulated = real is not None and real.hardware.emulated is not None
+    emulators: Any = find_world("emulated") if is_emulated else None
+    with emulators.running(real) if emulators else nullcontext():
         bad = _tell(examine(real, armed=armed), console, as_json=as_json)
         if write_site is not None and real is not None:
             bad += not _write(real, write_site, console)
@@ -73,7 +77,7 @@ def _options(driver: Driver) -> str:
 
 
 def _short(default: object) -> str:
-    from config import StrictModel
+    from config.reader import StrictModel
 
     return "{...}" if isinstance(default, StrictModel) else repr(default)
 

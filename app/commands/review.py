@@ -1,11 +1,11 @@
-"""`frankie-task runs`, `view`, `film`, `explain`, `replay` and `delays`."""
+"""`frankie-task runs`, `view`, `explain` and `replay`."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from app.commands.refuse import refuse, write
+from app.commands.refuse import refuse
 from app.terminal import Terminal
 
 Run = Annotated[
@@ -38,10 +38,11 @@ def view(
     """Open the recording of a run, or an MCAP file, in the Rerun viewer."""
     from app.live import open_in_viewer
 
-    open_in_viewer(_recording(run, runs), web=web, say=lambda text: typer.echo(text, err=True))
+    open_in_viewer(recording_of(run, runs), web=web, say=lambda text: typer.echo(text, err=True))
 
 
-def _recording(run: str, runs: Path) -> Path:
+def recording_of(run: str, runs: Path) -> Path:
+    """The recording of a run, as the commands name it."""
     from app.core import RECORDING
     from app.review import find_run
 
@@ -59,42 +60,15 @@ def said_losses(folder: Path) -> Path:
     return folder
 
 
-def film(
-    run: Run = "last",
-    out: Annotated[
-        Path | None, typer.Argument(help="The film, a .webp file; by default beside the recording.")
-    ] = None,
-    runs: Runs = Path("runs"),
-    begin: Annotated[float, typer.Option("--from", help="First moment [s].", min=0.0)] = 0.0,
-    end: Annotated[float, typer.Option("--to", help="Last moment [s].", min=0.0)] = 20.0,
-) -> None:
-    """Make a moving picture of a recorded run; needs a Vulkan driver, but no screen."""
-    from app.review import make_film, recorded_time
-    from config import counted
-
-    recording = _recording(run, runs)
-    out = out or recording.with_suffix(".webp")
-    begin, end = (recorded_time(recording.parent, moment) for moment in (begin, end))
-    Terminal().say(f"{out}: {counted(make_film(recording, out, begin, end), 'picture')}")
-
-
-def explain(
-    run: Run = "last",
-    runs: Runs = Path("runs"),
-    html: Annotated[Path | None, typer.Option(help="Write a page with a map instead.")] = None,
-) -> None:
+def explain(run: Run = "last", runs: Runs = Path("runs")) -> None:
     """Explain how a run ended: what went wrong first, the attempts, and what took the time."""
     from app.review import explain as explained
-    from app.review import explanation_page, find_run
+    from app.review import find_run
 
     folder = find_run(run, runs)
     explanation = explained(folder)
     said_losses(folder)
-    if html is None:
-        Terminal().say(str(explanation))
-    else:
-        write(html, explanation_page(explanation))
-        Terminal().say(f"{html}: written")
+    Terminal().say(str(explanation))
 
 
 def replay(run: Run = "last", runs: Runs = Path("runs")) -> None:
@@ -111,18 +85,3 @@ def replay(run: Run = "last", runs: Runs = Path("runs")) -> None:
     said_losses(folder)
     Terminal().say(str(result))
     raise typer.Exit(0 if result.identical else 1)
-
-
-def delays(run: Run = "last", runs: Runs = Path("runs")) -> None:
-    """Measure how late a robot followed its commands in a run."""
-    import numpy as np
-
-    from app.review import delays as measured
-    from app.review import find_run
-
-    console, found = Terminal(), measured(find_run(run, runs))
-    for one in found:
-        console.say(str(one))
-    for key, part in (("base_lag", "base"), ("arm_lag", "joint")):
-        if totals := [one.total for one in found if one.axis.startswith(part)]:
-            console.say(f"{key}: {np.median(totals):.2f}")

@@ -1,7 +1,6 @@
 """Runs a task: `run_task` starts a run, `Session` is its loop, `folder` names its files."""
 
-from app.choices import MotionForm, ObstacleSource, RegistrationForm
-from app.core.fault_schedule import PHASES, ScheduledFault, current_phases, parse_fault, phases_of
+from app.choices import ObstacleSource, RegistrationForm
 from app.core.files.events import EVENTS
 from app.core.files.folder import (
     COMMANDS,
@@ -17,13 +16,12 @@ from app.core.files.folder import (
 )
 from app.core.files.whole import losses, whole_rows, whole_size
 from app.core.launch import run_task
-from app.core.measurements import TOO_SLOW, Measurements
+from app.core.measurements import TOO_SLOW
 from app.core.outcome import End, Outcome
 from app.core.replay import replay_run
 from app.core.run import Instruments
-from app.core.run_options import DEFAULT_SCENE, RunOptions
 from app.core.session import Session, Tick
-from app.core.setup import Setup, set_up
-from app.core.snapshots import recorded_scene
+from app.core.setup import Setup, open_setup, set_up
+from app.core.snapshots import current_phases, recorded_scene
 from app.core.summary import Result, Summary, how_it_ended, pick_place_times
-from app.core.trial import BrokenTrialError, Trial, trial
+from app.run_options import DEFAULT_SCENE, RunOptions

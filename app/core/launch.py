@@ -1,21 +1,22 @@
 """Starts a run: loads the task, connects the robot, opens controls and viewer."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 
 from app.core.files.folder import SUMMARY
 from app.core.run import Instruments, Run, tell
-from app.core.run_options import DEFAULT_SCENE, RunOptions
 from app.core.setup import Setup, open_setup
 from app.core.snapshots import scene_view
 from app.core.summary import Result
 from app.core.world_model import supports
-from app.live import OperatorConsole, Plan, RunInfo, Viewer
+from app.live import LiveRun, OperatorConsole, RunInfo, ShownRun, Viewer, observers, tree_view
+from app.run_options import DEFAULT_SCENE, RunOptions
 from app.terminal import Loading
 from config import Severity
+from hw import epoch
 from perception import GraspDetector
-from robots import RobotDescription, load_real_robot, load_robot
+from robots import KINDS, RobotDescription, load_real_robot, load_robot
 from trees.language import Task, TaskFileError, TreeNode, build, load, nodes_in_order
 from trees.site import furniture_diagnostics, place_diagnostics, scene_of
 
@@ -37,43 +38,48 @@ def run_task(
     """
     loading, instruments = loading or Loading(), instruments or Instruments()
     loading("the task")
-    viewer = Viewer(options.view, say=tell)
+    viewer = Viewer(options, say=tell)
     task = load(options.tree, overrides=options.parameters, places=options.places)
     options = replace(options, scene=options.scene or scene_of(task) or DEFAULT_SCENE)
     loading("the grasp network")
     robot = load_robot(options.robot)
     if robot.outdated:
         tell(robot.outdated)
-    detector = GraspDetector(options.weights, gripper=robot.gripper)
+    detector = GraspDetector.shipped(robot.gripper, options.weights)
     # Before the drivers wait for commands; told once the robot is not refused.
     too_slow = _too_slow(robot, detector) if load_real_robot(options.robot) else []
     loading("the robot and its world")
     with ExitStack() as page:
-        with open_setup(options, detector, beneath=instruments.beneath, announce=tell) as setup:
+        opened, control = instruments.opened, instruments.controller
+        with open_setup(options, detector, opened=opened, control=control, announce=tell) as setup:
             for text in too_slow:
                 tell(f"warning: {text}")
             nodes = nodes_in_order(build(task, setup.context))
             _check_places(options, task, setup)
             scene = scene_view(
                 setup.truth,
-                setup.context.fixtures,
+                setup.context.around.fixtures,
                 nodes,
                 estimated=setup.context.state.localised is not None,
             )
             info = _info(options, task, setup, nodes)
+            tree = tuple(tree_view(nodes))
+            shown = ShownRun(setup.robot.description, tree, scene, round(1e9 * epoch()))
             embedded = viewer.server if viewer.page is not None else None
-            console = page.enter_context(
-                OperatorConsole(
-                    options.control,
-                    info=info,
-                    nodes=nodes,
-                    inject=setup.robot.inject,
-                    clear=setup.robot.clear,
-                    viewer=embedded.url if embedded else None,
-                    say=tell,
-                    plan=Plan(scene, setup.robot.description.base.size),
-                )
+            console = OperatorConsole(options, nodes, watched=bool(options.observers), say=tell)
+            live = LiveRun(
+                shown=shown,
+                info=info,
+                control=console.control,
+                hooks=console.hooks,
+                injector=setup.injector,
+                may_force=options.force,
+                drivers=frozenset(_drivers(options)),
+                viewer=embedded.url if embedded else None,
+                say=tell,
             )
+            told = page.enter_context(observers(options.observers, live))
+            console.attend(told.values())
             loading("the recording and the viewer")
             run = Run(
                 options,
@@ -81,8 +87,9 @@ def run_task(
                 setup,
                 nodes,
                 info,
-                scene,
+                shown,
                 console,
+                told,
                 viewer,
                 instruments,
                 interrupted,
@@ -93,7 +100,12 @@ def run_task(
             summary = replace(result.summary, warnings=warnings).kept(result.folder / SUMMARY)
             result = result._replace(summary=summary)
         if finished is not None:
-            console.stay(result.summary.achieved, finished(result))
+            explanation = finished(result)
+            for name, one in told.items():
+                try:
+                    one.end(result.summary.achieved, explanation, stay=not console.left)
+                except Exception as error:  # whatever it is, the run has ended well or not
+                    tell(f"{name}: {type(error).__name__}: {error}")
     return result
 
 
@@ -109,12 +121,19 @@ def _check_places(options: RunOptions, task: Task, setup: Setup) -> None:
     fixtures = setup.truth.fixtures if setup.truth else ()
     robot = setup.robot.description
     own = bool(task.scene) and options.scene in (task.scene, scene_of(task))
-    certain = furniture_diagnostics(task, setup.context.fixtures)
+    certain = furniture_diagnostics(task, setup.context.around.fixtures)
     certain += place_diagnostics(task, robot, fixtures if own else ())
     if errors := [one for one in certain if one.severity is Severity.ERROR]:
         raise TaskFileError(errors)
     for found in place_diagnostics(task, robot, fixtures):
         tell(str(replace(found, severity=Severity.WARNING)))
+
+
+def _drivers(options: RunOptions) -> Iterator[str]:
+    """The drivers of a real robot."""
+    if (real := load_real_robot(options.robot)) is not None:
+        parts = (getattr(real.hardware, kind) for kind in KINDS)
+        yield from (part.driver for part in parts if part is not None)
 
 
 def _info(options: RunOptions, task: Task, setup: Setup, nodes: Sequence[TreeNode]) -> RunInfo:

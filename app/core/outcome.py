@@ -79,8 +79,7 @@ def outcome_of(
     if stage.is_hardware:
         return Outcome(end=End.HARDWARE, reason=f"{stage.value}: {text}", where=leaf)
     if stage is Stage.CONTROL:
-        setter = context.goal_of[0] if context.goal_of else None
-        leaf = setter if isinstance(setter, Behaviour) else leaf
+        leaf = context.now.intent.owner if context.now.intent else leaf
         text = text if isinstance(error, GoalError) else f"{stage.value}: {text}"
     trace = "".join(format_exception(error))
     return Outcome(end=End.CRASH, reason=text, node=leaf.name, where=leaf, trace=trace)

@@ -11,18 +11,18 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from app.choices import MotionForm, ObstacleSource, RegistrationForm
+from app.choices import ObstacleSource, RegistrationForm
 from app.core.decisions import ReplayedDecisions
 from app.core.files.folder import FRAMES, NOTES, OPTIONS, PLACES, READINGS, TASK, recorded_robot
 from app.core.files.frames import RecordedFrames
 from app.core.files.notes import NOTED, RunNotes, read_notes
 from app.core.files.whole import whole_rows
 from app.core.outcome import Outcome
-from app.core.run_options import RunOptions
 from app.core.setup import set_up
 from app.core.world_model import recorded_world_model
+from app.run_options import RunOptions
 from config import UserError
-from hw import WORLDS, Backend, DepthFrame, Difference, ReplayRobot, turn_type
+from hw import Backend, DepthFrame, Difference, ReplayRobot, turn_type
 from perception import GraspDetector
 from robots import RobotDescription, at_pace, load_robot, with_base_speeds
 from trees.language import build, load, nodes_in_order
@@ -64,12 +64,12 @@ def replay_run(folder: Path) -> Replay:
     Raises UserError: it cannot be replayed, or its task, robot or weights cannot be
     loaded any more.
     """
-    options, pace = _options(folder)
+    options, pace, is_real = _options(folder)
     description = load_robot(options.robot)
     turns, lost = _turns(folder / READINGS, len(description.arm.joints))
     sensors = options.registration.sensors
     searches = (turns["frame"] >= 0).any() or ("laser" in sensors and (turns["scan"] >= 0).any())
-    if options.world not in WORLDS and searches:
+    if is_real and searches:
         raise UserError(
             f"{folder}: in real time the commands depend on when a search ended; on a robot, a run "
             "that looks at images, or matches scans to the map, cannot be replayed"
@@ -85,10 +85,10 @@ def replay_run(folder: Path) -> Replay:
         return frames(number) if field == "frame" else notes.noted[field, number]
 
     robot = ReplayRobot(description, turns, recall)
-    detector = GraspDetector(options.weights, gripper=description.gripper)
+    detector = GraspDetector.shipped(description.gripper, options.weights)
     task = load(options.tree, overrides=options.parameters, places=options.places)
     backend = Backend(robot=robot, clock=robot.clock, truth=None)
-    around = recorded_world_model(str(options.scene), options.seed, options.map)
+    around = recorded_world_model(options.scene, options.seed, options.map)
     with set_up(backend, detector, options, world_model=around) as setup:
         nodes = nodes_in_order(build(task, setup.context))
         robot.begin()
@@ -104,12 +104,15 @@ def replay_run(folder: Path) -> Replay:
     )
 
 
-def _options(folder: Path) -> tuple[RunOptions, float]:
-    """The options of the run, and its pace; UserError if such a run cannot be replayed."""
+def _options(folder: Path) -> tuple[RunOptions, float, bool]:
+    """The options of a run, its pace, and whether its clock was real.
+
+    UserError: such a run cannot be replayed.
+    """
     path = folder / OPTIONS
     with _reading(path):
         options = json.loads(_file(path).read_text(encoding="utf-8"))
-        control, usual = options["control"], RunOptions(tree=folder / TASK)
+        control, usual = options.get("control", options), RunOptions(tree=folder / TASK)
         site, weights = options.get("map"), options["weights"]
         kept = replace(
             usual,
@@ -119,24 +122,25 @@ def _options(folder: Path) -> tuple[RunOptions, float]:
             parameters={str(k): str(v) for k, v in options["parameters"].items()},
             places=folder / PLACES if isfile(folder / PLACES) else None,
             weights=None if weights is None else Path(weights),
-            scene=str(options["scene"]),
+            scene=None if options["scene"] is None else str(options["scene"]),
             seed=int(options["seed"]),
             time_of_day=options.get("time_of_day"),
             map=None if site is None else Path(site),
             world=str(options["world"]),
             obstacles=ObstacleSource(options.get("obstacles", usual.obstacles)),
-            motion=MotionForm(options.get("motion", usual.motion)),
             registration=RegistrationForm(options.get("registration", usual.registration)),
-            planning_time=float(options.get("planning_time", usual.planning_time)),
         )
         held = any(control.get(one) for one in ("breaks", "groot", "approve", "force"))
+        is_real = options.get("real_time", options["world"] in ("hardware", "emulated"))
+        planned = options.get("motion") == "planning"
+    if planned:
+        raise UserError(f"{folder}: with --motion planning, which is gone; it cannot be replayed")
     if held:
         raise UserError(
-            f"{folder}: with --break, --approve, --force-outcomes or --groot2 a person may hold "
-            "or answer for a node; "
-            "such a run cannot be replayed"
+            f"{folder}: with --break, --approve or --force-outcomes a person may hold or answer "
+            "for a node; such a run cannot be replayed"
         )
-    return kept, float(options.get("pace", 1.0))
+    return kept, float(options.get("pace", 1.0)), bool(is_real)
 
 
 def _turns(path: Path, j: int) -> tuple[Turns, bool]:

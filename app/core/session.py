@@ -18,8 +18,9 @@ from py_trees.common import Status
 from app.core.decisions import Decisions
 from app.core.measurements import Measurements
 from app.core.outcome import End, Outcome, Stage, last_ticked, outcome_of
-from behaviours import Context
-from controller import Command, MotionController, MotionGoal, StepReport
+from behaviours import Context, Intent
+from config.poses import MapPose
+from controller import Command, HolisticController, KinematicState, MotionGoal, StepReport
 from hw import (
     SIMULATION,
     FaultKind,
@@ -33,7 +34,7 @@ from hw import (
     Watchdog,
     stopwatch,
 )
-from trees.language import failed_node, ticked
+from trees.language import failed_node, intent_of
 
 _LONGEST_STOP = 3.0  # longest time to come to rest [s]
 _AT_REST = 1e-3  # slower is at rest [m/s or rad/s]
@@ -47,6 +48,7 @@ class Tick:
     state: RobotState
     applied: Command
     report: StepReport
+    goal: MotionGoal[MapPose] | None  # on the map; None while it is to rest
     context: Context
     seconds: float  # real time from the reading to the command [s]
     paused: bool  # whether the task's clock is held because a person has paused the tree
@@ -71,7 +73,7 @@ class Session:
         *,
         root: Behaviour,
         context: Context,
-        controller: MotionController,
+        controller: HolisticController,
         gate: Gate,
         measurements: Measurements,
         clock: TaskClock,
@@ -92,9 +94,10 @@ class Session:
         )
         self._watch = watch
         self._number, self._due, self._origin, self._began = 0, 0, 0.0, stopwatch()
-        self._period = controller.settings.period
+        self._period, self._slipped = controller.settings.period, 0.0
         self._stage = Stage.READ
         self._report: StepReport | None = None
+        self._goal: MotionGoal[MapPose] | None = None  # on the map
 
     def run(self) -> Outcome:
         """Tick until the tree ends, an error or an interrupt, and bring the robot to rest."""
@@ -146,17 +149,16 @@ class Session:
         if self._is_refused(state, now, begun):
             return False
         self._handle_faults(state)
-        turn = self._control.take_turn()
+        turn, intent = self._control.take_turn(), None
         if turn:
             self._clock.release()
             context.begin_tick(state)
             self._stage = Stage.TREE
-            for _ in ticked(self._root):
-                pass
+            intent = intent_of(self._root, context)
         else:
             self._clock.hold()
             context.read(state)
-        report = self._step(state, now, context.goal if turn else None)
+        report = self._step(state, now, intent)
         if turn:
             context.end_tick(report)
         self._end_tick(state, begun, paused=not turn)
@@ -180,12 +182,13 @@ class Session:
             state = replace(state, faults=(*state.faults, lost))
         return state, self._clock.begin_tick()
 
-    def _step(self, state: RobotState, now: float, goal: MotionGoal | None) -> StepReport:
+    def _step(self, state: RobotState, now: float, intent: Intent | None) -> StepReport:
         self._stage = Stage.CONTROL
         last = self._gate.continue_from(state, now)
-        context = self._context
-        here, goal = context.localisation.on_map(state, goal)
-        command, self._report = self._controller.step(here, goal, last, context.surroundings)
+        context, localisation = self._context, self._context.localisation
+        here = KinematicState(localisation.mTb, state.q)
+        self._goal = localisation.on_map(intent and intent.goal)
+        command, self._report = self._controller.step(here, self._goal, last, context.surroundings)
         self._stage = Stage.SEND
         self._gate.send(command, state, self._clock.session.now())
         self._stage = Stage.WATCH
@@ -204,11 +207,11 @@ class Session:
         elif faults and self._control.attended:
             self._control.pause(faults[0].text)
             self._context.localisation.agreement.acknowledge()  # by who resumes
-        elif text := self._context.fault_memory.given_up:
+        elif text := self._context.memory.faults.given_up:
             if not self._control.attended:
                 raise NobodyHereError(f"{text}; nobody is here to see to it")
             self._control.pause(f"{text}; see to it, then resume")
-            self._context.fault_memory.acknowledge()  # as nothing goes on before a person resumes
+            self._context.memory.faults.acknowledge()  # as nothing goes on before a person resumes
 
     def _end_tick(self, state: RobotState, begun: float, *, paused: bool) -> None:
         measurements, applied = self._measurements, self._gate.applied
@@ -222,6 +225,7 @@ class Session:
                 state=state,
                 applied=applied,
                 report=self._report,
+                goal=self._goal,
                 context=self._context,
                 seconds=seconds,
                 paused=self._clock.held,
@@ -239,6 +243,9 @@ class Session:
             self._measurements.paused_s += stopwatch() - begun
         self._due += 1
         due = self._origin + self._due * period
+        late = clock.now() - due
+        if clock.is_real and 0.0 < late < period:  # the next command may not follow any sooner
+            self._origin, self._slipped = self._origin + late, self._slipped + late * (not paused)
         clock.sleep_until(due)
         late = clock.now() - due
         if late >= period * (1.0 - 1e-6):  # up to the next moment: other threads want time, too
@@ -247,7 +254,7 @@ class Session:
             clock.sleep_until(due + missed * period)
             self._measurements.missed_ticks += 0 if paused else missed
         real = stopwatch() - self._began - self._measurements.paused_s
-        lost = clock.lost + self._measurements.missed_ticks * period
+        lost = clock.lost + self._measurements.missed_ticks * period + self._slipped
         self._measurements.keep_time(real, lost, robot_waits=not clock.is_real)
 
     def _come_to_rest(self) -> Outcome:
@@ -257,13 +264,14 @@ class Session:
             if self._is_refused(state, now, begun):
                 continue
             self._context.begin_tick(state)
-            self._step(state, now, None)
+            self._context.end_tick(self._step(state, now, None))
             self._end_tick(state, begun, paused=False)
             if _is_at_rest(state):
                 return Outcome(end=End.SUCCESS, reason="at rest")
         return _still_moving()
 
     def _brake(self) -> Outcome:
+        self._goal = None
         for _ in range(round(_LONGEST_STOP / self._period)):
             begun = stopwatch()
             try:

@@ -1,39 +1,35 @@
 """Setup of a session: connects the robot, and makes controller, gate, vision and context."""
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import closing, contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from datetime import datetime
 
 from py_trees.behaviour import Behaviour
 
-from app.choices import MotionForm, ObstacleSource
+from app.choices import ObstacleSource, Speed
 from app.core.decisions import Decisions
 from app.core.measurements import Measurements
 from app.core.outcome import Outcome
-from app.core.run_options import DEFAULT_SCENE, RunOptions
 from app.core.session import Session, Tick
 from app.core.world_model import WorldModel, load_world_model
+from app.run_options import DEFAULT_SCENE, RunOptions
 from behaviours import (
+    Around,
     Context,
     DepthObstacles,
-    Localiser,
+    MapSensors,
+    Now,
     Vision,
     map_surfaces,
 )
-from controller import (
-    HolisticController,
-    MotionController,
-    PlanningController,
-    PlanningSettings,
-    RobotModel,
-    Surroundings,
-)
+from controller import HolisticController, RobotModel, Surroundings
 from hw import (
     Backend,
-    FaultInjection,
+    Clock,
     Gate,
     HardwareError,
+    Injector,
     RecordedRobot,
     Robot,
     RobotState,
@@ -56,22 +52,17 @@ _DEPTH_OBSTACLES = 0.03  # ... and of the obstacles in a frame
 class Setup:
     """What a session works with; the robot is connected."""
 
-    robot: FaultInjection
-    recorded: RecordedRobot  # the same robot, as the loop sees it
+    robot: RecordedRobot
+    injector: Injector | None  # of faults
     clock: TaskClock
     truth: Truth | None  # state of the simulated world; None on hardware
     world: str  # what simulates the robot
+    of_scene: bool  # whether its furniture is that of scene and seed
     map: str  # file of the furniture; empty: what is simulated, or none
-    controller: MotionController
+    controller: HolisticController
     gate: Gate
-    vision: Vision
     context: Context
     problems: list[str]  # errors while everything is closed
-
-    @property
-    def model(self) -> RobotModel:
-        """The robot's kinematics; used by the loop only."""
-        return self.controller.model
 
     def session(
         self,
@@ -87,7 +78,7 @@ class Setup:
             context=self.context,
             controller=self.controller,
             gate=self.gate,
-            measurements=measurements or Measurements(limits=self.model.limits),
+            measurements=measurements or Measurements(limits=self.context.model.limits),
             clock=self.clock,
             control=control,
             watch=watch,
@@ -100,13 +91,13 @@ def open_setup(
     options: RunOptions,
     detector: GraspDetector,
     *,
-    beneath: Callable[[Robot], Robot] = lambda robot: robot,
+    opened: Callable[[Backend], Backend] = lambda backend: backend,
+    control: Callable[[RobotModel], HolisticController] = HolisticController,
     announce: Callable[[str], None] | None = None,
 ) -> Iterator[Setup]:
     """Connect the robot of a run in its world, see `set_up`; `announce` is that of the world.
 
-    Raises:
-        PlanningError: motions are to be planned, and the planner is not installed.
+    `opened` may change what was opened, `control` makes the controller. Raises:
         UserError: there is no such robot, world or scene, or its file has a mistake.
         HardwareError: the robot cannot be connected.
     """
@@ -116,18 +107,18 @@ def open_setup(
         base_speed=options.base_speed,
         reverse_speed=options.reverse_speed,
         localisation=options.localisation,
-        paced=options.paced,
+        paced=options.speed is Speed.REAL,
         real_clock=options.real_clock,
         armed=options.armed,
         announce=announce,
     )
-    backend = open_backend(options.robot, options.world, world)
+    backend = opened(open_backend(options.robot, options.world, world))
     try:
         around = load_world_model(backend.truth, options.map or backend.map)
     except BaseException:
         backend.robot.close()  # it is claimed already
         raise
-    with set_up(backend, detector, options, world_model=around, beneath=beneath) as setup:
+    with set_up(backend, detector, options, world_model=around, control=control) as setup:
         yield setup
 
 
@@ -138,57 +129,53 @@ def set_up(
     options: RunOptions,
     *,
     world_model: WorldModel,
-    beneath: Callable[[Robot], Robot] = lambda robot: robot,
+    control: Callable[[RobotModel], HolisticController] = HolisticController,
 ) -> Iterator[Setup]:
     """Connect a robot and set up a session; close everything at the end of the context.
 
-    `beneath` wraps the robot below the fault injection. Raises PlanningError: motions are to be
-    planned, and the planner is not installed; HardwareError: the robot cannot be connected.
+    `control` makes the controller. Raises HardwareError: the robot cannot be connected.
     """
-    motion, registered = options.motion, options.registration.sensors
-    injected = FaultInjection(beneath(backend.robot), backend.truth, options.seed)
-    robot = RecordedRobot(injected, backend.clock)
+    robot = RecordedRobot(backend.robot, backend.clock)
     problems: list[str] = []
     if options.obstacles is ObstacleSource.CAMERA:
         world_model = WorldModel()
+    sees = options.obstacles is not ObstacleSource.MAP
     with (
         _connected(robot, problems) as state,
-        closing(Vision(robot.camera, detector, Worker(robot.clock, _SEARCH))) as vision,
-        _depth_obstacles(robot, options.obstacles) as depth_obstacles,
-        closing(_localiser(robot, world_model, registered)) as localiser,
+        _worker(robot.clock, _SEARCH) as search,
+        _worker(robot.clock, _REGISTRATION) as registration,
+        _worker(robot.clock, _DEPTH_OBSTACLES) if sees else nullcontext() as depth,
     ):
         clock = TaskClock(robot.clock, robot.description.pace)
-        model = RobotModel(robot.description)
-        planning = PlanningSettings(planning_time=options.planning_time)
-        controller: MotionController = (
-            HolisticController(model)
-            if motion is MotionForm.HOLISTIC
-            else PlanningController(model, planning=planning)
-        )
+        controller = control(RobotModel(robot.description))
         moving = tuple(world_model.obstacles(state.stamp))
         controller.prepare(Surroundings(fixtures=world_model.fixtures, moving=moving))
+        vision = Vision(robot.camera, detector, search)
+        around = Around(
+            fixtures=world_model.fixtures,
+            obstacles=world_model.obstacles,
+            depth_obstacles=DepthObstacles(robot.description, depth) if sees else None,
+        )
+        surfaces = map_surfaces(world_model.fixtures)
         yield Setup(
-            robot=injected,
-            recorded=robot,
+            robot=robot,
+            injector=backend.injector,
             clock=clock,
             truth=backend.truth,
             world=backend.world,
+            of_scene=backend.of_scene,
             map=str(options.map or backend.map or ""),
             controller=controller,
             gate=Gate(robot, robot.description, controller.settings.period),
-            vision=vision,
             context=Context(
                 robot=robot,
                 model=controller.model,
                 clock=clock,
                 vision=vision,
-                state=state,
-                localisation=localiser,
-                depth_obstacles=depth_obstacles,
-                fixtures=world_model.fixtures,
-                obstacles=world_model.obstacles,
+                now=Now(state=state),
+                around=around,
+                map_sensors=MapSensors(surfaces, options.registration.sensors, registration),
                 began_at=_time_of_day(options, backend, robot.clock.now()),
-                follows_goals=motion is MotionForm.HOLISTIC,
             ),
             problems=problems,
         )
@@ -204,26 +191,14 @@ def _time_of_day(options: RunOptions, backend: Backend, elapsed: float) -> float
     return 3600.0 * now.hour + 60.0 * now.minute + now.second - elapsed
 
 
-def _localiser(
-    robot: RecordedRobot, world_model: WorldModel, registered: Sequence[str]
-) -> Localiser:
-    """What estimates where the map is."""
-    executor = Worker(robot.clock, _REGISTRATION)
-    surfaces = map_surfaces(world_model.fixtures)
-    return Localiser(surfaces=surfaces, sensors=registered, executor=executor)
-
-
 @contextmanager
-def _depth_obstacles(
-    robot: RecordedRobot, obstacles: ObstacleSource
-) -> Iterator[DepthObstacles | None]:
-    """Obstacles from the depth camera; None for the map."""
-    if obstacles is ObstacleSource.MAP:
-        yield None
-        return
-    executor = Worker(robot.clock, _DEPTH_OBSTACLES)
-    with closing(DepthObstacles(robot.description, executor)) as depth_obstacles:
-        yield depth_obstacles
+def _worker(clock: Clock, seconds: float) -> Iterator[Worker]:
+    """A thread for work that takes so long in simulated time [s]."""
+    worker = Worker(clock, seconds)
+    try:
+        yield worker
+    finally:
+        worker.shutdown(wait=False, cancel_futures=True)
 
 
 @contextmanager

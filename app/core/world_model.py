@@ -35,13 +35,15 @@ def load_world_model(truth: Truth | None, site: Path | str | None = None) -> Wor
     return WorldModel(solid, lambda stamp: truth.moving() if truth else ())
 
 
-def recorded_world_model(scene: str, seed: int, site: Path | None) -> WorldModel:
-    """The world model of a finished run, recomputed from its scene and seed.
+def recorded_world_model(scene: str | None, seed: int, site: Path | None) -> WorldModel:
+    """The world model of a finished run, recomputed from its scene and seed if it has one.
 
     Raises SceneError: the scene or map is missing or has a mistake.
     """
     from hw.sim import load_scene
 
+    if scene is None:
+        return load_world_model(None, site)
     world = load_scene(scene, seed)
 
     def obstacles(stamp: float) -> Sequence[Obstacle]:

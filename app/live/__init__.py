@@ -1,21 +1,31 @@
 """Live access to a run: recording and viewer, the tree in the terminal, and control by people.
 
 Every tick becomes a `Snapshot`. `monitor` records it and serves it to the viewer; `operator`
-pauses, steps and stops the run by keys, page and hooks; `groot` serves Groot2; `OperatorConsole`
-combines the controls of a run. The core passes snapshots in and asks `Control`.
+pauses, steps and stops the run by keys and hooks; `OperatorConsole` combines the controls of a run;
+`observers` are what packages offer, as the control page. The core passes snapshots in and asks
+`Control`.
 """
 
 from app.choices import View
-from app.live.changes import Changes, LogLine, Moment, Noted, RunInfo
-from app.live.console import ControlOptions, OperatorConsole
+from app.live.changes import Changes, LogLine, Noted, RunInfo
 from app.live.feed import Feed, Throttle
+from app.live.happenings import Happenings
 from app.live.monitor import Recorder, RecorderError, draw_robot
-from app.live.nodes import NodeInfo, NodeStatus, looks, tip, tree_view
-from app.live.operator import Control, Document, Hook, PageServer, RunProcess, Told
-from app.live.picture import colour_png, depth_picture, depth_png
-from app.live.plan import STYLE, Plan, line
+from app.live.nodes import (
+    Look,
+    NodeInfo,
+    NodeStatus,
+    looks,
+    parents,
+    path_from_root,
+    tip,
+    tree_view,
+)
+from app.live.observers import LiveRun, Observer, observers
+from app.live.operator import Control, Hook
+from app.live.operator_console import OperatorConsole
+from app.live.picture import colour_png, depth_png, grasp_outline, grey_range, millimetres
+from app.live.robot_parts import arm_parts, base_parts, finger_poses, hand_parts
 from app.live.run_display import RunDisplay
-from app.live.snapshot import PoseEstimate, SceneView, ShownRun, Snapshot, key_figures
-from app.live.viewer.headless import headless_viewer
-from app.live.viewer.viewer import Viewer, ViewError, ViewOptions, check_recording, open_in_viewer
-from app.live.web.ports import Address
+from app.live.run_snapshot import PoseEstimate, SceneView, ShownRun, Snapshot, key_figures
+from app.live.viewer.viewer import Viewer, ViewError, check_recording, open_in_viewer

@@ -1,10 +1,9 @@
-"""Ticks of a run with the figures beside the tree, and the log of what they changed."""
+"""What the ticks of a run changed, as the lines of a log."""
 
 from __future__ import annotations
 
-import threading
 from collections import deque
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -20,10 +19,9 @@ from app.live.nodes import (
     path_from_root,
     shortened,
 )
-from app.live.snapshot import Snapshot
+from app.live.run_snapshot import Snapshot
 
 LONGEST_NAME = 40
-_MOST_LINES = 300  # of a log
 _MOST = 2000  # changes that wait to be taken; more are forgotten, the oldest first
 
 
@@ -38,17 +36,6 @@ class RunInfo:
     real: bool = False  # whether it is armed, to move a real robot
 
 
-class Moment(NamedTuple):
-    """One tick, with the figures beside the tree."""
-
-    seen: Snapshot
-    placed: int
-    attempts: int
-    paused: str = ""  # why the run is paused; empty if it is not
-    holds: bool = False  # whether the hand carries an object
-    too_slow: str = ""  # that the computer does not keep real time; empty if it does
-
-
 class LogLine(NamedTuple):
     """Something that happened."""
 
@@ -57,28 +44,6 @@ class LogLine(NamedTuple):
     node: int | None  # index; None if it concerns the robot, or the whole run
     text: str
     stamp: float = 0.0  # of the session, as in the recording [s]
-
-
-class LogBook:
-    """The last lines of a log, numbered from its beginning; for any thread."""
-
-    def __init__(self) -> None:
-        self._lines: deque[LogLine] = deque(maxlen=_MOST_LINES)
-        self._count = 0
-        self._lock = threading.Lock()
-
-    def add(self, lines: Iterable[LogLine]) -> None:
-        """Add lines at the end."""
-        with self._lock:
-            for line in lines:
-                self._lines.append(line)
-                self._count += 1
-
-    def after(self, count: int) -> tuple[int, list[LogLine]]:
-        """The number of lines so far, and the last of those after the first `count`."""
-        with self._lock:
-            new = min(self._count - count, len(self._lines))
-            return self._count, list(self._lines)[len(self._lines) - new :]
 
 
 class Noted(NamedTuple):
@@ -112,15 +77,15 @@ class Changes:
         self._seen = ("", 0, False)  # pause, number of faults, slowness of the last tick
         self._spent, self._since = [0.0] * len(tree), [0.0] * len(tree)
 
-    def note(self, moment: Moment, *, changed: bool) -> None:
-        """Keep a tick if it is new; `changed` is whether the status of a node changed in it."""
-        faults = moment.seen.state.faults
-        seen = (moment.paused, len(faults), bool(moment.too_slow))
-        if changed or seen != self._seen:
+    def note(self, tick: Snapshot) -> None:
+        """Keep a tick if something changed in it."""
+        faults = tick.state.faults
+        seen = (tick.paused, len(faults), bool(tick.too_slow))
+        if tick.changed or seen != self._seen:
             self._seen = seen
             texts = tuple(fault.text for fault in faults)
-            now = (moment.seen.nodes, texts, moment.paused, moment.placed, moment.too_slow)
-            self.noted.append(Noted(moment.seen.time, moment.seen.stamp, *now))
+            now = (tick.nodes, texts, tick.paused, tick.placed, tick.too_slow)
+            self.noted.append(Noted(tick.time, tick.stamp, *now))
 
     def take(self) -> Iterator[LogLine]:
         """What the ticks changed that were noted since the last call."""

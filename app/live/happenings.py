@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from py_trees.common import Status
 
 from app.live.nodes import STATUS_GLYPH, NodeInfo, leaves
-from app.live.snapshot import Snapshot
+from app.live.run_snapshot import Snapshot
 
 
 class Happenings:

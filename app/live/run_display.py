@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
-from app.live.changes import LONGEST_NAME, Changes, Moment, RunInfo
+from app.live.changes import LONGEST_NAME, Changes, RunInfo
 from app.live.nodes import (
     LOOK_GLYPH,
     Look,
@@ -26,6 +26,7 @@ from app.live.nodes import (
     shortened,
     tip,
 )
+from app.live.run_snapshot import Snapshot
 from app.task_time import task_time
 from app.terminal import Terminal
 from config import counted
@@ -55,7 +56,7 @@ class RunDisplay:
         self._live: Live | None = None
         if self._console.is_terminal:
             self._live = Live(console=self._console, auto_refresh=False, transient=True)
-        self._newest: Moment | None = None
+        self._newest: Snapshot | None = None
         self._error: Exception | None = None
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, name="terminal", daemon=True)
@@ -77,16 +78,13 @@ class RunDisplay:
             with suppress(OSError):  # the terminal is gone
                 self._live.stop()
 
-    def update(self, moment: Moment, *, changed: bool) -> None:
-        """Show a tick soon; `changed` is whether the status of a node changed in it.
-
-        Raises Exception: that ended the writing of an earlier one.
-        """
+    def show(self, snapshot: Snapshot) -> None:
+        """Show a tick soon; raises Exception: that ended the writing of an earlier one."""
         if self._error is not None:
             raise self._error
-        self._newest = moment
+        self._newest = snapshot
         if self._live is None:
-            self._changes.note(moment, changed=changed)
+            self._changes.note(snapshot)
 
     def _run(self) -> None:
         try:
@@ -119,7 +117,7 @@ class RunDisplay:
 def picture(
     info: RunInfo,
     tree: Sequence[NodeInfo],
-    moment: Moment,
+    seen: Snapshot,
     *,
     elapsed: float,
     width: int,
@@ -130,33 +128,33 @@ def picture(
     `elapsed` is the real time since the run began [s], `width` that of the terminal in characters
     and `rows` the number of available lines.
     """
-    lines = [_head(info, moment), _figures(info, moment, elapsed)]
-    lines += _tree_lines(tree, moment.seen.nodes, rows=max(3, rows - len(lines)))
+    lines = [_head(info, seen), _figures(info, seen, elapsed)]
+    lines += _tree_lines(tree, seen.nodes, rows=max(3, rows - len(lines)))
     for line in lines:
         line.no_wrap = True
         line.truncate(width, overflow="ellipsis")
     return Text("\n").join(lines)
 
 
-def _head(info: RunInfo, moment: Moment) -> Text:
+def _head(info: RunInfo, seen: Snapshot) -> Text:
     text = Text()
-    faults = [fault.text for fault in moment.seen.state.faults]
+    faults = [fault.text for fault in seen.state.faults]
     if faults:
         text.append(f" FAULT: {'; '.join(faults)} ", style="bold white on red").append(" ")
-    if moment.paused:
-        text.append(f" PAUSED {moment.paused} ", style="bold black on yellow").append(" ")
-    if moment.too_slow:
-        text.append(f" {moment.too_slow} ", style="bold black on yellow").append(" ")
+    if seen.paused:
+        text.append(f" PAUSED {seen.paused} ", style="bold black on yellow").append(" ")
+    if seen.too_slow:
+        text.append(f" {seen.too_slow} ", style="bold black on yellow").append(" ")
     text.append(info.task, style="bold")
     text.append(f"  {info.where}", style="bright_black")
     return text
 
 
-def _figures(info: RunInfo, moment: Moment, elapsed: float) -> Text:
-    text, seen = Text(), moment.seen
+def _figures(info: RunInfo, seen: Snapshot, elapsed: float) -> Text:
+    text = Text()
     if info.objects:
-        text.append(f"{moment.placed} of {info.objects} placed", style="bold")
-        text.append(f"  {counted(moment.attempts, 'grasp')}  ")
+        text.append(f"{seen.placed} of {info.objects} placed", style="bold")
+        text.append(f"  {counted(seen.attempts, 'grasp')}  ")
     speed = f", {seen.stamp / elapsed:.1f} times real time" if elapsed > 0.0 else ""
     text.append(f"{task_time(seen.time, seen.paused_s)}{speed}", style="bright_black")
     return text

@@ -22,8 +22,6 @@ from app.review.timeline import Span, Timeline
 from trees.language import COMPOSITES, declared_leaves
 
 _AGAIN = ("retry", "forever")
-_FALLBACKS = ("fallback", "reactive_fallback")
-_FORCED = ("force_failure", "invert")
 _NUMBER = re.compile(r"-?\d+(\.\d+)?")
 _TIMES = ", # times in a row"
 """Added by `forever` to the message of the failure with which it gives up."""
@@ -117,9 +115,9 @@ def _origin(run: Timeline, span: Span, answered: list[Span] | None = None) -> Sp
         case kind if kind in _AGAIN:
             failed = _attempts(run, span)
             chosen = failed[0] if failed else None
-        case kind if kind in _FALLBACKS:
+        case "fallback":
             tried = [one for one in failed if not _is_question(run, one)]
-            asked = [one for one in failed if run.nodes[one.node].kind not in _FORCED]
+            asked = [one for one in failed if run.nodes[one.node].kind != "force_failure"]
             chosen = next(iter([*tried[-1:], *asked[-1:], *failed[-1:]]), None)
             if answered is not None:
                 answered += tried[:-1]
@@ -176,7 +174,7 @@ def _setback_below(run: Timeline, span: Span) -> Span | None:
 def _is_question(run: Timeline, span: Span) -> bool:
     """Whether it was only a condition, or was forced to fail."""
     kind = run.nodes[span.node].kind
-    if kind in _FORCED:
+    if kind == "force_failure":
         return not _failed_children(run, span)
     if kind in _words():
         return _words()[kind]

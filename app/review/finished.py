@@ -16,8 +16,7 @@ from app.core import COMMANDS, EVENTS, RECORDING, STATES, SUMMARY, whole_rows
 from app.review.event_log import DamagedRunError, first_problem
 from app.task_time import in_words, task_time
 from config import UserError
-
-Array = npt.NDArray[np.float64]
+from config.arrays import Array
 
 RUNS = Path("runs")  # where `frankie-task run` keeps them by default
 LAST = "last"

@@ -8,10 +8,10 @@ from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from app.core import whole_size
 from config import UserError
+from config.arrays import Image
 
 _ENCODED, _RAW = "EncodedDepthImage:", "DepthImage:"
 _DTYPES: dict[int, str] = {6: "u1", 7: "u2", 8: "u4", 33: "f2", 34: "f4", 35: "f8"}
@@ -27,7 +27,7 @@ class NoDepthError(UserError):
 class RecordedDepth(NamedTuple):
     """A recorded depth image."""
 
-    depth: npt.NDArray[np.float32]  # (H, W) [m]; 0 where missing
+    depth: Image  # (H, W) [m]; 0 where missing
     focal: float | None  # focal length [px], if it was recorded
 
 
@@ -58,7 +58,7 @@ def recorded_depth(recording: Path, at: float | None) -> RecordedDepth:
     return RecordedDepth(depth, focal)
 
 
-def depth_images(recording: Path) -> Iterator[tuple[float, npt.NDArray[np.float32]]]:
+def depth_images(recording: Path) -> Iterator[tuple[float, Image]]:
     """All depth images of a recording: time [s], and (H, W) [m], 0 where missing.
 
     Raises NoDepthError: it is not a recording, or an image in it is damaged.
@@ -112,7 +112,7 @@ def _has_depth(row: _Row) -> bool:
     return f"{_ENCODED}meter" in row or f"{_RAW}meter" in row
 
 
-def _decoded(row: _Row) -> npt.NDArray[np.float32] | None:
+def _decoded(row: _Row) -> Image | None:
     """(H, W) depth [m]; None if the encoding is not supported."""
     import cv2
 

@@ -10,7 +10,9 @@ import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
 
-from controller import Array
+from config.arrays import Array
+from config.planar import yaw_of
+from config.poses import OdometryFromMap
 
 ApproachWord: TypeAlias = Literal["auto", "down", "tilted", "level"]
 """Of directions: any, straight down, 15 to 75 degrees of tilt, 75 degrees or more."""
@@ -47,56 +49,56 @@ class Direction:
         """(3, 3) of a hand on the map that points there, its x axis up or ahead."""
         return self.rotation @ np.diag([1.0, -1.0, -1.0])
 
-    def turned(self, wTm: SE3) -> Direction:
-        """The same in the world."""
-        return Direction(self.tilt, self.heading + atan2(wTm.rotation[1, 0], wTm.rotation[0, 0]))
+    def turned(self, oTm: OdometryFromMap) -> Direction:
+        """The same in odometry."""
+        return Direction(self.tilt, self.heading + yaw_of(oTm.rotation))
 
 
 DOWN = Direction(0.0, 0.0)
 
 
-def tilt_of(wRe: Array) -> float:
+def tilt_of(oRe: Array) -> float:
     """Angle between the approach of a hand and straight down [rad]."""
-    return acos(float(np.clip(-wRe[2, 2], -1.0, 1.0)))
+    return acos(float(np.clip(-oRe[2, 2], -1.0, 1.0)))
 
 
-def points_down(wRe: Array) -> bool:
+def points_down(oRe: Array) -> bool:
     """Whether a hand counts as pointing straight down."""
-    return tilt_of(wRe) < _STRAIGHT
+    return tilt_of(oRe) < _STRAIGHT
 
 
 def looking_down(x_axis: Array) -> Array:
-    """(3, 3) rotation with z down and the heading of an x axis (3,), in the world."""
+    """(3, 3) rotation with z down and the heading of an x axis (3,), in odometry."""
     down: Array = pin.rpy.rpyToMatrix(pi, 0.0, atan2(x_axis[1], x_axis[0]))
     return down
 
 
-def heading_of(wRe: Array) -> float:
+def heading_of(oRe: Array) -> float:
     """Direction in which a tilted hand points, from the world's x axis [rad]."""
-    return atan2(wRe[1, 2], wRe[0, 2])
+    return atan2(oRe[1, 2], oRe[0, 2])
 
 
-def way_out(wRe: Array) -> Array:
-    """(3,) unit vector in the world, in which a hand leaves what it has come to.
+def way_out(oRe: Array) -> Array:
+    """(3,) unit vector in odometry, in which a hand leaves what it has come to.
 
     Straight up, or back the way it came, rising a little.
     """
     up = np.array([0.0, 0.0, 1.0])
-    if points_down(wRe):
+    if points_down(oRe):
         return up
-    back = -wRe[:, 2]
+    back = -oRe[:, 2]
     back = back + max(0.0, _LEAST_RISE - back[2]) * up
     out: Array = back / np.linalg.norm(back)
     return out
 
 
 def upright(grasp: SE3 | None, now: Array, way_in: Direction) -> Array:
-    """(3, 3) of the hand in the world with which what it holds stands as it has stood.
+    """(3, 3) of the hand in odometry with which what it holds stands as it has stood.
 
     Args:
-        grasp: hand when it gripped, in the world; None if that is not known.
+        grasp: hand when it gripped, in odometry; None if that is not known.
         now: (3, 3) of the hand, whose turn about the vertical is kept where any will do.
-        way_in: where it points, if it must be tilted, in the world.
+        way_in: where it points, if it must be tilted, in odometry.
     """
     if grasp is None or points_down(grasp.rotation):
         return looking_down(now[:, 0])

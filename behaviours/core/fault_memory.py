@@ -8,6 +8,7 @@ from math import atan2, cos, hypot, inf, sin
 import numpy as np
 from pinocchio import SE3
 
+from config.poses import MapFromOdometry, OdometryPose
 from controller import Array, Obstacle
 from hw import RECOVERY_MEMORY, RECOVERY_PAUSES, Fault, FaultKind, RobotState, TaskTime
 from robots import Box, Cylinder, Geom, RobotDescription, half_extents
@@ -41,7 +42,7 @@ class _Place:
     shapes: tuple[Geom, ...] = ()
     """Obstacles there, on the map, from which odometry drifts."""
     left_behind: Geom | None = None
-    """That at the hand, in the world, until the hand, which it would push anywhere, has left it."""
+    """That at the hand, in odometry, until the hand, which it would push anywhere, has left it."""
 
     def clear(self) -> None:
         """Forget the obstacles, not the count."""
@@ -55,7 +56,7 @@ class WayOut:
     base: Array | None
     """(2,) unit vector in the base frame; None if the base stays."""
     hand: SE3 | None
-    """Where the hand came from, in the world; None if the arm was not touched, or the base drove it
+    """Where the hand came from, in odometry; None if the arm was not touched, or the base drove it
     into something: then the base takes it back.
     """
 
@@ -94,36 +95,36 @@ class FaultMemory:
     def note(
         self,
         state: RobotState,
-        wTe: SE3,
+        oTe: OdometryPose,
         now: TaskTime,
         moving: Sequence[Obstacle] = (),
         *,
-        mTw: SE3,
+        mTo: MapFromOdometry,
         at_work: bool = False,
     ) -> None:
         """Take a reading.
 
         Args:
             state: the reading.
-            wTe: of the end effector then.
+            oTe: of the end effector then.
             now: the task's time.
             moving: obstacles.
-            mTw: where the world is on the map.
+            mTo: odometry on the map.
             at_work: whether the hand was allowed to touch.
         """
         kept = [one for one in self._places if now.since(one.last) < _REMEMBERED]
         for one in kept:
             if one.kind is FaultKind.REFLEX and now.since(one.last) > _HAND_BLOCKS:
                 one.clear()
-            elif (box := one.left_behind) is not None and _gap(box.pose, wTe) > _LEFT:
-                one.shapes, one.left_behind = (*one.shapes, box.moved(mTw)), None
+            elif (box := one.left_behind) is not None and _gap(box.pose, oTe) > _LEFT:
+                one.shapes, one.left_behind = (*one.shapes, box.moved(mTo)), None
         if self._places:
             self._keep(kept)
         if not state.faults:
             self._since = None
             self._present.clear()
-            _trace(self._bases, state.wTb)
-            _trace(self._hands, wTe)
+            _trace(self._bases, state.oTb)
+            _trace(self._hands, oTe)
             self._drove = hypot(*state.base_twist[:2].tolist()) > _DRIVING
             return
         if state.recovering:
@@ -135,13 +136,13 @@ class FaultMemory:
         self._since = self._since or now
         for fault in state.faults:
             if fault.clearable and fault.kind not in self._present:
-                where, radius, shape = self._contact(fault, state, wTe, at_work=at_work)
+                where, radius, shape = self._contact(fault, state, oTe, at_work=at_work)
                 touched = where if shape is None else shape.pose.translation
                 if any(_is_near(one.geom, touched) for one in moving):
                     shape = None  # who tells of it tells where it is now
                 elif at_work and fault.kind is FaultKind.REFLEX:
                     shape = None
-                self._count(fault, now, where, radius, shape, mTw, is_again=is_again)
+                self._count(fault, now, where, radius, shape, mTo, is_again=is_again)
 
     def wait(self, now: TaskTime) -> float:
         """How long to wait before the present faults may be cleared [s]."""
@@ -171,41 +172,41 @@ class FaultMemory:
         self._bases.clear()
         self._hands.clear()
         if self._way_out is not None:
-            way, wTb = self._way_out
-            self._way_out = WayOut(base=way.base, hand=None), wTb
+            way, oTb = self._way_out
+            self._way_out = WayOut(base=way.base, hand=None), oTb
 
-    def take_way_out(self, wTb: SE3) -> WayOut | None:
-        """The way out of the last contact, once; None if the base, now at wTb, has left it."""
+    def take_way_out(self, oTb: OdometryPose) -> WayOut | None:
+        """The way out of the last contact, once; None if the base, now at oTb, has left it."""
         found, self._way_out = self._way_out, None
         if found is None:
             return None
-        way, wTb_then = found
-        gone = np.linalg.norm(wTb.translation - wTb_then.translation)
+        way, oTb_then = found
+        gone = np.linalg.norm(oTb.translation - oTb_then.translation)
         return way if gone < _SAME_PLACE else None
 
     def _contact(
-        self, fault: Fault, state: RobotState, wTe: SE3, *, at_work: bool
+        self, fault: Fault, state: RobotState, oTe: OdometryPose, *, at_work: bool
     ) -> tuple[Array | None, float, Geom | None]:
         """Place (3,), radius of the same place [m] and obstacle of a contact; sets the way out.
 
         The place of a contact of the base is that of the base, which may turn between two contacts.
         """
-        wTb = state.wTb
+        oTb = state.oTb
         before = WayOut(base=None, hand=None) if self._way_out is None else self._way_out[0]
         if fault.kind is FaultKind.BUMPER:
-            away = self._away(fault.bearing, wTb)
+            away = self._away(fault.bearing, oTb)
             side = atan2(-away[1], -away[0]) if fault.bearing is None else fault.bearing
-            cylinder = self._beside_base(side, wTb)
-            self._way_out = WayOut(base=away, hand=before.hand), wTb
-            return wTb.translation, _SAME_PLACE, cylinder
+            cylinder = self._beside_base(side, oTb)
+            self._way_out = WayOut(base=away, hand=before.hand), oTb
+            return oTb.translation, _SAME_PLACE, cylinder
         if fault.kind is FaultKind.REFLEX:
             if self._drove and not at_work and before.base is None:
-                way = WayOut(base=self._away(None, wTb), hand=None)
+                way = WayOut(base=self._away(None, oTb), hand=None)
             else:
-                back = _back(self._hands, wTe, _WAY_BACK)
-                way = WayOut(base=before.base, hand=wTe if back is None else back)
-            self._way_out = way, wTb
-            here = wTe.translation
+                back = _back(self._hands, oTe, _WAY_BACK)
+                way = WayOut(base=before.base, hand=oTe if back is None else back)
+            self._way_out = way, oTb
+            here = oTe.translation
             box = Geom(Box((_HIT_HALF,) * 3), SE3(np.eye(3), here), _WHAT)
             return here, _SAME_PLACE_OF_HAND, box
         return None, inf, None
@@ -217,19 +218,19 @@ class FaultMemory:
         point: Array | None,
         radius: float,
         shape: Geom | None,
-        mTw: SE3,
+        mTo: MapFromOdometry,
         *,
         is_again: bool,
     ) -> None:
         """Count a fault that is new, or was cleared and is still present."""
         self._present.add(fault.kind)
-        point = None if point is None else mTw.act(point)
+        point = None if point is None else mTo.act(point)
         same = (one for one in self._places if _is_same(one, fault.kind, point, radius))
         place = next(same, None) or _Place(fault.kind, point, now)
         if shape is not None and fault.kind is FaultKind.REFLEX:
             place.left_behind = shape
         elif shape is not None:
-            place.shapes += (shape.moved(mTw),)
+            place.shapes += (shape.moved(mTo),)
         if is_again or point is not None or place.times == 0:
             place.times, place.last = place.times + 1, now
         self._keep([*(one for one in self._places if one is not place), place])
@@ -242,15 +243,15 @@ class FaultMemory:
         if len(hit) != len(self.hit):
             self.hit = hit
 
-    def _away(self, bearing: float | None, wTb: SE3) -> Array:
+    def _away(self, bearing: float | None, oTb: OdometryPose) -> Array:
         """(2,) unit vector in the base frame: away from the touched side.
 
         If that is not known, or the base cannot drive there, back along its path.
         """
-        came = _back(self._bases, wTb, _WAY_BACK)
+        came = _back(self._bases, oTb, _WAY_BACK)
         x, y = (-1.0, 0.0)
         if came is not None:
-            x, y, _ = wTb.actInv(came.translation).tolist()
+            x, y, _ = oTb.actInv(came.translation).tolist()
         is_holonomic = len(self._robot.base.axes[0]) == 3
         if bearing is not None and (is_holonomic or abs(cos(bearing)) > 0.5):
             x, y = -cos(bearing), -sin(bearing)
@@ -258,13 +259,13 @@ class FaultMemory:
             return np.array([1.0 if x > 0.0 else -1.0, 0.0])
         return np.array([x, y]) / max(hypot(x, y), 1e-9)
 
-    def _beside_base(self, side: float, wTb: SE3) -> Geom:
-        """The obstacle beside the base on a side [rad], in the world."""
+    def _beside_base(self, side: float, oTb: OdometryPose) -> Geom:
+        """The obstacle beside the base on a side [rad], in odometry."""
         length, width, height = self._robot.base.size
         c, s, radius = cos(side), sin(side), _HIT_RADIUS
         edge = min(half / max(abs(part), 1e-9) for half, part in ((length, c), (width, s))) / 2.0
         there = np.array([(edge + radius) * c, (edge + radius) * s, height / 2.0])
-        return Geom(Cylinder(radius, height / 2.0), SE3(np.eye(3), wTb.act(there)), _WHAT)
+        return Geom(Cylinder(radius, height / 2.0), SE3(np.eye(3), oTb.act(there)), _WHAT)
 
 
 def _trace(trail: deque[SE3], here: SE3) -> None:

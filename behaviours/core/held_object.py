@@ -8,7 +8,9 @@ import numpy.typing as npt
 from pinocchio import SE3
 
 from behaviours.core.directions import DOWN, points_down
-from behaviours.core.log import Carried, TaskLog
+from behaviours.core.log import TaskLog
+from config.arrays import Array
+from config.poses import MapPose
 from robots import Box, Geom, half_extents, reach
 
 _LEAST_HALF = 0.14  # assumed reach along the pads of an object that was not seen whole [m]
@@ -26,34 +28,22 @@ Outline: TypeAlias = npt.NDArray[np.float64] | None
 
 
 class HeldObject:
-    """Keeps the shape of the held object while grip and width are the same.
-
-    Args:
-        log: of the task.
-    """
+    """The shape of what a hand holds, by the log of the task."""
 
     def __init__(self, log: TaskLog) -> None:
         self._log = log
-        self._shape: tuple[Geom, ...] = ()
-        self._of: tuple[Carried, int, float] | None = None
+        self._held: tuple[object, tuple[Geom, ...]] = None, ()  # and what it is the shape of
 
-    def shape(self, width: float) -> tuple[Geom, ...]:
-        """In e; empty for an empty hand.
-
-        Args:
-            width: distance between the finger pads [m].
-        """
-        carried = self._log.in_hand
-        if carried is None:
-            self._of, self._shape = None, ()
-            return self._shape
-        of = (carried, carried.attempts, round(width / _RESOLUTION) * _RESOLUTION)
-        if of != self._of:
-            log = self._log
-            wRe = DOWN.hand if log.last_grasp is None else log.last_grasp.rotation
-            held = _box(width, log.grip_height, wRe, log.grip_outline)
-            self._of, self._shape = of, (held,)
-        return self._shape
+    @property
+    def shape(self) -> tuple[Geom, ...]:
+        """In e, empty for an empty hand; the same tuple while grip and width are the same."""
+        log, carried, width = self._log, self._log.in_hand, self._log.fingers.width
+        grip = carried and (carried, carried.attempts, round(width / _RESOLUTION) * _RESOLUTION)
+        if grip != self._held[0]:
+            oRe = DOWN.hand if log.last_grasp is None else log.last_grasp.rotation
+            held = (_box(width, log.grip_height, oRe, log.grip_outline),) if grip else ()
+            self._held = grip, held
+        return self._held[1]
 
 
 class SetDownObjects:
@@ -68,7 +58,7 @@ class SetDownObjects:
         self.extents: tuple[Geom, ...] = ()
         """The same as far as they were seen to reach; nothing is set down there."""
 
-    def add(self, width: float, height: float, mTe: SE3, outline: Outline = None) -> None:
+    def add(self, width: float, height: float, mTe: MapPose, outline: Outline = None) -> None:
         """Add what was released at an end-effector pose.
 
         Args:
@@ -83,7 +73,7 @@ class SetDownObjects:
         self.shapes += (narrow.moved(mTe),)
         self.extents += (seen.moved(mTe),)
 
-    def grasp(self, point: npt.NDArray[np.float64]) -> None:
+    def grasp(self, point: Array) -> None:
         """Forget what the fingers may move that close at a point (3,) of the map."""
         kept = [k for k, one in enumerate(self.shapes) if not _is_at(one, point)]
         if len(kept) < len(self.shapes):
@@ -115,12 +105,12 @@ def in_hand(outline: Outline, width: float) -> tuple[float, float]:
     return float(x), np.pi / 2.0 if across else 0.0
 
 
-def reach_on_surface(held: Sequence[Geom], direction: npt.NDArray[np.float64]) -> float:
+def reach_on_surface(held: Sequence[Geom], direction: Array) -> float:
     """How far held shapes, set down, may reach from the hand in a direction (3,), all in e [m]."""
     return max((reach(_shortened(one), direction) for one in held), default=0.0)
 
 
-def way_off(held: Sequence[Geom], set_down: Sequence[Geom], mTe: SE3) -> npt.NDArray[np.float64]:
+def way_off(held: Sequence[Geom], set_down: Sequence[Geom], mTe: MapPose) -> Array:
     """(3,) horizontal, on the map, by which held shapes get off what was set down [m].
 
     All are boxes seen from above; from each the shorter way is taken, one after the other.
@@ -137,27 +127,25 @@ def way_off(held: Sequence[Geom], set_down: Sequence[Geom], mTe: SE3) -> npt.NDA
     return off
 
 
-def _apart(one: Geom, other: Geom) -> npt.NDArray[np.float64]:
+def _apart(one: Geom, other: Geom) -> Array:
     """(3,) the shortest horizontal way of a box out of another one; zero if they are apart."""
     axes = np.concatenate([g.pose.rotation[:, :2].T for g in (one, other)]) * [1.0, 1.0, 0.0]
     axes /= np.linalg.norm(axes, axis=1)[:, None]
     ways = np.concatenate([axes, -axes])
     lengths = [reach(other, way) + reach(one, -way) + _BESIDE for way in ways]
     least = int(np.argmin(lengths))
-    shortest: npt.NDArray[np.float64] = ways[least] * max(0.0, lengths[least])
+    shortest: Array = ways[least] * max(0.0, lengths[least])
     return shortest
 
 
-def _box(
-    width: float, height: float, wRe: npt.NDArray[np.float64], outline: Outline = None
-) -> Geom:
+def _box(width: float, height: float, oRe: Array, outline: Outline = None) -> Geom:
     """From above the grasp centre down to the surface that the object stood on.
 
     As wide as it was seen to be from above, if that is one object; else a bar as wide as the
-    fingers are apart. `wRe` is how the hand was turned.
+    fingers are apart. `oRe` is how the hand was turned.
     """
-    if not points_down(wRe):
-        return _upright_box(height, wRe, _of_one(outline))
+    if not points_down(oRe):
+        return _upright_box(height, oRe, _of_one(outline))
     least = np.array([-_LEAST_HALF, -width / 2.0, -_ABOVE])
     most = np.array([_LEAST_HALF, width / 2.0, max(height, 0.0)])
     if (outline := _of_one(outline)) is not None:
@@ -169,9 +157,9 @@ def _box(
     return Geom(Box((half[0], half[1], half[2])), SE3(np.eye(3), centre), "held")
 
 
-def _upright_box(height: float, wRe: npt.NDArray[np.float64], outline: Outline) -> Geom:
+def _upright_box(height: float, oRe: Array, outline: Outline) -> Geom:
     """What a tilted hand holds: as deep as it is wide, since it was seen from one side alone."""
-    down, approach = -wRe[2], np.array([0.0, 0.0, 1.0])
+    down, approach = -oRe[2], np.array([0.0, 0.0, 1.0])
     side = np.cross(down, approach)
     side /= np.linalg.norm(side)
     half, above = _UNSEEN_HALF, _UNSEEN_ABOVE
@@ -190,7 +178,7 @@ def _of_one(outline: Outline) -> Outline:
     return outline
 
 
-def _area(outline: npt.NDArray[np.float64]) -> float:
+def _area(outline: Array) -> float:
     """Of a convex outline (K, 3) at z = 0 [m^2]."""
     corners = np.vstack([outline, outline[:1]])
     return 0.5 * float(np.abs(np.cross(corners[:-1], corners[1:]).sum(axis=0)[2]))
@@ -201,6 +189,6 @@ def _shortened(held: Geom) -> Geom:
     return Geom(Box((min(x, _MOST_HALF), min(y, _MOST_HALF), z)), held.pose, "what was set down")
 
 
-def _is_at(one: Geom, point: npt.NDArray[np.float64]) -> bool:
+def _is_at(one: Geom, point: Array) -> bool:
     local = np.abs(one.pose.actInv(point)) - half_extents(one.shape)
     return bool(local.max() <= _NEAR)

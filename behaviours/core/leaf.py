@@ -6,8 +6,9 @@ from typing import ClassVar
 import py_trees
 from py_trees.common import Status
 
-from behaviours.core.context import Context
-from behaviours.core.errors import LeafCrashedError, TwoGoalsError
+from behaviours.core.context import Context, Intent
+from behaviours.core.errors import LeafCrashedError
+from config.poses import OdometryPose
 from controller import MotionGoal, StepReport
 from hw import HardwareError, LoopBlockedError
 
@@ -98,7 +99,7 @@ class Leaf(py_trees.behaviour.Behaviour):
             yield from super().tick()
             if (context := self.context).log.last_grasp is not None:
                 context.log.note_hand(
-                    context.wTe, context.log.last_grasp, self.empty_hand, context.clock.now()
+                    context.oTe, context.log.last_grasp, self.empty_hand, context.clock.now()
                 )
         except (HardwareError, LeafCrashedError):
             raise
@@ -176,7 +177,7 @@ class Leaf(py_trees.behaviour.Behaviour):
 
     def let_go(self, most: float | None = None) -> float:
         """Open the fingers on purpose, see `open_gripper`: what they held is not lost."""
-        self.context.letting_go = self
+        self.context.memory.letting_go = self
         return self.open_gripper(most)
 
     def grip(self, width: float, force: float) -> None:
@@ -207,7 +208,7 @@ class Leaf(py_trees.behaviour.Behaviour):
             return self.failure(f"the fingers still move after {patience:g} s")
         return None
 
-    def pursue(self, goal: MotionGoal, phase: str = "") -> StepReport | None:
+    def pursue(self, goal: MotionGoal[OdometryPose], phase: str = "") -> StepReport | None:
         """Set the goal for the coming period.
 
         Args:
@@ -219,18 +220,11 @@ class Leaf(py_trees.behaviour.Behaviour):
             leaf's, or of another phase.
 
         Raises:
-            LeafCrashedError: another running leaf has set a goal in this tick.
+            TwoGoalsError: another running leaf has set a goal in this tick.
         """
-        context = self.context
-        other = context.goal_of[0] if context.goal_of else self
-        if isinstance(other, Leaf) and other is not self and other.status is Status.RUNNING:
-            error = TwoGoalsError(
-                f"`{other.name}` and `{self.name}` both move the robot at the same time; "
-                "let one run after the other"
-            )
-            raise LeafCrashedError(self.name, error) from error
-        context.goal, context.goal_of = goal, (self, phase)
-        return context.report if context.report_of == (self, phase) else None
+        now, last = self.context.now, self.context.now.last
+        now.intend(Intent(goal, self, phase))
+        return now.report if last and (last.owner, last.phase) == (self, phase) else None
 
 
 class Condition(Leaf):

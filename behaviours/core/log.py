@@ -1,21 +1,24 @@
 """Log of a task: attempts, grips, carried objects and places."""
 
 from collections import Counter, deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from math import inf
 from statistics import median
 
 import numpy as np
-import numpy.typing as npt
 from pinocchio import SE3
 
 from behaviours.core.parameter_types import Region
+from config.arrays import Array
 from hw import DepthFrame, RobotState, TaskTime
+from perception import Segment
 
 _WINDOW = 0.2  # over which the width of fingers at rest is judged: a bump lasts less than half [s]
 _CHANGES = 0.0005  # a smaller change between its halves is none [m]
 
 _LIFTED = 0.05  # a hand this far from the grasp has lifted what it holds [m]
+_SEVERAL = 1.6  # times what it covers at least: a larger piece may be several objects
 _BESIDE = 0.1  # what falls nearer to where it was grasped is in its region again [m]
 
 
@@ -111,6 +114,14 @@ class Stock:
     region: Region
     most: int = 0
     """Largest number seen there, with those placed since."""
+    pieces: Sequence[Segment] = ()
+    """Seen there last."""
+    fell: bool = False
+    """Whether an object fell back that was not looked for since: it may have rolled out."""
+    covers: float = inf
+    """What it covers at least, if it may have been one of several that were seen as one [m^2]."""
+    lacks: bool = False
+    """Whether less was there when it was looked for: with others it may not be missed by number."""
 
 
 @dataclass(kw_only=True, eq=False)
@@ -123,14 +134,14 @@ class TaskLog:
     """The objects in order; the last one may still be carried."""
     grip_height: float = 0.0
     """Height of the grasp above the surface that the held object stood on [m]."""
-    grip_outline: npt.NDArray[np.float64] | None = None
+    grip_outline: Array | None = None
     """(K, 3) in e, see `GraspEstimate.outline`; None if the image did not show it all."""
     grip_opening: float | None = None
     """Distance between the finger pads that left room around it then [m]; None before a grasp."""
     floor_error: float | None = None
     """How much higher the camera saw that surface than the map has it [m]; None: not seen."""
     last_grasp: SE3 | None = None
-    """wTg of the last attempt."""
+    """oTg of the last attempt."""
     fingers: Fingers = field(default_factory=Fingers)
     grip: Grip | None = None
     """The last command to the fingers; None before the first."""
@@ -162,11 +173,11 @@ class TaskLog:
     def note_hand(self, hand: SE3, grasped_at: SE3, empty: str | None, now: TaskTime) -> None:
         """Notice when the fingers lose what they have lifted.
 
-        What falls over a region that was looked at, or beside where the fingers closed, is back in
-        there; else it is gone.
+        What falls over a region that was looked at, or beside where the fingers closed, may be back
+        in there, which a look has to tell; else it is gone.
 
         Args:
-            hand: its pose, in the world.
+            hand: its pose, in odometry.
             grasped_at: where the fingers closed.
             empty: why they hold nothing; None if they seem to hold something.
             now: task time.
@@ -179,11 +190,23 @@ class TaskLog:
             one.lifted = one.lifted or bool(np.linalg.norm(way) > _LIFTED)
         elif one.lifted:
             one.lifted = False
-            regions = [stock.region for stock in self.stocks.values()]
-            is_back = any(region.is_below(hand.translation) for region in regions)
-            if not is_back and np.linalg.norm(way[:2]) > _BESIDE:
+            is_beside = bool(np.linalg.norm(way[:2]) <= _BESIDE)
+            over = grasped_at if is_beside else hand
+            below = [it for it in self.stocks.values() if it.region.is_below(over.translation)]
+            for stock in below:
+                stock.fell = True
+                covers = self._covers(stock.pieces, grasped_at.translation)
+                stock.covers = min(stock.covers, covers)
+            if not below and not is_beside:
                 one.let_go = now
                 self.say(now, f"what was held is gone: {empty}")
+
+    def _covers(self, pieces: Sequence[Segment], grasped_at: Array) -> float:
+        """See `Stock.covers`, of what the fingers closed on: as long as it is wide between them."""
+        width = (self.closing and self.closing.rested) or inf
+        away = [float(np.linalg.norm((one.centre - grasped_at)[:2])) for one in pieces]
+        area = pieces[int(np.argmin(away))].area if away else 0.0
+        return width**2 if area > _SEVERAL * width**2 else inf
 
     def lost(self, stock: Stock) -> int:
         """How many objects left the hand since the first look and were not seen to stand.
@@ -253,8 +276,11 @@ class TaskLog:
         self.pictures.append((name, frame))
         return name
 
-    def note_stock(self, region: Region, standing: int) -> None:
-        """Log that at least `standing` objects were seen in a region."""
+    def note_stock(self, region: Region, pieces: Sequence[Segment]) -> None:
+        """Log what was seen in a region, each piece at least one object."""
         first = Stock(placed_before=self.placed, carried_before=len(self.carried), region=region)
         stock = self.stocks.setdefault(region.name, first)
-        stock.most = max(stock.most, self.placed - stock.placed_before + standing)
+        stock.most = max(stock.most, self.placed - stock.placed_before + len(pieces))
+        less = sum(one.area for one in stock.pieces) - sum(one.area for one in pieces)
+        stock.lacks = stock.lacks or (stock.fell and less > 0.5 * stock.covers)
+        stock.fell, stock.covers, stock.pieces = False, inf, pieces

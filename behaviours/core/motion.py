@@ -11,6 +11,7 @@ from py_trees.common import Status
 from behaviours.core.context import Context
 from behaviours.core.directions import way_out
 from behaviours.core.leaf import Leaf
+from config.poses import OdometryPose
 from controller import Array, BaseGoal, Command, MotionGoal, PoseGoal, PostureGoal, StepReport
 
 METRES_PER_RADIAN = 0.3  # weight of a rotation error: about the length of the hand [m/rad]
@@ -19,6 +20,7 @@ _AT_REST = 0.03  # a slower robot stands still [m/s and rad/s]
 _PATIENCE = 2.5  # without improvement, while the robot stands still [s]
 _DETOUR_PATIENCE = 12.0  # while it moves: a base that turns brings the hand no nearer at first [s]
 _STRAIGHT_PATIENCE = 2.0  # while the hand is to go straight [s]
+_PENDING = 0.02  # the map still moves there: no goal on it is reached before [m]
 _LONGEST_TICK = 0.1  # a longer time between two ticks counts as this [s]
 IN_THE_WAY = 0.05  # furniture nearer than this blocks arm and base [m]
 _BACK_OFF = 0.3  # how far the base backs off [m]
@@ -98,7 +100,7 @@ class Approach:
     def __init__(
         self,
         leaf: Leaf,
-        goal: MotionGoal | Callable[[], MotionGoal],
+        goal: MotionGoal[OdometryPose] | Callable[[], MotionGoal[OdometryPose]],
         target: str,
         timeout: float,
     ) -> None:
@@ -117,8 +119,8 @@ class Approach:
         leaf = self._leaf
         if fault := leaf.fault():
             return leaf.failure(fault)
-        if leaf.context.lost:
-            return leaf.failure(f"{leaf.context.relocalised}: it is not certain where it is")
+        if leaf.context.now.lost:
+            return leaf.failure(f"{leaf.context.now.relocalised}: it is not certain where it is")
         if doubt := leaf.context.localisation.doubt:
             self._set_out = False
             unsure = f"{doubt}: it is not certain where it is"
@@ -128,10 +130,11 @@ class Approach:
         if report is None or not self._set_out:  # then it is about some other goal
             self._set_out = True
             return leaf.running(f"setting out for {self._target}")
-        if report.arrived and leaf.context.localisation.agreement.since is None:
+        here = leaf.context.localisation
+        if report.arrived and here.agreement.since is None and here.pending <= _PENDING:
             return leaf.success(f"at {self._target}")
         if report.arrived and not self._is_late:
-            return leaf.running("there, but nothing in sight is where the map has it")
+            return leaf.running("there, but what is in sight is not where the map has it")
         if report.unreachable:
             leaf.out_of_reach = True
             return leaf.failure(f"cannot get to {self._target}: {report.unreachable}")
@@ -165,8 +168,8 @@ class BackOff:
     def __init__(self, leaf: Leaf, away: Array = _BACKWARDS, speed: float = inf) -> None:
         self._leaf = leaf
         way = SE3(np.eye(3), np.array([*(_BACK_OFF * away), 0.0]))
-        wTb = leaf.context.state.wTb * way
-        self._goal = BaseGoal(wTb=wTb, reverse=bool(away[0] < 0.0), speed=speed)
+        oTb = leaf.context.state.oTb * way
+        self._goal = BaseGoal(target=oTb, reverse=bool(away[0] < 0.0), speed=speed)
         self._progress = Progress(leaf.context)
 
     def tick(self) -> bool:
@@ -177,18 +180,18 @@ class BackOff:
 
 def straight_out(
     context: Context, distance: float, speed: float, next_goal: SE3 | None = None
-) -> PoseGoal:
+) -> PoseGoal[OdometryPose]:
     """The goal of a hand that rises from its present pose, or goes back the way it came.
 
     Args:
         context: shared by the leaves.
         distance: how far it goes [m].
         speed: of the hand [m/s].
-        next_goal: the next pose of the end effector in the world; the base sets out for it.
+        next_goal: the next pose of the end effector in odometry; the base sets out for it.
     """
-    here = context.wTe
+    here = context.oTe
     return PoseGoal(
-        wTe=SE3(here.rotation, here.translation + distance * way_out(here.rotation)),
+        target=SE3(here.rotation, here.translation + distance * way_out(here.rotation)),
         speed=speed,
         position_tolerance=_RISE_TOLERANCE,
         straight=True,
@@ -203,7 +206,7 @@ class Rise:
     Args:
         leaf: sets the goal.
         height: how far it goes [m].
-        back: where the hand goes first, in the world: away from a contact.
+        back: where the hand goes first, in odometry: away from a contact.
     """
 
     def __init__(self, leaf: Leaf, height: float, back: SE3 | None = None) -> None:
@@ -231,17 +234,17 @@ class Rise:
         if back is not None:
             tolerance = _BACK_TOLERANCE
             self._goal = replace(
-                self._goal, wTe=back, speed=AWAY_SPEED, position_tolerance=tolerance
+                self._goal, target=back, speed=AWAY_SPEED, position_tolerance=tolerance
             )
         self._progress = Progress(context, straight=True)
 
 
-def over_grasp(wTg: SE3, context: Context) -> SE3:
+def over_grasp(oTg: OdometryPose, context: Context) -> SE3:
     """The goal of a hand on its way down to a grasp: the grasp, or above it if it has strayed."""
-    x, y, z = wTg.actInv(context.wTe.translation)
+    x, y, z = oTg.actInv(context.oTe.translation)
     if hypot(x, y) <= _ASTRAY or -z <= _ASTRAY_ABOVE:
-        return wTg
-    return wTg * SE3(np.eye(3), np.array([0.0, 0.0, z]))
+        return oTg
+    return oTg * SE3(np.eye(3), np.array([0.0, 0.0, z]))
 
 
 def hand_twist(context: Context) -> Array:

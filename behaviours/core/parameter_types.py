@@ -5,14 +5,15 @@ A task file that gives a number outside of its bounds is refused before the run.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Generic, Protocol, TypeAlias, TypeVar, cast
 
-if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-    from pinocchio import SE3
+from config.poses import MapPose, OdometryFromMap, OdometryPose
 
+if TYPE_CHECKING:
+    from config.arrays import Array, Mask
     from robots import RobotDescription
 
 Value = TypeVar("Value")
@@ -55,11 +56,23 @@ class Key(Generic[Value]):
         return cast(Value, self._value)
 
 
-class MapFrame(Protocol):
-    """Where the map is in the world in which the robot moves, by the newest estimate."""
+class LowerBound(int):
+    """A number of which there may be more: whether there are so many exactly is not known."""
 
-    def wTm_on(self, piece: str) -> SE3 | None:
-        """The map in the world, for what stands on a piece of furniture; None: they are the same.
+    def __add__(self, more: int) -> LowerBound:
+        return LowerBound(int(self) + more)
+
+    __radd__ = __add__
+
+    def __str__(self) -> str:
+        return f"at least {int(self)}"
+
+
+class MapFrame(Protocol):
+    """Where the map is in odometry, by the newest estimate."""
+
+    def oTm_on(self, piece: str) -> OdometryFromMap | None:
+        """The map in odometry, for what stands on a piece of furniture; None: they are the same.
 
         Furniture may have been moved from its place on the map.
         """
@@ -76,26 +89,21 @@ class MapPlace:
     """None where the map is the world."""
 
     @property
-    def is_exact(self) -> bool:
-        """Whether it is certain where the place is in the world."""
-        return self._wTm is None
+    def _oTm(self) -> OdometryFromMap | None:
+        return None if self.frame is None else self.frame.oTm_on(self.on)
 
-    @property
-    def _wTm(self) -> SE3 | None:
-        return None if self.frame is None else self.frame.wTm_on(self.on)
-
-    def _placed(self, mTx: SE3) -> SE3:
-        return mTx if (wTm := self._wTm) is None else wTm * mTx
+    def _placed(self, mTx: MapPose) -> OdometryPose:
+        return cast("OdometryPose", mTx) if (oTm := self._oTm) is None else oTm * mTx
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ToolPose(MapPlace):
     """A pose of the end effector on the map (`xyz`, `rpy_deg` in a task file)."""
 
-    mTe: SE3
+    mTe: MapPose
 
     @property
-    def wTe(self) -> SE3:
+    def oTe(self) -> OdometryPose:
         """In the world, now."""
         return self._placed(self.mTe)
 
@@ -104,10 +112,10 @@ class ToolPose(MapPlace):
 class BasePose(MapPlace):
     """A pose of the base on the floor (`base`, `heading_deg` in a task file)."""
 
-    mTb: SE3
+    mTb: MapPose
 
     @property
-    def wTb(self) -> SE3:
+    def oTb(self) -> OdometryPose:
         """In the world, now."""
         return self._placed(self.mTb)
 
@@ -117,7 +125,7 @@ class Posture:
     """Joint positions of the arm (`joints_deg` in a task file; `ready` is built in)."""
 
     name: str
-    q: npt.NDArray[np.float64]
+    q: Array
     """(j,) [rad]; of a task file (degrees) before it is `on` a robot."""
 
     def on(self, robot: RobotDescription) -> Posture:
@@ -133,47 +141,48 @@ class Posture:
 class Region(MapPlace):
     """An upright box on the map (`centre`, `size`, `yaw_deg` in a task file)."""
 
-    mTr: SE3
+    mTr: MapPose
     """Centre of the box on the map, turned about z only."""
-    size: npt.NDArray[np.float64]
+    size: Array
     """(3,) full edge lengths [m]."""
     front: float | None = None
     """Direction on the map in which the hand reaches in [rad]; None for any."""
 
     @property
-    def wTr(self) -> SE3:
-        """Its centre in the world, now."""
+    def oTr(self) -> OdometryPose:
+        """Its centre in odometry, now."""
         return self._placed(self.mTr)
 
     @property
-    def wTm(self) -> SE3:
-        """The map with which it moves, in the world, now."""
-        return self.wTr * self.mTr.inverse()
+    def oTm(self) -> OdometryFromMap:
+        """The map with which it moves, in odometry, now."""
+        oTm: OdometryFromMap = self.oTr * self.mTr.inverse()
+        return oTm
 
-    def contains(self, points: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
-        """Which of the (N, 3) world points [m] lie inside: (N,) booleans."""
-        local = abs((points - self.wTr.translation) @ self.wTr.rotation)
+    def contains(self, points: Array) -> Mask:
+        """Which of the (N, 3) points in odometry [m] lie inside: (N,) booleans."""
+        local = abs((points - self.oTr.translation) @ self.oTr.rotation)
         x, y, z = self.size / 2.0
-        inside: npt.NDArray[np.bool_] = (local[:, 0] <= x) & (local[:, 1] <= y) & (local[:, 2] <= z)
+        inside: Mask = (local[:, 0] <= x) & (local[:, 1] <= y) & (local[:, 2] <= z)
         return inside
 
-    def is_below(self, point: npt.NDArray[np.float64]) -> bool:
-        """Whether a point (3,) of the world [m] is over its floor, or far above."""
-        x, y, _ = abs(self.wTr.actInv(point))
+    def is_below(self, point: Array) -> bool:
+        """Whether a point (3,) in odometry [m] is over its floor, or far above."""
+        x, y, _ = abs(self.oTr.actInv(point))
         return bool(x <= self.size[0] / 2.0 and y <= self.size[1] / 2.0)
 
-    def fixed(self) -> Region:
-        """As it stands in the world now."""
-        return self.at(self.wTr)
+    def locate(self) -> Callable[[], Region]:
+        """How it stands in odometry now."""
+        return partial(self.at, self.oTr)
 
-    def at(self, wTr: SE3) -> Region:
-        """The same in another place of the world, where it stays."""
-        return replace(self, mTr=wTr, frame=None)
+    def at(self, oTr: OdometryPose) -> Region:
+        """The same in another place in odometry, where it stays."""
+        return replace(self, mTr=cast("MapPose", oTr), frame=None)
 
     @property
     def floor(self) -> float:
-        """Height of the bottom face in the world [m]."""
-        return float(self.wTr.translation[2] - self.size[2] / 2.0)
+        """Height of the bottom face in odometry [m]."""
+        return float(self.oTr.translation[2] - self.size[2] / 2.0)
 
 
 @dataclass(frozen=True, kw_only=True)

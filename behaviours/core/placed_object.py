@@ -1,23 +1,17 @@
 """Check by the camera whether a released object stands at its place, while the hand leaves."""
 
-from __future__ import annotations
-
 from enum import Enum
 from math import inf
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from behaviours.core.context import Context
 from behaviours.core.directions import way_out
 from behaviours.core.log import Carried
+from config.arrays import Array
 from hw import DepthFrame
-from perception import disc, points_along_rays
-
-if TYPE_CHECKING:
-    from behaviours.core.context import Context
-
-Array = npt.NDArray[np.float64]
+from perception import disc
 
 _HIGHER = 0.004  # than the surface is what stands on it [m]
 _LEAST = 0.02  # share of the points that an object covers at least
@@ -47,13 +41,13 @@ class _Look(NamedTuple):
 class PlacedObjectWatch:
     """Looks at a place in every new frame until the object is seen there, or nothing.
 
-    A standing object is higher than the surface seen before, and keeps its height in the world
+    A standing object is higher than the surface seen before, and keeps its height in odometry
     while the hand rises; one that sticks to a finger rises too.
 
     Args:
         context: shared by the leaves.
         carried: the object; it counts as placed once it is seen to stand.
-        centre: (3,) of the place, in the world [m].
+        centre: (3,) of the place, in odometry [m].
         radius: of the disc around it that is looked at [m].
         before: (P,) heights over the centre that were seen through the points of the disc before
             [m]; NaN where nothing was seen.
@@ -64,9 +58,9 @@ class PlacedObjectWatch:
     ) -> None:
         self._carried, self._centre, self._radius = carried, centre, radius
         self._bare = before
-        self._since, self._before = context.state.stamp, context.state.wTb
-        self._released = context.wTe.translation.copy()
-        self._out = way_out(context.wTe.rotation)
+        self._since, self._before = context.state.stamp, context.state.oTb
+        self._released = context.oTe.translation.copy()
+        self._out = way_out(context.oTe.rotation)
         self._looks: list[_Look] = []
         self.empty = 0
         """Newest frames in a row that show nothing there."""
@@ -77,17 +71,17 @@ class PlacedObjectWatch:
     def look(self, context: Context) -> None:
         """Take the frame that is new in this tick, if there is one to believe."""
         state, vision = context.state, context.vision
-        if context.relocalised:  # the place is where it was from the base
-            moved = state.wTb * self._before.inverse()
+        if context.now.relocalised:  # the place is where it was from the base
+            moved = state.oTb * self._before.inverse()
             self._centre, self._released = moved.act(self._centre), moved.act(self._released)
             self._since = state.stamp
-        self._before = state.wTb
-        gone = np.linalg.norm(context.wTe.translation - self._released)
+        self._before = state.oTb
+        gone = np.linalg.norm(context.oTe.translation - self._released)
         if gone > _LEFT and self.verdict is not Verdict.UNSEEN:
-            context.placed_object = None  # no tick of the rest of the run asks the camera for it
+            context.memory.placed_object = None  # nobody asks the camera for it any more
             return
         frame = vision.newest(self._since)
-        if frame is None or frame.stamp <= self._since or vision.is_blind(state.stamp):
+        if frame is None or frame.stamp <= self._since or vision.blindness(state.stamp):
             return
         self._since = frame.stamp
         with vision.timed():
@@ -100,9 +94,9 @@ class PlacedObjectWatch:
     def _verdict(self, frame: DepthFrame, context: Context) -> Verdict:
         """By this frame and those before it."""
         eye = context.robot.description.camera.eTc.inverse().translation
-        hand = float(frame.wTc.act(eye) @ self._out)
+        hand = float(frame.oTc.act(eye) @ self._out)
         points = disc(self._centre, self._radius, len(self._bare))
-        seen = points_along_rays(frame, points)
+        seen = frame.cloud.along_rays(points)
         height = seen[:, 2] - self._centre[2]
         is_over = np.linalg.norm(seen[:, :2] - self._centre[:2], axis=1) < self._radius
         high = is_over & (height > self._bare + _HIGHER)

@@ -16,6 +16,7 @@ import pinocchio as pin
 from pinocchio import SE3
 
 from behaviours.core.directions import DOWN, ApproachWord, Direction, points_down
+from config.planar import yaw_of
 from controller import Array, stance_search, why_no_stance
 from robots import Geom, Plane, RobotDescription, reach
 
@@ -168,7 +169,7 @@ def headings_into(region: Region) -> list[float]:
     if region.front is not None:
         return [region.front]
     x, y = region.mTr.translation[:2]
-    yaw = atan2(region.mTr.rotation[1, 0], region.mTr.rotation[0, 0])
+    yaw = yaw_of(region.mTr.rotation)
     sides = [yaw + quarter * pi / 2.0 for quarter in range(4)]
     return sorted(sides, key=lambda side: round(-cos(side - atan2(y, x)), 6))
 
@@ -227,12 +228,12 @@ def tilted_if_needed(
     return pose if barely is None else replace(pose, mTe=leaning(barely))
 
 
-def _tilted(wRe: Array, direction: Direction) -> Array:
+def _tilted(oRe: Array, direction: Direction) -> Array:
     """(3, 3) a hand that looks down, tilted in a direction; the camera comes to be over it."""
     heading = np.array([cos(direction.heading), sin(direction.heading)])
     axis = np.array([-sin(direction.heading), cos(direction.heading), 0.0])
-    turned: Array = pin.exp3(-direction.tilt * axis) @ wRe
-    if not direction.is_straight and wRe[:2, 0] @ heading < 0.0:  # the fingers are alike
+    turned: Array = pin.exp3(-direction.tilt * axis) @ oRe
+    if not direction.is_straight and oRe[:2, 0] @ heading < 0.0:  # the fingers are alike
         turned = turned @ np.diag([-1.0, -1.0, 1.0])
     return turned
 

@@ -5,10 +5,11 @@ from collections.abc import Sequence
 from concurrent.futures import Executor, Future
 
 import numpy as np
-import numpy.typing as npt
 from pinocchio import SE3
 
 from behaviours.sensing.vision import Vision
+from config.arrays import Mask
+from config.poses import OdometryPose
 from controller import Array, PointCloud, RobotModel
 from hw import DepthFrame, InlineExecutor, RobotState
 from perception import SurfaceGrid, surface_cells
@@ -52,7 +53,7 @@ class DepthObstacles:
             vision: supplies the frame.
             state: of this tick.
             held: shapes of the held object, in e.
-            moving: obstacles in the world, left out as they would leave a trail.
+            moving: obstacles in odometry, left out as they would leave a trail.
         """
         self._states.append(state)
         self._take_result()
@@ -74,10 +75,6 @@ class DepthObstacles:
         self._since = now
         self._surfaces, self._work, self.cloud = SurfaceGrid(), None, NO_POINTS
 
-    def close(self) -> None:
-        """End the thread."""
-        self._executor.shutdown(wait=False, cancel_futures=True)
-
     def _take_result(self) -> None:
         if self._work is not None and self._work.done():
             self.cloud, self._work = self._work.result(), None
@@ -91,27 +88,27 @@ class DepthObstacles:
         moving: Sequence[Geom],
     ) -> PointCloud:
         """The point cloud after one more frame."""
-        wTe = frame.wTc * self._description.camera.eTc.inverse()
-        own = [*self._robot(wTe, then), *(_enlarged(one).moved(wTe) for one in held)]
+        oTe = frame.oTc * self._description.camera.eTc.inverse()
+        own = [*self._robot(oTe, then), *(_enlarged(one).moved(oTe) for one in held)]
         ahead = [one for one in (*own, *moving) if _depth(one, frame) > 0.0]
         cells = surface_cells(frame)
         surfaces.update(frame, cells.of(~near(cells.points, ahead)))
         # The held object was seen before, where it was grasped.
-        surfaces.keep(~near(surfaces.all_points, [one.moved(wTe) for one in held]))
+        surfaces.keep(~near(surfaces.all_points, [one.moved(oTe) for one in held]))
         return PointCloud(surfaces.points)
 
-    def _robot(self, wTe: SE3, then: RobotState) -> list[Geom]:
-        """The shapes of the robot in the world; the hand by the pose of the camera."""
+    def _robot(self, oTe: OdometryPose, then: RobotState) -> list[Geom]:
+        """The shapes of the robot in odometry; the hand by the pose of the camera."""
         robot = self._description
-        wTh = wTe * robot.gripper.hTe.inverse()
-        poses = (*self._model.link_poses(then.wTb, then.q)[:-2], wTh * robot.arm.lTh.inverse())
+        oTh = oTe * robot.gripper.hTe.inverse()
+        poses = (*self._model.link_poses(then.oTb, then.q)[:-2], oTh * robot.arm.lTh.inverse())
         links = zip(poses, robot.arm.collision, strict=True)
         x, y, z = (edge / 2.0 for edge in robot.base.size)
         base = Geom(Box((x, y, z)), SE3(np.eye(3), np.array([0.0, 0.0, z])))
         return [
-            *(shape.moved(wTh) for shape in robot.gripper.collision),
+            *(shape.moved(oTh) for shape in robot.gripper.collision),
             *(shape.moved(pose) for pose, shapes in links for shape in shapes),
-            base.moved(then.wTb),
+            base.moved(then.oTb),
         ]
 
 
@@ -127,11 +124,11 @@ def _enlarged(held: Geom) -> Geom:
 
 def _depth(one: Geom, frame: DepthFrame) -> float:
     """Largest depth of a shape in the camera frame [m]."""
-    centre = frame.wTc.actInv(one.pose.translation)
+    centre = frame.oTc.actInv(one.pose.translation)
     return float(centre[2]) + bounding_radius(one.shape)
 
 
-def near(points: Array, shapes: Sequence[Geom]) -> npt.NDArray[np.bool_]:
+def near(points: Array, shapes: Sequence[Geom]) -> Mask:
     """Which of (N, 3) points are within the margin of a shape."""
     close = np.zeros(len(points), dtype=bool)
     for one in shapes:

@@ -4,15 +4,15 @@ Grasp detection takes longer than a control period: an executor searches one fra
 a tick takes the result when it is there.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
 from contextlib import contextmanager
 from math import inf
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 
+from config.arrays import Array
 from hw import Camera, DepthFrame, InlineExecutor, stopwatch
 from perception import (
     Detection,
@@ -29,14 +29,11 @@ _AHEAD = 0.25  # a frame may be newer than the reading of the robot by this [s]
 _LOST_FRAME = 1.0  # frames that are older are not late but missing [s]
 
 
-Array = npt.NDArray[np.float64]
-
-
 class Target(Workspace, Protocol):
     """A workspace that may follow the map."""
 
-    def fixed(self) -> Workspace:
-        """As it stands in the world now."""
+    def locate(self) -> Callable[[], Workspace]:
+        """How it stands in odometry now; what it returns is called beside the loop."""
 
 
 class Vision:
@@ -56,8 +53,7 @@ class Vision:
     ) -> None:
         self._camera, self._detector = camera, detector
         self._executor = executor or InlineExecutor()
-        self._searched: tuple[DepthFrame, Target | None] | None = None
-        """The last; without a target its result is dropped."""
+        self._searched: tuple[DepthFrame, Target | None] | None = None  # without one it is dropped
         self._result: Future[Detection] | None = None  # of that search, until it is taken
         self._found: tuple[Target, Detection] | None = None
         self._searched_until = -inf  # stamp of the newest frame that was searched [s]
@@ -66,28 +62,18 @@ class Vision:
         self._newest: DepthFrame | None = None
         self._is_new = False
         self.tracker = GraspTracker()
-        self.frame: DepthFrame | None = None
-        """The newest frame that was used."""
-        self.detection: Detection | None = None
-        """Grasps in `frame`; None if it was not searched."""
-        self.grasp: GraspEstimate | None = None
-        """The tracked grasp, if any."""
-        self._wRa: Array | None = None
-        """(3, 3) axes in which grasps are straight down, z against the approach; None for those of
-        the world."""
+        self.frame: DepthFrame | None = None  # the newest that was used
+        self.detection: Detection | None = None  # grasps in it; None if it was not searched
+        self.grasp: GraspEstimate | None = None  # that is tracked
+        self._oRa: Array | None = None  # (3, 3) axes in which grasps are down; None: the world's
         self._known_since = -inf
         self._memory = SceneMemory()
-        self.seconds = 0.0
-        """Wall time that ticks have spent on images [s]."""
+        self.seconds = 0.0  # of wall time that ticks have spent on images [s]
 
     def begin_tick(self) -> None:
         """Let a newer frame, or another result, count as new."""
         self._is_new = False
         self._found = None
-
-    def close(self) -> None:
-        """End the executor."""
-        self._executor.shutdown(wait=False, cancel_futures=True)
 
     def detect(self, workspace: Target) -> Detection | None:
         """Grasps in a workspace; None if there is no new result in this tick."""
@@ -102,23 +88,29 @@ class Vision:
                     if self.grasp is not None and self.grasp.velocity.any():
                         self._memory = self._memory.without(self.grasp, workspace.floor)
                     self._result = self._executor.submit(
-                        self._detector.detect, newest, workspace.fixed(), self._memory, self._wRa
+                        self._search, newest, workspace.locate(), self._memory, self._oRa
                     )
                 self._take_result(workspace)
         found = self._found
         return found[1] if found is not None and found[0] is workspace else None
 
+    def _search(
+        self,
+        frame: DepthFrame,
+        locate: Callable[[], Workspace],
+        memory: SceneMemory,
+        oRa: Array | None,
+    ) -> Detection:
+        return self._detector.detect(frame, locate(), memory, oRa)
+
     def _take_result(self, workspace: Target) -> None:
         """The result of the search; one of another region, or of before a reset, is dropped."""
-        result, searched = self._result, self._searched
-        if result is None or not result.done() or searched is None:
+        if (result := self._result) is None or not result.done() or self._searched is None:
             return
-        self._result = None
-        frame, where = searched
+        (frame, where), self._result = self._searched, None
         if where is workspace:
             self.frame, self.detection = frame, result.result()
-            self._searched_until = frame.stamp
-            self._found = workspace, self.detection
+            self._searched_until, self._found = frame.stamp, (workspace, self.detection)
 
     @contextmanager
     def timed(self) -> Iterator[None]:
@@ -141,7 +133,7 @@ class Vision:
             now: session time [s]; see `blindness`.
         """
         self.new_frame()
-        return None if self.is_blind(now) else self._newest
+        return None if self.blindness(now) else self._newest
 
     def newest(self, after: float) -> DepthFrame | None:
         """The newest frame; the camera is asked for one after session time `after` [s]."""
@@ -162,12 +154,12 @@ class Vision:
         detection, frame, newest = self.detect(workspace), self.frame, self._newest
         if self._is_lost(now):
             if not self.tracker.locked:
-                self.reset(self._wRa)
+                self.reset(self._oRa)
         elif detection is not None and frame is not None and newest is not None:
             if frame.stamp >= self._known_since:
-                driven = float(np.linalg.norm(newest.wTc.translation - frame.wTc.translation))
+                driven = float(np.linalg.norm(newest.oTc.translation - frame.oTc.translation))
                 age = now - frame.stamp
-                self.grasp = self.tracker.update(detection, frame.wTc, age=age, driven=driven)
+                self.grasp = self.tracker.update(detection, frame.oTc, age=age, driven=driven)
             else:
                 self._memory = SceneMemory()  # that frame is outdated
         return self.grasp
@@ -193,20 +185,16 @@ class Vision:
             return self._mistake or "frames are stamped ahead of the clock"
         return f"frames come {late:.2f} s late" if late <= _LOST_FRAME else "no camera frame"
 
-    def is_blind(self, now: float) -> bool:
-        """Whether there is no valid frame at session time `now` [s]."""
-        return self.blindness(now) != ""
-
     def reject(self) -> None:
         """Reject the tracked grasp in future."""
         if self.grasp is not None:
-            self.tracker.reject(self.grasp.wTg)
+            self.tracker.reject(self.grasp.oTg)
 
-    def reset(self, wRa: Array | None = None) -> None:
-        """Stop tracking, and forget earlier frames; grasps are then straight down in axes `wRa`."""
+    def reset(self, oRa: Array | None = None) -> None:
+        """Stop tracking, and forget earlier frames; grasps are then straight down in axes `oRa`."""
         if self._searched is not None and self._result is not None:
             self._searched = self._searched[0], None
-        self._wRa = wRa
+        self._oRa = oRa
         self.tracker.reset()
         self.grasp = None
         self._memory = SceneMemory()
@@ -215,7 +203,7 @@ class Vision:
         """Drop all grasps of frames before session time `now` [s]."""
         self._known_since = now
         self._judge.relocalise()
-        self.reset(self._wRa)
+        self.reset(self._oRa)
 
     def _take(self) -> DepthFrame | None:
         """The camera's newest frame if it is new in this tick and plausible."""

@@ -3,21 +3,22 @@
 Any object in a region, or one that is chosen once and then followed.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
-import numpy.typing as npt
+from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours.core.context import Context
 from behaviours.core.directions import Direction
 from behaviours.core.leaf import Leaf
 from behaviours.core.parameter_types import Region
+from behaviours.core.reachable_directions import sideways
 from behaviours.views.objects import Choice, Chosen, ObjectDetection, detect_once, neighbours
-from behaviours.views.survey import place_of, views
+from behaviours.views.survey import finding_place, views
 from behaviours.views.viewpoint import MoveCamera, camera_pose, looking_along
 from config import counted
-from controller import Array
+from config.arrays import Array, Mask
 from perception import DetectedObject, GraspEstimate
 
 DOUBTFUL = 0.1  # grasp quality below which an attempt looks again ...
@@ -36,19 +37,20 @@ class _InView:
 
     @property
     def floor(self) -> float:
-        """Height of its floor in the world [m]."""
+        """Height of its floor in odometry [m]."""
         return self._region.floor
 
-    def contains(self, points: Array) -> npt.NDArray[np.bool_]:
-        """Which of (N, 3) points of the world [m] lie inside."""
+    def contains(self, points: Array) -> Mask:
+        """Which of (N, 3) points in odometry [m] lie inside."""
         return self._region.contains(points)
 
-    def fixed(self) -> Region:
-        """As it stands in the world now."""
-        frame = self._context.vision.newest(-np.inf)
+    def locate(self) -> Callable[[], Region]:
+        """How it stands in odometry now."""
+        region, frame = self._region, self._context.vision.newest(-np.inf)
         if frame is None:
-            return self._region.fixed()
-        return self._region.at(place_of(self._context, self._region, frame).wTr)
+            return region.locate()
+        place = finding_place(self._context, region, frame)
+        return lambda: region.at(place().oTr)
 
 
 class GraspTarget:
@@ -105,7 +107,7 @@ class GraspTarget:
     def centre(self) -> Array | None:
         """(3,) of the target, the largest of several, in the newest frame and the world [m]."""
         state = self._context.state
-        frame, base = self._context.vision.picture(state.stamp), state.wTb.translation
+        frame, base = self._context.vision.picture(state.stamp), state.oTb.translation
         if self._chosen is not None:
             return self._chosen.objects[0].position
         if frame is None or not isinstance(self._within, Region):
@@ -124,7 +126,7 @@ class GraspTarget:
         if isinstance(objects, str):
             self.reason = objects
             return
-        fitting = self._choice.fitting(objects, self._context.state.wTb.translation)
+        fitting = self._choice.fitting(objects, self._context.state.oTb.translation)
         if not fitting:
             seen = counted(len(objects), "object")
             self.reason = f"{self._choice} is not among the {seen} in sight"
@@ -170,17 +172,17 @@ class OtherViews:
         self._left = LOOKS + self._has_sides
 
     @property
-    def wRa(self) -> Array | None:
+    def oRa(self) -> Array | None:
         """(3, 3) the axes of the present direction; None for straight down."""
         return None if self._turned.is_straight else self._turned.rotation
 
     @property
     def doubtful(self) -> float:
         """The grasp quality below which another view is worth its time."""
-        return DOUBTFUL if self.wRa is None else _DOUBTFUL_TILTED
+        return DOUBTFUL if self.oRa is None else _DOUBTFUL_TILTED
 
     def begin(self, point: Array | None = None) -> bool:
-        """Start to look at a point (3,) in the world [m]; whether there is another view.
+        """Start to look at a point (3,) in odometry [m]; whether there is another view.
 
         None is the target, or the next part of a region in which nothing is seen.
         """
@@ -197,7 +199,9 @@ class OtherViews:
         if not (self._begun and self._has_sides):
             self._ways: Iterator[Direction | None] = iter((self._way,))
         elif self._left == LOOKS - 1:
-            self._ways = context.sideways(self._way, point)
+            robot, fixtures = context.robot.description, context.around.fixtures
+            on_map = context.to_map(SE3(np.eye(3), point)).translation
+            self._ways = sideways(robot, fixtures, self._way, on_map)
         self._begun = True
         return True
 
@@ -206,7 +210,7 @@ class OtherViews:
 
         It is not locked at its next sight from near. Without a grasp, `target` is infinite.
         """
-        is_lost = self.wRa is not None and bool(np.isfinite(target).all())
+        is_lost = self.oRa is not None and bool(np.isfinite(target).all())
         return is_lost and self.begin(target)
 
     def tick(self) -> Status:
@@ -223,6 +227,6 @@ class OtherViews:
             self._turned = leaf.context.direction_now(self._within, way)
             distance = LOOK_HEIGHT if way is self._way else _BESIDE
             like = camera_pose(leaf.context)
-            wTc = looking_along(self._turned, self._point, distance, like=like)
-            self._camera = MoveCamera(leaf, lambda: wTc, "another view", self._timeout)
+            oTc = looking_along(self._turned, self._point, distance, like=like)
+            self._camera = MoveCamera(leaf, lambda: oTc, "another view", self._timeout)
         return self._camera.tick()

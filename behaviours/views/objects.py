@@ -8,12 +8,11 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
 from behaviours.core.context import Context
 from behaviours.core.parameter_types import Region
-from behaviours.views.survey import glance, region_map, unseen
-from controller import Array
+from behaviours.views.survey import SMALLEST, glance, region_map, unseen
+from config.arrays import Array, Mask
 from hw import DepthFrame
 from perception import (
     ColourName,
@@ -27,7 +26,6 @@ from perception import (
 
 Choose: TypeAlias = Literal["best", "largest", "smallest", "nearest"]
 
-_SMALLEST = 1e-4  # an unseen part of a region that covers less does not count [m^2]
 _LOW = 0.016  # height of an object of which noise may show parts alone [m]
 _FRAMES = 3  # of which a majority must show an object
 _BESIDE = 0.03  # an object nearer to another one blocks a finger [m]
@@ -38,7 +36,7 @@ _ORDERS: Mapping[str, Callable[[DetectedObject, Array], float]] = {
     "smallest": lambda one, base: one.area,
     "nearest": lambda one, base: float(np.linalg.norm((one.position - base)[:2])),
 }
-"""Costs, of which the first object has the least; `base` is (3,), the base in the world."""
+"""Costs, of which the first object has the least; `base` is (3,), the base in odometry."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,7 +81,7 @@ class Choice:
 
         Args:
             objects: all that were detected.
-            base: (3,) the robot's base in the world [m].
+            base: (3,) the robot's base in odometry [m].
         """
         fitting = [
             one
@@ -116,21 +114,19 @@ class Chosen:
 
     @property
     def floor(self) -> float:
-        """Height of the surface below them, in the world [m]."""
+        """Height of the surface below them, in odometry [m]."""
         return self.objects[0].floor
 
-    def fixed(self) -> Chosen:
+    def locate(self) -> Callable[[], Chosen]:
         """Itself: it does not follow the map."""
-        return self
+        return lambda: self
 
-    def contains(self, points: Array) -> npt.NDArray[np.bool_]:
-        """Which of (N, 3) points of the world [m] belong to one of them, or are right beside it."""
-        inside: npt.NDArray[np.bool_] = np.any(
-            [one.contains(points) for one in self.objects], axis=0
-        )
+    def contains(self, points: Array) -> Mask:
+        """Which of (N, 3) points in odometry [m] belong to one of them, or are right beside it."""
+        inside: Mask = np.any([one.contains(points) for one in self.objects], axis=0)
         return inside
 
-    def owns(self, centres: Array, contacts: Array, pads: Array) -> npt.NDArray[np.bool_]:
+    def owns(self, centres: Array, contacts: Array, pads: Array) -> Mask:
         """Which grasps are on one of them, and close on nothing else; see `ObjectRegion`."""
         ends = pads.reshape(-1, 3)
         beside = np.any([other.contains(ends) for other in self.others], axis=0)
@@ -163,6 +159,8 @@ class ObjectDetection:
 
     def __init__(self, context: Context, region: Region, choice: Choice) -> None:
         self._context, self._region, self._choice = context, region, choice
+        self.hides = False
+        """Whether what stood there hid a part that could hold another, as `unseen` saw last."""
         self.begin()
 
     def begin(self, since: float = -np.inf) -> None:
@@ -174,12 +172,13 @@ class ObjectDetection:
     def unseen(self, found: DetectedObjects) -> str:
         """What the frames show beside these objects, or do not show; empty if nothing matters."""
         seen = region_map(self._context, self._region, *self._frames)
-        untold = [one.centre for one in seen.segments(_SMALLEST, beside=found)]
-        if len(found) > len(seen.segments(_SMALLEST)):  # parts of one, where noise makes gaps
+        untold = [one.centre for one in seen.segments(SMALLEST, beside=found)]
+        if len(found) > len(seen.segments(SMALLEST)):  # parts of one, where noise makes gaps
             untold += [one.position for one in found if one.size[2] < _LOW]
         for x, y, _ in untold:
             return f"what stands at {x:.2f}, {y:.2f} is too low to be told apart"
-        return unseen(seen, self._region, _SMALLEST)
+        self.hides = bool(unseen(seen, self._region, SMALLEST, whole=True))
+        return unseen(seen, self._region, SMALLEST)
 
     def update(self) -> DetectedObjects | str | None:
         """Take the frame that is new in this tick, if it is valid.
@@ -190,7 +189,7 @@ class ObjectDetection:
         vision = self._context.vision
         frame = vision.new_frame()
         stale = frame is None or frame.stamp < self._since
-        if frame is None or stale or vision.is_blind(self._context.state.stamp):
+        if frame is None or stale or vision.blindness(self._context.state.stamp):
             return None
         with vision.timed():
             seen = _segmented(self._context, frame, self._region, self._choice)
@@ -217,7 +216,7 @@ def _segmented(
     if choice.colour is not None and frame.colour is None:
         return "the camera of this robot sees no colours"
     shown = glance(context, region, frame)
-    seen = segment_objects(frame, region.at(shown.wTr), shown.floor)
+    seen = segment_objects(frame, region.at(shown.oTr), shown.floor)
     return "no depth was measured" if seen is None else seen
 
 

@@ -5,13 +5,13 @@ from math import inf, nan
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from behaviours.core.context import Context
 from behaviours.core.directions import way_out
 from behaviours.views.viewpoint import camera_pose
+from config.arrays import Array, Mask
 from hw import DepthFrame
-from perception import Workspace, disc, points_along_rays
+from perception import Workspace, disc
 
 _FAR = 0.7  # the camera has to be nearer than this [m]
 _POINTS = 300  # of the disc that is looked at
@@ -26,9 +26,6 @@ _LEVEL = 0.003  # heights that differ by less belong to one level [m]
 _BESIDE = 0.1  # radius around a place in which the surface must not end unnoticed [m]
 _BELOW_HAND = 0.03  # a point this near to the lower end of the held object belongs to it [m]
 _MEMORY = 2.0  # age of the frames that count [s]
-
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 
 class Shows(Enum):
@@ -49,7 +46,7 @@ class Edge(NamedTuple):
     distance: float
     """From the place; negative if that lies beyond the edge [m]."""
     inwards: Array
-    """(3,) horizontal unit vector in the world, from the edge onto the surface."""
+    """(3,) horizontal unit vector in odometry, from the edge onto the surface."""
 
 
 class Look(NamedTuple):
@@ -80,7 +77,7 @@ class SurfaceWatch:
         self._error = context.log.floor_error
         self._height = 0.0
         self.centre = np.zeros(3)
-        """(3,) where the camera should see the place, in the world [m]."""
+        """(3,) where the camera should see the place, in odometry [m]."""
         self._known_since = context.state.stamp
         self._nothing = Look(
             Shows.UNSEEN, nan, np.zeros(_POINTS, dtype=np.bool_), np.full(_POINTS, nan)
@@ -93,7 +90,7 @@ class SurfaceWatch:
         self._seen_at = np.full(_POINTS, -inf)
 
     def aim(self, place: Array) -> None:
-        """Look at a place (3,) of the map, in the world [m]."""
+        """Look at a place (3,) of the map, in odometry [m]."""
         self.centre = place + np.array([0.0, 0.0, self._expected])
 
     @property
@@ -121,7 +118,7 @@ class SurfaceWatch:
     def look(self) -> Look:
         """What the new frame of this tick shows; unseen if there is no valid one."""
         context, vision = self._context, self._context.vision
-        if context.relocalised:  # what was seen before is not where it was
+        if context.now.relocalised:  # what was seen before is not where it was
             self._known_since = context.state.stamp
             self._forget()
         if not self._can_see():
@@ -129,9 +126,9 @@ class SurfaceWatch:
         frame = vision.new_frame()
         if frame is None or frame.stamp < self._known_since:
             return self._nothing
-        if vision.is_blind(context.state.stamp):
+        if vision.blindness(context.state.stamp):
             return self._nothing
-        hand = frame.wTc.act(context.robot.description.camera.eTc.inverse().translation)[2]
+        hand = frame.oTc.act(context.robot.description.camera.eTc.inverse().translation)[2]
         lowest = float(hand) - self._reach_down - _BELOW_HAND
         with vision.timed():
             look = look_at(frame, self.centre, self._radius, lowest)
@@ -145,7 +142,7 @@ class SurfaceWatch:
     def _can_see(self) -> bool:
         """Whether the camera is within range of the place."""
         camera = camera_pose(self._context).translation - self.centre
-        away = camera @ way_out(self._context.wTe.rotation)
+        away = camera @ way_out(self._context.oTe.rotation)
         least = self._context.robot.description.camera.min_range
         return bool(away > least and np.linalg.norm(camera) < _FAR)
 
@@ -163,13 +160,13 @@ def look_at(frame: DepthFrame, centre: Array, radius: float, hand: float) -> Loo
 
     Args:
         frame: from any direction.
-        centre: (3,) of the disc, in the world [m].
+        centre: (3,) of the disc, in odometry [m].
         radius: of the disc [m].
-        hand: height in the world from which on points belong to the hand [m].
+        hand: height in odometry from which on points belong to the hand [m].
     """
     edge = edge_near(frame, centre)
     points = disc(centre, radius, _POINTS)
-    seen = points_along_rays(frame, points)
+    seen = frame.cloud.along_rays(points)
     height = seen[:, 2] - centre[2]
     over_disc = np.linalg.norm(seen[:, :2] - centre[:2], axis=1) <= radius
     surface = np.abs(height) <= _TOLERANCE
@@ -185,13 +182,13 @@ def look_at(frame: DepthFrame, centre: Array, radius: float, hand: float) -> Loo
 
 
 def edge_near(frame: DepthFrame, centre: Array) -> Edge | None:
-    """The edge of the surface around a place (3,) in the world [m], if a frame shows one.
+    """The edge of the surface around a place (3,) in odometry [m], if a frame shows one.
 
     A ray through a point at the height of the surface meets it, or passes over its edge. The edge
     is where the seen surface ends: beside it, a stereo camera may see nothing.
     """
     points = disc(centre, _BESIDE, _POINTS)
-    height = points_along_rays(frame, points)[:, 2] - centre[2]
+    height = frame.cloud.along_rays(points)[:, 2] - centre[2]
     surface, lower = np.abs(height) <= _TOLERANCE, height < -_TOLERANCE
     if surface.mean() <= _STRAY or lower.mean() <= _STRAY_HIGHER:
         return None
@@ -209,7 +206,7 @@ def floor_error(frame: DepthFrame | None, grasp: Array, within: Workspace) -> fl
 
     Args:
         frame: that shows the grasp, if there is one.
-        grasp: (3,) its centre, in the world [m].
+        grasp: (3,) its centre, in odometry [m].
         within: has the height of the floor on the map.
 
     Returns:
@@ -218,7 +215,7 @@ def floor_error(frame: DepthFrame | None, grasp: Array, within: Workspace) -> fl
     if frame is None:
         return None
     points = disc(np.array([*grasp[:2], within.floor]), _FLOOR, _POINTS)
-    heights = points_along_rays(frame, points)[:, 2] - within.floor
+    heights = frame.cloud.along_rays(points)[:, 2] - within.floor
     near = heights[np.abs(heights) <= _TOLERANCE]
     if len(near) < _FLOOR_SEEN * _POINTS:
         return None

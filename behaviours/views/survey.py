@@ -1,7 +1,8 @@
 """Surveys of a region: pictures from one or more viewpoints, as one map."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from math import ceil
 
 import numpy as np
@@ -29,6 +30,9 @@ _WIDTH_PER_HEIGHT = 0.8  # of the square that one picture shows well, per height
 _MOVED = 0.008  # by which a region moves on what was seen of it, so that it is mapped anew [m]
 _CERTAIN = 0.02  # uncertainty of the base beyond which a registration is awaited [m], ...
 _AWAITED = 0.5  # ... this long at most [s]
+SMALLEST = 1e-4  # an unseen part of a region that covers less does not count [m^2]
+_BEHIND = 3  # views of what was hidden from the others
+_BEYOND = 0.1  # so far beyond a hidden part, as seen from what stands before it, is looked down [m]
 _STILL = 1e-4  # uncertainty of a base that is exact [m, rad]
 _CELL, _STRIDE = 0.003, 2  # of a map in which objects are counted [m, pixels]
 _GLANCE_CELL, _GLANCE_STRIDE = 0.008, 3  # of a map that is made within every tick [m, pixels]
@@ -67,6 +71,7 @@ class Survey:
         self._smallest, self._patience = smallest, patience
         self._like = camera_pose(leaf.context)
         self._next = 0
+        self._behind: list[np.ndarray] = []  # (3,) points of the region to look at, too
         self._approach: Approach | None = None
         self._there = from_here
         if not from_here:
@@ -81,7 +86,7 @@ class Survey:
 
     def _map_anew(self) -> None:
         self.map = region_map(self._leaf.context, self._region, *self._seen)
-        self._wTr = self._region.wTr
+        self._oTr = self._region.oTr
 
     def _arrive(self) -> None:
         context = self._leaf.context
@@ -98,13 +103,15 @@ class Survey:
         leaf = self._leaf
         if fault := leaf.fault():
             return leaf.failure(fault)
-        moved = np.linalg.norm(self._region.wTr.translation - self._wTr.translation) > _MOVED
-        if leaf.context.relocalised:
+        moved = np.linalg.norm(self._region.oTr.translation - self._oTr.translation) > _MOVED
+        if leaf.context.now.relocalised:
             self._begin()  # what was seen is not where it was
         elif moved:
             self._map_anew()
         if not self._there:
             status = self._go()
+            if status is Status.FAILURE and self._behind:  # what is hidden stays so
+                return leaf.success(f"looked at {self._region.name}")
             if status is not Status.SUCCESS:
                 return status
             self._there = True
@@ -112,24 +119,33 @@ class Survey:
         return self._take_pictures()
 
     def another_view(self) -> bool:
-        """Go to the next viewpoint; whether there is one."""
+        """Go to the next viewpoint, or over what is hidden from all; whether there is one."""
         if self._next == len(self._views()):
-            return False
+            hidden = self.map.hidden(self._smallest)
+            if not hidden or len(self._behind) == _BEHIND:
+                return False
+            part = max(hidden, key=lambda one: one.area).centre
+            before = [part - one.centre for one in self.map.segments(self._smallest)]
+            away = min(before, key=lambda way: float(way @ way), default=np.zeros(3))
+            beyond = part + _BEYOND * away / max(float(np.linalg.norm(away)), _BEYOND)
+            self._behind.append(self._region.oTr.actInv(beyond))
         self._next += 1
         self._approach, self._there = None, False
         return True
 
     def _views(self) -> list[np.ndarray]:
-        return views(self._region, _WIDTH_PER_HEIGHT * self._height)
+        behind = [self._region.oTr.act(point) for point in self._behind]
+        return views(self._region, _WIDTH_PER_HEIGHT * self._height) + behind
 
     def _go(self) -> Status:
         if self._approach is None:
             every = self._views()
-            direction = self._directions[self._next - 1].turned(self._region.wTm)
+            known = min(self._next, len(self._directions))
+            direction = self._directions[known - 1].turned(self._region.oTm)
             point = every[self._next - 1]
-            wTc = looking_along(direction, point, self._height, like=self._like)
+            oTc = looking_along(direction, point, self._height, like=self._like)
             target = f"view {self._next} of {len(every)} of {self._region.name}"
-            goal = PoseGoal(wTe=hand_for(self._leaf.context, wTc))
+            goal = PoseGoal(target=hand_for(self._leaf.context, oTc))
             self._approach = Approach(self._leaf, lambda: goal, target, self._timeout)
         return self._approach.tick()
 
@@ -165,7 +181,7 @@ def view_directions(
     """
     context.direction(region)  # in which what is found there is come to
     points = views(replace(region, frame=None), _WIDTH_PER_HEIGHT * height)
-    if not is_high(region, context.fixtures):
+    if not is_high(region, context.around.fixtures):
         return (DOWN,) * len(points)
     robot, start = context.robot.description, SE3.Identity()
 
@@ -174,45 +190,60 @@ def view_directions(
             return hand_for(context, looking_along(direction, point, height, like=start))
 
         headings = headings_into(region)
-        return next(reached(robot, context.fixtures, headings, hand), DOWN)
+        return next(reached(robot, context.around.fixtures, headings, hand), DOWN)
 
     return tuple(best(point) for point in points)
 
 
 def place_of(context: Context, region: Region, frame: DepthFrame) -> Place:
     """Where a frame shows a region, by the furniture that it shows around it."""
+    return finding_place(context, region, frame)()
+
+
+def finding_place(context: Context, region: Region, frame: DepthFrame) -> Callable[[], Place]:
+    """What `place_of` returns when it is called, which takes milliseconds and needs no context."""
     here, state = context.localisation, context.state
     covariance = np.diag(np.square([_STILL, _STILL, _STILL]))
     if here.estimate is not None:
         covariance = covariance + here.estimate[1] + np.diag([here.pending**2] * 2 + [0.0])
-    place = place_in_image(
+    find = partial(
+        place_in_image,
         frame,
-        region.wTr,
+        region.oTr,
         region.size,
-        furniture=here.furniture.standing(context.fixtures),
-        wTb=state.wTb,
-        mTb=context.to_map(state.wTb),
+        furniture=here.furniture.standing(context.around.fixtures),
+        oTb=state.oTb,
+        mTb=context.to_map(state.oTb),
         covariance=covariance,
     )
-    return place if here.estimate is not None else place._replace(tolerance=np.zeros(2))
+    return find if here.estimate is not None else lambda: find()._replace(tolerance=np.zeros(2))
 
 
 def region_map(context: Context, region: Region, *frames: DepthFrame) -> RegionMap:
     """A map of a region that is fine enough to count objects."""
-    seen = RegionMap(region.wTr, region.size, _CELL, _STRIDE)
+    seen = RegionMap(region.oTr, region.size, _CELL, _STRIDE)
     for frame in frames:
         seen.add(frame, place_of(context, region, frame))
     return seen
 
 
+def note_fallen(context: Context, frame: DepthFrame) -> None:
+    """Count again where an object fell back, if a frame shows it."""
+    for stock in context.log.stocks.values():
+        if stock.fell:
+            seen = region_map(context, stock.region, frame)
+            if not unseen(seen, stock.region, SMALLEST):
+                context.log.note_stock(stock.region, seen.pieces)
+
+
 def glance(context: Context, region: Region, frame: DepthFrame) -> RegionMap:
     """A coarse map of a region, fast enough for every tick."""
-    seen = RegionMap(region.wTr, region.size, _GLANCE_CELL, _GLANCE_STRIDE)
+    seen = RegionMap(region.oTr, region.size, _GLANCE_CELL, _GLANCE_STRIDE)
     seen.add(frame, place_of(context, region, frame))
     return seen
 
 
-def unseen(seen: RegionMap, region: Region, smallest: float) -> str:
+def unseen(seen: RegionMap, region: Region, smallest: float, *, whole: bool = False) -> str:
     """What a map does not show of a region; empty if that cannot hide an object.
 
     Objects hide a part of the floor; without objects, nothing may be hidden.
@@ -221,8 +252,9 @@ def unseen(seen: RegionMap, region: Region, smallest: float) -> str:
         seen: the map.
         region: of the map.
         smallest: a part that covers less than this does not count [m^2].
+        whole: whether what objects hide matters, too.
     """
-    if seen.segments(smallest) and seen.seen >= _LEAST_SEEN_AROUND_OBJECTS:
+    if not whole and seen.segments(smallest) and seen.seen >= _LEAST_SEEN_AROUND_OBJECTS:
         return ""
     parts = seen.hidden(smallest)
     if seen.seen < LEAST_SEEN or parts:
@@ -230,7 +262,7 @@ def unseen(seen: RegionMap, region: Region, smallest: float) -> str:
         if not parts:
             return text
         part = max(parts, key=lambda one: one.area)
-        x, y, _ = region.wTr.actInv(np.asarray(part.centre))
+        x, y, _ = region.oTr.actInv(np.asarray(part.centre))
         most = f"most of it ({1e4 * part.area:.0f} cm²) around {x:.2f}, {y:.2f}"
         return f"{text}, {most} from its middle"
     if seen.lowest > _MOST_OVERLOOKED:
@@ -239,7 +271,7 @@ def unseen(seen: RegionMap, region: Region, smallest: float) -> str:
 
 
 def views(region: Region, side: float) -> list[np.ndarray]:
-    """Points (3,) on the floor of a region, in the world, to look at one after the other.
+    """Points (3,) on the floor of a region, in odometry, to look at one after the other.
 
     Args:
         region: squares around the points cover it.
@@ -252,7 +284,7 @@ def views(region: Region, side: float) -> list[np.ndarray]:
     )
     down = -region.size[2] / 2.0
     return [
-        region.wTr.act(np.array([x[column], y[row], down]))
+        region.oTr.act(np.array([x[column], y[row], down]))
         for row in range(rows)
         for column in (range(columns) if row % 2 == 0 else reversed(range(columns)))
     ]

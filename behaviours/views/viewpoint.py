@@ -13,6 +13,7 @@ from behaviours.core.context import Context
 from behaviours.core.directions import Direction, heading_of, looking_down, points_down
 from behaviours.core.leaf import Leaf
 from behaviours.core.motion import Approach, hand_twist
+from config.poses import OdometryPose
 from controller import Array, PoseGoal
 from robots import bounding_radius, half_extents
 
@@ -31,63 +32,63 @@ _CLEAR = 0.02  # a point counts so much higher, where something stands before it
 _SHADOW = 0.01  # around what is held, from where one of two imagers sees nothing [m]
 _AT_REST = 0.05  # a slower hand stands still [m/s and rad/s]
 _IMAGE_UP = np.array([[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
-"""Camera in the axes of a direction: x to the side, so that up in the image is up in the world."""
+"""Camera in the axes of a direction: x to the side, so that up in the image is up in odometry."""
 
 
 def camera_pose(context: Context) -> SE3:
-    """Camera in the world, as read this tick."""
-    return context.wTe * context.robot.description.camera.eTc
+    """Camera in odometry, as read this tick."""
+    return context.oTe * context.robot.description.camera.eTc
 
 
-def hand_for(context: Context, wTc: SE3) -> SE3:
-    """End effector in the world when the camera is at `wTc`."""
-    return wTc * context.robot.description.camera.eTc.inverse()
+def hand_for(context: Context, oTc: OdometryPose) -> SE3:
+    """End effector in odometry when the camera is at `oTc`."""
+    return oTc * context.robot.description.camera.eTc.inverse()
 
 
 def straight_down(point: Array, height: float, like: SE3) -> SE3:
-    """A camera that looks straight down, in the world.
+    """A camera that looks straight down, in odometry.
 
     Args:
-        point: (3,) what it looks at, in the world [m].
+        point: (3,) what it looks at, in odometry [m].
         height: above that [m].
-        like: camera in the world whose turn about the vertical it keeps.
+        like: camera in odometry whose turn about the vertical it keeps.
     """
     return SE3(looking_down(like.rotation[:, 0]), point + np.array([0.0, 0.0, height]))
 
 
 def looking_along(direction: Direction, point: Array, distance: float, like: SE3) -> SE3:
-    """A camera that looks in a direction, in the world.
+    """A camera that looks in a direction, in odometry.
 
     Args:
-        direction: in the world.
-        point: (3,) what it looks at, in the world [m].
+        direction: in odometry.
+        point: (3,) what it looks at, in odometry [m].
         distance: from that [m].
-        like: camera in the world whose turn it keeps where it looks straight down.
+        like: camera in odometry whose turn it keeps where it looks straight down.
     """
     if direction.is_straight:
         return straight_down(point, distance, like)
-    wRa = direction.rotation
-    return SE3(wRa @ _IMAGE_UP, point + distance * wRa[:, 2])
+    oRa = direction.rotation
+    return SE3(oRa @ _IMAGE_UP, point + distance * oRa[:, 2])
 
 
 def turned_towards(
-    wTc: SE3, point: Array, distance: float | None = None, *, from_above: bool = False
+    oTc: OdometryPose, point: Array, distance: float | None = None, *, from_above: bool = False
 ) -> SE3:
     """A camera turned by the smallest angle that makes it look at a point.
 
     Args:
-        wTc: the camera before, in the world.
+        oTc: the camera before, in odometry.
         point: (3,) to look at [m].
         distance: from the point, on the line of sight [m]; None keeps the camera's position.
         from_above: raise it where it looks down by less than 75 degrees.
     """
-    away = point - wTc.translation
+    away = point - oTc.translation
     if from_above:
         away[2] = min(away[2], -_STEEP * max(float(np.hypot(*away[:2])), 1e-9))
     sight = away / max(float(np.linalg.norm(away)), 1e-9)
-    turn = pin.Quaternion.FromTwoVectors(wTc.rotation[:, 2], sight).toRotationMatrix()
-    eye = wTc.translation if distance is None else point - distance * sight
-    return SE3(turn @ wTc.rotation, eye)
+    turn = pin.Quaternion.FromTwoVectors(oTc.rotation[:, 2], sight).toRotationMatrix()
+    eye = oTc.translation if distance is None else point - distance * sight
+    return SE3(turn @ oTc.rotation, eye)
 
 
 def out_of_view(context: Context, above: SE3, points: Array) -> list[SE3]:
@@ -98,8 +99,8 @@ def out_of_view(context: Context, above: SE3, points: Array) -> list[SE3]:
 
     Args:
         context: what is held, and stands around.
-        above: the hand before, in the world.
-        points: (N, 3) to be seen, in the world [m].
+        above: the hand before, in odometry.
+        points: (N, 3) to be seen, in odometry [m].
     """
     if points_down(above.rotation):
         camera = context.robot.description.camera.eTc.translation[:2]
@@ -117,22 +118,22 @@ def out_of_view(context: Context, above: SE3, points: Array) -> list[SE3]:
     return [hand for _, hand in sorted(some, key=lambda one: one[0])] or hands[:1]
 
 
-def hidden_by(context: Context, wTe: SE3, points: Array) -> Counter[str]:
-    """How many of (N, 3) points of the world a hand would not see, by what is known to hide them.
+def hidden_by(context: Context, oTe: OdometryPose, points: Array) -> Counter[str]:
+    """How many of (N, 3) points in odometry a hand would not see, by what is known to hide them.
 
     That is what it holds, what stands on the map, what was set down, or the edge of the image.
     """
-    camera, wTm = context.robot.description.camera, context.localisation.wTm
-    eye, eTw = camera.eTc.translation, wTe.inverse()
-    ray = eTw.rotation @ (points - wTe.translation).T - eye[:, None]
+    camera, oTm = context.robot.description.camera, context.localisation.oTm
+    eye, eTo = camera.eTc.translation, oTe.inverse()
+    ray = eTo.rotation @ (points - oTe.translation).T - eye[:, None]
     u, v, depth = camera.intrinsics.matrix @ camera.eTc.rotation.T @ ray
     shown = (u > 0.0) & (u < camera.intrinsics.width * depth)
     shown &= (v > 0.0) & (v < camera.intrinsics.height * depth)
     hides = Counter({"it is outside the picture": int((~shown).sum())})
-    eTm = eTw if wTm is None else eTw * wTm
-    middle, over = ray.mean(axis=1) + eye, ray + _CLEAR * eTw.rotation[:, 2:]
+    eTm = eTo if oTm is None else eTo * oTm
+    middle, over = ray.mean(axis=1) + eye, ray + _CLEAR * eTo.rotation[:, 2:]
     around = context.surroundings.fixtures + context.surroundings.loose
-    known = [("what the hand holds", one.shape, one.pose, ray) for one in context.held]
+    known = [("what the hand holds", one.shape, one.pose, ray) for one in context.memory.held]
     known += [(one.name, one.shape, eTm * one.pose, over) for one in around]
     for name, shape, pose, way in known:
         if np.linalg.norm(pose.translation - middle) > bounding_radius(shape) + _NEARBY:
@@ -157,7 +158,7 @@ class MoveCamera:
 
     Args:
         leaf: sets the goal and gets the feedback message.
-        view: gives the viewpoint, in every tick: camera in the world.
+        view: gives the viewpoint, in every tick: camera in odometry.
         target: its name in messages.
         timeout: fail after this [s].
     """
@@ -165,8 +166,8 @@ class MoveCamera:
     def __init__(self, leaf: Leaf, view: Callable[[], SE3], target: str, timeout: float) -> None:
         self._leaf = leaf
 
-        def goal() -> PoseGoal:
-            return PoseGoal(wTe=hand_for(leaf.context, view()), speed=LOOK_SPEED)
+        def goal() -> PoseGoal[OdometryPose]:
+            return PoseGoal(target=hand_for(leaf.context, view()), speed=LOOK_SPEED)
 
         self._approach = Approach(leaf, goal, target, timeout)
 

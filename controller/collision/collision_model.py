@@ -1,6 +1,6 @@
 """Collision model of the robot among obstacles: shapes, pairs, and distances measured by Coal.
 
-Everything is in the world frame; the first joint placement of the chain is the base pose.
+Everything is on the map; the first joint placement of the chain is the base pose.
 """
 
 from collections.abc import Callable, Sequence
@@ -10,12 +10,12 @@ from math import hypot
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import pinocchio as pin
 from pinocchio import SE3
 
+from config.arrays import Array, Indices
+from config.poses import MapPose
 from controller.collision.robot_shapes import Part, robot_parts, upright_edges
-from controller.command import Array
 from controller.model import RobotModel
 from controller.surroundings import OPEN_FLOOR, Surroundings
 from robots import CORNERS, Geom, bounding_radius, coal_geometry, half_extents
@@ -37,9 +37,9 @@ class PairKind(IntEnum):
 class Pairs(NamedTuple):
     """P pairs of shapes that can collide; the first of each is the robot's."""
 
-    first: npt.NDArray[np.int64]  # (P,) indices of shapes
-    second: npt.NDArray[np.int64]  # (P,)
-    kind: npt.NDArray[np.int64]  # (P,) `PairKind`
+    first: Indices  # (P,) indices of shapes
+    second: Indices  # (P,)
+    kind: Indices  # (P,) `PairKind`
 
 
 class Body(NamedTuple):
@@ -93,17 +93,17 @@ class CollisionModel:
         self._measured: set[int] = set()  # the active pairs
         placed = [results.oMg[shape] for shape in range(len(self._moves))]
         self._placed = [(one.rotation, one.translation) for one in placed]
-        """Rotation (3, 3) and origin (3,) of every shape in the world: views of the results."""
+        """Rotation (3, 3) and origin (3,) of every shape on the map: views of the results."""
         self.reach = self._reach()
         """(G, n) largest displacement of a point of a shape per degree of freedom [m/rad]."""
         self.masks = np.arange(model.n) < np.array(self._moves)[:, None]
         """(G, n) whether a degree of freedom moves the shape."""
 
-    def place(self, wTb: SE3, q: Array, moving: Sequence[Geom] | None = None) -> None:
+    def place(self, mTb: MapPose, q: Array, moving: Sequence[Geom] | None = None) -> None:
         """Place the robot, at q (j,) [rad], and moving obstacles unless `moving` is None."""
         for shape, geom in zip(self.moving, moving, strict=True) if moving else ():
             self._shapes.geometryObjects[shape].placement = geom.pose
-        self._chain.jointPlacements[1] = wTb
+        self._chain.jointPlacements[1] = mTb
         self._q = self._model.joints(q)
         pin.updateGeometryPlacements(self._chain, self._data, self._shapes, self._results, self._q)
 
@@ -128,8 +128,8 @@ class CollisionModel:
         result = self._distances[pair]
         return result.getNearestPoint1().copy(), result.getNearestPoint2().copy()
 
-    def poses(self, shapes: npt.NDArray[np.int64]) -> tuple[Array, Array]:
-        """Rotations (S, 3, 3) and origins (S, 3) of shapes in the world."""
+    def poses(self, shapes: Indices) -> tuple[Array, Array]:
+        """Rotations (S, 3, 3) and origins (S, 3) of shapes on the map."""
         placed = [self._placed[shape] for shape in shapes.tolist()]
         return np.array([R for R, _ in placed]), np.array([origin for _, origin in placed])
 
@@ -138,19 +138,17 @@ class CollisionModel:
         return self._placed[shape][1], self._radius[shape]
 
     def jacobian(self) -> Array:
-        """(6, n) screws of the joints in the world, linear first."""
+        """(6, n) screws of the joints on the map, linear first."""
         pin.computeJointJacobians(self._chain, self._data, self._q)
         J: Array = self._data.J
         return J
 
-    def clearance(self, q: Array, wTb: SE3 | None = None) -> float:
+    def clearance(self, q: Array, mTb: MapPose | None = None) -> float:
         """Smallest distance of the robot to itself, floor and static obstacles at q (j,) [m]."""
-        self.place(wTb or SE3.Identity(), q)
+        self.place(mTb or SE3.Identity(), q)
         return float(self.measure(range(len(self.pairs.first))).min())
 
-    def contact_test(
-        self, wTb: SE3, pairs: npt.NDArray[np.int64], margins: Array
-    ) -> Callable[[Array], bool]:
+    def contact_test(self, mTb: MapPose, pairs: Indices, margins: Array) -> Callable[[Array], bool]:
         """A test at q (j,) whether one of some pairs is nearer than its margin [m]."""
         results = pin.GeometryData(self._shapes)
         results.deactivateAllCollisionPairs()
@@ -159,7 +157,7 @@ class CollisionModel:
             results.collisionRequests[pair].security_margin = margin
 
         def touches(q: Array) -> bool:
-            self._chain.jointPlacements[1] = wTb
+            self._chain.jointPlacements[1] = mTb
             joints = self._model.joints(q)
             return bool(
                 pin.computeCollisions(self._chain, self._data, self._shapes, results, joints, True)

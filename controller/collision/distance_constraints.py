@@ -19,34 +19,32 @@ rᵀ τ (v - q̇), v being their present velocities. d - d_s above includes that
 """
 
 from math import inf
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from config.arrays import Mask
+from config.poses import MapPose
 from controller.collision.collision_model import CollisionModels, PairKind
 from controller.collision.moving_obstacles import MovingObstacleAvoidance
 from controller.collision.proximity import Distances, Proximity, Ranges
-from controller.command import Array, KinematicState, MotionGoal, PoseGoal
-from controller.floor.base_drive import Pose2D
+from controller.command import Array, MotionGoal, PoseGoal
 from controller.floor.floor_map import FloorMap
+from controller.limits import Constraints
 from controller.model import Lag, RobotModel
 from controller.qp_solver import Rows
 from controller.settings import CollisionSettings
-from controller.surroundings import Obstacle, Surroundings
+from controller.situation import Situation
+from controller.surroundings import Surroundings
 
-SLACK_COSTS = np.array([1e4, 1e4, 1e4, 1e4, 1e4, 1e3, 3e3, 1.5e3, 1.5e3, 1.5e3])
-"""By `PairKind`, the last for every degree of freedom of the base: static obstacles have priority
-over moving ones, and the prediction of moving obstacles over their present distance to the base."""
 _ASSUMED_DECELERATION = 1.0  # of base and arm, to decide which pairs matter [m/s^2]
-Mask: TypeAlias = npt.NDArray[np.bool_]
 _MAX_GAIN = 0.05  # by which the lag may enlarge a distance [m]
 
 
 class DistanceConstraints:
     """Turns distances into rows."""
 
-    def __init__(self, model: RobotModel, collision: CollisionSettings, lag: Lag) -> None:
+    def __init__(self, model: RobotModel, collision: CollisionSettings, period: float) -> None:
         self._settings = collision
         acceleration, numbers = model.acceleration_limits, np.arange(model.n)
         robot, turns = model.description, numbers == model.turning
@@ -54,8 +52,7 @@ class DistanceConstraints:
         parts = np.array([turns, drives, numbers >= model.n_base])
         self._braking = (collision.braking * parts * acceleration).T
         """(n, 3) deceleration of a degree of freedom that turns the base, drives it, is a joint."""
-        self._lag = lag
-        wait = collision.delay_periods * lag.period
+        wait = collision.delay_periods * period
         slowest = float(acceleration[drives].min())
         base_braking = min(_ASSUMED_DECELERATION, collision.braking * slowest)
         self._delay = _by_kind(robot.base.lag + wait, SELF=robot.arm.lag + wait)
@@ -76,7 +73,8 @@ class DistanceConstraints:
         self,
         distances: Distances,
         bounds: tuple[Array, Array],
-        goal: MotionGoal | None,
+        goal: MotionGoal[MapPose] | None,
+        lag: Lag,
         margins: Array | None = None,
     ) -> Rows | None:
         """The rows that can bind within the bounds (n,); None if there are none.
@@ -87,22 +85,22 @@ class DistanceConstraints:
         """
         if not len(distances.d):
             return None
-        allowed, slope = self._allowed(distances, self._stop_distances(goal), margins)
+        allowed, slope = self._allowed(distances, self._stop_distances(goal), lag, margins)
         drift = distances.drift
         if goal is None:  # standing still satisfies every row
             allowed, drift = np.maximum(allowed, 0.0), np.maximum(drift, 0.0)
             slope = np.zeros(len(slope))
         # Linearised in the command at the last one, because of the lag.
-        late = distances.rows * self._lag.constants
+        late = distances.rows * lag.constants
         A = distances.rows - slope[:, None] * late
-        least = -allowed - slope * (late @ self._lag.commanded) - drift
+        least = -allowed - slope * (late @ lag.commanded) - drift
         worst = np.minimum(A * bounds[0], A * bounds[1]).sum(axis=1)
         binds = worst < least
         if not binds.any():
             return None
         return Rows(A[binds], least[binds], distances.kind[binds])
 
-    def _stop_distances(self, goal: MotionGoal | None) -> Array:
+    def _stop_distances(self, goal: MotionGoal[MapPose] | None) -> Array:
         if goal is None:
             return self._near
         if not isinstance(goal, PoseGoal):
@@ -112,7 +110,7 @@ class DistanceConstraints:
         return self._near if goal.straight else self._far
 
     def _allowed(
-        self, distances: Distances, stop: Array, margins: Array | None
+        self, distances: Distances, stop: Array, lag: Lag, margins: Array | None
     ) -> tuple[Array, Array]:
         """Speeds (K,) at which distances may shrink [m/s], and their slopes by distance [1/s].
 
@@ -123,7 +121,7 @@ class DistanceConstraints:
         if margins is not None:
             room = np.minimum(room, np.maximum(room - margins, 0.0))
         # Until they have caught up [m or rad].
-        ahead = self._lag.constants * (self._lag.velocities - self._lag.commanded)
+        ahead = lag.constants * (lag.velocities - lag.commanded)
         room = np.minimum(room + rows @ ahead, np.maximum(room, 0.0) + _MAX_GAIN)
 
         # The base alone brakes by driving or turning, whichever is more: a turn that compensates
@@ -150,25 +148,20 @@ class NearestPair(NamedTuple):
 
     clearance: float = inf
     name: str = ""
-    points: tuple[Array, Array] | None = None  # the nearest points (3,) of the two in the world
+    points: tuple[Array, Array] | None = None  # the nearest points (3,) of the two on the map
 
 
 NOTHING_NEAR = NearestPair()
 
 
 class CollisionAvoidance:
-    """Constraints of the distances of now, and of the predicted motion of moving obstacles."""
+    """The limit of distances; also gives way to the predicted motion of moving obstacles."""
 
-    def __init__(
-        self,
-        model: RobotModel,
-        collision: CollisionSettings,
-        models: CollisionModels,
-        lag: Lag,
-    ) -> None:
-        self._lag = lag
-        self._constraints = DistanceConstraints(model, collision, lag)
-        self._proximity = Proximity(model, self._constraints.ranges, models)
+    def __init__(self, model: RobotModel, collision: CollisionSettings, period: float) -> None:
+        self.models = CollisionModels(model)
+        self.nearest = NOTHING_NEAR  # in the last period
+        self._constraints = DistanceConstraints(model, collision, period)
+        self._proximity = Proximity(model, self._constraints.ranges, self.models)
         self._moving_obstacles = MovingObstacleAvoidance(model)
         self._most_margin = collision.most_margin
 
@@ -176,36 +169,30 @@ class CollisionAvoidance:
         """Compute in advance what the first period in these surroundings needs."""
         self._proximity.update_shapes(surroundings)
 
-    def rows(
-        self,
-        state: KinematicState,
-        base: Pose2D,
-        goal: MotionGoal | None,
-        bounds: tuple[Array, Array],
-        surroundings: Surroundings,
-    ) -> tuple[Rows | None, NearestPair]:
-        """The distance constraints that can bind within the velocity bounds (n,)."""
-        fastest = np.maximum(-bounds[0], bounds[1])
+    def __call__(self, constraints: Constraints, now: Situation) -> None:
+        """Add the distances that can bind within the velocity bounds."""
+        goal, state, surroundings = now.goal, now.state, now.surroundings
+        fastest = np.maximum(-constraints.lower, constraints.upper)
         margin = min(surroundings.uncertainty, self._most_margin)
-        near = self._proximity.near(state.wTb, state.q, surroundings, fastest, base, margin)
+        near = self._proximity.near(state.mTb, state.q, surroundings, fastest, now.base, margin)
         if isinstance(goal, PoseGoal) and goal.hand_may_touch:
             near = near.without(PairKind.HAND)
+        self.nearest = NOTHING_NEAR
         if not len(near.d):
-            return None, NOTHING_NEAR
-        to_obstacles = np.where(near.kind == PairKind.SELF, inf, near.d)
-        first = int(to_obstacles.argmin())
-        clearance = float(to_obstacles[first])
+            return
         margins = None
         if margin > 0.0:
             margins = np.where(self._may_be_nearer(near, goal), margin, 0.0)
-        rows = self._constraints.rows(near, bounds, goal, margins)
-        if clearance == inf:
-            return rows, NOTHING_NEAR
-        pair = int(near.pair[first])
-        name, points = self._proximity.pair_name(pair), self._proximity.pair_points(pair)
-        return rows, NearestPair(clearance, name, points)
+        bounds = constraints.bounds
+        constraints.add(self._constraints.rows(near, bounds, goal, now.lag, margins))
+        to_obstacles = np.where(near.kind == PairKind.SELF, inf, near.d)
+        first = int(to_obstacles.argmin())
+        if (clearance := float(to_obstacles[first])) < inf:
+            pair = int(near.pair[first])
+            name, points = self._proximity.pair_name(pair), self._proximity.pair_points(pair)
+            self.nearest = NearestPair(clearance, name, points)
 
-    def _may_be_nearer(self, near: Distances, goal: MotionGoal | None) -> Mask:
+    def _may_be_nearer(self, near: Distances, goal: MotionGoal[MapPose] | None) -> Mask:
         """(K,) whether the second of a pair is only known from the map.
 
         Not for a hand at work, which goes by what it sees.
@@ -217,14 +204,14 @@ class CollisionAvoidance:
 
     def give_way(
         self,
-        base: Pose2D,
-        q: Array,
+        now: Situation,
         wanted: Array,
         led: Array | None,
-        moving: tuple[Obstacle, ...],
         floor: FloorMap | None,
         bounds: tuple[Array, Array],
     ) -> Rows | None:
         """The rows that give way to moving obstacles; see `MovingObstacleAvoidance.rows`."""
-        now = self._lag.velocities
-        return self._moving_obstacles.rows(base, q, now, wanted, led, moving, floor, bounds)
+        q, velocities, moving = now.state.q, now.lag.velocities, now.surroundings.moving
+        return self._moving_obstacles.rows(
+            now.base, q, velocities, wanted, led, moving, floor, bounds
+        )

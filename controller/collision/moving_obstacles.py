@@ -15,6 +15,8 @@ from math import hypot, inf
 
 import numpy as np
 
+from config.arrays import Array
+from config.planar import Pose2D, act
 from controller.collision.collision_model import PairKind
 from controller.collision.rollouts import (
     ARM_RADIUS,
@@ -26,8 +28,6 @@ from controller.collision.rollouts import (
     arm_points,
     radius,
 )
-from controller.command import Array
-from controller.floor.base_drive import Pose2D
 from controller.floor.floor_map import FloorMap
 from controller.model import RobotModel
 from controller.qp_solver import Rows
@@ -61,7 +61,7 @@ class MovingObstacleAvoidance:
 
     def rows(
         self,
-        wTb: Pose2D,
+        mTb: Pose2D,
         q: Array,
         velocities: Array,
         wanted: Array,
@@ -73,7 +73,7 @@ class MovingObstacleAvoidance:
         """Rows that keep the base at a velocity that gives way; None if it need not.
 
         Args:
-            wTb: base pose.
+            mTb: base pose.
             q: (j,) joint positions [rad].
             velocities: (n,) present velocities.
             wanted: (n,) velocities of this period without giving way.
@@ -84,10 +84,10 @@ class MovingObstacleAvoidance:
         """
         n_base, n = self._model.n_base, self._model.n
         before, self._taken = self._taken, None
-        near = [one for one in obstacles if self._may_meet(one, wTb)]
+        near = [one for one in obstacles if self._may_meet(one, mTb)]
         if not near:
             return None
-        scene = MovingScene(wTb, arm_points(self._model, q), near)
+        scene = MovingScene(mTb, arm_points(self._model, q), near)
         now, wanted = velocities[:n_base], wanted[:n_base]
         skipped = 0 if before is None else _HYSTERESIS
         led = wanted if led is None else np.clip(led, self._lower, self._upper)
@@ -115,13 +115,13 @@ class MovingObstacleAvoidance:
         # Where one cannot be kept because of a static obstacle, the others still are.
         return Rows(A, least, PairKind.AHEAD + np.tile(np.arange(n_base), 2))
 
-    def _may_meet(self, obstacle: Obstacle, wTb: Pose2D) -> bool:
+    def _may_meet(self, obstacle: Obstacle, mTb: Pose2D) -> bool:
         """Whether an obstacle moves and can reach the robot within the horizon."""
         speed = hypot(*obstacle.velocity[:2].tolist())
         x, y, _ = obstacle.geom.pose.translation.tolist()
         reach = _REACH + radius(obstacle.geom.shape) + MARGIN
         fastest = float(self._model.limits.base_twist[0])
-        return speed > _STILL and hypot(x - wTb.x, y - wTb.y) < reach + (speed + fastest) * HORIZON
+        return speed > _STILL and hypot(x - mTb.x, y - mTb.y) < reach + (speed + fastest) * HORIZON
 
     def _cheapest(
         self, cost: Array, rollouts: Array, scene: MovingScene, floor: FloorMap | None
@@ -130,15 +130,14 @@ class MovingObstacleAvoidance:
         order = np.argsort(cost, kind="stable")
         if floor is None or floor.free:
             return int(order[0])
-        wTb = scene.wTb
-        here = _rooms(floor, scene.arm, np.array([wTb]))
+        mTb = scene.mTb
+        here = _rooms(floor, scene.arm, np.array([mTb]))
         best, most = int(order[0]), -inf
-        c, s = np.cos(wTb.heading), np.sin(wTb.heading)
         for first in range(0, min(_MAX_CHECKED, len(order)), _BATCH):
             some = order[first : first + _BATCH]
             x, y, heading = np.moveaxis(rollouts[some][:, 1::2], -1, 0)
-            poses = [wTb.x + c * x - s * y, wTb.y + s * x + c * y, wTb.heading + heading]
-            rooms = _rooms(floor, scene.arm, np.stack(poses, axis=-1))
+            poses = np.stack([*act(mTb, x, y), mTb.heading + heading], axis=-1)
+            rooms = _rooms(floor, scene.arm, poses)
             rooms = rooms.reshape(2, *x.shape).min(axis=2)
             room = (rooms - np.minimum(here - _NOISE, _ROOM)).min(axis=0)
             (free,) = np.nonzero(room >= 0.0)
@@ -161,9 +160,7 @@ def _grid(model: RobotModel) -> Array:
 def _rooms(floor: FloorMap, arm: Array, bases: Array) -> Array:
     """(2, N) distances of base and arm to static obstacles, seen from above, at poses (..., 3)."""
     bases = bases.reshape(-1, 3)
-    c, s = np.cos(bases[:, 2:]), np.sin(bases[:, 2:])
-    x = bases[:, :1] + c * arm[:, 0] - s * arm[:, 1]
-    y = bases[:, 1:2] + s * arm[:, 0] + c * arm[:, 1]
+    x, y = act(bases.T[:, :, None], arm[:, 0], arm[:, 1])
     above = floor.clearance(np.stack([x, y], axis=-1).reshape(-1, 2)).reshape(x.shape).min(axis=1)
     return np.stack([floor.stands_free(bases), above - ARM_RADIUS])
 

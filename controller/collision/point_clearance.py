@@ -9,17 +9,14 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from config.arrays import Array, Indices, Mask
 from controller.collision.collision_model import CollisionModel, lines_along
-from controller.command import Array
 from controller.surroundings import PointCloud
 from robots import Box, Hull, Shape, from_rounded_boxes, rounded_box
 
 _FACE = 0.4  # largest spacing of probes on the faces of boxes [m]
 _MAX_POINTS = 2  # number of nearest points that are kept for one shape
-
-Numbers = npt.NDArray[np.int64]
 
 
 class NearPoints(NamedTuple):
@@ -27,15 +24,15 @@ class NearPoints(NamedTuple):
 
     d: Array  # (K,) between point and shape [m]; negative inside
     lines: Array  # (K, 6) Plücker lines from shape to point: direction, moment about the origin
-    shape: Numbers  # (K,) indices of the shapes in the collision model
-    kind: Numbers  # (K,) `PairKind`
+    shape: Indices  # (K,) indices of the shapes in the collision model
+    kind: Indices  # (K,) `PairKind`
 
 
 class PointClearance:
     """Tracks the distances of one robot's shapes to a point cloud."""
 
     def __init__(
-        self, collision: CollisionModel, within: Callable[[Numbers], Callable[[Array], Array]]
+        self, collision: CollisionModel, within: Callable[[Indices], Callable[[Array], Array]]
     ) -> None:
         """`within`: of kinds (F,), the function from speeds (F,) to distances that matter (F,)."""
         self._collision = collision
@@ -60,7 +57,7 @@ class PointClearance:
         """(F,) lower bound of the distances of points that a probe finds to its shape [m]."""
         self._matters = self._at_least  # (F,) distance that matters now [m]
 
-    def due(self, cloud: PointCloud, motion: Array) -> Numbers | None:
+    def due(self, cloud: PointCloud, motion: Array) -> Indices | None:
         """The probes that may be near enough to a point to matter; None if none is.
 
         `motion` (n, 2) are the largest motion of every degree of freedom since the last call and
@@ -74,7 +71,7 @@ class PointClearance:
         (some,) = np.nonzero(self._at_least <= self._matters)
         return some if len(some) and len(cloud.points) else None
 
-    def measure(self, some: Numbers) -> NearPoints:
+    def measure(self, some: Indices) -> NearPoints:
         """The nearest points found by probes (S,) of `due`, for the placed collision model."""
         cloud, body = self._cloud, self._body[some]
         assert cloud is not None
@@ -98,7 +95,7 @@ class PointClearance:
         )
 
 
-def _differs(numbers: Numbers, behind: int) -> npt.NDArray[np.bool_]:
+def _differs(numbers: Indices, behind: int) -> Mask:
     """(K,) whether each is another number than the one so many places before."""
     another = np.ones(len(numbers), dtype=np.bool_)
     another[behind:] = numbers[behind:] != numbers[:-behind]

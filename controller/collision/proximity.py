@@ -8,16 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import hypot, inf
+from operator import sub
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
-from pinocchio import SE3
 
+from config.arrays import Array, Indices, Mask
+from config.planar import ORIGIN, Pose2D, wrap
+from config.poses import MapPose
 from controller.collision.collision_model import CollisionModels, PairKind
 from controller.collision.point_clearance import NearPoints, PointClearance
-from controller.command import Array
-from controller.floor.base_drive import Pose2D, wrap
 from controller.model import RobotModel
 from controller.surroundings import OPEN_FLOOR, Surroundings
 
@@ -33,8 +33,8 @@ class Distances(NamedTuple):
     d: Array  # (K,) between their surfaces [m]; negative if they overlap
     rows: Array  # (K, n) distance Jacobian: growth per velocity of every degree of freedom [m/rad]
     drift: Array  # (K,) growth by the motion of the obstacle itself [m/s]
-    kind: npt.NDArray[np.int64]  # (K,) `PairKind`
-    pair: npt.NDArray[np.int64]  # (K,) indices for `Proximity.pair_name`
+    kind: Indices  # (K,) `PairKind`
+    pair: Indices  # (K,) indices for `Proximity.pair_name`
 
     def without(self, kind: PairKind) -> Distances:
         """All pairs but those of one kind."""
@@ -57,7 +57,7 @@ class Ranges(NamedTuple):
     deceleration: Array  # (kinds,) [m/s^2]
     most: Array  # (kinds,) [m]
 
-    def of(self, kind: npt.NDArray[np.int64]) -> Callable[[Array], Array]:
+    def of(self, kind: Indices) -> Callable[[Array], Array]:
         """For kinds (P,): the function from speeds (P,) [m/s] to distances that matter (P,) [m]."""
         delay, braking, most = self.delay[kind], 0.5 / self.deceleration[kind], self.most[kind]
 
@@ -87,7 +87,7 @@ class Proximity:
         self._none = Distances(
             nothing, np.zeros((0, model.n)), nothing, nothing.astype(int), nothing.astype(int)
         )
-        self._here, self._q = Pose2D(0.0, 0.0, 0.0), [0.0] * model.n_arm
+        self._here, self._q = ORIGIN, [0.0] * model.n_arm
         self._known = OPEN_FLOOR
         self._start()
 
@@ -119,7 +119,7 @@ class Proximity:
 
     def near(
         self,
-        wTb: SE3,
+        mTb: MapPose,
         q: Array,
         surroundings: Surroundings,
         fastest: Array,
@@ -129,19 +129,19 @@ class Proximity:
         """All pairs that are near enough to matter.
 
         Args:
-            wTb: base pose.
+            mTb: base pose.
             q: (j,) joint positions [rad].
             surroundings: the obstacles.
             fastest: (n,) largest speed of every degree of freedom in this period.
-            here: `wTb` on the floor, where it is known already.
+            here: `mTb` on the floor, where it is known already.
             margin: by which pairs matter from farther away [m].
         """
         self.update_shapes(surroundings)
         collision = self._collision
-        moved = self._motion(here or Pose2D.of(wTb), q)
-        nearer = self._reach @ moved
+        moved = self._motion(here or Pose2D.of(mTb), q)
+        nearer = np.dot(self._reach, moved)
         self._at_least -= nearer
-        speeds = self._reach @ fastest
+        speeds = np.dot(self._reach, fastest)
         if surroundings.moving:
             speeds += self._move_obstacles(surroundings)
         matters = self._matters(speeds)
@@ -156,11 +156,11 @@ class Proximity:
             points = depth.due(cloud, np.array([moved, fastest]).T)
         if not len(some) and points is None:
             return self._none
-        collision.place(wTb, q, [one.geom for one in surroundings.moving])
+        collision.place(mTb, q, [one.geom for one in surroundings.moving])
         near = self._measure(some, matters[some]) if len(some) else self._none
         return near if points is None else near.joined(self._points(depth.measure(points)))
 
-    def _measure(self, some: npt.NDArray[np.int64], matters: Array) -> Distances:
+    def _measure(self, some: Indices, matters: Array) -> Distances:
         collision, pairs = self._collision, self._collision.pairs
         self._at_least[some] = d = collision.measure(some.tolist())
         (near,) = (d <= matters).nonzero()
@@ -185,7 +185,7 @@ class Proximity:
             len(collision.pairs.first) + points.shape,
         )
 
-    def is_mapped(self, pairs: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
+    def is_mapped(self, pairs: Indices) -> Mask:
         """(K,) which pairs (K,) are with a fixture of the map."""
         mapped = self._collision.mapped
         return mapped.take(pairs, mode="clip") & (pairs < len(mapped))
@@ -205,10 +205,10 @@ class Proximity:
         """(n,) motion of every degree of freedom since the last query."""
         gone = hypot(here.x - self._here.x, here.y - self._here.y)
         turned, joints = abs(wrap(here.heading - self._here.heading)), q.tolist()
-        base = [gone * goes + turned * turns for goes, turns in self._axes]
-        arm = [abs(now - before) for now, before in zip(joints, self._q, strict=True)]
+        moved = [gone * goes + turned * turns for goes, turns in self._axes]
+        moved += map(abs, map(sub, joints, self._q))
         self._here, self._q = here, joints
-        return np.array(base + arm)
+        return np.array(moved)
 
     def _move_obstacles(self, surroundings: Surroundings) -> Array:
         """Subtract the motion of obstacles from the distances; their speeds (P,) [m/s]."""
@@ -223,5 +223,5 @@ class Proximity:
 
 
 def _centres(surroundings: Surroundings) -> Array:
-    """(M, 3) centres of moving obstacles in the world [m]."""
+    """(M, 3) centres of moving obstacles on the map [m]."""
     return np.array([one.geom.pose.translation for one in surroundings.moving]).reshape(-1, 3)

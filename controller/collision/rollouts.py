@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from pinocchio import SE3
 
-from controller.command import Array
-from controller.floor.base_drive import Pose2D
+from config.arrays import Array
+from config.planar import Pose2D, rotate
 from controller.model import RobotModel
 from controller.surroundings import Obstacle
 from robots import Box, Hull, Shape, half_extents
@@ -30,7 +30,7 @@ ARM_RADIUS = 0.08  # of the discs around the points that represent the arm [m]
 class MovingScene(NamedTuple):
     """Moving obstacles and the robot that they may meet."""
 
-    wTb: Pose2D
+    mTb: Pose2D
     arm: Array  # (K, 2) points that represent the arm, in the base frame [m]
     obstacles: list[Obstacle]
 
@@ -67,19 +67,17 @@ class Rollouts:
         twists = (changed(there, later, t - kept) @ self._axes.T) * _STEPS[:, None]
         headings = np.cumsum(twists[..., 2], axis=-1)
         middle = headings - twists[..., 2] / 2.0
-        c, s = np.cos(middle), np.sin(middle)
-        x = np.cumsum(c * twists[..., 0] - s * twists[..., 1], axis=-1)
-        y = np.cumsum(s * twists[..., 0] + c * twists[..., 1], axis=-1)
-        return np.stack([x, y, headings], axis=-1)
+        steps = rotate(middle, twists[..., 0], twists[..., 1])
+        return np.stack([*(np.cumsum(step, axis=-1) for step in steps), headings], axis=-1)
 
     def cost(self, rollouts: Array, scene: MovingScene, margin: float) -> Array:
         """(V, T) cost of the distances to moving obstacles on rollouts (V, T, K, 3)."""
-        wTb, arm = scene.wTb, scene.arm
+        mTb, arm = scene.mTb, scene.arm
         cost = np.zeros(rollouts.shape[:2])
-        c, s = np.cos(wTb.heading), np.sin(wTb.heading)
+        c, s = np.cos(mTb.heading), np.sin(mTb.heading)
         turn = np.array([[c, -s], [s, c]])
         for one in scene.obstacles:
-            centre = (one.geom.pose.translation[:2] - [wTb.x, wTb.y]) @ turn
+            centre = (one.geom.pose.translation[:2] - [mTb.x, mTb.y]) @ turn
             velocity, own = one.velocity[:2] @ turn, radius(one.geom.shape)
             wide = margin + _PER_SPEED * hypot(*velocity.tolist())
             path = centre + self._times[:, None] * velocity
@@ -113,9 +111,8 @@ class Rollouts:
 
     def _distance(self, bases: Array, points: Array, arm: Array) -> Array:
         """(...) distances of base poses (..., 3), with the arm, to points (..., 2) [m]."""
-        c, s = np.cos(bases[..., 2]), np.sin(bases[..., 2])
         dx, dy = points[..., 0] - bases[..., 0], points[..., 1] - bases[..., 1]
-        x, y = c * dx + s * dy, c * dy - s * dx
+        x, y = rotate(-bases[..., 2], dx, dy)
         beyond_x, beyond_y = np.abs(x) - self._half[0], np.abs(y) - self._half[1]
         d = np.hypot(np.maximum(beyond_x, 0.0), np.maximum(beyond_y, 0.0))
         d += np.minimum(np.maximum(beyond_x, beyond_y), 0.0)

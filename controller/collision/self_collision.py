@@ -6,13 +6,12 @@ The floor moves with the base, as it is flat: only the joints of the arm matter.
 
 from itertools import product
 
-import numpy as np
 import pinocchio as pin
-from pinocchio import SE3
 
-from controller.command import Array
+from config.arrays import Array
+from controller.collision.robot_shapes import robot_parts
 from controller.model import RobotModel
-from robots import Box, Geom, Plane, coal_geometry
+from robots import Geom, coal_geometry
 
 _NO_PAIR = 10.0  # distance where nothing can touch [m]
 
@@ -24,22 +23,15 @@ class SelfCollision:
         self._model = model
         self._data = model.chain.createData()
         self._shapes = pin.GeometryModel()
-        robot = model.description
-        parts: dict[str, list[int]] = {}
-        for link, shapes in enumerate(robot.arm.collision):
-            joint, jTl = (0, robot.bTa) if link == 0 else (model.n_base + link, SE3.Identity())
-            parts[f"link{link}"] = [self._add(joint, shape.moved(jTl)) for shape in shapes]
-        parts["hand"] = [
-            self._add(model.n, shape.moved(robot.arm.lTh)) for shape in robot.gripper.collision
-        ]
-        lTc = robot.arm.lTh * robot.gripper.hTe * robot.camera.eTc
-        parts["camera"] = [self._add(model.n, robot.camera.body.moved(lTc))]
-        length, width, height = robot.base.size
-        middle = SE3(np.eye(3), np.array([0.0, 0.0, height / 2.0]))
-        base = Box((length / 2.0, width / 2.0, height / 2.0))
-        parts["base"] = [self._add(0, Geom(base, middle, "base"))]
-        parts["floor"] = [self._add(0, Geom(Plane(), SE3.Identity(), "floor"))]
-        for first, second in robot.arm.may_touch:
+        parts = {
+            name: [
+                self._add(model.n_base + part.link if part.link > 0 else 0, part.geom)
+                for part in some
+            ]
+            for name, some in robot_parts(model, held=()).items()
+        }
+        parts["base"] = parts["base"][:1]  # its box
+        for first, second in model.description.arm.may_touch:
             for a, b in product(parts[first], parts[second]):
                 self._shapes.addCollisionPair(pin.CollisionPair(min(a, b), max(a, b)))
         self._results = pin.GeometryData(self._shapes)

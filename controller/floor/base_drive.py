@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from math import asin, atan, atan2, copysign, cos, hypot, inf, pi, sin
-from typing import NamedTuple, TypeVar
+from math import asin, atan, atan2, copysign, hypot, inf, sin
+from typing import NamedTuple
 
 import numpy as np
-from pinocchio import SE3
 
-from controller.command import Array
+from config.arrays import Array
+from config.planar import ORIGIN, Pose2D, wrap
 from controller.model import RobotModel
 from controller.servo import approach_speed
 from controller.settings import ControllerSettings
-
-Angle = TypeVar("Angle", float, Array)
 
 # The control law of a differential drive (Park and Kuipers, ICRA 2011).
 _HEADING_GAIN = 0.6  # k1: how strongly the path bends to arrive with the goal's heading
@@ -31,26 +29,6 @@ _ON_THE_SPOT = 0.6  # a base that points away from the path by more turns on the
 _BLEND = 0.35  # up to this much less it turns and drives [rad]
 
 
-class Pose2D(NamedTuple):
-    """A pose on the floor."""
-
-    x: float  # [m]
-    y: float  # [m]
-    heading: float  # [rad]
-
-    @classmethod
-    def of(cls, wTb: SE3) -> Pose2D:
-        """The pose on the floor of a base pose in space."""
-        (c, _, _, x), (s, _, _, y), _, _ = wTb.homogeneous.tolist()
-        return cls(x, y, atan2(s, c))
-
-    def relative_to(self, frame: Pose2D) -> Pose2D:
-        """This pose in another frame; the heading in [-pi, pi)."""
-        dx, dy = self.x - frame.x, self.y - frame.y
-        c, s = cos(frame.heading), sin(frame.heading)
-        return Pose2D(c * dx + s * dy, c * dy - s * dx, wrap(self.heading - frame.heading))
-
-
 class Lead(NamedTuple):
     """Where the base is led now on its way to a pose."""
 
@@ -59,13 +37,16 @@ class Lead(NamedTuple):
     final: bool  # whether the target is the pose itself, and the way there is free
     speed: float  # largest speed on the path [m/s]
     time_left: float  # least time to the pose [s]
-    straight: bool = False  # whether the base is in a place that is too narrow to turn
     unreachable: str = ""  # why there is no path; empty if there is one
 
+    @classmethod
+    def nowhere(cls, reverse: bool, why: str = "") -> Lead:
+        """To stay, as long as there is no path."""
+        return cls(ORIGIN, reverse, False, 0.0, inf, why)
 
-def wrap(angle: Angle) -> Angle:
-    """The same angle, or angles, in [-pi, pi) [rad]."""
-    return (angle + pi) % (2.0 * pi) - pi
+
+STAY = Lead(ORIGIN, False, True, inf, 0.0)
+"""Where a base is led that is at its pose."""
 
 
 def drive_to(

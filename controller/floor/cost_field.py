@@ -6,9 +6,8 @@ from math import inf
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
-from controller.command import Array
+from config.arrays import Array, Indices, Mask
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -19,7 +18,6 @@ _NEAR = 0.5  # extra cost per metre where the base can just turn ...
 _OPEN = 0.30  # ... and none with this much more room [m]
 _MOVES = [(1, 0), (0, 1), (1, 1), (1, -1), (2, 1), (1, 2), (2, -1), (1, -2)]
 """From a node to half of its neighbours; the others are opposite."""
-_CLOSED = 0.12  # nodes nearer than this to a closed place are closed [m]
 _NEXT = 5  # number of nodes from a place to that ahead of it
 _BORDER = 2  # width of the edge of the grid without nodes: the longest move
 
@@ -45,7 +43,7 @@ class Floor:
         self.graph = _graph(passes, cost)
         """Costs between neighbours [m]; nodes in the order of the flat grid."""
 
-    def nodes_around(self, points: Array) -> tuple[npt.NDArray[np.int64], Array]:
+    def nodes_around(self, points: Array) -> tuple[Indices, Array]:
         """Indices (4, N) of the nodes around points (N, 2), and their distances (4, N) [m]."""
         scaled = (points - self.low) / CELL
         first = np.clip(np.floor(scaled), _BORDER, self.last - _BORDER - 1).astype(np.int64)
@@ -62,18 +60,8 @@ class Floor:
         x, y = (self.low[k] + CELL * np.arange(self.last[k] + 1) - point[k] for k in (0, 1))
         return int(np.argmin(np.where(self.passes, np.hypot(x[:, None], y), inf)))
 
-    def without(self, places: Array) -> csr_array:
-        """The graph without the nodes around places (N, 2)."""
-        x, y = (self.low[k] + CELL * np.arange(self.last[k] + 1) for k in (0, 1))
-        away = np.hypot(x[:, None, None] - places[:, 0], y[:, None] - places[:, 1]).min(axis=2)
-        gone = (away < _CLOSED).ravel()
-        costs = np.where(gone[self.graph.indices], inf, self.graph.data)
-        from scipy.sparse import csr_array  # slow to import; see `HolisticController`
 
-        return csr_array((costs, self.graph.indices, self.graph.indptr), self.graph.shape)
-
-
-def _graph(passes: npt.NDArray[np.bool_], cost: Array) -> csr_array:
+def _graph(passes: Mask, cost: Array) -> csr_array:
     """Costs between neighbouring nodes [m]."""
     n, m = passes.shape
     inner = np.zeros_like(passes)
@@ -103,27 +91,18 @@ class CostField:
     Args:
         floor: graph of the places where the base fits; None if it does everywhere.
         goal: x and y [m].
-        limit: places that cost more count as unreachable [m].
-        closed: (N, 2) places that no path may lead through [m].
     """
 
-    def __init__(
-        self,
-        floor: Floor | None,
-        goal: tuple[float, float],
-        limit: float = inf,
-        closed: Array | None = None,
-    ) -> None:
+    def __init__(self, floor: Floor | None, goal: tuple[float, float]) -> None:
         self.goal = goal
         self._floor = floor
         if floor is None:
             return
         from scipy.sparse.csgraph import dijkstra  # slow to import; see `HolisticController`
 
-        graph = floor.graph if closed is None else floor.without(closed)
         self._costs: Array
         self._costs, self._next = dijkstra(
-            graph, indices=floor.nearest_node(goal), limit=limit, return_predecessors=True
+            floor.graph, indices=floor.nearest_node(goal), return_predecessors=True
         )
 
     def at(self, points: Array) -> Array:

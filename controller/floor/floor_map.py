@@ -6,9 +6,9 @@ Distances are exact at the points of a grid and interpolated between them.
 from math import hypot
 
 import numpy as np
-import numpy.typing as npt
 
-from controller.command import Array
+from config.arrays import Array, Indices, Mask
+from config.planar import Pose2D, act
 from controller.floor.cost_field import CELL, CostField, Floor
 from controller.floor.footprints import Footprint, footprint
 from robots import Geom, Hull, RobotDescription
@@ -54,7 +54,7 @@ class FloorMap:
         points = np.asarray(points, dtype=float).reshape(-1, 2)
         return self._both.at(points[:, 0], points[:, 1])
 
-    def has_straight_way(self, here: tuple[float, float], places: Array) -> npt.NDArray[np.bool_]:
+    def has_straight_way(self, here: tuple[float, float], places: Array) -> Mask:
         """Whether lines (N,) to places (N, 2) come no nearer to obstacles than their ends.
 
         Nearer does not count where the base can turn.
@@ -62,10 +62,10 @@ class FloorMap:
         lines = np.linspace(np.broadcast_to(here, places.shape), places, _ON_LINE)
         room = self._both.at(lines[..., 0], lines[..., 1])
         enough = np.minimum(np.minimum(room[0], room[-1]), self.turning)
-        free: npt.NDArray[np.bool_] = room.min(axis=0) >= enough - _SPARE
+        free: Mask = room.min(axis=0) >= enough - _SPARE
         return free
 
-    def stands_free(self, bases: Array) -> Array:
+    def stands_free(self, bases: Array | Pose2D) -> Array:
         """Distances (N,) of base and arm column at poses x, y, heading (N, 3) to obstacles [m].
 
         Not positive where they overlap, and at most `NEAR`.
@@ -73,20 +73,16 @@ class FloorMap:
         bases = np.asarray(bases, dtype=float).reshape(-1, 3)
         if self.free:
             return np.full(len(bases), NEAR)
-        x, y = bases[:, :1], bases[:, 1:2]
-        c, s = np.cos(bases[:, 2:]), np.sin(bases[:, 2:])
         least = []
         for grid, (dx, dy, r) in ((self._base, self._footprint), (self._column, self._foot)):
-            room = grid.at(x + c * dx - s * dy, y + s * dx + c * dy)
+            room = grid.at(*act(bases.T[:, :, None], dx, dy))
             least.append((room - r).min(axis=1))
         clearance: Array = np.minimum(*least)
         return np.minimum(clearance, NEAR)
 
-    def field(
-        self, goal: tuple[float, float], limit: float = np.inf, closed: Array | None = None
-    ) -> CostField:
+    def field(self, goal: tuple[float, float]) -> CostField:
         """The cost to drive to a place from anywhere; see `CostField`."""
-        return CostField(self._floor, goal, limit, closed)
+        return CostField(self._floor, goal)
 
     def _graph(self) -> Floor:
         low, high = self._low - _PASSAGE, self._high + _PASSAGE
@@ -108,7 +104,7 @@ class _Grid:
         columns = d.shape[1]
         u = np.clip((x - self._low[0]) * (1.0 / _RESOLUTION), 0.0, d.shape[0] - 1.001)
         v = np.clip((y - self._low[1]) * (1.0 / _RESOLUTION), 0.0, columns - 1.001)
-        i: npt.NDArray[np.int64] = u.astype(np.int64)
+        i: Indices = u.astype(np.int64)
         j = v.astype(np.int64)
         u -= i
         v -= j
@@ -138,7 +134,7 @@ def _distances(standing: list[list[Footprint | None]], low: Array, high: Array) 
     x = low[0] + _RESOLUTION * np.arange(n)
     y = low[1] + _RESOLUTION * np.arange(m)
     for layers in standing:
-        known: list[tuple[Footprint, Array]] = []
+        before, here = None, np.zeros(0)
         for layer, found in zip(distances, layers, strict=True):
             if found is None:
                 continue
@@ -147,15 +143,9 @@ def _distances(standing: list[list[Footprint | None]], low: Array, high: Array) 
                 slice(np.searchsorted(axis, a), np.searchsorted(axis, b))
                 for axis, a, b in zip((x, y), least, most, strict=True)
             )
-            same = (
-                d
-                for other, d in known
-                if np.array_equal(other.corners, found.corners) and other.radius == found.radius
-            )
-            here = next(same, None)
-            if here is None:
+            if before is None or not found.equals(before):  # as that of what is tall
                 here = found.distances(x[i, None], y[None, j])
-                known.append((found, here))
+            before = found
             np.minimum(layer[i, j], here, out=layer[i, j])
     return distances
 

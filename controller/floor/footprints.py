@@ -1,11 +1,13 @@
 """Footprints: the part of a shape in a band of heights, seen from above."""
 
+from __future__ import annotations
+
 from math import hypot, pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
-from controller.command import Array
+from config.arrays import Array
 from robots import Box, Capsule, Cylinder, Geom, Hull, Plane, Sphere
 
 _SIDES = 32  # of the polygon around a cylinder that is not upright: at most 0.5 % too large
@@ -20,6 +22,10 @@ class Footprint(NamedTuple):
 
     corners: Array  # (M, 2) counter-clockwise [m]: one for a circle, two for a stadium
     radius: float  # of the round corners [m]
+
+    def equals(self, other: Footprint) -> bool:
+        """Whether it is the same."""
+        return np.array_equal(self.corners, other.corners) and self.radius == other.radius
 
     def distances(self, x: Array, y: Array) -> Array:
         """Signed distances of points x, y of any shapes that broadcast [m]."""
@@ -40,7 +46,7 @@ class Footprint(NamedTuple):
 
 
 def footprint(geom: Geom, low: float, high: float) -> Footprint | None:
-    """The footprint of a shape in the world between two heights [m].
+    """The footprint of a shape on the map between two heights [m].
 
     At most a few millimetres too large where a round shape is not upright. None if nothing of it is
     between the heights, and for a plane.

@@ -6,8 +6,8 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from controller.command import Array
-from controller.floor.base_drive import wrap
+from config.arrays import Array
+from config.planar import wrap
 
 Clearance: TypeAlias = Callable[[Array], Array]  # distances (N,) of points (N, 2) to obstacles [m]
 StandsFree: TypeAlias = Callable[[Array], Array]
@@ -67,21 +67,7 @@ def paths_along(
     where all corners are the same.
     """
     paths: list[Path] = []
-    pieces: list[Array] = []
-    curvatures: list[Array] = []
-    bends: list[int] = []
-
-    def end() -> None:
-        points, curvature = np.concatenate(pieces), np.concatenate(curvatures)
-        curved = np.maximum(curvature, 1e-6)
-        room = _TIGHT_SPEED + _TIGHT_SLOPE * np.maximum(0.0, stands_free(points) - _TIGHT)
-        turning = np.minimum(_TURNING * turn_rate / curved, np.sqrt(_SIDEWAYS / curved))
-        most = np.minimum(np.minimum(speed, room), turning)
-        paths.append(_timed(points, most, tuple(bends)))
-        pieces.clear()
-        curvatures.clear()
-        bends.clear()
-
+    pieces: list[tuple[Array, float]] = []  # of one path, with their curvatures [1/m]
     steps = np.diff(corners, axis=0)
     lengths = np.hypot(steps[:, 0], steps[:, 1])
     corners = corners[np.concatenate([[True], lengths > 1e-3])]
@@ -98,16 +84,15 @@ def paths_along(
             after = lengths[k + 1] * (1.0 if k + 2 == len(lengths) else 0.5)
             arc = _arc(corner, heading, turn, min(before, after), is_free)
         straight = _straight(here, corner if arc is None else arc[0, :2], heading)
-        pieces.append(straight)
-        curvatures.append(np.zeros(len(straight)))
+        pieces.append((straight, 0.0))
         here = corner
         if arc is not None:
-            pieces.append(arc)
-            curvatures.append(np.full(len(arc), abs(turn) / max(1e-6, _length(arc))))
-            bends.append(sum(map(len, pieces)) - 1)
+            length = float(np.hypot(*np.diff(arc[:, :2], axis=0).T).sum())
+            pieces.append((arc, abs(turn) / max(1e-6, length)))
             here = arc[-1, :2]
         elif last or abs(turn) > _BLUNT:
-            end()
+            paths.append(_timed(pieces, stands_free, speed, turn_rate))
+            pieces = []
     return paths
 
 
@@ -115,10 +100,6 @@ def path_at(x: float, y: float, heading: float) -> Path:
     """The path of a base that only has to turn."""
     points = np.array([[x, y, heading]] * 2)
     return Path(points, np.full(2, _CREEP), np.zeros(2), ())
-
-
-def _length(points: Array) -> float:
-    return float(np.hypot(*np.diff(points[:, :2], axis=0).T).sum())
 
 
 def _straight(a: Array, b: Array, heading: float) -> Array:
@@ -148,8 +129,17 @@ def _arc(
     return None
 
 
-def _timed(points: Array, most: Array, bends: tuple[int, ...]) -> Path:
-    """A path with the largest speed profile below `most` (N,) that ends at rest."""
+def _timed(
+    pieces: list[tuple[Array, float]], stands_free: StandsFree, speed: float, turn_rate: float
+) -> Path:
+    """The path along poses (N, 3) with curvatures, as fast as it can be to end at rest."""
+    points = np.concatenate([poses for poses, _ in pieces])
+    ends = np.cumsum([len(poses) for poses, _ in pieces])
+    bends = tuple(int(end) - 1 for end, (_, bend) in zip(ends, pieces, strict=True) if bend > 0.0)
+    curved = np.maximum(np.concatenate([np.full(len(poses), bend) for poses, bend in pieces]), 1e-6)
+    room = _TIGHT_SPEED + _TIGHT_SLOPE * np.maximum(0.0, stands_free(points) - _TIGHT)
+    turning = np.minimum(_TURNING * turn_rate / curved, np.sqrt(_SIDEWAYS / curved))
+    most = np.minimum(np.minimum(speed, room), turning)
     steps = np.hypot(*np.diff(points[:, :2], axis=0).T)
     speeds, gains = most.tolist(), (2.0 * _BRAKING * steps).tolist()
     speeds[-1] = 0.0

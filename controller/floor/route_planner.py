@@ -2,21 +2,19 @@
 
 from collections.abc import Iterator
 from itertools import pairwise
-from math import cos, hypot, pi, sin
+from math import hypot, pi
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from controller.command import Array
-from controller.floor.base_drive import Pose2D, wrap
+from config.arrays import Array, Mask
+from config.planar import Pose2D, wrap
 from controller.floor.floor_map import FloorMap
 from controller.floor.path import SPACING, Path, path_at, paths_along, pull_straight
 from controller.model import RobotModel
 
 CLEARANCE = 0.04  # distance to obstacles that the base keeps where it can [m]
 _LONGEST_ESCAPE = 1.6  # longest straight line out of or into a place [m]
-_ATTEMPTS = 5  # number of ways that are tried
 _LEAST = 0.01  # least distance of a path to obstacles [m] ...
 _NO_CHOICE = 0.15  # ... except this near to its ends [m]
 _NO_NEARER = 0.005  # by which an arc may be nearer to obstacles than its ends [m]
@@ -32,7 +30,7 @@ class Leg(NamedTuple):
     path: Path
     backwards: bool
     headings: Array  # (N,) of the base [rad]
-    narrow: npt.NDArray[np.bool_]  # (N,) whether the base cannot turn there
+    narrow: Mask  # (N,) whether the base cannot turn there
 
 
 def duration(legs: list[Leg], start: Pose2D, goal: Pose2D, turn_rate: float) -> float:
@@ -64,51 +62,42 @@ class Planner:
     def search(self, start: Pose2D, goal: Pose2D) -> Iterator[list[Leg] | None]:
         """Yields None after every bounded piece of work, and the legs at the end.
 
-        A path that is too narrow somewhere is closed there, and another one is sought. If none is
-        wide enough, the widest is taken. There are no legs if there is no path.
+        There are no legs if there is no path.
         """
         b = self._facing(goal)
         only_turns = hypot(goal.x - start.x, goal.y - start.y) < SPACING
         self._turns_from = self._room.turning - (_LESS_TO_TURN if only_turns else 0.0)
         a, outs = self._way_out(self._facing(start))
         widest: tuple[float, list[Leg]] = (-np.inf, [])
-        for into in self._straights(b, (-1, 1)) or [self._widest(b, (-1, 1))]:
-            closed: list[Array] = []
-            while len(closed) < _ATTEMPTS:
+        for into in self._straights(b, (-1, 1)) or [0.0]:
+            yield None
+            gate = b.moved(into)
+            field = self._room.field((gate.x, gate.y))
+            starts = np.array([a.moved(out)[:2] for out in outs])
+            times = field.at(starts) / self._ahead
+            times += [abs(s) / (self._ahead if s > 0 else self._back) for s in outs]
+            out = outs[int(times.argmin())]
+            way = field.way_from(a.moved(out)[:2])
+            if way is None:
+                continue
+            yield None
+            line = pull_straight(way, self._room.clearance, self._room.turning)
+            yield None
+            ways = [self._along(a, out, line, into, b)]
+            if not self._holonomic:
                 yield None
-                gate = _moved(b, into)
-                places = np.array(closed) if closed else None
-                field = self._room.field((gate.x, gate.y), closed=places)
-                starts = np.array([_moved(a, out)[:2] for out in outs])
-                times = field.at(starts) / self._ahead
-                times += [abs(s) / (self._ahead if s > 0 else self._back) for s in outs]
-                out = outs[int(times.argmin())]
-                way = field.way_from(_moved(a, out)[:2])
-                if way is None:
-                    break
+                ways.append(self._along(a, out, line, into, b, backwards=True))
+            ways.sort(key=lambda legs: duration(legs, start, goal, self._turn_rate))
+            for legs in ways:
                 yield None
-                line = pull_straight(way, self._room.clearance, self._room.turning)
-                yield None
-                ways = [self._along(a, out, line, into, b)]
-                if not self._holonomic:
-                    yield None
-                    ways.append(self._along(a, out, line, into, b, backwards=True))
-                ways.sort(key=lambda legs: duration(legs, start, goal, self._turn_rate))
-                found: list[tuple[float, Array]] = []
-                for legs in ways:
-                    yield None
-                    clearance, narrowest = self._narrowest(legs)
-                    if clearance > widest[0]:
-                        widest = clearance, legs
-                    if clearance >= _LEAST:
-                        yield legs
-                        return
-                    found.append((clearance, narrowest))
-                closed.append(max(found, key=lambda one: one[0])[1])
+                widest = max(widest, (self._clearance(legs), legs), key=lambda found: found[0])
+                if widest[0] >= _LEAST:
+                    yield legs
+                    return
         yield widest[1]
 
-    def _narrowest(self, legs: list[Leg]) -> tuple[float, Array]:
-        """Least clearance on legs and turns on the spot [m], and its place (2,)."""
+    def _clearance(self, legs: list[Leg]) -> float:
+        """Least clearance on legs and turns on the spot [m]."""
         poses = [np.column_stack([leg.path.points[:, :2], leg.headings]) for leg in legs]
         end = poses[-1][-1, :2]
         for before, after in list(pairwise(poses)):
@@ -121,8 +110,7 @@ class Planner:
         ends = np.array([every[0, :2], end])
         away = np.linalg.norm(every[:, None, :2] - ends, axis=2).min(axis=1)
         clearances[away < _NO_CHOICE] = CLEARANCE
-        worst = int(clearances.argmin())
-        return float(clearances[worst]), every[worst, :2]
+        return float(clearances.min())
 
     def _facing(self, pose: Pose2D) -> Pose2D:
         return Pose2D(pose.x, pose.y, wrap(pose.heading + self._flip))
@@ -143,22 +131,12 @@ class Planner:
             for other in turned[: int(blocked[0]) - 1 if len(blocked) else None]:
                 if found := self._straights(other, (1, -1)):
                     return other, found
-        return pose, [self._widest(pose, (1, -1))]
-
-    def _widest(self, pose: Pose2D, signs: tuple[int, int]) -> float:
-        """Signed length of the straight line to the place with most room."""
-        (here,) = self._room.clearance(np.array([pose[:2]]))
-        widest = float(here) + 0.02, 0.0
-        for sign in signs:
-            lengths, around = self._free_line(pose, sign)
-            best = int(around.argmax())
-            widest = max(widest, (float(around[best]), float(lengths[best])))
-        return widest[1]
+        return pose, [0.0]
 
     def _free_line(self, pose: Pose2D, sign: int) -> tuple[Array, Array]:
         """Signed lengths (N,) of a line out of a pose as far as it is free, and clearances (N,)."""
         lengths = sign * np.arange(0.0, _LONGEST_ESCAPE, SPACING)
-        poses = np.array([_moved(pose, length) for length in lengths.tolist()])
+        poses = np.array([pose.moved(length) for length in lengths.tolist()])
         around = self._room.clearance(poses[:, :2])
         poses[:, 2] += self._flip
         free = self._room.stands_free(poses)
@@ -248,9 +226,3 @@ class Planner:
             leg._replace(headings=headings[start : start + len(leg.headings)])
             for leg, start in zip(legs, starts[:-1].tolist(), strict=True)
         ]
-
-
-def _moved(pose: Pose2D, length: float) -> Pose2D:
-    return Pose2D(
-        pose.x + length * cos(pose.heading), pose.y + length * sin(pose.heading), pose.heading
-    )

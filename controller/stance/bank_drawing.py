@@ -15,10 +15,10 @@ from pathlib import Path
 import numpy as np
 from pinocchio import SE3
 
-from config import UserError
+from config import UserError, user_cache
+from config.arrays import Array
+from config.planar import wrap
 from controller.collision.self_collision import SelfCollision
-from controller.command import Array
-from controller.floor.base_drive import wrap
 from controller.model import RobotModel
 from controller.stance.tool_poses import ToolPoses, forward_kinematics
 from robots import RobotDescription, load_robot, robot_names
@@ -76,8 +76,7 @@ def _cached(robot: RobotDescription) -> Path:
     digest = hashlib.sha256(b"".join(np.round(np.float64(one), 9).tobytes() for one in numbers))
     told = [_VERSION, robot.base.size, arm.may_touch, [(one.name, one.shape) for one in shapes]]
     digest.update(repr(told).encode())
-    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(home) / "frankie-task" / "posture-banks" / f"{digest.hexdigest()[:24]}.npy"
+    return user_cache() / "posture-banks" / f"{digest.hexdigest()[:24]}.npy"
 
 
 def _keep(path: Path, q: Array) -> None:

@@ -2,13 +2,13 @@
 
 from functools import lru_cache
 
-import numpy as np
 from pinocchio import SE3
 
+from config.planar import ORIGIN, Pose2D
+from config.poses import MapPose
 from controller.collision.collision_model import CollisionModels
 from controller.collision.self_collision import SelfCollision
 from controller.command import Array, PoseGoal
-from controller.floor.base_drive import Pose2D
 from controller.floor.floor_map import FloorMap
 from controller.model import RobotModel
 from controller.stance.free_space import FreeSpace, group_names
@@ -41,6 +41,8 @@ class StanceFinder:
         self._surroundings = OPEN_FLOOR
         self.floor = FloorMap((), model.description)  # map of the static obstacles
         self.space: FreeSpace | None = None  # static obstacles in 3D; None on an open floor
+        self._base: tuple[FloorMap, Pose2D, str] = self.floor, ORIGIN, ""
+        """A base pose, and why it cannot stand there."""
 
     def update(self, surroundings: Surroundings) -> bool:
         """Take the present surroundings; whether the fixtures have changed."""
@@ -49,12 +51,8 @@ class StanceFinder:
         moved = fixtures is not before.fixtures
         self.update_map(fixtures)
         if moved or held is not before.held:
-            models = self._models
-            self.space = (
-                FreeSpace(self._model, self.floor, models.around(surroundings))
-                if fixtures
-                else None
-            )
+            around = self._models.around(surroundings) if fixtures else None
+            self.space = FreeSpace(self._model, self.floor, around) if around else None
         return moved
 
     def update_map(self, fixtures: tuple[Geom, ...]) -> None:
@@ -62,37 +60,41 @@ class StanceFinder:
         if fixtures is not self.floor.fixtures:
             self.floor = FloorMap(fixtures, self._model.description)
 
-    def obstacle_to(self, goal: PoseGoal, wTb: Pose2D) -> str:
+    def obstacle_to(self, goal: PoseGoal[MapPose], mTb: Pose2D) -> str:
         """Why a goal is out of reach for every base pose; empty if it is not.
 
-        Of a base that stands still only `wTb`, where it is, counts.
+        Of a base that stands still only `mTb`, where it is, counts.
         """
-        height = float(goal.wTe.translation[2])
+        height = float(goal.target.translation[2])
         if height < -_INSIDE - goal.position_tolerance:
             return f"{-height:.2f} m below the floor"
         least = _FAR if goal.straight else REACHED
-        if reason := out_of_reach(self._model.description, goal.wTe, least, wTb):
+        if reason := out_of_reach(self._model.description, goal.target, least, mTb):
             return reason
         if self.space is None or goal.hand_may_touch:
             return ""
-        hand = self.space.hand_at(goal.wTe)
+        hand = self.space.hand_at(goal.target)
         if hand.distance > -(_INSIDE_STRAIGHT if goal.straight else _INSIDE):
             return ""
-        if fixture := self.space.around(goal.wTe.translation):
+        if fixture := self.space.around(goal.target.translation):
             return f"inside {fixture}"
         part = _SPOKEN.get(hand.part, f"the {hand.part}")
         return f"{part} would be inside {hand.fixture}"
 
     def obstacle_to_base(self, base: Pose2D) -> str:
         """Why the base cannot stand at a pose; empty if it can."""
-        if self.space is None or self.floor.stands_free(np.array([base]))[0] > 0.0:
-            return ""
-        return f"the base would stand in {group_names(self.space.blocking(base, _BESIDE))}"
+        if (self.floor, base) != self._base[:2]:
+            why = ""
+            if self.space is not None and self.floor.stands_free(base)[0] <= 0.0:
+                names = group_names(self.space.blocking(base, _BESIDE))
+                why = f"the base would stand in {names}"
+            self._base = self.floor, base, why
+        return self._base[2]
 
     def search(
         self,
-        wTe: SE3,
-        wTb: Pose2D,
+        mTe: MapPose,
+        mTb: Pose2D,
         q: Array,
         failed: tuple[Stance, ...] = (),
         next_goal: SE3 | None = None,
@@ -100,15 +102,13 @@ class StanceFinder:
         in_front: bool = False,
     ) -> StanceSearch:
         """A new search for a stance; see `StanceSearch`."""
-        where = self._model, self._bank, self._collision, wTe, wTb, q, failed, self.space
+        where = self._model, self._bank, self._collision, mTe, mTb, q, failed, self.space
         return StanceSearch(*where, next_goal, in_front=in_front)
 
     def why_none(self, search: StanceSearch) -> str:
         """Why a finished search has found no stance; empty if it has found one."""
-        if _UNREACHED < search.error < np.inf:
-            return beyond_reach(search.wTe)
         if search.best is not None:
-            return ""
+            return beyond_reach(search.mTe) if search.error > _UNREACHED else ""
         if search.base_stands and not search.base_gets_there:
             return "no way for the base"
         return f"no stance stands free of {search.blocked or 'the arm itself'}"
@@ -116,7 +116,7 @@ class StanceFinder:
 
 def why_no_stance(
     robot: RobotDescription,
-    wTe: SE3,
+    mTe: MapPose,
     fixtures: tuple[Geom, ...],
     *,
     hand_may_touch: bool = False,
@@ -126,21 +126,23 @@ def why_no_stance(
     What the controller says at the start of a run, as to a goal for which it may take any way.
     """
     finder, known = _among(robot, fixtures)
-    asked = wTe.homogeneous.tobytes(), hand_may_touch
+    asked = mTe.homogeneous.tobytes(), hand_may_touch
     if asked not in known:
-        goal = PoseGoal(wTe=wTe, hand_may_touch=hand_may_touch)
-        reason = finder.obstacle_to(goal, Pose2D(0.0, 0.0, 0.0))
+        goal = PoseGoal(target=mTe, hand_may_touch=hand_may_touch)
+        reason = finder.obstacle_to(goal, ORIGIN)
         if not reason:
-            search = stance_search(robot, wTe, fixtures)
+            search = stance_search(robot, mTe, fixtures)
             search.finish()
             reason = finder.why_none(search)
         known[asked] = reason
     return known[asked]
 
 
-def stance_search(robot: RobotDescription, wTe: SE3, fixtures: tuple[Geom, ...]) -> StanceSearch:
+def stance_search(
+    robot: RobotDescription, mTe: MapPose, fixtures: tuple[Geom, ...]
+) -> StanceSearch:
     """The search for a stance among fixtures, from the origin of the world, not begun yet."""
-    return _among(robot, fixtures)[0].search(wTe, Pose2D(0.0, 0.0, 0.0), robot.arm.ready)
+    return _among(robot, fixtures)[0].search(mTe, ORIGIN, robot.arm.ready)
 
 
 @lru_cache(maxsize=2)

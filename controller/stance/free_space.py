@@ -6,9 +6,10 @@ import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
 
+from config.arrays import Array
+from config.planar import Pose2D, act
+from config.poses import MapPose
 from controller.collision.collision_model import CollisionModel
-from controller.command import Array
-from controller.floor.base_drive import Pose2D
 from controller.floor.floor_map import COLUMN, FloorMap
 from controller.model import RobotModel
 from controller.surroundings import Surroundings
@@ -48,18 +49,17 @@ class FreeSpace:
         self._axes = np.array([one.pose.rotation for one in solid]).reshape(-1, 3, 3)
         self._centres = np.array([one.pose.translation for one in solid]).reshape(-1, 3)
         pairs = collision.pairs
-        solid_numbers = [number for _, number in known]
-        around = np.flatnonzero(np.isin(pairs.second, solid_numbers))
+        around = np.flatnonzero(np.isin(pairs.second, [number for _, number in known]))
         shapes = len(around) // max(1, len(solid))
         self._pairs = around.reshape(shapes, len(solid))  # (shapes, fixtures) indices of the pairs
         self._shapes = pairs.first[self._pairs[:, 0]] if solid else np.zeros(0, np.int64)
 
-    def nearest(self, wTb: SE3, q: Array, parts: tuple[str, ...], within: float) -> Nearest:
+    def nearest(self, mTb: MapPose, q: Array, parts: tuple[str, ...], within: float) -> Nearest:
         """The nearest of some parts to a fixture, at q (j,) [rad] and at most `within` [m]."""
         found, collision = Nearest(within), self._collision
         if not self._solid:
             return found
-        collision.place(wTb, q)
+        collision.place(mTb, q)
         names = collision.names
         some = [row for row, shape in enumerate(self._shapes) if names[shape] in parts]
         balls = [collision.ball(int(self._shapes[row])) for row in some]
@@ -78,10 +78,14 @@ class FreeSpace:
         name = names[self._shapes[some[rows[first]]]]
         return Nearest(float(distances[first]), name, self._solid[fixtures[first]].name)
 
-    def hand_at(self, wTe: SE3) -> Nearest:
-        """The deepest penetration of the hand with the end effector at `wTe`."""
+    def room(self, base: Pose2D, q: Array, within: float) -> float:
+        """Distance of arm and hand to the fixtures at q (j,) [rad], at most `within` [m]."""
+        return self.nearest(se3_of(base), q, self.parts, within).distance
+
+    def hand_at(self, mTe: MapPose) -> Nearest:
+        """The deepest penetration of the hand with the end effector at `mTe`."""
         q = self._model.description.arm.ready
-        return self.nearest(wTe * self._model.bTe(q).inverse(), q, self.hand, 0.0)
+        return self.nearest(mTe * self._model.bTe(q).inverse(), q, self.hand, 0.0)
 
     def around(self, point: Array) -> str:
         """Name of the fixture whose bounding box a point (3,) is in; empty if there is none."""
@@ -93,9 +97,8 @@ class FreeSpace:
         """Names of the fixtures nearer than `distance` [m] to the base at a pose."""
         length, width, height = self._model.description.base.size
         top = height + COLUMN
-        c, s = np.cos(base.heading), np.sin(base.heading)
         x, y = np.meshgrid(*(np.linspace(-side / 2.0, side / 2.0, 7) for side in (length, width)))
-        points = np.stack([base.x + c * x - s * y, base.y + s * x + c * y], axis=-1).reshape(-1, 2)
+        points = np.stack(act(base, x, y), axis=-1).reshape(-1, 2)
         near = []
         for fixture, half, R, p in zip(
             self._solid, self._half, self._axes, self._centres, strict=True

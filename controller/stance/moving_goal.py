@@ -9,15 +9,16 @@ time to unwind an arm that a circling goal winds up.
 
 from functools import lru_cache
 from itertools import product
-from math import atan2, cos, hypot, sin
+from math import atan2, hypot
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from pinocchio import SE3
 
+from config.arrays import Mask
+from config.planar import Pose2D, rotate, wrap
+from config.poses import MapPose
 from controller.command import Array, PoseGoal
-from controller.floor.base_drive import Pose2D, wrap
 from controller.model import RobotModel
 from controller.servo import PoseError
 from controller.settings import ControllerSettings
@@ -69,7 +70,7 @@ def elbow_upright(model: RobotModel, q: Array) -> Array:
 
 
 @lru_cache(maxsize=4)
-def _in_plane(model: RobotModel) -> npt.NDArray[np.bool_]:
+def _in_plane(model: RobotModel) -> Mask:
     links = model.link_poses(SE3.Identity(), model.description.arm.ready)[1:-1]
     in_plane = np.array([abs(link.rotation[1, 2]) < _IN_PLANE for link in links])
     in_plane[[0, -1]] = False
@@ -112,23 +113,23 @@ class MovingGoalFollower:
         self._bend = 0.0
 
     def __call__(
-        self, stance: Stance, goal: PoseGoal, error: PoseError, wTb: Pose2D, q: Array
+        self, stance: Stance, goal: PoseGoal[MapPose], error: PoseError, mTb: Pose2D, q: Array
     ) -> Array:
         """Velocities (2,) of the base for an error in base axes [rad/s, m/s]."""
         if not self._left:
-            self._choice = self._choose(stance, goal, error, wTb, q)
+            self._choice = self._choose(stance, goal, error, mTb, q)
             self._left = self._periods
         self._left -= 1
         return self._choice[[1, 0]]
 
     def _choose(
-        self, stance: Stance, goal: PoseGoal, error: PoseError, wTb: Pose2D, q: Array
+        self, stance: Stance, goal: PoseGoal[MapPose], error: PoseError, mTb: Pose2D, q: Array
     ) -> Array:
         """The best speeds and turn rates (4,): those now, and those later."""
         assert goal.twist is not None
         self._watch_course(goal.twist)
         foot = self._swivel.pivot
-        arm = self._arm(stance, goal, error, wTb, q)
+        arm = self._arm(stance, goal, error, mTb, q)
         liked = hypot(*(stance.bTe.translation - foot)[:2].tolist())
         far = hypot(arm.x - foot[0], arm.y - foot[1]) - liked > _FAR
         top = min(float(self._model.limits.base_twist[0]), goal.speed)
@@ -136,7 +137,7 @@ class MovingGoalFollower:
         ways = self._ways * [speed, self._turn, speed, self._turn]
         ways = np.vstack([self._choice, self._choice + _NUDGES, ways])
         ways = np.clip(ways, [-self._reverse, -self._turn] * 2, [top, self._turn] * 2)
-        costs = self._costs(ways, arm, goal, wTb, liked)
+        costs = self._costs(ways, arm, goal, mTb, liked)
         best: Array = ways[int(costs.argmin())]
         return best
 
@@ -151,33 +152,34 @@ class MovingGoalFollower:
             turning = wrap(self._course - before) / _AGAIN
             self._bend += _TRUST * (min(_TIGHTEST, max(-_TIGHTEST, turning)) - self._bend)
 
-    def _arm(self, stance: Stance, goal: PoseGoal, error: PoseError, wTb: Pose2D, q: Array) -> _Arm:
-        gx, gy, _ = goal.wTe.translation.tolist()
-        at = Pose2D(gx, gy, 0.0).relative_to(wTb)
+    def _arm(
+        self, stance: Stance, goal: PoseGoal[MapPose], error: PoseError, mTb: Pose2D, q: Array
+    ) -> _Arm:
+        gx, gy, _ = goal.target.translation.tolist()
+        at = Pose2D(gx, gy, 0.0).relative_to(mTb)
         ex, ey, _ = error.translation_vector.tolist()
         fx, fy, _ = self._swivel.pivot.tolist()
         bearing = atan2(at.y - fy, at.x - fx)
         swing = wrap(bearing - atan2(at.y - ey - fy, at.x - ex - fx))
-        upright = float(goal.wTe.rotation[2, 2])
+        upright = float(goal.target.rotation[2, 2])
         turn = float(error.rotation_vector[2])
-        base = stance.base_for(goal.wTe)
+        base = stance.base_for(goal.target)
         sx, sy, _ = stance.bTe.translation.tolist()
-        lean = wrap(base.heading - wTb.heading - (bearing - atan2(sy - fy, sx - fx)))
+        lean = wrap(base.heading - mTb.heading - (bearing - atan2(sy - fy, sx - fx)))
         swivel = self._swivel.sign * float(q[self._swivel.joint])
         first, last = swivel + swing, float(q[-1]) + upright * (turn - swing)
         return _Arm(at.x, at.y, bearing, first, last, lean, upright)
 
-    def _costs(self, ways: Array, arm: _Arm, goal: PoseGoal, wTb: Pose2D, liked: float) -> Array:
+    def _costs(
+        self, ways: Array, arm: _Arm, goal: PoseGoal[MapPose], mTb: Pose2D, liked: float
+    ) -> Array:
         """Costs (N,) of candidates (N, 4)."""
         assert goal.twist is not None
         fx, fy, _ = self._swivel.pivot.tolist()
         step = _HORIZON / _STEPS
         forward, turning = self._model.acceleration_limits[[1, 0]] * step
-        to = Pose2D(float(goal.twist[0]), float(goal.twist[1]), 0.0).relative_to(
-            Pose2D(0.0, 0.0, wTb.heading)
-        )
-        gx, gy, vx, vy = arm.x, arm.y, to.x, to.y
-        c0, s0 = cos(self._bend * step), sin(self._bend * step)
+        vx, vy = rotate(-mTb.heading, *goal.twist[:2].tolist())
+        gx, gy = arm.x, arm.y
         v, w = np.full(len(ways), self._choice[0]), np.full(len(ways), self._choice[1])
         x, y, heading, costs = (np.zeros(len(ways)) for _ in range(4))
         costs += _CHANGE[0] * (ways[:, 0] - v) ** 2 + _CHANGE[1] * (ways[:, 1] - w) ** 2
@@ -186,17 +188,13 @@ class MovingGoalFollower:
             v = v + np.clip(ways[:, now] - v, -forward, forward)
             w = w + np.clip(ways[:, now + 1] - w, -turning, turning)
             middle = heading + w * (step / 2.0)
-            x, y, heading = (
-                x + v * np.cos(middle) * step,
-                y + v * np.sin(middle) * step,
-                heading + w * step,
-            )
+            x, y = x + v * np.cos(middle) * step, y + v * np.sin(middle) * step
+            heading = heading + w * step
             gx, gy = gx + 0.5 * vx * step, gy + 0.5 * vy * step
-            vx, vy = c0 * vx - s0 * vy, s0 * vx + c0 * vy
+            vx, vy = rotate(self._bend * step, vx, vy)
             gx, gy = gx + 0.5 * vx * step, gy + 0.5 * vy * step
-            dx, dy = gx - x, gy - y
-            c, s = np.cos(heading), np.sin(heading)
-            dx, dy = c * dx + s * dy - fx, c * dy - s * dx - fy
+            dx, dy = rotate(-heading, gx - x, gy - y)
+            dx, dy = dx - fx, dy - fy
             swing = wrap(np.arctan2(dy, dx) - arm.bearing)
             twisted = float(goal.twist[5]) * step * number - heading - swing
             cost = self._discomfort(arm, np.hypot(dx, dy), liked, swing, twisted)

@@ -8,8 +8,10 @@ down and stops as the arm comes near to a singularity or a joint limit.
 import numpy as np
 from pinocchio import SE3
 
-from controller.command import Array
-from controller.floor.base_drive import Pose2D, drive_along
+from config.arrays import Array
+from config.planar import Pose2D
+from config.poses import MapPose
+from controller.floor.base_drive import drive_along
 from controller.floor.route import Route
 from controller.model import Lag, RobotModel
 from controller.settings import ControllerSettings
@@ -48,25 +50,25 @@ class NextGoalApproach:
         self._search: StanceSearch | None = None
         self._led: Array | None = None
 
-    def stance_for(self, wTe: SE3) -> Stance | None:
+    def stance_for(self, mTe: MapPose) -> Stance | None:
         """The stance that the base has left for, if it is for this goal."""
         search = self._search
-        if search is None or wTe != self._next or not search.done or self._finder.why_none(search):
+        if search is None or mTe != self._next or not search.done or self._finder.why_none(search):
             return None
         return search.best
 
     def bias(
-        self, wTe: SE3, error: float, manipulability: float, lag: Lag, wTb: Pose2D, q: Array
+        self, mTe: MapPose, error: float, manipulability: float, lag: Lag, mTb: Pose2D, q: Array
     ) -> StanceBias | None:
         """The bias of one period; None as long as the next stance is not known.
 
-        `wTe` is the next goal, `error` the distance of the end effector to its present one [m].
+        `mTe` is the next goal, `error` the distance of the end effector to its present one [m].
         """
         if self._led is None:
             self._led = lag.commanded[: self._model.n_base]
-        if self._search is None or wTe != self._next:
-            self._next = wTe.copy()
-            self._search = self._finder.search(self._next, wTb, q)
+        if self._search is None or mTe != self._next:
+            self._next = mTe.copy()
+            self._search = self._finder.search(self._next, mTb, q)
         search = self._search
         if not search.done:
             search.advance()
@@ -74,7 +76,7 @@ class NextGoalApproach:
         if not (search.done or search.chosen) or stance is None or self._finder.why_none(search):
             return None
         lead = self._route.lead(
-            self._finder.floor, wTb, stance.base_for(self._next), stance.reverse
+            self._finder.floor, mTb, stance.base_for(self._next), stance.reverse
         )
         if lead.unreachable:
             return None

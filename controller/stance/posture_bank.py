@@ -12,10 +12,9 @@ from math import hypot
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
-from pinocchio import SE3
 
-from controller.command import Array
+from config.arrays import Array, Indices
+from config.poses import MapPose
 from controller.stance.bank_drawing import stored_postures
 from controller.stance.tool_poses import ToolPoses, forward_kinematics
 from robots import RobotDescription, Swivel
@@ -52,12 +51,12 @@ def bank(robot: RobotDescription) -> PostureBank:
 class Candidates(NamedTuple):
     """N postures of the bank with the arm turned."""
 
-    indices: npt.NDArray[np.int64]  # (N,) in the bank
+    indices: Indices  # (N,) in the bank
     turns: Array  # (N,) about its swivel [rad]; the base turns the other way
 
 
 def candidates(
-    bank: PostureBank, wTe: SE3, *, among_fixtures: bool = False
+    bank: PostureBank, mTe: MapPose, *, among_fixtures: bool = False
 ) -> Iterator[Candidates]:
     """The postures with about the height and tilt of a pose, the likely ones first.
 
@@ -65,36 +64,36 @@ def candidates(
     Among fixtures the postures of the next window follow, and those.
     """
     heights, verticals = bank.tools.positions[:, 2], bank.tools.rotations[:, 2]
-    height, vertical = wTe.translation[2], wTe.rotation[2]
-    windows: list[npt.NDArray[np.int64]] = []
+    height, vertical = mTe.translation[2], mTe.rotation[2]
+    windows: list[Indices] = []
     for window, min_cosine in _WINDOWS:
         first, last = np.searchsorted(heights, [height - window, height + window])
         found = first + np.flatnonzero(verticals[first:last] @ vertical > min_cosine)
         if len(found) >= _MIN_CANDIDATES:
             windows.append(found)
     if not windows:
-        windows.append(nearest(bank, wTe, _FALLBACK_CANDIDATES))
+        windows.append(nearest(bank, mTe, _FALLBACK_CANDIDATES))
     near = windows[0]
     some = near[:: 1 + len(near) // _MAX_TURNED] if bank.swivel else near[:0]
     turned = Candidates(np.tile(some, len(_TURNS)), np.repeat(_TURNS, len(some)))
     straight = Candidates(near, np.zeros(len(near)))
-    yield _both(straight, turned) if sideways(wTe) < _DOWN else straight
+    yield _both(straight, turned) if sideways(mTe) < _DOWN else straight
     if among_fixtures:
         far = windows[1][:: 1 + len(windows[1]) // _MAX_FAR] if len(windows) > 1 else near[:0]
         yield _both(Candidates(far, np.zeros(len(far))), turned)
 
 
-def nearest(bank: PostureBank, wTe: SE3, count: int) -> npt.NDArray[np.int64]:
+def nearest(bank: PostureBank, mTe: MapPose, count: int) -> Indices:
     """Indices (count,) of the postures nearest to height and tilt of a pose."""
     heights, verticals = bank.tools.positions[:, 2], bank.tools.rotations[:, 2]
-    away = np.abs(heights - wTe.translation[2])
-    distance = away - _METRES_PER_TILT * (verticals @ wTe.rotation[2])
+    away = np.abs(heights - mTe.translation[2])
+    distance = away - _METRES_PER_TILT * (verticals @ mTe.rotation[2])
     return np.argpartition(distance, count)[:count]
 
 
-def sideways(wTe: SE3) -> float:
+def sideways(mTe: MapPose) -> float:
     """0 for an end effector that points straight up or down, 1 for a horizontal one."""
-    return hypot(*wTe.rotation[:2, 2].tolist())
+    return hypot(*mTe.rotation[:2, 2].tolist())
 
 
 def _both(one: Candidates, other: Candidates) -> Candidates:

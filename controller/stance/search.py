@@ -9,12 +9,12 @@ from collections.abc import Generator, Iterator
 from math import inf, pi
 
 import numpy as np
-import numpy.typing as npt
 from pinocchio import SE3
 
+from config.arrays import Array, Mask
+from config.planar import Pose2D, wrap
+from config.poses import MapPose
 from controller.collision.self_collision import SelfCollision
-from controller.command import Array
-from controller.floor.base_drive import Pose2D, wrap
 from controller.floor.cost_field import CostField
 from controller.floor.floor_map import FloorMap
 from controller.model import RobotModel
@@ -58,7 +58,7 @@ _MAX_NAMED = 6  # largest number of bases whose obstacles are named
 class StanceSearch:
     """Looks for the stance that reaches a pose soonest, among those that are dexterous and free.
 
-    `wTe` is the pose to reach, `q` are (j,) joint positions [rad]; `failed` are stances that
+    `mTe` is the pose to reach, `q` are (j,) joint positions [rad]; `failed` are stances that
     stalled before this goal, another one is preferred; `space` are static obstacles, None on an
     open floor; `in_front` is whether the base must have the goal in front, as to follow it.
     """
@@ -68,8 +68,8 @@ class StanceSearch:
         model: RobotModel,
         bank: PostureBank,
         collision: SelfCollision,
-        wTe: SE3,
-        wTb: Pose2D,
+        mTe: MapPose,
+        mTb: Pose2D,
         q: Array,
         failed: tuple[Stance, ...] = (),
         space: FreeSpace | None = None,
@@ -80,11 +80,11 @@ class StanceSearch:
         self._model = model
         self._bank = bank
         self._collision = collision
-        self.wTe = wTe  # the pose to reach
-        self._sideways = 1.0 if in_front else sideways(wTe)
+        self.mTe = mTe  # the pose to reach
+        self._sideways = 1.0 if in_front else sideways(mTe)
         self._failed = failed
         self._space = space
-        self._start = Start(wTb, q.copy())
+        self._start = Start(mTb, q.copy())
         self._next_goal = next_goal
         self.best: Stance | None = None  # the best stance so far, if there is one
         self.error = inf  # least error of any posture [m + rad]
@@ -113,7 +113,7 @@ class StanceSearch:
         space = self._space
         if space is not None:
             self._start = self._start._replace(
-                floor=space.floor, way=self._way(space.floor, self._start.wTb[:2])
+                floor=space.floor, way=self._way(space.floor, self._start.mTb[:2])
             )
             yield
         if self._next_goal is not None:
@@ -127,13 +127,9 @@ class StanceSearch:
         yield
         if self.best is not None:
             self.chosen = True
-            base = self.best.base_for(self.wTe)
+            base = self.best.base_for(self.mTe)
             self.best = yield from with_docking(self._model, space, base, self.best)
             return
-        anywhere = next(candidates(self._bank, self.wTe)).indices[:BATCH]
-        postures = self._bank.q[anywhere]
-        errors = refine(self._model, self.wTe, postures)[1]
-        self.error = float(errors.min())
         blocking = (space.blocking(base, _STANDING_ROOM) for base in self._occupied)
         names = [name for some in blocking for name in some]
         self.blocked = group_names([*self._in_the_way, *names])
@@ -141,7 +137,7 @@ class StanceSearch:
     def _look(self) -> Iterator[None]:
         """Find the best stance, one window after the other until it is good enough."""
         among_fixtures = self._space is not None
-        for some in candidates(self._bank, self.wTe, among_fixtures=among_fixtures):
+        for some in candidates(self._bank, self.mTe, among_fixtures=among_fixtures):
             ranked = yield from self._rank(some)
             for first in range(0, min(len(ranked[0]), _MAX_BATCHES * BATCH), BATCH):
                 yield
@@ -154,7 +150,7 @@ class StanceSearch:
 
     def _way(self, floor: FloorMap, goal: tuple[float, float]) -> CostField | None:
         """The cost to drive to x, y [m]; None if there is no path from around the base."""
-        x, y, _ = self._start.wTb
+        x, y, _ = self._start.mTb
         way = floor.field(goal)
         return way if np.isfinite(way.at(np.array([x, y]) + _RING)).any() else None
 
@@ -185,22 +181,20 @@ class StanceSearch:
 
     def _refine(self, postures: Array, bases: Array) -> tuple[Array, Array]:
         """Postures (N, j) that reach the goal, and their errors (N,) [m + rad]."""
-        here, swivel = self._start.wTb, self._bank.swivel
+        here, swivel = self._start.mTb, self._bank.swivel
         if self._model.description.stands_still:
             if swivel is not None:  # the arm turns instead of the base
                 turns = wrap(bases[:, 2] - here.heading)
                 postures[:, swivel.joint] += swivel.sign * turns
             bases = np.tile(here, (len(postures), 1))
-            postures = refine_standing(self._model, self.wTe, postures, bases)[0]
+            postures = refine_standing(self._model, self.mTe, postures, bases)[0]
         elif self._space is None:
-            return refine(self._model, self.wTe, postures)
-        return refine_standing(self._model, self.wTe, postures, bases)
+            return refine(self._model, self.mTe, postures)
+        return refine_standing(self._model, self.mTe, postures, bases)
 
-    def _costs(
-        self, postures: Array, tools: ToolPoses
-    ) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
+    def _costs(self, postures: Array, tools: ToolPoses) -> tuple[Array, Array, Mask]:
         """Costs (N,) [s], infinite if not free; base poses (N, 3); whether backwards (N,)."""
-        bases = base_poses(self.wTe, tools)
+        bases = base_poses(self.mTe, tools)
         costs, reverse = stance_costs(
             self._model, self._start, bases, postures, tools, self._sideways
         )

@@ -1,14 +1,15 @@
 """Stances: arm postures with base poses, and inverse kinematics of many postures at once."""
 
 from collections.abc import Callable
-from math import atan2, cos, sin
+from math import atan2
 from typing import NamedTuple
 
 import numpy as np
 from pinocchio import SE3
 
-from controller.command import Array
-from controller.floor.base_drive import Pose2D
+from config.arrays import Array
+from config.planar import Pose2D, about_z, rotate
+from config.poses import MapPose
 from controller.model import RobotModel
 from controller.stance.tool_poses import ToolPoses, forward_kinematics
 
@@ -26,9 +27,9 @@ class Stance(NamedTuple):
     q: Array  # (j,) posture of the arm [rad]
     bTe: SE3  # end effector in the base, for that posture
     reverse: bool  # whether the base drives there backwards
-    dock: tuple[float, float] | None = None
-    """Where the base starts to go straight in, the arm in its posture: x and y in the frame of the
-    base pose [m]; None if it is not known."""
+    dock: float | None = None
+    """Where the base starts to go straight in, the arm in its posture: so far ahead of its pose, or
+    behind if negative [m]; None if it is not known."""
 
     @property
     def bearing(self) -> float:
@@ -36,38 +37,36 @@ class Stance(NamedTuple):
         x, y, _ = self.bTe.translation.tolist()
         return atan2(y, x)
 
-    def base_for(self, wTe: SE3) -> Pose2D:
-        """The base pose that brings the end effector to `wTe`, up to errors of height and tilt."""
+    def base_for(self, mTe: MapPose) -> Pose2D:
+        """The base pose that brings the end effector to `mTe`, up to errors of height and tilt."""
         (a, b, c), (d, e, f), _ = self.bTe.rotation.tolist()
-        (g, h, i), (j, k, m), _ = wTe.rotation.tolist()
+        (g, h, i), (j, k, m), _ = mTe.rotation.tolist()
         along = a * g + b * h + c * i + d * j + e * k + f * m
         across = a * j + b * k + c * m - d * g - e * h - f * i
         heading = atan2(across, along)
-        cosine, sine = cos(heading), sin(heading)
-        x, y, _ = self.bTe.translation.tolist()
-        wx, wy, _ = wTe.translation.tolist()
-        return Pose2D(wx - (cosine * x - sine * y), wy - (sine * x + cosine * y), heading)
+        x, y = rotate(heading, *self.bTe.translation[:2].tolist())
+        wx, wy, _ = mTe.translation.tolist()
+        return Pose2D(wx - x, wy - y, heading)
 
 
-def base_poses(wTe: SE3, tools: ToolPoses) -> Array:
-    """Base poses x, y, heading (N, 3) that bring the end effectors to `wTe`."""
-    R, p = wTe.rotation, wTe.translation
+def base_poses(mTe: MapPose, tools: ToolPoses) -> Array:
+    """Base poses x, y, heading (N, 3) that bring the end effectors to `mTe`."""
+    R, p = mTe.rotation, mTe.translation
     positions, rotations = tools.positions, tools.rotations
     c = rotations[:, 0] @ R[0] + rotations[:, 1] @ R[1]
     s = rotations[:, 0] @ R[1] - rotations[:, 1] @ R[0]
     heading = np.arctan2(s, c)
-    c, s = np.cos(heading), np.sin(heading)
-    x, y = positions[:, 0], positions[:, 1]
-    return np.stack([p[0] - (c * x - s * y), p[1] - (s * x + c * y), heading], axis=1)
+    x, y = rotate(heading, positions[:, 0], positions[:, 1])
+    return np.stack([p[0] - x, p[1] - y, heading], axis=1)
 
 
-def refine(model: RobotModel, wTe: SE3, q: Array) -> tuple[Array, Array]:
+def refine(model: RobotModel, mTe: MapPose, q: Array) -> tuple[Array, Array]:
     """Inverse kinematics of height and tilt of a goal, from postures (N, j); the base is free.
 
     The swivel of the arm changes neither and stays. Returns postures (N, j), and the sums of their
     errors (N,) [m + rad].
     """
-    height, vertical = wTe.translation[2], wTe.rotation[2]
+    height, vertical = mTe.translation[2], mTe.rotation[2]
     swivel = model.description.swivel
 
     def equations(tools: ToolPoses) -> tuple[Array, Array]:
@@ -82,12 +81,11 @@ def refine(model: RobotModel, wTe: SE3, q: Array) -> tuple[Array, Array]:
     return _solve(model, q, equations)
 
 
-def refine_standing(model: RobotModel, wTe: SE3, q: Array, bases: Array) -> tuple[Array, Array]:
+def refine_standing(model: RobotModel, mTe: MapPose, q: Array, bases: Array) -> tuple[Array, Array]:
     """Inverse kinematics of a goal from postures (N, j) on fixed bases (N, 3); as `refine`."""
-    c, s, zero = np.cos(bases[:, 2]), np.sin(bases[:, 2]), np.zeros(len(bases))
-    bRw = np.stack([c, s, zero, -s, c, zero, zero, zero, zero + 1.0], axis=1).reshape(-1, 3, 3)
-    away = wTe.translation - np.column_stack([bases[:, :2], zero])
-    positions, rotations = (bRw @ away[:, :, None])[:, :, 0], bRw @ wTe.rotation
+    bRw = about_z(-bases[:, 2])
+    away = mTe.translation - np.pad(bases[:, :2], ((0, 0), (0, 1)))
+    positions, rotations = (bRw @ away[:, :, None])[:, :, 0], bRw @ mTe.rotation
 
     def equations(tools: ToolPoses) -> tuple[Array, Array]:
         R = rotations @ np.swapaxes(tools.rotations, 1, 2)

@@ -1,14 +1,13 @@
 """Costs of stances in seconds: driving times, posture quality, and contact on the way."""
 
-from math import cos, pi, sin
+from math import pi
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from config.arrays import Array, Mask
+from config.planar import Pose2D, wrap
 from controller.collision.self_collision import SelfCollision
-from controller.command import Array
-from controller.floor.base_drive import Pose2D, wrap
 from controller.floor.cost_field import CostField
 from controller.floor.floor_map import FloorMap
 from controller.model import RobotModel
@@ -18,12 +17,10 @@ from controller.stance.stance import Stance
 from controller.stance.tool_poses import ToolPoses
 
 _ARM_SPEED = 0.5  # expected share of the joint speed limits
-TURN_WEIGHT = 1.2  # factor of the turning time: curves take longer than turns on the spot
-_REVERSE_COST = 0.4  # cost of driving backwards, times `TURN_WEIGHT` [s]
+_TURN_WEIGHT = 1.2  # factor of the turning time: curves take longer than turns on the spot
+_REVERSE_COST = 0.4  # cost of driving backwards, times `_TURN_WEIGHT` [s]
 _OVERLAP = 0.3  # share of the shorter of the times of base and arm that is added to the longer
-_MIN_MANIPULABILITY = (
-    0.10  # manipulability, of an arm like a Panda, below which a posture costs ...
-)
+_MIN_MANIPULABILITY = 0.10  # that of an arm like a Panda below which a posture costs ...
 _MANIPULABILITY_COST = 60.0  # ... this much per missing manipulability [s]
 _BEARING_COST, _BEARING_COST_DOWN = 4.0, 0.3
 """Cost per |θ_ε| of an end effector that points sideways, which the base carries in, and of one
@@ -43,22 +40,20 @@ _THERE = ((0.4, 0.8), (0.4, 1.0), (0.2, 1.0))
 class Start(NamedTuple):
     """Where the robot starts from."""
 
-    wTb: Pose2D
+    mTb: Pose2D
     q: Array  # (j,) joint positions [rad]
     floor: FloorMap | None = None  # None on an open floor
     way: CostField | None = None  # cost to drive from anywhere to here; None on an open floor
     next_goal: CostField | None = None  # cost to drive from anywhere to the next goal, if known
 
 
-def driving_times(
-    model: RobotModel, start: Start, bases: Array
-) -> tuple[Array, npt.NDArray[np.bool_]]:
+def driving_times(model: RobotModel, start: Start, bases: Array) -> tuple[Array, Mask]:
     """Expected times (N,) to drive to base poses (N, 3) [s], and whether backwards is faster.
 
     Infinite where there is no path.
     """
     forward, turn_rate = model.limits.base_twist[0], model.limits.base_twist[2]
-    backward, here = model.limits.base_reverse, start.wTb
+    backward, here = model.limits.base_reverse, start.mTb
     dx, dy = bases[:, 0] - here.x, bases[:, 1] - here.y
     straight, turn = np.hypot(dx, dy), wrap(bases[:, 2] - here.heading)
     distance = straight if start.way is None else start.way.at(bases[:, :2])
@@ -69,17 +64,28 @@ def driving_times(
         speed = np.minimum(forward, backward / share)
         return np.maximum(distance / speed, np.abs(turn) / turn_rate), np.zeros(len(bases), bool)
     arrival = bearing if start.way is None else _arrival(start, bases)
-    last = np.abs(wrap(turn - arrival))
-    ahead_turns = (np.abs(bearing) + last) / turn_rate
-    back_turns = (pi - np.abs(bearing) + pi - last) / turn_rate + _REVERSE_COST
-    ahead = distance / forward + TURN_WEIGHT * ahead_turns
-    behind = distance / backward + TURN_WEIGHT * back_turns
+    turning = np.abs(bearing) + np.abs(wrap(turn - arrival))
+    return _forwards_or_back(model, distance, turning, 2)
+
+
+def _forwards_or_back(
+    model: RobotModel, distance: Array, turning: Array, turns: int
+) -> tuple[Array, Mask]:
+    """Times (N,) of a differential drive [s], and whether it drives backwards (N,) for that.
+
+    It drives distances (N,) [m] and turns by (N,) [rad] in all; every turn is half a circle less
+    that if it drives backwards.
+    """
+    forward, _, turn_rate = model.limits.base_twist.tolist()
+    ahead = distance / forward + _TURN_WEIGHT * turning / turn_rate
+    back_turns = (turns * pi - turning) / turn_rate + _REVERSE_COST
+    behind = distance / model.limits.base_reverse + _TURN_WEIGHT * back_turns
     return np.minimum(ahead, behind), behind < ahead
 
 
 def _arrival(start: Start, bases: Array) -> Array:
     """Directions (N,) in which paths arrive at bases (N, 3), from the present heading [rad]."""
-    here, places = start.wTb, bases[:, :2]
+    here, places = start.mTb, bases[:, :2]
     assert start.way is not None
     assert start.floor is not None
     straight = start.floor.has_straight_way(here[:2], places)[:, None]
@@ -90,18 +96,12 @@ def _arrival(start: Start, bases: Array) -> Array:
 
 def leaving_times(model: RobotModel, next_goal: CostField, bases: Array) -> Array:
     """Expected times (N,) to drive on to the next goal from base poses (N, 3) [s]."""
-    forward, _, turn_rate = model.limits.base_twist.tolist()
     distance = next_goal.at(bases[:, :2])
-    ahead: Array = distance / forward
     if model.n_base == 3:
-        return ahead
+        return distance / float(model.limits.base_twist[0])
     dx, dy = (next_goal.ahead_of(bases[:, :2]) - bases[:, :2]).T
     bearing = np.abs(wrap(np.arctan2(dy, dx) - bases[:, 2]))
-    ahead = ahead + TURN_WEIGHT * bearing / turn_rate
-    back_turns = (pi - bearing) / turn_rate + _REVERSE_COST
-    behind = distance / model.limits.base_reverse + TURN_WEIGHT * back_turns
-    least: Array = np.minimum(ahead, behind)
-    return least
+    return _forwards_or_back(model, distance, bearing, 1)[0]
 
 
 def stance_costs(
@@ -111,7 +111,7 @@ def stance_costs(
     postures: Array,
     tools: ToolPoses,
     sideways: float,
-) -> tuple[Array, npt.NDArray[np.bool_]]:
+) -> tuple[Array, Mask]:
     """Costs (N,) of postures at base poses (N, 3) [s], and whether to drive backwards (N,).
 
     `sideways` is 0 for an end effector that points up or down, 1 for a horizontal one.
@@ -155,15 +155,13 @@ def missing_clearance(
     missing = max(0.0, clearance - least)
     if space is None:
         return missing
-    here, whole = se3_of(start.wTb), space.arm + space.hand
+    here, whole = se3_of(start.mTb), space.arm + space.hand
     now = space.nearest(here, start.q, whole, clearance).distance  # it cannot do better than now
     first = min(space.nearest(here, start.q + k * way, whole, clearance).distance for k in _HERE)
     lacking = max(0.0, now - max(0.0, first))
     forward = -1.0 if stance.reverse else 1.0
     for before, share in _THERE:
-        x = base.x - forward * before * cos(base.heading)
-        y = base.y - forward * before * sin(base.heading)
-        there = se3_of(Pose2D(x, y, base.heading))
+        there = se3_of(base.moved(-forward * before))
         near = space.nearest(there, start.q + share * way, whole, clearance)
         lacking = max(lacking, clearance - max(0.0, near.distance))
     return missing + lacking

@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from controller.command import Array
+from config.arrays import Array
+from config.planar import about_z
 from robots import RobotDescription, Swivel
 
 
@@ -27,9 +28,7 @@ class ToolPoses(NamedTuple):
 
     def turned(self, swivel: Swivel, turns: Array) -> ToolPoses:
         """The same with the arm turned by (N,) angles about its swivel [rad]; J is not turned."""
-        c, s, zero = np.cos(turns), np.sin(turns), np.zeros(len(turns))
-        R = np.stack([c, -s, zero, s, c, zero, zero, zero, zero + 1.0], axis=1).reshape(-1, 3, 3)
-        pivot = swivel.pivot
+        R, pivot = about_z(turns), swivel.pivot
         positions = pivot + (R @ (self.positions - pivot)[:, :, None])[:, :, 0]
         return ToolPoses(positions, R @ self.rotations, self.J)
 

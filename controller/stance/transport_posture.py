@@ -8,11 +8,11 @@ period.
 
 import numpy as np
 
-from controller.command import Array
-from controller.floor.base_drive import Pose2D, wrap
+from config.arrays import Array
+from config.planar import Pose2D, difference, wrap
 from controller.model import RobotModel
 from controller.stance.docking import ROOM, YIELD, transport_posture, unfolds
-from controller.stance.free_space import FreeSpace, se3_of
+from controller.stance.free_space import FreeSpace
 from controller.stance.stance import Stance
 
 _SPACING = 0.15  # largest distance of poses that are checked [m] ...
@@ -47,7 +47,7 @@ class TransportPosture:
         self,
         space: FreeSpace | None,
         way: Array,
-        wTb: Pose2D,
+        mTb: Pose2D,
         q: Array,
         stance: Stance,
         times: tuple[float, float],
@@ -69,14 +69,14 @@ class TransportPosture:
             self._way, self._poses, self._carries = way, thinned(way), carries
             self._unseen = len(self._poses) - 1
             self._room = self._distance(space, self._unseen, aim) - YIELD
-        self._advance(wTb)
+        self._advance(mTb)
         self._check_next(space, q, aim, times)
         if self._last > self._at:
             self._carries = True
         elif self._carries:
             ends = self._at + 1 == len(self._poses) and not waits
-            now = space.nearest(se3_of(wTb), q, space.parts, _UNFOLDING_ROOM).distance
-            free = ends or self._free or unfolds(space, wTb, q, aim, now - YIELD)
+            now = space.room(mTb, q, _UNFOLDING_ROOM)
+            free = ends or self._free or unfolds(space, mTb, q, aim, now - YIELD)
             self._carries = not free
         return transport_posture(self._ready, aim) if self._carries else None
 
@@ -102,7 +102,7 @@ class TransportPosture:
             self._last, self._free = -1, True
 
     def _late(self, number: int, base_time: float, arm_time: float) -> float:
-        """Remaining share of the arm's motion when the base is at a pose; see `bias_towards`."""
+        """Remaining share of the arm's motion when the base is at a pose; see `Approach.bias`."""
         end = len(self._poses) - 1
         left = (end - number) / max(1, end - self._at)
         passed = (1.0 - left) * base_time
@@ -112,37 +112,23 @@ class TransportPosture:
 
     def _distance(self, space: FreeSpace, number: int, q: Array) -> float:
         """Distance of the arm to obstacles at a pose of the path, at most `ROOM` [m]."""
-        pose = Pose2D(*self._poses[number].tolist())
-        return space.nearest(se3_of(pose), q, space.parts, ROOM).distance
+        return space.room(Pose2D(*self._poses[number].tolist()), q, ROOM)
 
-    def _advance(self, wTb: Pose2D) -> None:
+    def _advance(self, mTb: Pose2D) -> None:
         """Update the index of the pose that the base has reached."""
-        poses = self._poses
-        while self._at + 1 < len(poses):
-            here, there = (
-                np.hypot(pose[0] - wTb.x, pose[1] - wTb.y)
-                + _RADIAN * abs(wrap(float(pose[2]) - wTb.heading))
-                for pose in poses[self._at : self._at + 2]
-            )
-            if there > here:
-                return
-            self._at += 1
+        dx, dy, turn = (self._poses[self._at :] - mTb).T
+        away = np.hypot(dx, dy) + _RADIAN * np.abs(wrap(turn))
+        farther = np.flatnonzero(np.diff(away) > 0.0)
+        self._at += int(farther[0]) if len(farther) else len(away) - 1
 
 
 def thinned(way: Array) -> Array:
     """Poses (M, 3) of a path (N, 3) at the spacing of the checks, and its last one."""
     kept = [way[0]]
     for pose in way[1:]:
-        moved = np.hypot(*(pose[:2] - kept[-1][:2]))
-        turned = abs(wrap(float(pose[2] - kept[-1][2])))
-        steps = int(turned // _TURN)
-        if moved < _SPACING and steps == 0:
-            continue
-        turn = wrap(float(pose[2] - kept[-1][2]))
-        before = kept[-1]
-        for k in range(1, steps + 1):  # turns on the spot
-            share = k / (steps + 1)
-            middle = before + share * np.array([*(pose[:2] - before[:2]), turn])
-            kept.append(middle)
-        kept.append(pose)
+        before, off = kept[-1], difference(pose, kept[-1])
+        turns = int(abs(off[2]) // _TURN)  # on the spot
+        if turns or np.hypot(off[0], off[1]) >= _SPACING:
+            shares = np.arange(1, turns + 1)[:, None] / (turns + 1)
+            kept += [*(before + shares * off), pose]
     return np.array([*kept, way[-1]])

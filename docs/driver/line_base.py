@@ -51,7 +51,7 @@ class LineBase:
         text = f"the base at {self._at[0]} does not answer: look at its cable"
         fault = Fault(kind=FaultKind.CONNECTION, text=text, clearable=True)
         # Its stamp goes on, so that the run can wait for a recovery.
-        return BaseState(stamp=now, wTb=state.wTb, twist=np.zeros(3), faults=(fault,))
+        return BaseState(stamp=now, oTb=state.oTb, twist=np.zeros(3), faults=(fault,))
 
     def send(self, twist):
         is_good = np.isfinite(twist).all() and not self.read().faults
@@ -81,7 +81,7 @@ class LineBase:
                 turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
                 self._state = BaseState(
                     stamp=self._clock.now(),
-                    wTb=SE3(turn, np.array([x, y, 0.0])),
+                    oTb=SE3(turn, np.array([x, y, 0.0])),
                     twist=np.array([v, 0.0, w]),
                 )
                 first.set()

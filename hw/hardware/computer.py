@@ -13,9 +13,9 @@ import numpy as np
 from pinocchio import SE3
 
 from config import extra
-from controller import Command, HolisticController, PoseGoal, RobotModel
+from controller import Command, HolisticController, KinematicState, PoseGoal, RobotModel
 from hw.clock import stopwatch
-from hw.state import DepthFrame, RobotState
+from hw.state import DepthFrame
 from hw.threads import begun
 from perception import GraspDetector
 from robots import RobotDescription
@@ -89,16 +89,8 @@ def room(robot: RobotDescription, detector: GraspDetector | None = None) -> Iter
     """How much faster than necessary the computer is: a control tick, and a search for grasps."""
     model = RobotModel(robot)
     controller, still = HolisticController(model), Command.stop(len(robot.arm.joints))
-    state = RobotState(
-        stamp=0.0,
-        wTb=SE3.Identity(),
-        base_twist=still.base_twist,
-        q=robot.arm.ready,
-        qd=still.qd,
-        gripper_width=0.0,
-        gripper_moving=False,
-    )
-    goal = PoseGoal(wTe=SE3(np.eye(3), np.array([1.0, 0.0, 0.0])) * model.bTe(state.q))
+    state = KinematicState(SE3.Identity(), robot.arm.ready)
+    goal = PoseGoal(target=SE3(np.eye(3), np.array([1.0, 0.0, 0.0])) * model.bTe(state.q))
     tick = _TICK * _median(_STEPS, lambda: controller.step(state, goal, still))
     share = controller.settings.period / tick
     verdict = Verdict.GOOD if share > 1.5 else Verdict.OPEN if share > 1.0 else Verdict.BAD
@@ -109,8 +101,8 @@ def room(robot: RobotDescription, detector: GraspDetector | None = None) -> Iter
     camera = robot.camera
     depth = np.full((camera.intrinsics.height, camera.intrinsics.width), 0.5, np.float32)
     depth[depth.shape[0] // 2 :][:40, depth.shape[1] // 2 :][:, :40] = 0.45
-    frame = DepthFrame(depth=depth, intrinsics=camera.intrinsics, wTc=_DOWN, stamp=0.0)
-    detector = detector or GraspDetector(gripper=robot.gripper)
+    frame = DepthFrame(depth=depth, intrinsics=camera.intrinsics, oTc=_DOWN, stamp=0.0)
+    detector = detector or GraspDetector.shipped(robot.gripper)
     search = _median(_SEARCHES, lambda: detector.detect(frame))
     text = f"a search for grasps takes {search:.2f} s"
     slow = "" if search < _LONG_SEARCH else ": the hand waits for it, and grasps nothing that moves"

@@ -1,28 +1,23 @@
-"""Opens a real robot from its file: drivers, lock, speed limits, and emulators if emulated."""
+"""Opens a real robot from its file: drivers, lock and speed limits."""
 
 import os
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from functools import partial
 
-from config import UserError
 from controller import Command
 from hw.clock import WallClock
 from hw.composition import ComposedRobot
-from hw.drivers import parts_of
 from hw.hardware.arming import TooSlowError, check_armed, prove, speed_note, speed_percent, too_slow
-from hw.hardware.emulation import Emulation
 from hw.hardware.lock import RobotLock
-from hw.registry import DEFAULT_LEVEL, Backend, WorldOptions
+from hw.real_parts import parts_of
 from hw.robot import Preparing, Robot, RobotWrapper
 from hw.state import RobotState
-from robots import RealRobot, at_pace, load_robot
+from hw.truth import Knowing, Truth
+from hw.worlds import Backend, WorldOptions
+from robots import RealRobot, at_pace, load_real_robot, load_robot
 
 _PRIORITY = 2  # below that of the arm's own process
-
-
-class OtherWorldError(UserError):
-    """The running emulators have another world."""
 
 
 class CommandedRobot(RobotWrapper):
@@ -78,56 +73,67 @@ class CommandedRobot(RobotWrapper):
             self._after()
 
 
-def open_hardware(real: RealRobot, world: str, options: WorldOptions) -> Backend:
-    """Open a real robot; start the emulators of an emulated one where they do not run.
+def open_hardware(robot: str, options: WorldOptions) -> Backend:
+    """Open the real robot of a file.
 
-    UserError: it is not armed, too slow, commanded by another program, or emulated in another
-    world. HardwareError: the emulators do not start.
+    UserError: it is not armed, too slow, or commanded by another program.
     """
-    scene, seed, announce = options.scene, options.seed, options.announce
-    level = options.localisation or DEFAULT_LEVEL
+    real = load_real_robot(robot)
+    assert real is not None
+    return open_parts(real, options, lambda: (None, _nothing), "hardware")
+
+
+def open_parts(
+    real: RealRobot,
+    options: WorldOptions,
+    begin: Callable[[], tuple[Truth | None, Callable[[], None]]],
+    world: str,
+) -> Backend:
+    """A robot made of the parts in its file, with its lock.
+
+    `begin` is called when it is locked, before the drivers are made; it returns what is true of the
+    robot's world, and what to call when the robot is closed.
+    """
+    announce = options.announce
     check_armed(real, options.armed)
     if problem := too_slow(real):
         raise TooSlowError(problem)
-    hardware, lock = real.hardware, RobotLock(real.hardware).take()
-    emulation: Emulation | None = None
+    lock = RobotLock(real.hardware).take()
+    after: Callable[[], None] = _nothing
     try:
-        if hardware.emulated is not None:
-            emulation = Emulation(real, world, scene, seed, level)
-            _check_world(emulation, (world, scene, seed, level))
+        truth, after = begin()
         clock = WallClock()
         description = at_pace(load_robot(real.path), speed_percent(real) / 100.0)
-        parts = parts_of(real, description, clock)
+        parts = parts_of(real, description, clock, options.scene, options.seed)
+        told = (one.truth for one in parts.values() if isinstance(one, Knowing))
+        truth = truth or next(told, None)
         robot = ComposedRobot(description, **parts, clock=clock, rest_together=True)
     except BaseException:
-        if emulation is not None:
-            emulation.close()
+        after()
         lock.release()
         raise
-    after = emulation.close if emulation else lambda: None
-    truth = emulation.truth if emulation else None
-    prepare = partial(_prepare, parts.values(), announce) if announce else lambda: None
+    prepare = partial(_prepare, parts.values(), announce) if announce else _nothing
     commanded = CommandedRobot(robot, real, lock, after, prepare)
     if announce and (note := speed_note(real)):
         announce(note)
-    name = "hardware" if truth is None else "emulated"
-    return Backend(robot=commanded, clock=clock, truth=truth, world=name, map=real.map)
+    return Backend(
+        robot=commanded,
+        clock=clock,
+        truth=truth,
+        world=world,
+        map=real.map,
+        of_scene=truth is not None,
+    )
+
+
+def _nothing() -> None:
+    """Do nothing."""
 
 
 def _prepare(parts: Iterable[object], announce: Callable[[str], None]) -> None:
     for part in parts:
         if isinstance(part, Preparing):
             part.prepare(announce)
-
-
-def _check_world(emulation: Emulation, wanted: tuple[str, str, int, str]) -> None:
-    truth = emulation.truth
-    world, scene, seed, level = there = truth.world, truth.scene, truth.seed, truth.localisation
-    if there != wanted:
-        raise OtherWorldError(
-            f"emulators run with --world {world} --scene {scene} --seed {seed} "
-            f"--localisation {level}: say the same, or end them"
-        )
 
 
 def _hurry(policy: int) -> None:

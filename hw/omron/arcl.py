@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 from hw.clock import stopwatch
-from hw.omron.options import ArclOptions
+from hw.omron.base_options import ArclOptions
 from hw.omron.teleop_settings import Values
 from hw.robot import HardwareError
 from hw.threads import begun

@@ -7,15 +7,16 @@ from math import radians
 import numpy as np
 from pinocchio import SE3
 
+from config.poses import OdometryPose
 from hw.clock import Clock, stopwatch
 from hw.omron.arcl import Arcl, Motors
+from hw.omron.base_faults import connection_lost, why_lost
+from hw.omron.base_options import OmronOptions
 from hw.omron.commander import ACCELERATIONS, Accelerations
 from hw.omron.connection import first_readings, named_errors, open_connection
-from hw.omron.faults import connection_lost, why_lost
 from hw.omron.handshake import Catalogue
 from hw.omron.laser import Echoes
 from hw.omron.link import Link
-from hw.omron.options import OmronOptions
 from hw.omron.site import REST, Site, Velocity, is_at_rest
 from hw.omron.telemetry import OLDEST_POSE, Pose, Telemetry, extrapolate
 from hw.omron.teleop_settings import SECTIONS, TELEOP, Values, site_of
@@ -90,14 +91,14 @@ class OmronBase:
             odometry, velocity = telemetry.odometry, telemetry.velocity
             localised = self._newest_localised(link, now)
             if localised is not None and not self._has_begun:
-                link.wTo, self._has_begun = begun(telemetry), True
-            wTo, battery = link.wTo, telemetry.battery
+                link.oTd, self._has_begun = begun(telemetry), True
+            oTd, battery = link.oTd, telemetry.battery
         assert odometry is not None  # `connect` waited for it
         age = min(now - odometry.at, OLDEST_POSE) + self._settings.pose_delay
         measured = REST if link.lost else velocity
         return BaseState(
             stamp=self._clock.now(),
-            wTb=wTo * extrapolate(odometry, velocity, age),
+            oTb=oTd * extrapolate(odometry, velocity, age),
             twist=np.array([measured.v, 0.0, measured.w]),
             battery=battery,
             faults=faults,
@@ -208,10 +209,10 @@ class OmronBase:
                 telemetry = first_readings(connection, settings, claim=claim)
                 limits, before = self._accelerations, self._link
                 link = Link(connection, telemetry, settings, limits, self._arcl)
-                link.wTo = (
+                link.oTd = (
                     begun(telemetry)
                     if before is None
-                    else continued(before.wTo, before.telemetry, telemetry)
+                    else continued(before.oTd, before.telemetry, telemetry)
                 )
                 link.start()
                 self._link = link
@@ -255,15 +256,15 @@ def begun(telemetry: Telemetry) -> SE3:
     return _pose(telemetry.pose) * _pose(telemetry.odometry).inverse()
 
 
-def continued(wTo: SE3, before: Telemetry, telemetry: Telemetry) -> SE3:
+def continued(oTd: OdometryPose, before: Telemetry, telemetry: Telemetry) -> SE3:
     """Odometry of a new connection in the last one's world, by encoders, or else by the map."""
     oTb, oTb_now = _pose(before.odometry), _pose(telemetry.odometry)
     way = _pose(before.pose).actInv(_pose(telemetry.pose))
     if before.has_encoders and telemetry.has_encoders:
         counted = oTb.actInv(oTb_now)
         if np.linalg.norm(counted.translation - way.translation) < _AGREE:
-            return wTo
-    return wTo * oTb * way * oTb_now.inverse()
+            return oTd
+    return oTd * oTb * way * oTb_now.inverse()
 
 
 def _covariance(settings: OmronOptions, score: float | None) -> Array:

@@ -4,9 +4,10 @@ import socket
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from math import remainder, tau
 
+from config.planar import wrap
 from hw.clock import stopwatch
+from hw.omron.base_options import OmronOptions
 from hw.omron.handshake import (
     PROTOCOLS,
     Catalogue,
@@ -15,7 +16,6 @@ from hw.omron.handshake import (
     read_greeting,
     read_rejection,
 )
-from hw.omron.options import OmronOptions
 from hw.omron.packet import LayoutError, Packet, PacketStream
 from hw.omron.site import is_at_rest
 from hw.omron.telemetry import POSE, Telemetry
@@ -228,8 +228,9 @@ def _check_poses_agree(telemetry: Telemetry) -> None:
     fine, coarse = telemetry.pose, telemetry.coarse
     assert fine is not None
     assert coarse is not None
-    away = max(abs(fine.x - coarse.x), abs(fine.y - coarse.y))
-    turned = abs(remainder(fine.theta - coarse.theta, tau))
+    one, other = fine.place, coarse.place
+    away = max(abs(one.x - other.x), abs(one.y - other.y))
+    turned = abs(wrap(one.heading - other.heading))
     if away > _POSES_AGREE[0] or turned > _POSES_AGREE[1]:
         raise HardwareError(
             f"its two poses differ by {away:.2f} m and {turned:.2f} rad: the fine one "

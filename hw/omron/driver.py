@@ -1,9 +1,9 @@
 """The drivers of an Omron LD-60: its base, and its laser over the same connection."""
 
-from hw.drivers import DriverContext
 from hw.omron.base import OmronBase
+from hw.omron.base_options import OmronOptions
 from hw.omron.laser import OmronLaser
-from hw.omron.options import OmronOptions
+from hw.real_parts import DriverContext
 from hw.robot import HardwareError
 from robots import DriverOptions
 

@@ -12,12 +12,12 @@ from pinocchio import SE3
 
 from hw.clock import stopwatch
 from hw.omron.arcl import Arcl
+from hw.omron.base_faults import MotionMonitor, arcl_faults, telemetry_faults
+from hw.omron.base_options import OmronOptions
 from hw.omron.commander import STOP_AFTER, Accelerations, Commander
 from hw.omron.connection import Connection, open_connection
-from hw.omron.faults import MotionMonitor, arcl_faults, telemetry_faults
 from hw.omron.guardian import Guardian
 from hw.omron.handshake import FromClient, FromServer
-from hw.omron.options import OmronOptions
 from hw.omron.packet import encode
 from hw.omron.telemetry import Telemetry, drive_payload
 from hw.robot import HardwareError
@@ -44,7 +44,7 @@ class Link:
         self.telemetry = telemetry
         self.commander = Commander(settings.site, accelerations)
         self.monitor = MotionMonitor(settings.site)
-        self.wTo = SE3.Identity()  # odometry of this connection in the world
+        self.oTd = SE3.Identity()  # the device's own odometry in ours, for this connection
         self.lost = ""  # why the connection is lost; empty while connected
         self._settings = settings
         self._arcl = arcl

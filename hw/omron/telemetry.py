@@ -7,14 +7,14 @@ on an LD-60; the meaning of their first byte is unknown.
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from enum import IntEnum
-from math import cos, radians, sin, tau
-from typing import TypeAlias
+from math import radians, tau
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from pinocchio import SE3
 
+from config.planar import ORIGIN, Pose2D, in_space
 from hw.omron.handshake import Catalogue
 from hw.omron.laser import LASER, LASER_INTERVAL, Echoes, read_points
 from hw.omron.packet import Fields, LayoutError, Packet, number_field, parse_number
@@ -42,13 +42,10 @@ class Localisation(IntEnum):
     INITIALISING = 3
 
 
-@dataclass(frozen=True, kw_only=True)
-class Pose:
-    """On the map of the robot, or in odometry [m, rad]."""
+class Pose(NamedTuple):
+    """On the map of the robot, or in odometry."""
 
-    x: float
-    y: float
-    theta: float
+    place: Pose2D
     at: float  # time of arrival, of `stopwatch` [s]
 
 
@@ -56,18 +53,13 @@ def moved(pose: Pose, velocity: Velocity, at: float) -> Pose:
     """The pose at another time of `stopwatch` [s], at a constant velocity."""
     seconds = at - pose.at
     turn = velocity.w * seconds
-    heading = pose.theta + turn / 2.0
     way = velocity.v * seconds * float(np.sinc(turn / tau))
-    x, y = pose.x + way * cos(heading), pose.y + way * sin(heading)
-    return Pose(x=x, y=y, theta=pose.theta + turn, at=at)
+    return Pose(pose.place.moved(way, turn=turn), at)
 
 
 def extrapolate(pose: Pose, velocity: Velocity, seconds: float) -> SE3:
     """Pose of the base a time later [s], at a constant velocity."""
-    then = moved(pose, velocity, pose.at + seconds)
-    c, s = cos(then.theta), sin(then.theta)
-    rotation = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    return SE3(rotation, np.array([then.x, then.y, 0.0]))
+    return in_space(moved(pose, velocity, pose.at + seconds).place)
 
 
 def drive_payload(ratios: Ratios) -> bytes:
@@ -97,7 +89,7 @@ class PoseAssembly:
         (x, at_x), (y, at_y), (theta, at_theta) = (self._values[key] for key in self._names)
         self._values, self._last = {}, at
         arrived = min(at_x, at_y, at_theta)
-        return Pose(x=x / 1000.0, y=y / 1000.0, theta=radians(theta), at=arrived)
+        return Pose(Pose2D(x / 1000.0, y / 1000.0, radians(theta)), arrived)
 
 
 class Telemetry:
@@ -185,10 +177,10 @@ class Telemetry:
 
     def _numbers(self, fields: Fields, at: float) -> None:
         battery, x, y, theta, v, w, _, _ = fields.integers("hiihhhhb")
-        self.coarse = Pose(x=x / 1000.0, y=y / 1000.0, theta=radians(theta), at=at)
+        self.coarse = Pose(Pose2D(x / 1000.0, y / 1000.0, radians(theta)), at)
         before, self.velocity = self.velocity, Velocity(v / 1000.0, radians(w))
         mean = Velocity(*np.mean((before, self.velocity), axis=0).tolist())
-        self._integral = moved(self._integral or Pose(x=0.0, y=0.0, theta=0.0, at=at), mean, at)
+        self._integral = moved(self._integral or Pose(ORIGIN, at), mean, at)
         if self._has_charge:
             self.battery = max(0.0, min(1.0, battery / 1000.0))
         if not self._is_fine:

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from hw.clock import Clock, stopwatch
 from hw.panda.arm_process import MEMORY
-from hw.panda.explanations import needs_a_person
+from hw.panda.explanations import MODES, needs_a_person
 from hw.panda.library import LIMITS, missing
 from hw.panda.records import ARM_COMMAND, ARM_READING, ArmReading, Mode
 from hw.panda.streaming import FRESH
@@ -24,12 +24,6 @@ _ZERO = (0.0,) * 7
 _RECOVERY, _WAY = 20.0, 60.0  # timeouts of a recovery and of `move_to` [s]
 _APART = 2.0  # shortest time between two recoveries [s]
 _SHORTEST = 0.01  # shortest time between two commands for their slope [s]: a shorter one is noise
-_MODES = {
-    Mode.OTHER: "its joints are locked: unlock them on its Desk page and activate FCI",
-    Mode.GUIDING: "it is being guided by hand: let go of the buttons at its wrist",
-    Mode.RECOVERING: "its recovery is under way, which takes up to 16 s",
-}
-
 
 _Six: TypeAlias = tuple[Positive, Positive, Positive, Positive, Positive, Positive]
 _Seven: TypeAlias = tuple[Positive, Positive, Positive, Positive, Positive, Positive, Positive]
@@ -100,12 +94,9 @@ class PandaArm:
         self._put(0.0, _ZERO)
         self._process.start()
         reading = self.reading()
-        cause = None if reading.mode is Mode.GUIDING else _MODES.get(reading.mode)
-        if reading.mode is Mode.USER_STOPPED:
-            cause = "its stop button is pressed: release it"
-        if cause is not None:
+        if reading.mode is not Mode.GUIDING and reading.mode in MODES:
             self.close()
-            raise HardwareError(f"the {self._process.what}: {cause}")
+            raise HardwareError(f"the {self._process.what}: {MODES[reading.mode]}")
 
     def reading(self) -> ArmReading:
         """The newest state of the arm; stamps are those of `stopwatch`."""
@@ -181,13 +172,12 @@ class PandaArm:
         if silence := self._silence(reading):
             return fault(FaultKind.CONNECTION, silence, clearable=True)
         if self._is_recovering:
-            return fault(FaultKind.NOT_READY, _MODES[Mode.RECOVERING], clearable=True)
-        if reading.mode is Mode.USER_STOPPED:
-            cause = "its stop button is pressed: release it, then recover"
-            return fault(FaultKind.EMERGENCY_STOP, cause, clearable=False)
-        if reading.mode in _MODES:
-            recovering = reading.mode is Mode.RECOVERING
-            return fault(FaultKind.NOT_READY, _MODES[reading.mode], clearable=recovering)
+            return fault(FaultKind.NOT_READY, MODES[Mode.RECOVERING], clearable=True)
+        if reading.mode in MODES:
+            is_stop = reading.mode is Mode.USER_STOPPED
+            kind = FaultKind.EMERGENCY_STOP if is_stop else FaultKind.NOT_READY
+            is_recovering = reading.mode is Mode.RECOVERING
+            return fault(kind, MODES[reading.mode], clearable=is_recovering)
         if reading.trouble:
             by_hand = reading.mode is Mode.REFLEX and needs_a_person(reading.trouble)
             return fault(FaultKind.REFLEX, reading.trouble, clearable=not by_hand)

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from hw.clock import stopwatch
-from hw.panda.explanations import explain, explain_connecting
+from hw.panda.explanations import MODES, explain, explain_connecting
 from hw.panda.library import LIMITS, load_library
 from hw.panda.records import ARM_COMMAND, ARM_READING, ArmReading, Mode
 from hw.panda.streaming import FRESH, SpeedError, SpeedMonitor, Streaming
@@ -115,7 +115,7 @@ class ArmProcess:
         if request["do"] == "recover":
             error = self._recover(mode)
         elif self._trouble or mode is not Mode.IDLE:
-            error = self._trouble or f"the arm is in mode {mode.name.lower()}"
+            error = self._trouble or MODES.get(mode, f"the arm is in mode {mode.name.lower()}")
         elif not self._move(request["q"], request["speed"]):
             error = self._trouble or "the arm was stopped on its way"
         self._look()
@@ -128,10 +128,8 @@ class ArmProcess:
             still_alive()
             time.sleep(_NAP)
             mode = self._look()
-        if mode is Mode.USER_STOPPED:
-            return explain("User Stop")
-        if mode in (Mode.OTHER, Mode.GUIDING):
-            return f"the arm is in mode {mode.name.lower()}; look at its Desk page"
+        if mode is not Mode.RECOVERING and mode in MODES:
+            return MODES[mode]
         if mode is Mode.REFLEX or self._trouble:
             still_alive(_RECOVERING)
             try:

@@ -1,8 +1,8 @@
 """A Franka Panda below `hardware` in a robot file: the drivers of its arm and hand."""
 
-from hw.drivers import DriverContext
 from hw.panda.arm import PandaArm, PandaOptions
 from hw.panda.hand import HandOptions, PandaHand
+from hw.real_parts import DriverContext
 from hw.robot import HardwareError
 
 

@@ -2,6 +2,15 @@
 
 import re
 
+from hw.panda.records import Mode
+
+MODES = {
+    Mode.OTHER: "its joints are locked: unlock them on its Desk page and activate FCI",
+    Mode.GUIDING: "it is being guided by hand: let go of the buttons at its wrist",
+    Mode.USER_STOPPED: "its stop button is pressed: release it, then recover",
+    Mode.RECOVERING: "its recovery is under way, which takes up to 16 s",
+}
+"""Why the arm takes no commands in a mode that only time or a person ends."""
 _NO_HOST = "there is no such host: look at the address"
 _NO_ANSWER = "nothing answers there: look at the address, the cable and the power"
 _HINTS = (

@@ -19,9 +19,9 @@ def light_package(name: str, places: Iterable[str]) -> None:
 
 
 if __name__ == "__main__":
-    hardware = Path(__file__).resolve().parents[1]
+    home = Path(__file__).resolve().parents[2]
     module = sys.argv.pop(1)
-    room = module.split(".")[1]
-    light_package("hw", [str(hardware)])
-    light_package(f"hw.{room}", [str(hardware / room)])
+    room, _, _ = module.rpartition(".")
+    for package in {"hw", room.partition(".")[0], room}:
+        light_package(package, [str(home.joinpath(*package.split(".")))])
     importlib.import_module(module).main()

@@ -6,9 +6,9 @@ from dataclasses import asdict, dataclass
 from hw.clock import Clock, stopwatch
 from hw.processes.mailbox import PAGE, Mailbox
 from hw.processes.process import DriverProcess
+from hw.realsense.device_settings import SILENCE, STATUS, RealSenseSettings, Status, missing
 from hw.realsense.image_buffer import Grey, ImageBuffer
 from hw.realsense.rectifier import ImageSpec
-from hw.realsense.settings import SILENCE, STATUS, RealSenseSettings, Status, missing
 from hw.robot import HardwareError
 from hw.state import DepthImage, Fault, FaultKind
 from robots import CameraDescription

@@ -16,9 +16,9 @@ from hw.clock import epoch, stopwatch
 from hw.processes.child import Parent, claim, leave, still_alive
 from hw.processes.mailbox import PAGE, Mailbox, open_memory
 from hw.processes.timestamps import SensorClock
+from hw.realsense.device_settings import STATUS, RealSenseSettings, Status
 from hw.realsense.image_buffer import ImageBuffer
 from hw.realsense.rectifier import ImageSpec, Rectifier, metres
-from hw.realsense.settings import STATUS, RealSenseSettings, Status
 from hw.realsense.stream import HangsError, Stream, open_stream
 
 _STARTING = 30.0  # longest time that the library may take to start or stop a camera [s]

@@ -2,9 +2,9 @@
 
 from typing import Literal
 
-from hw.drivers import DriverContext
+from hw.real_parts import DriverContext
 from hw.realsense.camera import RealSenseCamera
-from hw.realsense.settings import RealSenseSettings
+from hw.realsense.device_settings import RealSenseSettings
 from robots import DriverOptions, NotNegative
 
 

@@ -7,13 +7,13 @@ from mmap import mmap
 import numpy as np
 import numpy.typing as npt
 
+from config.arrays import Image
 from hw.processes.ring import Ring
 
 _HEAD = struct.Struct("<Qd")  # frames, stamp [s]
 _PAGES = 3
 _TRIES = 10
 
-Depth = npt.NDArray[np.float32]
 Grey = npt.NDArray[np.uint8]
 
 
@@ -25,7 +25,7 @@ class BufferedImage:
     frames: int  # counted by the camera, from 1; the difference to `number` was lost
     stamp: float  # capture time [s]
     arrived: float  # when the driver received it [s]
-    depth: Depth  # (H, W) depth along the optical axis [m]; NaN where missing
+    depth: Image  # (H, W) depth along the optical axis [m]; NaN where missing
     infrared: Grey | None  # (H, W) image of the left imager; None if it is switched off
 
 
@@ -44,7 +44,7 @@ class ImageBuffer:
         return Ring.needs(_PAGES, _HEAD.size + 5 * width * height)
 
     def put(
-        self, frames: int, stamp: float, arrived: float, depth: Depth, infrared: Grey | None
+        self, frames: int, stamp: float, arrived: float, depth: Image, infrared: Grey | None
     ) -> None:
         """Add an image; see `BufferedImage`."""
         pixels = np.ascontiguousarray(np.broadcast_to(depth, self._shape)).view(np.uint8).ravel()

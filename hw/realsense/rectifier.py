@@ -7,7 +7,8 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from hw.realsense.image_buffer import Depth, Grey
+from config.arrays import Array
+from hw.realsense.image_buffer import Grey, Image
 from hw.realsense.stream import LostError
 
 
@@ -25,7 +26,7 @@ class ImageSpec:
     far: float
 
     @property
-    def matrix(self) -> npt.NDArray[np.float64]:
+    def matrix(self) -> Array:
         """(3, 3) camera matrix [px]."""
         return np.array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
 
@@ -57,15 +58,15 @@ class Rectifier:
         return cv2.remap(image, *self._maps, interpolation, borderMode=cv2.BORDER_CONSTANT)
 
 
-def _maps(own: npt.NDArray[np.float64], spec: ImageSpec) -> tuple[Depth, Depth]:
+def _maps(own: Array, spec: ImageSpec) -> tuple[Image, Image]:
     u = (np.arange(spec.width) - spec.cx) / spec.fx * own[0, 0] + own[0, 2]
     v = (np.arange(spec.height) - spec.cy) / spec.fy * own[1, 1] + own[1, 2]
     x, y = np.meshgrid(u.astype(np.float32), v.astype(np.float32))
     return x, y
 
 
-def metres(depth: npt.NDArray[np.uint16], scale: float, spec: ImageSpec) -> Depth:
-    """Depth in metres of (H, W) in units of `scale` [m]; NaN where missing or out of range."""
-    far: Depth = depth * np.float32(scale)
+def metres(depth: npt.NDArray[np.uint16], scale: float, spec: ImageSpec) -> Image:
+    """Image in metres of (H, W) in units of `scale` [m]; NaN where missing or out of range."""
+    far: Image = depth * np.float32(scale)
     far[(far < np.float32(spec.near)) | (far > np.float32(spec.far))] = np.nan
     return far

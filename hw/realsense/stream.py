@@ -5,7 +5,7 @@ from contextlib import contextmanager, suppress
 from typing import Any
 
 from hw.clock import stopwatch
-from hw.realsense.settings import HEIGHT, SILENCE, WIDTH, RealSenseSettings, Status
+from hw.realsense.device_settings import HEIGHT, SILENCE, WIDTH, RealSenseSettings, Status
 from hw.realsense.software_device import GoneError, SoftwareCamera
 
 _PATIENCE = 0.8 * SILENCE  # to find the reason before the camera counts as lost [s]

@@ -9,11 +9,11 @@ from pinocchio import SE3
 
 from controller import Command, RobotModel
 from hw.clock import Clock
-from hw.sim.localisation import LocalisationProcess
-from hw.sim.robot_shapes import Hand
+from hw.sim.localisation_errors import LocalisationProcess
 from hw.sim.sim_object import Visible
-from hw.sim.world import World
-from hw.truth import Touch
+from hw.sim.sim_robot_shapes import Hand
+from hw.sim.sim_world import World
+from hw.truth import Touch, Truth
 from robots import Array, RobotDescription
 
 
@@ -61,8 +61,9 @@ class SimBody(ABC):
         wheels: LocalisationProcess,
     ) -> None:
         self.description = description
-        self._wheels = wheels
+        self.wheels = wheels
         self.world = world
+        self.truth: Truth | None = world
         self.dynamics = dynamics
         self._model = RobotModel(description)
         self._clock = clock
@@ -87,7 +88,7 @@ class SimBody(ABC):
     @property
     def wTe(self) -> SE3:
         """End effector in the world."""
-        return self._model.wTe(self.wTb, self.q)
+        return self._model.end_effector(self.wTb, self.q)
 
     @property
     def hand(self) -> Hand:

@@ -13,7 +13,8 @@ from pinocchio import SE3
 
 from controller import RobotModel
 from hw.sim.contact import SIGNED, transform
-from hw.sim.robot_shapes import (
+from hw.sim.sim_object import SimObject
+from hw.sim.sim_robot_shapes import (
     BASE,
     FINGERS,
     HAND,
@@ -24,9 +25,8 @@ from hw.sim.robot_shapes import (
     held_members,
     members,
 )
-from hw.sim.sim_object import SimObject
+from hw.sim.sim_world import World
 from hw.sim.walker import Walker
-from hw.sim.world import World
 from robots import Array, Plane, bounding_radius, coal_geometry
 
 Movable: TypeAlias = SimObject | Walker
@@ -105,7 +105,7 @@ class Collisions:
         placed = here[self._frame] @ (self._at + width * self._opens)
         if self._before is not None:
             self._gaps -= self._travel(placed - self._before)
-        if self._world.held is not self._held or self._world.eTo is not self._eTo:
+        if self._world.held is not self._held or self._world.eTs is not self._eTo:
             self._update_held(self._world.held)
             placed = here[self._frame] @ (self._at + width * self._opens)
         self._before = placed
@@ -172,8 +172,8 @@ class Collisions:
                 gaps[:, thing.columns] = _DUE
             if thing.one is held:
                 gaps[:, thing.columns] = np.inf
-        self._held, self._eTo = held, self._world.eTo
-        extra = held_members(held, self._world.eTo) if held is not None else []
+        self._held, self._eTo = held, self._world.eTs
+        extra = held_members(held, self._world.eTs) if held is not None else []
         against = np.full((len(extra), len(self._shapes)), _DUE)
         for thing in self._things:
             if isinstance(thing.one, SimObject):  # it may touch them, as when it is set on them

@@ -13,7 +13,7 @@ from hw.sim.meshes import MeshError, convex_parts, fewer
 from hw.sim.placement import LayoutError
 from hw.sim.scene_schema import Container, Fixture, SceneError, SideTable, Table
 from hw.sim.sim_object import Surface
-from hw.sim.world import World
+from hw.sim.sim_world import World
 from robots import Box, Colour, Geom, Plane
 
 _FLOOR: Colour = (196, 190, 180)

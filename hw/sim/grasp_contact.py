@@ -17,8 +17,8 @@ import numpy as np
 from pinocchio import SE3, exp3
 
 from hw.sim.contact import patch, separation, travel
-from hw.sim.robot_shapes import SIDES, Hand
 from hw.sim.sim_object import SimObject
+from hw.sim.sim_robot_shapes import SIDES, Hand
 from robots import Array, Geom
 
 Contact: TypeAlias = tuple[Array, Array]  # points (N, 3), normal (3,) from pad to object
@@ -67,7 +67,7 @@ class GraspOutcome:
     reason: Reason
     width: float  # Distance between the pads where they came to rest [m]
     object: SimObject | None = None  # The object that the pads pressed on, if any
-    wTo: SE3 | None = None  # Its new pose in the world, if it was moved
+    wTs: SE3 | None = None  # Its new pose in the world, if it was moved
 
     @property
     def holding(self) -> str | None:
@@ -98,25 +98,25 @@ def grasp_contact(
     if jam > half:
         return GraspOutcome(reason=Reason.BLOCKED, width=halted, object=target)
 
-    slid = fit.wTo
+    slid = fit.wTs
     fit, times = _seated(hand, opening, force, target, fit)
     neighbours = [*fixtures, *(p for o in objects if o is not target for p in o.placed())]
-    if _pushed_into(target, fit.wTo, neighbours):
+    if _pushed_into(target, fit.wTs, neighbours):
         return GraspOutcome(reason=Reason.BLOCKED, width=halted, object=target)
     if times is not None and times >= 1.0:
-        return GraspOutcome(reason=Reason.HELD, width=fit.width, object=target, wTo=fit.wTo)
+        return GraspOutcome(reason=Reason.HELD, width=fit.width, object=target, wTs=fit.wTs)
     reason = Reason.NOT_ANTIPODAL
     if times is not None:
         lifts = _SAFE_FRICTION * target.friction * 2.0 * force
         reason = Reason.TOO_HEAVY if target.mass * _GRAVITY > lifts else Reason.TURNS
-    return GraspOutcome(reason=reason, width=fit.width, object=target, wTo=slid)
+    return GraspOutcome(reason=reason, width=fit.width, object=target, wTs=slid)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Fit:
     """An object centred between the pads, both touching."""
 
-    wTo: SE3
+    wTs: SE3
     width: float
     drag: float
     contacts: tuple[tuple[Contact, ...], tuple[Contact, ...]]  # on the left and the right pad
@@ -129,9 +129,9 @@ def _first_touch(hand: Hand, opening: float, shapes: Sequence[Geom]) -> float | 
     return max((start - g for g in gone if g is not None), default=None)
 
 
-def _fit(hand: Hand, opening: float, target: SimObject, wTo: SE3) -> _Fit | None:
+def _fit(hand: Hand, opening: float, target: SimObject, wTs: SE3) -> _Fit | None:
     """Slide an object along the closing axis until both pads touch; None if one misses it."""
-    parts = target.placed(wTo)
+    parts = target.placed(wTs)
     start = opening / 2.0 + _MARGIN
     extent = {}
     for side in SIDES:
@@ -141,7 +141,7 @@ def _fit(hand: Hand, opening: float, target: SimObject, wTo: SE3) -> _Fit | None
         extent[side] = start - gone
     width = extent["left"] + extent["right"]
     offset = (extent["left"] - extent["right"]) / 2.0
-    slid = SE3(wTo.rotation, wTo.translation - offset * hand.wTe.rotation[:, 1])
+    slid = SE3(wTs.rotation, wTs.translation - offset * hand.wTe.rotation[:, 1])
     parts = target.placed(slid)
     left, right = (
         tuple(
@@ -151,7 +151,7 @@ def _fit(hand: Hand, opening: float, target: SimObject, wTo: SE3) -> _Fit | None
         )
         for side in SIDES
     )
-    return _Fit(wTo=slid, width=width, drag=abs(offset), contacts=(left, right))
+    return _Fit(wTs=slid, width=width, drag=abs(offset), contacts=(left, right))
 
 
 def _seated(
@@ -166,13 +166,13 @@ def _seated(
             break
         moves = [_turned(fit, step * _TURN_STEP * way) for way in ways]
         moves += [_shifted(fit, step * _SLIDE_STEP * way) for way in ways]
-        moved = [one for wTo in moves if (one := _fit(hand, opening, target, wTo)) is not None]
+        moved = [one for wTs in moves if (one := _fit(hand, opening, target, wTs)) is not None]
         best = min(moved, key=lambda candidate: candidate.width, default=fit)
         if best.width < fit.width - step * _MIN_GAIN:
             fit = best
         else:
             step /= 2.0
-    sunk = target.reach(_DOWN, fit.wTo) - target.reach(_DOWN)
+    sunk = target.reach(_DOWN, fit.wTs) - target.reach(_DOWN)
     if sunk > _SINKS:
         fit = _fit(hand, opening, target, _shifted(fit, -sunk * _DOWN)) or fit
     return fit, _load_factor(hand, force, target, fit)
@@ -183,7 +183,7 @@ def _load_factor(hand: Hand, force: float, target: SimObject, fit: _Fit) -> floa
     from scipy.optimize import linprog  # slow to import
 
     axes = [hand.inwards(side) for side in SIDES]
-    friction, centre = _SAFE_FRICTION * target.friction, fit.wTo.translation
+    friction, centre = _SAFE_FRICTION * target.friction, fit.wTs.translation
     columns = [
         np.array([*edge, *(np.cross(point - centre, edge) + twist) / _LEVER, edge @ axis])
         for contacts, axis in zip(fit.contacts, axes, strict=True)
@@ -206,18 +206,18 @@ def _load_factor(hand: Hand, force: float, target: SimObject, fit: _Fit) -> floa
 
 def _turned(fit: _Fit, rotation: Array) -> SE3:
     """The object turned by a rotation vector [rad] about the middle of its contacts."""
-    points = np.vstack([p for side in fit.contacts for p, _ in side] or [fit.wTo.translation])
+    points = np.vstack([p for side in fit.contacts for p, _ in side] or [fit.wTs.translation])
     centre, turn = points.mean(axis=0), exp3(rotation)
-    return SE3(turn @ fit.wTo.rotation, centre + turn @ (fit.wTo.translation - centre))
+    return SE3(turn @ fit.wTs.rotation, centre + turn @ (fit.wTs.translation - centre))
 
 
 def _shifted(fit: _Fit, way: Array) -> SE3:
-    return SE3(fit.wTo.rotation, fit.wTo.translation + way)
+    return SE3(fit.wTs.rotation, fit.wTs.translation + way)
 
 
-def _pushed_into(target: SimObject, wTo: SE3, neighbours: Sequence[Geom]) -> bool:
-    """Whether an object that moves to `wTo` is pressed sideways into a neighbour."""
-    for before, after in zip(target.placed(), target.placed(wTo), strict=True):
+def _pushed_into(target: SimObject, wTs: SE3, neighbours: Sequence[Geom]) -> bool:
+    """Whether an object that moves to `wTs` is pressed sideways into a neighbour."""
+    for before, after in zip(target.placed(), target.placed(wTs), strict=True):
         for neighbour in neighbours:
             gap, normal = separation(after, neighbour)
             sideways = abs(normal[2]) < 0.7

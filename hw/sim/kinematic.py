@@ -12,8 +12,8 @@ from pinocchio import SE3
 from controller import Command
 from hw.sim.body import Reflex, SimBody
 from hw.sim.collisions import Collisions, Contact
-from hw.sim.robot_shapes import BASE, HAND_TOLERANCE
 from hw.sim.sim_object import SimObject
+from hw.sim.sim_robot_shapes import BASE, HAND_TOLERANCE
 
 _SLIPS = 0.005  # motion of the hand until fingers that press without holding slip off [m]
 _DEEPENING = 0.002  # by which a forgiven contact may deepen [m]
@@ -26,6 +26,8 @@ class KinematicBody(SimBody):
     bumper: ContactReflex
 
     def _begin(self) -> None:
+        import scipy.optimize  # noqa: F401  # not in the tick in which the fingers first close
+
         self.reflex = ContactReflex()
         self.bumper = ContactReflex()
         self._width_goal = self.width
@@ -61,7 +63,7 @@ class KinematicBody(SimBody):
         )
         if self.bumper.reason:
             self.base_twist = np.zeros(3)
-        vx, vy, w = self._wheels.driven(self.base_twist) * dt
+        vx, vy, w = self.wheels.driven(self.base_twist) * dt
         self.wTb = self.wTb * pin.exp6(np.array([vx, vy, 0.0, 0.0, 0.0, w]))
         if self.reflex.reason:
             self.qd = np.zeros(len(self.q))

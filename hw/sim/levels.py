@@ -8,7 +8,8 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field
 
-from config import ConfigError, StrictModel, read_config, suggest
+from config import suggest
+from config.reader import ConfigError, StrictModel, read_config
 
 Length: TypeAlias = Annotated[float, Field(ge=0.0, le=10.0)]
 Degrees: TypeAlias = Annotated[float, Field(ge=0.0, le=90.0)]
@@ -24,7 +25,7 @@ class PoseError(StrictModel):
     sigma: Length = 0.0  # along x and along y of the map [m]
     sigma_deg: Degrees = 0.0
     time_constant: Seconds = 5.0  # in which errors are forgotten, those of odometry too [s]
-    process: Literal["gauss_markov", "bounded_walk"] = "gauss_markov"  # see `hw.sim.localisation`
+    process: Literal["gauss_markov", "bounded_walk"] = "gauss_markov"  # see `localisation_errors`
 
 
 class Steps(StrictModel):

@@ -11,8 +11,14 @@ from pinocchio import SE3, exp3
 
 from hw.sim.contact import Vicinity, separation
 from hw.sim.meshes import MeshError, convex_parts, fewer
-from hw.sim.objects import OBJECT_CLASSES
-from hw.sim.objects.making import PAINT, body_of, fitting, make_object, mass_properties
+from hw.sim.objects import (
+    OBJECT_CLASSES,
+    PAINT,
+    body_of,
+    fitting,
+    make_object,
+    mass_properties,
+)
 from hw.sim.scene_schema import Item, Objects, SceneError
 from hw.sim.sim_object import Mesh, SimObject
 from robots import Array, Geom, bounding_radius

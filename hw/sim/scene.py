@@ -10,20 +10,17 @@ from pydantic import ValidationInfo, field_validator
 
 from config import (
     LAYOUT,
-    ConfigError,
     Diagnostic,
     Diagnostics,
     Location,
-    StrictModel,
     YamlList,
     YamlMap,
     YamlValue,
     quoted,
-    read_config,
     read_yaml,
     suggest,
-    validate,
 )
+from config.reader import ConfigError, StrictModel, read_config, validate
 from hw.sim.contact import Vicinity
 from hw.sim.furniture import NOTHING_MOVED, fixture_shapes, furniture_shapes, with_moved
 from hw.sim.placement import Area, LayoutError, place_objects
@@ -41,8 +38,8 @@ from hw.sim.scene_schema import (
 from hw.sim.scene_schema import Motion as _Motion
 from hw.sim.scene_schema import Walker as _Walker
 from hw.sim.sim_object import Motion, SimObject
+from hw.sim.sim_world import World
 from hw.sim.walker import Walker
-from hw.sim.world import World
 from robots import Geom
 
 SCENES = Path(__file__).parent / "scenes"

@@ -9,7 +9,9 @@ from typing import Annotated, ClassVar, NamedTuple, TypeVar
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
-from config import StrictModel, UserError, suggest
+from config import UserError, suggest
+from config.planar import rotate
+from config.reader import StrictModel
 from hw.sim.meshes import MeshError, Units, Up, read_mesh
 from hw.sim.objects import HOUSEHOLD, OBJECT_CLASSES
 from hw.sim.sim_object import Mesh
@@ -132,7 +134,7 @@ class _Furniture(StrictModel):
         """Whether two rectangles overlap: no side of either separates them."""
         (x, y), (wide, deep), yaw = self._outline()
         c, s = abs(cos(yaw)), abs(sin(yaw))
-        along, across = x * cos(yaw) + y * sin(yaw), y * cos(yaw) - x * sin(yaw)
+        along, across = rotate(-yaw, x, y)
         width, depth = footprint
         return (
             2.0 * abs(x) < width + wide * c + deep * s

@@ -67,7 +67,7 @@ class SimObject:
     parts: tuple[Geom, ...]  # convex collision shapes, in the object's frame
     mass: float  # [kg], spread over the parts by their volume
     friction: float = 0.5  # Coulomb coefficient with the finger pads
-    pose: SE3  # object in the world, wTo; the origin is the centre of mass
+    pose: SE3  # object in the world, wTs; the origin is the centre of mass
     motion: Motion | None = None  # until it is touched
     mesh: Mesh | None = None  # visual, in the object's frame; None: its parts
 
@@ -79,9 +79,9 @@ class SimObject:
             for part in self.parts
         )
 
-    def placed(self, wTo: SE3 | None = None) -> list[Geom]:
+    def placed(self, wTs: SE3 | None = None) -> list[Geom]:
         """Its collision shapes in the world, at its pose or at another one."""
-        pose = self.pose if wTo is None else wTo
+        pose = self.pose if wTs is None else wTs
         return [Geom(p.shape, pose * p.pose, self.name, p.colour) for p in self.parts]
 
     def visual(self) -> list[Visible]:
@@ -90,9 +90,9 @@ class SimObject:
             return [*self.placed()]
         return [Surface(self.mesh, self.pose, self.name, self.parts[0].colour)]
 
-    def reach(self, direction: Array, wTo: SE3 | None = None) -> float:
+    def reach(self, direction: Array, wTs: SE3 | None = None) -> float:
         """Its largest coordinate along a unit direction (3,) of the world, at any pose [m]."""
-        pose = self.pose if wTo is None else wTo
+        pose = self.pose if wTs is None else wTs
         along = pose.rotation.T @ direction
         from_origin = max(reach(part, along) for part in self.parts)
         return float(direction @ pose.translation) + from_origin

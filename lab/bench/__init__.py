@@ -3,5 +3,3 @@
 Motions are evaluated from their samples and from the simulated world, not from the controller's own
 reports: joint and base limits, contacts, arrival, jerk.
 """
-
-from lab.bench.commands import app

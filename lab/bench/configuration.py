@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from config.poses import MapPose
 from controller import (
     PAPER,
     PRESETS,
@@ -18,8 +19,8 @@ from controller import (
     StepReport,
     Surroundings,
 )
-from lab.bench.motion import Step
 from lab.bench.peers import LACKS, peer_step
+from lab.bench.simulated_motion import Step
 from robots import load_robot, with_base_speeds
 
 EXAMPLE = "example"
@@ -75,13 +76,16 @@ def _as_published(plain: Step) -> Step:
     """The step of the published example, whose velocities are scaled whatever the limits."""
 
     def step(
-        state: KinematicState, goal: MotionGoal | None, last: Command, surroundings: Surroundings
+        state: KinematicState,
+        goal: MotionGoal[MapPose] | None,
+        last: Command,
+        surroundings: Surroundings,
     ) -> tuple[Command, StepReport]:
         command, report = plain(state, goal, last, surroundings)
         if not isinstance(goal, PoseGoal):
             return command, report
-        wTe = state.wTb * report.bTe
-        error = float(np.abs(wTe.actInv(goal.wTe).translation).sum())
+        mTe = state.mTb * report.bTe
+        error = float(np.abs(mTe.actInv(goal.target).translation).sum())
         gain = _FAR_GAIN / error if error > _FAR else _NEAR_GAIN
         return Command(base_twist=command.base_twist * gain, qd=command.qd * gain), report
 

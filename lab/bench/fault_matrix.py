@@ -5,17 +5,14 @@ from dataclasses import dataclass
 from math import inf
 from pathlib import Path
 
-import numpy as np
-from pinocchio import SE3
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from app.core import Setup
 from behaviours import Leaf
-from hw import DisturbableWorld, WallClock
+from hw import WallClock
 
 TREE = Path(__file__).parent / "tasks/one_object.yaml"
-_LESSONS = Path(__file__).parents[2] / "trees/lessons"
 _BLOCKED = 1.5  # duration for which a leaf blocks [s of real time]
 
 INTO = {"recover": 0.3, "navigate": 1.0, "carry": 1.0, "place": 0.5, "close": 0.05, "lock": 0.05}
@@ -36,17 +33,18 @@ class Fault:
     real_clock: bool = False  # whether it is about real time: the robot waits for nothing
     inject: Inject | None = None  # None injects the fault of that name into the robot
     acknowledged: bool = False  # whether a simulated person acknowledges that it is over
-    tree: Path = TREE
-    phase: str | None = None  # the only one in which it occurs; None for each of `PHASES`
-    entry: int = 1  # how often the phase has been entered when it occurs
-    goal: str | None = "table"  # where all objects rest after a success; None if that is wrong
 
     def begin(self, setup: Setup, nodes: list[Behaviour]) -> Callable[[], None]:
         """Begin the fault; returns what ends it."""
         if self.inject is not None:
             return self.inject(setup, nodes)
-        setup.robot.inject(self.name, inf if self.duration is None else self.duration)
-        return lambda: None
+        return _give(setup, self.name, inf if self.duration is None else self.duration)
+
+
+def _give(setup: Setup, fault: str, duration: float = inf) -> Callable[[], None]:
+    assert setup.injector is not None
+    setup.injector.inject(fault, duration)
+    return lambda: None
 
 
 def _running_leaf(nodes: list[Behaviour]) -> Leaf:
@@ -55,6 +53,7 @@ def _running_leaf(nodes: list[Behaviour]) -> Leaf:
 
 def _replace_method(owner: object, method: str, other: object) -> Callable[[], None]:
     """Replace a method of one object; returns what undoes it."""
+    assert callable(getattr(owner, method))  # of another name nothing would happen
     vars(owner)[method] = other
     return lambda: vars(owner).pop(method, None)
 
@@ -78,37 +77,20 @@ def _leaf_blocks(setup: Setup, nodes: list[Behaviour]) -> Callable[[], None]:
     return undo
 
 
+def _solver(setup: Setup) -> object:
+    """Of the controller, which keeps it to itself."""
+    return vars(setup.controller)["_solver"]
+
+
 def _solver_gives_up(setup: Setup, nodes: list[Behaviour]) -> Callable[[], None]:
-    return _replace_method(setup.controller, "_solve", lambda qp, q: None)
+    return _replace_method(_solver(setup), "solve", lambda qp, rows=None: None)
 
 
 def _solver_raises(setup: Setup, nodes: list[Behaviour]) -> Callable[[], None]:
-    def solve(qp: object, q: object) -> None:
+    def solve(qp: object, rows: object = None) -> None:
         raise ArithmeticError("the solver broke, injected")
 
-    return _replace_method(setup.controller, "_solve", solve)
-
-
-def _nothing(setup: Setup, nodes: list[Behaviour]) -> Callable[[], None]:
-    return lambda: None
-
-
-def _pulled_away(setup: Setup, nodes: list[Behaviour]) -> Callable[[], None]:
-    setup.robot.inject("object taken")
-    return lambda: None
-
-
-def _put(choose: Callable[[list[float]], float], x: float) -> Inject:
-    """Puts the object whose height is chosen on the table, at x [m]."""
-
-    def inject(setup: Setup, nodes: list[Behaviour]) -> Callable[[], None]:
-        world = setup.truth
-        assert isinstance(world, DisturbableWorld)
-        by_height = {float(one.pose.translation[2]): one.name for one in world.objects}
-        world.put(by_height[choose([*by_height])], SE3(np.eye(3), np.array([x, 1.6, 0.7])))
-        return lambda: None
-
-    return inject
+    return _replace_method(_solver(setup), "solve", solve)
 
 
 FAULTS = (
@@ -146,46 +128,6 @@ FAULTS = (
     Fault(name="leaf blocks", inject=_leaf_blocks, stops=True, real_clock=True),
     Fault(name="solver gives up", inject=_solver_gives_up, duration=0.5),
     Fault(name="solver raises", inject=_solver_raises, stops=True),
-    Fault(name="nobody takes", inject=_nothing, tree=_LESSONS / "hand_over.yaml", phase="offer"),
-    Fault(name="object pulled", tree=_LESSONS / "hand_over.yaml", phase="offer", goal="floor"),
-    Fault(
-        name="pulled away",
-        inject=_pulled_away,
-        tree=_LESSONS / "hand_over.yaml",
-        phase="hand_over",
-        goal=None,
-    ),
-    Fault(name="object given", tree=_LESSONS / "porter.yaml", phase="offer"),
-    Fault(
-        name="nobody gives",
-        inject=_nothing,
-        tree=_LESSONS / "porter.yaml",
-        phase="offer",
-        goal="container",
-    ),
-    Fault(
-        name="never free",
-        inject=_put(max, 0.0),
-        tree=_LESSONS / "porter.yaml",
-        phase="navigate",
-        goal=None,
-    ),
-    Fault(
-        name="slides off",
-        inject=_put(max, 0.3),
-        tree=_LESSONS / "stack.yaml",
-        phase="rise",
-        entry=2,
-        goal=None,
-    ),
-    Fault(
-        name="pulled from below",
-        inject=_put(min, 0.3),
-        tree=_LESSONS / "stack.yaml",
-        phase="lower",
-        entry=2,
-        goal=None,
-    ),
 )
 
 QUICK = ("reflex", "gripper dead", "object taken", "state nan", "leaf raises")

@@ -8,7 +8,7 @@ import os
 from collections import Counter
 from collections.abc import Sequence
 from contextlib import redirect_stderr
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from traceback import format_exc
@@ -16,9 +16,9 @@ from traceback import format_exc
 from rich.table import Table
 
 from app.core import End, Instruments, RunOptions, Setup, Tick, current_phases, run_task
-from app.live import ControlOptions, View, ViewOptions
-from hw import Robot, Truth, stopwatch
-from lab.bench.fault_matrix import FAULTS, INTO, USUALLY_INTO, Fault
+from extensions.faults import with_faults
+from hw import Backend, Truth, stopwatch
+from lab.bench.fault_matrix import FAULTS, INTO, TREE, USUALLY_INTO, Fault
 from lab.bench.witness import AT_REST, Witness
 from lab.shared import machine
 from trees.language import TreeNode
@@ -26,6 +26,7 @@ from trees.language import TreeNode
 LONGEST = 240.0  # a run that takes longer hangs [s of simulated time]
 LONGEST_REAL = 600.0  # the same [s of real time]
 
+_GOAL = "table"  # where the object rests after a success
 _MOVES = 0.02  # a faster robot moves [m/s or rad/s]
 _ACKNOWLEDGED_AFTER = 0.5
 """Delay after which the simulated person acknowledges a released emergency stop [s]."""
@@ -68,8 +69,8 @@ class _CellRun(Instruments):
 
     fault: Fault
     phase: str
+    seed: int
     entered: float | None = None
-    entries: int = 0
     injected: float | None = None
     cleared: float | None = None
     rest: float | None = None
@@ -80,10 +81,10 @@ class _CellRun(Instruments):
     truth: Truth | None = None
     excused: set[str] = field(default_factory=set)  # objects that the fault itself took away
 
-    def beneath(self, robot: Robot) -> Robot:
-        """The robot with its judge."""
-        witness = self.witness = Witness(robot, seen=self._see)
-        return witness
+    def opened(self, backend: Backend) -> Backend:
+        """The robot with its judge, beneath the faults."""
+        self.witness = Witness(backend.robot, seen=self._see)
+        return with_faults(replace(backend, robot=self.witness), self.seed)
 
     def begin(self, setup: Setup, nodes: Sequence[TreeNode]) -> None:
         """Keep the setup and the nodes."""
@@ -100,10 +101,7 @@ class _CellRun(Instruments):
             self.entered = None
         elif self.entered is None:
             self.entered = now
-            self.entries += 1
-        elif self.entries >= self.fault.entry and now - self.entered >= INTO.get(
-            self.phase, USUALLY_INTO
-        ):
+        elif now - self.entered >= INTO.get(self.phase, USUALLY_INTO):
             self._undo = self.fault.begin(self._setup, self._nodes)
             self.injected = now
 
@@ -147,12 +145,12 @@ class _CellRun(Instruments):
 def cells(
     faults: Sequence[str], phases: Sequence[str], seeds: Sequence[int], world: str = "kinematic"
 ) -> list[Cell]:
-    """The cells of these rows and columns; a fault that has a phase of its own occurs there."""
+    """The cells of these rows and columns."""
     return [
         Cell(fault=fault.name, phase=phase, seed=seed, world=world)
         for fault in FAULTS
         if fault.name in faults
-        for phase in ([fault.phase] if fault.phase else phases)
+        for phase in phases
         for seed in seeds
     ]
 
@@ -160,7 +158,7 @@ def cells(
 def run_cell(cell: Cell) -> CellResult:
     """Run one cell."""
     fault = next(one for one in FAULTS if one.name == cell.fault)
-    run = _CellRun(fault, cell.phase)
+    run = _CellRun(fault, cell.phase, cell.seed)
     after = _ACKNOWLEDGED_AFTER if fault.acknowledged else None
     with (
         TemporaryDirectory() as folder,
@@ -168,21 +166,20 @@ def run_cell(cell: Cell) -> CellResult:
         redirect_stderr(nothing),
     ):
         options = RunOptions(
-            tree=fault.tree,
+            tree=TREE,
             world=cell.world,
             seed=cell.seed,
             real_clock=fault.real_clock,
             record=Path(folder),
             recording=False,
-            view=ViewOptions(view=View.NONE),
-            control=ControlOptions(acknowledge_after=after),
+            acknowledge_after=after,
         )
         try:
             outcome = run_task(options, interrupted=run.is_over, instruments=run).outcome
             end, reason, code = outcome.end.value, outcome.reason, outcome.end.exit_code
         except Exception:
             end, reason, code = "exception", format_exc().strip().splitlines()[-1], None
-    is_placed = set(run.supports().values()) == {fault.goal}
+    is_placed = set(run.supports().values()) == {_GOAL}
     return CellResult(
         **asdict(cell),
         injected_s=None if run.injected is None else round(run.injected, 2),

@@ -6,7 +6,7 @@ from pinocchio import SE3
 
 from controller import Array, RobotModel
 from lab.bench.contacts import ContactChecker
-from lab.bench.evaluation import Evaluator
+from lab.bench.motion_evaluation import Evaluator
 
 DISC = 4.0  # largest distance of goals from the start [m]
 _MARGIN = 0.1  # distance of postures from every joint limit [rad]
@@ -20,7 +20,7 @@ _SINGULAR_OF = 200  # number of random postures of which the least manipulable o
 
 
 def generate_goals(model: RobotModel, count: int, seed: int) -> list[SE3]:
-    """Poses `wTe` of the tool that the robot can reach without contact.
+    """Poses `mTe` of the tool that the robot can reach without contact.
 
     The posture is drawn uniformly within the joint limits, the heading of the base uniformly, and
     the position of the tool uniformly in a disc of 4 m around the start. Postures in which the

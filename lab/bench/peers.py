@@ -12,7 +12,9 @@ import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
 
-from config import ConfigError, extra
+from config import extra
+from config.poses import MapPose
+from config.reader import ConfigError
 from controller import (
     Array,
     Command,
@@ -23,7 +25,7 @@ from controller import (
     StepReport,
     Surroundings,
 )
-from lab.bench.motion import Step
+from lab.bench.simulated_motion import Step
 
 Velocities: TypeAlias = Callable[[Array, SE3], Array | None]
 """From joints (n,), base first, and the goal in the base frame to velocities (n,); None where the
@@ -167,10 +169,13 @@ def peer_step(name: str, model: RobotModel, period: float) -> Step:
     solved, unsolved = (_report(solved) for solved in (True, False))
 
     def step(
-        state: KinematicState, goal: MotionGoal | None, last: Command, surroundings: Surroundings
+        state: KinematicState,
+        goal: MotionGoal[MapPose] | None,
+        last: Command,
+        surroundings: Surroundings,
     ) -> tuple[Command, StepReport]:
         assert isinstance(goal, PoseGoal)
-        found = velocities(model.joints(state.q), state.wTb.actInv(goal.wTe))
+        found = velocities(model.joints(state.q), state.mTb.actInv(goal.target))
         if found is None:
             return model.command(np.zeros(model.n)), unsolved
         return model.command(found), solved

@@ -14,7 +14,7 @@ from hw.sim import D435Noise, Hand, load_scene
 from lab.bench.timing import Interleaved, Timing
 from lab.grasps import ROBOT, noisy_frame
 from lab.shared import fixed, machine, table
-from perception import GraspDetector
+from perception import GraspDetector, load_ggcnn
 
 _ROUNDS = 3
 _CONTAINER = Region(  # of the scene `household`, its inside
@@ -25,26 +25,11 @@ _CONTAINER = Region(  # of the scene `household`, its inside
 
 
 def time_perception(frames: int) -> list[Timing]:
-    """Time a whole step, and GG-CNN alone: in cells as it runs, and as published."""
-    import torch
-
-    from perception.networks import Proposer, shipped_network
-
+    """Time a whole step, and GG-CNN alone, in all cells of an image."""
     cv2.setNumThreads(1)
-    torch.set_num_threads(1)
-    network = shipped_network()
-    proposer, detector = Proposer(network), GraspDetector(gripper=ROBOT.gripper)
+    network, detector = load_ggcnn(), GraspDetector.shipped(ROBOT.gripper)
     image = np.zeros((300, 300), dtype=np.float32)
-    batch = torch.from_numpy(image)[None, None]
-
-    @torch.inference_mode()
-    def as_published() -> None:
-        network(batch)
-
-    works: dict[str, Callable[[], object]] = {
-        "ggcnn": partial(proposer.infer, image),
-        "ggcnn as published": as_published,
-    }
+    works: dict[str, Callable[[], object]] = {"ggcnn": partial(network.infer, image)}
     seen, timer = _approach(frames), Interleaved(0)
     for frame in [seen[0], *seen * _ROUNDS]:
         works["step"] = partial(detector.detect, frame, _CONTAINER)

@@ -4,17 +4,30 @@ import re
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from math import inf
 from operator import itemgetter
 from pathlib import Path
 
 import numpy as np
 from rich.table import Table
 
-from app.core import STATES, MotionForm, RunOptions, Summary, pick_place_times, run_task
+from app.core import (
+    STATES,
+    Instruments,
+    RunOptions,
+    Setup,
+    Summary,
+    Tick,
+    pick_place_times,
+    run_task,
+)
 from app.review import NodeEvent, read_log
 from behaviours import LEAVES
+from controller import HolisticController, RobotModel
+from lab.bench.planning import PlanningController
 from lab.shared import bootstrap, fixed, machine, run_in_order, table
 from robots import load_robot, with_base_speeds
+from trees.language import TreeNode
 
 _QUESTIONS = ("region_empty",)
 """Leaves that answer a question, besides the conditions: their FAILURE means no."""
@@ -46,22 +59,40 @@ def run_pick_place(
     seeds: Sequence[int],
     done: Callable[[Summary], None],
     *,
-    motions: Sequence[MotionForm],
+    motions: Sequence[str],
     workers: int | str | None,
 ) -> list[PickPlaceRun]:
     """Run the task once for every seed and motion form, one form after the other."""
-    wanted = [replace(options, seed=seed, motion=motion) for motion in motions for seed in seeds]
+    wanted = [(motion, replace(options, seed=seed)) for motion in motions for seed in seeds]
     return run_in_order(_run, wanted, lambda run: done(run.summary), workers=workers, batch=1)
 
 
-def _run(options: RunOptions) -> PickPlaceRun:
-    result = run_task(options)
+class _Planned(Instruments):
+    """The baseline in place of the controller; a grasp is kept as it is first seen."""
+
+    def controller(self, model: RobotModel) -> HolisticController:
+        return PlanningController(model)
+
+    def begin(self, setup: Setup, nodes: Sequence[TreeNode]) -> None:
+        self._tracker = setup.context.vision.tracker
+
+    def after(self, tick: Tick) -> None:
+        self._tracker.lock_distance = inf
+
+
+MOTIONS: dict[str, type[Instruments]] = {"holistic": Instruments, "planning": _Planned}
+"""Ways to move, by name."""
+
+
+def _run(wanted: tuple[str, RunOptions]) -> PickPlaceRun:
+    motion, options = wanted
+    result = run_task(options, instruments=MOTIONS[motion]())
     limits = with_base_speeds(
         load_robot(options.robot), options.base_speed, options.reverse_speed
     ).limits
     states = np.load(result.folder / STATES)
     return PickPlaceRun(
-        motion=options.motion.value,
+        motion=motion,
         summary=result.summary,
         base_speed=float(limits.base_twist[0]),
         reverse_speed=float(limits.base_reverse),

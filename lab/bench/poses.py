@@ -16,10 +16,11 @@ import pinocchio as pin
 from pinocchio import SE3
 from rich.table import Table
 
+from config.poses import MapPose
 from controller import Array, PoseGoal, RobotModel
 from lab.bench.configuration import Configuration
-from lab.bench.evaluation import Evaluator, cumulative_jerk
-from lab.bench.motion import GoalAt, run_motion
+from lab.bench.motion_evaluation import Evaluator, cumulative_jerk
+from lab.bench.simulated_motion import GoalAt, run_motion
 from lab.shared import fixed, table
 
 POSES = ("a", "b", "c", "d")
@@ -74,12 +75,12 @@ def goal_of(pose: str, model: RobotModel, tolerances: tuple[float, float]) -> Go
     speed = float(model.limits.base_twist[0])
     at_first = start + np.array([x, y, -_LOWER])
 
-    def goal_at(time: float) -> PoseGoal:
+    def goal_at(time: float) -> PoseGoal[MapPose]:
         place = at_first.copy()
         if pose == "d":
             place[:2] += _moved(time)
         return PoseGoal(
-            wTe=SE3(R, place),
+            target=SE3(R, place),
             speed=speed,
             position_tolerance=tolerances[0],
             orientation_tolerance=tolerances[1],

@@ -13,7 +13,8 @@ from typing import Annotated
 from pydantic import Field
 from rich.table import Table
 
-from config import StrictModel, UserError
+from config import UserError
+from config.reader import StrictModel
 
 
 class Experiment(StrictModel):

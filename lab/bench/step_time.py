@@ -10,14 +10,14 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from pinocchio import SE3
 from rich.table import Table
 
+from config.poses import MapPose
 from controller import Command, KinematicState, MotionGoal, PoseGoal, StepReport, Surroundings
 from lab.bench.configuration import Configuration
 from lab.bench.goals import generate_goals
-from lab.bench.motion import Step, run_motion
 from lab.bench.peers import LACKS
+from lab.bench.simulated_motion import Step, run_motion
 from lab.bench.timing import Interleaved
 from lab.shared import fixed, machine, table
 
@@ -102,7 +102,10 @@ def _counted(name: str, step: Step, infeasible: Counter[str]) -> Step:
     """A step that counts those without a solution."""
 
     def counted(
-        state: KinematicState, goal: MotionGoal | None, last: Command, surroundings: Surroundings
+        state: KinematicState,
+        goal: MotionGoal[MapPose] | None,
+        last: Command,
+        surroundings: Surroundings,
     ) -> tuple[Command, StepReport]:
         command, report = step(state, goal, last, surroundings)
         infeasible[name] += not report.solved
@@ -113,7 +116,10 @@ def _counted(name: str, step: Step, infeasible: Counter[str]) -> Step:
 
 def _interleaved(steps: dict[str, Step], timer: Interleaved) -> Step:
     def step(
-        state: KinematicState, goal: MotionGoal | None, last: Command, surroundings: Surroundings
+        state: KinematicState,
+        goal: MotionGoal[MapPose] | None,
+        last: Command,
+        surroundings: Surroundings,
     ) -> tuple[Command, StepReport]:
         arguments = (state, goal, last, surroundings)
         return timer({name: partial(one, *arguments) for name, one in steps.items()})
@@ -121,10 +127,10 @@ def _interleaved(steps: dict[str, Step], timer: Interleaved) -> Step:
     return step
 
 
-def _move_to(step: Step, configuration: Configuration, wTe: SE3) -> None:
+def _move_to(step: Step, configuration: Configuration, mTe: MapPose) -> None:
     model = configuration.model()
     goal = PoseGoal(
-        wTe=wTe,
+        target=mTe,
         speed=float(model.limits.base_twist[0]),
         position_tolerance=0.01,
         orientation_tolerance=float(np.deg2rad(1.0)),

@@ -8,7 +8,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from controller import Array
+from config.arrays import Array
 
 Result = TypeVar("Result")
 

@@ -12,8 +12,8 @@ import numpy as np
 from rich.table import Table
 
 from app.core import Instruments, RegistrationForm, RunOptions, Setup, Summary, Tick, run_task
+from config.planar import difference, on_floor
 from lab.shared import fixed, machine, run_in_order, table
-from perception.registration import difference, on_floor
 from trees.language import TreeNode
 
 _EVERY = 10  # ticks between two looks at the pose

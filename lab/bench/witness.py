@@ -4,9 +4,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+from config.arrays import Array
 from controller import Command
 from hw import Robot, RobotState, RobotWrapper
-from robots import Array
 
 AT_REST = 0.01  # a slower robot is at rest [m/s or rad/s]
 

@@ -12,6 +12,7 @@ import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
 
+from config.poses import OdometryPose
 from controller import RobotModel
 from lab.calibration.board import Array, Board, find_corners, pose_of
 from lab.calibration.fit import Poses, Problem, Spread, difference
@@ -38,8 +39,8 @@ _FACE_UP = pin.utils.rotate("x", np.pi)
 class View:
     """One image of the board."""
 
-    wTb: SE3
-    aTm: SE3  # the board on the arm's foot, from this view alone
+    oTb: OdometryPose
+    aTk: SE3  # the board on the arm's foot, from this view alone
 
 
 def calibrate_base_arm(
@@ -58,10 +59,10 @@ def calibrate_base_arm(
     model, camera, nominal = RobotModel(description), description.camera, description.bTa
     views, taken = [], 0
     while rig.next_place():
-        wTb, aTe, corners = rig.wTb(), aTe_of(model, rig.q()), find_corners(rig.image(), board)
+        oTb, aTe, corners = rig.oTb(), aTe_of(model, rig.q()), find_corners(rig.image(), board)
         taken += 1
         if corners is not None:
-            views.append(View(wTb, aTe * camera.eTc * pose_of(corners, camera.intrinsics)))
+            views.append(View(oTb, aTe * camera.eTc * pose_of(corners, camera.intrinsics)))
         say(f"view {taken}: the board is {'not seen' if corners is None else 'seen'}")
     require_views(len(views), taken, FEWEST)
     middle = SE3(np.eye(3), board.centre)
@@ -94,7 +95,7 @@ def _on_the_floor(views: Sequence[View], nominal: SE3, thickness: float) -> SE3:
 
     Raises CalibrationError: it does not lie there.
     """
-    guesses = [one.wTb * nominal * one.aTm for one in views]
+    guesses = [one.oTb * nominal * one.aTk for one in views]
     steepness = np.median([one.rotation[2, 2] for one in guesses])
     if steepness > -0.7:  # its z goes into the board
         raise CalibrationError(
@@ -121,6 +122,6 @@ def _rms(poses: Poses, views: Sequence[View], middle: SE3) -> float:
 
 
 def _apart(poses: Poses, views: Sequence[View], middle: SE3) -> list[SE3]:
-    bTa, wTm = poses
-    there = wTm * middle
-    return [there.actInv(one.wTb * bTa * one.aTm * middle) for one in views]
+    bTa, oTk = poses
+    there = oTk * middle
+    return [there.actInv(one.oTb * bTa * one.aTk * middle) for one in views]

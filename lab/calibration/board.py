@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 from pinocchio import SE3
 
+from config.arrays import Array
 from robots import Intrinsics
 
-Array = npt.NDArray[np.float64]
 Grey = npt.NDArray[np.uint8]
 
 _FEWEST = 8  # corners that a view must show
@@ -81,7 +81,7 @@ def find_corners(image: Grey, board: Board) -> Corners | None:
 
 
 def pose_of(corners: Corners, camera: Intrinsics) -> SE3:
-    """cTm, the board in the camera's frame, from its corners in one image."""
+    """cTk, the board in the camera's frame, from its corners in one image."""
     _, turn, shift = cv2.solvePnP(
         corners.board, corners.image, camera.matrix, None, flags=cv2.SOLVEPNP_IPPE
     )
@@ -91,8 +91,8 @@ def pose_of(corners: Corners, camera: Intrinsics) -> SE3:
     return SE3(cv2.Rodrigues(turn)[0], shift.ravel())
 
 
-def project(cTm: SE3, points: Array, camera: Intrinsics) -> Array:
+def project(cTk: SE3, points: Array, camera: Intrinsics) -> Array:
     """(N, 2) pixels of points (N, 3) of the board [m]."""
-    seen = points @ cTm.rotation.T + cTm.translation
+    seen = points @ cTk.rotation.T + cTk.translation
     pixels: Array = seen[:, :2] / seen[:, 2:] * (camera.fx, camera.fy) + (camera.cx, camera.cy)
     return pixels

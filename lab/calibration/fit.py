@@ -9,7 +9,7 @@ import pinocchio as pin
 from pinocchio import SE3
 from scipy.optimize import least_squares
 
-from lab.calibration.board import Array
+from config.arrays import Array
 
 View = TypeVar("View")
 Poses = tuple[SE3, ...]

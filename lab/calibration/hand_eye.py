@@ -37,7 +37,7 @@ class View:
 
     aTe: SE3  # end effector on the arm's foot
     corners: Corners
-    cTm: SE3  # board in the camera's frame, from this view alone
+    cTk: SE3  # board in the camera's frame, from this view alone
 
 
 def calibrate_hand_eye(
@@ -65,9 +65,9 @@ def calibrate_hand_eye(
             "the camera does not see the board: take the hand 0.4 m above its middle; compare "
             "--columns and --rows with what was printed"
         )
-    aTm = aTe_of(model, first) * eTc * pose_of(corners, camera)
+    aTk = aTe_of(model, first) * eTc * pose_of(corners, camera)
     views = []
-    for number, q in enumerate(postures(description, model, first, aTm, board, count, rng), 1):
+    for number, q in enumerate(postures(description, model, first, aTk, board, count, rng), 1):
         rig.move_to(q)
         aTe, corners = aTe_of(model, rig.q()), find_corners(rig.image(), board)
         if corners is not None:
@@ -95,13 +95,13 @@ def calibrate_hand_eye(
 
 
 def _start(views: Sequence[View]) -> Poses:
-    """(eTc, aTm) in closed form (Park and Martin, 1994), from the motions between all views.
+    """(eTc, aTk) in closed form (Park and Martin, 1994), from the motions between all views.
 
     Of a motion A of the hand and the same motion B of the camera, A eTc = eTc B.
     """
     pairs = list(combinations(views, 2))
     hands = [one.aTe.actInv(other.aTe) for one, other in pairs]
-    cameras = [one.cTm * other.cTm.inverse() for one, other in pairs]
+    cameras = [one.cTk * other.cTk.inverse() for one, other in pairs]
     turns = np.array([pin.log3(one.rotation) for one in hands])
     seen = np.array([pin.log3(one.rotation) for one in cameras])
     left, _, right = np.linalg.svd(turns.T @ seen)
@@ -113,17 +113,17 @@ def _start(views: Sequence[View]) -> Poses:
     ]
     translation = np.linalg.lstsq(rows, np.concatenate(shifts), rcond=None)[0]
     eTc = SE3(rotation, translation)
-    return eTc, views[0].aTe * eTc * views[0].cTm
+    return eTc, views[0].aTe * eTc * views[0].cTk
 
 
 def _residuals(poses: Poses, views: Sequence[View], camera: Intrinsics) -> Array:
     """(N, 2) reprojection errors of the corners of all views [px]."""
-    eTc, aTm = poses
-    eTm = [view.aTe.actInv(aTm) for view in views]
-    cTm = [eTc.actInv(one) for one in eTm]
+    eTc, aTk = poses
+    eTk = [view.aTe.actInv(aTk) for view in views]
+    cTk = [eTc.actInv(one) for one in eTk]
     counts = [len(view.corners.board) for view in views]
-    turns = np.repeat([one.rotation for one in cTm], counts, axis=0)
-    shifts = np.repeat([one.translation for one in cTm], counts, axis=0)
+    turns = np.repeat([one.rotation for one in cTk], counts, axis=0)
+    shifts = np.repeat([one.translation for one in cTk], counts, axis=0)
     points = np.concatenate([view.corners.board for view in views])
     seen = np.concatenate([view.corners.image for view in views])
     x, y, z = (np.einsum("nij,nj->ni", turns, points) + shifts).T
@@ -134,6 +134,6 @@ def _residuals(poses: Poses, views: Sequence[View], camera: Intrinsics) -> Array
 
 def _check(view: View, poses: Poses, board: Board) -> Spread:
     """Error of the board's middle in a view that was not used."""
-    eTc, aTm = poses
+    eTc, aTk = poses
     middle = SE3(np.eye(3), board.centre)
-    return difference(view.cTm * middle, (view.aTe * eTc).actInv(aTm) * middle)
+    return difference(view.cTk * middle, (view.aTe * eTc).actInv(aTk) * middle)

@@ -5,9 +5,8 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 
-from pinocchio import SE3
-
 from config import UserError
+from config.poses import OdometryPose
 from hw import Clock, HardwareError, WallClock, parts_of
 from hw.hardware import RobotLock, check_armed
 from hw.omron import OmronBase
@@ -84,11 +83,11 @@ class LiveBase(Eye):
         """Wait for the person."""
         return self._ask()
 
-    def wTb(self) -> SE3:
+    def oTb(self) -> OdometryPose:
         """The pose of the base. Raises HardwareError: it cannot be read."""
         self._base.connect()
         try:
-            return self._base.read().wTb
+            return self._base.read().oTb
         finally:
             self._base.close()
 

@@ -28,7 +28,7 @@ def postures(
     description: RobotDescription,
     model: RobotModel,
     first: Array,
-    aTm: SE3,
+    aTk: SE3,
     board: Board,
     count: int,
     rng: np.random.Generator,
@@ -36,7 +36,7 @@ def postures(
     """Joint positions (j,) [rad] that show all of the board, as different as possible.
 
     They are near the first ones, and the hand stays above the plane of the board; other obstacles
-    are unknown. `first` are joint positions (j,) from which the board is seen [rad], `aTm` is the
+    are unknown. `first` are joint positions (j,) from which the board is seen [rad], `aTk` is the
     approximate pose of the board on the arm's foot; the camera mount may be wrong by some
     centimetres. Raises CalibrationError: there are too few of them.
     """
@@ -46,7 +46,7 @@ def postures(
     found, poses = [], []
     for q in rng.uniform(low, np.maximum(high, low), (_CANDIDATES, 7)):
         aTe = aTe_of(model, q)
-        if _shows(description, aTe, aTm, board):
+        if _shows(description, aTe, aTk, board):
             found.append(q)
             poses.append(aTe * description.camera.eTc)
     if len(found) < count:
@@ -57,19 +57,19 @@ def postures(
     return _short_way(first, [found[k] for k in _different(poses, count)])
 
 
-def _shows(description: RobotDescription, aTe: SE3, aTm: SE3, board: Board) -> bool:
+def _shows(description: RobotDescription, aTe: SE3, aTk: SE3, board: Board) -> bool:
     camera = description.camera.intrinsics
-    cTm = (aTe * description.camera.eTc).actInv(aTm)
-    if not _DEPTHS[0] < cTm.act(board.centre)[2] < _DEPTHS[1]:
+    cTk = (aTe * description.camera.eTc).actInv(aTk)
+    if not _DEPTHS[0] < cTk.act(board.centre)[2] < _DEPTHS[1]:
         return False
-    if cTm.rotation[2, 2] < np.cos(_STEEPEST):
+    if cTk.rotation[2, 2] < np.cos(_STEEPEST):
         return False
-    tip = aTm.actInv(aTe * SE3(np.eye(3), np.array([0.0, 0.0, description.gripper.tip])))
+    tip = aTk.actInv(aTe * SE3(np.eye(3), np.array([0.0, 0.0, description.gripper.tip])))
     if tip.translation[2] > -_CLEARANCE:
         return False
     width, height = board.size
     outline = np.array([[0, 0, 0], [width, 0, 0], [0, height, 0], [width, height, 0]], dtype=float)
-    pixels = project(cTm, outline, camera)
+    pixels = project(cTk, outline, camera)
     last = np.array([camera.width, camera.height]) - _MARGIN
     return bool(((pixels > _MARGIN) & (pixels < last)).all())
 

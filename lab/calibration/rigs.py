@@ -7,9 +7,10 @@ import pinocchio as pin
 from pinocchio import SE3
 from scipy.optimize import least_squares
 
+from config.poses import OdometryPose
 from controller import RobotModel
-from hw.sim import photograph
 from lab.calibration.board import Array, Board, Grey
+from lab.calibration.photograph import photograph
 from lab.calibration.postures import aTe_of
 from robots import Intrinsics, RobotDescription
 
@@ -29,16 +30,16 @@ class Look:
 
 
 def render(
-    board: Board, cTm: SE3, camera: Intrinsics, look: Look, rng: np.random.Generator
+    board: Board, cTk: SE3, camera: Intrinsics, look: Look, rng: np.random.Generator
 ) -> Grey:
-    """(H, W) brightness of an image of the board at cTm on a grey ground, with blur and noise."""
+    """(H, W) brightness of an image of the board at cTk on a grey ground, with blur and noise."""
     printed = board.picture(_PIXELS).astype(np.float32) / 255.0
     paper = np.pad(printed, _PIXELS // 2, constant_values=1.0)
     edge = -0.5 * board.square
     return photograph(
         np.float32(look.black) + np.float32(look.white - look.black) * paper,
         board.square / _PIXELS,
-        cTm * SE3(np.eye(3), np.array([edge, edge, 0.0])),
+        cTk * SE3(np.eye(3), np.array([edge, edge, 0.0])),
         camera,
         rng,
         ground=look.black + (look.white - look.black) * _GROUND,
@@ -74,8 +75,8 @@ class SimulatedArm:
         self.eTc = _beside(description.camera.eTc, (0.01, 0.03), rng)
         self._q = description.arm.ready.copy()
         turn = pin.utils.rotate("z", rng.uniform(-np.pi, np.pi)) @ pin.utils.rotate("x", 0.05)
-        cTm = SE3(turn, np.array([0.0, 0.0, rng.uniform(0.38, 0.45)]) - turn @ board.centre)
-        self.aTm = aTe_of(self._model, self._q) * self.eTc * cTm
+        cTk = SE3(turn, np.array([0.0, 0.0, rng.uniform(0.38, 0.45)]) - turn @ board.centre)
+        self.aTk = aTe_of(self._model, self._q) * self.eTc * cTk
 
     def q(self) -> Array:
         """With noise."""
@@ -88,8 +89,8 @@ class SimulatedArm:
 
     def image(self) -> Grey:
         """With noise and blur."""
-        cTm = (aTe_of(self._model, self._q) * self.eTc).actInv(self.aTm)
-        return render(self._board, cTm, self._camera, self._noise.look, self._rng)
+        cTk = (aTe_of(self._model, self._q) * self.eTc).actInv(self.aTk)
+        return render(self._board, cTk, self._camera, self._noise.look, self._rng)
 
 
 class SimulatedBase:
@@ -112,7 +113,7 @@ class SimulatedBase:
         self._model = RobotModel(description)
         self.bTa = _beside(description.bTa, (0.01, 0.02), rng)
         self._q = _looking_down(description, self._model)
-        self._wTb = SE3.Identity()
+        self._oTb = SE3.Identity()
 
     def next_place(self) -> bool:
         """Somewhere around the board, which stays in the middle of the map."""
@@ -126,15 +127,16 @@ class SimulatedBase:
         ray = bTc.rotation @ [(u - seen.cx) / seen.fx, (v - seen.cy) / seen.fy, 1.0]
         centre = bTc.translation[:2] - bTc.translation[2] / ray[2] * ray[:2]
         turn = pin.utils.rotate("z", rng.uniform(-np.pi, np.pi))
-        self._wTb = SE3(turn, -turn @ np.array([*centre, 0.0]))
+        self._oTb = SE3(turn, -turn @ np.array([*centre, 0.0]))
         return True
 
-    def wTb(self) -> SE3:
+    def oTb(self) -> OdometryPose:
         """With noise."""
         noise, rng = self._noise, self._rng
         shift = np.array([*rng.normal(0.0, noise.place, 2), 0.0])
         turn = pin.utils.rotate("z", rng.normal(0.0, noise.heading))
-        return SE3(self._wTb.rotation @ turn, self._wTb.translation + shift)
+        oTb: OdometryPose = SE3(self._oTb.rotation @ turn, self._oTb.translation + shift)
+        return oTb
 
     def q(self) -> Array:
         """With noise."""
@@ -145,10 +147,10 @@ class SimulatedBase:
         """With noise and blur."""
         description = self._description
         face_up = pin.utils.rotate("x", np.pi)
-        wTm = SE3(face_up, -face_up @ self._board.centre)
-        wTc = self._wTb * self.bTa * aTe_of(self._model, self._q) * description.camera.eTc
+        oTk = SE3(face_up, -face_up @ self._board.centre)
+        oTc = self._oTb * self.bTa * aTe_of(self._model, self._q) * description.camera.eTc
         camera = description.camera.intrinsics
-        return render(self._board, wTc.actInv(wTm), camera, self._noise.look, self._rng)
+        return render(self._board, oTc.actInv(oTk), camera, self._noise.look, self._rng)
 
 
 def _beside(pose: SE3, offset: tuple[float, float], rng: np.random.Generator) -> SE3:

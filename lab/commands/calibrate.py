@@ -1,4 +1,4 @@
-"""`frankie-task calibrate`: camera on the hand, and arm on the base."""
+"""`frankie-task calibrate`: camera on the hand, arm on the base, and how late a robot follows."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from app.commands import refuse
+from app.commands import Run, Runs, refuse
 from app.terminal import Terminal
 
 if TYPE_CHECKING:
@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from robots import RealRobot
 
 app = typer.Typer(
-    no_args_is_help=True, help="Find out where the camera is on the hand, the arm on the base."
+    no_args_is_help=True,
+    help="Find out where camera and arm are mounted, and how late the robot follows.",
 )
 
 _HARDWARE_FAULT = 3
@@ -133,6 +134,22 @@ def base_arm(
     with _faults_told(), lab.live_base(_real(robot), ask) as live:
         found = lab.calibrate_base_arm(live, description, one, 1e-3 * thickness, say)
     _accept(found, out)
+
+
+@app.command()
+def delays(run: Run = "last", runs: Runs = Path("runs")) -> None:
+    """Measure how late a robot followed its commands in a run."""
+    import numpy as np
+
+    from app.review import find_run
+    from lab.calibration import delays as measured
+
+    console, found = Terminal(), measured(find_run(run, runs))
+    for one in found:
+        console.say(str(one))
+    for key, part in (("base_lag", "base"), ("arm_lag", "joint")):
+        if totals := [one.total for one in found if one.axis.startswith(part)]:
+            console.say(f"{key}: {np.median(totals):.2f}")
 
 
 def _real(robot: str) -> RealRobot:

@@ -9,11 +9,12 @@ from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 import yaml
 
-from config import ConfigError, counted, extra
-from hw.ros2 import depth_of
+from config import counted, extra
+from config.arrays import Image
+from config.reader import ConfigError
+from extensions.ros2.sensing import depth_of
 from robots import Array, Intrinsics
 
 _D435_FOCAL = 0.6  # focal length of a D435 in image widths
@@ -29,7 +30,7 @@ _NUMPY_TYPES = {"F": "f", "I": "i", "U": "u"}  # of the types of a PCD file
 class DepthFile(NamedTuple):
     """What a file shows."""
 
-    depth: npt.NDArray[np.float32]  # (H, W) along the optical axis; 0 or NaN where missing [m]
+    depth: Image  # (H, W) along the optical axis; 0 or NaN where missing [m]
     intrinsics: Intrinsics
     assumed: str  # what the file did not say, for people; empty if nothing
 
@@ -100,7 +101,7 @@ def _parsed(path: Path, read: Callable[[Path], Any]) -> Any:
         raise ConfigError(f"{path}: cannot be read ({what}); {_FORMATS}") from error
 
 
-def _metres(path: Path, values: Any, scale: float | None) -> npt.NDArray[np.float32]:
+def _metres(path: Path, values: Any, scale: float | None) -> Image:
     is_array = isinstance(values, np.ndarray)
     if not is_array or values.ndim != 2 or not _is_depth(values.dtype):
         content = f"{values.dtype} of shape {values.shape}" if is_array else "no image"
@@ -110,7 +111,7 @@ def _metres(path: Path, values: Any, scale: float | None) -> npt.NDArray[np.floa
         return np.asarray(values * scale, dtype=np.float32)
 
 
-def _check_scale(path: Path, depth: Array | npt.NDArray[np.float32]) -> None:
+def _check_scale(path: Path, depth: Array | Image) -> None:
     known = depth[np.isfinite(depth) & (depth > 0.0)]
     median = float(np.median(known)) if known.size else 1.0
     if not _USUAL[0] <= median <= _USUAL[1]:
@@ -201,7 +202,7 @@ _IMAGES: dict[str, Callable[[Path], Any]] = {".npy": _numpy}
 _CLOUDS: dict[str, Callable[[Path], Array]] = {".ply": _ply, ".pcd": _pcd}
 
 
-def _projected(path: Path, points: Array) -> tuple[npt.NDArray[np.float32], Intrinsics]:
+def _projected(path: Path, points: Array) -> tuple[Image, Intrinsics]:
     """The depth image of a cloud of (N, 3) points, with about one point a pixel.
 
     The cloud is in the optical frame of its camera: x right, y down, z forward, or y up and z back,

@@ -13,9 +13,11 @@ import numpy as np
 from pinocchio import SE3, Quaternion, exp3
 
 from behaviours import Region
-from config import ConfigError
-from hw.sim import MODELLED, RANDOM_BODIES, Objects, SimObject, World
-from hw.sim.physics import FloatingHand
+from config.reader import ConfigError
+from extensions.physics.floating_hand import FloatingHand
+from hw.sim import Objects, SimObject, World
+from hw.sim.objects import MODELLED
+from lab.grasps.objects import RANDOM_BODIES
 from lab.grasps.scenes import (
     EVALUATION_SEED,
     FLOOR,
@@ -198,7 +200,7 @@ def _stack(
     for obj in objects:
         turn = _upright(obj, rng) if standing else _random_rotation(rng)
         spread = np.maximum(region.size[:2] / 2.0 - obj.radius - 0.03, 0.0)
-        xy = region.wTr.translation[:2] + rng.uniform(-spread, spread)
+        xy = region.oTr.translation[:2] + rng.uniform(-spread, spread)
         obj.pose = SE3(turn, np.zeros(3))
         low = obj.reach(np.array([0.0, 0.0, -1.0]))
         high = obj.reach(np.array([0.0, 0.0, 1.0]))

@@ -7,8 +7,8 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from config import ConfigError
-from lab.grasps.choice import NetworkChoice, all_results, require_physics
+from config.reader import ConfigError
+from lab.grasps.choice import NetworkChoice, all_results, require
 from lab.grasps.results import BIN, GraspEvaluation, Row
 
 BASELINES = (
@@ -35,8 +35,8 @@ def evaluate_grasps(
     Raises WeightsError: the weights are missing or do not fit; ConfigError: a file or a folder
     cannot be used.
     """
-    require_physics("grasp eval")
-    from lab.grasps.judge import judge_bin, judge_single, random_grasp_holds
+    require("mujoco", "grasp eval")
+    from lab.grasps.grasp_judge import judge_bin, judge_single, random_grasp_holds
 
     files = _mesh_files(meshes) if meshes else ()
     choices = (choice, *(each for each in BASELINES if each.name != choice.name))

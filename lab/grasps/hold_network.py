@@ -13,18 +13,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 from rich.table import Table
 
-from config import ConfigError
-from lab.grasps.outcomes import SETS, Outcomes, group_of, read_outcomes
+from config.arrays import Array, Indices
+from config.reader import ConfigError
+from lab.grasps.choice import require
+from lab.grasps.grasp_outcomes import SETS, Outcomes, group_of, read_outcomes
 from lab.grasps.scenes import ROBOT
 from perception import NUMBERS, HoldProbability, hand_sizes
 
 if TYPE_CHECKING:
-    from perception.networks import FitReport
+    from lab.grasps.hold_training import FitReport
 
-Array: TypeAlias = npt.NDArray[np.float64]
 Score: TypeAlias = Callable[[Array, Array], float]
 
 TRAINING_SETS = ("trained", "bodies", "light")  # the sets of outcomes that are learnt from ...
@@ -39,12 +39,14 @@ def fit_hold_network(
     """Fit to all outcomes of `TRAINING_SETS` in a folder, and write the weights.
 
     With `start`, a file of such weights, to those of `TILTED_SETS`, beginning with these weights
-    and half as fast. Raises ConfigError: there are no outcomes, or a file cannot be read.
+    and half as fast. Raises ConfigError: there are no outcomes, a file cannot be read, or PyTorch
+    is missing.
     """
-    # Not at the top: torch takes a second to import.
+    require("torch", "grasp fit")  # not imported at the top: it is an extra
     import torch
 
-    from perception.networks import FitSettings, fit_hold, load_hold_network, save_network
+    from lab.grasps.hold_training import FitSettings, fit_hold
+    from lab.grasps.torch_networks import load_hold_network, save_network
 
     sets = TRAINING_SETS if start is None else TILTED_SETS
     outcomes, settings = read_outcomes(folder, *sets), FitSettings(rounds=rounds)
@@ -132,7 +134,7 @@ def probability_table(judged: Outcomes, hold: HoldProbability) -> Table:
 
 
 def _with_interval(
-    score: Score, estimated: Array, good: Array, scene_of: npt.NDArray[np.int64]
+    score: Score, estimated: Array, good: Array, scene_of: Indices
 ) -> tuple[float, float, float]:
     """A score and its interval by a bootstrap over the scenes (Efron, 1979)."""
     rng = np.random.default_rng(0)

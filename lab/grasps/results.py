@@ -5,10 +5,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from rich.table import Table
 
 from config import counted
+from config.arrays import Array, Mask
 from lab.shared import paired_difference, percent
 
 HARD = 60.0  # A contact with more force on the hand is a hard one [N]
@@ -58,7 +58,7 @@ class Row:
     where this row grasps it."""
 
     @property
-    def feasible(self) -> npt.NDArray[np.bool_]:
+    def feasible(self) -> Mask:
         """(N,) single scenes in which some grasp held, or random grasps were not tried."""
         feasible = np.ones(len(self.singles), dtype=np.bool_)
         feasible[list(self.hopeless)] = False
@@ -70,12 +70,12 @@ class Row:
         return [each.held for each in self.singles]
 
     @property
-    def cleared(self) -> npt.NDArray[np.float64]:
+    def cleared(self) -> Array:
         """(N,) objects cleared of every bin."""
         return np.array([each.cleared for each in self.bins], dtype=float)
 
     @property
-    def attempts(self) -> npt.NDArray[np.float64]:
+    def attempts(self) -> Array:
         """(N,) attempts in every bin."""
         return np.array([len(each.attempts) for each in self.bins], dtype=float)
 
@@ -169,5 +169,5 @@ def _bin_cells(row: Row, first: Row) -> tuple[str, ...]:
     return (*cells, *(f"{d:+.2f} ({low:+.2f} to {high:+.2f})" for d, low, high in (more, each)))
 
 
-def _only(held: Sequence[bool], of: npt.NDArray[np.bool_]) -> list[bool]:
+def _only(held: Sequence[bool], of: Mask) -> list[bool]:
     return [one for one, counts in zip(held, of, strict=True) if counts]

@@ -4,15 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from pinocchio import SE3, exp3
 
 from behaviours import Region
+from config.arrays import Array
 from hw import DepthFrame
 from hw.sim import (
-    HELDOUT,
-    HOUSEHOLD,
-    TRAIN,
     Container,
     D435Noise,
     DepthRenderer,
@@ -26,9 +23,9 @@ from hw.sim import (
     World,
     build_world,
 )
+from hw.sim.objects import HOUSEHOLD
+from lab.grasps.objects import HELDOUT, TRAIN
 from robots import load_robot
-
-Array = npt.NDArray[np.float64]
 
 ROBOT = load_robot("frankie")
 FLOOR = 0.456  # height of the support surface [m]
@@ -133,7 +130,7 @@ def noisy_frame(
     camera = ROBOT.camera
     depth = DepthRenderer(camera.intrinsics).render(shapes, wTc)
     noisy = noise.apply(depth, camera, rng)
-    return DepthFrame(depth=noisy, intrinsics=camera.intrinsics, wTc=wTc, stamp=0.0)
+    return DepthFrame(depth=noisy, intrinsics=camera.intrinsics, oTc=wTc, stamp=0.0)
 
 
 def camera_noise(level: float) -> D435Noise:

@@ -17,15 +17,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from pinocchio import SE3
 
 from behaviours import Region
+from config.arrays import Indices
 from hw import DepthFrame
 from hw.sim import (
-    HOUSEHOLD,
-    MODELLED,
-    TRAIN,
     Container,
     D435Noise,
     DepthRenderer,
@@ -37,6 +34,8 @@ from hw.sim import (
     build_world,
     painted,
 )
+from hw.sim.objects import HOUSEHOLD, MODELLED
+from lab.grasps.objects import TRAIN
 from lab.shared import progress, run_in_order
 from perception import (
     BOUNDARY_FEATURES,
@@ -116,7 +115,7 @@ def _gap(obj: SimObject, point: Array) -> float:
 
 def seen_from_above(
     world: World, rng: np.random.Generator, height: float, off: tuple[float, float]
-) -> tuple[DepthFrame, npt.NDArray[np.int64]]:
+) -> tuple[DepthFrame, Indices]:
     """A noisy frame of the tray, and the number of the object in each pixel; -1 is none.
 
     The camera is at `height` over the floor of the tray, and `off` its middle along x and y [m].
@@ -132,7 +131,7 @@ def seen_from_above(
     frame = DepthFrame(
         depth=D435Noise().apply(depth, camera, rng),
         intrinsics=camera.intrinsics,
-        wTc=wTc,
+        oTc=wTc,
         stamp=0.0,
         paint=lambda: colours,
     )

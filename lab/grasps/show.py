@@ -13,7 +13,9 @@ import numpy as np
 import numpy.typing as npt
 from pinocchio import SE3
 
-from config import ConfigError, counted
+from config import counted
+from config.arrays import Image
+from config.reader import ConfigError
 from hw import DepthFrame
 from lab.grasps.depth_files import DepthFile
 from perception import Detection, GraspDetector, GraspEstimate
@@ -45,11 +47,11 @@ def show_grasps(name: Path, image: DepthFile, out: Path, detector: GraspDetector
         wTc = camera_above_table(np.where(depth > 0.0, depth, np.float32(np.nan)), camera)
     except NoTableError as error:
         raise ConfigError(f"{name}: {error}; give a depth image of objects on a table") from error
-    detection = detector.detect(DepthFrame(depth=depth, intrinsics=camera, wTc=wTc, stamp=0.0))
+    detection = detector.detect(DepthFrame(depth=depth, intrinsics=camera, oTc=wTc, stamp=0.0))
     summary = f"no grasp: {detection.reason}"
     if detection.grasps:
         best = detection.grasps[0]
-        x, y, z = wTc.actInv(best.wTg).translation
+        x, y, z = wTc.actInv(best.oTg).translation
         summary = (
             f"{counted(len(detection.grasps), 'grasp')}; the best {1000 * best.width:.0f} mm wide, "
             f"quality {best.quality:.2f}, at x {x:.3f} y {y:.3f} z {z:.3f} m from the camera"
@@ -65,7 +67,7 @@ def show_grasps(name: Path, image: DepthFile, out: Path, detector: GraspDetector
     return f"{told}{summary}\n{out}"
 
 
-def depth_picture(depth: npt.NDArray[np.float32]) -> Picture:
+def depth_picture(depth: Image) -> Picture:
     """A depth image from near (bright) to far (dark); missing depth is blue."""
     known = np.isfinite(depth) & (depth > 0.0)
     low, high = np.percentile(depth[known], (1, 99)) if known.any() else (0.0, 1.0)
@@ -76,9 +78,7 @@ def depth_picture(depth: npt.NDArray[np.float32]) -> Picture:
     return picture
 
 
-def overlay(
-    depth: npt.NDArray[np.float32], intrinsics: Intrinsics, detection: Detection
-) -> Picture:
+def overlay(depth: Image, intrinsics: Intrinsics, detection: Detection) -> Picture:
     """An (H, W) depth image [m], the quality and the best grasps over it."""
     picture = depth_picture(depth)
     u, v, size = (round(x) for x in detection.crop)
@@ -99,7 +99,7 @@ def overlay(
 def _draw(
     picture: Picture,
     grasp: GraspEstimate,
-    depth: npt.NDArray[np.float32],
+    depth: Image,
     intrinsics: Intrinsics,
     colour: tuple[int, int, int],
 ) -> None:
@@ -124,7 +124,7 @@ def _draw(
         )
 
 
-def camera_above_table(depth: npt.NDArray[np.float32], intrinsics: Intrinsics) -> SE3:
+def camera_above_table(depth: Image, intrinsics: Intrinsics) -> SE3:
     """Pose of the camera in a world whose floor, z = 0, is the table.
 
     Its origin is the point of the table at the middle of the image; x is along u. `depth` is (H, W)

@@ -15,7 +15,7 @@ import numpy as np
 from pinocchio import SE3, exp3
 
 from hw.sim import World
-from lab.grasps.choice import NetworkChoice, all_results, require_physics
+from lab.grasps.choice import NetworkChoice, all_results, require
 from lab.grasps.results import NO_GRASP, Attempt, GraspEvaluation, Row
 from lab.grasps.scenes import EVALUATION_SEED, FLOOR, Array, camera_noise, class_of
 from robots import Box, Geom
@@ -49,7 +49,7 @@ def evaluate_tilts(
 
     Raises ConfigError: MuJoCo is missing.
     """
-    require_physics("grasp eval --tilts")
+    require("mujoco", "grasp eval --tilts")
     judged = all_results(
         "scenes",
         partial(_scene, choice, tilts_deg, by_chance),
@@ -71,7 +71,7 @@ def evaluate_tilts(
 
 def _scene(choice: NetworkChoice, tilts_deg: Sequence[float], by_chance: int, seed: int) -> _Judged:
     from behaviours import LOOKS
-    from lab.grasps.judge import best_grasp, execute, holds_by_chance
+    from lab.grasps.grasp_judge import best_grasp, execute, holds_by_chance
 
     scene = bare_scene(seed, 1)
     (obj,) = scene.world.objects

@@ -14,11 +14,12 @@ from pydantic import Field
 from rich.console import Console
 from rich.progress import track
 
-from config import ConfigError, StrictModel
+from config.reader import ConfigError, StrictModel
+from lab.grasps.choice import require
 from lab.grasps.training_data import shard_count, shard_path, write_shards
 
 if TYPE_CHECKING:
-    from perception.networks import RoundReport
+    from lab.grasps.ggcnn_training import RoundReport
 
 Count = Annotated[int, Field(ge=1)]
 Seed = Annotated[int, Field(ge=0)]
@@ -33,7 +34,7 @@ class Data(StrictModel):
 
 
 class Learning(StrictModel):
-    """Length and speed of the training; see `perception.networks.TrainingSettings`."""
+    """Length and speed of the training; see `TrainingSettings`."""
 
     seed: Seed = 0
     rounds: Count = 10
@@ -56,11 +57,13 @@ def train_weights(
     """Render the missing shards, train or resume, and save the weights.
 
     A GPU is used if there is one. Returns the weights file. Raises ConfigError: the folder contains
-    a training with another recipe.
+    a training with another recipe, or PyTorch is missing.
     """
+    require("torch", "grasp train")
     import torch
 
-    from perception.networks import GGCNN, TrainingSettings, save_network, train
+    from lab.grasps.ggcnn_training import TrainingSettings, train
+    from lab.grasps.torch_networks import GGCNN, save_network
 
     cv2.setNumThreads(1)
     torch.set_num_threads(1)

@@ -14,9 +14,9 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 from pinocchio import SE3
 
+from config.arrays import Array, Image, Indices, Mask
 from hw.sim import DepthRenderer, World
 from lab.grasps.scenes import (
     FLOOR,
@@ -27,14 +27,13 @@ from lab.grasps.scenes import (
     random_world,
     training_count,
 )
+from lab.grasps.training_samples import Labels, Sample, Shard
 from lab.shared import run_all
 from perception import (
     ANGLE_BINS,
     OUTPUT_STRIDE,
+    DepthCloud,
     HeightMap,
-    Labels,
-    Sample,
-    Shard,
     assess,
     build_height_map,
     prepare,
@@ -42,8 +41,6 @@ from perception import (
     world_points,
 )
 from robots import Intrinsics
-
-Array = npt.NDArray[np.float64]
 
 SPACING = 0.005  # between labelled points [m]
 VIEWS = 4  # images per scene
@@ -95,13 +92,13 @@ class WorldLabels:
     """Labels at points all over the objects, on a grid of `SPACING`."""
 
     origin: Array  # (2,) x and y of cell (0, 0) [m]
-    height: npt.NDArray[np.float32]  # (rows, columns) surface [m]; NaN where there is no object
-    quality: npt.NDArray[np.float32]
+    height: Image  # (rows, columns) surface [m]; NaN where there is no object
+    quality: Image
     """(rows, columns, ANGLE_BINS), direction i π / ANGLE_BINS from x towards y of the world."""
-    width: npt.NDArray[np.float32]  # (rows, columns, ANGLE_BINS) [m]
+    width: Image  # (rows, columns, ANGLE_BINS) [m]
 
 
-def exact_view(world: World) -> tuple[HeightMap, Array, npt.NDArray[np.bool_]]:
+def exact_view(world: World) -> tuple[HeightMap, Array, Mask]:
     """Render the world from high above without noise.
 
     Returns its height map, the (N, N, 3) visible points, and the (N, N) mask of those on objects.
@@ -116,7 +113,8 @@ def exact_view(world: World) -> tuple[HeightMap, Array, npt.NDArray[np.bool_]]:
     pixels = np.arange(_EXACT_SIZE, dtype=float)
     grid = (pixels[None, :], pixels[:, None])
     points = world_points(depth, camera, wTc, *grid)
-    return build_height_map(depth, camera, wTc, *grid), points, ids >= len(world.fixtures)
+    cloud = DepthCloud(depth=depth, intrinsics=camera, oTc=wTc)
+    return build_height_map(cloud), points, ids >= len(world.fixtures)
 
 
 def label_world(world: World) -> WorldLabels:
@@ -169,7 +167,7 @@ def render_sample(
     exact, ids = DepthRenderer(part).render_with_ids(world.shapes(), view.wTc)
     measured = view.noise.apply(exact, replace(ROBOT.camera, intrinsics=part), rng)
     whole = scaled_crop(measured.shape, part, along_axis)
-    prepared = prepare(measured, whole, part, view.wTc)
+    prepared = prepare(DepthCloud(depth=measured, intrinsics=part, oTc=view.wTc), whole)
 
     middle = np.arange(OUTPUT_STRIDE // 2, prepared.depth.shape[0], OUTPUT_STRIDE)
     grid = np.stack(np.meshgrid(middle, middle), axis=-1).astype(float).reshape(-1, 2)
@@ -188,7 +186,7 @@ def render_sample(
 
 def _labels_at(
     labels: WorldLabels, points: Array, wTc: SE3, camera: Intrinsics
-) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
+) -> tuple[Image, Image]:
     """(N, ANGLE_BINS) quality and width [px of the camera] at (N, 3) points.
 
     Column i is for the closing direction that appears at the angle i π / ANGLE_BINS in the image,
@@ -215,10 +213,8 @@ def _labels_at(
     below = np.floor(direction).astype(int)
     part = (direction - below).astype(np.float32)
 
-    def at(
-        values: npt.NDArray[np.float32], index: npt.NDArray[np.int64]
-    ) -> npt.NDArray[np.float32]:
-        found: npt.NDArray[np.float32] = values[row[:, None], column[:, None], index % ANGLE_BINS]
+    def at(values: Image, index: Indices) -> Image:
+        found: Image = values[row[:, None], column[:, None], index % ANGLE_BINS]
         return found
 
     quality = (1.0 - part) * at(labels.quality, below) + part * at(labels.quality, below + 1)

@@ -4,7 +4,8 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
+
+from config.arrays import Array
 
 _DRAWS = 10_000  # of a bootstrap
 
@@ -37,9 +38,9 @@ def bootstrap(
 
 
 def paired_difference(
-    one: npt.NDArray[np.float64],
-    other: npt.NDArray[np.float64],
-    per: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None = None,
+    one: Array,
+    other: Array,
+    per: tuple[Array, Array] | None = None,
 ) -> tuple[float, float, float]:
     """Difference of two means over the same scenes, and its 95 % interval by seeded bootstrap.
 
@@ -50,15 +51,11 @@ def paired_difference(
     spent = (np.ones(n), np.ones(n)) if per is None else per
     drawn = np.random.default_rng(0).integers(0, n, (_DRAWS, n))
 
-    def ratio(reached: npt.NDArray[np.float64], cost: npt.NDArray[np.float64]) -> float:
+    def ratio(reached: Array, cost: Array) -> float:
         return float(reached.sum() / max(cost.sum(), 1.0))
 
-    def ratios(
-        reached: npt.NDArray[np.float64], cost: npt.NDArray[np.float64]
-    ) -> npt.NDArray[np.float64]:
-        shares: npt.NDArray[np.float64] = reached[drawn].sum(axis=1) / np.maximum(
-            cost[drawn].sum(axis=1), 1.0
-        )
+    def ratios(reached: Array, cost: Array) -> Array:
+        shares: Array = reached[drawn].sum(axis=1) / np.maximum(cost[drawn].sum(axis=1), 1.0)
         return shares
 
     low, high = np.percentile(ratios(one, spent[0]) - ratios(other, spent[1]), (2.5, 97.5))

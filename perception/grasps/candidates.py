@@ -1,16 +1,11 @@
-"""Candidate grasps in an image, and sources of them that need no network.
+"""Candidate grasps in an image, and a source of them that needs no network."""
 
-The sources show what a network adds to the feasibility check: with `RandomPoints` the check gets
-random points, with `SpreadPoints` it decides alone.
-"""
-
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from perception.frame import Array, Image, Indices, Mask
+from config.arrays import Array, Image, Mask
 from perception.grasps.refinement import DIRECTIONS, TURN_COST
 
 
@@ -50,22 +45,8 @@ class CandidateSource(Protocol):
         """
 
 
-class RandomPoints:
-    """Random points where a grasp is allowed, the same in the same image."""
-
-    name = "none"
-    count = 16
-
-    def propose(self, image: Image, allowed: Mask) -> Proposals:
-        """See `CandidateSource`."""
-        v, u = np.nonzero(allowed)
-        rng = np.random.default_rng(len(u))
-        chosen = rng.choice(len(u), min(self.count, len(u)), replace=False)
-        return _equally_good(u[chosen], v[chosen], rng.uniform(0.0, np.pi, len(chosen)), allowed)
-
-
 class SpreadPoints:
-    """Points evenly spread over all that is allowed."""
+    """Points evenly spread over all that is allowed: the feasibility check decides alone."""
 
     name = "check"
     count = 128
@@ -78,18 +59,11 @@ class SpreadPoints:
             for at in np.nonzero(allowed[step // 2 :: step, step // 2 :: step])
         )
         few = np.linspace(0, len(u) - 1, min(self.count, len(u))).astype(int)
-        return _equally_good(u[few], v[few], np.zeros(len(few)), allowed)
-
-
-def _equally_good(u: Indices, v: Indices, angle: Array, allowed: Mask) -> Proposals:
-    n = len(u)
-    points = np.stack([u, v], axis=1).astype(float)
-    found = Candidates(pixel=points, angle=angle, width=np.zeros(n), quality=np.ones(n))
-    return Proposals(found, allowed.astype(np.float32), turn_cost=0.0)
-
-
-WITHOUT_NETWORK: Mapping[str, Callable[[], CandidateSource]] = {
-    RandomPoints.name: RandomPoints,
-    SpreadPoints.name: SpreadPoints,
-}
-"""Sources that can be named instead of a network."""
+        none = np.zeros(len(few))
+        found = Candidates(
+            pixel=np.stack([u[few], v[few]], axis=1).astype(float),
+            angle=none,
+            width=none,
+            quality=none + 1.0,
+        )
+        return Proposals(found, allowed.astype(np.float32), turn_cost=0.0)

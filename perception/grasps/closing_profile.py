@@ -5,7 +5,7 @@ A line is sampled every `STEP` from -63 mm to 63 mm about the grasp centre, past
 
 import numpy as np
 
-from perception.frame import Array, Image, Mask
+from config.arrays import Array, Image, Mask
 
 STEP = 0.0015  # between the samples of a line [m]
 ALONG = np.arange(-42, 43, dtype=np.float32) * np.float32(STEP)

@@ -7,18 +7,20 @@ everything above the palm for the palm; what is hidden is in the way of the fing
 labels training scenes, where heights are exact.
 """
 
-from dataclasses import dataclass
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from math import ceil
 
 import cv2
 import numpy as np
 
-from perception.frame import Array, Image, Indices, Mask
+from config.arrays import Array, Image, Indices, Mask
 from perception.geometry import CAMERA_UP
 from perception.grasps.closing_profile import ALONG, contact_edge, flare, free_distances, runs
 from perception.grasps.hand_geometry import PALM_SPACING, HandDimensions, hand_dimensions
-from perception.grasps.height_map import CELL, HeightMap, look_up
+from perception.grasps.height_map import CELL, HeightMap
 from perception.grasps.stereo import TALLEST
 from robots import GripperDescription
 
@@ -69,14 +71,23 @@ class Assessment:
     """The feasibility of N grasps. Where `score` is 0 the other values are undefined."""
 
     score: Array  # (N,) 0 is infeasible, 1 is best
-    x: Array  # (N,) midway between the contacts, in the world [m]
+    x: Array  # (N,) midway between the contacts, in odometry [m]
     y: Array  # (N,) [m]
     z: Array  # (N,) height of the grasp centre [m]
     top: Array  # (N,) height of the surface at the grasp [m]
+    direction: Array  # (N,) closing direction, from x towards y [rad]
     width: Array  # (N,) distance between the contacts along the closing direction [m]
     opening: Array  # (N,) distance between the pads for a free descent [m]
     offset: Array  # (N,) displacement of the centre along the closing direction [m]
     turn: Array  # (N,) of the closing direction towards the normal of the contacts [rad]
+
+    def only(self, which: Indices | Mask) -> Assessment:
+        """A selection of them."""
+        return Assessment(**{f.name: getattr(self, f.name)[which] for f in fields(self)})
+
+    def ranked(self, score: Array, preference: Array) -> Assessment:
+        """The same grasps with another score, the most preferred first."""
+        return replace(self, score=score).only(np.argsort(-preference, kind="stable"))
 
 
 def assess(
@@ -95,7 +106,7 @@ def assess(
         x: (N,) grasp centres, as all that follows in the frame of the map [m].
         y: (N,) [m].
         direction: (N,) closing direction, from x towards y [rad].
-        floor: height of the support surface in the world [m].
+        floor: height of the support surface in odometry [m].
         gripper: the hand.
         margin: around its fingers [m].
     """
@@ -131,8 +142,8 @@ def assess(
     scores = chosen["score"] * (1.0 - _DEPTH_COST * np.arange(len(DEPTHS)))[:, None]
     best = scores.argmax(axis=0), np.arange(len(top))
     chosen = {name: values[best] for name, values in chosen.items()}
-    offset = chosen["offset"]
-    return Assessment(x=x + cosine * offset, y=y + sine * offset, top=top, **chosen)
+    x, y = x + cosine * chosen["offset"], y + sine * chosen["offset"]
+    return Assessment(x=x, y=y, top=top, direction=direction, **chosen)
 
 
 def _assess_at(
@@ -147,7 +158,7 @@ def _assess_at(
     """Which of K grasps, at one depth each, the hand fits at; the fields of `Assessment` of those.
 
     Args:
-        heights: (N, across, along) around places, in the world [m].
+        heights: (N, across, along) around places, in odometry [m].
         unknown: (N, along) where something hidden may be in the way of the fingers.
         which: (K,) the number of each grasp's place.
         top: (K,) height of the surface at the grasp [m].
@@ -231,16 +242,16 @@ def _lowest(
     floor: float,
 ) -> Array:
     """(N,) height of the grasp centre below which palm or camera would collide [m]."""
-    highest = _highest(scene, floor)
+    highest = _highest(scene, floor).ravel()
     x, y, c, s = (each[:, None] for each in (x, y, cosine, sine))
     lowest = np.full(len(x), -np.inf)
     upwards, clearance = None, _PALM_CLEARANCE
-    if scene.wRa is not None:
-        upwards = c * scene.wRa[2, 1] - s * scene.wRa[2, 0]
-        clearance += _LEVEL_ERROR * float(np.hypot(*scene.wRa[:2, 2]))
+    if scene.oRa is not None:
+        upwards = c * scene.oRa[2, 1] - s * scene.oRa[2, 0]
+        clearance += _LEVEL_ERROR * float(np.hypot(*scene.oRa[:2, 2]))
     for part, (height, along, across) in enumerate(hand.overhead):
         at = x + c * along - s * across, y + s * along + c * across
-        at_each = look_up(highest, scene.origin, scene.cell, *at)
+        at_each = highest.take(scene.cells(*at))
         if part and upwards is not None:  # the camera
             is_clear = (np.abs(upwards) > CAMERA_UP) & (upwards * across < 0.0)
             at_each = np.where(is_clear, -np.inf, at_each)

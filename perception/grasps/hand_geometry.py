@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from perception.frame import Array, Image
+from config.arrays import Array, Image
 from robots import GripperDescription, half_extents
 
 TIP_MARGIN = 0.0004  # added to the reach of the finger tips [m]

@@ -7,24 +7,27 @@ distance below the camera. A hole is mostly the stereo shadow of a nearer surfac
 farther of its two neighbours in the row.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
 from pinocchio import SE3
 
 from config import UserError
-from perception.frame import Array, Frame, Image, Indices, Mask
-from perception.geometry import world_maps, world_points
+from config.arrays import Array, Image, Indices, Mask
+from perception.cloud import DepthCloud
+from perception.geometry import world_maps
 from robots import Intrinsics
 
 INPUT_SIZE = 300  # side of a network's input image [px]
 OUTPUT_STRIDE = 3  # input pixels per cell of the labels and of the maps
+WIDTH_SCALE = 150.0  # a width map holds the opening divided by this, as published [input px]
 GRID_SIZE = INPUT_SIZE // OUTPUT_STRIDE  # side of the grid of labels [cells]
 ANGLE_BINS = 16  # closing directions: bin i is i π / 16, anticlockwise in the image
-WIDTH_SCALE = 150.0  # a width map holds the opening divided by this, as published [input px]
 METRES_PER_PIXEL = 0.0015  # length that an input pixel covers at the support surface [m]
-MAX_DEPTH = 5.0  # larger readings are missing [m]
 
 
 class WeightsError(UserError):
@@ -35,26 +38,6 @@ class NoDepthError(ValueError):
     """No pixel has a depth."""
 
 
-def valid_depth(depth: Image) -> Mask:
-    """Which pixels of a depth image [m] hold a usable depth; NaN is none."""
-    valid: Mask = (depth > 0.0) & (depth < MAX_DEPTH)
-    return valid
-
-
-def measured(
-    frame: Frame, every: int, row: int = 0, column: int = 0
-) -> tuple[Indices, Indices, Array]:
-    """Rows, columns [px] and (N, 3) points in the world [m] of the usable pixels of a part.
-
-    The part is every n-th row and column, from the given ones on.
-    """
-    depth = np.asarray(frame.depth)[row::every, column::every]
-    v, u = np.nonzero(valid_depth(depth))
-    z, v, u = depth[v, u].astype(float), row + every * v, column + every * u
-    points = world_points(z, frame.intrinsics, frame.wTc, u.astype(float), v.astype(float))
-    return v, u, points
-
-
 @dataclass(frozen=True, kw_only=True)
 class Crop:
     """A square part of the full image."""
@@ -62,6 +45,11 @@ class Crop:
     u0: int  # left column [px]
     v0: int  # top row [px]
     size: int  # side [px]
+
+    @property
+    def window(self) -> tuple[slice, slice]:
+        """Its rows and columns in the full image."""
+        return slice(self.v0, self.v0 + self.size), slice(self.u0, self.u0 + self.size)
 
     @property
     def scale(self) -> float:
@@ -107,53 +95,43 @@ def scaled_crop(
     return Crop(u0=int(u0), v0=int(v0), size=size)
 
 
-def prepare(depth: Image, crop: Crop, intrinsics: Intrinsics, wTc: SE3) -> Prepared:
-    """Crop an (H, W) depth image [m], fill its holes, resize and level it.
+def prepare(cloud: DepthCloud, crop: Crop) -> Prepared:
+    """Crop a depth image, fill its holes, resize and level it.
 
     Raises:
         NoDepthError: no pixel of the crop has a depth.
     """
-    part = depth[crop.v0 : crop.v0 + crop.size, crop.u0 : crop.u0 + crop.size]
-    missing = ~valid_depth(part)
-    native = fill(part, missing)
+    part = cloud.part(*crop.window)
+    missing = ~part.valid
+    size = INPUT_SIZE, INPUT_SIZE
     interpolation = cv2.INTER_AREA if crop.size > INPUT_SIZE else cv2.INTER_LINEAR
-    resized: Image = np.asarray(
-        cv2.resize(native, (INPUT_SIZE, INPUT_SIZE), interpolation=interpolation), dtype=np.float32
-    )
+    resized = cv2.resize(fill(part.depth, missing), size, interpolation=interpolation)
+    depth: Image = np.asarray(resized, dtype=np.float32)
     pixels = np.arange(INPUT_SIZE, dtype=float)
     u, v = crop.to_image(np.stack([pixels, pixels], axis=1)).T
-    camera = SE3(wTc.rotation, np.zeros(3))
-    (up,) = world_maps(resized, intrinsics, camera, u[None, :], v[:, None], axes=(2,))
-    return Prepared(
-        crop=crop,
-        depth=resized,
-        below=-up,
-        missing=cv2.resize(
-            missing.astype(np.uint8), (INPUT_SIZE, INPUT_SIZE), interpolation=cv2.INTER_NEAREST
-        ).astype(np.bool_),
-    )
+    camera = SE3(cloud.oTc.rotation, np.zeros(3))
+    (up,) = world_maps(depth, cloud.intrinsics, camera, u[None, :], v[:, None], axes=(2,))
+    filled = cv2.resize(missing.view(np.uint8), size, interpolation=cv2.INTER_NEAREST)
+    return Prepared(crop=crop, depth=depth, below=-up, missing=np.asarray(filled) > 0)
 
 
-def fill(depth: Image, missing: Mask) -> Image:
+def fill(depth: Image, missing: Mask, gaps: Gaps | None = None) -> Image:
     """A copy whose missing pixels have the larger of their nearest neighbours left and right.
 
-    A row without a value is copied from the nearest row with one.
+    A row without a value is copied from the nearest row with one. `gaps` are those of `missing`,
+    where they are known.
 
     Raises:
         NoDepthError: all pixels are missing.
     """
+    filled: Image = np.array(depth, dtype=np.float32)
+    gaps = gaps_in(missing) if gaps is None else gaps
+    if len(gaps.first) == 0:
+        return filled
     if missing.all():
         raise NoDepthError("no pixel of the depth image has a depth")
-    filled: Image = np.array(depth, dtype=np.float32)
-    first, last = holes(missing)
-    if len(first) == 0:
-        return filled
-    width, values = depth.shape[1], filled.ravel()
-    value = np.maximum(
-        np.where(first % width > 0, values[first - 1], -np.inf),
-        np.where((last + 1) % width > 0, values[(last + 1) % filled.size], -np.inf),
-    )
-    filled[missing] = np.repeat(value, last - first + 1)
+    value = np.maximum(*gaps.beside(filled, -np.inf))
+    filled[missing] = np.repeat(value, gaps.last - gaps.first + 1)
     empty = np.asarray(missing.all(axis=1))
     if empty.any():
         blank, rows = np.flatnonzero(empty), np.flatnonzero(~empty)
@@ -162,9 +140,28 @@ def fill(depth: Image, missing: Mask) -> Image:
     return filled
 
 
-def holes(missing: Mask) -> tuple[Indices, Indices]:
-    """Flat numbers (N,) of the first and of the last pixel of each hole in a row, in order."""
-    begins, ends = missing.copy(), missing.copy()
-    np.greater(missing[:, 1:], missing[:, :-1], out=begins[:, 1:])
-    np.greater(missing[:, :-1], missing[:, 1:], out=ends[:, :-1])
-    return np.flatnonzero(begins), np.flatnonzero(ends)
+class Gaps(NamedTuple):
+    """The gaps in the rows of an image, row by row."""
+
+    first: Indices  # (N,) flat number of the first pixel of each
+    last: Indices  # (N,) ... of the last
+
+    def beside(self, values: Image, border: float) -> tuple[Image, Image]:
+        """The values (N,) left and right of each gap; those beyond the border are given."""
+        width, flat = values.shape[1], values.ravel()
+        before, after = self.first - 1, self.last + 1
+        return (
+            np.where(self.first % width > 0, flat[before], border),
+            np.where(after % width > 0, flat[after % flat.size], border),
+        )
+
+
+def gaps_in(missing: Mask) -> Gaps:
+    """The gaps of an image, (H, W) which of its pixels are missing."""
+    rows, width = missing.shape
+    # Before the first row and after each there is one that is not missing: it ends every gap.
+    flat = np.zeros(rows * (width + 1) + 1, dtype=np.bool_)
+    flat[1:].reshape(rows, width + 1)[:, :-1] = missing
+    turns = np.flatnonzero(flat[1:] != flat[:-1])
+    first, last = turns[::2], turns[1::2] - 1
+    return Gaps(first - first // (width + 1), last - last // (width + 1))

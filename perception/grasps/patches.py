@@ -6,17 +6,18 @@ closing direction and columns along it; and scalars.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from perception.frame import Array, Image, Indices, Mask
+from config.arrays import Array, Image, Indices, Mask
+from config.planar import act, rotate
+from perception.grasps.feasibility import Assessment
 from perception.grasps.height_map import HeightMap
 from perception.grasps.object_centroids import ObjectCentroids
-from perception.grasps.refinement import RefinedGrasps
 
 NEAR_CELL, NEAR_SHAPE = 0.0025, (32, 48)  # cell [m] and shape of the map as large as the hand
 FAR_CELL, FAR_SHAPE = 0.010, (32, 32)  # the same of the map as large as long objects
@@ -57,28 +58,18 @@ class GraspPatches:
         return GraspPatches(**{f.name: getattr(self, f.name)[which] for f in fields(self)})
 
 
-def joined_patches(parts: Sequence[GraspPatches]) -> GraspPatches:
-    """All of several, concatenated."""
-    return GraspPatches(
-        **{
-            f.name: np.concatenate([getattr(part, f.name) for part in parts])
-            for f in fields(GraspPatches)
-        }
-    )
-
-
 HoldProbability: TypeAlias = Callable[[GraspPatches], Array]
 """(N,) how likely each of N grasps holds without a hard contact."""
 
 
 def grasp_patches(
-    scene: HeightMap, found: RefinedGrasps, centroids: ObjectCentroids, camera: Array, floor: float
+    scene: HeightMap, found: Assessment, centroids: ObjectCentroids, camera: Array, floor: float
 ) -> GraspPatches:
     """Height patches and scalars of grasps; `camera` (3,) is in the frame of the map [m]."""
-    cosine, sine = np.cos(found.direction), np.sin(found.direction)
-    near, near_unknown = _around(scene, found, cosine, sine, NEAR_CELL, NEAR_SHAPE)
-    far, far_unknown = _around(scene, found, cosine, sine, FAR_CELL, FAR_SHAPE)
-    x, y = centroids.to_middle(found.x, found.y)
+    near, near_unknown = _around(scene, found, NEAR_CELL, NEAR_SHAPE)
+    far, far_unknown = _around(scene, found, FAR_CELL, FAR_SHAPE)
+    objects = centroids.at(found.x, found.y)
+    along, across = rotate(-found.direction, objects.to_x, objects.to_y)
     to_camera = camera - np.stack([found.x, found.y, found.z], axis=1)
     distance = np.linalg.norm(to_camera, axis=1)
     columns = {
@@ -87,10 +78,10 @@ def grasp_patches(
         "opening": found.opening,
         "depth": found.top - found.z,
         "height": scene.over(floor, found.x, found.y, found.z),
-        "middle_along": cosine * x + sine * y,
-        "middle_across": cosine * y - sine * x,
-        "volume": centroids.volume(found.x, found.y),
-        "whole": centroids.shows_all(found.x, found.y),
+        "middle_along": along,
+        "middle_across": across,
+        "volume": objects.volume,
+        "whole": objects.whole,
         "camera_distance": distance,
         "camera_cosine": to_camera[:, 2] / distance,
     }
@@ -104,21 +95,14 @@ def grasp_patches(
 
 
 def _around(
-    scene: HeightMap,
-    found: RefinedGrasps,
-    cosine: Array,
-    sine: Array,
-    cell: float,
-    shape: tuple[int, int],
+    scene: HeightMap, found: Assessment, cell: float, shape: tuple[int, int]
 ) -> tuple[npt.NDArray[np.float16], Mask]:
     """Heights relative to each grasp on a grid in its frame [m], and what is unknown there."""
     rows, columns = shape
     across = (np.arange(rows) - 0.5 * (rows - 1))[None, :, None] * cell
     along = (np.arange(columns) - 0.5 * (columns - 1))[None, None, :] * cell
-    c, s = cosine[:, None, None], sine[:, None, None]
-    x = found.x[:, None, None] + c * along - s * across
-    y = found.y[:, None, None] + s * along + c * across
-    cells = scene.cells(x, y)
+    grasps = np.stack([found.x, found.y, found.direction])[:, :, None, None]
+    cells = scene.cells(*act(grasps, along, across))
     heights = scene.heights.ravel().take(cells) - found.z[:, None, None]
     unknown: Mask = np.zeros(heights.shape, dtype=np.bool_)
     if scene.unknown is not None:

@@ -1,25 +1,25 @@
-"""Ranking of grasps: feasible grasps at the candidates of an image, best first, in the world.
+"""Ranking of grasps: feasible grasps at the candidates of an image, best first, in odometry.
 
-All is computed as from straight above: in the world, or in the frame a of `approach`.
+All is computed as from straight above: in odometry, or in the frame a of `view`.
 """
 
 import numpy as np
 from pinocchio import SE3
 
-from perception.frame import Array, Frame, Mask, ObjectRegion, Workspace
-from perception.geometry import Camera, closing_direction, grasp_pose, world_points
-from perception.grasp import GraspEstimate
-from perception.grasps.approach import level_direction, uprightness
+from config.arrays import Array, Mask
+from perception.detected_grasp import GraspEstimate
+from perception.frame import ObjectRegion
+from perception.geometry import grasp_pose, world_points
 from perception.grasps.candidates import Proposals
 from perception.grasps.feasibility import Assessment, assess
-from perception.grasps.height_map import LocalHeights
+from perception.grasps.height_map import HeightMap
 from perception.grasps.network_input import INPUT_SIZE, Prepared
 from perception.grasps.object_centroids import ObjectCentroids
 from perception.grasps.patches import HoldProbability, grasp_patches
-from perception.grasps.refinement import RefinedGrasps, refine
+from perception.grasps.refinement import level_direction, refine, uprightness
+from perception.grasps.view import MIN_OBJECT_HEIGHT, View
 from robots import GripperDescription, half_extents
 
-MIN_OBJECT_HEIGHT = 0.008  # surfaces lower than this above the floor are not grasped [m]
 LEAST_HOLD = 0.25  # grasps less likely to hold than this are discarded
 LOSS_BY_DEPTH = 1.0  # a tilted hand reaches over what stands before others: that goes first [1/m]
 LOSS_BY_SLANT = 0.4  # loss of closing directions that are not level, see `uprightness`
@@ -35,36 +35,34 @@ class GraspRanking:
     """Assesses and ranks candidates on the heights of one frame.
 
     Args:
-        frame: with the camera's model and pose.
-        prepared: its crop.
-        around: its heights.
-        workspace: where to grasp; None is everywhere.
-        floor: height of the support surface in the world [m].
+        view: what is searched.
+        prepared: the part of it with the candidates.
+        scene: its heights.
+        border: (B, 3) see `LocalHeights`.
         gripper: the hand.
         hold: how likely grasps hold, which is then their quality; None ranks by check and network.
     """
 
     def __init__(
         self,
-        frame: Frame,
+        view: View,
         prepared: Prepared,
-        around: LocalHeights,
-        workspace: Workspace | None,
-        floor: float,
+        scene: HeightMap,
+        border: Array,
         gripper: GripperDescription,
-        hold: HoldProbability | None = None,
+        hold: HoldProbability | None,
     ) -> None:
-        self._frame, self._prepared, self._scene = frame, prepared, around.scene
-        self._hold = hold
-        self._workspace, self._floor, self._gripper = workspace, floor, gripper
+        self._view, self._prepared, self._scene = view, prepared, scene
+        self._gripper, self._hold = gripper, hold
+        self._floor, self._workspace = view.floor, view.workspace
         self.unlikely = False  # whether the hand fits somewhere, but is not likely to hold
-        lowest = floor + MIN_OBJECT_HEIGHT
-        self._centroids = ObjectCentroids(around.scene, lowest, workspace, around.border)
+        lowest = view.floor + MIN_OBJECT_HEIGHT
+        self._centroids = ObjectCentroids(scene, lowest, view.workspace, border)
         self._up: Array | None = None  # see `grasp_pose`
-        if around.scene.wRa is not None:
+        if scene.oRa is not None:
             camera = gripper.camera
             side = 1.0 if camera is None else np.sign(camera.pose.translation[0])
-            self._up = side * around.scene.wRa[2]
+            self._up = side * scene.oRa[2]
 
     def among(self, proposals: Proposals) -> tuple[GraspEstimate, ...]:
         """The feasible grasps at candidates."""
@@ -72,9 +70,9 @@ class GraspRanking:
         if len(candidates.quality) == 0:
             return ()
         x, y, direction = self._in_world(candidates.pixel, candidates.angle)
-        turn_cost, wRa = proposals.turn_cost, self._scene.wRa
-        if wRa is not None:  # the network knows nothing of what is level
-            direction, turn_cost = np.full(len(direction), level_direction(wRa)), 0.0
+        turn_cost, oRa = proposals.turn_cost, self._scene.oRa
+        if oRa is not None:  # the network knows nothing of what is level
+            direction, turn_cost = np.full(len(direction), level_direction(oRa)), 0.0
         found = refine(
             self._scene,
             x,
@@ -91,22 +89,22 @@ class GraspRanking:
         )
         return self._estimates(self._judged(found))
 
-    def _judged(self, found: RefinedGrasps) -> RefinedGrasps:
+    def _judged(self, found: Assessment) -> Assessment:
         """Those inside the workspace, ranked by how likely they hold if that is known."""
         if self._workspace is not None:
             centres = np.stack([found.x, found.y, found.top], axis=1)
-            found = found.only(self._workspace.contains(centres))
+            found = found.only(self._workspace.contains(self._scene.in_world(centres)))
         if self._hold is None or not len(found.score):
             return found
-        camera = self._frame.wTc.translation
+        camera = self._view.along.oTc.translation
         likely = self._hold(grasp_patches(self._scene, found, self._centroids, camera, self._floor))
         at = found.x, found.y, found.direction
         tight = assess(self._scene, *at, self._floor, self._gripper, MARGIN).score == 0.0
         likely = likely * np.where(tight, 1.0 - LOSS_BY_TIGHTNESS, 1.0)
         self.unlikely = self.unlikely or bool((likely < LEAST_HOLD).all())
-        loss = LOSS_BY_LEVER * self._centroids.at(found.x, found.y)
-        if self._scene.wRa is not None:
-            loss += LOSS_BY_SLANT * (1.0 - uprightness(found.direction, self._scene.wRa))
+        loss = LOSS_BY_LEVER * self._centroids.at(found.x, found.y).lever
+        if self._scene.oRa is not None:
+            loss += LOSS_BY_SLANT * (1.0 - uprightness(found.direction, self._scene.oRa))
             loss += LOSS_BY_DEPTH * (found.x - found.x.min())
         loss += LOSS_BY_WIDTH * np.maximum(found.width - ROOMY, 0.0)
         ranked = found.ranked(likely, likely - loss)
@@ -114,26 +112,24 @@ class GraspRanking:
 
     def _in_world(self, at: Array, angle: Array) -> tuple[Array, Array, Array]:
         """x, y [m] and closing directions [rad] of (N, 2) input pixels and (N,) angles in it."""
-        frame, prepared = self._frame, self._prepared
-        pixel = prepared.crop.to_image(at)
+        camera, prepared = self._view.along, self._prepared
+        u, v = prepared.crop.to_image(at).T
         column, row = np.clip(np.rint(at).astype(np.int64), 0, INPUT_SIZE - 1).T
         depth = prepared.depth[row, column]
-        points = world_points(depth, frame.intrinsics, frame.wTc, pixel[:, 0], pixel[:, 1])
-        height = points[:, 2]
-        turned = closing_direction(frame.intrinsics, frame.wTc, pixel, angle, height)
-        return points[:, 0], points[:, 1], turned
+        x, y, height = world_points(depth, camera.intrinsics, camera.oTc, u, v).T
+        return x, y, camera.closing_direction(np.stack([u, v], axis=1), angle, height)
 
-    def _owned(self, found: Assessment, direction: Array) -> Mask:
+    def _owned(self, found: Assessment) -> Mask:
         """Which grasps close on the workspace's objects alone."""
         assert isinstance(self._workspace, ObjectRegion)
-        centres = np.stack([found.x, found.y, found.z], axis=1)
+        centres, direction = np.stack([found.x, found.y, found.z], axis=1), found.direction
         across = np.stack([np.cos(direction), np.sin(direction), np.zeros(len(direction))], axis=1)
         across *= 0.5 * found.width[:, None]
         along = np.stack([-np.sin(direction), np.cos(direction), np.zeros(len(direction))], axis=1)
         along *= half_extents(self._gripper.pad.shape)[0]
         contacts = np.stack([centres - across, centres + across], axis=1)
         pads = np.concatenate([contacts - along[:, None], contacts + along[:, None]], axis=1)
-        return self._workspace.owns(centres, contacts, pads)
+        return self._workspace.owns(*map(self._scene.in_world, (centres, contacts, pads)))
 
     def _outline(self, aTg: SE3) -> Array:
         """(K, 3) corners in g, at z = 0, of the object that a grasp is on [m]."""
@@ -141,43 +137,38 @@ class GraspRanking:
         corners: Array = (self._centroids.outline(*here) - here) @ aTg.rotation[:2]
         return corners
 
-    def _estimates(self, found: RefinedGrasps) -> tuple[GraspEstimate, ...]:
-        frame = self._frame
-        camera = Camera(intrinsics=frame.intrinsics, wTc=frame.wTc)
+    def _estimates(self, found: Assessment) -> tuple[GraspEstimate, ...]:
+        camera, oRa = self._view.along, self._scene.oRa
         centre = np.stack([found.x, found.y, found.top], axis=1)
         along = _ANGLE_STEP * np.stack(
             [np.cos(found.direction), np.sin(found.direction), np.zeros(len(found.x))], axis=1
         )
         pixel = camera.project(centre)
         line = camera.project(centre + along) - camera.project(centre - along)
-        whole = self._centroids.shows_all(found.x, found.y)
-        is_middle = self._centroids.shows_middle(found.x, found.y)
-        lever = self._centroids.at(found.x, found.y)
-        to_x, to_y = self._centroids.to_middle(found.x, found.y)
-        volume = self._centroids.volume(found.x, found.y)
-        wRa, up = self._scene.wRa, self._up
-        aTg = [
-            grasp_pose(found.x[i], found.y[i], found.z[i], found.direction[i], frame.wTc, up)
-            for i in range(len(centre))
-        ]
-        wTg = aTg if wRa is None else [SE3(wRa, np.zeros(3)) * pose for pose in aTg]
-        return tuple(
-            GraspEstimate(
-                wTg=wTg[i],
-                width=float(found.width[i]),
-                opening=float(found.opening[i]),
-                quality=float(found.score[i]),
-                whole=bool(whole[i]),
-                depth=float(found.top[i] - found.z[i]),
-                lever=float(lever[i]),
-                volume=float(volume[i]),
-                middle=(float(found.x[i] + to_x[i]), float(found.y[i] + to_y[i]))
-                if is_middle[i] and wRa is None
-                else None,
-                outline=self._outline(aTg[i]) if is_middle[i] else None,
-                stamp=frame.stamp,
-                pixel=(float(pixel[i, 0]), float(pixel[i, 1])),
-                angle=float(np.arctan2(line[i, 1], line[i, 0])),
+        angle = np.arctan2(line[:, 1], line[:, 0])
+        objects = self._centroids.at(found.x, found.y)
+        middle = np.stack([found.x + objects.to_x, found.y + objects.to_y], axis=1)
+        grasps = []
+        for i in range(len(centre)):
+            at = found.x[i], found.y[i], found.z[i], found.direction[i]
+            aTg = grasp_pose(*at, camera.oTc, self._up)
+            grasps.append(
+                GraspEstimate(
+                    oTg=aTg if oRa is None else SE3(oRa, np.zeros(3)) * aTg,
+                    width=float(found.width[i]),
+                    opening=float(found.opening[i]),
+                    quality=float(found.score[i]),
+                    whole=bool(objects.whole[i]),
+                    depth=float(found.top[i] - found.z[i]),
+                    lever=float(objects.lever[i]),
+                    volume=float(objects.volume[i]),
+                    middle=(float(middle[i, 0]), float(middle[i, 1]))
+                    if objects.clear[i] and oRa is None
+                    else None,
+                    outline=self._outline(aTg) if objects.clear[i] else None,
+                    stamp=self._view.stamp,
+                    pixel=(float(pixel[i, 0]), float(pixel[i, 1])),
+                    angle=float(angle[i]),
+                )
             )
-            for i in range(len(centre))
-        )
+        return tuple(grasps)

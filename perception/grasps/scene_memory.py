@@ -15,10 +15,10 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from perception.frame import Array, Indices
-from perception.grasp import GraspEstimate
+from config.arrays import Array, Indices
+from perception.detected_grasp import GraspEstimate
 from perception.grasps.height_map import HeightMap, hide_outside
-from perception.grasps.ranking import MIN_OBJECT_HEIGHT
+from perception.grasps.view import MIN_OBJECT_HEIGHT
 
 OLDEST = 2.0  # age from which on an image no longer counts [s]
 _APART = 0.4  # time between remembered images [s]
@@ -52,23 +52,23 @@ class SceneMemory:
         """A copy without the object at a moving grasp."""
         left, lowest = SceneMemory(), floor + MIN_OBJECT_HEIGHT
         for stamp, scene in self._shown:
-            then = moving.wTg_at(stamp).translation
+            then = moving.oTg_at(stamp).translation
             left._shown.append(_Shown(stamp, _without(scene, then, lowest)))
         return left
 
 
 def _same_frame(one: HeightMap, other: HeightMap) -> bool:
-    if one.wRa is None or other.wRa is None:
-        return one.wRa is other.wRa
-    return np.array_equal(one.wRa, other.wRa)
+    if one.oRa is None or other.oRa is None:
+        return one.oRa is other.oRa
+    return np.array_equal(one.oRa, other.oRa)
 
 
 def _without(scene: HeightMap, point: Array, lowest: float) -> HeightMap:
-    """A map in which the objects at or near a point of the world are unknown."""
+    """A map in which the objects at or near a point in odometry are unknown."""
     if scene.unknown is None:
         return scene
-    if scene.wRa is not None:
-        point = point @ scene.wRa
+    if scene.oRa is not None:
+        point = point @ scene.oRa
     raised = scene.above(lowest) & ~scene.unknown
     reach = np.arange(-_NEAR, _NEAR + scene.cell, scene.cell)
     near = scene.cells(point[0] + reach[None, :], point[1] + reach[:, None])
@@ -105,8 +105,8 @@ def completed(scene: HeightMap, earlier: Iterable[HeightMap]) -> HeightMap:
         here = tuple(map(slice, begin, stop))
         there = tuple(map(slice, begin + first - corner, stop + first - corner))
         shown = unknown[here] & ~hidden[there]
-        heights[here][shown] = other.heights[there][shown]
-        unknown[here][shown] = False
+        np.copyto(heights[here], other.heights[there], where=shown)
+        unknown[here] ^= shown
     hide_outside(unknown)
     rising = None if scene.rising is None else np.pad(scene.rising, wider) & unknown
     return replace(

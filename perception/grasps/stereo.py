@@ -12,10 +12,10 @@ import cv2
 import numpy as np
 from pinocchio import SE3
 
-from perception.frame import Array, Image, Indices, Mask
-from perception.geometry import world_maps, world_points
-from perception.grasps.network_input import holes, valid_depth
-from robots import Intrinsics
+from config.arrays import Array, Image, Indices, Mask
+from perception.cloud import DepthCloud
+from perception.geometry import Camera, world_maps, world_points
+from perception.grasps.network_input import Gaps
 
 BASELINE = 0.05  # between the imagers of a RealSense D435 [m]
 NEAREST = 0.175  # minimum range of a RealSense D435 [m]
@@ -34,56 +34,53 @@ _SIMILAR = 0.4  # and with the difference of disparities [px]
 _NOTHING = -1e3  # so unlike any disparity that it has no weight [px]
 
 
-def smoothed(depth: Image, fx: float) -> Image:
-    """(H, W) depth [m] with less noise; missing pixels stay missing.
+def smoothed(cloud: DepthCloud) -> DepthCloud:
+    """The cloud with less noise; missing pixels stay missing.
 
     Disparities are averaged over neighbours on the same surface (bilateral filter, Tomasi and
-    Manduchi, 1998); `fx` is the focal length along the rows [px].
+    Manduchi, 1998).
     """
-    valid = valid_depth(depth)
-    scale = np.float32(fx * BASELINE)
+    depth, valid = cloud.depth, cloud.valid
+    scale = np.float32(cloud.intrinsics.fx * BASELINE)
     disparity = np.full(depth.shape, _NOTHING, dtype=np.float32)
     disparity[valid] = scale / depth[valid]
     averaged = np.asarray(cv2.bilateralFilter(disparity, _WINDOW, _SIMILAR, _NEAR))
     result = np.full(depth.shape, np.nan, dtype=np.float32)
     result[valid] = scale / averaged[valid]
-    return result
+    return cloud.measuring(result)
 
 
-def unknown_pixels(depth: Image, missing: Mask, fx: float, farthest: float) -> Mask:
+def unknown_pixels(depth: Image, missing: Mask, gaps: Gaps, fx: float, farthest: float) -> Mask:
     """(H, W) which of the missing pixels are not in the shadow of a nearer surface.
 
-    `fx` is the focal length along the rows [px], `farthest` the depth of the background beyond the
-    border of the image [m].
+    `gaps` are those of `missing`; `fx` is the focal length along the rows [px], `farthest` the
+    depth of the background beyond the border of the image [m].
     """
-    width, values = depth.shape[1], depth.ravel()
-    first, last = holes(missing)
-    left = np.where(first % width > 0, values[first - 1], farthest)
-    right = np.where((last + 1) % width > 0, values[(last + 1) % depth.size], farthest)
+    left, right = gaps.beside(depth, farthest)
     shadow = fx * BASELINE * np.abs(1.0 / left - 1.0 / right)
-    wide = last + 1 - first > shadow + _MARGIN
+    length = gaps.last + 1 - gaps.first
     unknown = np.zeros(depth.shape, dtype=np.uint8)
-    unknown[missing] = np.repeat(wide, last + 1 - first)
+    unknown[missing] = np.repeat(length > shadow + _MARGIN, length)
     square = np.ones((_SMALLEST, _SMALLEST), dtype=np.uint8)
     opened: Mask = np.asarray(cv2.morphologyEx(unknown, cv2.MORPH_OPEN, square)) > 0
     return opened
 
 
-def near_floor_filled(depth: Image, intrinsics: Intrinsics, wTc: SE3, floor: float) -> Image:
-    """(H, W) depth [m] with the support surface where it is within the minimum range of the camera.
+def near_floor_filled(cloud: DepthCloud, floor: float) -> DepthCloud:
+    """The cloud with the support surface where it is within the minimum range of the camera.
 
     A camera beside an object looks over that: its hole hides nothing. `floor` is the height of the
-    surface in the world [m].
+    surface in odometry [m].
     """
-    row, column = np.nonzero(~valid_depth(depth))
+    row, column = np.nonzero(~cloud.valid)
     u, v = column.astype(float), row.astype(float)
-    direction = SE3(wTc.rotation, np.zeros(3))
-    (rise,) = world_maps(np.ones(len(row)), intrinsics, direction, u, v, axes=(2,))
-    there = (floor - wTc.translation[2]) / np.minimum(rise, -1e-6)
+    direction = SE3(cloud.oTc.rotation, np.zeros(3))
+    (rise,) = world_maps(np.ones(len(row)), cloud.intrinsics, direction, u, v, axes=(2,))
+    there = (floor - cloud.oTc.translation[2]) / np.minimum(rise, -1e-6)
     shown = (there > 0.0) & (there < NEAREST + _RISING)
-    filled = np.array(depth)
+    filled = np.array(cloud.depth)
     filled[row[shown], column[shown]] = there[shown]
-    return filled
+    return cloud.measuring(filled)
 
 
 def rising_holes(depth: Image, missing: Mask, unknown: Mask) -> Mask:
@@ -104,63 +101,55 @@ def rising_holes(depth: Image, missing: Mask, unknown: Mask) -> Mask:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Occlusion:
-    """What a crop of a depth image does not show, above the ground."""
+    """What a depth image does not show, above the ground."""
 
+    camera: Camera
     pixels: Mask  # (H, W) see `unknown_pixels`
-    corner: tuple[int, int]  # (u, v) of the crop's first pixel in the full image [px]
-    ground: float  # height of the ground in the world [m]
     rising: Mask  # (H, W) see `rising_holes`
+    ground: float  # height of the ground in odometry [m]
 
-    def within_range(self, intrinsics: Intrinsics, wTc: SE3) -> Array:
-        """(N, 2) x and y in the world [m] where an object nearer than `NEAREST` may be."""
-        row, column = (each[:, None] for each in np.nonzero(self.rising))
-        points = world_points(
-            np.broadcast_to(_NEARER, (len(row), len(_NEARER))),
-            intrinsics,
-            wTc,
-            (column + self.corner[0]).astype(float),
-            (row + self.corner[1]).astype(float),
-        )
+    def within_range(self) -> Array:
+        """(N, 2) x and y in odometry [m] where an object nearer than `NEAREST` may be."""
+        v, u = (each[:, None].astype(float) for each in np.nonzero(self.rising))
+        depth = np.broadcast_to(_NEARER, (len(v), len(_NEARER)))
+        points = world_points(depth, self.camera.intrinsics, self.camera.oTc, u, v)
         return points[..., :2].reshape(-1, 2)
 
-    def hides(self, x: Array, y: Array, intrinsics: Intrinsics, wTc: SE3) -> Mask:
-        """(N,) at which positions in the world [m] something hidden may stand.
+    def hides(self, x: Array, y: Array) -> Mask:
+        """(N,) at which positions in odometry [m] something hidden may stand.
 
         An object on the ground hides the ground below itself. So the ground is projected into the
         image: outside, or in a hole, an object may stand there. Where a measured object hides the
         ground, only that object itself may be taller, where the image ends below `TALLEST`.
         """
-        cTw = wTc.inverse()
-        inside = self._inside(*self._pixel(x, y, self.ground + TALLEST, intrinsics, cTw))
-        column, row = self._pixel(x, y, self.ground, intrinsics, cTw)
-        inside &= self._inside(column, row)
-        hidden: Mask = ~inside
-        hidden[inside] = self.pixels[row[inside], column[inside]]
+        hidden = np.ones(len(x), dtype=np.bool_)
+        column, row = self._pixel(x, y, self.ground + TALLEST)
+        inside = np.flatnonzero(self._inside(column, row))
+        column, row = self._pixel(x[inside], y[inside], self.ground)
+        seen = self._inside(column, row)
+        hidden[inside[seen]] = self.pixels[row[seen], column[seen]]
         return hidden
 
-    def sees_past(
-        self, x: Array, y: Array, height: float, seen: Image, intrinsics: Intrinsics, wTc: SE3
-    ) -> Mask:
+    def sees_past(self, x: Array, y: Array, height: float, seen: Image) -> Mask:
         """(N,) at which positions at a height the image shows what is lower.
 
         `seen` (H, W) are the heights that the pixels show [m].
         """
-        column, row = self._pixel(x, y, height, intrinsics, wTc.inverse())
+        column, row = self._pixel(x, y, height)
         past = self._inside(column, row)
         row, column = row[past], column[past]
         past[past] = ~self.pixels[row, column] & (seen[row, column] < height)
         return past
 
-    def _pixel(
-        self, x: Array, y: Array, height: float, intrinsics: Intrinsics, cTw: SE3
-    ) -> tuple[Indices, Indices]:
-        """Columns and rows of the crop (N,) at which positions at a height are seen."""
-        level = cTw.rotation[:, 2] * height + cTw.translation
+    def _pixel(self, x: Array, y: Array, height: float) -> tuple[Indices, Indices]:
+        """Columns and rows (N,) at which positions at a height are seen."""
+        cTo, camera = self.camera.oTc.inverse(), self.camera.intrinsics
+        level = cTo.rotation[:, 2] * height + cTo.translation
         along_x, along_y, along_z = (
-            cTw.rotation[axis, 0] * x + cTw.rotation[axis, 1] * y + level[axis] for axis in range(3)
+            cTo.rotation[axis, 0] * x + cTo.rotation[axis, 1] * y + level[axis] for axis in range(3)
         )
-        u = intrinsics.fx * along_x / along_z + (intrinsics.cx - self.corner[0])
-        v = intrinsics.fy * along_y / along_z + (intrinsics.cy - self.corner[1])
+        u = camera.fx * along_x / along_z + camera.cx
+        v = camera.fy * along_y / along_z + camera.cy
         return np.rint(u).astype(np.int32), np.rint(v).astype(np.int32)
 
     def _inside(self, column: Indices, row: Indices) -> Mask:

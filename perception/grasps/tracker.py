@@ -1,4 +1,4 @@
-"""Tracking of one grasp over frames, in the world, until the camera is so near that it is locked.
+"""Tracking of one grasp over frames, in odometry, until the camera is so near that it is locked.
 
 The tracked grasp is smoothed with the candidate nearest to it, whatever its rank. The tracker
 switches only to a candidate that is clearly better for several frames in a row, and not to one on
@@ -14,8 +14,9 @@ from math import hypot, inf, isinf
 import numpy as np
 from pinocchio import SE3, exp3, log3
 
-from perception.frame import Array
-from perception.grasp import Detection, GraspEstimate
+from config.arrays import Array
+from config.poses import OdometryPose
+from perception.detected_grasp import Detection, GraspEstimate
 
 LOST_AFTER = 15  # frames in a row without a candidate that is the tracked grasp
 SWITCH_AFTER = 4  # frames in a row with a better candidate
@@ -42,7 +43,7 @@ class GraspTracker:
 
     def __init__(self, lock_distance: float = 0.25) -> None:
         self.lock_distance = lock_distance
-        self.mTw = SE3.Identity()
+        self.mTo = SE3.Identity()
         """Where the world is on the map now: failed grasps are remembered there."""
         self.reason = ""  # why the last `update` returned None
         self._rejected: deque[SE3] = deque(maxlen=_REMEMBERED)
@@ -62,25 +63,25 @@ class GraspTracker:
         self._frames_missed = 0
         self._frames_outdone = 0
 
-    def reject(self, wTg: SE3) -> None:
+    def reject(self, oTg: OdometryPose) -> None:
         """Remember a failed grasp; similar candidates are avoided."""
-        self._rejected.append(self.mTw * wTg)
+        self._rejected.append(self.mTo * oTg)
 
     def forget(self) -> None:
         """Forget the failed grasps."""
         self._rejected.clear()
 
     def update(
-        self, detection: Detection, wTc: SE3, *, age: float = 0.0, driven: float = 0.0
+        self, detection: Detection, oTc: OdometryPose, *, age: float = 0.0, driven: float = 0.0
     ) -> GraspEstimate | None:
-        """Update with the detection of a frame of a camera at `wTc`.
+        """Update with the detection of a frame of a camera at `oTc`.
 
         What is seen stays true as far as odometry knows how the camera has moved since, and the
         velocity of the object where that is: a grasp in more doubt than `_DOUBT` is not locked.
 
         Args:
             detection: the grasps in the frame.
-            wTc: of the camera at its capture.
+            oTc: of the camera at its capture.
             age: of the frame [s].
             driven: how far the camera has moved since [m].
 
@@ -92,8 +93,8 @@ class GraspTracker:
         if self._tracked is None:
             return None
         self.reason = ""
-        seen = self._tracked.wTg_at(detection.stamp)
-        distance = np.linalg.norm(seen.translation - wTc.translation)
+        seen = self._tracked.oTg_at(detection.stamp)
+        distance = np.linalg.norm(seen.translation - oTc.translation)
         is_known = self._motion.is_known or isinf(self.lock_distance)
         doubt = _SLIP * driven + (_UNSTEADY * age if self._tracked.velocity.any() else 0.0)
         is_known &= doubt <= _DOUBT
@@ -108,11 +109,11 @@ class GraspTracker:
                 self.reason = detection.reason or "all grasps in sight have failed before"
             return
         tracked = self._tracked
-        tracked = replace(tracked, wTg=tracked.wTg_at(detection.stamp), stamp=detection.stamp)
-        near = [c for c in candidates if _close(c.wTg, tracked.wTg, *_NEAR)]
+        tracked = replace(tracked, oTg=tracked.oTg_at(detection.stamp), stamp=detection.stamp)
+        near = [c for c in candidates if _close(c.oTg, tracked.oTg, *_NEAR)]
         if near:
             self._frames_missed = 0
-            nearest = min(near, key=lambda c: _difference(c.wTg, tracked.wTg))
+            nearest = min(near, key=lambda c: _difference(c.oTg, tracked.oTg))
             velocity = self._motion(nearest.middle, nearest.stamp)
             tracked = replace(_blend(tracked, nearest, _SMOOTHING), velocity=velocity)
             self._tracked = tracked
@@ -139,7 +140,7 @@ class GraspTracker:
 
     def _track(self, grasp: GraspEstimate) -> None:
         if grasp.middle is None:
-            is_same = self._motion.has_reached(grasp.wTg.translation[:2], grasp.stamp)
+            is_same = self._motion.has_reached(grasp.oTg.translation[:2], grasp.stamp)
         else:
             is_same = self._motion.may_be_at(grasp.middle, grasp.stamp)
         if not is_same:
@@ -149,16 +150,16 @@ class GraspTracker:
         self._frames_missed = self._frames_outdone = 0
 
     def _is_rejected(self, grasp: GraspEstimate) -> bool:
-        mTg = self.mTw * grasp.wTg
+        mTg = self.mTo * grasp.oTg
         return any(_close(mTg, failed, *_REJECTED) for failed in self._rejected)
 
 
 def _blend(tracked: GraspEstimate, newest: GraspEstimate, weight: float) -> GraspEstimate:
     """The newest estimate with pose, width and quality smoothed exponentially."""
-    target = _same_way_round(newest.wTg, tracked.wTg)
-    start = tracked.wTg
+    target = _same_way_round(newest.oTg, tracked.oTg)
+    start = tracked.oTg
     turn = log3(start.rotation.T @ target.rotation)
-    wTg = SE3(
+    oTg = SE3(
         start.rotation @ exp3(weight * turn),
         start.translation + weight * (target.translation - start.translation),
     )
@@ -167,15 +168,15 @@ def _blend(tracked: GraspEstimate, newest: GraspEstimate, weight: float) -> Gras
     shown = tracked if newest.outline is None else newest
     outline = shown.outline
     if outline is not None:
-        T = wTg.actInv(shown.wTg)
+        T = oTg.actInv(shown.oTg)
         outline = outline @ T.rotation.T + T.translation
-    return replace(newest, wTg=wTg, width=width, quality=quality, outline=outline)
+    return replace(newest, oTg=oTg, width=width, quality=quality, outline=outline)
 
 
-def _same_way_round(wTg: SE3, reference: SE3) -> SE3:
+def _same_way_round(oTg: OdometryPose, reference: SE3) -> SE3:
     """A grasp or its equivalent with the fingers exchanged, whichever is turned less."""
-    exchanged = wTg * _HALF_TURN
-    return min((wTg, exchanged), key=lambda pose: _turn(pose, reference))
+    exchanged = oTg * _HALF_TURN
+    return min((oTg, exchanged), key=lambda pose: _turn(pose, reference))
 
 
 def _turn(a: SE3, b: SE3) -> float:
@@ -221,7 +222,7 @@ class GraspVelocity:
     def __call__(self, middle: tuple[float, float] | None, stamp: float) -> Array:
         """Velocity (3,) after one more frame [m/s]; zeros if it stands still.
 
-        `middle` is x, y of the object in the world [m]; None if it is not seen.
+        `middle` is x, y of the object in odometry [m]; None if it is not seen.
         """
         seen = self._seen
         self._since = min(self._since, stamp)

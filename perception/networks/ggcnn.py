@@ -1,120 +1,122 @@
-"""GG-CNN: grasp quality, angle and width for every pixel of a depth image.
+"""GG-CNN: grasp quality, angle and width for every third pixel of a depth image.
 
-`GGCNN` is the published network (Morrison, Corke and Leitner, "Closing the Loop for Robotic
-Grasping", RSS 2018) with the published parameter names, so that published weights load. On a CPU
-nearly all its work is in one 9x9 transposed convolution. `subpixel_form` turns each transposed
-convolution into an equal 3x3 convolution followed by a pixel shuffle, and the four heads into one.
-Its maps in the middle of every cell of 3x3 pixels, where candidates are sought, take a third of
-that time again.
+The network is the published one (Morrison, Corke and Leitner, "Closing the Loop for Robotic
+Grasping", RSS 2018). Nearly all its work is in the last of its transposed convolutions. Each of
+them equals a 3x3 convolution followed by a pixel shuffle, and the last of those is evaluated only
+for the middle of every cell of 3x3 pixels, where candidates are sought.
 """
 
-from dataclasses import dataclass
+from pathlib import Path
 
-import torch
-from torch import Tensor, nn
-from torch.nn import functional
+import cv2
+import numpy as np
+
+from config.arrays import Image, Indices, Mask
+from perception.grasps.candidates import Proposals
+from perception.grasps.network_input import OUTPUT_STRIDE, WeightsError
+from perception.networks.layers import Convolution, pixel_shuffle
+from perception.networks.output_maps import REACH, find_candidates, grasp_maps
+from perception.networks.weights import SHIPPED, Weights, read_weights
 
 _HEADS = ("pos_output", "cos_output", "sin_output", "width_output")
+_MIDDLE = slice(OUTPUT_STRIDE // 2, None, OUTPUT_STRIDE)  # of the cells [input px]
+_LARGEST_OUTPUT = 1e6  # on a plain image; trained networks answer about 1
 
 
-class GGCNN(nn.Module):
-    """The published network: depth in, four maps out.
+class GGCNN:
+    """The published network for inference, with weights by their published names."""
 
-    The angle maps are the cosine and sine of twice the closing direction, measured in the image
-    from the right and anticlockwise as seen (against the direction of v).
-    """
+    name = "ggcnn"
 
-    def __init__(self) -> None:
-        super().__init__()
-        self.conv1 = nn.Conv2d(1, 32, 9, stride=3, padding=3)
-        self.conv2 = nn.Conv2d(32, 16, 5, stride=2, padding=2)
-        self.conv3 = nn.Conv2d(16, 8, 3, stride=2, padding=1)
-        self.convt1 = nn.ConvTranspose2d(8, 8, 3, stride=2, padding=1, output_padding=1)
-        self.convt2 = nn.ConvTranspose2d(8, 16, 5, stride=2, padding=2, output_padding=1)
-        self.convt3 = nn.ConvTranspose2d(16, 32, 9, stride=3, padding=3, output_padding=1)
-        self.pos_output = nn.Conv2d(32, 1, 2)
-        self.cos_output = nn.Conv2d(32, 1, 2)
-        self.sin_output = nn.Conv2d(32, 1, 2)
-        self.width_output = nn.Conv2d(32, 1, 2)
-        for module in self.children():
-            assert isinstance(module, nn.Conv2d | nn.ConvTranspose2d)
-            nn.init.xavier_uniform_(module.weight)
+    def __init__(self, weights: Weights) -> None:
+        def layer(name: str) -> tuple[Image, Image]:
+            return weights[f"{name}.weight"], weights[f"{name}.bias"]
 
-    def forward(self, image: Tensor) -> Tensor:
-        """Evaluate layer by layer, as published.
+        self._down = (
+            Convolution(*layer("conv1"), stride=3, padding=3),
+            Convolution(*layer("conv2"), stride=2, padding=2),
+            Convolution(*layer("conv3"), stride=2, padding=1),
+        )
+        self._up = tuple(
+            Convolution(*_flat(*_subpixel(*layer(name), stride=2, padding=padding)))
+            for name, padding in (("convt1", 1), ("convt2", 2))
+        )
+        kernel, bias = _subpixel(*layer("convt3"), stride=3, padding=3)
+        # The heads see 2x2 pixels, those of phase 1 and 2 along each axis.
+        self._last = Convolution(*_flat(kernel[1:, 1:], bias[1:, 1:]))
+        heads, self._bias = (np.concatenate(each) for each in zip(*map(layer, _HEADS), strict=True))
+        self._head = heads.transpose(2, 3, 1, 0).reshape(-1, len(_HEADS))
 
-        From images (B, 1, 300, 300), depth less its mean in [-1, 1] m, to (B, 4, 300, 300):
-        quality, cosine, sine, width / 150 px.
+    def propose(self, image: Image, allowed: Mask) -> Proposals:
+        """See `CandidateSource`."""
+        allowed = allowed[_MIDDLE, _MIDDLE]
+        wanted = cv2.dilate(allowed.astype(np.uint8), np.ones((2 * REACH + 1, 2 * REACH + 1)))
+        maps = grasp_maps(self.infer(image, wanted > 0), allowed)
+        return Proposals(find_candidates(maps), maps.quality_in_input())
+
+    def infer(self, image: Image, wanted: Mask | None = None) -> Image:
+        """Output in the cells of an image.
+
+        Args:
+            image: (3 n, 3 n) depth less its mean, clipped to [-1, 1] [m]; n is divisible by 4.
+            wanted: (n, n) the cells that count; others may be 0.
+
+        Returns:
+            (4, n, n) quality, cosine and sine of twice the closing direction, width / 150 px. The
+            direction is measured from the right, anticlockwise as seen (against that of v).
         """
-        x = image
-        for layer in (self.conv1, self.conv2, self.conv3, self.convt1, self.convt2, self.convt3):
-            x = functional.relu(layer(x))
-        return torch.cat([getattr(self, head)(x) for head in _HEADS], dim=1)
+        maps = image[None, :, :, None]
+        for layer in self._down:
+            maps = layer(maps)
+        for layer in self._up:
+            maps = pixel_shuffle(layer(maps), 2)
+        seen = self._last.windows(maps)[0]
+        rows, columns = np.nonzero(np.ones(seen.shape[:2]) if wanted is None else wanted)
+        found = np.zeros((*seen.shape[:2], len(_HEADS)), dtype=np.float32)
+        memory = np.empty((self._last.block, len(self._head)), dtype=np.float32)
+        for start in range(0, len(rows), self._last.block):
+            at = rows[start : start + self._last.block], columns[start : start + self._last.block]
+            output = self._last.rectified(seen[at], memory[: len(at[0])])
+            found[at] = output @ self._head + self._bias
+        return np.ascontiguousarray(found.transpose(2, 0, 1))
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class SubpixelKernels:
-    """An equal network without transposed convolutions and with one head."""
+def load_ggcnn(path: Path | None = None) -> GGCNN:
+    """GG-CNN with the weights of a file; None is with the shipped ones.
 
-    down: tuple[tuple[Tensor, Tensor, int, int], ...]  # weight, bias, stride, padding
-    up: tuple[tuple[Tensor, Tensor, int], ...]  # 3x3 weight, bias and shuffle factor of each
-    head: tuple[Tensor, Tensor]
-
-
-def subpixel_form(network: GGCNN, *, cells: bool) -> SubpixelKernels:
-    """Kernels of the fast form; gradients flow back to the network's own parameters.
-
-    With `cells` they give the output in the middle of each cell of 3x3 pixels only.
+    Raises:
+        WeightsError: the file is missing, unreadable, of another network, or holds implausible
+            numbers.
     """
-    down = tuple(
-        (layer.weight, layer.bias, layer.stride[0], int(layer.padding[0]))
-        for layer in (network.conv1, network.conv2, network.conv3)
-        if layer.bias is not None
-    )
-    *up, (weight, bias, factor) = (
-        _subpixel_convolution(layer) for layer in (network.convt1, network.convt2, network.convt3)
-    )
-    heads = [getattr(network, name) for name in _HEADS]
-    head, head_bias = torch.cat([h.weight for h in heads]), torch.cat([h.bias for h in heads])
-    if cells:  # the heads see 2x2 pixels, those of phase 1 and 2 along each axis
-        split = weight.view(-1, factor, factor, *weight.shape[1:])
-        weight, bias = split[:, 1:, 1:].flatten(0, 2), bias.view(-1, factor**2)[:, :4].flatten()
-        head, factor = head.flatten(1)[..., None, None], 1
-    return SubpixelKernels(down=down, up=(*up, (weight, bias, factor)), head=(head, head_bias))
+    path = path or SHIPPED / "ggcnn.safetensors"
+    network = GGCNN(read_weights(path, "ggcnn"))
+    slope = np.linspace(-0.3, 0.3, 60, dtype=np.float32)
+    with np.errstate(all="ignore"):
+        answer = network.infer(np.add.outer(slope, slope))
+    if not bool((np.abs(answer) < _LARGEST_OUTPUT).all()):
+        raise WeightsError(f"{path}: the network answers implausible numbers; train it again")
+    return network
 
 
-def _subpixel_convolution(layer: nn.ConvTranspose2d) -> tuple[Tensor, Tensor, int]:
-    """3x3 convolution whose pixel shuffle equals a transposed convolution.
+def subpixel_taps(size: int, *, stride: int, padding: int) -> Indices:
+    """(stride, 3) taps of the kernels by which a transposed convolution is a convolution.
 
     Output s q + r of a transposed convolution with stride s and padding p sums input q + o times
     tap r + p - s o, which is a tap of the kernel for o in (-1, 0, 1) alone: one 3-tap kernel for
-    each of the s phases r.
+    each of the s phases r. Where there is no tap it is `size`, that of a zero behind them.
     """
-    stride, padding = layer.stride[0], int(layer.padding[0])
-    size = layer.kernel_size[0]
-    phase = torch.arange(stride)[:, None]
-    offset = torch.arange(-1, 2)[None, :]
-    tap = phase + padding - stride * offset
-    tap = torch.where((tap >= 0) & (tap < size), tap, size)  # `size` is the zero appended below
-    weight = functional.pad(layer.weight, (0, 1, 0, 1))
-    weight = weight[:, :, tap[:, None, :, None], tap[None, :, None, :]]  # (in, out, s, s, 3, 3)
-    weight = weight.permute(1, 2, 3, 0, 4, 5).reshape(-1, weight.shape[0], 3, 3)
-    assert layer.bias is not None
-    return weight, layer.bias.repeat_interleave(stride * stride), stride
+    taps = np.arange(stride)[:, None] + padding - stride * np.arange(-1, 2)
+    return np.where((taps >= 0) & (taps < size), taps, size)
 
 
-def evaluate(kernels: SubpixelKernels, image: Tensor) -> Tensor:
-    """Same result as `GGCNN.forward` to rounding, several times faster on a CPU; or its cells."""
-    x = image
-    for weight, bias, stride, padding in kernels.down:
-        x = functional.conv2d(x, weight, bias, stride=stride, padding=padding).relu_()
-    for index, (weight, bias, factor) in enumerate(kernels.up):
-        # The last upsampling has one row and column more than a multiple of its factor.
-        end = 2 if factor > 1 and index == len(kernels.up) - 1 else 1
-        x = functional.pad(x, (1, end, 1, end))
-        x = functional.conv2d(x, weight, bias).relu_()
-        if factor > 1:
-            x = functional.pixel_shuffle(x, factor)
-    height, width = image.shape[2:]
-    x = x[:, :, : height + 1, : width + 1]
-    return functional.conv2d(x, *kernels.head)
+def _subpixel(kernel: Image, bias: Image, *, stride: int, padding: int) -> tuple[Image, Image]:
+    """(s, s, out, in, 3, 3) kernels and (s, s, out) bias of the phases of (in, out, size, size)."""
+    tap = subpixel_taps(kernel.shape[2], stride=stride, padding=padding)
+    kernel = np.pad(kernel, ((0, 0), (0, 0), (0, 1), (0, 1)))
+    kernel = kernel[:, :, tap[:, None, :, None], tap[None, :, None, :]]  # (in, out, s, s, 3, 3)
+    return kernel.transpose(2, 3, 1, 0, 4, 5), np.tile(bias, (stride, stride, 1))
+
+
+def _flat(kernel: Image, bias: Image) -> tuple[Image, Image]:
+    """Kernel and bias of all phases as the channels of one convolution."""
+    return kernel.reshape(-1, *kernel.shape[3:]), bias.ravel()

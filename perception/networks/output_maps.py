@@ -8,11 +8,12 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from perception.frame import Array, Image, Indices, Mask
+from config.arrays import Array, Image, Indices, Mask
 from perception.grasps.candidates import Candidates
 from perception.grasps.network_input import INPUT_SIZE, OUTPUT_STRIDE, WIDTH_SCALE
 
 SMOOTHING = 0.7  # standard deviation of the blur of quality, cosine and sine [cells]
+REACH = 3  # of the blur, four standard deviations [cells]
 
 _COUNT = 16  # candidates at most
 _APART = 2  # no better cell is within this of a maximum, along u or v [cells]
@@ -36,9 +37,9 @@ class GraspMaps:
 
 def grasp_maps(maps: Image, allowed: Mask) -> GraspMaps:
     """Smooth the raw maps of GG-CNN (4, 100, 100): quality, cosine, sine, width / 150 px."""
+    size = (2 * REACH + 1, 2 * REACH + 1)
     quality, cosine, sine = (
-        np.asarray(cv2.GaussianBlur(layer, (0, 0), SMOOTHING), dtype=np.float32)
-        for layer in maps[:3]
+        np.asarray(cv2.GaussianBlur(layer, size, SMOOTHING), dtype=np.float32) for layer in maps[:3]
     )
     return GraspMaps(
         quality=np.where(allowed, np.clip(quality, 0.0, 1.0), 0.0).astype(np.float32),

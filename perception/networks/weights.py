@@ -1,4 +1,4 @@
-"""Weights files: reading them safely, and writing them with metadata.
+"""Weights files: reading them safely.
 
 Weights are safetensors files, or state dicts that PyTorch saved with the published parameter names;
 pickled modules contain code and are refused.
@@ -8,114 +8,93 @@ import json
 import pickle
 import warnings
 from collections.abc import Mapping
-from importlib.resources import as_file, files
 from os.path import isfile
 from pathlib import Path
+from typing import TypeAlias
 
-import torch
+import numpy as np
 from safetensors import SafetensorError, safe_open
-from safetensors.torch import load_file, save_file
-from torch import Tensor, nn
+from safetensors.numpy import load_file
 
+from config import extra
+from config.arrays import Image
 from perception.grasps.network_input import WeightsError
-from perception.networks.ggcnn import GGCNN
 
+Weights: TypeAlias = Mapping[str, Image]  # the tensors of a network by their names in PyTorch
+
+SHIPPED = Path(__file__).parents[1] / "weights"
 LARGEST_WEIGHT = 1e4  # of a trained network; shipped weights stay below 100
-_LARGEST_OUTPUT = 1e6  # on a plain image; trained networks answer about 1
 
 
-def shipped_network() -> GGCNN:
-    """GG-CNN with its shipped weights."""
-    with as_file(files("perception") / "weights" / "ggcnn.safetensors") as path:
-        return load_network(path)
+def read_weights(path: Path, kind: str) -> Weights:
+    """The weights in a file.
 
-
-def load_network(path: Path) -> GGCNN:
-    """GG-CNN with the weights of a file.
+    Args:
+        path: the file.
+        kind: `ggcnn` or `hold`, the shipped weights whose names and shapes it must have.
 
     Raises:
         WeightsError: the file is missing, unreadable, of another network, or holds implausible
             numbers.
     """
-    network = GGCNN()
-    network.load_state_dict(read_state(path, network))
-    network = network.float().eval()
-    with torch.inference_mode():
-        answer = network(_plain_image())
-    if not bool((answer.abs() < _LARGEST_OUTPUT).all()):
-        raise WeightsError(f"{path}: the network answers implausible numbers; train it again")
-    return network
-
-
-def read_state(path: Path, network: nn.Module) -> dict[str, Tensor]:
-    """The tensors of a weights file for a network.
-
-    Raises:
-        WeightsError: the file is missing, unreadable, of another network, or holds implausible
-            numbers.
-    """
-    state = _read(path)
-    if state.keys() != network.state_dict().keys():
-        kind = type(network).__name__
-        raise WeightsError(f"{path}: these tensors are not those of {kind}; give weights of one")
-    for name, value in network.state_dict().items():
-        if problem := _problem(state[name], value):
-            hint = f"give weights that were trained for {type(network).__name__}"
+    expected, given = load_file(SHIPPED / f"{kind}.safetensors"), _read(path)
+    if given.keys() != expected.keys():
+        raise WeightsError(f"{path}: these tensors are not those of `{kind}`; give weights of one")
+    for name, value in expected.items():
+        if problem := _problem(given[name], value):
+            hint = f"give weights that were trained for `{kind}`"
             raise WeightsError(f"{path}: tensor `{name}` {problem}; {hint}")
-    return state
+    return {name: np.asarray(value, dtype=np.float32) for name, value in given.items()}
 
 
-def _problem(given: Tensor, expected: Tensor) -> str:
+def _problem(given: Image, expected: Image) -> str:
     """Why a tensor cannot replace another; empty if it can."""
-    if given.layout is not torch.strided or given.is_quantized or given.device.type != "cpu":
-        return "is not a plain array of numbers"
     if given.shape != expected.shape:
-        return f"has shape {tuple(given.shape)}, not {tuple(expected.shape)}"
-    if given.is_floating_point() != expected.is_floating_point() or given.dtype is torch.bool:
+        return f"has shape {given.shape}, not {expected.shape}"
+    if given.dtype.kind != expected.dtype.kind:
         return f"has numbers of type {given.dtype}, not {expected.dtype}"
-    if not bool(torch.isfinite(given).all()):
+    if not bool(np.isfinite(given).all()):
         return "has numbers that are not finite"
-    if given.is_floating_point() and bool((given.abs() > LARGEST_WEIGHT).any()):
+    if given.dtype.kind == "f" and bool((np.abs(given) > LARGEST_WEIGHT).any()):
         return f"has numbers beyond {LARGEST_WEIGHT:g}, out of all reason"
     return ""
 
 
-def _plain_image() -> Tensor:
-    """A smooth depth image, small because the networks take every size: (1, 1, 60, 60)."""
-    slope = torch.linspace(-0.3, 0.3, 60)
-    return (slope[:, None] + slope[None, :])[None, None]
-
-
-def _read(path: Path) -> dict[str, Tensor]:
+def _read(path: Path) -> Weights:
     if not isfile(path):
         raise WeightsError(f"{path}: no such weights file; give the path of a .safetensors file")
     try:
-        if path.suffix == ".safetensors":
-            return load_file(path)
-        with warnings.catch_warnings(action="ignore"):  # such files are refused below
-            state = torch.load(path, map_location="cpu", weights_only=True)
+        return load_file(path) if path.suffix == ".safetensors" else _state_dict(path)
+    except WeightsError:
+        raise
     except pickle.UnpicklingError as error:
         raise WeightsError(
             f"{path}: contains pickled code, which is never run; save only its state_dict()"
         ) from error
     except Exception as error:  # of a parser of files that anybody may have made
         raise _unreadable(path, error) from error
-    if not isinstance(state, dict) or not all(isinstance(v, Tensor) for v in state.values()):
+
+
+def _state_dict(path: Path) -> Weights:
+    """The tensors of a state dict of PyTorch.
+
+    Raises:
+        WeightsError: PyTorch is missing, or the file contains something else.
+    """
+    try:
+        import torch  # an extra, which takes a second to import
+    except ImportError:
+        raise WeightsError(f"{path}: a file of PyTorch needs {extra('training')}") from None
+    with warnings.catch_warnings(action="ignore"):  # such files are refused
+        state = torch.load(path, map_location="cpu", weights_only=True)
+    if not isinstance(state, dict) or not all(torch.is_tensor(each) for each in state.values()):
         raise WeightsError(f"{path}: not a state_dict; save the network's state_dict() instead")
-    return state
+    return {name: value.numpy(force=True) for name, value in state.items()}
 
 
 def _unreadable(path: Path, error: Exception) -> WeightsError:
     why = " ".join(str(error).split())[:100]
     return WeightsError(f"{path}: not a readable weights file ({why}); train or download it again")
-
-
-def save_network(network: nn.Module, path: Path, metadata: Mapping[str, object]) -> None:
-    """Write weights as safetensors with metadata, whose values are stored as JSON."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    state = {name: value.detach().contiguous() for name, value in network.state_dict().items()}
-    save_file(state, path, metadata={key: json.dumps(value) for key, value in metadata.items()})
-    path.chmod(0o644)  # safetensors makes it readable by its owner only
 
 
 def read_metadata(path: Path) -> dict[str, object]:
@@ -127,7 +106,7 @@ def read_metadata(path: Path) -> dict[str, object]:
     if path.suffix != ".safetensors":
         return {}
     try:
-        with safe_open(path, framework="pt") as file:
+        with safe_open(path, framework="np") as file:
             texts = file.metadata() or {}
     except (SafetensorError, OSError, ValueError) as error:
         raise _unreadable(path, error) from error

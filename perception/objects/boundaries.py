@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from perception.frame import Array, Image, Mask
+from config.arrays import Array, Image, Mask
 
 Parts: TypeAlias = tuple[Mask, Mask]
 
@@ -31,6 +31,7 @@ BOUNDARY_FEATURES = (
 _OUTLINE = 2.0  # tolerance of the polygon of an outline [cells]
 _INWARD = np.radians(25.0)  # smallest turn of a concave corner ...
 _NOTCH = 3.0  # ... and how deep it is: a straight edge is ragged by noise [cells]
+_CORNERS = 12  # the deepest, between which boundaries run; the others may be the rim's noise
 _BEYOND = 1.5  # by which a boundary goes on beyond its corner [cells]
 _LOWEST, _LEVELS = 0.012, 0.004  # level of the first boundary around what is higher, and steps [m]
 _PROMINENT = 0.006  # how far a part rises over a level that divides: noise and tilt do less [m]
@@ -81,10 +82,13 @@ def _inward_corners(cells: Mask) -> list[tuple[Array, Array, Array]]:
     cross = turning * (into[:, 0] * out[:, 1] - into[:, 1] * out[:, 0])
     turn = np.arctan2(cross, (into * out).sum(axis=1))
     hull = cv2.convexHull(outline)
+    concave = np.flatnonzero(turn < -_INWARD).tolist()
+    depth = {i: cv2.pointPolygonTest(hull, polygon[i].tolist(), measureDist=True) for i in concave}
+    deepest = sorted(concave, key=lambda i: -depth[i])[:_CORNERS]
     return [
         (polygon[i].astype(float), _unit(into[i]), _unit(-out[i]))
-        for i in np.flatnonzero(turn < -_INWARD)
-        if cv2.pointPolygonTest(hull, polygon[i].tolist(), measureDist=True) >= _NOTCH
+        for i in sorted(deepest)
+        if depth[i] >= _NOTCH
     ]
 
 

@@ -12,9 +12,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from perception.frame import Array, ColourFrame, Mask
-from perception.geometry import world_points
-from perception.grasps.network_input import valid_depth
+from config.arrays import Array
+from perception.frame import ColourFrame
 from perception.objects.detected_object import DetectedObject, DetectedObjects
 from perception.objects.recogniser import (
     KnownClasses,
@@ -58,10 +57,9 @@ class ShapeClasses:
 
     def recognise(self, frame: ColourFrame, objects: DetectedObjects) -> list[Labelled]:
         """The label of each object that is like one of these bodies."""
-        valid = valid_depth(frame.depth)
         labels = []
         for one in objects:
-            form = np.array(astuple(measured(frame, one, valid)))
+            form = np.array(astuple(measured(frame, one)))
             scores = {kind: _score(form, kinds_form) for kind, kinds_form in KINDS.items()}
             kind = max(scores, key=lambda name: scores[name])
             if one.whole and scores[kind] >= LEAST:
@@ -75,14 +73,11 @@ def _score(form: Array, body: Form) -> float:
     return float(np.exp(-0.5 * np.nansum(spreads**2)))
 
 
-def measured(frame: ColourFrame, one: DetectedObject, valid: Mask) -> Form:
-    """The form of an object in a frame; `valid` (H, W) are the pixels with a depth."""
+def measured(frame: ColourFrame, one: DetectedObject) -> Form:
+    """The form of an object in a frame."""
     left, above, right, below = one.box
-    v, u = np.nonzero(valid[above : below + 1, left : right + 1])
-    v, u = v + above, u + left
-    points = world_points(
-        frame.depth[v, u], frame.intrinsics, frame.wTc, u.astype(float), v.astype(float)
-    )
+    box = frame.cloud.part(slice(above, below + 1), slice(left, right + 1))
+    points = box.every(1).points
     points = points[one.footprint.holds(points[:, 0], points[:, 1])]
     length, width, height = one.size
     return Form(

@@ -5,12 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from config.poses import MapFromOdometry
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from pinocchio import SE3
 
-    from perception.frame import Array, Mask
+    from config.arrays import Array, Mask
     from perception.objects.footprint import Footprint
 
 REACH = 0.008  # grasps and points this far beside an object still belong to it [m]
@@ -22,7 +24,7 @@ class DetectedObject:
 
     seen_at: SE3
     """Middle of its box, turned about z only, x along its longer edge from above; as all that
-    follows in the world in which it was seen."""
+    follows in odometry in which it was seen."""
     size: tuple[float, float, float]
     """Length, width (the shorter edge from above) and height of that box [m]."""
     area: float  # seen from above [m^2]
@@ -30,17 +32,17 @@ class DetectedObject:
     kind: str = ""  # class by a recogniser; empty if not asked or unknown
     whole: bool  # whether the image shows all of it
     box: tuple[int, int, int, int]  # left, top, right and bottom in the image [px]
-    floor: float  # height of what it stands on, in the world [m]
+    floor: float  # height of what it stands on, in odometry [m]
     footprint: Footprint
     around: Footprint = field(repr=False)  # with `REACH` around it
     drift: Callable[[], SE3] | None = field(default=None, repr=False)
-    """Where that world is in the world now, which drifts; None if they are the same."""
-    mTw: SE3 | None = field(default=None, repr=False)
+    """Where that world is in odometry now, which drifts; None if they are the same."""
+    mTo: MapFromOdometry | None = field(default=None, repr=False)
     """Where that world was on the map; None if they are the same."""
 
     @property
     def position(self) -> Array:
-        """(3,) of its middle, in the world now [m]."""
+        """(3,) of its middle, in odometry now [m]."""
         here: Array = self.seen_at.translation
         return here if self.drift is None else self.drift().act(here)
 
@@ -56,15 +58,15 @@ class DetectedObject:
 
     def __str__(self) -> str:
         here = self.seen_at.translation
-        x, y, _ = here if self.mTw is None else self.mTw.act(here)
+        x, y, _ = here if self.mTo is None else self.mTo.act(here)
         return f"{self.name} at {x:.2f}, {y:.2f} on the map, {1000 * self.width:.0f} mm wide"
 
     def contains(self, points: Array) -> Mask:
-        """Which of (N, 3) points of the world now [m] belong to it, or are right beside it."""
+        """Which of (N, 3) points in odometry now [m] belong to it, or are right beside it."""
         return self._holds(self.around, points)
 
     def covers(self, points: Array) -> Mask:
-        """Which of (N, 3) points of the world now [m] it covers, seen from above."""
+        """Which of (N, 3) points in odometry now [m] it covers, seen from above."""
         return self._holds(self.footprint, points)
 
     def _holds(self, cells: Footprint, points: Array) -> Mask:

@@ -1,4 +1,4 @@
-"""Grids along x and y of the world, seen from above, and the footprints of objects on them."""
+"""Grids along x and y in odometry, seen from above, and the footprints of objects on them."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from perception.frame import Array, Image, Indices, Mask
+from config.arrays import Array, Image, Indices, Mask
 
 _HOLE = 3  # width of holes in a footprint that are closed [cells]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Grid:
-    """Cells along x and y of the world."""
+    """Cells along x and y in odometry."""
 
     origin: Array  # (2,) x and y of the centre of cell (0, 0) [m]
     shape: tuple[int, int]  # (rows, columns); rows run along y, columns along x
@@ -50,7 +50,7 @@ class Grid:
         return mask
 
     def centres(self, cells: Mask) -> Array:
-        """(N, 2) of cells, in the world [m]."""
+        """(N, 2) of cells, in odometry [m]."""
         row, column = np.nonzero(cells)
         centres: Array = self.origin + self.cell * np.stack([column, row], axis=1)
         return centres
@@ -58,7 +58,7 @@ class Grid:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Footprint:
-    """Cells along x and y of the world that an object covers."""
+    """Cells along x and y in odometry that an object covers."""
 
     cells: Mask  # (rows, columns); rows run along y, columns along x
     origin: Array  # (2,) x and y of the centre of cell (0, 0) [m]
@@ -77,13 +77,13 @@ class Footprint:
         return float(min(ours.mean(), theirs.mean()))
 
     def _centres(self) -> Array:
-        """(N, 2) of its cells, in the world [m]."""
+        """(N, 2) of its cells, in odometry [m]."""
         rows, columns = self.cells.shape
         grid = Grid(origin=self.origin, shape=(rows, columns), cell=self.cell)
         return grid.centres(self.cells)
 
     def holds(self, x: Array, y: Array) -> Mask:
-        """(N,) whether it covers points of the world [m]."""
+        """(N,) whether it covers points in odometry [m]."""
         column = np.rint((x - self.origin[0]) / self.cell).astype(np.int64)
         row = np.rint((y - self.origin[1]) / self.cell).astype(np.int64)
         rows, columns = self.cells.shape

@@ -12,14 +12,13 @@ import cv2
 import numpy as np
 from pinocchio import SE3, exp3
 
-from perception.frame import Array, ColourFrame, Colours, Image, Indices, Mask, Workspace
-from perception.geometry import world_points
-from perception.grasps.network_input import valid_depth
+from config.arrays import Array, Image, Indices, Mask
+from perception.frame import ColourFrame, Colours, Workspace
 from perception.objects.boundaries import largest_parts
 from perception.objects.colours import colour_name
 from perception.objects.detected_object import REACH, DetectedObject, DetectedObjects
 from perception.objects.footprint import Footprint, Grid
-from perception.objects.touching import split_touching
+from perception.objects.touching_objects import split_touching
 
 LOWEST = 0.008  # smallest height of an object over the floor [m]
 MARGIN = 0.006  # nothing this near to the sides counts: there may be walls [m]
@@ -59,7 +58,7 @@ class RaisedRegions:
     """Connected regions above a floor; touching objects of one colour are not yet split."""
 
     raised: Mask  # (H, W) which pixels are above the floor
-    points: Array  # (P, 3) of these pixels in the world [m]
+    points: Array  # (P, 3) of these pixels in odometry [m]
     of_point: Indices  # (P,) number of the region, from 1; 0 is too small
     cell: float  # side of the cells for its shape from above [m]
     smallest: int  # smallest number of pixels of an object
@@ -69,12 +68,12 @@ def raised_regions(
     frame: ColourFrame, workspace: Workspace, floor: float | None = None
 ) -> RaisedRegions | None:
     """Connected regions above the floor; None if there is no depth in the image."""
-    valid = valid_depth(frame.depth)
+    valid = frame.cloud.valid
     if not valid.any():
         return None
     shown = workspace.floor if floor is None else floor
-    raised, points = _raised(frame, workspace, valid, shown + LOWEST)
-    far = float(frame.wTc.translation[2]) - workspace.floor
+    raised, points = _raised(frame, workspace, shown + LOWEST)
+    far = float(frame.oTc.translation[2]) - workspace.floor
     on_floor = far / frame.intrinsics.fx  # a pixel's side there [m]
     heights = np.zeros(raised.shape, dtype=np.float32)
     heights[raised] = points[:, 2]
@@ -89,20 +88,15 @@ def raised_regions(
     )
 
 
-def _raised(
-    frame: ColourFrame, workspace: Workspace, valid: Mask, lowest: float
-) -> tuple[Mask, Array]:
+def _raised(frame: ColourFrame, workspace: Workspace, lowest: float) -> tuple[Mask, Array]:
     """Which pixels (H, W) are above a height [m] in the region, and their points (P, 3)."""
-    v, u = np.nonzero(valid)
-    points = world_points(
-        frame.depth[v, u], frame.intrinsics, frame.wTc, u.astype(float), v.astype(float)
-    )
+    v, u, points = frame.cloud.every(1)
     high = points[:, 2] > lowest
     v, u, points = v[high], u[high], points[high]
     inside = np.ones(len(points), dtype=np.bool_)
     for dx, dy in ((MARGIN, 0.0), (-MARGIN, 0.0), (0.0, MARGIN), (0.0, -MARGIN)):
         inside &= workspace.contains(points + np.array([dx, dy, 0.0]))
-    raised = np.zeros(valid.shape, dtype=np.bool_)
+    raised = np.zeros(frame.cloud.valid.shape, dtype=np.bool_)
     raised[v[inside], u[inside]] = True
     return raised, points[inside]
 

@@ -8,10 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from perception.frame import Array
-from perception.registration.planar import compose, difference, inverse
+from config.arrays import Array
+from config.planar import compose, difference, inverse
 from perception.registration.registering import CHI2_3, Registration, parallel
 
+_SPEED, _TURN = 0.2, radians(12.0)  # at which the pose of the base is corrected [m/s, rad/s]
 _ROUNDING = 1e-9  # of information matrices, relative to their largest element
 _SLIP = np.array([0.04, 0.04, radians(0.5)])
 """Odometry errors: share of the distance, share of the angle, heading a metre [rad/m]."""
@@ -300,3 +301,18 @@ class Localisation:
         self._bias, self._slip = self._bias + step[3:6], self._slip + step[6:]
         P = self._P - less
         self._P = 0.5 * (P + P.T)
+
+
+def smoothed(applied: Array, newest: Array, oTb: Array, dt: float) -> Array:
+    """`mTo` (3,) a period later, on its way to the newest estimate without a step at the base.
+
+    Args:
+        applied: (3,) mTo of the last period.
+        newest: (3,) mTo of the estimate.
+        oTb: (3,) odometry now.
+        dt: period [s].
+    """
+    mTb = compose(applied, oTb)
+    off = difference(compose(newest, oTb), mTb)
+    most = max(hypot(off[0], off[1]) / (_SPEED * dt), abs(float(off[2])) / (_TURN * dt), 1.0)
+    return compose(mTb + off / most, inverse(oTb))

@@ -9,12 +9,13 @@ along itself, and a thousand points of a camera no more than its mounting does.
 
 from collections.abc import Sequence
 from itertools import pairwise
-from math import cos, radians, sin
+from math import radians
 from typing import NamedTuple
 
 import numpy as np
 
-from perception.frame import Array, Indices, Mask
+from config.arrays import Array, Indices, Mask
+from config.planar import act
 from perception.registration.sensors import Cloud
 from perception.registration.surfaces import Surfaces
 
@@ -267,9 +268,7 @@ def _planar_rows(normals: Array, arms: Array) -> Array:
 
 def _moved(points: Array, aTb: Array) -> Array:
     """Points (N, 3) of b in a, for a pose on the floor (3,)."""
-    c, s = cos(aTb[2]), sin(aTb[2])
-    x, y = points[:, 0], points[:, 1]
-    return _columns(aTb[0] + c * x - s * y, aTb[1] + s * x + c * y, points[:, 2])
+    return _columns(*act(aTb, points[:, 0], points[:, 1]), points[:, 2])
 
 
 def _columns(*parts: Array) -> Array:

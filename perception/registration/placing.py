@@ -10,10 +10,11 @@ from typing import NamedTuple
 import numpy as np
 from pinocchio import SE3, exp3
 
-from perception.frame import Array, Frame, Mask
-from perception.grasps.network_input import measured
+from config.arrays import Array, Mask
+from config.planar import on_floor
+from config.poses import MapPose, OdometryPose
+from perception.frame import Frame
 from perception.registration.matching import LOSS_SCALE, SUPPORT, Problem, Solution
-from perception.registration.planar import on_floor
 from perception.registration.sensors import DEPTH_CAMERA, Cloud
 from perception.registration.surfaces import Surfaces
 from robots import Geom, bounding_radius, reach
@@ -32,12 +33,12 @@ _UP = np.array([0.0, 0.0, 1.0])
 class Place(NamedTuple):
     """Where an image shows a region, and how certain that is."""
 
-    wTr: SE3
-    """Its centre in the world; its height is that of the map."""
+    oTr: OdometryPose
+    """Its centre in odometry; its height is that of the map."""
     tolerance: Array
     """(2,) how far off it may be, along its edges [m]."""
     floor: float
-    """Expected height of its floor over the lower face of `wTr` [m]."""
+    """Expected height of its floor over the lower face of `oTr` [m]."""
     floor_tolerance: float
     """How far off that may be [m] ..."""
     cover: float
@@ -46,12 +47,12 @@ class Place(NamedTuple):
 
 def place_in_image(
     frame: Frame,
-    wTr: SE3,
+    oTr: OdometryPose,
     size: Array,
     *,
     furniture: Sequence[Geom],
-    wTb: SE3,
-    mTb: SE3,
+    oTb: OdometryPose,
+    mTb: MapPose,
     covariance: Array,
 ) -> Place:
     """Match what the image shows around a region to the furniture, as one piece.
@@ -61,40 +62,40 @@ def place_in_image(
 
     Args:
         frame: that shows the region, or a part of it.
-        wTr: centre of the region, in the world.
+        oTr: centre of the region, in odometry.
         size: (3,) full edge lengths [m].
         furniture: all of the map, where it stands now.
-        wTb: the base in the world.
+        oTb: the base in odometry.
         mTb: the base on the map.
         covariance: (3, 3) of x, y [m] and heading [rad] of `mTb`.
     """
-    mTw = mTb * wTb.inverse()
-    centre, radius = (mTw * wTr).translation, _AROUND + float(np.hypot(*size[:2])) / 2.0
+    mTo = mTb * oTb.inverse()
+    centre, radius = (mTo * oTr).translation, _AROUND + float(np.hypot(*size[:2])) / 2.0
     near = [
         one
         for one in furniture
         if np.hypot(*(one.pose.translation - centre)[:2]) < bounding_radius(one.shape) + radius
     ]
-    bTw = wTb.inverse()
-    floor = mTw.act(wTr.act(np.array([0.0, 0.0, -size[2] / 2.0])))
+    bTo = oTb.inverse()
+    floor = mTo.act(oTr.act(np.array([0.0, 0.0, -size[2] / 2.0])))
     tops = [reach(one, _UP) - floor[2] for one in near]
     lowest = min((top for top in tops if top > _WALL), default=np.inf)
-    points = _points_around(frame, wTr, size, max(_WALL, _UPPER * lowest))
-    eye = bTw.act(frame.wTc.translation)
-    cloud = Cloud(points @ bTw.rotation.T + bTw.translation, eye, DEPTH_CAMERA)
+    points = _points_around(frame, oTr, size, max(_WALL, _UPPER * lowest))
+    eye = bTo.act(frame.oTc.translation)
+    cloud = Cloud(points @ bTo.rotation.T + bTo.translation, eye, DEPTH_CAMERA)
     problem = Problem(Surfaces({"around": near}), [cloud], on_floor(mTb), covariance)
     solution = problem.solve()
     by, spread = _motion_at(floor, mTb * eye, mTb.translation, problem, solution)
     turn = SE3(exp3(np.array([0.0, 0.0, -by[3]])), np.zeros(3))
-    shift = mTw.rotation.T @ np.array([*by[:2], 0.0])
-    axes = (mTw * wTr).rotation[:2, :2]
+    shift = mTo.rotation.T @ np.array([*by[:2], 0.0])
+    axes = (mTo * oTr).rotation[:2, :2]
     across = axes.T @ spread[:2, :2] @ axes
     turned = spread[3, 3] * (size[1::-1] / 2.0) ** 2
     used = solution.match.points[solution.losses < 0.5 * LOSS_SCALE**2]
     is_sure = np.count_nonzero(np.abs(used[:, 2] - floor[2]) > _WALL) >= SUPPORT
     higher = -float(by[2]) if is_sure else min(-float(by[2]), UNKNOWN_COVER)
     return Place(
-        wTr=SE3(turn.rotation @ wTr.rotation, wTr.translation - shift),
+        oTr=SE3(turn.rotation @ oTr.rotation, oTr.translation - shift),
         tolerance=_SIGMAS * np.sqrt(np.diag(across) + turned),
         floor=higher,
         floor_tolerance=_SIGMAS * float(np.sqrt(spread[2, 2])),
@@ -102,13 +103,13 @@ def place_in_image(
     )
 
 
-def _points_around(frame: Frame, wTr: SE3, size: Array, high: float) -> Array:
-    """(N, 3) measured points that may lie on the furniture around a region, in the world [m].
+def _points_around(frame: Frame, oTr: OdometryPose, size: Array, high: float) -> Array:
+    """(N, 3) measured points that may lie on the furniture around a region, in odometry [m].
 
     Inside of it they are at least `high` over its floor [m].
     """
-    _, _, points = measured(frame, _STRIDE, _STRIDE // 2, _STRIDE // 2)
-    local = (points - wTr.translation) @ wTr.rotation
+    points = frame.cloud.every(_STRIDE, _STRIDE // 2, _STRIDE // 2).points
+    local = (points - oTr.translation) @ oTr.rotation
     height = local[:, 2] + size[2] / 2.0
     outside = (np.abs(local[:, :2]) - size[:2] / 2.0).max(axis=1)
     used: Mask = (outside < _AROUND) & (height > -_BESIDE) & (height < size[2])

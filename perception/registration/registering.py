@@ -2,13 +2,14 @@
 
 from collections.abc import Collection, Generator, Iterable, Sequence
 from dataclasses import dataclass
+from math import radians
 from typing import NamedTuple
 
 import numpy as np
 
-from perception.frame import Array, Indices, Mask
+from config.arrays import Array, Indices, Mask
+from config.planar import difference, wrap
 from perception.registration.matching import LOSS_SCALE, PRICE, SUPPORT, Problem, Solution
-from perception.registration.planar import difference, wrap
 from perception.registration.sensors import Cloud
 from perception.registration.surfaces import Surfaces
 
@@ -19,6 +20,14 @@ _REPEATS = 3.0
 errors are of the place (edges, materials, the map) as much as of chance."""
 _LEAST = 1e-3
 """What points say of a direction, as a share of what was known, that is no rounding error."""
+_AROUND = np.arange(-1.5, 1.6, 0.5)
+"""Where else the base is looked for, from where it was found: x, y [m], ..."""
+_ASTRAY = np.diag([0.2, 0.2, radians(2.0)]) ** 2
+"""... each within this covariance."""
+_APART = 0.3
+"""Poses that are nearer to each other are the same [m]."""
+_AS_WELL = 0.8
+"""A pose agrees as well if it has this share of the best one's support."""
 _JUDGED = 5
 """Every fifth registration is judged by what it shows of the furniture."""
 
@@ -91,6 +100,11 @@ class Registration:
         alone = self.prior + np.linalg.solve(data + _LEAST * information, shift)
         off = difference(alone, mTb)
         return off, float(off @ parallel(data, information) @ off)
+
+    @property
+    def support(self) -> int:
+        """How many points lie on the map, less the rays that go through what it has."""
+        return len(self.points) - int(self.missed[0].sum())
 
 
 class _Verdict(NamedTuple):
@@ -179,6 +193,32 @@ def register(
         uncertain=verdict.uncertain + here.uncertain,
         missed=sum((surfaces.missed(pose, one) for one in clouds), nothing),
     )
+
+
+def rivals(
+    surfaces: Surfaces,
+    clouds: Sequence[Cloud],
+    found: Registration,
+    known: Sequence[Array] | None = None,
+) -> list[Array]:
+    """Other poses mTb (3,) at which the map agrees about as well with what was measured.
+
+    Args:
+        surfaces: the map.
+        clouds: what each sensor measured.
+        found: where the base was found.
+        known: poses of which it may still be any; None looks around, as far as 1.8 m away.
+    """
+    if known is None:
+        known = [found.pose + np.array([x, y, 0.0]) for x in _AROUND for y in _AROUND]
+    ends = [register(surfaces, clouds, start, _ASTRAY) for start in known]
+    least = _AS_WELL * max(one.support for one in (found, *ends))
+    others: list[Array] = []
+    for one in ends:
+        is_new = all(np.hypot(*(one.pose - it)[:2]) > _APART for it in (found.pose, *others))
+        if is_new and one.consistent and one.support > least:
+            others.append(one.pose)
+    return others
 
 
 def _witnesses(

@@ -6,7 +6,7 @@ from math import ceil, radians, sqrt
 import numpy as np
 from pinocchio import SE3
 
-from perception.frame import Array, Image, Mask
+from config.arrays import Array, Image
 from perception.geometry import world_points
 from robots import Intrinsics, LaserDescription
 
@@ -53,14 +53,10 @@ class Cloud:
     """(M, 3) where some of its rays end, on the floor and out of reach too, in the base [m]."""
 
 
-def scan_cloud(points: Array, laser: LaserDescription) -> Cloud:
-    """A scan of points (n, 3) in the base [m]; NaN where nothing is in reach."""
-    eye = laser.bTs.translation
-    seen: Mask = np.asarray(np.isfinite(points).all(axis=1))
-    ends = points
-    if len(points) == len(laser.beams) and seen.any():  # a laser that sees nothing may be covered
-        ends = np.where(seen[:, None], points, eye + laser.max_range * laser.beams)
-    return Cloud(points[seen], eye, LASER, ends[np.isfinite(ends).all(axis=1)])
+def scan_cloud(ranges: Array, points: Array, laser: LaserDescription) -> Cloud:
+    """A scan of ranges (n,) whose beams end at points (n, 3) in the base [m], as `LaserReading`."""
+    seen, ends = points[np.isfinite(ranges)], points[~np.isnan(ranges)]
+    return Cloud(seen, laser.bTs.translation, LASER, ends)
 
 
 def depth_cloud(depth: Image, intrinsics: Intrinsics, bTc: SE3) -> Cloud:

@@ -4,8 +4,8 @@ from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
-from perception.frame import Array, Indices, Mask
-from perception.registration.planar import in_space
+from config.arrays import Array, Indices, Mask
+from config.planar import in_space
 from perception.registration.sensors import Cloud
 from robots import Box, Cylinder, Geom, Hull, Plane, from_rounded_boxes, rounded_box
 

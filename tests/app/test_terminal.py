@@ -1,8 +1,10 @@
 """Text from files and robots on the screen: it is shown, and does nothing to the terminal."""
 
 import io
+import signal
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import pytest
@@ -11,7 +13,7 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from app.terminal import Terminal, visible
+from app.terminal import Terminal, until_interrupted, visible
 
 ROOT = Path(__file__).parents[2]
 HOSTILE = {
@@ -24,10 +26,22 @@ HOSTILE = {
 }
 
 
+def printed(thing: object) -> str:
+    file = io.StringIO()
+    Terminal(file=file, width=200).print(thing)
+    return file.getvalue()
+
+
+def table(text: str) -> Table:
+    made = Table(text, title=text)
+    made.add_row(text)
+    return made
+
+
 @pytest.mark.parametrize("text", HOSTILE.values(), ids=HOSTILE)
 def test_only_text_reaches_the_terminal(text):
-    for renderable in (text, Text(text), _table(text)):
-        written = _printed(lambda terminal, it=renderable: terminal.print(it))
+    for renderable in (text, Text(text), table(text)):
+        written = printed(renderable)
         assert all(letter.isprintable() or letter in "\n\t" for letter in written)
         written.encode("utf-8")
     assert visible(f"{text}\n") == visible(text) + "\n"
@@ -36,8 +50,8 @@ def test_only_text_reaches_the_terminal(text):
 
 def test_good_text_and_markup_are_taken_literally():
     text = "✔ 1° [red]no markup[/] :smile: é 漢字 →"
-    assert _printed(lambda terminal: terminal.say(text)) == f"{text}\n"
-    assert "[/bold]" in _printed(lambda terminal: terminal.print(_table("[/bold]")))
+    assert printed(text) == f"{text}\n"
+    assert "[/bold]" in printed(table("[/bold]"))
 
 
 def test_a_display_that_stays_in_place_still_moves_the_cursor():
@@ -54,50 +68,31 @@ def test_a_display_that_stays_in_place_still_moves_the_cursor():
 TASK = """\
 task: toy
 description: "\\e[2J"
-tree:
-  sequence:
-    - say: {text: "good \\e]0;owned\\a \\r [/red]"}
-    - wait: {duration_s: 0.01}
+tree: {sequence: [{say: {text: "good \\e]0;owned\\a \\r [/red]"}}, {wait: {duration_s: 0.01}}]}
 """
+NAMED = 'task: toy\ntree: {name: "a\\e[2J", wait: {duration_s: 1}}\n'
 
 
 def test_a_task_says_things_to_people_and_not_to_their_terminal(tmp_path):
-    task = tmp_path / "toy.yaml"
+    task, named, runs = tmp_path / "toy.yaml", tmp_path / "named.yaml", tmp_path / "runs"
     task.write_text(TASK)
-    runs = tmp_path / "runs"
-    hostile_name = 'task: toy\ntree: {name: "a\\e[2J", wait: {duration_s: 1}}\n'
-    (tmp_path / "named.yaml").write_text(hostile_name)
-    options = ("--scene", "single", "--view", "none", "--record", str(runs))
-    for code, arguments in (
-        (0, ("run", str(task), *options)),
-        (0, ("dry", str(task))),
-        (0, ("draw", str(task))),
-        (0, ("explain", "--runs", str(runs))),
-        (0, ("runs", str(runs))),
-        (2, ("check", str(tmp_path / "named.yaml"))),
-        (2, ("run", str(tmp_path / "named.yaml"), *options)),
-        (2, ("check", str(tmp_path / "no\x1b[2Jsuch.yaml"))),
-        (2, ("run", str(task), "--scene", "no\x1b[2Jsuch")),
-        (2, ("run", str(task), "--robot", "no\x1b[2Jsuch")),
-        (2, ("run", str(task), "--weights", "no\x1b[2Jsuch")),
+    named.write_text(NAMED)
+    options = ("--scene", "single", "--view", "none", "--record", runs)
+    for code, *arguments in (
+        (0, "run", task, *options),
+        (0, "dry", task),
+        (0, "draw", task),
+        (0, "explain", "--runs", runs),
+        (0, "runs", runs),
+        (2, "check", named),
+        (2, "run", named, *options),
+        (2, "check", tmp_path / "no\x1b[2Jsuch.yaml"),
+        *((2, "run", task, option, "no\x1b[2Jsuch") for option in ("--scene", "--robot")),
     ):
         ended, *texts = call(*arguments)
         assert ended == code, (arguments, texts)
         for text in texts:
             assert all(letter.isprintable() or letter in "\n\t" for letter in text), arguments
-
-
-def _printed(what) -> str:
-    file = io.StringIO()
-    what(Terminal(file=file, width=200))
-    return file.getvalue()
-
-
-def _table(text: str) -> Table:
-    table = Table(title=text)
-    table.add_column(text)
-    table.add_row(text)
-    return table
 
 
 FIRST_WRITE = """
@@ -117,8 +112,25 @@ main()
 
 
 def test_a_run_into_a_pipe_says_something_before_it_loads_what_takes_seconds():
-    ran = subprocess.run(
-        [sys.executable, "-c", FIRST_WRITE], cwd=ROOT, capture_output=True, text=True, timeout=300
-    )
-    assert ran.stdout.strip() == "frankie-task: loading"
-    assert ran.returncode == 0
+    command = [sys.executable, "-c", FIRST_WRITE]
+    said = subprocess.check_output(command, cwd=ROOT, text=True, timeout=300)
+    assert said.strip() == "frankie-task: loading"
+
+
+@pytest.mark.usefixtures("interruptible")
+def test_ctrl_c_ends_the_waiting_whichever_thread_receives_the_signal():
+    def interrupt() -> None:
+        waiting.wait(60.0)
+        signal.pthread_kill(threading.get_ident(), signal.SIGINT)
+
+    waiting = threading.Event()
+    thread = threading.Thread(target=interrupt)
+    thread.start()
+    with until_interrupted():
+        waiting.set()
+    thread.join()
+    reached = False
+    with until_interrupted():
+        signal.raise_signal(signal.SIGINT)  # before the waiting
+        reached = True
+    assert not reached

@@ -24,21 +24,18 @@ class Seeing(Harness):
 
     def __init__(self, *unknown, known=(), objects=(), sees=True, executor=None) -> None:
         super().__init__(World([FLOOR, *known, *unknown], list(objects)))
-        self.context.fixtures = tuple(known)
+        self.context.around.fixtures = tuple(known)
         if sees:
-            self.context.depth_obstacles = DepthObstacles(self.robot.description, executor)
+            self.context.around.depth_obstacles = DepthObstacles(self.robot.description, executor)
 
     @property
     def cloud(self) -> np.ndarray:
-        return self.context.depth_obstacles.cloud.points
+        return self.context.around.depth_obstacles.cloud.points
 
     def go(self, goal, seconds, each=lambda state: None):
         for _ in range(round(seconds * 100)):
-            state = self.robot.read()
-            self.context.begin_tick(state)
-            self.context.goal = goal
-            report = self.step(state)
-            each(state)
+            report = self.pursue(goal)
+            each(self.context.state)
             if report.arrived:
                 break
         return report
@@ -53,7 +50,7 @@ def footprint_gap(state, geom) -> float:
     """From the outline of the base, in points 2 cm apart, to an upright box; negative inside."""
     x, y = np.meshgrid(np.linspace(-0.35, 0.35, 36), np.linspace(-0.25, 0.25, 26))
     points = np.stack([x.ravel(), y.ravel(), 0.0 * x.ravel()], axis=1)
-    world = points @ state.wTb.rotation.T + state.wTb.translation
+    world = points @ state.oTb.rotation.T + state.oTb.translation
     beyond = np.abs(world - geom.pose.translation)[:, :2] - np.array(geom.shape.half[:2])
     return float(beyond.max(axis=1).min())
 
@@ -64,26 +61,22 @@ def filled(low, high) -> np.ndarray:
     return np.stack(np.meshgrid(*edges), axis=-1).reshape(-1, 3)
 
 
-HAND = np.concatenate(
-    [
-        filled((-0.03, -0.1, -0.13), (0.03, 0.1, -0.04)),
-        filled((-0.01, -0.05, -0.04), (0.01, 0.05, 0.0)),
-    ]
-)
-"""Palm and open fingers, in e."""
+PALM = filled((-0.03, -0.1, -0.13), (0.03, 0.1, -0.04))
+HAND = np.concatenate([PALM, filled((-0.01, -0.05, -0.04), (0.01, 0.05, 0.0))])
+"""With open fingers, in e."""
 
 
 def hand_gap(model, state, geom) -> float:
     """From the hand to a box that stands upright; negative inside."""
-    wTe = model.wTe(state.wTb, state.q)
-    points = HAND @ wTe.rotation.T + wTe.translation - geom.pose.translation
+    oTe = model.end_effector(state.oTb, state.q)
+    points = HAND @ oTe.rotation.T + oTe.translation - geom.pose.translation
     return float((np.abs(points) - np.array(geom.shape.half)).max(axis=1).min())
 
 
 def driven_at_the_crate(sees: bool, seconds: float) -> float:
     """The smallest gap on the way."""
     robot, gaps = Seeing(CRATE, sees=sees), []
-    goal = BaseGoal(wTb=SE3(np.eye(3), np.array([3.2, 0.0, 0.0])))
+    goal = BaseGoal(target=SE3(np.eye(3), np.array([3.2, 0.0, 0.0])))
     robot.go(goal, seconds, lambda state: gaps.append(footprint_gap(state, CRATE)))
     return min(gaps)
 
@@ -96,9 +89,9 @@ def test_a_crate_on_the_floor_is_not_rammed():
 def swept_at_the_post(sees: bool) -> tuple[float, list[str]]:
     """The smallest gap of a hand that has looked down on table and post, and the faults."""
     robot, gaps = Seeing(POST, known=(TABLE,), sees=sees), []
-    robot.go(PoseGoal(wTe=over(-0.2, 1.0)), 5.0)
-    robot.go(PoseGoal(wTe=over(-0.2, 0.62), straight=True, speed=0.3), 5.0)
-    low = PoseGoal(wTe=over(0.3, 0.62), straight=True, speed=0.3)
+    robot.go(PoseGoal(target=over(-0.2, 1.0)), 5.0)
+    robot.go(PoseGoal(target=over(-0.2, 0.62), straight=True, speed=0.3), 5.0)
+    low = PoseGoal(target=over(0.3, 0.62), straight=True, speed=0.3)
     robot.go(low, 5.0, lambda state: gaps.append(hand_gap(robot.context.model, state, POST)))
     return min(gaps), [fault.text for fault in robot.robot.read().faults]
 
@@ -115,16 +108,18 @@ def test_neither_the_hand_nor_what_it_holds_is_an_obstacle():
     """A long object, of which only its width is known, carried over the table."""
     rod = block(half=(0.09, 0.015, 0.02), x=0.7)
     robot = Seeing(known=(TABLE,), objects=(rod,))
-    robot.go(PoseGoal(wTe=looking_down(0.7, 0.0, 0.7)), 6.0)
-    down = PoseGoal(wTe=looking_down(0.7, 0.0, 0.52), straight=True, hand_may_touch=True, speed=0.3)
+    robot.go(PoseGoal(target=looking_down(0.7, 0.0, 0.7)), 6.0)
+    down = PoseGoal(
+        target=looking_down(0.7, 0.0, 0.52), straight=True, hand_may_touch=True, speed=0.3
+    )
     robot.go(down, 6.0)
     robot.grip(0.0)
     assert robot.world.held is rod
     robot.context.log.grip_height = 0.02
     robot.context.log.attempt(TaskTime(0.0), TaskTime(1.0))
-    up = PoseGoal(wTe=looking_down(0.7, 0.0, 0.8), straight=True, hand_may_touch=True, speed=0.3)
+    up = PoseGoal(target=looking_down(0.7, 0.0, 0.8), straight=True, hand_may_touch=True, speed=0.3)
     robot.go(up, 4.0)
-    report = robot.go(PoseGoal(wTe=looking_down(0.9, 0.1, 0.8)), 6.0)
+    report = robot.go(PoseGoal(target=looking_down(0.9, 0.1, 0.8)), 6.0)
     assert report.arrived
     assert len(robot.cloud) > 100
     assert robot.cloud[:, 2].max() < TABLE_TOP + 0.1  # and the hand is 0.3 m above it
@@ -132,9 +127,9 @@ def test_neither_the_hand_nor_what_it_holds_is_an_obstacle():
 
 def test_what_was_seen_before_the_base_was_localised_anew_is_forgotten():
     robot = Seeing(known=(TABLE,))
-    robot.go(PoseGoal(wTe=looking_down(0.7, 0.0, 0.9)), 3.0)
+    robot.go(PoseGoal(target=looking_down(0.7, 0.0, 0.9)), 3.0)
     assert len(robot.cloud) > 100
-    robot.context.depth_obstacles.relocalise(robot.clock.now() + 10.0)
+    robot.context.around.depth_obstacles.relocalise(robot.clock.now() + 10.0)
     robot.go(None, 0.3)
     assert not len(robot.cloud)
 

@@ -5,8 +5,7 @@ from pinocchio import SE3, utils
 
 from app.core import Instruments, RunOptions, run_task
 from app.core.outcome import End
-from app.live import View, ViewOptions
-from hw.sim.localisation import LocalisationProcess
+from hw.sim.localisation_errors import LocalisationProcess
 
 OFF = SE3(utils.rotate("z", 0.3), np.array([0.4, -0.3, 0.0]))
 """Half a metre between odometry and map."""
@@ -35,22 +34,22 @@ class Witness(Instruments):
 
 
 def test_a_grasp_and_a_drive_end_where_the_map_has_them(tmp_path, monkeypatch):
-    begin, measured = LocalisationProcess._begin, LocalisationProcess.measured
+    begin, read = LocalisationProcess._begin, LocalisationProcess.read
     true, witness = [], Witness()
 
-    def begin_elsewhere(self, stamp, wTb):
-        begin(self, stamp, wTb)
-        self._grid_oTb = OFF * wTb
+    def begin_elsewhere(self, stamp, oTb):
+        begin(self, stamp, oTb)
+        self._grid_oTb = OFF * oTb
 
-    def noted(self, reading):
-        true.append(reading.wTb)
-        return measured(self, reading)
+    def noted(self, stamp, wTb):
+        true.append(wTb)
+        return read(self, stamp, wTb)
 
     monkeypatch.setattr(LocalisationProcess, "_begin", begin_elsewhere)
-    monkeypatch.setattr(LocalisationProcess, "measured", noted)
+    monkeypatch.setattr(LocalisationProcess, "read", noted)
     task = tmp_path / "fetch.yaml"
     task.write_text(TASK)
-    quiet = {"view": ViewOptions(view=View.NONE), "recording": False, "record": tmp_path / "runs"}
+    quiet = {"recording": False, "record": tmp_path / "runs"}
     options = RunOptions(tree=task, scene="single", localisation="good", **quiet)
     result = run_task(options, instruments=witness)
     assert result.outcome.end is End.SUCCESS, result.outcome.reason

@@ -31,9 +31,9 @@ class Keep(Leaf):
 
     key = "keep"
 
-    def __init__(self, context, wTe: SE3, onward: SE3 | None) -> None:
+    def __init__(self, context, oTe: SE3, onward: SE3 | None) -> None:
         super().__init__("keep", context)
-        self._goal = PoseGoal(wTe=wTe, straight=True, next_goal=onward)
+        self._goal = PoseGoal(target=oTe, straight=True, next_goal=onward)
         self.errors: list[tuple[float, float]] = []
 
     def update(self) -> Status:
@@ -49,7 +49,7 @@ def keep(
     harness = Harness(robot=robot)
     harness.reach_over(looking_down(0.65, 0.1, 0.6) * SE3(rotate("z", turned), np.zeros(3)))
     here = harness.robot.read()
-    leaf = Keep(harness.context, harness.controller.model.wTe(here.wTb, here.q), onward)
+    leaf = Keep(harness.context, harness.controller.model.end_effector(here.oTb, here.q), onward)
     harness.run_for(leaf, seconds)
     return harness, leaf
 
@@ -57,7 +57,7 @@ def keep(
 @pytest.mark.parametrize("robot", ["frankie", "omni"])
 def test_the_hand_stays_within_millimetres_while_the_base_is_on_its_way(robot):
     harness, leaf = keep(robot, 5.0)
-    assert np.abs(pin.rpy.matrixToRpy(harness.robot.read().wTb.rotation)[2]) > 0.3
+    assert np.abs(pin.rpy.matrixToRpy(harness.robot.read().oTb.rotation)[2]) > 0.3
     positions, angles = zip(*leaf.errors, strict=True)
     assert max(positions) < 0.005
     assert max(angles) < np.deg2rad(0.5)
@@ -66,10 +66,10 @@ def test_the_hand_stays_within_millimetres_while_the_base_is_on_its_way(robot):
 @pytest.mark.parametrize("robot", ["frankie", "omni"])
 def test_the_base_stops_before_the_arm_is_at_its_end(robot):
     harness, leaf = keep(robot, 12.0)
-    then = harness.robot.read().wTb
+    then = harness.robot.read().oTb
     harness.run_for(leaf, 2.0)
     assert max(position for position, _ in leaf.errors) < 0.01
-    moved = pin.log6(then.actInv(harness.robot.read().wTb)).vector
+    moved = pin.log6(then.actInv(harness.robot.read().oTb)).vector
     assert np.abs(moved).max() < 0.05 * 2.0
 
 
@@ -80,16 +80,14 @@ def test_after_an_attempt_in_vain_the_base_stands_while_the_hand_grasps():
     for second in ("the same", "standing", "another"):
         harness = over_the_table(block())
         context = harness.context
-        first = Grasp("grasp", context, within=ON_TABLE, next_goal=there)
-        leaves = {
-            "the same": first,
-            "standing": Grasp("grasp", context, within=ON_TABLE),
-            "another": Grasp("grasp", context, within=ON_TABLE, next_goal=there),
-        }
-        back = (Navigate("up", context, to=up), OpenGripper("open", context))
-        for leaf in (first, *back, leaves[second]):
+        first, standing, another = (
+            Grasp("grasp", context, within=ON_TABLE, next_goal=goal)
+            for goal in (there, None, there)
+        )
+        again = {"the same": first, "standing": standing, "another": another}[second]
+        for leaf in (first, Navigate("up", context, to=up), OpenGripper("open", context), again):
             assert harness.run(leaf) is Status.SUCCESS
-        ends.append(harness.robot.read().wTb)
+        ends.append(harness.robot.read().oTb)
     the_same, standing, another = ends
     assert the_same == standing
     assert np.linalg.norm(pin.log3(another.rotation.T @ standing.rotation)) > 0.2  # it turns to it
@@ -104,7 +102,7 @@ def test_what_moves_is_gripped_where_it_has_come():
     harness = with_the_hand_at(table_world(thing), 0.6, -0.1, TABLE_TOP + 0.5)
     leaf = Grasp("grasp", harness.context, within=ON_TABLE)
     harness.run_into(leaf, "close")
-    away = thing.pose.translation - harness.context.wTe.translation
+    away = thing.pose.translation - harness.context.oTe.translation
     assert np.hypot(*away[:2]) < 0.03  # it moves 0.1 m between lock and grip
     assert harness.run(leaf) is Status.SUCCESS
     assert harness.world.held is thing

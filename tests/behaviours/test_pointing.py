@@ -1,5 +1,6 @@
 """The behaviours that point the camera: look_at, scan_for_objects, follow; and say."""
 
+from dataclasses import replace
 from math import degrees, inf
 
 import numpy as np
@@ -10,6 +11,8 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours import Key, Region, ToolPose
+from behaviours.conditions import AtLeast, Equals
+from behaviours.detect import Detect
 from behaviours.follow import Follow
 from behaviours.look_at import LookAt
 from behaviours.say import Say
@@ -21,6 +24,7 @@ LARGE = Region(
     mTr=SE3(np.eye(3), np.array([0.8, 0.0, TABLE_TOP + 0.1])),
     size=np.array([0.4, 0.7, 0.2]),
 )
+SMALL = replace(LARGE, name="small", size=np.array([0.34, 0.34, 0.2]))
 BEHIND = ToolPose(name="bin", mTe=looking_down(-1.5, 0.5, 0.3))
 
 
@@ -35,12 +39,12 @@ def test_look_at_turns_the_camera_to_a_place(at, distance):
     assert success(harness, leaf) == f"looking at {at.name}"
     harness.run_for(None, 0.5)
     frame = harness.robot.camera.latest(inf)
-    point = (at.wTe if isinstance(at, ToolPose) else at.wTr).translation
-    x, y, z = frame.wTc.actInv(point)
+    point = (at.oTe if isinstance(at, ToolPose) else at.oTr).translation
+    x, y, z = frame.oTc.actInv(point)
     assert degrees(np.arctan2(np.hypot(x, y), z)) < 3.0
     if distance is not None:
         assert z == pytest.approx(distance, abs=0.03)
-        assert degrees(np.arcsin(-frame.wTc.rotation[2, 2])) > 72.0
+        assert degrees(np.arcsin(-frame.oTc.rotation[2, 2])) > 72.0
 
 
 def test_look_at_fails_without_a_camera_and_on_a_fault():
@@ -58,24 +62,46 @@ def test_a_scan_counts_what_stands_in_a_region_larger_than_a_picture():
     harness = over_the_table(*(block(x=x, y=y, name=f"b{x}{y}") for x, y in spots))
     count: Key[int] = Key("count")
     leaf = ScanForObjects("scan", harness.context, region=LARGE, count=count)
-    assert success(harness, leaf) == "4 objects in table"
+    assert success(harness, leaf) == "4 objects in table, on the 100 % seen"
     assert count.read() == 4
     things = sorted(leaf._survey.map.segments(1e-4), key=lambda thing: thing.centre[1])
     np.testing.assert_allclose([thing.centre[:2] for thing in things], spots, atol=0.01)
     assert [thing.area for thing in things] == pytest.approx([24e-4] * 4, rel=0.3)
 
 
+@pytest.mark.parametrize("is_seen", [True, False])
+def test_a_scan_looks_over_what_an_object_hides_and_counts_at_least_what_it_sees(
+    is_seen, monkeypatch
+):
+    tall = block(x=0.84, half=(0.02, 0.04, 0.09), name="tall")
+    behind = block(x=0.885, half=(0.01, 0.01, 0.01), name="behind")
+    harness, count = over_the_table(tall, behind), Key[int]("count")
+    yes, no, unknown = Status.SUCCESS, Status.FAILURE, Status.RUNNING
+    if not is_seen:
+        monkeypatch.setattr("behaviours.views.survey._BEHIND", 0)
+    said = success(harness, ScanForObjects("scan", harness.context, region=SMALL, count=count))
+    assert said.startswith("2 objects in small" if is_seen else "at least 1 object in small")
+    there = Key[int]("there")
+    assert is_seen or harness.run(Detect("see", harness.context, region=SMALL, count=there)) is yes
+    assert is_seen or f"{there.read()}" == "at least 1"
+    asked = [
+        *(Equals("equals", harness.context, value=count.read(), to=to) for to in (0, 1, 2)),
+        *(AtLeast("at_least", harness.context, value=count.read(), least=n) for n in (1, 2, 3)),
+    ]
+    for one in asked:
+        one.tick_once()
+    answers = (
+        [no, no, yes, yes, yes, no] if is_seen else [no, unknown, unknown, yes] + 2 * [unknown]
+    )
+    assert [one.status for one in asked] == answers
+
+
 def test_a_scan_does_not_count_by_what_it_cannot_see():
     harness = over_the_table()
-    beyond = Region(
-        name="shelf",
-        mTr=SE3(np.eye(3), np.array([0.8, 0.0, TABLE_TOP - 0.2])),
-        size=np.array([0.3, 0.3, 0.2]),
-    )
-    count: Key[int] = Key("count")
-    leaf = ScanForObjects(
-        "scan", harness.context, region=beyond, count=count, height_m=0.65, frames=1
-    )
+    pose, count = SE3(np.eye(3), np.array([0.8, 0.0, TABLE_TOP - 0.2])), Key[int]("count")
+    beyond = Region(name="shelf", mTr=pose, size=np.array([0.3, 0.3, 0.2]))
+    options = {"region": beyond, "count": count, "height_m": 0.65, "frames": 1}
+    leaf = ScanForObjects("scan", harness.context, **options)
     assert failure(harness, leaf).startswith("100 % of shelf not seen")
     with pytest.raises(LookupError):
         count.read()
@@ -98,13 +124,9 @@ def test_a_scan_that_cannot_reach_a_view_says_which():
 
 
 def moving_block(y: float = -0.1, until: float = np.inf):
-    thing = block(x=0.8, y=y)
-    thing.motion = Motion(
-        start=thing.pose.translation.copy(),
-        along=np.array([0.0, 0.2, 0.0]),
-        period=8.0,
-        until=until,
-    )
+    thing, along = block(x=0.8, y=y), np.array([0.0, 0.2, 0.0])
+    start = thing.pose.translation.copy()
+    thing.motion = Motion(start=start, along=along, period=8.0, until=until)
     return thing
 
 
@@ -115,7 +137,7 @@ def test_follow_stays_over_a_moving_object_and_succeeds_when_it_stands_still():
     behind = []
     while leaf.status is Status.RUNNING:
         harness.tick(leaf)
-        away = harness.world.objects[0].pose.translation - harness.context.wTe.translation
+        away = harness.world.objects[0].pose.translation - harness.context.oTe.translation
         behind.append(np.hypot(*away[:2]))
     assert leaf.status is Status.SUCCESS
     assert leaf.feedback_message == "it has stood still for 2.0 s"

@@ -12,7 +12,7 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours import BasePose
-from behaviours.core.context import Relocalisation
+from behaviours.core.relocalisation import Relocalisation
 from behaviours.drive import Drive
 from behaviours.grasp import Grasp
 from behaviours.place import Place
@@ -44,18 +44,13 @@ def with_late_frames(late: float) -> Harness:
     return harness
 
 
-def test_late_frames_give_a_grasp_where_nothing_moves():
+def test_late_frames_give_a_grasp_where_nothing_moves_and_none_within_a_second_is_told():
     harness = with_late_frames(0.6)
     assert harness.run(Grasp("grasp", harness.context, within=SPOT)) is Status.SUCCESS
     assert harness.world.held is not None
-
-
-def test_frames_that_never_come_are_told():
     harness = with_late_frames(1.2)
-    begun = harness.clock.now()
     leaf = Grasp("grasp", harness.context, within=SPOT)
-    assert "no camera frame" in failure(harness, leaf)
-    assert harness.clock.now() - begun < 2.0
+    assert "no camera frame" in failure(harness, leaf, seconds=2.0)
 
 
 def displace(harness: Harness, metres: float, degrees: float = 0.0) -> None:
@@ -63,7 +58,7 @@ def displace(harness: Harness, metres: float, degrees: float = 0.0) -> None:
     read = harness.robot.read
     along = SE3(np.eye(3), np.array([0.0, metres, 0.0]))
     turned = SE3(pin.utils.rotate("z", np.radians(degrees)), np.zeros(3))
-    harness.robot.read = lambda: replace(state := read(), wTb=along * state.wTb * turned)
+    harness.robot.read = lambda: replace(state := read(), oTb=along * state.oTb * turned)
 
 
 def test_a_grasp_that_was_locked_is_looked_for_again_after_a_jump():
@@ -72,7 +67,7 @@ def test_a_grasp_that_was_locked_is_looked_for_again_after_a_jump():
     harness.run_into(leaf, "lock")
     displace(harness, 0.1)
     harness.tick(leaf)
-    assert harness.context.relocalised == "the base was relocalised by 0.10 m and 0°"
+    assert harness.context.now.relocalised == "the base was relocalised by 0.10 m and 0°"
     assert leaf.phase == "approach"
 
 
@@ -81,11 +76,11 @@ def test_a_hand_that_goes_down_stops_after_a_jump():
     leaf = Grasp("grasp", harness.context, within=SPOT)
     harness.run_into(leaf, "descend")
     displace(harness, 0.0, 5.0)
-    before = harness.context.wTe.translation[2]
+    before = harness.context.oTe.translation[2]
     harness.tick(leaf)
     assert leaf.phase == "rise"
     assert failure(harness, leaf).startswith("the base was relocalised by")
-    assert harness.context.wTe.translation[2] > before + 0.05
+    assert harness.context.oTe.translation[2] > before + 0.05
     assert not harness.context.vision.tracker.locked
 
 
@@ -105,9 +100,9 @@ def test_a_jump_during_a_pause_is_told_by_the_next_tick():
     displace(harness, 0.1)
     harness.context.read(harness.robot.read())
     harness.run_for(None, 0.01)
-    assert harness.context.relocalised
+    assert harness.context.now.relocalised
     harness.run_for(None, 0.01)
-    assert not harness.context.relocalised
+    assert not harness.context.now.relocalised
 
 
 class Contradicted:
@@ -120,7 +115,7 @@ class Contradicted:
 
     def _reading(self):
         state = self._read()
-        mTb = self.off * state.wTb
+        mTb = self.off * state.oTb
         covariance = np.diag([0.02, 0.02, 0.01]) ** 2
         localised = LocalisedPose(stamp=state.stamp, mTb=mTb, covariance=covariance)
         return replace(state, localised=localised)
@@ -154,7 +149,7 @@ def test_a_base_that_insists_with_nothing_in_sight_was_carried():
         harness.clock.sleep_until(0.01 * tick)
         if tick == 50:
             run.off = SE3(np.eye(3), np.array([0.0, 0.5, 0.0]))
-        jumps += [context.relocalised] * bool(context.relocalised)
+        jumps += [context.now.relocalised] * bool(context.now.relocalised)
     told = "the base was relocalised by 0.50 m and 0°: nothing in sight speaks against it"
     assert jumps == [told]
     assert [text for _, text in context.log.messages] == jumps
@@ -174,18 +169,17 @@ def readings(harness: Harness, seconds: float, twist: np.ndarray) -> list:
 
 def test_motion_gaps_and_the_first_reading_are_no_jumps():
     seen = readings(Harness(table_world()), 3.0, np.array([1.0, 0.0, 1.0]))
-    relocalisation = Relocalisation()
-    assert not any(relocalisation.note(state) for state in seen)
-    relocalisation = Relocalisation()
-    assert not any(relocalisation.note(state) for state in seen[::40])  # gaps of 0.4 s
+    for told in (seen, seen[::40]):  # gaps of 0.4 s
+        relocalisation = Relocalisation()
+        assert not any(relocalisation.note(state) for state in told)
 
 
 def test_a_jump_that_is_spread_over_some_readings_is_one_jump():
     """As interpolation between the readings of a slow base does."""
     seen = readings(Harness(table_world()), 1.0, np.array([0.5, 0.0, 0.0]))
     relocalisation = Relocalisation()
-    told = []
+    told = 0
     for number, state in enumerate(seen):
         away = SE3(np.eye(3), np.array([0.0, 0.005 * np.clip(number - 50, 0, 8), 0.0]))
-        told.append(relocalisation.note(replace(state, wTb=state.wTb * away)))
-    assert [bool(text) for text in told].count(True) == 1
+        told += bool(relocalisation.note(replace(state, oTb=state.oTb * away)))
+    assert told == 1

@@ -1,5 +1,6 @@
-"""Configuration files: what a model gets, and what a person is told, all at once."""
+"""YAML 1.2 and configuration files: what a model gets, and what a person is told, all at once."""
 
+import math
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -7,7 +8,8 @@ import pytest
 import yaml
 from pydantic import Field, field_validator
 
-from config import ConfigError, StrictModel, read_config
+from config import Diagnostics, parse_scalar, parse_yaml
+from config.reader import ConfigError, StrictModel, read_config
 
 MISTAKES = yaml.safe_load(Path(__file__).with_name("mistakes.yaml").read_text("utf-8"))
 
@@ -77,3 +79,40 @@ def test_all_errors_of_a_file_come_at_once_in_its_order(path):
 def test_a_missing_file_is_an_error_of_the_user(tmp_path):
     with pytest.raises(ConfigError, match=r"none.yaml: there is no such file; check the path"):
         read_config(tmp_path / "none.yaml", Cart)
+
+
+@pytest.mark.parametrize(
+    ("text", "meaning"),
+    [
+        ("no", "no"),
+        ("true", True),
+        ("null", None),
+        ("", None),
+        ("1", 1),
+        ("010", 10),
+        ("0x1F", 31),
+        ("1e-3", 0.001),
+        ("1.", 1.0),
+        ("-.inf", -math.inf),
+        ("1_000", "1_000"),
+        ("9" * 5000, math.inf),
+        ("٣", "٣"),
+    ],
+)
+def test_plain_scalars_follow_yaml_1_2(text, meaning):
+    assert parse_scalar(text) == meaning
+    assert type(parse_scalar(text)) is type(meaning)
+
+
+def test_quotes_make_text():
+    document = parse_yaml("['1', \"no\", 1]", Diagnostics(Path("x")))
+    assert [item.value for item in document.items] == ["1", "no", 1]
+
+
+@pytest.mark.parametrize("row", MISTAKES["yaml"], ids=lambda row: row["tells"])
+def test_texts_that_are_refused(row):
+    text = row["text"].replace("DEEP", "[" * 70)
+    diagnostics = Diagnostics(Path("x"))
+    parse_yaml(text, diagnostics)
+    [diagnostic] = diagnostics.in_order()
+    assert str(diagnostic).startswith(row["tells"])

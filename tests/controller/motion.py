@@ -14,14 +14,12 @@ from controller import (
     HolisticController,
     MotionGoal,
     RobotModel,
-    SelfCollision,
     StepReport,
     Surroundings,
     robot_model,
 )
 from controller.collision.distance_constraints import DistanceConstraints
 from controller.collision.proximity import Proximity
-from controller.model import Lag
 from robots import load_robot
 
 READY = load_robot("frankie").arm.ready
@@ -32,41 +30,23 @@ def tool_pose(x: float, y: float, z: float, yaw: float = 0.0, tilt: float = 0.0)
     return SE3(pin.rpy.rpyToMatrix(np.pi, tilt, yaw), np.array([x, y, z]))
 
 
-def reachable_poses(robot: str, count: int, seed: int) -> list[SE3]:
-    """Random poses within 4 m that the robot can have somewhere without touching anything."""
-    model, rng = robot_model(robot), np.random.default_rng(seed)
-    body, poses = SelfCollision(model), []
-    while len(poses) < count:
-        q = rng.uniform(model.limits.q_min + 0.1, model.limits.q_max - 0.1)
-        bTe = model.bTe(q)
-        if bTe.translation[2] < 0.05 or body.clearance(q) < 0.0:
-            continue
-        heading, bearing = rng.uniform(-np.pi, np.pi, size=2)
-        radius = 3.6 * np.sqrt(rng.uniform())
-        x, y = radius * np.cos(bearing), radius * np.sin(bearing)
-        turned = pin.utils.rotate("z", heading) @ bTe.rotation
-        poses.append(SE3(turned, np.array([x, y, bTe.translation[2]])))
-    return poses
-
-
 def proximity(model: RobotModel) -> Proximity:
     """The proximity queries of a controller with default settings."""
     settings = ControllerSettings()
     assert settings.collision is not None
-    lag = Lag(model, settings.period)
-    return Proximity(model, DistanceConstraints(model, settings.collision, lag).ranges)
+    return Proximity(model, DistanceConstraints(model, settings.collision, settings.period).ranges)
 
 
 @dataclass
 class State:
-    wTb: SE3 = field(default_factory=SE3.Identity)
+    mTb: SE3 = field(default_factory=SE3.Identity)
     q: np.ndarray = field(default_factory=READY.copy)
 
 
 def move(state: State, command: Command, dt: float = 0.01) -> None:
     """What a perfect robot does in one period."""
     vx, vy, w = command.base_twist * dt
-    state.wTb = state.wTb * pin.exp6(np.array([vx, vy, 0.0, 0.0, 0.0, w]))
+    state.mTb = state.mTb * pin.exp6(np.array([vx, vy, 0.0, 0.0, 0.0, w]))
     state.q = state.q + command.qd * dt
 
 
@@ -123,8 +103,8 @@ def run_to(
     """
     controller = controller or HolisticController(robot_model(robot))
     follower = Lagging(controller.model)
-    follower.state = state = State(state.wTb, state.q) if state else State()
-    run = Run([last or Command.stop(7)], [State(state.wTb, state.q)])
+    follower.state = state = State(state.mTb, state.q) if state else State()
+    run = Run([last or Command.stop(7)], [State(state.mTb, state.q)])
     for step in range(round(seconds / 0.01)):
         now, known = (one(0.01 * step) if callable(one) else one for one in (goal, around))
         command, report = controller.step(state, now, run.commands[-1], known)
@@ -136,7 +116,7 @@ def run_to(
             follower.follow(command)
         else:
             move(state, command)
-        run.states.append(State(state.wTb, state.q))
+        run.states.append(State(state.mTb, state.q))
     assert_within_limits(run, controller.model)
     return run
 

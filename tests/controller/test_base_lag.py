@@ -20,19 +20,19 @@ class Rolling:
     def __init__(self):
         model = robot_model("frankie")
         self.controller, self.state = HolisticController(model), State()
-        wTe = model.wTe(self.state.wTb, self.state.q)
-        self.goal = PoseGoal(wTe=SE3(np.eye(3), np.array([0.007, 0.0, 0.0])) * wTe, straight=True)
-        self.last, self.taken_off = (
-            Command(base_twist=np.array([0.05, 0.0, 0.0]), qd=np.zeros(7)),
-            [],
+        mTe = model.end_effector(self.state.mTb, self.state.q)
+        self.goal = PoseGoal(
+            target=SE3(np.eye(3), np.array([0.007, 0.0, 0.0])) * mTe, straight=True
         )
-        task = self.controller._pose_task
+        self.last = Command(base_twist=np.array([0.05, 0.0, 0.0]), qd=np.zeros(7))
+        self.taken_off = []
+        without = self.controller._uncompensated
 
-        def spied(tick, goal, steady):
-            self.taken_off.append(float(np.abs(tick.applied - steady).max()))
-            return task(tick, goal, steady)
+        def spied(applied):
+            self.taken_off.append(float(np.abs(applied - without(applied)).max()))
+            return without(applied)
 
-        self.controller._pose_task = spied
+        self.controller._uncompensated = spied
         self.step()
         self.last = Command.stop(7)
 

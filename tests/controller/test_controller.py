@@ -1,5 +1,6 @@
-"""The controller in a loop: it arrives, keeps every limit, and refuses nonsense."""
+"""The controller in a loop: it arrives, keeps every limit, reverse too, and refuses nonsense."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -7,43 +8,43 @@ import pinocchio as pin
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from motion import State, run_to, tool_pose
+from motion import READY, Run, State, run_to, tool_pose
 from pinocchio import SE3
 
 from controller import (
     BaseGoal,
     Command,
+    ControllerSettings,
     GoalError,
     HolisticController,
     PoseGoal,
     PostureGoal,
+    RobotModel,
     robot_model,
 )
 from controller.qp_solver import Solver
-from controller.settings import ControllerSettings
+from controller.settings import JointLimitSettings
 from controller.velocity_bounds import VelocityBounds
-from robots import load_robot
-
-READY = load_robot("frankie").arm.ready
+from robots import load_robot, with_base_speeds
 
 ROBOTS = ["frankie", "omni"]
 
 
 @pytest.mark.parametrize("robot", ROBOTS)
 @pytest.mark.parametrize(
-    "wTe", [tool_pose(-2.0, 1.0, 0.6, yaw=np.pi, tilt=0.3), tool_pose(0.7, 0.1, 0.6, yaw=0.5)]
+    "mTe", [tool_pose(-2.0, 1.0, 0.6, yaw=np.pi, tilt=0.3), tool_pose(0.7, 0.1, 0.6, yaw=0.5)]
 )
-def test_reaches_position_and_orientation_within_all_limits(robot, wTe):
-    run = run_to(PoseGoal(wTe=wTe), robot=robot)
+def test_reaches_position_and_orientation_within_all_limits(robot, mTe):
+    run = run_to(PoseGoal(target=mTe), robot=robot)
     assert run.arrived
-    reached = robot_model(robot).wTe(run.state.wTb, run.state.q)
-    assert np.linalg.norm(reached.translation - wTe.translation) <= 0.01
-    assert np.linalg.norm(pin.log3(reached.rotation.T @ wTe.rotation)) <= np.deg2rad(2.0)
+    reached = robot_model(robot).end_effector(run.state.mTb, run.state.q)
+    assert np.linalg.norm(reached.translation - mTe.translation) <= 0.01
+    assert np.linalg.norm(pin.log3(reached.rotation.T @ mTe.rotation)) <= np.deg2rad(2.0)
 
 
 def test_keeps_the_hand_still_while_the_base_finds_its_place():
     """Arrived, the controller goes on improving the posture, without leaving the goal."""
-    goal = PoseGoal(wTe=tool_pose(1.5, 0.4, 0.7))
+    goal = PoseGoal(target=tool_pose(1.5, 0.4, 0.7))
     run = run_to(goal, seconds=8.0, stays=True)
     arrived = [report.arrived for report in run.reports].index(True)
     assert len(run.reports) - arrived > 300
@@ -52,14 +53,14 @@ def test_keeps_the_hand_still_while_the_base_finds_its_place():
 
 def test_the_arm_goes_down_alone_where_the_base_shall_rest():
     above = tool_pose(1.5, 0.2, 0.9, tilt=-0.7)
-    before = run_to(PoseGoal(wTe=above), seconds=2.0)  # the base still drives
+    before = run_to(PoseGoal(target=above), seconds=2.0)  # the base still drives
     down = above * SE3(np.eye(3), np.array([0.0, 0.0, 0.12]))
 
     def way(*, base_rests: bool) -> float:
-        goal = PoseGoal(wTe=down, straight=True, speed=0.25, base_rests=base_rests)
+        goal = PoseGoal(target=down, straight=True, speed=0.25, base_rests=base_rests)
         run = run_to(goal, state=before.state, last=before.commands[-1])
         assert run.arrived
-        return float(np.linalg.norm(before.state.wTb.actInv(run.state.wTb.translation)))
+        return float(np.linalg.norm(before.state.mTb.actInv(run.state.mTb.translation)))
 
     assert way(base_rests=True) < 0.5 * way(base_rests=False)
 
@@ -75,15 +76,15 @@ def test_a_posture_is_reached_by_all_joints_together_with_the_base_held():
     run = run_to(goal)
     assert run.arrived
     np.testing.assert_allclose(run.state.q, goal.q, atol=goal.tolerance)
-    assert run.state.wTb.isApprox(SE3.Identity())
+    assert run.state.mTb.isApprox(SE3.Identity())
 
 
 @pytest.mark.parametrize("robot", ROBOTS)
 @pytest.mark.parametrize("target", [(-1.0, 0.5, 1.2), (0, 0, 2)])
 def test_the_base_drives_to_a_pose_with_the_arm_held(robot, target):
     x, y, heading = target
-    wTb = SE3(pin.rpy.rpyToMatrix(0.0, 0.0, float(heading)), np.array([x, y, 0.0]))
-    run = run_to(BaseGoal(wTb=wTb), robot=robot, seconds=30.0)
+    mTb = SE3(pin.rpy.rpyToMatrix(0.0, 0.0, float(heading)), np.array([x, y, 0.0]))
+    run = run_to(BaseGoal(target=mTb), robot=robot, seconds=30.0)
     assert run.arrived
     np.testing.assert_array_equal(run.state.q, READY)
 
@@ -94,34 +95,6 @@ def kept_controller(robot: str) -> HolisticController:
     return HolisticController(robot_model(robot))
 
 
-def check_random_case(robot: str, seed: int, scale: float) -> None:
-    """A random state, velocity and goal, the goal jumping in between."""
-    rng = np.random.default_rng(seed)
-    controller = kept_controller(robot)
-    model = controller.model
-    q = rng.uniform(model.limits.q_min - 0.3, model.limits.q_max + 0.3)
-    wTb = SE3(pin.utils.rotate("z", rng.uniform(-9, 9)), np.array([*rng.normal(size=2), 0.0]))
-    last = model.command(rng.uniform(*model.velocity_limits))
-    for _ in range(2):
-        goal = PoseGoal(
-            wTe=SE3(pin.exp3(rng.normal(size=3) * 2.0), rng.normal(size=3) * scale),
-            twist=rng.normal(size=6) * rng.choice([0.0, 0.3]),
-        )
-        command, report = controller.step(State(wTb=wTb, q=q), goal, last)
-        assert command.is_finite()
-        assert report.solved
-        velocities = model.velocities(command)
-        step = np.abs(velocities - model.velocities(last))
-        assert (step <= model.acceleration_limits * 0.01 + 1e-12).all()
-        assert (velocities >= model.velocity_limits[0] - 1e-12).all()
-        assert (velocities <= model.velocity_limits[1] + 1e-12).all()
-        deeper = ((q > model.limits.q_max) & (command.qd > last.qd) & (command.qd > 0.0)) | (
-            (q < model.limits.q_min) & (command.qd < last.qd) & (command.qd < 0.0)
-        )
-        assert not deeper.any()
-        last = command
-
-
 @settings(max_examples=100, deadline=None)
 @given(
     robot=st.sampled_from(ROBOTS),
@@ -129,7 +102,27 @@ def check_random_case(robot: str, seed: int, scale: float) -> None:
     scale=st.sampled_from([1e-9, 1e-3, 1.0, 1.0, 3.0, 1e3, 1e9]),
 )
 def test_every_finite_input_gives_a_finite_command_within_limits(robot, seed, scale):
-    check_random_case(robot, seed, scale)
+    """A random state, velocity and goal, the goal jumping in between."""
+    rng, controller = np.random.default_rng(seed), kept_controller(robot)
+    model = controller.model
+    q = rng.uniform(model.limits.q_min - 0.3, model.limits.q_max + 0.3)
+    mTb = SE3(pin.utils.rotate("z", rng.uniform(-9, 9)), np.array([*rng.normal(size=2), 0.0]))
+    last = model.command(rng.uniform(*model.velocity_limits))
+    for _ in range(2):
+        mTe = SE3(pin.exp3(rng.normal(size=3) * 2.0), rng.normal(size=3) * scale)
+        goal = PoseGoal(target=mTe, twist=rng.normal(size=6) * rng.choice([0.0, 0.3]))
+        command, report = controller.step(State(mTb=mTb, q=q), goal, last)
+        assert command.is_finite()
+        assert report.solved
+        velocities = model.velocities(command)
+        step = np.abs(velocities - model.velocities(last))
+        assert (step <= model.acceleration_limits * 0.01 + 1e-12).all()
+        assert (velocities >= model.velocity_limits[0] - 1e-12).all()
+        assert (velocities <= model.velocity_limits[1] + 1e-12).all()
+        faster = np.where(q > model.limits.q_max, command.qd > np.maximum(last.qd, 0.0), False)
+        slower = np.where(q < model.limits.q_min, command.qd < np.minimum(last.qd, 0.0), False)
+        assert not (faster | slower).any(), "deeper into a limit"
+        last = command
 
 
 @settings(max_examples=150, deadline=None)
@@ -137,7 +130,7 @@ def test_every_finite_input_gives_a_finite_command_within_limits(robot, seed, sc
 def test_any_numbers_at_all_are_answered_within_limits_or_refused(numbers):
     controller = kept_controller("frankie")
     model, stop = controller.model, Command.stop(7)
-    goal = PoseGoal(wTe=tool_pose(*numbers[7:10]), twist=np.array(numbers[10:16]))
+    goal = PoseGoal(target=tool_pose(*numbers[7:10]), twist=np.array(numbers[10:16]))
     try:
         command, _ = controller.step(State(q=np.array(numbers[:7])), goal, stop)
     except GoalError:
@@ -151,7 +144,7 @@ def test_a_qp_without_a_solution_brakes_and_reports_it(monkeypatch):
     controller = HolisticController(robot_model("frankie"))
     monkeypatch.setattr(Solver, "solve", lambda self, qp, rows: None)
     moving = Command(base_twist=np.array([0.9, 0.0, -0.8]), qd=np.full(7, 1.0))
-    command, report = controller.step(State(), PoseGoal(wTe=tool_pose(2.0, 0.0, 0.7)), moving)
+    command, report = controller.step(State(), PoseGoal(target=tool_pose(2.0, 0.0, 0.7)), moving)
     assert not report.solved
     model = controller.model
     step = model.velocities(moving) - model.velocities(command)
@@ -173,29 +166,6 @@ def test_a_start_outside_a_joint_limit_comes_back_slowly(robot, joint):
     assert np.abs(np.diff(path)).max() <= 0.2 * 0.01 + 1e-9
 
 
-def test_numbers_that_are_not_finite_are_refused_by_name():
-    bad, controller = np.nan, HolisticController(robot_model("frankie"))
-    stop = Command.stop(7)
-    wrong = tool_pose(1.0, 0.0, 0.7)
-    wrong.translation = np.array([1.0, bad, 0.7])
-    with pytest.raises(GoalError, match="goal pose must be finite"):
-        controller.step(State(), PoseGoal(wTe=wrong), stop)
-    with pytest.raises(GoalError, match="joint positions must be finite"):
-        controller.step(State(q=np.full(7, bad)), None, stop)
-
-
-@pytest.mark.parametrize(
-    "rotation", [np.zeros((3, 3)), 1.01 * np.eye(3), np.diag([1.0, 1.0, -1.0]), np.eye(3) + 0.02]
-)
-def test_a_pose_without_a_rotation_is_refused(rotation):
-    controller, wrong = HolisticController(robot_model("frankie")), tool_pose(1.0, 0.0, 0.7)
-    wrong.rotation = rotation
-    with pytest.raises(GoalError, match="goal pose must have a rotation matrix"):
-        controller.step(State(), PoseGoal(wTe=wrong), Command.stop(7))
-    with pytest.raises(GoalError, match="base pose must have a rotation matrix"):
-        controller.step(State(wTb=wrong), None, Command.stop(7))
-
-
 FR3 = (
     (2.62, 0.30, 12.0, 2.75010),
     (2.62, 0.20, 5.17, 1.79180),
@@ -214,7 +184,7 @@ def test_an_fr3_is_no_faster_than_its_maker_allows_at_a_position(joint):
     q, last, fastest = model.description.arm.ready.copy(), np.zeros(model.n), 0.0
     q[joint] = model.limits.q_min[joint] + 0.1
     for _ in range(500):
-        last[number] = bounds(q, last)[1][number]
+        last[number] = bounds.at(q, last)[1][number]
         fastest = max(fastest, last[number])
         assert last[number] <= min(most, max(np.sqrt(slope * (end - q[joint])) - less, 0.0)) + 1e-9
         q[joint] += 0.01 * last[number]
@@ -231,7 +201,7 @@ def test_an_arm_that_lags_behind_its_commands_still_brakes_before_its_limits(joi
     q[joint] = (model.limits.q_max if side == 0 else model.limits.q_min)[joint]
     fastest = 0.0
     for _ in range(1500):
-        last = np.array(bounds(q, last))[side]
+        last = np.array(bounds.at(q, last))[side]
         last[: model.n - 7] = 0.0
         last[model.n - 7 :][np.arange(7) != joint] = 0.0
         qd = qd + (1.0 - np.exp(-0.01 / 0.03)) * (last[model.n - 7 :] - qd)
@@ -241,3 +211,98 @@ def test_an_arm_that_lags_behind_its_commands_still_brakes_before_its_limits(joi
     assert fastest > 1.0
     limit = (model.limits.q_min, model.limits.q_max)[side][joint]
     assert abs(q[joint] - limit) < 0.06
+
+
+POSE = PoseGoal(target=tool_pose(1.0, 0.0, 0.7))
+
+
+BASE = BaseGoal(target=SE3.Identity())
+
+
+def refused(goal, message, state=None) -> None:
+    with pytest.raises(GoalError, match=message):
+        HolisticController(robot_model("frankie")).step(state or State(), goal, Command.stop(7))
+
+
+@pytest.mark.parametrize(
+    ("goal", "field", "value"),
+    [
+        (POSE, "speed", 0.0),
+        (POSE, "turn_rate", np.nan),
+        (POSE, "position_tolerance", -0.01),
+        (PostureGoal(q=READY), "tolerance", np.nan),
+        (BASE, "speed", -1.0),
+        (BASE, "heading_tolerance", -0.01),
+    ],
+)
+def test_a_goal_with_a_number_that_makes_no_sense_is_refused_by_name(goal, field, value):
+    name = field.replace("_", " ")
+    refused(replace(goal, **{field: value}), f"the goal's {name} must be a number")
+
+
+def test_numbers_that_are_not_finite_and_too_few_joints_are_refused_by_name():
+    refused(PoseGoal(target=tool_pose(np.nan, 0.0, 0.7)), "goal pose must be finite")
+    refused(None, "joint positions must be finite", State(q=np.full(7, np.nan)))
+    refused(PostureGoal(q=np.zeros(6)), "the goal posture must have 7 joints")
+
+
+@pytest.mark.parametrize(
+    "rotation", [np.zeros((3, 3)), 1.01 * np.eye(3), np.diag([1.0, 1.0, -1.0]), np.eye(3) + 0.02]
+)
+def test_a_pose_without_a_rotation_is_refused(rotation):
+    wrong = tool_pose(1.0, 0.0, 0.7)
+    wrong.rotation = rotation
+    refused(PoseGoal(target=wrong), "goal pose must have a rotation matrix")
+    refused(None, "base pose must have a rotation matrix", State(mTb=wrong))
+
+
+def test_settings_are_positive_numbers():
+    with pytest.raises(ValueError, match="`period` of ControllerSettings must be a number above 0"):
+        ControllerSettings(period=np.nan)
+    with pytest.raises(ValueError, match="`smoothness` of ControllerSettings must be at least 0"):
+        ControllerSettings(smoothness=-1.0)
+    with pytest.raises(ValueError, match="`influence_distance` must be larger"):
+        JointLimitSettings(influence_distance=0.03, stop_distance=0.03)
+
+
+FRANKIE, OMNI = with_base_speeds(load_robot("frankie"), reverse=1.0), load_robot("omni")
+
+
+SLOW = 0.25
+
+
+@pytest.fixture(params=[FRANKIE, OMNI], ids=lambda robot: robot.name)
+def model(request) -> RobotModel:
+    limits = replace(request.param.limits, base_reverse=SLOW)
+    return RobotModel(replace(request.param, limits=limits))
+
+
+def base_pose(x: float, y: float, heading: float) -> SE3:
+    return SE3(pin.utils.rotate("z", heading), np.array([x, y, 0.0]))
+
+
+def slowest(run: Run) -> float:
+    """Base velocity along x that is farthest below zero [m/s]."""
+    return min(float(command.base_twist[0]) for command in run.commands)
+
+
+@pytest.mark.parametrize("target", [(-1.0, 0.5, 0.6), (-0.12, 0.0, 0.0)])
+def test_the_base_backs_to_a_pose_no_faster_than_it_may(model, target):
+    goal = BaseGoal(target=base_pose(*target), reverse=True)
+    run = run_to(goal, seconds=30.0, controller=HolisticController(model))
+    assert run.arrived
+    assert -SLOW <= slowest(run) < -0.1
+
+
+def test_a_differential_drive_prefers_to_turn_where_backing_is_slow():
+    """The same goal behind: with one speed it backs, with a slow reverse it turns around."""
+    goal = PoseGoal(target=tool_pose(-2.4, 0.0, 0.6))
+    slow = replace(FRANKIE, limits=replace(FRANKIE.limits, base_reverse=SLOW))
+    backed, turned = (
+        run_to(goal, controller=HolisticController(RobotModel(robot))) for robot in (FRANKIE, slow)
+    )
+    assert backed.arrived
+    assert turned.arrived
+    assert slowest(backed) < -0.9
+    assert slowest(turned) > -SLOW
+    assert len(turned.reports) * 0.01 < 8.0  # 2 m backwards alone would take 8 s

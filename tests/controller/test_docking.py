@@ -6,34 +6,25 @@ import pytest
 from motion import READY, run_to
 from pinocchio import SE3
 
-from controller import (
-    ControllerSettings,
-    PoseGoal,
-    RobotModel,
-    SelfCollision,
-    Surroundings,
-    robot_model,
-)
+from config.planar import Pose2D
+from controller import ControllerSettings, PoseGoal, SelfCollision, Surroundings, robot_model
 from controller.collision.collision_model import CollisionModel, CollisionModels
-from controller.floor.base_drive import Pose2D
-from controller.floor.floor_map import FloorMap
-from controller.floor.route import Route
-from controller.stance.approach import Approach
-from controller.stance.docking import ROOM, YIELD, moved
+from controller.stance.docking import ROOM, YIELD
 from controller.stance.finder import StanceFinder
-from controller.stance.free_space import FreeSpace, se3_of
+from controller.stance.free_space import se3_of
 from controller.stance.stance import Stance
+from controller.stance.stance_approach import Approach, Phase
 from robots import Box, Geom
 
 
-def shelf(wTs: SE3, width: float, depth: float, boards: tuple[float, ...]) -> tuple[Geom, ...]:
+def shelf(mTs: SE3, width: float, depth: float, boards: tuple[float, ...]) -> tuple[Geom, ...]:
     """Boards between two sides, before a back; open towards -x."""
     thin, tall = 0.01, boards[-1] / 2.0 + 0.01
     parts = [("board", (depth / 2, width / 2, thin), (0.0, 0.0, z)) for z in boards]
     parts += [("side", (depth / 2, thin, tall), (0.0, y, tall)) for y in (-width / 2, width / 2)]
     parts += [("back", (thin, width / 2, tall), (depth / 2, 0.0, tall))]
     return tuple(
-        Geom(Box(half), wTs * SE3(np.eye(3), np.array(centre)), f"shelf/{name}")
+        Geom(Box(half), mTs * SE3(np.eye(3), np.array(centre)), f"shelf/{name}")
         for name, half, centre in parts
     )
 
@@ -55,62 +46,49 @@ MIDDLE = SE3(
 )
 
 
-def rigid(wTe: SE3) -> SE3:
+def rigid(mTe: SE3) -> SE3:
     """The same with a rotation that is one to the last digit."""
-    return SE3(pin.Quaternion(wTe.rotation).normalized().toRotationMatrix(), wTe.translation)
-
-
-def found_stance(model: RobotModel, around: tuple[Geom, ...]) -> tuple[FreeSpace, Stance]:
-    """From the origin for the hand in the middle of the shelf."""
-    finder = StanceFinder(model, SelfCollision(model), CollisionModels(model))
-    finder.update(Surroundings(fixtures=around))
-    ready = model.description.arm.ready
-    stance = finder.search(rigid(MIDDLE), Pose2D(0.0, 0.0, 0.0), ready).finish()
-    assert finder.space is not None
-    assert stance is not None
-    return finder.space, stance
+    return SE3(pin.Quaternion(mTe.rotation).normalized().toRotationMatrix(), mTe.translation)
 
 
 @pytest.mark.parametrize(
-    ("robot", "around", "wTe"), [("omni", TURNED, LOW), ("frankie", FACING, MIDDLE)]
+    ("robot", "around", "mTe"), [("omni", TURNED, LOW), ("frankie", FACING, MIDDLE)]
 )
-def test_the_hand_goes_into_its_compartment_at_the_first_attempt(robot, around, wTe):
+def test_the_hand_goes_into_its_compartment_at_the_first_attempt(robot, around, mTe):
     """Coming from the side with the arm stretched out, both were caught by a board for good."""
     model = robot_model(robot)
     surroundings = Surroundings(fixtures=around)
     judge = CollisionModel(model, surroundings)
-    run = run_to(PoseGoal(wTe=rigid(wTe)), robot=robot, around=surroundings, seconds=10.0)
+    run = run_to(PoseGoal(target=rigid(mTe)), robot=robot, around=surroundings, seconds=10.0)
     assert run.arrived
     assert not any(report.detour for report in run.reports)
-    assert min(judge.clearance(state.q, state.wTb) for state in run.states[::5]) > 0.0
+    assert min(judge.clearance(state.q, state.mTb) for state in run.states[::5]) > 0.0
 
 
 @pytest.mark.parametrize("robot", ["frankie", "omni"])
 def test_where_the_base_goes_in_the_arm_has_room_and_keeps_it(robot):
-    model = robot_model(robot)
-    space, stance = found_stance(model, FACING)
-    wTe = rigid(MIDDLE)
-    base = stance.base_for(wTe)
-    start = moved(base, stance.dock)
-    assert space.nearest(se3_of(start), stance.q, space.parts, ROOM).distance == ROOM
-    room = space.nearest(se3_of(base), stance.q, space.parts, ROOM).distance
-    for share in np.linspace(0.0, 1.0, 9):
-        place = moved(base, tuple(share * np.array(stance.dock)))
-        assert (
-            space.nearest(se3_of(place), stance.q, space.parts, ROOM).distance > room - 2.0 * YIELD
-        )
-    if robot == "frankie":
-        assert abs(stance.dock[1]) < 1e-9  # it cannot drive sideways
+    model, mTe = robot_model(robot), rigid(MIDDLE)
+    finder = StanceFinder(model, SelfCollision(model), CollisionModels(model))
+    finder.update(Surroundings(fixtures=FACING))
+    stance = finder.search(mTe, Pose2D(0.0, 0.0, 0.0), model.description.arm.ready).finish()
+    base, space = stance.base_for(mTe), finder.space
+
+    def room(share: float) -> float:
+        place = se3_of(base.moved(share * stance.dock))
+        return space.nearest(place, stance.q, space.parts, ROOM).distance
+
+    assert room(1.0) == ROOM
+    assert min(map(room, np.linspace(0.0, 1.0, 9))) > room(0.0) - 2.0 * YIELD
 
 
 @pytest.mark.parametrize(("x", "backs_out"), [(0.0, True), (-0.3, False)])
 def test_a_base_that_has_passed_its_dock_backs_out_to_it(x, backs_out):
-    """It turned round to drive there forwards."""
     model, settings, q = robot_model("frankie"), ControllerSettings(), READY
-    approach = Approach(model, settings.guidance, Route(model, settings))
-    stance = Stance(q + 1.0, model.bTe(q + 1.0), reverse=False, dock=(-0.2, 0.0))
-    place, floor = Pose2D(0.0, 0.0, 0.0), FloorMap((), model.description)
-    here = stance, place, 1.0, Pose2D(x, 0.02, 0.5), q, floor, None
+    finder = StanceFinder(model, SelfCollision(model), CollisionModels(model))
+    approach = Approach(model, settings, finder)
+    stance = Stance(q + 1.0, model.bTe(q + 1.0), reverse=False, dock=-0.2)
+    goal = PoseGoal(target=SE3.Identity())
+    here = stance, Pose2D(0.0, 0.0, 0.0), goal, 1.0, Pose2D(x, 0.02, 0.5), q
     approach.remaining(*here)
-    approach.docks = True
+    approach.phase = Phase.TO_DOCK
     assert approach.remaining(*here).lead.reverse == backs_out

@@ -59,7 +59,8 @@ def test_jacobian_is_the_derivative_of_the_pose(model):
             velocities[axis] = 1.0
             moved = model.command(velocities)
             ahead, behind = (
-                model.wTe(drift(moved, sign * step), q + sign * step * moved.qd) for sign in (1, -1)
+                model.end_effector(drift(moved, sign * step), q + sign * step * moved.qd)
+                for sign in (1, -1)
             )
             linear = (ahead.translation - behind.translation) / (2 * step)
             angular = pin.log3(ahead.rotation @ behind.rotation.T) / (2 * step)

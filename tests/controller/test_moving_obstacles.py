@@ -29,11 +29,11 @@ class Walk:
 
 def gap(model, state, where) -> float:
     """From somebody to the base, a rectangle, and to the line from the arm's foot to the hand."""
-    at = state.wTb.actInv(np.array([*where, 0.0]))[:2]
+    at = state.mTb.actInv(np.array([*where, 0.0]))[:2]
     beyond = np.abs(at) - np.array(model.description.base.size[:2]) / 2.0
     base = np.hypot(*np.maximum(beyond, 0.0)) + min(beyond.max(), 0.0)
     foot = model.description.bTa.translation[:2]
-    arm = state.wTb.actInv(model.wTe(state.wTb, state.q).translation)[:2] - foot
+    arm = state.mTb.actInv(model.end_effector(state.mTb, state.q).translation)[:2] - foot
     along = np.clip((at - foot) @ arm / (arm @ arm), 0.0, 1.0)
     return min(base, float(np.linalg.norm(at - foot - along * arm))) - RADIUS
 
@@ -41,7 +41,7 @@ def gap(model, state, where) -> float:
 def drive(robot, walk, seconds, known=True):
     """Gaps and reports of a robot that starts at rest in the origin."""
     run = run_to(
-        PoseGoal(wTe=tool_pose(*GOAL)),
+        PoseGoal(target=tool_pose(*GOAL)),
         robot=robot,
         seconds=seconds,
         around=lambda time: Surroundings(moving=(walk.obstacle(time),) if known else ()),

@@ -10,7 +10,7 @@ from pinocchio import SE3
 from scipy.optimize import lsq_linear
 
 from controller import PAPER, Command, ControllerSettings, HolisticController, PoseGoal, RobotModel
-from controller.report import StepReport
+from controller.step_report import StepReport
 from robots import load_robot, with_base_speeds
 
 DESCRIPTIONS = {name: load_robot(name) for name in ("frankie", "omni")}
@@ -23,12 +23,12 @@ def model(request) -> RobotModel:
     return RobotModel(with_base_speeds(robot, reverse=4.0))
 
 
-def published_velocities(model: RobotModel, state: State, wTe: SE3) -> np.ndarray:
+def published_velocities(model: RobotModel, state: State, mTe: SE3) -> np.ndarray:
     """One step of the published example, before it scales its answer, in the paper's order."""
     n, nb = model.n, model.n_base
     bTe = model.bTe(state.q)
     J = jacobian_by_differences(model, state.q)
-    eTg = bTe.inverse() * state.wTb.inverse() * wTe
+    eTg = bTe.inverse() * state.mTb.inverse() * mTe
     e = np.abs(eTg.translation).sum()
     # eq. 17: the error as translation and roll, pitch, yaw in the end effector's axes
     R = bTe.rotation
@@ -85,17 +85,17 @@ def test_the_paper_preset_is_the_published_controller(model):
     limits = model.limits
     for _ in range(40):
         heading = rng.uniform(-3.0, 3.0)
-        wTb = SE3(pin.utils.rotate("z", heading), np.array([*rng.uniform(-2, 2, 2), 0.0]))
-        state = State(wTb=wTb, q=rng.uniform(limits.q_min + 0.11, limits.q_max - 0.11))
-        wTe = SE3(pin.exp3(rng.normal(size=3)), rng.uniform(-3, 3, size=3))
-        command, report = controller.step(state, PoseGoal(wTe=wTe), Command.stop(7))
+        mTb = SE3(pin.utils.rotate("z", heading), np.array([*rng.uniform(-2, 2, 2), 0.0]))
+        state = State(mTb=mTb, q=rng.uniform(limits.q_min + 0.11, limits.q_max - 0.11))
+        mTe = SE3(pin.exp3(rng.normal(size=3)), rng.uniform(-3, 3, size=3))
+        command, report = controller.step(state, PoseGoal(target=mTe), Command.stop(7))
         assert report.solved
-        expected = published_velocities(model, state, wTe)
+        expected = published_velocities(model, state, mTe)
         np.testing.assert_allclose(model.velocities(command), expected, atol=1e-5)
 
 
 def first_step(model: RobotModel, settings: ControllerSettings) -> tuple[np.ndarray, StepReport]:
-    goal = PoseGoal(wTe=SE3(pin.utils.rotate("x", np.pi), np.array([2.0, 0.5, 0.6])))
+    goal = PoseGoal(target=SE3(pin.utils.rotate("x", np.pi), np.array([2.0, 0.5, 0.6])))
     state = State(q=np.array([0.4, -0.3, 0.3, -2.2, 0.2, 2.0, 0.7]))
     command, report = HolisticController(model, settings).step(state, goal, Command.stop(7))
     return model.velocities(command), report

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from test_floor_map import base_at, box, distance
 
+from config.planar import Pose2D
 from controller import RobotModel
-from controller.floor.base_drive import Pose2D, drive_along
+from controller.floor.base_drive import drive_along
 from controller.floor.floor_map import FloorMap
 from controller.floor.route import Route
 from controller.settings import ControllerSettings
@@ -81,20 +82,11 @@ def wall(x: float, y: float, dx: float, dy: float) -> Geom:
 
 TABLE = box(2.0, 0.0, 0.8, 1.6, height=0.5)
 TWO_TABLES = (box(0, 0.95, 3.0, 0.8, height=0.5), box(0, -0.95, 3.0, 0.8, height=0.5))
-CORRIDOR = (
-    wall(0, 0.6, 6, 0.1),
-    wall(0, -0.6, 6, 0.1),
-    wall(1, 0.5, 0.1, 0.1),
-    wall(1, -0.5, 0.1, 0.1),
+CORRIDOR = tuple(
+    wall(x, y, dx, 0.1) for x, dx, aside in ((0, 6, 0.6), (1, 0.1, 0.5)) for y in (aside, -aside)
 )
-TWO_ROOMS = (
-    wall(0, 2.45, 0.1, 4),
-    wall(0, -2.45, 0.1, 4),
-    wall(0, 4.5, 8, 0.1),
-    wall(0, -4.5, 8, 0.1),
-    wall(4, 0, 0.1, 9),
-    wall(-4, 0, 0.1, 9),
-)
+OUTSIDE = ((0, 4.5, 8, 0.1), (0, -4.5, 8, 0.1), (4, 0, 0.1, 9), (-4, 0, 0.1, 9))
+TWO_ROOMS = tuple(wall(*one) for one in ((0, 2.45, 0.1, 4), (0, -2.45, 0.1, 4), *OUTSIDE))
 
 CASES = {
     "behind a table, facing it": ((TABLE,), (0, 0, 0), (2.8, 0, pi)),

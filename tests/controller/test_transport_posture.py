@@ -9,9 +9,9 @@ from motion import run_to, tool_pose
 from pinocchio import SE3
 from test_floor_map import box
 
+from config.planar import Pose2D
 from controller import HolisticController, PoseGoal, Surroundings, robot_model
 from controller.collision.collision_model import CollisionModel
-from controller.floor.base_drive import Pose2D
 from controller.floor.floor_map import FloorMap
 from controller.stance.docking import ROOM
 from controller.stance.free_space import FreeSpace, se3_of
@@ -41,11 +41,11 @@ def test_the_arm_gets_through_a_corridor_without_touching_it(model):
     around = Surroundings(fixtures=(*CORRIDOR, TABLE))
     judge = CollisionModel(model, around)
     over_table = SE3(pin.rpy.rpyToMatrix(pi, 0.0, pi / 2.0), np.array([0.0, 1.4, 0.85]))
-    for wTe in (tool_pose(2.935, 0.0, 0.85), over_table):
-        goal = PoseGoal(wTe=wTe)
+    for mTe in (tool_pose(2.935, 0.0, 0.85), over_table):
+        goal = PoseGoal(target=mTe)
         run = run_to(goal, controller=controller, around=around, seconds=11.0, **before)
         assert run.arrived
-        assert min(judge.clearance(state.q, state.wTb) for state in run.states[::5]) > 0.0
+        assert min(judge.clearance(state.q, state.mTb) for state in run.states[::5]) > 0.0
         before = {"state": run.state, "last": run.commands[-1]}
 
 

@@ -33,14 +33,14 @@ class Stand:
         self.wire = Wire()
         self.gate = Gate(self.wire, description, DT)
         self.now = 0.0
-        self.wTb = SE3.Identity()
+        self.oTb = SE3.Identity()
         self.q = READY.copy()
 
     def reading(self, **changes) -> RobotState:
         applied = self.gate.applied
         usual = RobotState(
             stamp=self.now,
-            wTb=self.wTb,
+            oTb=self.oTb,
             base_twist=applied.base_twist,
             q=self.q,
             qd=applied.qd,
@@ -53,7 +53,7 @@ class Stand:
         """One period."""
         applied = self.gate.send(command, self.reading(**changes), self.now)
         vx, vy, w = applied.base_twist * DT
-        self.wTb = self.wTb * pin.exp6(np.array([vx, vy, 0.0, 0.0, 0.0, w]))
+        self.oTb = self.oTb * pin.exp6(np.array([vx, vy, 0.0, 0.0, 0.0, w]))
         self.q = self.q + applied.qd * DT
         self.now += DT
         return applied

@@ -8,8 +8,8 @@ import numpy as np
 from pinocchio import SE3
 
 from controller import Command, robot_model
-from hw import ComposedRobot, SimClock
-from hw.sim import SimObject, Walker, World, kinematic_robot
+from hw import ComposedRobot, SimClock, find_world
+from hw.sim import SimObject, Walker, World, kinematic_robot, simulated_robot
 from robots import Box, Geom, Plane, load_robot
 
 FLOOR = Geom(Plane(), SE3.Identity(), "floor")
@@ -34,7 +34,7 @@ def turning(joint: int, speed: float) -> np.ndarray:
     return qd
 
 
-TOOL = robot_model("frankie").wTe(SE3.Identity(), load_robot("frankie").arm.ready)
+TOOL = robot_model("frankie").end_effector(SE3.Identity(), load_robot("frankie").arm.ready)
 """The end effector of the robot at its start."""
 
 
@@ -51,10 +51,9 @@ def box_at_the_hand(mass: float = 0.3) -> tuple[Geom, SimObject]:
 
 def physical(*fixtures: Geom, **rest) -> Solid:
     """In the physical world."""
-    from hw.sim.physics import physical_robot
 
     def make(*args) -> ComposedRobot:
-        return physical_robot(*args)
+        return simulated_robot(find_world("physics").body(), *args)
 
     return Solid(*fixtures, make=make, **rest)
 
@@ -72,7 +71,7 @@ class Solid:
         self.clock = SimClock()
         self.world = world or World([FLOOR, *fixtures], objects, walkers)
         self.robot = make(load_robot(robot), self.world, self.clock)
-        self.body = self.robot._arm._body
+        self.body = self.robot._arm.body
         self.model = robot_model(robot)
 
     def drive(self, twist: Sequence[float] = STILL, qd: np.ndarray | None = None, s: float = 1.0):
@@ -104,8 +103,8 @@ class Solid:
     def link(self, number: int) -> np.ndarray:
         """(3,) origin of a link's frame in the world; the foot of the arm is link 0."""
         state = self.robot.read()
-        return self.model.link_poses(state.wTb, state.q)[number].translation
+        return self.model.link_poses(state.oTb, state.q)[number].translation
 
     @property
     def x(self) -> float:
-        return float(self.robot.read().wTb.translation[0])
+        return float(self.robot.read().oTb.translation[0])

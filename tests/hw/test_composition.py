@@ -21,6 +21,7 @@ from hw import (
     SimClock,
 )
 from hw.composition import History, _interpolate_arm
+from hw.threads import one_thread
 from robots import load_robot
 
 FRANKIE = load_robot("frankie")
@@ -33,8 +34,8 @@ def arm_at(stamp: float) -> ArmState:
 
 def base_at(stamp: float) -> BaseState:
     twist = np.array([SPEED, 0.0, RATE])
-    wTb = pin.exp6(np.array([SPEED, 0.0, 0.0, 0.0, 0.0, RATE]) * stamp)
-    return BaseState(stamp=stamp, wTb=wTb, twist=twist)
+    oTb = pin.exp6(np.array([SPEED, 0.0, 0.0, 0.0, 0.0, RATE]) * stamp)
+    return BaseState(stamp=stamp, oTb=oTb, twist=twist)
 
 
 def gripper_at(stamp: float) -> GripperState:
@@ -95,7 +96,9 @@ class Assembly:
         self.laser = Part(self.clock)
         self.parts = (self.arm, self.base, self.gripper, self.camera)
         parts = zip(("arm", "base", "gripper", "camera"), self.parts, strict=True)
-        self.robot = ComposedRobot(FRANKIE, clock=self.clock, laser=self.laser, **dict(parts))
+        self.robot = ComposedRobot(
+            FRANKIE, clock=self.clock, laser=self.laser, background=one_thread, **dict(parts)
+        )
 
     def unblock(self) -> None:
         for part in self.parts:
@@ -121,37 +124,27 @@ def test_arm_and_base_are_of_the_same_moment(arm_lag, base_lag):
     older = 0.5 - max(arm_lag, base_lag)
     assert state.stamp == pytest.approx(older)
     np.testing.assert_allclose(state.q, arm_at(older).q, atol=1e-9)
-    assert state.wTb.isApprox(base_at(older).wTb, 1e-6)
+    assert state.oTb.isApprox(base_at(older).oTb, 1e-6)
     assert state.stamps == pytest.approx((0.5 - arm_lag, 0.5 - base_lag, 0.5))
 
 
-def test_a_frame_has_the_camera_pose_at_its_capture():
+def test_frames_and_scans_have_the_poses_at_their_capture():
     built = Assembly(base_lag=0.02)
     built.run(0.5)
-    assert built.robot.camera.latest(inf) is None
-    captured = 0.437
+    camera, laser, captured = built.robot.camera, built.robot.laser, 0.437
+    assert camera.latest(inf) is laser.latest(inf) is None
     built.camera.image = DepthImage(depth=np.ones((480, 640), np.float32), stamp=captured)
-    frame = built.robot.camera.latest(inf)
-    wTe = robot_model("frankie").wTe(base_at(captured).wTb, arm_at(captured).q)
-    assert frame.wTc.isApprox(wTe * FRANKIE.camera.eTc, 1e-4)
-    assert frame.stamp == captured
-    assert built.robot.camera.latest(inf) is frame
-    assert built.robot.camera.latest(0.05) is None
-
-
-def test_a_scan_has_the_pose_of_the_base_at_its_capture():
-    built = Assembly(base_lag=0.02)
-    built.run(0.5)
-    assert built.robot.laser.latest(inf) is None
-    captured = 0.437
     points = np.array([[1.0, 0.2, 0.19]])
     built.laser.image = LaserReading(stamp=captured, ranges=np.array([0.8]), points=points)
-    scan = built.robot.laser.latest(inf)
-    assert scan.oTb.isApprox(base_at(captured).wTb, 1e-4)
-    assert scan.stamp == captured
+    frame, scan = camera.latest(inf), laser.latest(inf)
+    oTe = robot_model("frankie").end_effector(base_at(captured).oTb, arm_at(captured).q)
+    assert frame.oTc.isApprox(oTe * FRANKIE.camera.eTc, 1e-4)
+    assert scan.oTb.isApprox(base_at(captured).oTb, 1e-4)
     assert scan.points is points
-    assert built.robot.laser.latest(inf) is scan
-    assert built.robot.laser.latest(0.05) is None
+    for sensor, one in ((camera, frame), (laser, scan)):
+        assert one.stamp == captured
+        assert sensor.latest(inf) is one
+        assert sensor.latest(0.05) is None
 
 
 def test_operations_do_not_block_readings_and_are_not_started_twice():

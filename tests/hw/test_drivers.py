@@ -1,11 +1,9 @@
 """Drivers of installed packages, good and broken: what robot files and `drivers` say of them."""
 
-from __future__ import annotations
-
 import pytest
 from command_line import call
 
-from config import ConfigError
+from config.reader import ConfigError
 from robots import load_robot
 from robots.load import SHIPPED
 

@@ -58,7 +58,7 @@ class Plant:
         """A reading, and whether the gate may move on it."""
         fields = {
             "stamp": clock,
-            "wTb": SE3.Identity(),
+            "oTb": SE3.Identity(),
             "base_twist": self.base,
             "q": self.q,
             "qd": self.qd,

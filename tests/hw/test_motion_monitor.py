@@ -61,7 +61,7 @@ def test_a_late_and_noisy_base_is_not_faster_than_commanded():
         reading = stand.reading(base_twist=twist + noise)
         stand.gate.send(Command(base_twist=told, qd=np.zeros(7)), reading, stand.now)
         vx, vy, w = twist * DT
-        stand.wTb = stand.wTb * pin.exp6(np.array([vx, vy, 0.0, 0.0, 0.0, w]))
+        stand.oTb = stand.oTb * pin.exp6(np.array([vx, vy, 0.0, 0.0, 0.0, w]))
         stand.now += DT
     assert not any(stand.gate.refusals.values())
 
@@ -100,9 +100,9 @@ def test_a_base_that_lags_is_told_with_figures():
     stand = Stand()
 
     def go(k: int) -> None:
-        wTb = stand.wTb
+        oTb = stand.oTb
         stand.send(command((min(0.5, 0.015 * k), 0.0, 0.0)))
-        stand.wTb = wTb * SE3(np.eye(3), np.array([0.0005, 0.0, 0.0]))
+        stand.oTb = oTb * SE3(np.eye(3), np.array([0.0005, 0.0, 0.0]))
 
     told = str(untrusted(go))
     assert re.search(

@@ -6,7 +6,7 @@ from pinocchio import SE3
 
 from controller import Command
 from hw import Gate, LaserScan, RecordedRobot, RobotState
-from hw.replay import ReplayRobot
+from hw.replay_robot import ReplayRobot
 from hw.robot import Sensor
 from robots import load_robot
 
@@ -42,7 +42,7 @@ class Follower:
     def read(self) -> RobotState:
         return RobotState(
             stamp=self.clock.now(),
-            wTb=SE3.Identity(),
+            oTb=SE3.Identity(),
             base_twist=self.applied.base_twist,
             q=self.q.copy(),
             qd=self.applied.qd,

@@ -1,20 +1,20 @@
 """Grasps along any approach: as from straight above in a turned scene, and over the table."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 from pinocchio import SE3, exp3
 from test_detector import FLOOR, GRIPPER, WORKSPACE, box_world, frame, looking_down
 
+from config.arrays import Array, Mask
 from hw import DepthFrame
-from hw.sim import Hand, SimObject, World
+from hw.sim import Hand, World
 from perception import Detection, GraspDetector, SceneMemory, Workspace
-from perception.frame import Array, Mask
 from perception.grasps.candidates import SpreadPoints
 from robots import Box, Geom
 
-DETECTOR = GraspDetector(gripper=GRIPPER, proposer=SpreadPoints(), by_check=True)
+DETECTOR = GraspDetector(GRIPPER, [SpreadPoints()])
 MIDDLE = np.array([3.0, 0.0, FLOOR])
 
 
@@ -32,30 +32,27 @@ class Turned:
 
 def turned_scene(turn: SE3) -> tuple[DepthFrame, Workspace]:
     world = box_world()
-    for obj in world.objects:
-        obj.pose = turn * obj.pose
-    fixtures = [geom.moved(turn) for geom in world.fixtures]
-    seen = frame(World(fixtures, world.objects), turn * looking_down(0.42, yaw=0.3))
-    return seen, Turned(turn)
+    objects = [replace(one, pose=turn * one.pose) for one in world.objects]
+    around = World([geom.moved(turn) for geom in world.fixtures], objects)
+    return frame(around, turn * looking_down(0.42, yaw=0.3)), Turned(turn)
 
 
 @pytest.mark.parametrize("tilt", [0.6, -0.8, 1.5])
 def test_a_scene_turned_with_the_approach_has_the_same_grasps(tilt: float) -> None:
     before = DETECTOR.detect(*turned_scene(SE3.Identity())).grasps
-    turn = exp3(tilt * before[0].wTg.rotation[:, 1])  # the hand closes level as before
-    wTa = SE3(turn, MIDDLE - turn @ MIDDLE + np.array([0.0, 0.0, 1.0]))
-    after = DETECTOR.detect(*turned_scene(wTa), wRa=turn).grasps
+    turn = exp3(tilt * before[0].oTg.rotation[:, 1])  # the hand closes level as before
+    oTa = SE3(turn, MIDDLE - turn @ MIDDLE + np.array([0.0, 0.0, 1.0]))
+    after = DETECTOR.detect(*turned_scene(oTa), oRa=turn).grasps
     assert before
-    best = wTa * before[0].wTg
-    nearest = min(after, key=lambda one: np.linalg.norm(one.wTg.translation - best.translation))
-    apart = best.actInv(nearest.wTg).translation  # on a long box grasps are alike along x
+    best = oTa * before[0].oTg
+    nearest = min(after, key=lambda one: np.linalg.norm(one.oTg.translation - best.translation))
+    apart = best.actInv(nearest.oTg).translation  # on a long box grasps are alike along x
     assert apart == pytest.approx([0.0, 0.0, 0.0], abs=0.016)
     assert apart[1:] == pytest.approx([0.0, 0.0], abs=0.002)
-    assert abs(nearest.wTg.rotation[:, 1] @ best.rotation[:, 1]) > np.cos(0.05)
-    assert nearest.wTg.rotation[:, 2] == pytest.approx(-turn[:, 2])
-    assert (nearest.width, nearest.depth) == pytest.approx(
-        (before[0].width, before[0].depth), abs=0.002
-    )
+    assert abs(nearest.oTg.rotation[:, 1] @ best.rotation[:, 1]) > np.cos(0.05)
+    assert nearest.oTg.rotation[:, 2] == pytest.approx(-turn[:, 2])
+    assert nearest.width == pytest.approx(before[0].width, abs=0.002)
+    assert nearest.depth == pytest.approx(before[0].depth, abs=0.002)
     assert nearest.middle is None
 
 
@@ -65,25 +62,25 @@ def along(tilt_deg: float, height: float) -> tuple[World, Detection, Array]:
     wall = Geom(Box((0.1, 3.0, 3.0)), SE3(np.eye(3), MIDDLE - [2.0, 0.0, 0.0]), "wall")
     pose = SE3(exp3(np.array([0.0, 0.0, 0.2])), MIDDLE + np.array([0.0, 0.0, height / 2.0]))
     half = (0.02, 0.03, height / 2.0)
-    box = SimObject(name="box", parts=(Geom(Box(half), SE3.Identity()),), mass=0.2, pose=pose)
+    box = replace(box_world().objects[0], parts=(Geom(Box(half), SE3.Identity()),), pose=pose)
     world = World([table, wall], [box])
-    wRa = exp3(np.array([0.0, np.radians(tilt_deg), 0.0]))
-    at = pose.translation + 0.42 * wRa[:, 2]
+    oRa = exp3(np.array([0.0, np.radians(tilt_deg), 0.0]))
+    at = pose.translation + 0.42 * oRa[:, 2]
     at[2] = max(at[2], FLOOR + 0.1)
     sight, level = pose.translation - at, np.array([0.0, 1.0, 0.0])
     sight /= np.linalg.norm(sight)
     camera = SE3(np.stack([level, np.cross(sight, level), sight], axis=1), at)
-    return world, DETECTOR.detect(frame(world, camera), WORKSPACE, wRa=wRa), wRa
+    return world, DETECTOR.detect(frame(world, camera), WORKSPACE, oRa=oRa), oRa
 
 
 @pytest.mark.parametrize(("tilt_deg", "height"), [(30.0, 0.05), (60.0, 0.12), (90.0, 0.18)])
 def test_the_hand_never_enters_the_table(tilt_deg: float, height: float) -> None:
-    world, found, wRa = along(tilt_deg, height)
+    world, found, oRa = along(tilt_deg, height)
     assert found.grasps, found.reason
     for grasp in found.grasps:
-        assert grasp.wTg.rotation[:, 2] == pytest.approx(-wRa[:, 2])
-        assert world.collision(Hand(GRIPPER, grasp.wTg), grasp.opening) is None
-        assert grasp.wTg.rotation[2, 0] > -0.18  # with the camera above
+        assert grasp.oTg.rotation[:, 2] == pytest.approx(-oRa[:, 2])
+        assert world.collision(Hand(GRIPPER, grasp.oTg), grasp.opening) is None
+        assert grasp.oTg.rotation[2, 0] > -0.18  # with the camera above
 
 
 def test_what_is_lower_than_the_palm_is_not_grasped_level() -> None:
@@ -94,14 +91,14 @@ def test_what_is_lower_than_the_palm_is_not_grasped_level() -> None:
 
 def test_a_camera_that_looks_elsewhere_is_of_no_use() -> None:
     away = exp3(np.array([0.0, -1.5, 0.0]))
-    found = DETECTOR.detect(frame(box_world(), looking_down(0.42)), WORKSPACE, wRa=away)
+    found = DETECTOR.detect(frame(box_world(), looking_down(0.42)), WORKSPACE, oRa=away)
     assert found.reason == "the camera does not look along the approach"
 
 
 def test_what_was_seen_along_another_approach_is_forgotten() -> None:
     memory, fresh = SceneMemory(), SceneMemory()
     seen = frame(box_world(), looking_down(0.26))
-    wRa = exp3(np.array([0.2, 0.0, 0.0]))
+    oRa = exp3(np.array([0.2, 0.0, 0.0]))
     DETECTOR.detect(frame(box_world(), looking_down(0.5)), WORKSPACE, memory)
-    one, other = (DETECTOR.detect(seen, WORKSPACE, of, wRa) for of in (memory, fresh))
+    one, other = (DETECTOR.detect(seen, WORKSPACE, of, oRa) for of in (memory, fresh))
     assert [g.quality for g in one.grasps] == [g.quality for g in other.grasps]

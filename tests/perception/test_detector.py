@@ -1,16 +1,15 @@
 """From frame to grasps in the world: exact geometry, unusable frames, and the shipped weights."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from pinocchio import SE3, exp3
 
 from behaviours.core.parameter_types import Region
+from config.arrays import Array, Image, Mask
 from hw import DepthFrame
 from hw.sim import D435Noise, DepthRenderer, Hand, SimObject, World
 from perception import Candidates, GraspDetector, Proposals
-from perception.frame import Array, Image, Mask, ObjectRegion
+from perception.frame import ObjectRegion
 from perception.grasps.candidates import SpreadPoints
 from robots import Box, Geom, load_robot
 
@@ -46,56 +45,42 @@ def box_world(yaw: float = 0.5, x: float = 3.03, y: float = -0.02) -> World:
     return World(fixtures, [obj])
 
 
-def frame(world: World, wTc: SE3, seed: int = 0) -> DepthFrame:
-    depth = DepthRenderer(CAMERA).render(world.shapes(), wTc)
+def frame(world: World, oTc: SE3, seed: int = 0) -> DepthFrame:
+    depth = DepthRenderer(CAMERA).render(world.shapes(), oTc)
     noisy = D435Noise().apply(depth, ROBOT.camera, np.random.default_rng(seed))
-    return DepthFrame(depth=noisy, intrinsics=CAMERA, wTc=wTc, stamp=4.5)
+    return DepthFrame(depth=noisy, intrinsics=CAMERA, oTc=oTc, stamp=4.5)
 
 
 @pytest.fixture(scope="module")
 def detector() -> GraspDetector:
-    return GraspDetector(gripper=GRIPPER)
+    return GraspDetector.shipped(GRIPPER)
 
 
 @pytest.mark.parametrize(("yaw", "tilt"), [(-0.9, (0.0, 0.0)), (0.5, (0.1, -0.08))])
-def test_the_shipped_weights_grasp_a_box_across(
-    detector: GraspDetector, yaw: float, tilt: tuple[float, float]
-) -> None:
-    world = box_world(yaw)
-    found = detector.detect(frame(world, looking_down(0.42, 0.3, tilt)), WORKSPACE)
+def test_the_shipped_weights_grasp_a_box_across_and_say_where_in_the_image(detector, yaw, tilt):
+    world, oTc = box_world(yaw), looking_down(0.42, 0.3, tilt)
+    found = detector.detect(frame(world, oTc), WORKSPACE)
     assert found.reason == ""
     best = found.grasps[0]
-    turn = np.arctan2(best.wTg.rotation[1, 1], best.wTg.rotation[0, 1]) - (yaw + np.pi / 2)
+    turn = np.arctan2(best.oTg.rotation[1, 1], best.oTg.rotation[0, 1]) - (yaw + np.pi / 2)
     assert abs((turn + np.pi / 2) % np.pi - np.pi / 2) < np.deg2rad(12)
     assert best.width == pytest.approx(0.04, abs=0.006)
     assert best.stamp == 4.5
-    assert best.wTg.rotation[:, 2] == pytest.approx([0.0, 0.0, -1.0])
-    hand = Hand(GRIPPER, best.wTg)
+    assert best.oTg.rotation[:, 2] == pytest.approx([0.0, 0.0, -1.0])
+    hand = Hand(GRIPPER, best.oTg)
     assert world.collision(hand, best.opening) is None
     assert world.close_fingers(hand, best.opening, 20.0).holding == "box"
     assert best.quality > 0.95
-
-
-def test_pixel_and_angle_are_where_the_grasp_is_in_the_image(detector: GraspDetector) -> None:
-    view = frame(box_world(), looking_down(0.42, 0.3, (0.1, 0.0)))
-    best = detector.detect(view, WORKSPACE).grasps[0]
-    surface = best.wTg.translation.copy()
-    surface[2] = FLOOR + 0.05
-    x, y, z = view.wTc.actInv(surface)
+    x, y, z = oTc.actInv(np.array([*best.oTg.translation[:2], FLOOR + 0.05]))
     assert best.pixel == pytest.approx([383 * x / z + 319.5, 383 * y / z + 239.5], abs=2.0)
-    closing = view.wTc.rotation.T @ best.wTg.rotation[:, 1]
-    expected = np.arctan2(closing[1], closing[0])
-    assert abs(np.sin(best.angle - expected)) < 0.1
+    closing = oTc.rotation.T @ best.oTg.rotation[:, 1]
+    assert abs(np.sin(best.angle - np.arctan2(closing[1], closing[0]))) < 0.1
 
 
-def test_only_what_lies_in_the_workspace_is_grasped(detector: GraspDetector) -> None:
-    elsewhere = Region(
-        name="elsewhere",
-        mTr=SE3(np.eye(3), np.array([2.85, 0.0, FLOOR + 0.1])),
-        size=np.array([0.10, 0.36, 0.20]),
-    )
-    view = frame(box_world(), looking_down(0.42))
-    found = detector.detect(view, elsewhere)
+def test_only_what_lies_in_the_workspace_is_grasped(detector):
+    beside = WORKSPACE.oTr * SE3(np.eye(3), np.array([-0.15, 0.0, 0.0]))
+    elsewhere = Region(name="elsewhere", mTr=beside, size=np.array([0.10, 0.36, 0.20]))
+    found = detector.detect(frame(box_world(), looking_down(0.42)), elsewhere)
     assert found.grasps == ()
     assert found.reason == "nothing stands out in the workspace"
     assert not found.quality.any()
@@ -126,14 +111,11 @@ class Half:
         return owned & self.contains(centres)
 
 
-def test_on_given_objects_the_check_looks_everywhere_if_no_proposal_fits() -> None:
+def test_on_given_objects_the_check_looks_everywhere_if_no_proposal_fits():
     seen = frame(box_world(), looking_down(0.4))
-    astray = GraspDetector(gripper=GRIPPER, by_check=True)
-    astray.proposer = Astray()
-    everywhere = GraspDetector(gripper=GRIPPER, proposer=SpreadPoints(), by_check=True).detect(
-        seen, Half()
-    )
-    found = astray.detect(seen, Half())
+    astray = GraspDetector(GRIPPER, [Astray(), SpreadPoints()])
+    spread = GraspDetector(GRIPPER, [SpreadPoints()])
+    found, everywhere = (one.detect(seen, Half()) for one in (astray, spread))
     assert found.grasps
     assert not found.reason
     assert [one.quality for one in found.grasps] == [one.quality for one in everywhere.grasps]
@@ -142,59 +124,53 @@ def test_on_given_objects_the_check_looks_everywhere_if_no_proposal_fits() -> No
     assert "does not fit" in other.reason
 
 
-def test_a_grasp_on_a_thing_closes_on_that_thing_alone(detector: GraspDetector) -> None:
-    seen = frame(box_world(), looking_down(0.4))
-    half = Half()
+def test_a_grasp_on_a_thing_closes_on_that_thing_alone(detector):
+    seen, half = frame(box_world(), looking_down(0.4)), Half()
     assert isinstance(half, ObjectRegion)
     assert not isinstance(WORKSPACE, ObjectRegion)
     grasps = detector.detect(seen, half).grasps
     assert grasps
     for one in grasps:
-        aside = 0.5 * one.width * one.wTg.rotation[:, 1]
-        contacts = np.stack([one.wTg.translation - aside, one.wTg.translation + aside])
-        assert half.contains(contacts).all()
+        aside = 0.5 * one.width * one.oTg.rotation[:, 1]
+        assert half.contains(one.oTg.translation + np.stack([-aside, aside])).all()
     free = detector.detect(seen, WORKSPACE).grasps
-    assert any(one.wTg.translation[0] < 3.03 for one in free)
+    assert any(one.oTg.translation[0] < 3.03 for one in free)
 
 
 @pytest.mark.parametrize(("above", "aside"), [(0.6, 0.28), (0.8, -0.4), (1.0, 0.45)])
 @pytest.mark.parametrize("workspace", [WORKSPACE, None])
 def test_what_stands_beside_the_middle_of_the_image_is_grasped(detector, above, aside, workspace):
-    wTc = looking_down(above)
-    wTc.translation[0] += aside
+    oTc = looking_down(above)
+    oTc.translation[0] += aside
     table = World(box_world().fixtures[:1], box_world().objects)
-    found = detector.detect(frame(table, wTc), workspace)
+    found = detector.detect(frame(table, oTc), workspace)
     assert found.grasps, found.reason
-    assert np.hypot(*(found.grasps[0].wTg.translation[:2] - [3.03, -0.02])) < 0.06
+    assert np.hypot(*(found.grasps[0].oTg.translation[:2] - [3.03, -0.02])) < 0.06
 
 
 def test_without_a_workspace_the_support_is_found_in_the_frame(detector: GraspDetector) -> None:
     found = detector.detect(frame(box_world(), looking_down(0.42)))
     best = found.grasps[0]
-    assert np.hypot(*(best.wTg.translation[:2] - [3.03, -0.02])) < 0.06
-    assert FLOOR + 0.02 < best.wTg.translation[2] < FLOOR + 0.04
+    assert np.hypot(*(best.oTg.translation[:2] - [3.03, -0.02])) < 0.06
+    assert FLOOR + 0.02 < best.oTg.translation[2] < FLOOR + 0.04
 
 
-GOOD_POSE = looking_down(0.42)
 BAD_FRAMES = {
-    "all missing": (np.full((480, 640), np.nan, dtype=np.float32), GOOD_POSE),
-    "infinite": (np.full((480, 640), np.inf, dtype=np.float32), GOOD_POSE),
-    "negative": (np.full((480, 640), -1.0, dtype=np.float32), GOOD_POSE),
-    "constant": (np.full((480, 640), 0.4, dtype=np.float32), GOOD_POSE),
-    "three channels": (np.full((480, 640, 3), 0.4, dtype=np.float32), GOOD_POSE),
-    "empty": (np.zeros((0, 0), dtype=np.float32), GOOD_POSE),
-    "tiny": (np.full((4, 4), 0.4, dtype=np.float32), GOOD_POSE),
-    "looking up": (
-        np.random.default_rng(0).uniform(0.3, 0.5, (480, 640)).astype(np.float32),
-        SE3.Identity(),
-    ),
+    "all missing": np.full((480, 640), np.nan),
+    "infinite": np.full((480, 640), np.inf),
+    "negative": np.full((480, 640), -1.0),
+    "constant": np.full((480, 640), 0.4),
+    "empty": np.zeros((0, 0)),
+    "tiny": np.full((4, 4), 0.4),
+    "looking up": np.random.default_rng(0).uniform(0.3, 0.5, (480, 640)),
 }
 
 
 @pytest.mark.parametrize("name", BAD_FRAMES)
-def test_unusable_frames_give_a_reason_and_no_exception(detector: GraspDetector, name: str) -> None:
-    depth, wTc = BAD_FRAMES[name]
-    bad = SimpleNamespace(depth=depth, intrinsics=CAMERA, wTc=wTc, stamp=1.0)
+def test_unusable_frames_give_a_reason_and_no_exception(detector, name):
+    depth = BAD_FRAMES[name].astype(np.float32)
+    oTc = SE3.Identity() if name == "looking up" else looking_down(0.42)
+    bad = DepthFrame(depth=depth, intrinsics=CAMERA, oTc=oTc, stamp=1.0)
     for workspace in (None, WORKSPACE):
         found = detector.detect(bad, workspace)
         assert found.grasps == ()

@@ -1,32 +1,40 @@
-"""Grasp feasibility on synthetic height maps with known answers."""
+"""Feasibility of grasps on synthetic height maps, patches around them, and the hold network."""
 
-from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from perception import NUMBERS, GraspPatches, WeightsError
 from perception.grasps.feasibility import DEPTHS, FLOOR_CLEARANCE, assess
 from perception.grasps.hand_geometry import hand_dimensions
 from perception.grasps.height_map import CELL, HeightMap
 from perception.grasps.object_centroids import ObjectCentroids
+from perception.grasps.patches import NEAR_CELL, NEAR_SHAPE, grasp_patches
 from perception.grasps.refinement import refine
-from robots import GripperDescription, load_robot
+from perception.networks.hold import load_hold, shipped_hold
+from robots import load_robot
 
 GRIPPER = load_robot("frankie").gripper
+
+
 HAND = hand_dimensions(GRIPPER)
-UP = np.array([0.0, 0.0, 1.0])
+
+
 FLOOR = 0.456
-SIZE = 241
+
+
+SIZE = 401
+
+
 ORIGIN = np.array([-CELL * (SIZE // 2)] * 2)
+
+
 X, Y = np.meshgrid(ORIGIN[0] + CELL * np.arange(SIZE), ORIGIN[1] + CELL * np.arange(SIZE))
 
-Part = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
-
-def box(
-    x: float, y: float, long: float, wide: float, height: float, yaw_deg: float = 0.0
-) -> np.ndarray:
+def box(x, y, long, wide, height, yaw_deg=0.0) -> np.ndarray:
     c, s = np.cos(np.deg2rad(yaw_deg)), np.sin(np.deg2rad(yaw_deg))
     along, across = (X - x) * c + (Y - y) * s, -(X - x) * s + (Y - y) * c
     return np.where((abs(along) <= long / 2) & (abs(across) <= wide / 2), height, 0.0)
@@ -46,13 +54,7 @@ def scene(*parts: np.ndarray) -> HeightMap:
     return HeightMap(heights=heights.astype(np.float32), origin=ORIGIN)
 
 
-def feasibility(
-    where: HeightMap,
-    direction_deg: float,
-    x: float = 0.0,
-    y: float = 0.0,
-    gripper: GripperDescription = GRIPPER,
-) -> dict[str, float]:
+def feasibility(where: HeightMap, direction_deg, x=0.0, y=0.0, gripper=GRIPPER) -> dict[str, float]:
     one = np.ones(1)
     found = assess(where, x * one, y * one, np.deg2rad(direction_deg) * one, FLOOR, gripper)
     return {name: float(getattr(found, name)[0]) for name in found.__dataclass_fields__}
@@ -128,10 +130,8 @@ def test_refining_turns_a_bad_proposal_into_a_good_one() -> None:
     found = refine(where, 0.03 * one, 0.02 * one, np.deg2rad(65) * one, 0.8 * one, FLOOR, GRIPPER)
     turn = (np.rad2deg(found.direction[0]) - 110 + 90) % 180 - 90
     assert abs(turn) < 8
-    off_axis = -(found.x[0] - 0.02) * np.sin(np.deg2rad(20)) + (found.y[0] - 0.01) * np.cos(
-        np.deg2rad(20)
-    )
-    assert abs(off_axis) < 0.002
+    s, c = np.sin(np.deg2rad(20)), np.cos(np.deg2rad(20))
+    assert abs((found.y[0] - 0.01) * c - (found.x[0] - 0.02) * s) < 0.002, "beside its axis"
     assert (np.diff(found.score) <= 0).all()
 
 
@@ -143,7 +143,7 @@ def test_of_equal_grasps_the_one_in_the_middle_comes_first() -> None:
     two = (at, 0 * at, np.full(3, np.pi / 2), np.full(3, 0.8), FLOOR, GRIPPER)
     first = refine(where, *two, directions=1, centroids=centroids).x[0]
     assert abs(first - 0.03) < 0.01
-    arms = centroids.at(np.array([0.03, 0.03, -0.11]), np.array([0.0, 0.1, 0.0]))
+    arms = centroids.at(np.array([0.03, 0.03, -0.11]), np.array([0.0, 0.1, 0.0])).lever
     assert arms[0] < 0.03
     assert arms[1] == 0.0  # beside it
     assert arms[2] > 0.1
@@ -157,11 +157,67 @@ def test_of_equal_grasps_the_one_in_the_middle_comes_first() -> None:
 
 def test_the_middle_of_what_the_image_cuts_off_is_unknown() -> None:
     """A bar that leaves the image at its right end, and a ball beside it."""
-    where = scene(box(0.1, 0.0, 0.16, 0.03, 0.04), ball(-0.1, 0.0, 0.02))
+    where = scene(box(0.2, 0.0, 0.2, 0.03, 0.04), ball(-0.1, 0.0, 0.02))
     y = np.linspace(-0.1, 0.1, 50)
     x = np.full_like(y, X.max())
     border = np.stack([x, y, where.at(x, y)], axis=1)
     centroids = ObjectCentroids(where, FLOOR + 0.008, None, border)
-    at = np.array([0.1, 0.16, -0.1, 0.0]), np.zeros(4)
-    assert centroids.shows_all(*at).tolist() == [False, False, True, True]
-    assert ObjectCentroids(where, FLOOR + 0.008, None).shows_all(*at).all()
+    at = np.array([0.2, 0.28, -0.1, 0.0]), np.zeros(4)
+    assert centroids.at(*at).whole.tolist() == [False, False, True, True]
+    assert ObjectCentroids(where, FLOOR + 0.008, None).at(*at).whole.all()
+
+
+CAMERA = np.array([0.0, 0.0, FLOOR + 0.45])
+
+
+def bar(length: float, width: float = 0.03, height: float = 0.03) -> HeightMap:
+    """A bar along x, all of which was seen."""
+    return replace(scene(box(0, 0, length, width, height)), unknown=np.zeros(X.shape, bool))
+
+
+def seen_at(where: HeightMap, x: float) -> GraspPatches:
+    one = np.ones(1)
+    at = x * one, 0.0 * one, np.pi / 2 * one, one
+    found = refine(where, *at, FLOOR, GRIPPER, directions=1)
+    assert len(found.score) == 1
+    centroids = ObjectCentroids(where, FLOOR + 0.008, None)
+    return grasp_patches(where, found, centroids, CAMERA, FLOOR)
+
+
+def test_the_maps_turn_with_the_grasp_and_are_relative_to_it() -> None:
+    seen = seen_at(bar(0.09), 0.0)
+    depth = seen.numbers[0, NUMBERS.index("depth")]
+    across, along = (NEAR_CELL * (np.arange(n) - (n - 1) / 2) for n in NEAR_SHAPE)
+    # The hand closes along y, so the bar lies across: all rows, and the middle columns.
+    on = (np.abs(across)[:, None] < 0.043) & (np.abs(along)[None, :] < 0.013)
+    off = np.abs(along) > 0.018
+    assert seen.near[0][on] == pytest.approx(depth, abs=2e-3)
+    assert (seen.near[0][:, off] < depth - 0.028).all()
+
+
+def test_the_numbers_say_where_the_middle_is() -> None:
+    seen = seen_at(bar(0.2), 0.06)
+    told = dict(zip(NUMBERS, seen.numbers[0], strict=True))
+    assert told["width"] == pytest.approx(0.03, abs=0.003)
+    assert np.hypot(told["middle_along"], told["middle_across"]) == pytest.approx(0.06, abs=0.004)
+    assert abs(told["middle_along"]) < 0.004
+    assert told["volume"] == pytest.approx(0.2 * 0.03 * 0.022, rel=0.1)
+
+
+def test_there_is_no_hold_estimate_for_another_hand() -> None:
+    wider = replace(GRIPPER, opening=GRIPPER.opening + 0.02)
+    assert shipped_hold(GRIPPER) is not None
+    assert shipped_hold(wider) is None
+
+
+@pytest.mark.parametrize(("width", "least"), [(0.03, 0.6), (0.06, 0.8)])
+def test_the_shipped_network_trusts_the_middle_of_a_long_bar_most(width, least):
+    places = [seen_at(bar(0.28, width), x) for x in (0.13, 0.09, 0.0)]
+    end, aside, middle = (float(shipped_hold(GRIPPER)(place)[0]) for place in places)
+    assert least < end < aside < middle < 1.0
+
+
+def test_weights_of_another_network_are_refused() -> None:
+    ggcnn = Path(__file__).parents[2] / "perception" / "weights" / "ggcnn.safetensors"
+    with pytest.raises(WeightsError, match="not those of `hold`"):
+        load_hold(ggcnn, GRIPPER)

@@ -11,7 +11,7 @@ from pinocchio import SE3
 from hw import DepthFrame
 from hw.sim import D435Noise, DepthRenderer
 from perception import FrameChecker, GraspDetector, frame_problem
-from perception.grasps.candidates import RandomPoints
+from perception.grasps.candidates import SpreadPoints
 from robots import Box, Geom, Plane, load_robot
 
 FRANKIE = load_robot("frankie").camera
@@ -25,8 +25,8 @@ RENDER = DepthRenderer(CAMERA)
 GOOD = RENDER.render([PLANE, BOX], OVER_IT)
 
 
-def frame(depth: np.ndarray, wTc: SE3 = OVER_IT, stamp: float = 0.0) -> DepthFrame:
-    return DepthFrame(depth=depth, intrinsics=CAMERA, wTc=wTc, stamp=stamp)
+def frame(depth: np.ndarray, oTc: SE3 = OVER_IT, stamp: float = 0.0) -> DepthFrame:
+    return DepthFrame(depth=depth, intrinsics=CAMERA, oTc=oTc, stamp=stamp)
 
 
 WRONG = {
@@ -44,15 +44,14 @@ WRONG = {
 @pytest.mark.parametrize("name", WRONG)
 def test_a_wrong_image_is_not_believed_and_the_mistake_is_named(name: str) -> None:
     depth, mistake = WRONG[name]
-    found = GraspDetector(proposer=RandomPoints(), gripper=load_robot("frankie").gripper).detect(
-        frame(depth)
-    )
+    detector = GraspDetector(load_robot("frankie").gripper, [SpreadPoints()])
+    found = detector.detect(frame(depth))
     assert found.grasps == ()
     assert re.search(mistake, found.reason)
     assert "\n" not in found.reason
 
 
-@pytest.mark.parametrize("wrong", [{"wTc": SE3(DOWN, np.full(3, np.nan))}, {"stamp": np.nan}])
+@pytest.mark.parametrize("wrong", [{"oTc": SE3(DOWN, np.full(3, np.nan))}, {"stamp": np.nan}])
 def test_a_pose_or_stamp_that_is_not_finite_is_not_believed(wrong: dict) -> None:
     assert "not finite" in frame_problem(replace(frame(GOOD), **wrong))
 
@@ -76,8 +75,8 @@ def moved(x: float) -> SE3:
 def test_a_picture_that_does_not_change_while_the_hand_moves_is_a_fault(noise, turns) -> None:
     rng, checker = np.random.default_rng(0), FrameChecker()
 
-    def picture(wTc: SE3) -> np.ndarray:
-        depth = RENDER.render([PLANE, BOX], wTc)
+    def picture(oTc: SE3) -> np.ndarray:
+        depth = RENDER.render([PLANE, BOX], oTc)
         return D435Noise().apply(depth, FRANKIE, rng) if noise else depth
 
     frozen = picture(moved(0.0))

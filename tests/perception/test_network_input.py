@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from pinocchio import SE3, exp3
 
+from perception import DepthCloud
 from perception.grasps.network_input import (
     METRES_PER_PIXEL,
     WIDTH_SCALE,
@@ -18,6 +19,10 @@ from robots import Intrinsics
 CAMERA = Intrinsics(width=640, height=480, fx=383.0, fy=383.0, cx=319.5, cy=239.5)
 DOWN = np.diag([1.0, -1.0, -1.0])
 ALL = np.ones((100, 100), dtype=np.bool_)
+
+
+def cloud(depth: np.ndarray, oTc: SE3) -> DepthCloud:
+    return DepthCloud(depth=depth, intrinsics=CAMERA, oTc=oTc)
 
 
 @pytest.mark.parametrize("depth", [0.01, 0.36, 0.6, 100.0])
@@ -57,7 +62,7 @@ def test_preparing_keeps_depth_marks_holes_and_takes_the_mean_away() -> None:
     depth[100:140, 240:280] = np.nan
     depth[150:160, 240:280] = 0.0
     crop = scaled_crop(depth.shape, CAMERA, 0.45)
-    prepared = prepare(depth, crop, CAMERA, SE3(DOWN, np.zeros(3)))
+    prepared = prepare(cloud(depth, SE3(DOWN, np.zeros(3))), crop)
     u, v = to_input(crop, 320.0, 240.0)
     assert prepared.depth[v, u] == pytest.approx(0.40)
     u, v = to_input(crop, 260.0, 120.0)
@@ -101,7 +106,7 @@ def test_a_tilted_camera_gives_a_level_image() -> None:
     ray = np.stack([(u - 319.5) / 383.0, (v - 239.5) / 383.0, np.ones_like(u)], -1) @ rotation.T
     depth = (-0.5 / ray[..., 2]).astype(np.float32)
     crop = scaled_crop(depth.shape, CAMERA, 0.5)
-    prepared = prepare(depth, crop, CAMERA, SE3(rotation, np.array([1.0, 2.0, 3.0])))
+    prepared = prepare(cloud(depth, SE3(rotation, np.array([1.0, 2.0, 3.0]))), crop)
     assert np.ptp(prepared.depth) > 0.1
     assert prepared.below == pytest.approx(0.5, abs=2e-3)
     assert np.abs(prepared.network_input).max() < 2e-3

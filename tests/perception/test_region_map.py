@@ -28,28 +28,31 @@ def world(*halves: tuple[float, float, float], gap: float = 0.03) -> World:
     return World(box_world().fixtures, things)
 
 
-def frames(of: World, wTc: SE3, seed: int = 0) -> list[DepthFrame]:
-    depth, rng = DepthRenderer(CAMERA).render(of.shapes(), wTc), np.random.default_rng(seed)
+def frames(of: World, oTc: SE3, seed: int = 0) -> list[DepthFrame]:
+    depth, rng = DepthRenderer(CAMERA).render(of.shapes(), oTc), np.random.default_rng(seed)
     noisy = (D435Noise().apply(depth, ROBOT.camera, rng) for _ in range(FRAMES))
-    return [DepthFrame(depth=one, intrinsics=CAMERA, wTc=wTc, stamp=0.0) for one in noisy]
+    return [DepthFrame(depth=one, intrinsics=CAMERA, oTc=oTc, stamp=0.0) for one in noisy]
 
 
 def seen_in(shown: list[DepthFrame]) -> RegionMap:
-    seen = RegionMap(WORKSPACE.wTr, WORKSPACE.size)
+    seen = RegionMap(WORKSPACE.oTr, WORKSPACE.size)
     for frame in shown:
         seen.add(frame)
     return seen
 
 
 def test_an_empty_floor_is_empty_though_the_camera_is_mounted_a_little_wrong():
-    wTc = looking_down(0.5, yaw=0.4)
+    oTc = looking_down(0.5, yaw=0.4)
     error = SE3(exp3(np.radians([0.3, -0.3, 0.3])), np.array([0.002, -0.002, 0.002]))
-    told = [replace(one, wTc=wTc * error) for one in frames(world(), wTc)]
+    told = [replace(one, oTc=oTc * error) for one in frames(world(), oTc)]
     seen = seen_in(told)
     assert seen.segments(SMALLEST) == []
     assert seen.hidden(SMALLEST) == []
     assert seen.seen > 0.98
     assert seen.lowest < 0.006
+    higher = SE3(np.eye(3), np.array([0.0, 0.0, 0.004])) * oTc
+    seen = seen_in([replace(one, oTc=higher) for one in told])
+    assert seen.floor == pytest.approx(FLOOR + 0.004, abs=0.001)
 
 
 def from_the_side(down_deg: float, distance: float) -> SE3:
@@ -62,9 +65,9 @@ def from_the_side(down_deg: float, distance: float) -> SE3:
 
 @pytest.mark.parametrize("down_deg", [25, 45])
 def test_an_empty_floor_is_seen_from_a_flat_angle_and_what_gives_no_depth_is_not(down_deg):
-    wTc = from_the_side(down_deg, 0.6)
+    oTc = from_the_side(down_deg, 0.6)
     shown = frames(
-        World([fixture for fixture in box_world().fixtures if fixture.name != "wall"], []), wTc
+        World([fixture for fixture in box_world().fixtures if fixture.name != "wall"], []), oTc
     )
     empty = seen_in(shown)
     assert empty.seen > 0.98
@@ -73,8 +76,8 @@ def test_an_empty_floor_is_seen_from_a_flat_angle_and_what_gives_no_depth_is_not
     rays = np.stack(
         [(u - CAMERA.cx) / CAMERA.fx, (v - CAMERA.cy) / CAMERA.fy, np.ones(u.shape)], -1
     )
-    rays = rays @ wTc.rotation.T
-    points = wTc.translation + rays * ((FLOOR - wTc.translation[2]) / rays[..., 2])[..., None]
+    rays = rays @ oTc.rotation.T
+    points = oTc.translation + rays * ((FLOOR - oTc.translation[2]) / rays[..., 2])[..., None]
     round_one = np.hypot(points[..., 0] - 2.9, points[..., 1] - 0.05) < 0.0125
     seen = seen_in([replace(one, depth=np.where(round_one, np.nan, one.depth)) for one in shown])
     (part,) = seen.hidden(SMALLEST)
@@ -92,20 +95,6 @@ def test_a_sheet_over_most_of_the_floor_is_not_taken_for_it():
     assert sum(one.area for one in seen.segments(SMALLEST)) > 0.06
 
 
-def test_a_hole_over_an_object_is_not_seen_and_not_empty():
-    wTc = looking_down(0.49)
-    top = 0.49 - 0.004
-    black = [
-        replace(one, depth=np.where(one.depth < top, np.nan, one.depth).astype(np.float32))
-        for one in frames(world((0.02, 0.03, 0.025)), wTc)
-    ]
-    seen = seen_in(black)
-    assert seen.segments(SMALLEST) == []
-    (part,) = seen.hidden(SMALLEST)
-    assert part.area > 15e-4
-    np.testing.assert_allclose(part.centre[:2], [3.0, -0.07], atol=0.02)
-
-
 OFF = [(0.0, 0.022, 0.0), (-0.022, 0.015, 0.0), (0.008, 0.006, 1.5)]
 STANDING = tuple(one for one in box_world().fixtures if not isinstance(one.shape, Plane))
 
@@ -113,9 +102,9 @@ STANDING = tuple(one for one in box_world().fixtures if not isinstance(one.shape
 def seen_by_a_lost_robot(shown: list[DepthFrame], x=0.0, y=0.0, yaw_deg=0.0) -> RegionMap:
     """The map of the container of `box_world`, of a robot that is wrong about where it is."""
     off = SE3(exp3(np.radians([0.0, 0.0, yaw_deg])), np.array([x, y, 0.0]))
-    wTm = WORKSPACE.wTr * off * WORKSPACE.wTr.inverse()
+    oTm = WORKSPACE.oTr * off * WORKSPACE.oTr.inverse()
     base = SE3(np.eye(3), np.array([2.2, 0.0, 0.0]))
-    region = wTm * WORKSPACE.wTr
+    region = oTm * WORKSPACE.oTr
     seen = RegionMap(region, WORKSPACE.size)
     for frame in shown:
         covariance = np.diag(np.square([0.02, 0.02, np.radians(1.0)]))
@@ -124,7 +113,7 @@ def seen_by_a_lost_robot(shown: list[DepthFrame], x=0.0, y=0.0, yaw_deg=0.0) -> 
             region,
             WORKSPACE.size,
             furniture=STANDING,
-            wTb=wTm * base,
+            oTb=oTm * base,
             mTb=base,
             covariance=covariance,
         )
@@ -136,7 +125,7 @@ def seen_by_a_lost_robot(shown: list[DepthFrame], x=0.0, y=0.0, yaw_deg=0.0) -> 
 def test_a_wall_that_is_off_the_map_is_no_object_and_what_leans_on_it_is_one(x, y, yaw_deg):
     for halves, number in (((), 0), (((0.02, 0.02, 0.02),), 1), (((0.01, 0.07, 0.01),), 1)):
         seen = seen_by_a_lost_robot(frames(world(*halves), looking_down(0.49)), x, y, yaw_deg)
-        assert (len(seen.segments(SMALLEST)), seen.least_count) == (number, number)
+        assert (len(seen.segments(SMALLEST)), len(seen.pieces)) == (number, number)
 
 
 def along_the_wall(count: int, length: float, width: float, height: float) -> World:
@@ -178,13 +167,6 @@ def test_a_mat_on_all_of_the_floor_is_not_the_floor(thick):
 def test_without_furniture_around_it_a_thin_cover_may_be_the_floor():
     seen = seen_in(frames(world(), looking_down(0.49)))
     assert 0.02 < seen.cover < 0.024
-
-
-def test_at_least_so_many_objects_stand_there():
-    block = (0.02, 0.02, 0.02)
-    assert seen_in(frames(world(block, block, block), looking_down(0.49))).least_count == 3
-    joined = seen_in(frames(world(block, block, block, gap=0.004), looking_down(0.49)))
-    assert joined.least_count == 1
 
 
 def test_pixels_that_are_far_apart_do_not_show_what_is_between():

@@ -1,5 +1,7 @@
 """Segmentation of the objects in a region, their colours, and the consensus of frames."""
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -8,7 +10,6 @@ from pinocchio import SE3
 from behaviours import Region
 from hw import DepthFrame
 from hw.sim import (
-    HOUSEHOLD,
     Container,
     D435Noise,
     DepthRenderer,
@@ -18,7 +19,9 @@ from hw.sim import (
     build_world,
 )
 from hw.sim.camera.render import painted
+from hw.sim.objects import HOUSEHOLD
 from perception import colour_name, consensus, segment_objects
+from perception.objects.boundaries import Blob, candidate_boundaries
 from robots import Box, Cylinder, Geom, Plane, Sphere, load_robot
 
 FRANKIE = load_robot("frankie")
@@ -37,23 +40,27 @@ def put(shape, x, y, height, colour, yaw=0.0):
 
 def frame(*things, colour=True, height=0.45, noise=None):
     floor = Geom(Plane(), SE3(np.eye(3), np.array([0.0, 0.0, FLOOR])), "floor", (120, 150, 170))
-    wTc = SE3(pin.rpy.rpyToMatrix(np.pi, 0.0, 0.0), np.array([0.0, 0.0, FLOOR + height]))
-    depth, ids = DepthRenderer(CAMERA).render_with_ids([floor, *things], wTc)
+    oTc = SE3(pin.rpy.rpyToMatrix(np.pi, 0.0, 0.0), np.array([0.0, 0.0, FLOOR + height]))
+    depth, ids = DepthRenderer(CAMERA).render_with_ids([floor, *things], oTc)
     colours = painted([floor, *things], ids)
     if noise is not None:
         depth = D435Noise().apply(depth, FRANKIE.camera, np.random.default_rng(noise))
     return DepthFrame(
         depth=depth,
         intrinsics=CAMERA,
-        wTc=wTc,
+        oTc=oTc,
         stamp=0.0,
         paint=(lambda: colours) if colour else None,
     )
 
 
+def look(*things):
+    return segment_objects(frame(*things), REGION)
+
+
 def test_place_size_width_and_colour_are_measured():
     box = put(Box((0.05, 0.02, 0.02)), 0.05, -0.03, 0.04, RED, yaw=0.5)
-    (seen,) = segment_objects(frame(box), REGION)
+    (seen,) = look(box)
     assert np.linalg.norm(seen.position - [0.05, -0.03, FLOOR + 0.02]) < 0.003
     assert seen.size == pytest.approx((0.1, 0.04, 0.04), abs=0.004)
     assert seen.area == pytest.approx(0.004, rel=0.06)
@@ -62,28 +69,17 @@ def test_place_size_width_and_colour_are_measured():
 
 
 def test_things_of_two_colours_that_touch_are_two():
-    left = put(Box((0.02, 0.03, 0.02)), -0.02, 0.0, 0.04, RED)
-    right = put(Box((0.02, 0.03, 0.02)), 0.02, 0.0, 0.04, BLUE)
-    assert sorted(one.colour for one in segment_objects(frame(left, right), REGION)) == [
-        "blue",
-        "red",
-    ]
-
-
-@pytest.mark.parametrize(
-    "right",
-    [
-        pytest.param(put(Sphere(0.025), 0.05, 0.0, 0.05, RED), id="a neck and a valley"),
-        pytest.param(put(Cylinder(0.025, 0.045), 0.05, 0.0, 0.09, RED), id="a step"),
-    ],
-)
-def test_round_things_of_one_colour_that_touch_are_two(right):
-    left = put(Sphere(0.025), 0.0, 0.0, 0.05, RED)
-    assert len(segment_objects(frame(left, right), REGION)) == 2
+    half = Box((0.02, 0.03, 0.02))
+    things = put(half, -0.02, 0.0, 0.04, RED), put(half, 0.02, 0.0, 0.04, BLUE)
+    assert sorted(one.colour for one in look(*things)) == ["blue", "red"]
 
 
 def brick(x, y, length, width, height):
     return put(Box((length / 2.0, width / 2.0, height / 2.0)), x, y, height, RED)
+
+
+def ball(x):
+    return put(Sphere(0.025), x, 0.0, 0.05, RED)
 
 
 def can(x, radius, height):
@@ -96,6 +92,8 @@ def can(x, radius, height):
         pytest.param((brick(0, 0, 0.12, 0.04, 0.03), brick(0, 0.05, 0.03, 0.06, 0.05)), id="a T"),
         pytest.param((brick(0, 0, 0.06, 0.06, 0.03), can(0.055, 0.025, 0.06)), id="box and can"),
         pytest.param((can(0, 0.025, 0.05), can(0.055, 0.03, 0.08)), id="two cans"),
+        pytest.param((ball(0), ball(0.05)), id="a neck and a valley"),
+        pytest.param((ball(0), can(0.05, 0.025, 0.09)), id="a step"),
     ],
 )
 def test_things_of_one_colour_that_touch_are_told_by_outlines_and_heights(things):
@@ -133,14 +131,7 @@ def test_what_stands_outside_or_is_cut_off_is_not_taken_for_whole():
 def test_no_depth_is_no_answer_and_an_empty_region_has_nothing():
     empty = frame()
     assert segment_objects(empty, REGION) == ()
-    blind = DepthFrame(
-        depth=np.full_like(empty.depth, np.nan),
-        intrinsics=CAMERA,
-        wTc=empty.wTc,
-        stamp=0.0,
-        paint=empty.paint,
-    )
-    assert segment_objects(blind, REGION) is None
+    assert segment_objects(replace(empty, depth=np.full_like(empty.depth, np.nan)), REGION) is None
 
 
 @pytest.mark.parametrize(
@@ -164,10 +155,6 @@ LEFT, RIGHT = (put(Box((0.021, 0.02, 0.02)), x, -0.03, 0.04, RED) for x in (0.02
 OTHER = put(Box((0.02, 0.02, 0.02)), -0.08, 0.05, 0.04, BLUE)
 
 
-def look(*things):
-    return segment_objects(frame(*things), REGION)
-
-
 def test_a_frame_that_cuts_a_thing_in_two_is_outvoted():
     whole, halves = look(LONG, OTHER), look(LEFT, RIGHT, OTHER)
     assert len(halves) == 3
@@ -181,3 +168,13 @@ def test_what_one_frame_alone_shows_is_nothing_and_what_one_lacks_is_something()
     assert len(consensus((look(OTHER), look(LONG, OTHER), look(OTHER)))) == 1
     assert len(consensus((look(LONG, OTHER), look(OTHER), look(LONG, OTHER)))) == 2
     assert consensus((look(), look(), look(OTHER))) == ()
+
+
+def test_a_ragged_outline_has_no_more_boundaries_than_a_tick_has_time_for():
+    """As of a wall that noise cuts; they grow with the square of its corners."""
+    comb = np.zeros((120, 300), dtype=np.bool_)
+    comb[10:50, 10:290] = True
+    for tooth in range(12, 280, 12):
+        comb[50:90, tooth : tooth + 6] = True
+    blob = Blob(above=np.where(comb, 0.05, 0.0).astype(np.float32), cells=comb, cell=0.0015)
+    assert 0 < sum(1 for _ in candidate_boundaries(blob)) < 150

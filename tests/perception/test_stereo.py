@@ -1,14 +1,29 @@
-"""Stereo depth: smoothing, holes and their causes, the border, and the hand beside them."""
+"""Stereo depth: smoothing, holes and their causes, and what was seen there on the way."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from pinocchio import SE3
-from test_detector import CAMERA, FLOOR, GRIPPER, box_world, frame, looking_down
+from test_detector import (
+    CAMERA,
+    FLOOR,
+    GRIPPER,
+    WORKSPACE,
+    box_world,
+    detector,
+    frame,
+    looking_down,
+)
+from test_tracker import grasp
 
+from hw import DepthFrame
 from hw.sim import World
+from perception import DepthCloud, GraspDetector, GraspEstimate, HeightMap, SceneMemory
 from perception.grasps.feasibility import assess
-from perception.grasps.height_map import HeightMap, local_heights
-from perception.grasps.network_input import scaled_crop
+from perception.grasps.height_map import local_heights
+from perception.grasps.network_input import gaps_in, scaled_crop
+from perception.grasps.scene_memory import completed
 from perception.grasps.stereo import BASELINE, smoothed, unknown_pixels
 from robots import Box, Geom
 
@@ -25,7 +40,7 @@ def image_with_hole(begin: int, end: int, near: float = 0.3, far: float = 0.6) -
 
 def unknown_share(depth: np.ndarray) -> float:
     missing = np.isnan(depth)
-    return float(unknown_pixels(depth, missing, FX, 0.6)[missing].mean())
+    return float(unknown_pixels(depth, missing, gaps_in(missing), FX, 0.6)[missing].mean())
 
 
 def test_only_a_hole_wider_than_any_shadow_is_unknown() -> None:
@@ -40,20 +55,20 @@ def test_only_a_hole_wider_than_any_shadow_is_unknown() -> None:
     assert unknown_share(rows) == 1.0
 
 
-def seen_from(wTc: SE3, hole: int = 0) -> HeightMap:
+def seen_from(oTc: SE3, hole: int = 0) -> HeightMap:
     """A box on a wide floor, with a square hole of so many pixels in the middle of the image."""
     floor = Geom(Box((2.0, 2.0, 0.1)), SE3(np.eye(3), np.array([3.0, 0.0, FLOOR - 0.1])), "floor")
     world = World([floor], box_world(yaw=0.0, x=3.0, y=0.0).objects)
-    seen = frame(world, wTc)
+    seen = frame(world, oTc)
     depth = np.array(seen.depth)
     rows, columns = (slice(n // 2 - hole // 2, n // 2 + hole // 2) for n in depth.shape)
     depth[rows, columns] = np.nan
-    support = float((FLOOR - wTc.translation[2]) / wTc.rotation[2, 2])
-    return local_heights(seen, depth, scaled_crop(depth.shape, CAMERA, support), support).scene
+    support = float((FLOOR - oTc.translation[2]) / oTc.rotation[2, 2])
+    crop = scaled_crop(depth.shape, CAMERA, support)
+    return local_heights(seen.cloud.measuring(depth), crop, support).scene
 
 
 def unknown_at(found: HeightMap, x: float, y: float) -> bool:
-    assert found.unknown is not None
     return bool(found.unknown.ravel()[found.cells(np.array([x]), np.array([y]))][0])
 
 
@@ -76,22 +91,20 @@ def test_a_thing_that_gives_no_depth_is_unknown_where_it_stands() -> None:
     assert unknown_at(found, 3.0, 0.0)
     assert not unknown_at(found, 3.1, 0.0)
     unknown = seen_from(looking_down(0.45, yaw=0.4)).unknown
-    assert unknown is not None
     assert all(edge.all() for edge in (unknown[0], unknown[-1], unknown[:, 0], unknown[:, -1]))
 
 
 def beside_a_column(height: float) -> tuple[HeightMap, float]:
     """What a camera 0.3 m above the floor sees of it, and the score of a grasp 70 mm beside it."""
     floor = Geom(Box((2.0, 2.0, 0.1)), SE3(np.eye(3), np.array([3.0, 0.0, FLOOR - 0.1])), "floor")
-    sizes = {(3.0, 0.0): (0.02, 0.02, 0.035), (3.0, 0.07): (0.02, 0.01, 0.5 * height)}
     boxes = [
-        Geom(Box(half), SE3(np.eye(3), np.array([x, y, FLOOR + half[2]])), "box")
-        for (x, y), half in sizes.items()
+        Geom(Box(half), SE3(np.eye(3), np.array([3.0, y, FLOOR + half[2]])), "box")
+        for y, half in ((0.0, (0.02, 0.02, 0.035)), (0.07, (0.02, 0.01, 0.5 * height)))
     ]
-    wTc = looking_down(0.3)
-    wTc.translation[1] -= 0.02  # so that the side of the column is seen
-    seen = frame(World([floor, *boxes], []), wTc)
-    around = local_heights(seen, np.array(seen.depth), scaled_crop((480, 640), CAMERA, 0.3), 0.3)
+    oTc = looking_down(0.3)
+    oTc.translation[1] -= 0.02  # so that the side of the column is seen
+    seen = frame(World([floor, *boxes], []), oTc)
+    around = local_heights(seen.cloud, scaled_crop((480, 640), CAMERA, 0.3), 0.3)
     at = 3.0 * np.ones(1), np.zeros(1), 0.5 * np.pi * np.ones(1)
     return around.scene, float(assess(around.scene, *at, FLOOR, GRIPPER).score[0])
 
@@ -101,7 +114,6 @@ def test_the_palm_does_not_meet_what_is_within_the_minimum_range() -> None:
     assert low.rising is None
     assert fits > 0.0
     tall, score = beside_a_column(0.24)
-    assert tall.rising is not None
     assert tall.rising.ravel()[tall.cells(np.array([3.0]), np.array([0.07]))].all()
     assert not tall.rising.ravel()[tall.cells(np.array([3.1]), np.array([0.0]))].any()
     assert score == 0.0
@@ -116,11 +128,87 @@ def step(near: float, far: float, noise: float, seed: int = 0) -> tuple[np.ndarr
     return true, (FX * BASELINE / disparity).astype(np.float32)
 
 
+def after_smoothing(depth: np.ndarray) -> np.ndarray:
+    camera = replace(CAMERA, fx=FX)
+    return smoothed(DepthCloud(depth=depth, intrinsics=camera, oTc=SE3.Identity())).depth
+
+
 def test_smoothing_improves_far_surfaces_and_keeps_edges() -> None:
     true, measured = step(1.5, 1.5, noise=0.1)
-    before, after = (np.std(depth - true) for depth in (measured, smoothed(measured, FX)))
+    before, after = (np.std(depth - true) for depth in (measured, after_smoothing(measured)))
     assert before == pytest.approx(0.0113, rel=0.1)
     assert after < before / 3
     true, measured = step(1.35, 1.5, noise=0.05)
     edge = 0.5 * (1.35 + 1.5)
-    assert np.mean((smoothed(measured, FX) < edge) == (true < edge)) > 0.999
+    assert np.mean((after_smoothing(measured) < edge) == (true < edge)) > 0.999
+
+
+__all__ = ["detector"]  # a fixture
+
+
+BOX = box_world(yaw=0.0, x=3.0, y=0.0)
+
+
+def from_afar(stamp: float, world: World = BOX) -> DepthFrame:
+    """The whole container."""
+    return replace(frame(world, looking_down(0.5)), stamp=stamp)
+
+
+def from_near(stamp: float, world: World = BOX) -> DepthFrame:
+    """The box at the border of an image that is hardly wider than the hand."""
+    oTc = looking_down(0.26)
+    oTc.translation[1] += 0.1
+    return replace(frame(world, oTc), stamp=stamp)
+
+
+def across(
+    detector: GraspDetector, seen: DepthFrame, memory: SceneMemory | None = None
+) -> list[GraspEstimate]:
+    """The grasps that are likely to hold; one on a corner of the box is not."""
+    return [one for one in detector.detect(seen, WORKSPACE, memory).grasps if one.quality > 0.7]
+
+
+def from_both(shift: float) -> tuple[HeightMap, HeightMap]:
+    """What is seen from near and, `shift` beside it, from afar."""
+    far = looking_down(0.5)
+    far.translation[1] += shift
+    return seen_from(looking_down(0.26)), seen_from(far)
+
+
+def test_where_the_newest_map_shows_nothing_it_is_the_earlier_one() -> None:
+    near, far = from_both(shift=-0.0123)
+    both = completed(near, [far])
+    assert near.unknown is not None
+    row, column = np.nonzero(~near.unknown)
+    x, y = near.origin[0] + near.cell * column, near.origin[1] + near.cell * row
+    np.testing.assert_array_equal(both.at(x, y), near.heights[row, column])
+    x, y = np.full(60, 3.0), near.origin[1] - near.cell * np.arange(60)
+    assert unknown_at(near, 3.0, y[-1])
+    assert not unknown_at(both, 3.0, y[-1])
+    np.testing.assert_array_equal(both.at(x, y), far.at(x, y))
+
+
+def test_what_was_seen_there_is_in_the_way(detector: GraspDetector) -> None:
+    """A post beside the box, which the image from near does not show."""
+    post = Geom(Box((0.1, 0.012, 0.09)), SE3(np.eye(3), np.array([3.0, -0.062, 0.546])), "post")
+    world = World([*BOX.fixtures, post], BOX.objects)
+    memory = SceneMemory()
+    detector.detect(from_afar(0.0, world), WORKSPACE, memory)
+    assert not across(detector, from_near(1.0, world), memory)
+
+
+def test_what_moves_is_forgotten_where_it_was_and_what_stands_still_is_not() -> None:
+    """The box was seen at y = 0, and has come to y = 0.1 since."""
+    memory = SceneMemory()
+    memory.completed(seen_from(looking_down(0.5)), 1.0)
+    oTg = SE3(np.diag([1.0, -1.0, -1.0]), np.array([3.0, 0.1, FLOOR + 0.02]))
+    moved = replace(grasp(0.0, 0.0), oTg=oTg, stamp=2.0, velocity=np.array([0.0, 0.1, 0.0]))
+    left = memory.without(moved, FLOOR)
+    blind = seen_from(looking_down(0.5))
+    blind = replace(blind, unknown=np.ones_like(blind.unknown))
+    before, after = memory.completed(blind, 2.0), left.completed(blind, 2.0)
+    assert not unknown_at(before, 3.0, 0.0)
+    assert unknown_at(after, 3.0, 0.0)
+    assert not unknown_at(after, 3.0, 0.12)
+    wall = 3.0 - 0.22 - 0.003
+    assert unknown_at(before, wall, 0.0) == unknown_at(after, wall, 0.0)

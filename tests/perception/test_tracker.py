@@ -1,4 +1,4 @@
-"""Tracking of one grasp through synthetic sequences of detections."""
+"""Tracking of one grasp and its velocity through synthetic sequences of detections."""
 
 from dataclasses import replace
 
@@ -15,7 +15,7 @@ DOWN = np.diag([1.0, -1.0, -1.0])
 def grasp(x: float, y: float, yaw_deg: float = 0.0, quality: float = 0.6) -> GraspEstimate:
     turn = exp3(np.array([0.0, 0.0, np.deg2rad(yaw_deg)]))
     return GraspEstimate(
-        wTg=SE3(turn @ DOWN, np.array([x, y, 0.48])),
+        oTg=SE3(turn @ DOWN, np.array([x, y, 0.48])),
         width=0.04,
         opening=0.06,
         quality=quality,
@@ -45,8 +45,7 @@ FAR = camera(0.45)
 
 
 def position(estimate: GraspEstimate | None) -> np.ndarray:
-    assert estimate is not None
-    return np.asarray(estimate.wTg.translation)
+    return np.asarray(estimate.oTg.translation)
 
 
 def test_the_tracker_does_not_switch_to_what_the_image_cuts_off() -> None:
@@ -93,12 +92,10 @@ def test_exchanged_fingers_are_the_same_grasp() -> None:
     """A grasp near the edge of the range of angles comes out turned by half a turn at times."""
     tracker = GraspTracker()
     first = tracker.update(seen(grasp(0.0, 0.0, yaw_deg=88.0)), FAR)
-    assert first is not None
     for frame in range(20):
         yaw = -89.0 if frame % 2 else 89.0
         followed = tracker.update(seen(grasp(0.0, 0.0, yaw_deg=yaw)), FAR)
-        assert followed is not None
-        closing = first.wTg.rotation[:, 1] @ followed.wTg.rotation[:, 1]
+        closing = first.oTg.rotation[:, 1] @ followed.oTg.rotation[:, 1]
         assert closing > np.cos(np.deg2rad(5.0))
 
 
@@ -108,12 +105,9 @@ def test_near_the_grasp_the_goal_is_locked_and_moves_no_more() -> None:
     assert not tracker.locked
     locked = tracker.update(seen(grasp(0.0, 0.0), at=0.4), camera(0.24))
     assert tracker.locked
-    moved = tracker.update(seen(grasp(0.02, 0.0, quality=0.99)), camera(0.23))
-    assert moved is locked
-    blind = tracker.update(seen(reason="hardly any depth was measured"), camera(0.15))
-    assert blind is locked
-    back_up = tracker.update(seen(grasp(0.1, 0.0)), camera(0.5))
-    assert back_up is locked
+    assert tracker.update(seen(grasp(0.02, 0.0, quality=0.99)), camera(0.23)) is locked
+    assert tracker.update(seen(reason="hardly any depth was measured"), camera(0.15)) is locked
+    assert tracker.update(seen(grasp(0.1, 0.0)), camera(0.5)) is locked
     tracker.reset()
     assert not tracker.locked
     at_once = GraspTracker(lock_distance=np.inf)
@@ -152,7 +146,7 @@ def test_a_grasp_that_is_not_seen_again_is_lost_with_a_reason() -> None:
 def test_a_failed_grasp_is_avoided_until_forgotten() -> None:
     tracker = GraspTracker()
     bad, other = grasp(0.0, 0.0, quality=0.9), grasp(0.1, 0.0, quality=0.5)
-    tracker.reject(bad.wTg)
+    tracker.reject(bad.oTg)
     tracker.reset()
     assert position(tracker.update(seen(bad, other), FAR))[0] == pytest.approx(0.1)
     tracker.reset()
@@ -164,8 +158,8 @@ def test_a_failed_grasp_is_avoided_until_forgotten() -> None:
 
 def test_a_failed_grasp_is_avoided_where_it_is_on_the_map_while_odometry_drifts():
     tracker, other = GraspTracker(), grasp(0.1, 0.0, quality=0.8)
-    tracker.reject(grasp(0.0, 0.0).wTg)
-    tracker.mTw = SE3(np.eye(3), np.array([-0.1, 0.0, 0.0]))
+    tracker.reject(grasp(0.0, 0.0).oTg)
+    tracker.mTo = SE3(np.eye(3), np.array([-0.1, 0.0, 0.0]))
     assert position(tracker.update(seen(other, grasp(0.2, 0.0, quality=0.5)), FAR))[0] > 0.15
 
 
@@ -173,9 +167,85 @@ def test_at_another_depth_along_its_approach_it_is_the_same_grasp() -> None:
     level = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]) @ DOWN
 
     def at(x: float, z: float) -> GraspEstimate:
-        return replace(grasp(0.0, 0.0), wTg=SE3(level, np.array([x, 0.0, z])), middle=None)
+        return replace(grasp(0.0, 0.0), oTg=SE3(level, np.array([x, 0.0, z])), middle=None)
 
     tracker = GraspTracker()
     tracker.update(seen(at(0.0, 0.5)), FAR)
     assert position(tracker.update(seen(at(0.05, 0.5)), FAR))[0] == pytest.approx(0.02)
     assert position(tracker.update(seen(at(0.05, 0.55)), FAR))[2] == pytest.approx(0.5)
+
+
+def followed_along(places: np.ndarray, height: float = 0.45, *, whole: bool = True) -> GraspTracker:
+    """A tracker that has seen a grasp at (N, 2) places, 30 times a second."""
+    tracker = GraspTracker(lock_distance=0.25)
+    for number, (x, y) in enumerate(places):
+        one = replace(grasp(x, y), middle=(x, y) if whole else None)
+        tracker.update(seen(one, at=number / 30.0), camera(height))
+    return tracker
+
+
+def along_x(speed: float, frames: int) -> np.ndarray:
+    """(frames, 2) places of what moves [m]."""
+    return np.outer(np.arange(frames) / 30.0, [speed, 0.0])
+
+
+def test_what_moves_is_expected_where_it_will_have_come_also_once_it_is_locked() -> None:
+    tremor = np.random.default_rng(0).normal(0.0, 0.001, (30, 2))
+    tracker = followed_along(along_x(0.1, 30) + tremor)
+    followed = tracker.update(seen(grasp(0.1, 0.0), at=1.0), camera(0.2))
+    assert tracker.locked
+    np.testing.assert_allclose(followed.velocity, [0.1, 0.0, 0.0], atol=0.02)
+    np.testing.assert_allclose(followed.oTg_at(1.0).translation, [0.1, 0.0, 0.48], atol=0.004)
+    np.testing.assert_allclose(followed.oTg_at(2.0).translation, [0.2, 0.0, 0.48], atol=0.02)
+    assert tracker.update(seen(reason="too near", at=2.0), camera(0.15)) is followed
+    *_, end = moving = along_x(0.1, 15)
+    stopped = followed_along(np.vstack([moving, np.tile(end, (25, 1))]))
+    still = stopped.update(seen(grasp(*end), at=40 / 30.0), FAR)
+    assert not still.velocity.any()
+
+
+def test_a_grasp_that_trembles_and_shifts_slowly_stands_still() -> None:
+    places = along_x(0.03, 60) + np.random.default_rng(1).normal(0.0, 0.003, (60, 2))
+    tracker = GraspTracker()
+    for number, (x, y) in enumerate(places):
+        followed = tracker.update(seen(grasp(x, y), at=number / 30.0), FAR)
+        assert not followed.velocity.any()
+        assert followed.twist is None
+
+
+@pytest.mark.parametrize("whole", [True, False])
+def test_a_grasp_that_slides_along_a_thing_does_not_move_nor_does_a_thing_cut_off(whole) -> None:
+    tracker = GraspTracker()
+    for number in range(30):
+        sliding = replace(grasp(0.004 * number, 0.0), middle=(0.05, 0.0) if whole else None)
+        followed = tracker.update(seen(sliding, at=number / 30.0), FAR)
+        assert not followed.velocity.any()
+
+
+def test_it_is_not_locked_before_it_is_known_whether_it_moves_or_that_was_given_up() -> None:
+    assert not followed_along(np.zeros((4, 2)), height=0.2).locked
+    assert followed_along(np.zeros((6, 2)), height=0.2).locked
+    assert not followed_along(np.zeros((6, 2)), height=0.2, whole=False).locked
+    assert followed_along(np.zeros((8, 2)), height=0.2, whole=False).locked
+
+
+def test_a_middle_that_is_not_on_its_way_is_left_out() -> None:
+    """Half of the thing was hidden, and nobody knew."""
+    tracker = followed_along(along_x(0.1, 8))
+    x, y = along_x(0.1, 20)[19]
+    half = replace(grasp(x, y), middle=(x + 0.02, y + 0.02))
+    followed = tracker.update(seen(half, at=19 / 30.0), FAR)
+    np.testing.assert_allclose(followed.velocity, [0.1, 0.0, 0.0], atol=0.001)
+
+
+@pytest.mark.parametrize("whole", [True, False])
+def test_how_it_moves_is_not_forgotten_while_it_is_out_of_sight(whole: bool) -> None:
+    tracker = followed_along(along_x(0.1, 8))
+    for number in range(8, 25):
+        assert not tracker.locked
+        gone = tracker.update(seen(reason="out of sight", at=number / 30.0), camera(0.3))
+    assert gone is None
+    x, y = along_x(0.1, 26)[25]
+    again = replace(grasp(x, y), middle=(x, y) if whole else None)
+    followed = tracker.update(seen(again, at=25 / 30.0), camera(0.3))
+    np.testing.assert_allclose(followed.velocity, [0.1, 0.0, 0.0], atol=0.001)

@@ -5,9 +5,9 @@ from typing import Any
 
 import pytest
 import yaml
+from tree_toys import TOYS, check
 
 from config import Diagnostic, Severity
-from trees.language import check
 
 MARK = "¦"
 """Stands in a mistake where the diagnostic has to point."""
@@ -29,6 +29,16 @@ def found_in(folder: Path, text: str, severity: Severity = Severity.ERROR) -> li
     path = folder / "t.yaml"
     path.write_text(text.replace(MARK, ""), encoding="utf-8")
     return [one for one in check(path) if one.severity is severity]
+
+
+def found_in_toys(folder: Path, tree: str, severity: Severity) -> list[str]:
+    """The diagnostics of a tree of toys, `line:column: message` as counted from its first line."""
+    path = folder / "t.yaml"
+    lines = "".join(f"  {line}\n" for line in tree.strip().splitlines())
+    path.write_text(f"task: toy\ntree:\n{lines}")
+    found = [one for one in check(path, leaves=TOYS) if one.severity is severity]
+    places = [(one.location.line - 2, one.location.column - 2, one.message) for one in found]
+    return [f"{line}:{column}: {message}" for line, column, message in places]
 
 
 def marked(text: str) -> tuple[int, int]:

@@ -8,25 +8,19 @@ from trees.language import load
 
 def test_the_text_has_a_line_a_node_with_name_arguments_and_modifiers(tmp_path):
     path = tmp_path / "t.yaml"
+    pick = "{name: pick, retry: $tries, fallback: [holding_object, open_gripper]}"
+    go = "{while: arm_healthy, force_success: true, navigate: {to: home, speed_m_s: 0.5}}"
     path.write_text(
-        "task: t\n"
-        "params: {tries: {default: 3}}\n"
+        "task: t\nparams: {tries: {default: 3}}\n"
         "poses: {home: {base: [0, 0], heading_deg: 0}}\n"
-        "tree:\n"
-        "  sequence:\n"
-        "    - name: pick\n"
-        "      retry: $tries\n"
-        "      fallback: [holding_object, open_gripper]\n"
-        "    - while: arm_healthy\n"
-        "      once: true\n"
-        "      navigate: {to: home, speed_m_s: 0.5}\n"
+        f"tree: {{sequence: [{pick}, {go}]}}\n"
     )
     assert tree_text(load(path, open_parameters=True).root) == (
         "→ sequence\n"
         "├─ ? pick (fallback)  [retry: $tries]\n"
         "│  ├─ ○ holding_object\n"
         "│  └─ • open_gripper\n"
-        "└─ • navigate  to: home  speed_m_s: 0.5  [once]  [while: arm_healthy]\n"
+        "└─ • navigate  to: home  speed_m_s: 0.5  [while: arm_healthy]  [force_success]\n"
     )
 
 

@@ -3,8 +3,10 @@
 import re
 from pathlib import Path
 
+from tree_toys import check
+
 from config import Severity
-from trees.language import COMPOSITES, FILE_KEYS, MODIFIERS, PARAMETER_TYPES, check
+from trees.language import COMPOSITES, FILE_KEYS, MODIFIERS, PARAMETER_TYPES
 
 PAGE = (Path(__file__).parents[2] / "docs" / "language.md").read_text()
 AROUND = """\

@@ -24,7 +24,6 @@ class Measure(Toy):
         speed_m_s: how fast [m/s].
         turn_deg: how far [deg].
         area: how large [cm^2].
-        percent: how full [%].
         times: how often.
         mean_s: how long on average [s].
     """
@@ -38,7 +37,6 @@ class Measure(Toy):
         speed_m_s: float = 1.0,
         turn_deg: float = 0.0,
         area: float = 1.0,
-        percent: float = 5.0,
         times: int = 1,
         mean_s: Key[float],
         found: Key[int | str] | None = None,
@@ -55,18 +53,14 @@ def test_a_leaf_is_described_by_its_constructor_and_docstring():
         "speed_m_s": "m/s",
         "turn_deg": "°",
         "area": "cm²",
-        "percent": "%",
         "times": "",
     }
     assert measure.parameters["lock_distance_m"].required
     assert measure.parameters["speed_m_s"].default == 1.0
-    assert [(output.name, str(output.type)) for output in measure.outputs.values()] == [
-        ("mean_s", "a number"),
-        ("found", "a whole number or text"),
-    ]
-    assert [output.required for output in measure.outputs.values()] == [True, False]
-    assert measure.outputs["mean_s"].unit == "s"
-    assert measure.outputs["mean_s"].description == "how long on average [s]"
+    outputs = [(one.name, str(one.type), one.required) for one in measure.outputs.values()]
+    assert outputs == [("mean_s", "a number", True), ("found", "a whole number or text", False)]
+    mean = measure.outputs["mean_s"]
+    assert (mean.unit, mean.description) == ("s", "how long on average [s]")
 
 
 def test_a_word_of_the_language_is_no_key_of_a_leaf():

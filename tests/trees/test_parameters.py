@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 from mistakes import table
-from tree_toys import TOYS
+from tree_toys import TOYS, check
 
-from trees.language import TaskFileError, check, load
+from trees.language import TaskFileError, load
 
 TASK = (Path(__file__).parent / "parameters.yaml").read_text("utf-8")
 
@@ -16,9 +16,12 @@ def path(tmp_path):
     return tmp_path / "t.yaml"
 
 
-def test_a_parameter_has_the_value_of_its_default_and_of_its_type(path):
+GIVEN = {"count": "5", "far": "2", "side": "left", "word": "10", "goal": "home"}
+
+
+def test_a_parameter_has_its_default_or_a_value_from_outside_and_its_type(path):
     path.write_text(TASK)
-    task = load(path, leaves=TOYS)
+    task, given = (load(path, leaves=TOYS, overrides=values) for values in ({}, GIVEN))
     assert task.warnings == ()
     values = {name: parameter.value for name, parameter in task.parameters.items()}
     assert values["far"] == 1.0
@@ -27,19 +30,8 @@ def test_a_parameter_has_the_value_of_its_default_and_of_its_type(path):
     assert task.parameters["count"].description == "how often"
     assert str(task.parameters["count"].type) == "a whole number of at least 1 and at most 5"
     assert dict(task.root.children[0].modifiers) == {"retry": 3}
-
-
-def test_values_from_outside_are_held_to_the_type(path):
-    path.write_text(TASK)
-    given = {"count": "5", "far": "2", "side": "left", "word": "10", "goal": "home"}
-    task = load(path, leaves=TOYS, overrides=given)
-    values = {name: parameter.value for name, parameter in task.parameters.items()}
-    assert (values["count"], values["far"], values["side"], values["word"]) == (
-        5,
-        2.0,
-        "left",
-        "10",
-    )
+    others = [given.parameters[name].value for name in ("count", "far", "side", "word")]
+    assert others == [5, 2.0, "left", "10"]
 
 
 @table("overrides")

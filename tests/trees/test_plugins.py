@@ -1,46 +1,20 @@
 """Packages that offer leaves, installed as pip does it: good ones, and broken ones of all kinds."""
 
 import re
+from pathlib import Path
 
 import pytest
+import yaml
 from command_line import call
+from tree_toys import check
 
-from trees.language import check, known_leaves, plugin_problems
+from trees.language import known_leaves, plugin_problems
 
-LEAF = """\
-from frankie_task import Leaf, Status
-
-class Hello(Leaf):
-    '''Says hello.'''
-    key = "hello"
-    def update(self):
-        return self.success("hello")
-"""
-BROKEN = {
-    "exits without a word": "raise SystemExit\n",
-    "raises": "raise ValueError('two\\nlines \\x1b[2J')\n",
-    "raises what nobody catches": "class Odd(BaseException): pass\nraise Odd('odd')\n",
-    "lacks a module": "import no_such_module\n",
-    "hangs": "import time\ntime.sleep(3600)\n",
-    "offers a function": "def Hello(name, context): return None\n",
-    "takes a key that is no word": LEAF.replace('"hello"', '"hel lo\\x1b[2J"'),
-    "takes the key of a shipped leaf": LEAF.replace('"hello"', '"navigate"'),
-    "has a key that raises": (
-        "from frankie_task import Leaf\nclass Meta(type(Leaf)):\n"
-        "    @property\n    def key(cls): raise KeyError('odd')\n"
-        "class Hello(Leaf, metaclass=Meta): pass\n"
-    ),
-}
+PACKAGES = yaml.safe_load(Path(__file__).with_name("plugins.yaml").read_text("utf-8"))
+LEAF = PACKAGES["good"]
 PROBLEM = (
     r"behaviour `hello` of `package_\d+:Hello` cannot be used: .+; fix or uninstall its package"
 )
-TOLD = {
-    "raises": "ValueError: two lines",
-    "lacks a module": "ModuleNotFoundError: No module named 'no_such_module'",
-    "hangs": "its import has not ended after 1 s",
-    "offers a function": "it is no class that derives from Leaf or Condition",
-    "takes the key of a shipped leaf": "it takes the key `navigate`, which is taken",
-}
 UNRELATED = "task: toy\ntree: {wait: {duration_s: 0.02}}\n"
 USER = "task: toy\ntree: {hello: {}}\n"
 
@@ -71,9 +45,9 @@ def test_a_good_package_adds_a_leaf(install_leaf, task):
     assert "hello" in call("nodes")[1]
 
 
-@pytest.mark.parametrize("kind", BROKEN)
-def test_a_broken_package_is_named_and_stops_only_who_uses_it(install_leaf, task, kind, tmp_path):
-    install_leaf(BROKEN[kind])
+@pytest.mark.parametrize("row", PACKAGES["broken"], ids=lambda row: row["what"])
+def test_a_broken_package_is_named_and_stops_only_who_uses_it(install_leaf, task, row, tmp_path):
+    install_leaf(row.get("source") or LEAF.replace('"hello"', row["key"]))
     run = ("--scene", "single", "--view", "none", "--record", str(tmp_path / "runs"))
     path = task(UNRELATED)
     for arguments in (("check", path), ("dry", path)):
@@ -83,7 +57,7 @@ def test_a_broken_package_is_named_and_stops_only_who_uses_it(install_leaf, task
     assert (code, bool(out)) == (0, True)
     (line,) = err.splitlines()
     assert re.fullmatch(rf"warning: {PROBLEM}", line)
-    assert TOLD.get(kind, "") in line
+    assert row.get("told", "") in line
     assert line.isprintable()
     assert len(line) < 500
     path = task(USER)
@@ -97,7 +71,7 @@ def test_a_broken_package_is_named_and_stops_only_who_uses_it(install_leaf, task
 
 
 def test_a_broken_package_takes_no_good_one_along(install_leaf, task):
-    install_leaf(BROKEN["raises"], name="bad")
+    install_leaf("raise ValueError('bad')\n", name="bad")
     install_leaf(LEAF)
     install_leaf(LEAF, name="again")
     assert check(task(USER)) == []

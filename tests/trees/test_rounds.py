@@ -8,8 +8,7 @@ from tree_toys import LETTER, TOYS, ToyContext
 from behaviours import DetectedObjects, Key
 from trees.language import build, load
 
-BOXES = "regions: {left: {centre: [0, 1, 1], size: [1, 1, 1]}, right: {centre: [0, 2, 1], size: "
-BOXES += "[1, 1, 1]}}\n"
+BOX = "{centre: [0, 1, 1], size: [1, 1, 1]}"
 
 
 @pytest.fixture
@@ -27,21 +26,20 @@ def toy(tmp_path):
 
 def test_for_each_runs_a_node_for_each_value_in_order(toy):
     note = "for_each: {item: place, in: [left, right], do: {grasp: {within: $place}}}"
-    root, _ = toy(note, BOXES)
+    root, _ = toy(note, f"regions: {{left: {BOX}, right: {BOX}}}\n")
     root.tick_once()
     assert root.status is Status.SUCCESS
     assert [child.name for child in root.children] == ["grasp left", "grasp right"]
     assert [child.within.name for child in root.children] == ["left", "right"]
 
 
-@pytest.mark.parametrize(("side", "chosen"), [("left", "a"), ("right", "b")])
-def test_switch_runs_the_case_of_its_value(toy, side, chosen):
-    cases = "{left: {name: a, play: {script: S}}, right: {name: b, play: {script: S}}}"
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_switch_runs_the_case_of_its_value(toy, side):
+    cases = "{left: {name: left, play: {script: S}}, right: {name: right, play: {script: S}}}"
     tree = f"switch: {{value: $side, cases: {cases}}}"
     root, context = toy(tree, "params: {side: {type: [left, right]}}\n", side=side)
     root.tick_once()
-    assert root.status is Status.SUCCESS
-    assert context.events == [f"{chosen} begins", f"{chosen} ends S"]
+    assert context.events == [f"{side} begins", f"{side} ends S"]
 
 
 @pytest.mark.parametrize(
@@ -107,8 +105,6 @@ def test_a_node_runs_once_for_each_object_that_was_seen(tmp_path, found, outcome
         return Noted(node.name, outcomes, [], arguments)
 
     root = build(load(path), ToyContext(), leaf)
-    for _ in range(10):
+    while root.status in (Status.INVALID, Status.RUNNING):
         root.tick_once()
-        if root.status is not Status.RUNNING:
-            break
     assert (given, root.status) == (seen, end)

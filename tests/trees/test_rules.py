@@ -3,7 +3,7 @@
 import pytest
 
 from config import YAML_RULES
-from trees.btcpp import export_xml
+from extensions.export.btcpp import export_xml
 from trees.language import LANGUAGE_RULES, TaskFileError, load
 from trees.site import RULES, check
 

@@ -1,11 +1,13 @@
-"""Trees made of several files: parameters in, outputs out, and what is refused."""
+"""Trees made of several files: parameters in, outputs out, circles, links, and how many."""
+
+import shutil
+from pathlib import Path
 
 import pytest
 from mistakes import table
-from subtree_files import errors, write_files
-from tree_toys import TOYS, ToyContext
+from tree_toys import TOYS, ToyContext, check
 
-from trees.language import TaskFileError, build, check, load, nodes_in_order
+from trees.language import TaskFileError, build, load, nodes_in_order
 
 
 @pytest.fixture
@@ -17,63 +19,27 @@ def test_a_subtree_runs_with_its_own_values_and_hands_out_its_outputs(folder):
     task = load(folder / "top.yaml", leaves=TOYS)
     context = ToyContext()
     root = build(task, context)
-    assert [place.path for place in nodes_in_order(root)][:5] == [
-        "sequence",
-        "sequence/part",
-        "sequence/part/sequence",
-        "sequence/part/sequence/retry",
-        "sequence/part/sequence/retry/navigate",
-    ]
+    assert nodes_in_order(root)[4].path == "sequence/part/sequence/retry/navigate"
     for _ in range(3):
         root.tick_once()
     assert root.children[0].children[0].children[0].children[0].to.name == "home"
-    assert [event for event in context.events if "begins" in event] == [
-        "note begins with 1.0",
-        "note begins with 2.0",
-    ]
+    begun = [event for event in context.events if "begins" in event]
+    assert begun == ["note begins with 1.0", "note begins with 2.0"]
     first, again = task.root.children[:2]
     assert (first.name, again.name) == ("part", "again")
     assert first.task.parameters["times"].value == 2
     assert again.task.parameters["times"].value == 5
-    assert [path.relative_to(folder).as_posix() for path in task.files] == [
-        "top.yaml",
-        "parts/part.yaml",
-    ]
+    assert task.files == (folder / "top.yaml", folder / "parts/part.yaml")
 
 
-def test_keys_cross_the_border_by_value_at_the_start_and_at_the_success(folder):
-    part = """\
-task: part
-params: {start: {type: int}, answer: {type: text}}
-outputs: {end: the next number}
-tree:
-  sequence:
-    - count: {times: end}
-    - note: {value: $start}
-    - ask: {answers: $answer}
-"""
-    top = """\
-task: top
-tree:
-  sequence:
-    - set: {n: 7}
-    - fallback:
-        - subtree: {file: parts/part.yaml, with: {start: $n, answer: F}, out: {end: n}}
-        - note: {value: $n}
-    - subtree: {file: parts/part.yaml, with: {start: $n, answer: S}, out: {end: n}}
-    - note: {value: $n}
-"""
-    assert [line for line in errors(folder, top, part) if "warning" not in line] == []
+def test_keys_cross_the_border_by_value_at_the_start_and_at_the_success(tmp_path):
+    task = load(write_files(tmp_path, "crossing") / "top.yaml", leaves=TOYS)
     context = ToyContext()
-    root = build(load(folder / "top.yaml", leaves=TOYS), context)
+    root = build(task, context)
     for _ in range(5):
         root.tick_once()
-    assert [event for event in context.events if "begins" in event] == [
-        "note begins with 7.0",
-        "note begins with 7.0",
-        "note begins with 7.0",
-        "note begins with 2.0",
-    ]
+    begun = [event for event in context.events if "begins" in event]
+    assert begun == [f"note begins with {value}" for value in (7.0, 7.0, 7.0, 2.0)]
 
 
 @table("subtrees")
@@ -102,18 +68,10 @@ def test_a_part_can_be_checked_alone_and_not_be_built(folder):
 
 
 def test_a_key_cannot_be_what_has_to_be_known_before_the_run(folder):
-    part = """\
-task: part
-params: {times: {type: int}, few: {type: int, max: 3}}
-tree: {retry: $times, note: {value: $few}}
-"""
-    top = """\
-task: top
-tree:
-  sequence:
-    - set: {n: 2}
-    - subtree: {file: parts/part.yaml, with: {times: $n, few: $n}}
-"""
+    part = "task: part\nparams: {times: {type: int}, few: {type: int, max: 3}}\n"
+    part += "tree: {retry: $times, note: {value: $few}}\n"
+    with_keys = "subtree: {file: parts/part.yaml, with: {times: $n, few: $n}}"
+    top = f"task: top\ntree:\n  sequence:\n    - set: {{n: 2}}\n    - {with_keys}\n"
     assert [line.split(";")[0] for line in errors(folder, top, part)] == [
         "top.yaml:5:63: `few` has bounds, and `$n` has its value only during the run",
         "parts/part.yaml:3:15: `retry` is fixed before the run, and `$times` is given a key",
@@ -134,16 +92,67 @@ def test_an_output_has_to_be_written_on_every_way_to_success(folder):
 
 
 def test_an_open_parameter_may_be_handed_on_to_what_is_fixed_or_bounded(folder):
-    part = (
-        "task: part\nparams: {times: {type: int, max: 3}}\ntree: {retry: $times, open_gripper: }\n"
-    )
-    top = """\
-task: top
-params: {n: {type: int}}
-tree: {subtree: {file: parts/part.yaml, with: {times: $n}}}
-"""
+    part = "task: p\nparams: {n: {type: int, max: 3}}\ntree: {retry: $n, open_gripper: }\n"
+    top = "task: top\nparams: {n: {type: int}}\n"
+    top += "tree: {subtree: {file: parts/part.yaml, with: {n: $n}}}\n"
     assert errors(folder, top, part) == []
     task = load(folder / "top.yaml", leaves=TOYS, overrides={"n": "2"})
     assert task.root.task.root.modifiers == {"retry": 2}
     [found] = errors(folder, top.replace("int", "text"), part)
     assert "expected a whole number of at most 3, got `$n`, which is text" in found
+
+
+FILES = Path(__file__).parent / "two_files"
+
+
+TOP, PART = ((FILES / name).read_text("utf-8") for name in ("top.yaml", "parts/part.yaml"))
+
+
+def write_files(folder: Path, files: str = "two_files") -> Path:
+    return Path(shutil.copytree(FILES.with_name(files), folder, dirs_exist_ok=True))
+
+
+def errors(folder, top: str = TOP, part: str = PART) -> list[str]:
+    (folder / "top.yaml").write_text(top)
+    (folder / "parts" / "part.yaml").write_text(part)
+    found = check(folder / "top.yaml", leaves=TOYS)
+    return [str(diagnostic).removeprefix(f"{folder}/") for diagnostic in found]
+
+
+def test_a_link_out_of_the_folder_is_refused(folder, tmp_path_factory):
+    outside = tmp_path_factory.mktemp("outside") / "secret.yaml"
+    outside.write_text("task: part\ntree: open_gripper\n")
+    (folder / "parts" / "link.yaml").symlink_to(outside)
+    [found] = errors(folder, "task: top\ntree: {subtree: {file: parts/link.yaml}}\n")
+    assert "`parts/link.yaml` leads out of the folder of the task" in found
+
+
+def test_a_link_that_leads_nowhere_is_no_file(folder):
+    (folder / "loop.yaml").symlink_to(folder / "loop.yaml")
+    [found] = errors(folder, "task: top\ntree: {subtree: {file: loop.yaml}}\n")
+    assert found.startswith("top.yaml:2:24: ")
+
+
+def test_subtrees_that_multiply_are_bounded(folder):
+    for number in range(10):
+        deeper = f"subtree: {{file: p{number + 1}.yaml}}" if number < 9 else "open_gripper: "
+        twice = f"task: p\ntree: {{sequence: [{{{deeper}}}, {{{deeper}}}]}}\n"
+        (folder / f"p{number}.yaml").write_text(twice)
+    [found] = errors(folder, "task: top\ntree: {subtree: {file: p0.yaml}}\n")
+    assert "the task has more than 200 subtrees" in found
+
+
+def test_the_depth_of_the_whole_tree_is_bounded(folder):
+    modified = "{force_success: true, unless: {ask: {answers: F}}, while: {ask: {answers: S}}, "
+    modified += "cooldown_s: 1, retry: 2, repeat: 2, timeout_s: 9, %s}"
+    nest = "%s"
+    for _ in range(6):
+        nest %= modified % "forever: %s"
+    (folder / "last.yaml").write_text(f"task: last\ntree: {nest % '{open_gripper: }'}\n")
+    (folder / "top.yaml").write_text(f"task: top\ntree: {nest % '{subtree: {file: last.yaml}}'}\n")
+    root = build(load(folder / "top.yaml", leaves=TOYS), ToyContext())
+    root.tick_once()
+    deeper = modified % f"forever: {nest % '{subtree: {file: last.yaml}}'}"
+    [found] = errors(folder, f"task: top\ntree: {deeper}\n")
+    assert found.startswith("last.yaml:2:")
+    assert "the tree is more than 100 levels deep here, modifiers counted" in found

@@ -1,4 +1,4 @@
-"""What composites and modifiers do, tick by tick, in simulated time; `ticks.yaml` has the table."""
+"""What composites and modifiers do, tick by tick, in simulated time; `ticks.yaml` has tables."""
 
 from pathlib import Path
 
@@ -6,12 +6,14 @@ import pytest
 import yaml
 from py_trees.common import Status
 
+from behaviours import Carried
+from hw import TaskTime
 from trees.language import MODIFIERS, failed_node
 
-TABLE = yaml.safe_load((Path(__file__).parent / "ticks.yaml").read_text("utf-8"))
+TABLES = yaml.safe_load((Path(__file__).parent / "ticks.yaml").read_text("utf-8"))
 
 
-@pytest.mark.parametrize("row", TABLE, ids=lambda row: row["what"])
+@pytest.mark.parametrize("row", TABLES["ticks"], ids=lambda row: row["what"])
 def test_a_word_ticks_as_the_table_says(run, row):
     tree = run(row["tree"])
     if "ends" in row:
@@ -47,12 +49,7 @@ sequence:
 
 
 def test_an_exception_passes_through_and_a_halt_still_reaches_the_running(run):
-    tree = run("""
-retry: 3
-parallel:
-  - {name: a, play: {script: R}}
-  - {name: b, play: {script: X}}
-""")
+    tree = run("{retry: 3, parallel: [{name: a, play: {script: R}}, {name: b, play: {script: X}}]}")
     with pytest.raises(RuntimeError, match=r"^b broke$"):
         tree.ticks(1)
     tree.root.stop(Status.INVALID)
@@ -67,39 +64,12 @@ def test_cooldown_counts_from_a_halt_too(run):
     assert tree.begun("a") == 1
 
 
-def test_once_starts_again_after_a_halt_before_its_end(run):
-    tree = run("{name: a, once: true, play: {script: RS}}")
-    tree.ticks(1)
-    tree.root.stop(Status.INVALID)
-    assert tree.ticks(2) == "SS"
-    assert tree.begun("a") == 2
-
-
 UNKNOWN = "{name: q, ask: {answers: R}}"
 
 
-@pytest.mark.parametrize(
-    "tree",
-    [
-        f"{{while: {UNKNOWN}, play: {{script: S}}}}",
-        f"{{unless: {UNKNOWN}, play: {{script: S}}}}",
-        f"{{while: {{not: {UNKNOWN}}}, play: {{script: S}}}}",
-        f"{{unless: {{not: {UNKNOWN}}}, play: {{script: S}}}}",
-        f"{{while: {{all_of: [{UNKNOWN}, {{ask: {{answers: S}}}}]}}, play: {{script: S}}}}",
-        f"{{unless: {{any_of: [{{ask: {{answers: F}}}}, {UNKNOWN}]}}, play: {{script: S}}}}",
-        f"reactive_fallback: [{UNKNOWN}, play: {{script: S}}]",
-        f"sequence: [{UNKNOWN}, play: {{script: S}}]",
-        f"parallel: [{UNKNOWN}, {UNKNOWN}]",
-        "{invert: true, name: q, ask: {answers: R}}",
-        f"{{invert: true, sequence: [{UNKNOWN}]}}",
-        f"{{invert: true, fallback: [{UNKNOWN}]}}",
-        UNKNOWN,
-        f"not: {UNKNOWN}",
-        f"any_of: [{UNKNOWN}, {{ask: {{answers: F}}}}]",
-    ],
-)
-def test_what_stays_not_known_fails_whoever_asks_and_nothing_below_it_runs(run, tree):
-    tree = run(tree)
+@pytest.mark.parametrize("asks", TABLES["not_known"])
+def test_what_stays_not_known_fails_whoever_asks_and_nothing_below_it_runs(run, asks):
+    tree = run(asks.replace("Q", UNKNOWN))
     assert tree.ticks(100) == 100 * "R"
     assert tree.ticks(1) == "F"
     assert tree.events == []
@@ -113,25 +83,10 @@ def test_who_waits_until_something_is_known_waits_on_and_until_works_meanwhile(r
     assert tree.begun("look") == 2
 
 
-@pytest.mark.parametrize(
-    "modifier",
-    [
-        "timeout_s: 9",
-        "delay_s: 0.01",
-        "invert: true",
-        "retry: 9",
-        "repeat: 9",
-        "once: true",
-        "cooldown_s: 9",
-        "unless: {ask: {answers: F}}",
-        "while: {ask: {answers: S}}",
-        "force_success: true",
-        "force_failure: true",
-    ],
-)
+@pytest.mark.parametrize("modifier", TABLES["modifiers"])
 def test_every_modifier_passes_exceptions_and_halts_its_node_once(run, modifier):
     tree = run(f"{{name: a, {modifier}, play: {{script: RX}}}}")
-    tree.ticks(2 if "delay" in modifier else 1)
+    tree.ticks(1)
     with pytest.raises(RuntimeError, match=r"^a broke$"):
         tree.ticks(1)
     tree.root.stop(Status.INVALID)
@@ -140,23 +95,46 @@ def test_every_modifier_passes_exceptions_and_halts_its_node_once(run, modifier)
 
 
 def test_all_modifiers_together_wrap_in_the_order_of_their_table(run):
-    tree = run("""
-force_failure: false
-force_success: true
-while: {ask: {answers: S}}
-unless: {ask: {answers: F}}
-cooldown_s: 1
-once: true
-repeat: 1
-retry: 1
-invert: true
-delay_s: 1
-timeout_s: 1
-play: {script: S}
-""")
-    node, keys = tree.root, []
+    modifiers = ", ".join(reversed(TABLES["modifiers"])).replace("failure: true", "failure: false")
+    node, keys = run(f"{{{modifiers}, play: {{script: S}}}}").root, []
     while node.children:
         keys.append(node.key)
         node = node.children[-1]
     words = [key.removesuffix("_s") for key in MODIFIERS if key != "force_failure"]
     assert keys[::-1] == words
+
+
+def test_forever_gives_up_when_it_always_fails_alike(run):
+    tree = run("forever: {sequence: [wait: {duration_s: 3}, {name: b, play: {script: F}}]}")
+    assert tree.to_the_end() == "F"
+    assert tree.begun("b") == 5
+    assert tree.root.feedback_message == "gave up: b: said F, 5 times in a row"
+    assert failed_node(tree.root).feedback_message == "said F, 5 times in a row"
+
+
+def test_forever_goes_on_as_long_as_objects_are_placed(run):
+    tree = run("forever: {sequence: [wait: {duration_s: 3}, {name: b, play: {script: FFFFFFFFS}}]}")
+    for _ in range(9 * 302):
+        tree.context.log.carried = [Carried(begun=TaskTime(0.0), placed=TaskTime(1.0))] * (
+            tree.begun("b") // 4
+        )
+        if tree.ticks(1) != "R":
+            break
+    assert tree.root.status is Status.SUCCESS
+
+
+def test_forever_may_wait_for_a_condition(run):
+    assert set(run("forever: {name: b, ask: {answers: F}}").ticks(3000)) == {"R"}
+
+
+def test_what_fails_at_once_for_ever_is_tried_a_few_times_until_it_is_given_up(run):
+    tree = run("forever: {retry: 5, name: b, play: {script: F}}")
+    assert tree.to_the_end() == "F"
+    assert tree.begun("b") <= 25
+
+
+def test_what_cannot_be_reached_is_tried_twice(run):
+    tree = run("forever: {retry: 5, name: b, play: {script: FFFFFFFFFFFFS}}")
+    next(node for node in tree.root.iterate() if node.name == "b").out_of_reach = True
+    assert tree.to_the_end() == "F"
+    assert tree.begun("b") == 2

@@ -3,15 +3,16 @@
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Literal
+from typing import Any, Literal
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from behaviours import BasePose, Condition, Key, Posture, Region, TaskLog, ToolPose
+from behaviours import LEAVES, BasePose, Condition, Key, Posture, Region, TaskLog, ToolPose
+from config import Diagnostic
 from hw import SimClock
 from robots import load_robot
-from trees.language import build, load, ticked
+from trees.language import build, examine, load, ticked
 
 STATUS = {"S": Status.SUCCESS, "F": Status.FAILURE, "R": Status.RUNNING, "I": Status.INVALID}
 LETTER = {status: letter for letter, status in STATUS.items()}
@@ -124,16 +125,6 @@ class Grasp(Toy):
         self.side, self.tries, self.careful = side, tries, careful
 
 
-class Place(Toy):
-    def __init__(self, name: str, context: ToyContext, *, on: Region) -> None:
-        super().__init__(name, context)
-
-
-class RegionEmpty(Toy):
-    def __init__(self, name: str, context: ToyContext, *, region: Region) -> None:
-        super().__init__(name, context)
-
-
 class Ask(Condition):
     """Answers as it is told.
 
@@ -210,11 +201,15 @@ TOYS = {
     "recover": Recover,
     "navigate": Navigate,
     "grasp": Grasp,
-    "place": Place,
-    "region_empty": RegionEmpty,
     "open_gripper": Toy,
     "retreat_check": Toy,
+    "wait": LEAVES["wait"],
 }
+
+
+def check(path: Path | str, **more: Any) -> list[Diagnostic]:
+    """What is wrong with a task file, without a robot; arguments as for `examine`."""
+    return examine(path, **more)[1]
 
 
 class Run:

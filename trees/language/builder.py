@@ -16,7 +16,17 @@ from trees.language.leaf_type import ADD
 from trees.language.named_poses import READY
 from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode, Task, TaskFileError
 from trees.language.values import Argument, KeyRead
-from trees.words import COMPOSITES, MODIFIERS, Add, ForEachOf, LateLeaf, Set, Subtree, Supply
+from trees.words import (
+    COMPOSITES,
+    MODIFIERS,
+    Add,
+    Branch,
+    ForEachOf,
+    LateLeaf,
+    Set,
+    Subtree,
+    Supply,
+)
 
 if TYPE_CHECKING:
     from behaviours import Context
@@ -72,7 +82,7 @@ class _Builder:
         """The behaviours of a node and of everything below it."""
         if isinstance(node, CompositeNode):
             children = [self.build(child) for child in node.children]
-            composite = COMPOSITES[node.key].node
+            composite: type[Branch] = COMPOSITES[node.key]
             options: dict[str, object] = dict(node.options)
             if node.cases:
                 options = {"value": self._supply(node.options["value"]), "cases": node.cases}
@@ -90,7 +100,8 @@ class _Builder:
         for key, value in node.modifiers.items():
             guard = value if isinstance(value, LeafNode | CompositeNode) else None
             made = self.build(guard) if guard is not None else value
-            behaviour = MODIFIERS[key].wrap(behaviour, made, self.context.clock.now)
+            if made is not False:
+                behaviour = MODIFIERS[key](behaviour, made, self.context.clock.now)
         return behaviour
 
     def _subtree(self, node: SubtreeNode) -> Behaviour:

@@ -22,7 +22,6 @@ from config import (
     Diagnostics,
     Location,
     Plain,
-    StrictModel,
     YamlEntry,
     YamlMap,
     YamlScalar,
@@ -30,9 +29,9 @@ from config import (
     describe,
     read_yaml,
     suggest,
-    validate,
     written,
 )
+from config.reader import StrictModel, validate
 from trees.language import rules
 from trees.language.mappings import ABSENT, NAMING_HINT, WORD, fields, named_entries
 from trees.language.values import Argument, KeyRead
@@ -136,11 +135,6 @@ class ParameterSection(StrictModel):
             raise ValueError(f"has neither `type` nor `default`; {hint}")
         return self
 
-    def value_type(self) -> ValueType:
-        """Its type, with its bounds."""
-        expected = self.type or type_of(self.default)
-        return replace(expected, least=self.min, most=self.max)
-
 
 @dataclass(frozen=True, kw_only=True)
 class TaskParameter:
@@ -175,9 +169,10 @@ def _read_parameter(
     assert isinstance(value, YamlMap)
     default = value.entries["default"].value if "default" in value.entries else None
     assert default is None or isinstance(default, YamlScalar)
+    expected = section.type or type_of(section.default)
     return TaskParameter(
         location=location,
-        type=section.value_type(),
+        type=replace(expected, least=section.min, most=section.max),
         default=default,
         description=section.description.strip(),
     )

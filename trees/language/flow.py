@@ -21,7 +21,6 @@ from trees.language.syntax import (
     Node,
     SubtreeNode,
     hand_leaves,
-    is_condition,
     nodes_below,
 )
 from trees.language.values import Argument, KeyRead, KeyWrite
@@ -34,7 +33,6 @@ from trees.words import (
     MODIFIERS,
     SEEN_ONE,
     UNUSED_HAND,
-    InOrder,
     Keys,
     Outcome,
     Outcomes,
@@ -179,17 +177,10 @@ class _Flow:
         if node.item is not None:
             self._write(node.item, SEEN_ONE)
         options = {**node.options, "cases": node.cases, "item": node.item}
-        if not (word.at_once or word.is_reactive) or not any(hand_leaves(node)):
+        if not word.at_once or not any(hand_leaves(node)):
             return word.outcomes(children, options, before)
-        # What one child does to the hand, the others meet, at once or when they are asked again.
-        if word.is_reactive:
-            word.outcomes(children, options, before)
-            for number, child in enumerate(node.children):
-                if is_condition(child) and word.outcomes == InOrder(Outcome.SUCCESS):
-                    for later in node.children[number + 1 :]:
-                        self._note_end(child, later, before)
-        ends = word.outcomes(children, options, without_hand(before))
-        return Outcomes(*map(without_hand, ends)) if word.at_once else ends
+        # What one child does to the hand, the others meet.
+        return Outcomes(*map(without_hand, word.outcomes(children, options, without_hand(before))))
 
     def _leaf(self, node: LeafNode, before: Keys) -> Outcomes:
         for value in node.arguments.values():

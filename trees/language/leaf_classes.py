@@ -4,17 +4,23 @@ Keyword-only parameters of the constructor give names, types and defaults, the d
 class their descriptions. Those annotated `Key[T]` are outputs.
 """
 
+from __future__ import annotations
+
 import inspect
 import re
 import types
 import typing
 from collections.abc import Iterable, Mapping
 from functools import cache
+from typing import TYPE_CHECKING
 
-from behaviours import Condition, Key, Leaf
+from behaviours import Key
 from trees.language.leaf_type import OWN_LEAVES, LeafError, LeafType, Output, Parameter
 from trees.language.mappings import NAMING_HINT, WORD
 from trees.words import RESERVED, ValueType, read_annotation
+
+if TYPE_CHECKING:
+    from behaviours import Leaf
 
 
 def describe_leaves(leaves: Mapping[str, type[Leaf]]) -> dict[str, LeafType]:
@@ -34,6 +40,8 @@ _SAID = (
 
 @cache
 def _describe(key: str, leaf: type[Leaf]) -> LeafType:
+    from behaviours import Condition, Leaf  # which need numpy
+
     if not isinstance(key, str) or not WORD.fullmatch(key):
         raise LeafError(f"leaf `{leaf.__name__}`: its key is no word; {NAMING_HINT}")
     if key in (*RESERVED, *OWN_LEAVES):
@@ -47,7 +55,7 @@ def _describe(key: str, leaf: type[Leaf]) -> LeafType:
         behaviour=leaf,
         description=" ".join(description.split()),
         details=" ".join(details.split()),
-        parameters={one.name: one for one in described if isinstance(one, Parameter)},
+        parameters={one.name: one for one in described if not isinstance(one, Output)},
         outputs={one.name: one for one in described if isinstance(one, Output)},
         **{name: getattr(leaf, name) for name in _SAID if hasattr(leaf, name)},
         validate=None if validate is Leaf.validate else validate,
@@ -58,7 +66,7 @@ def _describe(key: str, leaf: type[Leaf]) -> LeafType:
 
 def _parameters(
     key: str, constructor: typing.Callable[..., None], texts: Mapping[str, str]
-) -> Iterable[Parameter | Output]:
+) -> Iterable[Parameter]:
     declared = [
         parameter
         for parameter in inspect.signature(constructor).parameters.values()
@@ -78,19 +86,15 @@ def _parameters(
             raise LeafError(f"{whose}: {error}; {hint}") from error
 
 
-def _parameter(declared: inspect.Parameter, hint: object, text: str) -> Parameter | Output:
-    name, required = declared.name, declared.default is inspect.Parameter.empty
-    unit = _unit(text)
-    output_type = _output_type(hint)
-    if output_type is not None:
-        return Output(name=name, type=output_type, required=required, description=text, unit=unit)
-    return Parameter(
-        name=name,
-        type=read_annotation(hint),
+def _parameter(declared: inspect.Parameter, hint: object, text: str) -> Parameter:
+    required, output_type = declared.default is inspect.Parameter.empty, _output_type(hint)
+    return (Parameter if output_type is None else Output)(
+        name=declared.name,
+        type=output_type or read_annotation(hint),
         required=required,
         default=None if required else declared.default,
         description=text,
-        unit=unit,
+        unit=_unit(text),
     )
 
 

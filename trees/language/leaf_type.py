@@ -3,14 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field, replace
+from pkgutil import resolve_name
+from typing import TYPE_CHECKING, Any
 
 from config import UserError
 from trees.words import Add, Set, ValueType
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
+
+
+@dataclass(frozen=True)
+class Deferred:
+    """A class or function that is imported when it is called."""
+
+    where: str  # `package.module:name`
+
+    def __call__(self, *args: Any, **named: Any) -> Any:
+        """Call it."""
+        return resolve_name(self.where)(*args, **named)
+
+    @classmethod
+    def of(cls, one: Callable[..., Any]) -> Deferred:
+        """It, by the place where it is defined."""
+        return cls(f"{one.__module__}:{one.__qualname__}")
 
 
 class LeafError(UserError):
@@ -30,14 +47,8 @@ class Parameter:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Output:
+class Output(Parameter):
     """A result of a leaf; a task file names the key that it is written to."""
-
-    name: str
-    type: ValueType
-    required: bool  # whether the file has to name a key
-    description: str = ""
-    unit: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,8 +80,13 @@ class LeafType:
     takes_time: bool  # whether it may run for more than a tick
     can_fail: bool = True
 
+    def deferred(self) -> LeafType:
+        """The same; its class is imported when it is used."""
+        validate = self.validate and Deferred.of(self.validate)
+        return replace(self, behaviour=Deferred.of(self.behaviour), validate=validate)
+
     @property
-    def described(self) -> tuple[Parameter | Output, ...]:
+    def described(self) -> tuple[Parameter, ...]:
         """Its parameters and outputs."""
         return *self.parameters.values(), *self.outputs.values()
 

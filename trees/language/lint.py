@@ -6,8 +6,7 @@ from itertools import pairwise
 from config import Diagnostics
 from trees.language import rules
 from trees.language.flow import Fact, FlowResult
-from trees.language.hand import check_hand
-from trees.language.mappings import counted_hint
+from trees.language.hand_warnings import check_hand
 from trees.language.syntax import (
     CompositeNode,
     LeafNode,
@@ -19,7 +18,7 @@ from trees.language.syntax import (
     nodes_below,
 )
 from trees.language.values import KeyRead
-from trees.words import COMPOSITES, MODIFIERS, InOrder, Need, Outcome, Outcomes
+from trees.words import COMPOSITES, MODIFIERS, Need, Outcomes, all_in_order, first_success
 
 _MOST_ASKED = 300  # conditions in a composite, at 15 µs each and 10 ms a tick
 
@@ -69,10 +68,6 @@ def _warn_of_modifiers(node: Node, fact: Fact, diagnostics: Diagnostics) -> None
         message = f"`while` ends all attempts of `{node.name}`: what it stops is not tried again"
         hint = "put it on a node below the `retry`; if it is meant, on a `sequence` around"
         diagnostics.warning(rules.ENDS_RETRIES, node.location, message, hint)
-    counts = node.type.counts if isinstance(node, LeafNode) else ""
-    if counts and node.modifiers.get("invert"):
-        message = f"`{node.name}` succeeds whatever it finds, and fails so with `invert`"
-        diagnostics.warning(rules.NO_EFFECT, node.location, message, counted_hint(counts))
     limit, least = node.modifiers.get("timeout_s"), _lasts(node)
     if isinstance(limit, float | int) and least > limit:
         message = f"`{node.name}` takes {least:g} s, and its `timeout_s` is {limit:g}"
@@ -92,14 +87,13 @@ def _lasts(node: Node) -> float:
         return each[0] if node.item is None else 0.0
     if word.at_once:
         return max(each) if node.options.get("policy", "all") == "all" else min(each)
-    is_any = word.outcomes == InOrder(Outcome.FAILURE) or bool(node.cases)
+    is_any = word.outcomes is first_success or bool(node.cases)
     return min(each) if is_any else sum(each)
 
 
 def _lasts_with_modifiers(node: Node) -> float:
-    delay, times = (node.modifiers.get(key) for key in ("delay_s", "repeat"))
-    least = _lasts(node) + (delay if isinstance(delay, float | int) else 0.0)
-    return least * times if isinstance(times, int) else least
+    times = node.modifiers.get("repeat")
+    return _lasts(node) * times if isinstance(times, int) else _lasts(node)
 
 
 def _needless(need: Need, node: Node, outcomes: Outcomes) -> str | None:
@@ -124,21 +118,20 @@ def _warn_of_unreached(
             never = "fails" if outcomes.success is not None else "succeeds"
             never = "ends" if outcomes.success is None and outcomes.failure is None else never
             message = f"`{child.name}` is never reached: `{before.name}` before it never {never}"
-            diagnostics.warning(
-                rules.UNREACHED, child.location, message, f"remove it, or change `{before.name}`"
-            )
+            hint = f"remove it, or change `{before.name}`"
+            diagnostics.warning(rules.UNREACHED, child.location, message, hint)
             break
 
 
 def _warn_of_order(node: CompositeNode, diagnostics: Diagnostics) -> None:
-    """Of conditions that are asked too rarely, and actions that are started too often."""
+    """Of conditions that are asked too rarely, and of too many at every tick."""
     word, asked = COMPOSITES[node.key], sum(map(is_condition, node.children))
-    if (word.is_reactive or word.is_condition) and asked > _MOST_ASKED:
+    if word.is_condition and asked > _MOST_ASKED:
         message = f"{asked} conditions below `{node.key}` are asked at every tick"
         hint = f"ask at most {_MOST_ASKED} at a time"
-        diagnostics.warning(rules.STARTS_AGAIN, node.location, message, hint)
-    if word.outcomes == InOrder(Outcome.SUCCESS):
-        (_warn_of_early_action if word.is_reactive else _warn_of_lone_guards)(node, diagnostics)
+        diagnostics.warning(rules.ASKED_OFTEN, node.location, message, hint)
+    if word.outcomes is all_in_order:
+        _warn_of_lone_guards(node, diagnostics)
 
 
 def _warn_of_lone_guards(node: CompositeNode, diagnostics: Diagnostics) -> None:
@@ -154,16 +147,6 @@ def _warn_of_lone_guards(node: CompositeNode, diagnostics: Diagnostics) -> None:
             message = f"`{guard.name}` is asked once, and not again while `{action.name}` runs"
             hint = "write it as `while:` beside `sequence`, or give it a `name` if once is meant"
             diagnostics.warning(rules.ASKED_ONCE, guard.location, message, hint)
-
-
-def _warn_of_early_action(node: CompositeNode, diagnostics: Diagnostics) -> None:
-    """Of an action that begins again at every tick, instead of leading to what follows it."""
-    for child in node.children[:-1]:
-        if _takes_time(child) and "once" not in child.modifiers:
-            message = f"`{child.name}` begins again at every tick after its success"
-            hint = "put it and what follows into a `sequence` below"
-            diagnostics.warning(rules.STARTS_AGAIN, child.location, message, hint)
-            break
 
 
 def _takes_time(node: Node) -> bool:

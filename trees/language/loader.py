@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from enum import Enum
 from itertools import count
 from pathlib import Path
 from types import MappingProxyType
@@ -58,57 +57,30 @@ def load(
     the task can then be looked at, but not built. Raises TaskFileError: with every diagnostic in
     the files; LeafError: a leaf class, not the file, is at fault.
     """
-    mode = _Mode.OPEN if open_parameters else _Mode.RUN
-    task, diagnostics = _read(Path(path), leaves, overrides, mode, places)
+    task, diagnostics = examine(
+        path, leaves=leaves, overrides=overrides, places=places, open_parameters=open_parameters
+    )
     if task is None:
         raise TaskFileError(diagnostics)
     return task
-
-
-def check(
-    path: Path | str,
-    *,
-    leaves: Mapping[str, type[Leaf]] | None = None,
-    places: Path | None = None,
-) -> list[Diagnostic]:
-    """Every diagnostic of a task file and its subtrees in order, up to a hundred errors.
-
-    Parameters may lack a value. Arguments and LeafError as for `load`.
-    """
-    return examine(path, leaves=leaves, places=places)[1]
 
 
 def examine(
     path: Path | str,
     *,
     leaves: Mapping[str, type[Leaf]] | None = None,
+    overrides: Mapping[str, str] | None = None,
     places: Path | None = None,
+    open_parameters: bool = False,
     text: str | None = None,
 ) -> tuple[Task | None, list[Diagnostic]]:
-    """The task, None if there is an error, and the diagnostics of `check`.
+    """The task, None if there is an error, and the diagnostics of it and its subtrees in order.
 
-    `text` is read instead of what the file contains.
+    There are a hundred errors at the most. Arguments and LeafError as for `load`; `text` is read
+    instead of what the file contains. Without `overrides`, which are given for a run, a parameter
+    may lack a value, and is taken for any of its type.
     """
-    return _read(Path(path), leaves, NO_OVERRIDES, _Mode.CHECK, places, text)
-
-
-class _Mode(Enum):
-    """Treatment of the parameters of the first file."""
-
-    RUN = "every one needs a value"
-    CHECK = "one without a value is taken for any value of its type"
-    OPEN = "each stays in the tree by its name"
-
-
-def _read(
-    path: Path,
-    leaves: Mapping[str, type[Leaf]] | None,
-    overrides: Mapping[str, str],
-    mode: _Mode,
-    places: Path | None,
-    text: str | None = None,
-) -> tuple[Task | None, list[Diagnostic]]:
-    """The task, or None if there are errors; and all diagnostics in order."""
+    path = Path(path)
     known, diagnostics = Installed(leaves), Diagnostics(path, MAX_ERRORS, text)
     task = None
     try:
@@ -116,10 +88,10 @@ def _read(
         document = read_document(diagnostics)
         if document is not None:
             params = document.entries.get("params")
-            given = override_values(document.parameters, overrides, params, diagnostics)
-            if mode is _Mode.RUN:
+            given = override_values(document.parameters, overrides or {}, params, diagnostics)
+            if overrides is not None and not open_parameters:
                 _require_values(document, given, diagnostics)
-            reader = _Reader(known=known, open_tree=mode is _Mode.OPEN, chain=(path,), site=site)
+            reader = _Reader(known=known, open_tree=open_parameters, chain=(path,), site=site)
             task = reader.assemble(document, document.parameters, diagnostics, given)
     except TooManyErrorsError:
         pass
@@ -173,9 +145,7 @@ class _Reader:
         if self.open_tree:
             parameters = {name: replace(one, value=None) for name, one in declared.items()}
         scope = Scope(
-            leaves=self.known.leaves,
-            problems=self.known.problems,
-            fetch=self.known.fetch,
+            known=self.known,
             parameters=parameters,
             named=named,
             diagnostics=diagnostics,
@@ -239,7 +209,7 @@ class _Reader:
         arguments = read_with(entry.location, entries, document, scope)
         outputs = read_out(entries.get("out"), document, scope)
         parameters = {
-            name: replace(parameter, value=scope.known(arguments.get(name)))
+            name: replace(parameter, value=scope.if_known(arguments.get(name)))
             for name, parameter in document.parameters.items()
         }
         below = replace(self, chain=(*self.chain, path), level=scope.level, site=None)
@@ -249,7 +219,6 @@ class _Reader:
         return SubtreeNode(
             location=entry.location,
             name=task.name,
-            modifiers={},
             file=str(file),
             task=task,
             arguments=arguments,

@@ -33,7 +33,7 @@ _OTHER_NAMES: Mapping[str, str] = {
     "follow_path": "`for_each: {item: p, in: PATH, do: {navigate: {to: $p, straight: true}}}`",
     **dict.fromkeys(("times", "repetitions"), "`repeat`"),
     **dict.fromkeys(("attempts", "tries"), "`retry`"),
-    "inverter": "the modifier `invert: true`, or `not` for a condition",
+    "inverter": "`not: condition`",
     "loop": "`forever`, `until`, or the modifier `repeat`",
     "if": "`unless` or `while` beside a node, `switch`, or a `fallback`",
     "and": "`all_of`",
@@ -46,6 +46,16 @@ _OTHER_NAMES: Mapping[str, str] = {
     "close_gripper": "`grasp`, which closes the fingers",
 }
 """What nodes and modifiers of other tree languages are called here."""
+
+FORMER_WORDS: Mapping[str, tuple[str, str]] = {
+    "reactive_sequence": ("`while: condition` beside its node; `all_of` for conditions", "all_of"),
+    "reactive_fallback": ("`unless: condition` beside its node; `any_of` for conditions", "any_of"),
+    "resuming_sequence": ("`sequence`, and ask what is done: `fallback: [condition, node]`", ""),
+    "invert": ("`not: condition`; `force_failure: true` beside what cannot fail", ""),
+    "delay_s": ("`sequence: [wait: {duration_s: ...}, node]`", ""),
+    "once": ("the node before the loop, or `unless` beside it, which asks a key that it sets", ""),
+}
+"""What to write instead of words that were removed, and the word that asks conditions alone."""
 
 _OTHER_SENSE = (
     *("above", "after", "before", "behind", "below", "beside", "from", "max", "min", "near"),
@@ -72,9 +82,8 @@ def fields(
     """
     if not isinstance(value, YamlMap):
         hint = f"write {quoted(required or optional)} with their values below it"
-        diagnostics.error(
-            rules.VALUE, value.location, f"{subject} is a mapping, not {describe(value)}", hint
-        )
+        message = f"{subject} is a mapping, not {describe(value)}"
+        diagnostics.error(rules.VALUE, value.location, message, hint)
         return None
     known = (*required, *optional)
     for key in [key for key in value.entries if key not in known]:
@@ -88,19 +97,28 @@ def fields(
     return None if missing else value.entries
 
 
+def entries_below(
+    entry: YamlEntry | None, says: str, hint: str, diagnostics: Diagnostics
+) -> Mapping[str, YamlEntry] | None:
+    """The entries below a key, none if it is empty; None and an error if it has something else.
+
+    `says` is what the error says, before what it has.
+    """
+    if entry is None or (isinstance(entry.value, YamlScalar) and entry.value.value is None):
+        return {}
+    if isinstance(entry.value, YamlMap):
+        return entry.value.entries
+    message = f"{says}, not {describe(entry.value)}"
+    diagnostics.error(rules.VALUE, entry.value.location, message, hint)
+    return None
+
+
 def named_entries(
     entry: YamlEntry | None, section: str, diagnostics: Diagnostics
 ) -> Iterator[tuple[str, Location, YamlValue]]:
     """Name, location and value of each entry of a section; an empty section has none."""
-    if entry is None or (isinstance(entry.value, YamlScalar) and entry.value.value is None):
-        return
-    if not isinstance(entry.value, YamlMap):
-        message = f"`{section}` is a mapping of names, not {describe(entry.value)}"
-        diagnostics.error(
-            rules.VALUE, entry.value.location, message, f"indent `name: ...` below `{section}:`"
-        )
-        return
-    for name, named in entry.value.entries.items():
+    says, hint = f"`{section}` is a mapping of names", f"indent `name: ...` below `{section}:`"
+    for name, named in (entries_below(entry, says, hint, diagnostics) or {}).items():
         if WORD.fullmatch(name):
             yield name, named.location, named.value
         else:

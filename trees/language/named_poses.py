@@ -15,7 +15,6 @@ from config import (
     Diagnostics,
     Hint,
     Location,
-    StrictModel,
     YamlEntry,
     YamlList,
     YamlMap,
@@ -24,8 +23,8 @@ from config import (
     quoted,
     read_yaml,
     texts,
-    validate,
 )
+from config.reader import StrictModel, validate
 from trees.language import rules
 from trees.language.mappings import ABSENT, fields, named_entries
 from trees.language.values import OTHER_UNITS, meant, radians_for_degrees
@@ -33,11 +32,11 @@ from trees.words import NamedValue
 
 # Numbers and kinematics are imported where a pose is made: a task without one is checked sooner.
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
     from pinocchio import SE3
 
-READY = Posture(name="ready", q=cast("npt.NDArray[np.float64]", ()))
+    from config.arrays import Array
+
+READY = Posture(name="ready", q=cast("Array", ()))
 """It is not known before a tree is built for a robot."""
 
 BUILT_IN: Mapping[str, NamedValue] = {READY.name: READY}  # known without being defined

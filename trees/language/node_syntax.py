@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from config import (
     Plain,
@@ -43,9 +43,7 @@ def read_switch(entry: YamlEntry, scope: Scope, read: Read) -> Node | None:
     if not isinstance(cases, YamlMap) or not cases.entries:
         what = "empty" if isinstance(cases, YamlMap) else describe(cases)
         message = f"`cases` is a mapping of values to nodes, not {what}"
-        diagnostics.error(
-            rules.VALUE, cases.location, message, "write `left: {node: ...}` below it"
-        )
+        scope.error(rules.VALUE, cases.location, message, "write `left: {node: ...}` below it")
         return None
     _check_choices(entries["value"].value, cases, scope)
     nodes = [read(case.value, scope) for case in cases.entries.values()]
@@ -54,15 +52,12 @@ def read_switch(entry: YamlEntry, scope: Scope, read: Read) -> Node | None:
     value = given.get("value")
     if value is None or isinstance(value, NamedValue) or None in children:
         return None
-    return CompositeNode(
-        location=entry.location,
-        name="switch",
-        modifiers={},
-        key="switch",
-        children=tuple(child for child in children if child is not None),
-        options={"value": value},
-        cases=tuple(cases.entries),
-    )
+    known = tuple(child for child in children if child is not None)
+    return _made("switch", entry, known, options={"value": value}, cases=tuple(cases.entries))
+
+
+def _made(key: str, entry: YamlEntry, children: tuple[Node, ...], **more: Any) -> CompositeNode:
+    return CompositeNode(location=entry.location, name=key, key=key, children=children, **more)
 
 
 def _check_choices(value: YamlValue, cases: YamlMap, scope: Scope) -> None:
@@ -87,15 +82,7 @@ def read_for_each(entry: YamlEntry, scope: Scope, read: Read) -> Node | None:
     listed = _listed(entries["in"].value, scope)
     if item is not None and listed is not None:
         child = read(entries["do"].value, scope)
-        return child and CompositeNode(
-            location=entry.location,
-            name="for_each",
-            modifiers={},
-            key="for_each",
-            children=(child,),
-            options={"in": listed},
-            item=item,
-        )
+        return child and _made("for_each", entry, (child,), options={"in": listed}, item=item)
     values = _values(entries["in"].value, scope)
     if item is None or not values:
         return None
@@ -115,18 +102,11 @@ def read_for_each(entry: YamlEntry, scope: Scope, read: Read) -> Node | None:
         shown = value.name if isinstance(value, NamedValue) else written(value)
         children.append(replace(child, name=f"{child.name} {shown.replace('/', ' ')}"))
     if item.name not in used:
+        message = f"the item `{item.name}` is never used"
         hint = f"write `${item.name}` below `do`, or `repeat` instead"
-        diagnostics.warning(
-            rules.UNUSED, item.location, f"the item `{item.name}` is never used", hint
-        )
+        diagnostics.warning(rules.UNUSED, item.location, message, hint)
     scope.used_parameters.update(used - {item.name})
-    return CompositeNode(
-        location=entry.location,
-        name="for_each",
-        modifiers={},
-        key="for_each",
-        children=tuple(children),
-    )
+    return _made("for_each", entry, tuple(children))
 
 
 def _listed(value: YamlValue, scope: Scope) -> KeyRead | None:

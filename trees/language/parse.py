@@ -19,9 +19,10 @@ from config import (
     YamlValue,
     describe,
     quoted,
+    suggest,
 )
 from trees.language import rules
-from trees.language.mappings import called, counted_hint, fields
+from trees.language.mappings import FORMER_WORDS, called, counted_hint, fields
 from trees.language.node_syntax import FORMS
 from trees.language.scope import Scope, read_leaf
 from trees.language.syntax import CompositeNode, LeafNode, Modifiers, Node, is_condition
@@ -81,8 +82,8 @@ def _read_core(key: str, entries: Mapping[str, YamlEntry], scope: Scope) -> Node
     entry = entries[key]
     if key == SUBTREE:
         return scope.include(entry, scope)
-    if key in scope.leaves:
-        return read_leaf(entry, scope.leaves[key], entries, scope)
+    if key in scope.known.leaves:
+        return read_leaf(entry, scope.known.leaves[key], entries, scope)
     word = COMPOSITES[key]
     if word.form is not Form.LIST:
         return FORMS[word.form](entry, scope, read_node)
@@ -92,35 +93,35 @@ def _read_core(key: str, entries: Mapping[str, YamlEntry], scope: Scope) -> Node
     if isinstance(policy, int) and 0 < count < policy:
         message = f"`policy` wants {policy} children to succeed, and there are {count}"
         scope.error(rules.ARGUMENTS, entry.location, message, f"write at most {count}, or `all`")
-    return CompositeNode(
-        location=entry.location, name=key, modifiers={}, key=key, children=children, options=options
-    )
+    at = entry.location
+    return CompositeNode(location=at, name=key, key=key, children=children, options=options)
 
 
 def _node_key(location: Location, entries: Mapping[str, YamlEntry], scope: Scope) -> str | None:
     """The one key that says what the node is; notes every key that does not belong here."""
     for key in entries:
-        if key not in _WORDS and key not in scope.leaves:
-            scope.fetch(key)
-    if any(key not in _WORDS and key not in scope.leaves for key in entries):
-        scope.fetch(None)  # an entry point may have another name than its leaf
-    nodes = (*COMPOSITES, SUBTREE, *scope.leaves)
+        if key not in _WORDS and key not in scope.known.leaves:
+            scope.known.fetch(key)
+    if any(key not in _WORDS and key not in scope.known.leaves for key in entries):
+        scope.known.fetch(None)  # an entry point may have another name than its leaf
+    nodes = (*COMPOSITES, SUBTREE, *scope.known.leaves)
     keys = [key for key in entries if key in nodes]
     unknown = [key for key in entries if key not in (*nodes, *MODIFIERS, NAME)]
     for key in unknown:
-        if key in scope.problems:
-            message, _, hint = scope.problems[key].rpartition("; ")
+        if key in scope.known.problems:
+            message, _, hint = scope.known.problems[key].rpartition("; ")
+        elif key in FORMER_WORDS:
+            message, hint = _former(key, entries[key].value, scope)
         elif not keys:
             message, hint = f"unknown node `{key}`", called(key, nodes)
-        elif keys[0] in scope.leaves and key in scope.leaves[keys[0]].parameters:
+        elif keys[0] in scope.known.leaves and key in scope.known.leaves[keys[0]].parameters:
             message = f"`{key}` stands beside `{keys[0]}`, and is a parameter of it"
             hint = f"indent it below `{keys[0]}:`"
         else:
             message = f"unknown key `{key}` beside `{keys[0]}`"
             hint = called(key, (*MODIFIERS, NAME))
-        scope.error(
-            rules.ONE_NODE if keys else rules.UNKNOWN_NODE, entries[key].location, message, hint
-        )
+        rule = rules.ONE_NODE if keys else rules.UNKNOWN_NODE
+        scope.error(rule, entries[key].location, message, hint)
     if len(keys) > 1:
         message = f"two nodes in one item: `{keys[0]}` and `{keys[1]}`"
         hint = "begin each with its own `- ` in the list of a composite"
@@ -131,6 +132,16 @@ def _node_key(location: Location, entries: Mapping[str, YamlEntry], scope: Scope
         message = f"this item has no node, only {words}" if words else "this item has no node"
         scope.error(rules.ONE_NODE, location, message, hint if words else "write one, or remove it")
     return keys[0] if len(keys) == 1 else None
+
+
+def _former(key: str, value: YamlValue, scope: Scope) -> tuple[str, Hint]:
+    """Message and hint about a word that was removed; certain where it only asks conditions."""
+    text, word = FORMER_WORDS[key]
+    items = value.items if isinstance(value, YamlList) else ()
+    below = [one for item in items for one in getattr(item, "entries", [scope.text(item)])]
+    leaves = {one: leaf.is_condition for one, leaf in scope.known.leaves.items()}
+    asks = bool(below) and all(one in _OF_CONDITIONS or leaves.get(one) for one in below)
+    return f"`{key}` is not a word any more", Hint(f"write {text}", key, word if asks else "")
 
 
 def _read_name(entries: Mapping[str, YamlEntry], scope: Scope) -> str | None:
@@ -185,7 +196,8 @@ def _read_fixed(key: str, value: YamlValue, expected: ValueType, scope: Scope) -
         return given
     parameter = scope.parameters.get(given.name)
     if parameter is None:
-        message, hint = scope.unknown_parameter(given.name)
+        message, known = f"the task has no parameter `{given.name}`", scope.parameters
+        hint = suggest(given.name, known) if known else "define it under `params:`"
     elif parameter.value is not None:
         message = f"`{key}` is fixed before the run, and `{given}` is given a key"
         hint = "give the parameter a value"
@@ -209,7 +221,7 @@ def _read_condition(key: str, value: YamlValue, scope: Scope) -> LeafNode | Comp
     if node is None:
         return None
     if not isinstance(node, LeafNode | CompositeNode) or not is_condition(node):
-        conditions = sorted(leaf.key for leaf in scope.leaves.values() if leaf.is_condition)
+        conditions = sorted(leaf.key for leaf in scope.known.leaves.values() if leaf.is_condition)
         message = f"`{key}` asks a condition, and `{_key(node)}` is not one"
         hint = f"write one of {quoted([*conditions, *_OF_CONDITIONS])}"
         if isinstance(node, LeafNode) and node.type.counts:
@@ -218,9 +230,8 @@ def _read_condition(key: str, value: YamlValue, scope: Scope) -> LeafNode | Comp
         return None
     if node.modifiers:
         message = f"the condition of `{key}` takes no modifiers"
-        scope.error(
-            rules.CONDITION, node.location, message, "remove them; `not` asks for the opposite"
-        )
+        hint = "remove them; `not` asks for the opposite"
+        scope.error(rules.CONDITION, node.location, message, hint)
         return None
     return node
 
@@ -232,7 +243,7 @@ def _key(node: Node) -> str:
 
 
 def _read_options(
-    entry: YamlEntry, word: CompositeWord, scope: Scope
+    entry: YamlEntry, word: type[CompositeWord], scope: Scope
 ) -> tuple[YamlValue | None, dict[str, Plain | KeyRead]]:
     """The value that holds the children, and the options if the composite has any."""
     value = entry.value
@@ -241,7 +252,7 @@ def _read_options(
         return value, {}
     entries = fields(
         value,
-        f"`{word.node.key}`",
+        f"`{word.key}`",
         scope.diagnostics,
         required=(CHILDREN,),
         optional=tuple(word.options),
@@ -257,9 +268,9 @@ def _read_options(
 
 
 def _read_children(
-    value: YamlValue | None, location: Location, word: CompositeWord, scope: Scope
+    value: YamlValue | None, location: Location, word: type[CompositeWord], scope: Scope
 ) -> tuple[Node, ...]:
-    key = word.node.key
+    key = word.key
     if value is None:
         return ()
     is_bare = isinstance(value, YamlScalar) and isinstance(value.value, str)
@@ -275,14 +286,13 @@ def _read_children(
         return ()
     count = len(value.items)
     if count == 0:
-        scope.error(
-            rules.CHILDREN, location, f"`{key}` is empty", "add a node below it, or remove it"
-        )
+        hint = "add a node below it, or remove it"
+        scope.error(rules.CHILDREN, location, f"`{key}` is empty", hint)
     elif count < word.least:
         message = f"`{key}` needs at least {word.least} children, got {count}"
-        scope.error(rules.CHILDREN, location, message, f"give it {word.children}")
+        scope.error(rules.CHILDREN, location, message, f"give it {word.takes}")
     elif word.most is not None and count > word.most:
-        message = f"`{key}` takes {word.children}, got {count}"
+        message = f"`{key}` takes {word.takes}, got {count}"
         scope.error(rules.CHILDREN, location, message, "put them in a `sequence:` below it")
     read = partial(_read_condition, key) if word.asks else read_node
     children = [read(item, scope) for item in value.items]

@@ -1,23 +1,24 @@
 """The leaves that a task file may use: the project's own, and those of installed packages.
 
 A broken package stops only the tasks that use it: whatever it does while it is imported, its
-problem becomes a line of text. The project's own leaves are declared in a file, written by
-`make declarations` from their classes, so that `check` need not import those.
+problem becomes a line of text. What the project's own classes say is kept, so that `check` need not
+import those.
 """
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Mapping
-from dataclasses import fields, is_dataclass
+import os
+import pickle
+import sys
+import time
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from functools import cache, cached_property
-from pathlib import Path
-from pkgutil import resolve_name
-from typing import TYPE_CHECKING, Any, NamedTuple
+from hashlib import sha256
+from typing import TYPE_CHECKING
 
-from config import PluginError, entries, imported
-from trees.language.leaf_type import OWN_LEAVES, LeafType, Output, Parameter
-from trees.words import TYPES_BY_NAME, ValueType
+from config import entries, imported, user_cache
+from trees.language.leaf_type import OWN_LEAVES, LeafType
 
 if TYPE_CHECKING:
     from importlib import metadata
@@ -28,36 +29,29 @@ ENTRY_POINTS = "frankie_task.behaviours"  # in which other packages offer their 
 IMPORT_TIMEOUT = 20.0  # of a package [s]
 
 
-class Offer(NamedTuple):
-    """What one entry point offers: a leaf and its description, or a problem."""
-
-    leaf: type[Leaf] | None
-    type: LeafType | None
-    problem: str  # in one line, with a hint; empty if there is none
-
-
 @cache
-def offer_of(entry: metadata.EntryPoint) -> Offer:
-    """What an entry point offers, imported once in a process."""
+def offer_of(entry: metadata.EntryPoint) -> tuple[type[Leaf], LeafType] | str:
+    """The leaf that an entry point offers and its description, or its problem in a line.
+
+    It is imported once in a process.
+    """
     from behaviours import Leaf
 
     try:
         leaf = imported(entry, IMPORT_TIMEOUT)
-        if not isinstance(leaf, type) or not issubclass(leaf, Leaf):
-            return _broken(entry, "it is no class that derives from Leaf or Condition")
-        return Offer(leaf, _described({leaf.key: leaf})[leaf.key], "")
-    except PluginError as error:
-        return _broken(entry, str(error))
+        if isinstance(leaf, type) and issubclass(leaf, Leaf):
+            return leaf, _described({leaf.key: leaf})[leaf.key]
+        why = "it is no class that derives from Leaf or Condition"
     except Exception as error:  # of a class that anybody may have written
-        return _broken(entry, str(error) or type(error).__name__)
+        why = str(error) or type(error).__name__
+    return _problem(entry, why)
 
 
-def _broken(entry: metadata.EntryPoint, why: str) -> Offer:
-    problem = (
+def _problem(entry: metadata.EntryPoint, why: str) -> str:
+    return (
         f"behaviour `{entry.name}` of `{entry.value}` cannot be used: "
         f"{' '.join(why.split())[:200]}; fix or uninstall its package"
     )
-    return Offer(None, None, problem)
 
 
 class Installed:
@@ -83,13 +77,13 @@ class Installed:
         """Import what packages offer by this name, or all that they offer."""
         for entry in [entry for entry in self._pending if name in (None, entry.name)]:
             self._pending.remove(entry)
-            leaf, described, problem = offer_of(entry)
-            if leaf is not None and leaf.key in self.leaves:
-                problem = _broken(entry, f"it takes the key `{leaf.key}`, which is taken").problem
-            if problem:
-                self.problems[entry.name] = problem
-            elif leaf is not None and described is not None:
-                self._fetched[leaf.key], self.leaves[leaf.key] = leaf, described
+            offer = offer_of(entry)
+            if not isinstance(offer, str) and (key := offer[0].key) in self.leaves:
+                offer = _problem(entry, f"it takes the key `{key}`, which is taken")
+            if isinstance(offer, str):
+                self.problems[entry.name] = offer
+            else:
+                self._fetched[key], self.leaves[key] = offer
         _found_problems.update(self.problems)
 
     @property
@@ -121,61 +115,36 @@ def _described(leaves: Mapping[str, type[Leaf]]) -> dict[str, LeafType]:
     return describe_leaves(leaves)
 
 
-DECLARATIONS = Path(__file__).parent / "leaves.json"
+_ROOMS = ("behaviours", "config", "controller", "hw", "perception", "robots", "trees")
+_BEGUN = time.time_ns()  # a module that has changed since may be loaded as it was before
 
 
 def declared_leaves() -> dict[str, LeafType]:
-    """The project's own leaves, by their keys, `set` and `add` among them."""
-    written = json.loads(DECLARATIONS.read_text(encoding="utf-8"))
-    return dict(OWN_LEAVES) | {one["key"]: _read_leaf(one) for one in written}
+    """The project's own leaves, by their keys, `set` and `add` among them.
+
+    To import their classes takes as long as to check a task. So what they say is kept in the user's
+    cache until a file changes that was imported with them.
+    """
+    kept = user_cache() / f"leaves-{sha256(__file__.encode()).hexdigest()[:12]}.pickle"
+    with suppress(Exception):  # none is kept yet, or by another version
+        leaves: dict[str, LeafType]
+        stamps, leaves = pickle.loads(kept.read_bytes())
+        if stamps == _stamps(stamps):
+            return dict(OWN_LEAVES) | leaves
+    from behaviours import LEAVES
+
+    leaves = {key: _described({key: leaf})[key].deferred() for key, leaf in LEAVES.items()}
+    ours = (one for name, one in [*sys.modules.items()] if name.partition(".")[0] in _ROOMS)
+    stamps = _stamps(str(module.__file__) for module in ours)
+    draft = kept.with_suffix(f".{os.getpid()}")
+    with suppress(OSError):  # they are described again the next time
+        if max(stamps.values()) < _BEGUN:
+            kept.parent.mkdir(parents=True, exist_ok=True)
+            draft.write_bytes(pickle.dumps((stamps, leaves)))
+            draft.replace(kept)
+    return dict(OWN_LEAVES) | leaves
 
 
-def declarations_text(leaves: Mapping[str, LeafType]) -> str:
-    """The content of the file."""
-    own = [leaf for key, leaf in leaves.items() if key not in OWN_LEAVES]
-    return json.dumps(own, default=_written, indent=1, ensure_ascii=False) + "\n"
-
-
-def _written(value: Any) -> object:
-    """What JSON has no word for: types by name, classes of leaves and functions by place."""
-    if isinstance(value, LeafType):
-        return _fields(value) | {"behaviour": _place(value.behaviour)}
-    if isinstance(value, type):
-        return value.__name__
-    return _fields(value) if is_dataclass(value) else _place(value)
-
-
-def _fields(value: Any) -> dict[str, Any]:
-    """The fields of a dataclass that are not what they are by default."""
-    given = ((field, getattr(value, field.name)) for field in fields(value))
-    return {field.name: one for field, one in given if one != field.default and one != {}}
-
-
-def _deferred(where: str) -> Callable[..., Any]:
-    """A class or function `package.module:name` that is imported when it is called."""
-    return lambda *args, **named: resolve_name(where)(*args, **named)
-
-
-def _place(value: Any) -> str:
-    return f"{value.__module__}:{value.__qualname__}"
-
-
-def _read_leaf(written: dict[str, Any]) -> LeafType:
-    tuples = {name: tuple(value) for name, value in written.items() if isinstance(value, list)}
-    read = {
-        "behaviour": _deferred(written["behaviour"]),
-        "validate": _deferred(written["validate"]) if "validate" in written else None,
-        "parameters": _read_each(Parameter, written.get("parameters", {})),
-        "outputs": _read_each(Output, written.get("outputs", {})),
-    }
-    return LeafType(**(written | tuples | read))
-
-
-def _read_each(kind: type[Any], written: dict[str, dict[str, Any]]) -> dict[str, Any]:
-    each = ((name, one | {"type": _read_type(one["type"])}) for name, one in written.items())
-    return {name: kind(**one) for name, one in each}
-
-
-def _read_type(written: dict[str, Any]) -> ValueType:
-    types = tuple(TYPES_BY_NAME[name] for name in written["types"])
-    return ValueType(**(written | {"types": types, "choices": tuple(written.get("choices", ()))}))
+def _stamps(files: Iterable[str]) -> dict[str, int]:
+    """When each file was changed last [ns]."""
+    return {file: os.stat(file).st_mtime_ns for file in files}

@@ -59,8 +59,8 @@ SUBTREE_FILE = Rule(
 SIZE = Rule(
     "R210",
     "A task has at most 200 subtrees, 1000 nodes of `for_each` and 100 levels of nodes.",
-    "{timeout_s: 9, delay_s: 1, retry: 2, sequence: [" * 30 + "open_gripper" + "]}" * 30,
-    "{timeout_s: 9, delay_s: 1, retry: 2, sequence: [open_gripper]}",
+    "{timeout_s: 9, cooldown_s: 1, retry: 2, sequence: [" * 30 + "open_gripper" + "]}" * 30,
+    "{timeout_s: 9, cooldown_s: 1, retry: 2, sequence: [open_gripper]}",
 )
 UNWRITTEN = Rule(
     "R301",
@@ -110,11 +110,11 @@ ASKED_ONCE = Rule(
     "{sequence: [arm_healthy, {wait: {duration_s: 5}}]}",
     "{while: arm_healthy, wait: {duration_s: 5}}",
 )
-STARTS_AGAIN = Rule(
+ASKED_OFTEN = Rule(
     "R406",
-    "In a reactive composite only conditions belong before an action, which else starts anew.",
-    "{reactive_sequence: [open_gripper, {wait: {duration_s: 5}}]}",
-    "{reactive_sequence: [arm_healthy, {wait: {duration_s: 5}}]}",
+    "What is asked at every tick is asked within it: at most 300 conditions.",
+    f"{{all_of: [{', '.join(['arm_healthy'] * 301)}]}}",
+    "{all_of: [arm_healthy, holding_object]}",
 )
 ENDLESS = Rule(
     "R407",

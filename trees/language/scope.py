@@ -20,7 +20,6 @@ from config import (
     YamlValue,
     describe,
     parted,
-    suggest,
     written,
 )
 from trees.language import rules
@@ -28,6 +27,7 @@ from trees.language.documents import TaskParameter
 from trees.language.leaf_type import ADD, LeafType
 from trees.language.mappings import WORD, likely, parameter_hint, usage
 from trees.language.named_poses import NamedValues
+from trees.language.registry import Installed
 from trees.language.syntax import LeafNode, SubtreeNode
 from trees.language.values import (
     Argument,
@@ -51,15 +51,11 @@ Include: TypeAlias = "Callable[[YamlEntry, Scope], SubtreeNode | None]"
 class Scope:
     """The names of a file, and its diagnostics."""
 
-    leaves: Mapping[str, LeafType]
+    known: Installed
     parameters: Mapping[str, TaskParameter]
     named: NamedValues
     diagnostics: Diagnostics
     include: Include
-    fetch: Callable[[str | None], None] = lambda name: None
-    """Imports what packages offer by a name, or all, into `leaves` and `problems`."""
-    problems: Mapping[str, str] = field(default_factory=dict)
-    """Of leaves that cannot be used, by their names."""
     level: int = 0  # how many nodes and modifiers are above, those of including files counted
     copies: count[int] = field(default_factory=count)  # counts the nodes that `for_each` makes
     used_parameters: set[str] = field(default_factory=set)
@@ -101,15 +97,10 @@ class Scope:
         if isinstance(value, NamedValue):
             self.used_values.add(value.name)
 
-    def known(self, value: Argument) -> Argument:
+    def if_known(self, value: Argument) -> Argument:
         """The value; None if it is that of a parameter without one."""
         parameter = self.parameters.get(value.name) if isinstance(value, KeyRead) else None
         return None if parameter is not None and parameter.is_open else value
-
-    def unknown_parameter(self, name: str) -> tuple[str, str]:
-        """Message and hint about a `$name` that has to be a parameter and is none."""
-        hint = suggest(name, self.parameters) if self.parameters else "define it under `params:`"
-        return f"the task has no parameter `{name}`", hint
 
     def error(self, rule: Rule, location: Location, message: str, hint: str) -> None:
         """Note an error in the file."""
@@ -136,7 +127,7 @@ def read_leaf(
 
     `beside` are all entries of the item.
     """
-    node = LeafNode(location=entry.location, name=leaf.key, modifiers={}, type=leaf, arguments={})
+    node = LeafNode(location=entry.location, name=leaf.key, type=leaf, arguments={})
     given = _below(entry, leaf, scope)
     if given is None:
         return node
@@ -163,22 +154,15 @@ def read_leaf(
             )
         else:
             message = f"`{leaf.key}` has no parameter `{key}`"
-            scope.error(
-                rules.UNKNOWN_KEY,
-                argument.location,
-                message,
-                parameter_hint(key, _place(argument.value, scope), leaf, given),
-            )
+            hint = parameter_hint(key, _place(argument.value, scope), leaf, given)
+            scope.error(rules.UNKNOWN_KEY, argument.location, message, hint)
     if leaf.validate is not None and len(arguments) + len(outputs) == len(given):
-        known: dict[str, object] = {
-            name: Key(value.name) if isinstance(value, KeyRead) else value
-            for name, value in arguments.items()
-        }
-        if wrong := leaf.validate(known):
-            message, hint = parted(wrong)
-            scope.error(
-                rules.ARGUMENTS, entry.location, f"`{leaf.key}` {message}", hint or "change it"
-            )
+        reads = [(name, one) for name, one in arguments.items() if isinstance(one, KeyRead)]
+        late: dict[str, object] = {name: Key(one.name) for name, one in reads}
+        if wrong := leaf.validate({**arguments, **late}):
+            what, hint = parted(wrong)
+            message, hint = f"`{leaf.key}` {what}", hint or "change it"
+            scope.error(rules.ARGUMENTS, entry.location, message, hint)
     return replace(node, arguments=arguments, outputs=outputs)
 
 

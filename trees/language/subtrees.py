@@ -13,7 +13,6 @@ from config import (
     Hint,
     Location,
     YamlEntry,
-    YamlMap,
     YamlScalar,
     YamlValue,
     describe,
@@ -22,6 +21,7 @@ from config import (
 )
 from trees.language import rules
 from trees.language.documents import Document, TaskParameter
+from trees.language.mappings import entries_below
 from trees.language.named_poses import NamedValues
 from trees.language.scope import Scope, read_argument, read_key_name
 from trees.language.values import Argument, KeyRead, KeyWrite, MismatchError, convert
@@ -36,9 +36,8 @@ def find_file(
     one.
     """
     if not isinstance(name, str) or not name.isprintable() or not name.strip():
-        diagnostics.error(
-            rules.SUBTREE_FILE, value.location, f"`file` cannot be {describe(value)}", "name a file"
-        )
+        message = f"`file` cannot be {describe(value)}"
+        diagnostics.error(rules.SUBTREE_FILE, value.location, message, "name a file")
         return None
     folder, path = chain[0].parent, chain[-1].parent / name
     try:
@@ -46,10 +45,8 @@ def find_file(
         is_there = real.is_file()
         others = () if is_there else tuple(path.parent.glob("*.yaml"))
     except (OSError, RuntimeError):
-        message = f"`{name}` leads nowhere"
-        diagnostics.error(
-            rules.SUBTREE_FILE, value.location, message, "name a file, or fix the link"
-        )
+        message, hint = f"`{name}` leads nowhere", "name a file, or fix the link"
+        diagnostics.error(rules.SUBTREE_FILE, value.location, message, hint)
         return None
     around = [other.resolve() for other in chain]
     if Path(name).is_absolute() or not real.is_relative_to(inside):
@@ -77,7 +74,8 @@ def read_with(
 ) -> dict[str, Argument]:
     """Values of the other file's parameters."""
     arguments: dict[str, Argument] = {}
-    given = _entries(entries.get("with"), "with", "{parameter: value}", scope)
+    says, hint = "`with` is a mapping", "write `with: {parameter: value}`"
+    given = entries_below(entries.get("with"), says, hint, scope.diagnostics)
     if given is None:
         return arguments
     for name, argument in given.items():
@@ -91,7 +89,7 @@ def read_with(
             continue
         read = read_argument(name, argument.value, parameter.type, parameter.description, scope)
         value = read.get(name)
-        if isinstance(scope.known(value), KeyRead) and parameter.type.is_bounded:
+        if isinstance(scope.if_known(value), KeyRead) and parameter.type.is_bounded:
             message = f"`{name}` has bounds, and `{value}` has its value only during the run"
             scope.error(rules.REFERENCE, argument.value.location, message, "give a value")
             continue
@@ -102,20 +100,17 @@ def read_with(
         if is_needed and name not in {*given, *entries}:
             about = f": {parameter.description}" if parameter.description else ""
             message = f"`{document.name}` lacks `{name}` ({parameter.type}{about})"
-            scope.error(
-                rules.MISSING_KEY,
-                location,
-                message,
-                f"write `with: {{{name}: ...}}` below `subtree`",
-            )
+            hint = f"write `with: {{{name}: ...}}` below `subtree`"
+            scope.error(rules.MISSING_KEY, location, message, hint)
     return arguments
 
 
 def read_out(entry: YamlEntry | None, document: Document, scope: Scope) -> dict[str, KeyWrite]:
     """Keys of the including file that take the outputs of the other."""
     outputs = {}
-    given = _entries(entry, "out", "{output: key}", scope) or {}
-    for name, argument in given.items():
+    says, hint = "`out` is a mapping", "write `out: {output: key}`"
+    given = entries_below(entry, says, hint, scope.diagnostics)
+    for name, argument in (given or {}).items():
         if name in document.outputs:
             write = read_key_name(name, argument.value, scope)
             if write is not None:
@@ -125,19 +120,6 @@ def read_out(entry: YamlEntry | None, document: Document, scope: Scope) -> dict[
             hint = suggest(name, document.outputs)
             scope.error(rules.UNKNOWN_KEY, argument.location, message, hint)
     return outputs
-
-
-def _entries(
-    entry: YamlEntry | None, key: str, form: str, scope: Scope
-) -> Mapping[str, YamlEntry] | None:
-    """The entries below a key; None and an error if there is something else."""
-    if entry is None or (isinstance(entry.value, YamlScalar) and entry.value.value is None):
-        return {}
-    if isinstance(entry.value, YamlMap):
-        return entry.value.entries
-    message = f"`{key}` is a mapping, not {describe(entry.value)}"
-    scope.error(rules.VALUE, entry.value.location, message, f"write `{key}: {form}`")
-    return None
 
 
 def override_values(
@@ -184,7 +166,6 @@ def with_values(
             if not named.is_faulty(source.value):
                 is_given = name in overrides
                 whose = f"`-p {name}={source.value}`" if is_given else f"the default of `{name}`"
-                diagnostics.error(
-                    mismatch.rule, source.location, f"{whose}: {mismatch.message}", mismatch.hint
-                )
+                message = f"{whose}: {mismatch.message}"
+                diagnostics.error(mismatch.rule, source.location, message, mismatch.hint)
     return result

@@ -23,12 +23,16 @@ A `KeyRead` stands only in a task that was loaded with open parameters.
 
 
 @dataclass(frozen=True, kw_only=True)
-class LeafNode:
-    """A leaf and its arguments."""
-
+class _Node:
     location: Location
     name: str
-    modifiers: Modifiers
+    modifiers: Modifiers = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LeafNode(_Node):
+    """A leaf and its arguments."""
+
     type: LeafType
     arguments: Mapping[str, Argument]
     """What the file gives; the leaf's own defaults are not filled in. Of `set`, keys and values."""
@@ -37,12 +41,9 @@ class LeafNode:
 
 
 @dataclass(frozen=True, kw_only=True)
-class CompositeNode:
+class CompositeNode(_Node):
     """A composite and its children."""
 
-    location: Location
-    name: str
-    modifiers: Modifiers
     key: str
     children: tuple[Node, ...]
     options: Mapping[str, Plain | KeyRead] = field(default_factory=dict)
@@ -54,12 +55,9 @@ class CompositeNode:
 
 
 @dataclass(frozen=True, kw_only=True)
-class SubtreeNode:
+class SubtreeNode(_Node):
     """The tree of another file, with values for its parameters."""
 
-    location: Location
-    name: str
-    modifiers: Modifiers
     file: str  # as the including file names it
     task: Task  # the other file, read with these arguments
     arguments: Mapping[str, Argument]

@@ -22,13 +22,14 @@ from trees.language import (
     leaves_at,
     nodes_below,
 )
-from trees.site.rules import COME_TO, FURNITURE, REACH, SCENE_FILE, SET_DOWN, SURFACE
+from trees.site.site_rules import COME_TO, FURNITURE, REACH, SCENE_FILE, SET_DOWN, SURFACE
 
 if TYPE_CHECKING:
     from behaviours import ApproachWord
     from robots import Geom, RobotDescription
 
 _USUAL = "frankie"
+_SMALL = 0.03  # a region with a shorter edge is smaller than what may stand in it [m]
 _ANY_APPROACH: ApproachWord = "auto"
 _T = TypeVar("_T")
 
@@ -194,13 +195,13 @@ def _not_set_down(
     )
     if not regions:
         return
-    from trees.site.reach import tilt_into, why_not_set_down
+    from behaviours import region_direction
+    from trees.site.reachability import why_not_set_down
 
-    tilts = [
-        tilt_into(region, robot, fixtures, *_approach(use))
-        for use, region in regions
-        if use.leaf.type.key == "grasp"
-    ]
+    grasps = [one for one in regions if one[0].leaf.type.key == "grasp"]
+    solid = tuple(fixtures)
+    ways = (region_direction(robot, solid, region, *_approach(use)) for use, region in grasps)
+    tilts = [0.0 if way is None else way.tilt for way in ways]
     for use, region in regions:
         if use.leaf.type.key != "place":
             continue
@@ -215,16 +216,7 @@ def _of_use(
     fixtures: Sequence[Geom],
 ) -> Iterator[Diagnostic]:
     from behaviours import region_at, tilted_if_needed
-    from trees.site.reach import (
-        NEAR,
-        bare_places,
-        is_small,
-        odd_pose,
-        what_is_in_the_way,
-        why_no_stance_is_free,
-        why_not_come_to,
-        why_not_reached,
-    )
+    from trees.site import reachability as reach
 
     leaf, value = use.leaf, use.value
     if defined is not None and use.parameter in leaf.type.goes_to:
@@ -233,36 +225,38 @@ def _of_use(
             within = _given(use, "within_m", 0.0)
             value = tilted_if_needed(robot, tuple(fixtures), value, within)
         why = (
-            why_not_reached(value, robot)
-            or what_is_in_the_way(value, robot, fixtures)
-            or why_no_stance_is_free(value, robot, fixtures)
+            reach.why_not_reached(value, robot)
+            or reach.what_is_in_the_way(value, robot, fixtures)
+            or reach.why_no_stance_is_free(value, robot, fixtures)
         )
         severity = Severity.ERROR
-        if why is None and (why := odd_pose(value, robot)):
+        if why is None and (why := reach.odd_pose(value, robot)):
             severity = Severity.WARNING
         if why is not None:
             message, hint = f"`{value.name}`: {why[0]}", why[1]
             yield Diagnostic(REACH, path, location, message, hint, severity)
+    if use.parameter not in leaf.type.surfaces:
+        return
     widths = (_given(use, name, 0.0) for name in leaf.type.opens_for)
     opening = 1000.0 * robot.gripper.opening
-    if use.parameter in leaf.type.surfaces and (wide := max(widths, default=0.0)) >= opening:
+    if (wide := max(widths, default=0.0)) >= opening:
         message = f"`{leaf.name}` is for {wide:g} mm and more, and the fingers open to {opening:g}"
         yield Diagnostic(COME_TO, use.path, leaf.location, message, f"write less than {opening:g}")
-    if isinstance(value, Region) and use.parameter in leaf.type.surfaces and is_small(value):
-        message = f"`{value.name}` is only {100.0 * value.size[:2].min():.0f} cm wide"
+    if isinstance(value, Region) and (width := value.size[:2].min()) < _SMALL:
+        message = f"`{value.name}` is only {100.0 * width:.0f} cm wide"
         hint = "give it the size of the surface, in metres"
         yield Diagnostic(SURFACE, use.path, leaf.location, message, hint, Severity.WARNING)
     is_point = isinstance(value, ToolPose)
-    if isinstance(value, ToolPose) and use.parameter in leaf.type.surfaces:
+    if isinstance(value, ToolPose):
         value = region_at(value)
-    if not isinstance(value, Region) or use.parameter not in leaf.type.surfaces:
+    if not isinstance(value, Region):
         return
     counts = bool(fixtures) or robot.stands_still
-    if counts and (why := why_not_come_to(value, robot, fixtures, *_approach(use))):
+    if counts and (why := reach.why_not_come_to(value, robot, fixtures, *_approach(use))):
         yield Diagnostic(COME_TO, use.path, leaf.location, *why)
     if fixtures:
         sets_down = leaf.type.hand_after == "empty"
-        bare = bare_places(value, _given(use, "pitch_m", None), fixtures, sets_down)
+        bare = reach.bare_places(value, _given(use, "pitch_m", None), fixtures, sets_down)
         if bare.missing:
             message = (
                 f"{bare.missing} of the {bare.of} places on `{value.name}` have no surface "
@@ -270,7 +264,7 @@ def _of_use(
             )
             hint = f"move `{value.name}`; things stand on its bottom face"
             hint = f"give `{value.name}` the height of the surface" if is_point else hint
-            is_certain = bare.missing == bare.of and bare.nearest > NEAR
+            is_certain = bare.missing == bare.of and bare.nearest > reach.NEAR
             severity = Severity.ERROR if is_certain else Severity.WARNING
             yield Diagnostic(SURFACE, use.path, leaf.location, message, hint, severity)
 

@@ -16,13 +16,13 @@ from trees.language import (
     SubtreeNode,
     Task,
 )
-from trees.site.reach import what_is_in_the_way
-from trees.site.rules import REACH
-from trees.words import COMPOSITES, InOrder, Outcome
+from trees.site.reachability import what_is_in_the_way
+from trees.site.site_rules import REACH
+from trees.words import COMPOSITES, all_in_order
 
 _ARM = 1.2  # no hand reaches farther from the middle of the base [m]
 _AWAY = 5.0  # a base this far from all furniture has left the room [m]
-_ONCE = frozenset({"timeout_s", "delay_s", "retry", "while", "force_success"})
+_ONCE = frozenset({"timeout_s", "retry", "while", "force_success"})
 """Modifiers with which a node runs to its end, if it comes to it, a single time."""
 
 
@@ -71,7 +71,7 @@ def _steps(path: Path, node: Node) -> Generator[tuple[Path, LeafNode], None, boo
     if isinstance(node, LeafNode):
         yield path, node
         return True
-    if COMPOSITES[node.key].outcomes != InOrder(Outcome.SUCCESS):
+    if COMPOSITES[node.key].outcomes is not all_in_order:
         return False
     for child in node.children:
         if not (yield from _steps(path, child)):

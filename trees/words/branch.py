@@ -9,20 +9,19 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from enum import Enum
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from py_trees.composites import Composite
 
-from hw import TaskTime
-
 if TYPE_CHECKING:
-    from behaviours import Context
+    from behaviours import Context, Intent
+    from hw import TaskTime
 
-OPPOSITE: Mapping[Status, Status] = {Status.SUCCESS: Status.FAILURE, Status.FAILURE: Status.SUCCESS}
-
-Now = Callable[[], TaskTime]  # the time of the task
+Now = Callable[[], "TaskTime"]  # the time of the task
 
 ROUNDING = 1e-9
 """Stamps are sums of periods: this keeps the number of ticks independent of their rounding [s]."""
@@ -33,13 +32,40 @@ _PAUSE, _LONGEST_PAUSE = 0.1, 1.0  # before it starts again [s]
 Ticking = Generator[Behaviour, None, Status]  # yields the nodes that it ticks and returns a status
 
 
+@dataclass(frozen=True)
+class Counterpart:
+    """The equivalent node of BehaviorTree.CPP 4."""
+
+    tag: str
+    port: str = ""  # the attribute that takes the word's value; empty if it has none
+    scale: int = 1  # the attribute is the value times this, a whole number
+    fixed: tuple[tuple[str, str], ...] = ()  # constant attributes
+
+
+class Need(Enum):
+    """What a node must be able to do for a word around it to have an effect, else the reason."""
+
+    SUCCESS = "it cannot succeed"
+    FAILURE = "it cannot fail"
+    TIME = "it ends at once"
+    NOTHING = "it always has one"
+
+
 class Branch(Composite):
     """A node with children; a subclass decides in `advance` which of them to tick.
 
     It has at least one child, in the order of the file; an unnamed one is named by its key.
     """
 
-    key: ClassVar[str]  # the branch's key in a task file
+    key: ClassVar[str]
+    description: ClassVar[str]  # the first line of its docstring
+    counterpart: ClassVar[Counterpart | None] = None
+    """Of BehaviorTree.CPP; None if it has none, and the export declares a node of this key."""
+    takes_time: ClassVar[bool] = False  # whether it may run for more than a tick by itself
+    needs: ClassVar[Need] = Need.NOTHING  # what the node below has to be able to do
+
+    def __init_subclass__(cls) -> None:
+        cls.description = (cls.__doc__ or "").partition("\n")[0]
 
     def __init__(self, name: str, children: Iterable[Behaviour]) -> None:
         super().__init__(name, list(children))
@@ -123,6 +149,13 @@ class Again:
         self._in_a_row += 1
         if self._in_a_row > 1:
             self._due = now + min(_LONGEST_PAUSE, _PAUSE * 2.0 ** (self._in_a_row - 2))
+
+
+def intent_of(root: Behaviour, context: Context) -> Intent | None:
+    """Tick a tree once; returns what it wants of the coming period, None to come to rest."""
+    for _ in ticked(root):
+        pass
+    return context.now.intent
 
 
 def ticked(node: Behaviour) -> Iterator[Behaviour]:

@@ -7,15 +7,19 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING, ClassVar
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from config import Plain
 from trees.words.branch import (
-    OPPOSITE,
     Again,
     Branch,
+    Counterpart,
+    Need,
     Now,
     Ticking,
     failed_node,
@@ -25,6 +29,16 @@ from trees.words.branch import (
     is_unknown,
     reason,
 )
+from trees.words.outcomes import (
+    Rule,
+    all_in_order,
+    first_success,
+    opposite,
+    side_by_side,
+    until_first_succeeds,
+    until_success,
+)
+from trees.words.value_types import ValueType
 
 if TYPE_CHECKING:
     from behaviours import Context
@@ -36,10 +50,46 @@ FAILURES_APART = 2.0  # failures of the same kind that follow each other faster 
 _NUMBER = re.compile(r"\d+(\.\d+)?")
 
 
-class Sequence(Branch):
+class Form(Enum):
+    """Syntax of the value of a composite."""
+
+    LIST = "nodes"
+    CASES = "a value, and a node for each of its cases"
+    EACH = "values, and a node for each of them"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Option:
+    """A parameter of a composite."""
+
+    type: ValueType
+    default: Plain
+    description: str
+
+
+class CompositeWord(Branch):
+    """A branch whose key has one node or a list of nodes as its value.
+
+    With options it may also be a mapping of those and `children`.
+    """
+
+    symbol: ClassVar[str]  # in pictures
+    outcomes: ClassVar[Rule]  # order of its children, and its possible outcomes
+    form: ClassVar[Form] = Form.LIST
+    asks: ClassVar[bool] = False  # whether its children are conditions
+    is_condition: ClassVar[bool] = False
+    at_once: ClassVar[bool] = False  # whether several of its children run at the same time
+    takes: ClassVar[str] = "one or more nodes"
+    least: ClassVar[int] = 1
+    most: ClassVar[int | None] = None  # numbers of children; one may stand without a list
+    options: ClassVar[Mapping[str, Option]] = {}
+
+
+class Sequence(CompositeWord):
     """Runs its children in order; fails when one fails, succeeds when all have."""
 
-    key = "sequence"
+    key, symbol, counterpart = "sequence", "→", Counterpart("Sequence")
+    outcomes = all_in_order
     proceeds_on = Status.SUCCESS
 
     def restart(self) -> None:
@@ -56,42 +106,23 @@ class Sequence(Branch):
         return self.proceeds_on
 
 
-class ResumingSequence(Sequence):
-    """A sequence that goes on where it was halted or has failed, until all have succeeded."""
-
-    key = "resuming_sequence"
-
-    def __init__(self, name: str, children: Iterable[Behaviour]) -> None:
-        super().__init__(name, children)
-        self._position = 0
-
-    def restart(self) -> None:
-        """Begin where it was halted or failed."""
-
-    def stop(self, new_status: Status = Status.INVALID) -> None:
-        """End; a success forgets the place."""
-        if new_status is Status.SUCCESS:
-            self._position = 0
-        super().stop(new_status)
-
-
 class Fallback(Sequence):
     """Tries its children in order; succeeds when one succeeds, fails when all have failed."""
 
-    key = "fallback"
+    key, symbol, counterpart = "fallback", "?", Counterpart("Fallback")
+    outcomes = first_success
     proceeds_on = Status.FAILURE
 
 
-class ReactiveSequence(Branch):
-    """A sequence that asks every child from the first again at every tick.
+class Reactive(Branch):
+    """Asks every child from the first again at every tick.
 
-    A child that is not reached any more is halted. Only conditions belong before an action:
-    whatever has succeeded is run again. While the answer of one is not known, the other conditions
-    may decide, and an action is neither ticked nor halted; what stays not known fails.
+    A child that is not reached any more is halted. Only conditions stand before a last child that
+    may be an action. While the answer of one is not known, the other conditions may decide, and an
+    action is neither ticked nor halted; what stays not known fails.
     """
 
-    key = "reactive_sequence"
-    proceeds_on = Status.SUCCESS
+    proceeds_on: Status
 
     def advance(self) -> Ticking:
         """Start over at the first child."""
@@ -111,21 +142,22 @@ class ReactiveSequence(Branch):
         return Status.RUNNING if waiting else self.proceeds_on
 
 
-class ReactiveFallback(ReactiveSequence):
-    """A fallback that asks every child from the first again at every tick."""
-
-    key = "reactive_fallback"
-    proceeds_on = Status.FAILURE
-
-
-class Parallel(Branch):
+class Parallel(CompositeWord):
     """Runs its children side by side until enough have succeeded or too many have failed.
 
     A child that has ended is not run again; those that still run at the end are halted. `policy` is
     how many have to succeed: `all`, `any`, or a number.
     """
 
-    key = "parallel"
+    key, symbol, counterpart = "parallel", "‖", Counterpart("Parallel")
+    outcomes, at_once = side_by_side, True
+    options: ClassVar[Mapping[str, Option]] = {
+        "policy": Option(
+            type=ValueType(types=(int,), choices=("all", "any"), least=1),
+            default="all",
+            description="How many children have to succeed; it fails when that is out of reach.",
+        )
+    }
 
     def __init__(self, name: str, children: Iterable[Behaviour], policy: str | int = "all") -> None:
         super().__init__(name, children)
@@ -162,7 +194,7 @@ class Parallel(Branch):
         return Status.RUNNING
 
 
-class Forever(Branch):
+class Forever(CompositeWord):
     """Starts its child again after every failure; gives up when it always fails alike.
 
     Alike: the same node, the same message but for numbers, `GIVE_UP_AFTER` times in a row (twice if
@@ -172,7 +204,10 @@ class Forever(Branch):
     placed so far.
     """
 
-    key = "forever"
+    key, symbol = "forever", "∞"
+    counterpart = Counterpart("RetryUntilSuccessful", fixed=(("num_attempts", "-1"),))
+    outcomes, takes_time, needs = until_success, True, Need.FAILURE
+    takes, most = "one node", 1
 
     def __init__(
         self, name: str, children: Iterable[Behaviour], now: Now, placed: Callable[[], int]
@@ -224,13 +259,15 @@ class Forever(Branch):
         return self._times
 
 
-class Until(Branch):
+class Until(CompositeWord):
     """Asks its first child; succeeds if that does, else runs the others in order and asks again.
 
     Fails when one of the others fails.
     """
 
-    key = "until"
+    key, symbol = "until", "↻"
+    outcomes, takes_time = until_first_succeeds, True
+    takes, least = "a question, then the work to do", 2
 
     def restart(self) -> None:
         """Begin with the question."""
@@ -258,31 +295,39 @@ class Until(Branch):
 class WaitUntil(Until):
     """Waits until its condition holds; `timeout_s` beside it says how long at most."""
 
-    key = "wait_until"
+    key, symbol = "wait_until", "⧖"
+    asks, takes, least, most = True, "one condition", 1, 1
 
 
-class AllOf(ReactiveSequence):
+class _Question(CompositeWord):
+    """A condition of others."""
+
+    is_condition = asks = True
+    takes = "one or more conditions"
+
+
+class AllOf(Reactive, _Question):
     """A condition: succeeds if all the conditions below it do; one that fails decides."""
 
-    key = "all_of"
-    is_condition = True
+    key, symbol, counterpart = "all_of", "∧", Counterpart("ReactiveSequence")
+    outcomes, proceeds_on = all_in_order, Status.SUCCESS
 
 
-class AnyOf(ReactiveFallback):
+class AnyOf(Reactive, _Question):
     """A condition: succeeds if one of the conditions below it does; it decides."""
 
-    key = "any_of"
-    is_condition = True
+    key, symbol, counterpart = "any_of", "∨", Counterpart("ReactiveFallback")
+    outcomes, proceeds_on = first_success, Status.FAILURE
 
 
-class Not(Branch):
+class Not(_Question):
     """A condition: succeeds if the condition below it fails; of not known, not known."""
 
-    key = "not"
-    is_condition = True
+    key, symbol, counterpart = "not", "¬", Counterpart("Inverter")
+    outcomes, takes, most = opposite, "one condition", 1
 
     def advance(self) -> Ticking:
         """Ask, and answer the opposite."""
         status = yield from self.run(self.children[0])
         self.feedback_message = f"not ({self.feedback_message})"
-        return OPPOSITE.get(status, status)
+        return {Status.SUCCESS: Status.FAILURE, Status.FAILURE: Status.SUCCESS}.get(status, status)

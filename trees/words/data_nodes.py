@@ -11,7 +11,8 @@ from py_trees.common import Status
 from behaviours import Key, LeafCrashedError
 from config import parse_scalar
 from trees.words.branch import Branch, Ticking
-from trees.words.composites import Sequence
+from trees.words.composites import CompositeWord, Form, Sequence
+from trees.words.outcomes import each, one_of
 
 Supply = Callable[[], object]  # returns a value when it is called
 
@@ -24,14 +25,15 @@ def is_case(value: object, case: str) -> bool:
     return value == read and isinstance(value, bool) is isinstance(read, bool)
 
 
-class Switch(Branch):
+class Switch(CompositeWord):
     """Runs the child that stands for a value; fails if none does and there is no `else`.
 
     The children stand for the `cases`, as a file writes them, and one more for `else`; `value`
     decides when it starts.
     """
 
-    key = "switch"
+    key, symbol, outcomes, form = "switch", "⎇", one_of, Form.CASES
+    takes = "a `value`, `cases`, and perhaps `else`"
 
     def __init__(
         self, name: str, children: Iterable[Behaviour], value: Supply, cases: tuple[str, ...]
@@ -58,7 +60,8 @@ class Switch(Branch):
 class ForEach(Sequence):
     """Runs a node for each of several values, in order; fails when one fails."""
 
-    key = "for_each"
+    key, symbol, outcomes, form = "for_each", "∀", each, Form.EACH
+    takes = "an `item`, values or a path `in`, and what to `do`"
 
 
 class ForEachOf(Branch):

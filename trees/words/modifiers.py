@@ -3,43 +3,72 @@
 The first line of each docstring is what `frankie-task nodes` and an editor show of the word.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, ClassVar
+
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from hw import TaskTime
 from trees.words.branch import (
-    OPPOSITE,
     ROUNDING,
     Again,
     Branch,
+    Counterpart,
+    Need,
     Now,
     Ticking,
     failed_node,
     is_out_of_reach,
-    is_unknown,
     reason,
 )
-from trees.words.composites import ReactiveFallback, ReactiveSequence
+from trees.words.composites import Reactive
+from trees.words.outcomes import (
+    Change,
+    Outcome,
+    always_fails,
+    always_succeeds,
+    as_the_node,
+    fails_early,
+    succeeds_early,
+)
+from trees.words.value_types import ValueType
+
+if TYPE_CHECKING:
+    from hw import TaskTime
+
+_SECONDS = ValueType(types=(float,), above=0.0, most=604_800.0)
+_COUNT = ValueType(types=(int,), least=1, most=100_000)
+_FLAG = ValueType(types=(bool,))
 
 
-class _Modifier(Branch):
-    """A branch with one child, named by its key."""
+class ModifierWord(Branch):
+    """A branch with one child; in a file a key beside that, which has a value.
 
-    def __init__(self, child: Behaviour) -> None:
+    The value of a guard is a built condition; `now` is the clock of the task.
+    """
+
+    word: ClassVar[str] = ""  # in a file, if it is not the key
+    type: ClassVar[ValueType | None] = _FLAG  # of its value; None is a condition
+    runs_on: ClassVar[Outcome | None] = None
+    """The outcome of its condition with which the node runs; None if it has no condition."""
+    again: ClassVar[Outcome | None] = None  # after which the node starts anew
+    outcomes: ClassVar[Change] = as_the_node
+
+    def __init__(self, child: Behaviour, value: Any, now: Now) -> None:
         super().__init__(self.key, [child])
+        self.value, self.now = value, now
 
     @property
     def child(self) -> Behaviour:
         """The node; a hook may have replaced it."""
-        return self.children[0]
+        return self.children[-1]
 
 
-class _Timed(_Modifier):
-    """A modifier with a duration [s], by a clock."""
+class _Timed(ModifierWord):
+    """A modifier with a duration [s], which may fail without the node."""
 
-    def __init__(self, child: Behaviour, seconds: float, now: Now) -> None:
-        super().__init__(child)
-        self.seconds, self.now = seconds, now
+    type, outcomes = _SECONDS, fails_early
 
     def restart(self) -> None:
         """Start the time."""
@@ -52,34 +81,21 @@ class Timeout(_Timed):
     The node is then not ticked any more.
     """
 
-    key = "timeout"
+    key, word, needs = "timeout", "timeout_s", Need.TIME
+    counterpart = Counterpart("Timeout", port="msec", scale=1000)
 
     def advance(self) -> Ticking:
         """Tick the child if there is time left."""
-        if self.now() - self.start >= self.seconds - ROUNDING:
-            self.feedback_message = f"not done within {self.seconds:g} s ({reason(self.child)})"
+        if self.now() - self.start >= self.value - ROUNDING:
+            self.feedback_message = f"not done within {self.value:g} s ({reason(self.child)})"
             return Status.FAILURE
-        return (yield from self.run(self.child))
-
-
-class Delay(_Timed):
-    """Waits for this time before each attempt; the timeout does not count it."""
-
-    key = "delay"
-
-    def advance(self) -> Ticking:
-        """Tick the child once the time is over."""
-        remaining = self.seconds - (self.now() - self.start)
-        if remaining > ROUNDING:
-            self.feedback_message = f"starts in {remaining:.1f} s"
-            return Status.RUNNING
         return (yield from self.run(self.child))
 
 
 class Cooldown(_Timed):
     """Fails at once when started sooner than this after the node's last end or halt."""
 
-    key = "cooldown"
+    key, word = "cooldown", "cooldown_s"
     _ready: TaskTime | None = None
 
     def restart(self) -> None:
@@ -92,42 +108,29 @@ class Cooldown(_Timed):
             self.feedback_message = f"not again for {self._resting:.1f} s"
             return Status.FAILURE
         status = yield from self.run(self.child)
-        self._ready = self.now() + self.seconds
+        self._ready = self.now() + self.value
         return status
 
     def stop(self, new_status: Status = Status.INVALID) -> None:
         """End; a halt counts as an end of the child."""
         if self.status is Status.RUNNING:
-            self._ready = self.now() + self.seconds
+            self._ready = self.now() + self.value
         super().stop(new_status)
 
 
-class Invert(_Modifier):
-    """Swaps success and failure."""
-
-    key = "invert"
-
-    def advance(self) -> Ticking:
-        """Tick the child and swap its outcome; what is not known stays so."""
-        status = yield from self.run(self.child)
-        if status is Status.FAILURE and is_unknown(self.child):
-            return status
-        self.feedback_message = f"inverted ({self.feedback_message})"
-        return OPPOSITE.get(status, status)
-
-
-class Retry(_Modifier):
+class Retry(ModifierWord):
     """Starts the node again after a failure, up to this number of attempts.
 
     The next attempt begins at the next tick; a node that fails at once again and again gets a pause
     between two attempts. What cannot be reached gets no other attempt.
     """
 
-    key = "retry"
+    key, type, takes_time, needs = "retry", _COUNT, True, Need.FAILURE
+    counterpart = Counterpart("RetryUntilSuccessful", port="num_attempts")
+    again = Outcome.FAILURE
 
-    def __init__(self, child: Behaviour, attempts: int, now: Now) -> None:
-        super().__init__(child)
-        self._attempts = attempts
+    def __init__(self, child: Behaviour, value: int, now: Now) -> None:
+        super().__init__(child, value, now)
         self._again = Again(now)
 
     def restart(self) -> None:
@@ -143,30 +146,28 @@ class Retry(_Modifier):
         if status is Status.SUCCESS:
             self._again.ended(None)
         if status is not Status.FAILURE:
-            self.feedback_message = f"attempt {self._failures + 1} of {self._attempts}: {message}"
+            self.feedback_message = f"attempt {self._failures + 1} of {self.value}: {message}"
             return status
         self._failures += 1
         failed = failed_node(self.child)
         self._again.ended(failed)
-        if self._failures < self._attempts and not is_out_of_reach(failed):
-            count = f"attempt {self._failures} of {self._attempts}"
+        if self._failures < self.value and not is_out_of_reach(failed):
+            count = f"attempt {self._failures} of {self.value}"
             self.feedback_message = f"{count} failed: {message}"
             return Status.RUNNING
         self.feedback_message = f"gave up after attempt {self._failures}: {message}"
         return status
 
 
-class Repeat(_Modifier):
+class Repeat(ModifierWord):
     """Starts the node again after a success, until it has succeeded this number of times.
 
     The next round begins at the next tick.
     """
 
-    key = "repeat"
-
-    def __init__(self, child: Behaviour, rounds: int) -> None:
-        super().__init__(child)
-        self._rounds = rounds
+    key, type, takes_time = "repeat", _COUNT, True
+    counterpart = Counterpart("Repeat", port="num_cycles")
+    again = Outcome.SUCCESS
 
     def restart(self) -> None:
         """Reset the count."""
@@ -175,34 +176,18 @@ class Repeat(_Modifier):
     def advance(self) -> Ticking:
         """One tick of the child; a success is followed by a new round at the next tick."""
         status = yield from self.run(self.child)
-        self.feedback_message = f"round {self._done + 1} of {self._rounds}: {self.feedback_message}"
+        self.feedback_message = f"round {self._done + 1} of {self.value}: {self.feedback_message}"
         if status is not Status.SUCCESS:
             return status
         self._done += 1
-        return Status.SUCCESS if self._done == self._rounds else Status.RUNNING
+        return Status.SUCCESS if self._done == self.value else Status.RUNNING
 
 
-class Once(_Modifier):
-    """Runs the node to its end a single time, and returns that outcome from then on.
-
-    A node that is halted before its end starts again.
-    """
-
-    key = "once"
-    _outcome = Status.RUNNING
-
-    def advance(self) -> Ticking:
-        """Tick the child if it has not ended before."""
-        if self._outcome is Status.RUNNING:
-            self._outcome = yield from self.run(self.child)
-        return self._outcome
-
-
-class ForceSuccess(_Modifier):
+class ForceSuccess(ModifierWord):
     """Succeeds when the node ends, however it ends."""
 
-    key = "force_success"
-    outcome = Status.SUCCESS
+    key, needs, counterpart = "force_success", Need.FAILURE, Counterpart("ForceSuccess")
+    outcome, outcomes = Status.SUCCESS, always_succeeds
 
     def advance(self) -> Ticking:
         """Tick the child."""
@@ -216,31 +201,35 @@ class ForceSuccess(_Modifier):
 class ForceFailure(ForceSuccess):
     """Fails when the node ends, however it ends."""
 
-    key = "force_failure"
-    outcome = Status.FAILURE
+    key, needs, counterpart = "force_failure", Need.SUCCESS, Counterpart("ForceFailure")
+    outcome, outcomes = Status.FAILURE, always_fails
 
 
-class While(ReactiveSequence):
+class _Guard(Reactive, ModifierWord):
+    """A condition that is asked at every tick, before the node."""
+
+    type = None
+
+    def __init__(self, child: Behaviour, value: Behaviour, now: Now) -> None:
+        super().__init__(child, value, now)
+        self.insert_child(value, 0)
+
+
+class While(_Guard):
     """Asks a condition at every tick; when it fails, halts the node and fails.
 
-    A reactive sequence of the condition and the node. While the answer is not known, the node
-    waits.
+    While the answer is not known, the node waits.
     """
 
-    key = "while"
-
-    def __init__(self, condition: Behaviour, child: Behaviour) -> None:
-        super().__init__(self.key, [condition, child])
+    key, counterpart = "while", Counterpart("ReactiveSequence")
+    runs_on, proceeds_on, outcomes = Outcome.SUCCESS, Status.SUCCESS, fails_early
 
 
-class Unless(ReactiveFallback):
+class Unless(_Guard):
     """Asks a condition at every tick; when it succeeds, halts the node and succeeds.
 
-    A reactive fallback of the condition and the node. While the answer is not known, the node
-    waits; what stays not known fails.
+    While the answer is not known, the node waits; what stays not known fails.
     """
 
-    key = "unless"
-
-    def __init__(self, condition: Behaviour, child: Behaviour) -> None:
-        super().__init__(self.key, [condition, child])
+    key, counterpart = "unless", Counterpart("ReactiveFallback")
+    runs_on, proceeds_on, outcomes = Outcome.FAILURE, Status.FAILURE, succeeds_early

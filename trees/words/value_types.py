@@ -35,9 +35,7 @@ _PLAIN_TYPES: Mapping[type, str] = {
     str: "text",
     types.NoneType: "null",
 }
-TYPES_BY_NAME: Mapping[str, type] = {
-    one.__name__: one for one in (*_PLAIN_TYPES, *NAMED_TYPES, *SEEN_TYPES)
-}
+_TYPES = (*_PLAIN_TYPES, *NAMED_TYPES, *SEEN_TYPES)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,7 +111,7 @@ def read_annotation(annotation: object) -> ValueType:
         member = types.NoneType if part is None else part
         if get_origin(part) is Literal:
             choices.extend(get_args(part))
-        elif isinstance(member, type) and member in TYPES_BY_NAME.values():
+        elif isinstance(member, type) and member in _TYPES:
             found.append(member)
         else:
             raise TypeError(f"a task file cannot give a value of type {annotation!r}")

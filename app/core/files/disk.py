@@ -55,12 +55,12 @@ class Disk:
         self._files.append(GrowingFile(self._folder / name, self._feed, encode))
         return self._files[-1]
 
-    def array(self, name: str, row: npt.DTypeLike) -> GrowingFile:
-        """A new `.npy` file; each piece is the bytes of a row of type `row`.
+    def array(self, name: str, row: npt.DTypeLike, encode: Encode = b"".join) -> GrowingFile:
+        """A new `.npy` file; its pieces are encoded as the bytes of rows of type `row`.
 
         Raises UserError: it cannot be written.
         """
-        self._files.append(GrowingArray(self._folder / name, self._feed, np.dtype(row)))
+        self._files.append(GrowingArray(self._folder / name, self._feed, np.dtype(row), encode))
         return self._files[-1]
 
     def close(self, patience: float = PATIENCE) -> list[str]:
@@ -136,17 +136,20 @@ class GrowingFile:
 class GrowingArray(GrowingFile):
     """A NumPy array to which rows are appended."""
 
-    def __init__(self, path: Path, feed: Feed[tuple[GrowingFile, Any]], row: np.dtype[Any]) -> None:
+    def __init__(
+        self, path: Path, feed: Feed[tuple[GrowingFile, Any]], row: np.dtype[Any], encode: Encode
+    ) -> None:
         self._row = row
         self._count = 0
-        super().__init__(path, feed)
+        super().__init__(path, feed, encode)
 
     def _begin(self) -> None:
         self._write_all(_header(self._row, 0))
 
     def _append(self, pieces: Sequence[Any]) -> None:
-        super()._append(pieces)
-        self._count += len(pieces)
+        rows = self._encode(pieces)
+        self._write_all(rows)
+        self._count += len(rows) // self._row.itemsize
         self._file.seek(0)
         self._write_all(_header(self._row, self._count))
         self._file.seek(0, os.SEEK_END)

@@ -44,21 +44,19 @@ class EventLog:
         ]
         self._write("begin", 0.0, task=task, nodes=described)
 
-    def update(self, seen: Snapshot, *, paused: bool, why: str = "") -> bool:
-        """Log the changes of a tick; returns whether the status of a node changed."""
+    def update(self, seen: Snapshot) -> None:
+        """Log the changes of a tick."""
         time, self._last = seen.stamp, seen
         faults = tuple(fault.text for fault in seen.state.faults)
         if faults != self._faults:
             self._faults = faults
             self._write("fault", time, faults=faults)
-        if paused != self._paused:
-            self._paused = paused
-            self._write("pause" if paused else "resume", time, why=why)
-        changed = False
-        for index, node in enumerate(seen.nodes):
+        if bool(seen.paused) != self._paused:
+            self._paused = bool(seen.paused)
+            self._write("pause" if seen.paused else "resume", time, why=seen.paused)
+        for index, node in enumerate(seen.nodes if seen.changed else ()):
             if node.status is not self._statuses[index]:
                 self._statuses[index] = node.status
-                changed = True
                 self._write(
                     "node",
                     time,
@@ -72,7 +70,6 @@ class EventLog:
             index = tip(seen.nodes)
             message = seen.nodes[index].message
             self._write("now", time, node=index, message=message, values=key_figures(seen))
-        return changed
 
     def end(self, outcome: Outcome, time: float) -> None:
         """Log how the run ended, at a time on the session's clock [s]."""

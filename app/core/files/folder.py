@@ -18,7 +18,6 @@ TASK = "task.yaml"  # the task as it was run; its subtrees lie beside it
 PLACES = "places.yaml"
 OPTIONS = "options.json"  # the options of the run
 _ROBOT = "robot"  # folder with the description of the robot as it was
-BT_LOG = "tree.btlog"  # status of every node over time, for Groot2
 VIEWER_LOG = "viewer.log"  # messages of the viewer
 COMMANDS = "commands.npy"
 """(ticks, 4 + j) float64: stamp [s], base twist (3), j joint velocities, as applied."""

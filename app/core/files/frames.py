@@ -39,7 +39,7 @@ class FrameStream:
             columns = (
                 [number],
                 [frame.stamp],
-                [np.array(frame.wTc.homogeneous)[:3].ravel()],
+                [np.array(frame.oTc.homogeneous)[:3].ravel()],
                 [list(frame.depth.shape)],
                 [frame.depth.ravel()],
                 [None if frame.colour is None else frame.colour.ravel()],
@@ -91,7 +91,7 @@ class RecordedFrames:
             return DepthFrame(
                 depth=batch["depth"].flatten().to_numpy().reshape(shape),
                 intrinsics=self._intrinsics,
-                wTc=SE3(pose[:, :3].copy(), pose[:, 3].copy()),
+                oTc=SE3(pose[:, :3].copy(), pose[:, 3].copy()),
                 stamp=batch["stamp"][0].as_py(),
                 paint=_paint(batch, shape),
             )

@@ -12,12 +12,11 @@ from typing import Any, TypeAlias
 from zlib import compress, decompress
 
 import numpy as np
-import numpy.typing as npt
 from pinocchio import SE3
 
+from config.arrays import Array
 from hw import Fault, FaultKind, LaserScan, LocalisedPose
 
-Array: TypeAlias = npt.NDArray[np.float64]
 _Noted: TypeAlias = tuple[Fault, ...] | LocalisedPose | LaserScan
 
 _FAST = 1

@@ -1,7 +1,8 @@
-"""Files that a run writes beside the recording: events, status log, commands, states, readings."""
+"""Files that a run writes beside the recording: events, commands, states, readings."""
 
 import json
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,13 +11,12 @@ import numpy.typing as npt
 
 from app.core.files.disk import PATIENCE, Disk
 from app.core.files.events import EVENTS, EventLog
-from app.core.files.folder import BT_LOG, COMMANDS, FRAMES, NOTES, READINGS, STATES, columns
+from app.core.files.folder import COMMANDS, FRAMES, NOTES, READINGS, STATES, columns
 from app.core.files.frames import FrameStream
 from app.core.files.notes import note
 from app.core.outcome import Outcome
 from app.live import Snapshot, colour_png, depth_png
 from hw import DepthFrame, RecordedRobot, turn_type
-from trees.btcpp import BtLog
 from trees.language import TreeNode
 
 _FRAME_CAPACITY = 60  # most frames that wait for a slow disk
@@ -44,14 +44,12 @@ class Outputs:
         self._robot = robot
         self._disk = disk = Disk(folder, lossless=lossless)
         self._events = EventLog(disk.file(EVENTS), task, nodes)
-        self._bt_log = BtLog(nodes)
-        self._bt_file = disk.file(BT_LOG)
-        self._bt_file.add(self._bt_log.head)
         j = len(robot.description.arm.joints)
-        named = columns(j)
-        self._commands = disk.array(COMMANDS, (np.float64, (len(named[COMMANDS]),)))
-        self._states = disk.array(STATES, (np.float64, (len(named[STATES]),)))
-        self._readings = disk.array(READINGS, turn_type(j))
+        named, turn = columns(j), turn_type(j)
+        self._turns = [disk.array(READINGS, turn)]
+        for name, encode in ((STATES, _states), (COMMANDS, _commands)):
+            row = np.float64, (len(named[name]),)
+            self._turns.append(disk.array(name, row, partial(encode, turn)))
         self._notes = disk.file(NOTES)
         self._note({"attended": attended, "columns": named})
         self._frame_disk = None
@@ -60,10 +58,9 @@ class Outputs:
             self._frames = self._frame_disk.file(FRAMES, FrameStream())
         robot.record(self)
 
-    def update(self, seen: Snapshot, *, paused: bool, why: str) -> bool:
-        """Write the changes of a tick; returns whether the status of a node changed."""
-        self._bt_file.add(self._bt_log.changes(seen.stamp))
-        return self._events.update(seen, paused=paused, why=why)
+    def update(self, seen: Snapshot) -> None:
+        """Write the changes of a tick."""
+        self._events.update(seen)
 
     def picture(self, name: str, frame: DepthFrame) -> None:
         """Write a picture that the task keeps."""
@@ -73,16 +70,9 @@ class Outputs:
 
     def turn(self, row: npt.NDArray[np.void]) -> None:
         """Write one cycle of the loop, a row of `turn_type`."""
-        self._readings.add(row.tobytes())
-        if row["read"]:
-            wTb = row["wTb"]
-            heading = np.arctan2(wTb[1, 0], wTb[0, 0])
-            base = (row["stamp"], wTb[0, 3], wTb[1, 3], heading, *row["base_twist"])
-            state = np.array([*base, *row["q"], *row["qd"], row["width"]])
-            self._states.add(state.tobytes())
-        if row["sent"]:
-            stamp = row["stamp"] if row["read"] else row["sent_time"]
-            self._commands.add(np.array([stamp, *row["applied"]]).tobytes())
+        data = row.tobytes()
+        for file in self._turns:
+            file.add(data)
 
     def thing(self, field: str, number: int, thing: Any) -> None:
         """Write what a number in the readings stands for; frames only if they are kept."""
@@ -104,3 +94,20 @@ class Outputs:
 
     def _note(self, line: dict[str, object]) -> None:
         self._notes.add((json.dumps(line) + "\n").encode())
+
+
+def _states(turn: np.dtype[np.void], pieces: Sequence[bytes]) -> bytes:
+    """Turns as rows of `STATES`."""
+    turns = np.frombuffer(b"".join(pieces), turn)
+    read = turns[turns["read"]]
+    oTb = read["wTb"]
+    base = read["stamp"], oTb[:, :2, 3], np.arctan2(oTb[:, 1, 0], oTb[:, 0, 0]), read["base_twist"]
+    return np.column_stack([*base, read["q"], read["qd"], read["width"]]).tobytes()
+
+
+def _commands(turn: np.dtype[np.void], pieces: Sequence[bytes]) -> bytes:
+    """Turns as rows of `COMMANDS`."""
+    turns = np.frombuffer(b"".join(pieces), turn)
+    sent = turns[turns["sent"]]
+    stamps = np.where(sent["read"], sent["stamp"], sent["sent_time"])
+    return np.column_stack([stamps, sent["applied"]]).tobytes()

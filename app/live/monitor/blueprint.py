@@ -14,7 +14,7 @@ from rerun.blueprint import archetypes, encodings
 from app.live.monitor.signals_panel import SHARES, Curves
 from app.live.monitor.tree_panel import PILL_RADIUS, ROW, pills
 from app.live.nodes import NodeInfo
-from app.live.snapshot import Array, SceneView
+from app.live.run_snapshot import Array, SceneView
 from robots import CORNERS, Plane, half_extents
 
 _PLOT_WINDOW, _HISTORY_WINDOW = 20.0, 30.0  # shown before the cursor [s]

@@ -14,7 +14,7 @@ import rerun as rr
 from app.live.monitor.columns import Instant, log_static, send_poses, set_time
 from app.live.monitor.glyphs import Colour
 from app.live.picture import colour_png, depth_png, grasp_outline, grey_range, millimetres
-from app.live.snapshot import Snapshot
+from app.live.run_snapshot import Snapshot
 from hw import DepthFrame
 from perception import Detection, GraspEstimate
 from robots import Intrinsics
@@ -60,7 +60,7 @@ class CameraPanel:
             if frame is not None:
                 captured = Instant(tick=snapshot.tick, stamp=frame.stamp)
                 self._draw_camera(frame.intrinsics)
-                send_poses(self._stream, [(captured, {_CAMERA: frame.wTc})])
+                send_poses(self._stream, [(captured, {_CAMERA: snapshot.mTo * frame.oTc})])
                 set_time(self._stream, captured)
                 self._draw(frame, snapshot.detection)
                 self._shown = frame.stamp

@@ -4,17 +4,15 @@ All poses are on one entity: a recording pays for every entity and every batch.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import chain
 from operator import is_
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import rerun as rr
 from pinocchio import SE3, Quaternion
 
-from app.live.snapshot import Snapshot
-
-Array = npt.NDArray[np.float64]
+from app.live.run_snapshot import Snapshot
 
 WORLD = "world"
 _POSES = "world/poses"
@@ -81,20 +79,24 @@ class Changes:
     def send(
         self,
         path: str,
+        kind: Any,
         shown: Iterable[Snapshot],
         source: Callable[[Snapshot], tuple[object, ...]],
-        drawn: Callable[[Snapshot], tuple[int, Any]],
+        drawn: Callable[[Snapshot], Mapping[str, Any]],
     ) -> None:
         """Send the snapshots in which an object of `source` is another than before.
 
-        `drawn` returns a number of instances and their columns.
+        `drawn` returns the columns of some instances of the archetype `kind`.
         """
+        times, rows = [], []
         for snapshot in shown:
             now = source(snapshot)
-            if path in self._last and all(map(is_, now, self._last[path])):
-                continue
-            self._last[path] = now
-            count, columns = drawn(snapshot)
-            self._stream.send_columns(
-                path, indexes=timelines([snapshot]), columns=columns.partition([count])
-            )
+            if path not in self._last or not all(map(is_, now, self._last[path])):
+                self._last[path] = now
+                times.append(snapshot)
+                rows.append(drawn(snapshot))
+        if rows:
+            columns = {name: [*chain(*(row[name] for row in rows))] for name in rows[0]}
+            counts = [len(next(iter(row.values()))) for row in rows]
+            instances = kind.columns(**columns).partition(counts)
+            self._stream.send_columns(path, indexes=timelines(times), columns=instances)

@@ -17,15 +17,13 @@ LOOK_COLOUR: dict[Look, Colour] = {
 }
 KIND_GLYPH = {
     "sequence": "→",
-    "reactive_sequence": "⇒",
     "fallback": "?",
-    "reactive_fallback": "?",
     "parallel": "‖",
     "forever": "↻",
     "until": "↻",
     "retry": "↻",
     "repeat": "↻",
-    "invert": "¬",
+    "not": "¬",
     "timeout": "◇",
 }
 """Marks of composites and modifiers; leaves have none."""

@@ -11,11 +11,13 @@ import numpy as np
 import rerun as rr
 
 from app.live.feed import Throttle
-from app.live.monitor.columns import WORLD, Array, Changes, log_static, send_poses
+from app.live.monitor.columns import WORLD, Changes, log_static, send_poses
 from app.live.monitor.glyphs import Colour, printable
 from app.live.monitor.robot_visual import solids
 from app.live.robot_parts import base_parts
-from app.live.snapshot import PoseEstimate, SceneView, Snapshot
+from app.live.run_snapshot import PoseEstimate, SceneView, Snapshot
+from config.arrays import Array
+from config.planar import rotate
 from robots import Geom, Plane, RobotDescription, reach
 
 Made = TypeVar("Made")
@@ -65,26 +67,27 @@ class LocalisationPanel:
         """Add the snapshots of a batch."""
         shown = [s for s in batch if s.estimate is not None and self._throttle.due(s.stamp)]
         true = [(s, s.estimate.true_base) for s in shown if s.estimate is not None]
-        send_poses(self._stream, [(s, {TRUE_BASE: wTb}) for s, wTb in true if wTb is not None])
+        send_poses(self._stream, [(s, {TRUE_BASE: oTb}) for s, oTb in true if oTb is not None])
         send = self._changes.send
         outline = partial(_outline, self._size)
-        send(OUTLINE, shown, _of(lambda e: (e.covariance,)), _of(outline))
-        send(SCAN, shown, _of(lambda e: (e.scan,)), _of(_scan))
-        send(MATCHED, shown, _of(lambda e: (e.registration,)), _of(_matched))
-        send(DISPLACED, shown, _of(lambda e: (e.registration,)), _of(self._displaced))
+        found = _of(lambda e: (e.registration,))
+        send(OUTLINE, rr.LineStrips3D, shown, _of(lambda e: (e.covariance,)), _of(outline))
+        send(SCAN, rr.Points3D, shown, _of(lambda e: (e.scan,)), _of(_scan))
+        send(MATCHED, rr.Points3D, shown, found, _of(_matched))
+        send(DISPLACED, rr.Arrows3D, shown, found, _of(self._displaced))
 
-    def _displaced(self, estimate: PoseEstimate) -> tuple[int, Any]:
+    def _displaced(self, estimate: PoseEstimate) -> dict[str, Any]:
         """Arrows on top of furniture, from where the map has it to where it was found."""
         moved = () if estimate.registration is None else estimate.registration.displaced
-        return len(moved), rr.Arrows3D.columns(
-            origins=[(*one.centre, self._tops.get(one.piece, 0.0)) for one in moved],
-            vectors=[(*one.by[:2], 0.0) for one in moved],
-            labels=[
+        return {
+            "origins": [(*one.centre, self._tops.get(one.piece, 0.0)) for one in moved],
+            "vectors": [(*one.by[:2], 0.0) for one in moved],
+            "labels": [
                 f"{printable(one.piece)} moved by {1000.0 * np.hypot(*one.by[:2]):.0f} mm, "
                 f"{np.rad2deg(one.by[2]):.1f}°"
                 for one in moved
             ],
-        )
+        }
 
 
 def _of(of: Callable[[PoseEstimate], Made]) -> Callable[[Snapshot], Made]:
@@ -111,12 +114,11 @@ def _tops(fixtures: Sequence[Geom]) -> dict[str, float]:
     return tops
 
 
-def _outline(size: tuple[float, float], estimate: PoseEstimate) -> tuple[int, Any]:
+def _outline(size: tuple[float, float], estimate: PoseEstimate) -> dict[str, Any]:
     """The convex hull of the ellipses in which the corners of the base lie, `size` [m] apart."""
     x, y, heading = estimate.mTb
     signs = np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)])
-    c, s = np.cos(heading), np.sin(heading)
-    corners = (signs * size / 2.0) @ np.array([[c, s], [-s, c]])
+    corners = np.column_stack(rotate(heading, *(signs * size / 2.0).T))
     J = np.tile(np.eye(2, 3), (4, 1, 1))
     J[:, 0, 2], J[:, 1, 2] = -corners[:, 1], corners[:, 0]
     covariances = J @ estimate.covariance @ J.transpose(0, 2, 1)
@@ -127,21 +129,18 @@ def _outline(size: tuple[float, float], estimate: PoseEstimate) -> tuple[int, An
     rows = np.arange(len(towards))
     grown = np.einsum("nij,nj->ni", covariances[best], towards) / spread[rows, best][:, None]
     points = np.array([x, y]) + corners[best] + 2.0 * grown
-    return 1, rr.LineStrips3D.columns(
-        strips=[np.column_stack([points, np.full(len(points), _FLOOR)])],
-        labels=[f"±{1000.0 * estimate.two_sigma[0]:.0f} mm"],
-    )
+    strip = np.column_stack([points, np.full(len(points), _FLOOR)])
+    return {"strips": [strip], "labels": [f"±{1000.0 * estimate.two_sigma[0]:.0f} mm"]}
 
 
-def _scan(estimate: PoseEstimate) -> tuple[int, Any]:
+def _scan(estimate: PoseEstimate) -> dict[str, Any]:
     points: Array = np.zeros((0, 3))
     if (scan := estimate.scan) is not None:
         mTb = estimate.mTo * scan.oTb
         points = scan.points[np.isfinite(scan.ranges)] @ mTb.rotation.T + mTb.translation
-    return len(points), rr.Points3D.columns(positions=points)
+    return {"positions": points}
 
 
-def _matched(estimate: PoseEstimate) -> tuple[int, Any]:
+def _matched(estimate: PoseEstimate) -> dict[str, Any]:
     found = estimate.registration
-    points: Array = np.zeros((0, 3)) if found is None else found.points
-    return len(points), rr.Points3D.columns(positions=points)
+    return {"positions": np.zeros((0, 3)) if found is None else found.points}

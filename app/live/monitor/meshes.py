@@ -16,6 +16,9 @@ from zipfile import BadZipFile
 import numpy as np
 import numpy.typing as npt
 
+from config import user_cache
+from config.arrays import Image
+
 NAMES = (*(f"link{i}" for i in range(8)), "hand", "finger", "omron")
 """Names of the meshes, each in its link's frame; the origin of `omron` is on the floor."""
 
@@ -31,8 +34,8 @@ _HARD_EDGE = np.radians(35.0)
 class Mesh:
     """A coloured triangle mesh."""
 
-    vertices: npt.NDArray[np.float32]  # (N, 3) [m]
-    normals: npt.NDArray[np.float32]  # (N, 3) of the vertices
+    vertices: Image  # (N, 3) [m]
+    normals: Image  # (N, 3) of the vertices
     colours: npt.NDArray[np.uint8]  # (N, 3) of the vertices
     triangles: npt.NDArray[np.uint32]  # (M, 3) indices of vertices
 
@@ -44,8 +47,7 @@ def meshes() -> dict[str, Mesh] | None:
     """The meshes by name; None without the `assets` extra."""
     if any(importlib.util.find_spec(package) is None for package in _EXTRA):
         return None
-    root = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    kept = Path(root) / "frankie-task" / f"frankie-meshes-{version('rtb-data')}.npz"
+    kept = user_cache() / f"frankie-meshes-{version('rtb-data')}.npz"
     with suppress(OSError, KeyError, ValueError, BadZipFile), np.load(kept) as arrays:
         return {name: Mesh(**{part: arrays[f"{name}.{part}"] for part in _PARTS}) for name in NAMES}
     made = {name: _thinned(name) for name in NAMES}

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from app.live.feed import Feed, Throttle
 from app.live.nodes import NodeInfo
-from app.live.snapshot import SceneView, Snapshot
-from app.live.web.ports import Address
+from app.live.run_snapshot import SceneView, Snapshot
+from app.web import Address
 from config import UserError
 from controller import RobotModel
 from robots import RobotDescription
@@ -43,7 +43,7 @@ class Recorder:
         server: Address | None = None,
     ) -> None:
         with _quiet():
-            from app.live.monitor.writer import Writer  # Rerun takes a second to import
+            from app.live.monitor.rerun_stream import Writer  # Rerun takes a second to import
 
         self._path = path
         try:

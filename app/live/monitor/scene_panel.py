@@ -9,12 +9,14 @@ import rerun as rr
 from pinocchio import SE3
 
 from app.live.feed import Throttle
-from app.live.monitor.columns import WORLD, Array, Changes, log_static, send_poses, set_time
+from app.live.monitor.columns import WORLD, Changes, log_static, send_poses, set_time
 from app.live.monitor.glyphs import Colour, printable
 from app.live.monitor.robot_visual import robot_visual, solids
 from app.live.robot_parts import base_parts, finger_poses, hand_parts
-from app.live.snapshot import SceneView, Snapshot
+from app.live.run_snapshot import SceneView, Snapshot
 from behaviours import Region
+from config.arrays import Array
+from config.planar import yaw_of
 from controller import RobotModel, se3_of
 from robots import RobotDescription
 
@@ -90,19 +92,21 @@ class ScenePanel:
             return
         send_poses(self._stream, [(snapshot, self._moved(snapshot)) for snapshot in shown])
         send = self._changes.send
-        send("world/grasp", shown, lambda s: (s.grasp, s.locked), _grasp)
-        send("world/way", shown, lambda s: (s.way,), _way)
-        send("world/nearest", shown, lambda s: (s.report.nearest_points,), _nearest)
+        lines, nearest = rr.LineStrips3D, lambda s: (s.report.nearest_points,)
+        send("world/grasp", lines, shown, lambda s: (s.grasp, s.locked), _grasp)
+        send("world/way", lines, shown, lambda s: (s.way,), _way)
+        send("world/nearest", lines, shown, nearest, _nearest)
         some = [snapshot for snapshot in shown if self._seen.due(snapshot.stamp)]
-        send("world/seen", some, lambda s: (s.seen,), _seen)
+        send("world/seen", rr.Points3D, some, lambda s: (s.seen,), _seen)
 
     def _moved(self, snapshot: Snapshot) -> dict[str, SE3]:
         """Poses of the frames that moved."""
         state, robot = snapshot.state, self._model.description
-        *links, hand = self._model.link_poses(state.wTb, state.q)
+        mTb = snapshot.mTb
+        *links, hand = self._model.link_poses(mTb, state.q)
         fingers = [hand * pose for pose in finger_poses(robot.gripper, state.gripper_width)]
         poses = {
-            _BASE: state.wTb,
+            _BASE: mTb,
             _HAND: hand,
             _GHOST_HAND: _AWAY if snapshot.hand_goal is None else snapshot.hand_goal,
             _GHOST_BASE: _AWAY if snapshot.base_goal is None else se3_of(snapshot.base_goal),
@@ -111,7 +115,7 @@ class ScenePanel:
             **dict(zip(self._objects, snapshot.objects, strict=True)),
         }
         if _CAMERA not in self._last:  # until there is an image, where one would be taken
-            poses[_CAMERA] = snapshot.wTe * robot.camera.eTc
+            poses[_CAMERA] = snapshot.mTe * robot.camera.eTc
         moved = {
             name: pose
             for name, pose in poses.items()
@@ -125,41 +129,40 @@ def _line(colour: Colour, width: float, **more: Any) -> rr.LineStrips3D:
     return rr.LineStrips3D.from_fields(colors=[colour], radii=rr.Radius.ui_points(width), **more)
 
 
-def _grasp(snapshot: Snapshot) -> tuple[int, Any]:
+def _grasp(snapshot: Snapshot) -> dict[str, Any]:
     """The outline of the open gripper at the tracked grasp, with its quality."""
     grasp, locked = snapshot.grasp, snapshot.locked
     if grasp is None:
-        return 0, rr.LineStrips3D.columns(strips=[], colors=[], labels=[])
+        return {"strips": [], "colors": [], "labels": []}
+    mTg = snapshot.mTo * grasp.oTg
     back, half = -_FINGER_LENGTH, grasp.width / 2
     outline = np.array([[0, -half, 0], [0, -half, back], [0, half, back], [0, half, 0]])
-    return 1, rr.LineStrips3D.columns(
-        strips=[outline @ grasp.wTg.rotation.T + grasp.wTg.translation],
-        colors=[_LOCKED if locked else _TRACKED],
-        labels=[f"{grasp.quality:.2f}{' locked' if locked else ''}"],
-    )
+    return {
+        "strips": [outline @ mTg.rotation.T + mTg.translation],
+        "colors": [_LOCKED if locked else _TRACKED],
+        "labels": [f"{grasp.quality:.2f}{' locked' if locked else ''}"],
+    }
 
 
-def _way(snapshot: Snapshot) -> tuple[int, Any]:
+def _way(snapshot: Snapshot) -> dict[str, Any]:
     """Base path on the floor."""
     if snapshot.way is None or len(snapshot.way) < 2:
-        return 0, rr.LineStrips3D.columns(strips=[])
+        return {"strips": []}
     points = np.column_stack([snapshot.way[:, :2], np.full(len(snapshot.way), _FLOOR)])
-    return 1, rr.LineStrips3D.columns(strips=[points])
+    return {"strips": [points]}
 
 
-def _nearest(snapshot: Snapshot) -> tuple[int, Any]:
+def _nearest(snapshot: Snapshot) -> dict[str, Any]:
     """A line over the smallest distance that the controller keeps, with its length."""
     points, distance = snapshot.report.nearest_points, snapshot.report.clearance
     if points is None or not distance < _FAR:
-        return 0, rr.LineStrips3D.columns(strips=[], labels=[])
-    label = f"{100.0 * distance:.0f} cm"
-    return 1, rr.LineStrips3D.columns(strips=[np.stack(points)], labels=[label])
+        return {"strips": [], "labels": []}
+    return {"strips": [np.stack(points)], "labels": [f"{100.0 * distance:.0f} cm"]}
 
 
-def _seen(snapshot: Snapshot) -> tuple[int, Any]:
+def _seen(snapshot: Snapshot) -> dict[str, Any]:
     points: Array = np.zeros((0, 3)) if snapshot.seen is None else snapshot.seen.points
-    some = points[:: max(1, -(-len(points) // _SEEN_POINTS))]
-    return len(some), rr.Points3D.columns(positions=some)
+    return {"positions": points[:: max(1, -(-len(points) // _SEEN_POINTS))]}
 
 
 def ghosts(robot: RobotDescription) -> tuple[list[Any], list[Any]]:
@@ -196,7 +199,7 @@ def region_boxes(regions: Sequence[Region]) -> rr.Boxes3D:
 
 
 def _upright(rotation: Array) -> rr.Quaternion:
-    yaw = float(np.arctan2(rotation[1, 0], rotation[0, 0]))
+    yaw = yaw_of(rotation)
     return rr.Quaternion(xyzw=(0.0, 0.0, sin(yaw / 2.0), cos(yaw / 2.0)))
 
 
@@ -229,7 +232,7 @@ class FaultPanel:
                 if self._shown is None or bool(faults) is not bool(self._shown):
                     self._paint(bool(faults))
                 self._shown = faults
-                place = snapshot.state.wTb.translation + _ABOVE
+                place = snapshot.mTb.translation + _ABOVE
                 label = f"⚠ FAULT: {printable('; '.join(faults))}"
                 banner = rr.Points3D.from_fields(
                     positions=[place] if faults else [], labels=[label] if faults else []

@@ -2,16 +2,17 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from itertools import cycle, islice
-from math import degrees, isfinite, nan
+from math import degrees, hypot, isfinite, nan
 from typing import NamedTuple
 
 import numpy as np
 import rerun as rr
 
-from app.live.monitor.columns import Array, timelines
+from app.live.monitor.columns import timelines
 from app.live.monitor.glyphs import Colour
-from app.live.snapshot import Snapshot
-from perception.registration import compose, inverse, on_floor
+from app.live.run_snapshot import Snapshot
+from config.arrays import Array
+from config.planar import Pose2D
 from robots import RobotDescription
 
 _SEVEN: tuple[Colour, ...] = (
@@ -68,11 +69,11 @@ PLOTS = {
 """By entity, below /signals; one unit per axis."""
 
 
-def _error(s: Snapshot) -> Array:
-    """(3,) true error of the believed pose: x, y [m], heading [rad], in the true base."""
+def _error(s: Snapshot) -> Pose2D:
+    """The true error of the believed pose, in the true base."""
     if s.estimate is None or s.estimate.true_base is None:
-        return np.full(3, nan)
-    return compose(inverse(on_floor(s.estimate.true_base)), on_floor(s.state.wTb))
+        return Pose2D(nan, nan, nan)
+    return Pose2D.of(s.mTb).relative_to(Pose2D.of(s.estimate.true_base))
 
 
 def _two_sigma(s: Snapshot) -> tuple[float, float]:
@@ -83,7 +84,7 @@ POSE_PLOTS = {
     "pose_position": Curves(
         "position of the base [mm]",
         ["2 sigma", "true error"],
-        lambda s: (1000.0 * _two_sigma(s)[0], 1000.0 * np.hypot(*_error(s)[:2])),
+        lambda s: (1000.0 * _two_sigma(s)[0], 1000.0 * hypot(*_error(s)[:2])),
     ),
     "pose_heading": Curves(
         "heading of the base [deg]",
@@ -109,6 +110,7 @@ class SignalsPanel:
 
     def write(self, batch: Sequence[Snapshot]) -> None:
         """Add the rows of a batch."""
+        times = timelines(batch)
         for entity, curves in self._plots.items():
             table: Array = np.array([curves.row(snapshot) for snapshot in batch], dtype=float)
             if entity == SHARES:
@@ -116,6 +118,6 @@ class SignalsPanel:
             rows = rr.Scalars.columns(scalars=table.ravel())
             self._stream.send_columns(
                 f"signals/{entity}",
-                indexes=timelines(batch),
+                indexes=times,
                 columns=rows.partition([table.shape[1]] * len(batch)),
             )

@@ -9,7 +9,7 @@ from app.live.happenings import Happenings
 from app.live.monitor.columns import timelines
 from app.live.monitor.glyphs import printable
 from app.live.nodes import STATUS_GLYPH, NodeInfo, path_from_root, tip
-from app.live.snapshot import Snapshot
+from app.live.run_snapshot import Snapshot
 
 _PERIOD = 0.2  # shortest time between two messages of a node [s]
 

@@ -7,10 +7,11 @@ import numpy as np
 import rerun as rr
 from py_trees.common import Status
 
-from app.live.monitor.columns import Array, Instant, Time, timelines
+from app.live.monitor.columns import Instant, Time, timelines
 from app.live.monitor.glyphs import KIND_GLYPH, LOOK_COLOUR, printable
 from app.live.nodes import LOOK_GLYPH, Look, NodeInfo, looks, parents, shortened, tip
-from app.live.snapshot import Snapshot
+from app.live.run_snapshot import Snapshot
+from config.arrays import Array
 
 ROW = 30.0  # distance of two pills [scene units, about a pixel]
 PILL_RADIUS = 12.0

@@ -35,8 +35,7 @@ class Hook(Branch):
         self.key = str(getattr(node, "key", "")) if isinstance(node, Branch) else "hook"  # type: ignore[misc]
         self.node = node
         self.is_condition = is_answer(node)
-        self.stops = self.groot_stops = False
-        """Breakpoints before the node: of the command line and the page, and of Groot2."""
+        self.stops = False  # whether the run pauses before the node
         self.asks = False  # whether the node waits for approval each time that it is entered
         self.answer: Status | None = None
         self.forced: Status | None = None  # ends the node now, or as soon as it is entered
@@ -65,9 +64,7 @@ class Hook(Branch):
             self.restart()
             if answer is not None:
                 return self._end_with(answer, "chosen")
-        elif self.node.status is not Status.RUNNING and (
-            self.stops or self.groot_stops or self.asks
-        ):
+        elif self.node.status is not Status.RUNNING and (self.stops or self.asks):
             self._waiting = True
             self.feedback_message = "paused before this node"
             self._reached(self)

@@ -10,22 +10,25 @@ import os
 import subprocess
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory, mkdtemp
 
 from app.choices import View
-from app.live.web import (
+from app.run_options import RunOptions
+from app.terminal import until_interrupted
+from app.web import (
+    LOOPBACK,
+    RECORDING,
+    Address,
     FileServer,
     WebFilesError,
+    choose_port,
+    reachable,
     viewer_address,
     viewer_environment,
     viewer_program,
     viewer_web_files,
 )
-from app.live.web.http_server import RECORDING
-from app.live.web.ports import LOOPBACK, Address, choose_port, reachable
-from app.terminal import until_interrupted
 from config import UserError
 
 USUAL_PORT = 9876  # of the live data; the viewer's own default
@@ -38,24 +41,13 @@ class ViewError(UserError):
     """A run cannot be shown as requested."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class ViewOptions:
-    """Options of the viewer."""
-
-    view: View = View.NONE
-    host: str = LOOPBACK
-    port: int | None = None
-    """Of the live data; None takes the usual one, or a free one if that is taken."""
-    web_port: int | None = None  # of the page; None likewise
-
-
 class Viewer:
     """The viewer of one run; invalid options raise before anything is started.
 
     Raises ViewError: there is no screen, a port is taken, or the address is not this machine's.
     """
 
-    def __init__(self, options: ViewOptions, *, say: Callable[[str], None]) -> None:
+    def __init__(self, options: RunOptions, *, say: Callable[[str], None]) -> None:
         self._say = say
         self._view = _resolved(options.view)
         self.server: Address | None = None  # where the recorder serves; None without a viewer
@@ -63,11 +55,9 @@ class Viewer:
         self._open = ""  # the address that others can reach
         if self._view is View.NONE:
             return
-        host = _checked(options.host)
+        host = _checked(options.view_host)
         self._open = "" if ipaddress.ip_address(host).is_loopback else host
-        if self._view is View.FOXGLOVE:  # which has a server of its own
-            return
-        port = _port(host, options.port, USUAL_PORT, "--view-port")
+        port = _port(host, options.view_port, USUAL_PORT, "--view-port")
         self.server = Address(host=host, port=port)
         if self._view is View.WEB:
             self._web_port = _port(host, options.web_port, USUAL_WEB_PORT, "--web-port")
@@ -146,7 +136,7 @@ def _resolved(view: View) -> View:
         return View.SPAWN if has_screen() else View.NONE
     if view is View.SPAWN and not has_screen():
         raise ViewError("--view spawn: there is no screen here; --view web shows it in a browser")
-    if view not in (View.NONE, View.FOXGLOVE):
+    if view is not View.NONE:
         viewer_program()
     return view
 

@@ -11,9 +11,9 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from config.arrays import Image, Mask
 from robots import CameraDescription
 
-DepthImage = npt.NDArray[np.float32]
 Value = TypeVar("Value", bound=np.generic)
 
 _FARTHEST = np.float32(1e3)  # what is farther, or not there, counts as this far [m]
@@ -29,14 +29,12 @@ class D435Noise:
     edge_loss: float = 0.7  # Probability that a pixel at an edge is lost
     speckle: float = 0.008  # Share of pixels lost in small patches
 
-    def apply(
-        self, depth: DepthImage, camera: CameraDescription, rng: np.random.Generator
-    ) -> DepthImage:
+    def apply(self, depth: Image, camera: CameraDescription, rng: np.random.Generator) -> Image:
         """A noisy copy of a depth image (H, W) [m], in whole millimetres; NaN where missing."""
         # With a number in place of an array, fmin is several times slower, and so is maximum.
-        far: DepthImage = np.fmin(depth, np.full_like(depth, _FARTHEST))
+        far: Image = np.fmin(depth, np.full_like(depth, _FARTHEST))
         scale, step = np.float32(camera.intrinsics.fx * camera.baseline), self.disparity_step
-        values: DepthImage = scale / far  # disparities [px], later millimetres
+        values: Image = scale / far  # disparities [px], later millimetres
         seen = (far >= camera.min_range) & (far <= camera.max_range)
         seen &= ~_hidden_from_the_other_imager(values)
         lost = _edges(far, self.edge_step)
@@ -56,7 +54,7 @@ class D435Noise:
         return values
 
 
-def _hidden_from_the_other_imager(disparity: DepthImage) -> npt.NDArray[np.bool_]:
+def _hidden_from_the_other_imager(disparity: Image) -> Mask:
     """Pixels left of a nearer surface, which lands at or left of them in the right imager."""
     column = np.arange(disparity.shape[1], dtype=np.float32) - disparity
     hidden = np.zeros(disparity.shape, dtype=np.bool_)
@@ -70,7 +68,7 @@ def _hidden_from_the_other_imager(disparity: DepthImage) -> npt.NDArray[np.bool_
     return hidden
 
 
-def _edges(depth: DepthImage, step: float) -> npt.NDArray[np.bool_]:
+def _edges(depth: Image, step: float) -> Mask:
     """Pixels on either side of a jump in depth of more than `step` [m]."""
     edges = np.zeros(depth.shape, dtype=np.bool_)
     for jumped, away in ((edges, depth), (edges.T, depth.T)):
@@ -86,6 +84,6 @@ def _blocks(shape: tuple[int, ...], block: int) -> tuple[int, int]:
     return -(-shape[0] // block), -(-shape[1] // block)
 
 
-def _spread(values: npt.NDArray[Value], like: DepthImage, block: int) -> npt.NDArray[Value]:
+def _spread(values: npt.NDArray[Value], like: Image, block: int) -> npt.NDArray[Value]:
     """Values of square blocks at each of their pixels."""
     return values.repeat(block, 1)[:, : like.shape[1]].repeat(block, 0)[: like.shape[0]]

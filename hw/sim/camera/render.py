@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from pinocchio import SE3
 
+from config.arrays import Array, Image
 from hw.sim.camera.triangles import Body, draw
 from hw.sim.sim_object import Mesh, Surface, Visible
 from robots import (
@@ -27,7 +28,6 @@ from robots import (
     half_extents,
 )
 
-Image: TypeAlias = npt.NDArray[np.float32]
 Ids: TypeAlias = npt.NDArray[np.int16]
 Entry: TypeAlias = Callable[[Any, Image, Image], Image]
 
@@ -113,9 +113,7 @@ class DepthRenderer:
             if u0 < u1 and v0 < v1
         ]
 
-    def _rectangles(
-        self, half: npt.NDArray[np.float64], sRc: npt.NDArray[np.float64], cPs: Any
-    ) -> list[list[int]]:
+    def _rectangles(self, half: Array, sRc: Array, cPs: Any) -> list[list[int]]:
         """(N, 4) u0, u1, v0, v1 around each box cut at the near plane; the image if infinite."""
         camera = self._intrinsics
         corners = (_SIGNS * np.where(np.isinf(half), 0.0, half)[:, None, :]) @ sRc + cPs[:, None]

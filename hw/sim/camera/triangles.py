@@ -8,14 +8,13 @@ the same end of their spans, so no ray slips between them.
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from config.arrays import Image, Indices, Mask
 from robots import Array, Intrinsics, Triangles
-
-Numbers: TypeAlias = npt.NDArray[np.int64]
 
 
 class Body(NamedTuple):
@@ -28,7 +27,7 @@ class Body(NamedTuple):
 
 
 def draw(
-    depth: npt.NDArray[np.float32],
+    depth: Image,
     ids: npt.NDArray[np.int16] | None,
     bodies: Sequence[Body],
     camera: Intrinsics,
@@ -54,10 +53,10 @@ def draw(
 def _crossed(
     in_camera: Array,
     triangles: Triangles,
-    closed: npt.NDArray[np.bool_],
+    closed: Mask,
     camera: Intrinsics,
     near: float,
-) -> tuple[npt.NDArray[np.float32], Numbers, Numbers]:
+) -> tuple[Image, Indices, Indices]:
     """All rays that meet triangles: (P,) depths [m], numbers of pixels and of triangles."""
     z = in_camera[:, 2]
     corners = np.stack(
@@ -101,7 +100,7 @@ def _crossed(
 
 def _rows(
     y: Array, z: Array, triangles: Triangles, height: int, near: float
-) -> tuple[Numbers, Numbers]:
+) -> tuple[Indices, Indices]:
     """First and last row (T,) of each triangle; all rows where it crosses the near plane."""
     ahead = z > near
     row = y / np.where(ahead, z, 1.0)
@@ -114,7 +113,7 @@ def _rows(
     return low, np.clip(high, -1.0, height - 1.0).astype(np.int64)
 
 
-def _expanded(first: Numbers, last: Numbers) -> tuple[Numbers, Numbers]:
+def _expanded(first: Indices, last: Indices) -> tuple[Indices, Indices]:
     """All integers of ranges (N,), both ends included: number of the range, and the integers."""
     count = np.maximum(last - first + 1, 0)
     which = np.repeat(np.arange(len(first)), count)

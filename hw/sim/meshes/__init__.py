@@ -1,4 +1,4 @@
 """Mesh files: reading, convex decomposition for collisions, simplification for images."""
 
-from hw.sim.meshes.parts import convex_parts
-from hw.sim.meshes.reading import MeshError, Units, Up, fewer, read_mesh
+from hw.sim.meshes.convex_decomposition import convex_parts
+from hw.sim.meshes.mesh_file import MeshError, Units, Up, fewer, read_mesh

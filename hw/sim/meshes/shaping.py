@@ -3,6 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
+from config.arrays import Indices
 from robots import Array, Triangles
 
 _WELD = 1e-6  # distance of merged corners, relative to the bounding box
@@ -87,13 +88,13 @@ def _area(vertices: Array, triangles: Triangles) -> float:
     return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()) / 2.0
 
 
-def _lone(triangles: Triangles) -> npt.NDArray[np.int64]:
+def _lone(triangles: Triangles) -> Indices:
     """(E, 2) edges of only one triangle."""
     edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     _, first, count = np.unique(
         np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True
     )
-    lone: npt.NDArray[np.int64] = edges[first[count == 1]].astype(np.int64)
+    lone: Indices = edges[first[count == 1]].astype(np.int64)
     return lone
 
 

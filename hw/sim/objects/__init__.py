@@ -1,10 +1,23 @@
-"""Classes of random objects: of the scenes, of training, and, never trained on, of evaluation."""
+"""Classes of random objects, each a function that returns convex parts at rest on z = 0."""
 
-from hw.sim.objects.heldout import HELDOUT
 from hw.sim.objects.household import HOUSEHOLD
+from hw.sim.objects.making import (
+    MAX_HEIGHT,
+    PAINT,
+    Maker,
+    ObjectClass,
+    Parts,
+    body_of,
+    box,
+    disc,
+    fitting,
+    longest,
+    make_object,
+    mass_properties,
+    part,
+)
 from hw.sim.objects.modelled import MODELLED
-from hw.sim.objects.random_bodies import RANDOM_BODIES
-from hw.sim.objects.train import TRAIN
+from hw.sim.objects.modelling import SIDES, corners_of, cut_out, flat, hollow, lying, swept, turned
 
-OBJECT_CLASSES = {**HOUSEHOLD, **TRAIN, **HELDOUT, **MODELLED, **RANDOM_BODIES}
-"""All classes that a scene may name."""
+OBJECT_CLASSES = {**HOUSEHOLD, **MODELLED}
+"""All classes that a scene may name; `lab` adds those that networks are trained and judged on."""

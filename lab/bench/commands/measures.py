@@ -8,7 +8,7 @@ import typer
 
 from app.commands import refuse
 from app.terminal import Terminal
-from lab.bench.commands.options import (
+from lab.bench.commands.bench_options import (
     BOTH,
     Json,
     Robot,
@@ -77,7 +77,7 @@ def experiments(
 
     Ends with exit code 1 if a figure has changed.
     """
-    from config import read_config
+    from config.reader import read_config
     from lab.bench.regenerate import Experiments, regenerate, regenerated_table
 
     check_writable(json)

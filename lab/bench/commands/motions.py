@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from app.commands import refuse
-from lab.bench.commands.options import (
+from lab.bench.commands.bench_options import (
     BOTH,
     Cluster,
     Json,
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from pinocchio import SE3
 
     from lab.bench.configuration import Configuration
-    from lab.bench.reach import Conditions, Reach
+    from lab.bench.reaching import Conditions, Reach
 
 
 Preset = Literal["frankie", "paper", "example", "mink", "pink", "rtb"]  # what to measure
@@ -78,7 +78,7 @@ def reach(
 
     from lab.bench.configuration import Configuration
     from lab.bench.goals import STARTS, generate_goals
-    from lab.bench.reach import SWEEPS, Conditions, reach_notes, reach_table
+    from lab.bench.reaching import SWEEPS, Conditions, reach_notes, reach_table
 
     chosen("--starts", [starts], STARTS)
     conditions = Conditions(
@@ -129,7 +129,7 @@ def _reach(
     goals: Sequence[SE3],
     workers: int | str | None,
 ) -> Reach:
-    from lab.bench.reach import aggregate_trials, run_trials
+    from lab.bench.reaching import aggregate_trials, run_trials
     from lab.shared import progress
 
     speed = configuration.model().limits.base_twist[0]
@@ -195,7 +195,7 @@ def moving(
 ) -> None:
     """Follow goals at 0.3 m/s that never stop: largest errors after catching up."""
     from lab.bench.configuration import Configuration
-    from lab.bench.moving import PATHS, Following, moving_table, run_following
+    from lab.bench.moving_goals import PATHS, Following, moving_table, run_following
 
     check_writable(json)
     followings = [Following(path=path, known=known) for path in PATHS for known in (True, False)]
@@ -225,7 +225,7 @@ def obstacles(
     json: Json = None,
 ) -> None:
     """Reach goals among furniture and walkers; count failures and contacts, compare the times."""
-    from lab.bench.obstacles.report import obstacle_notes, obstacle_rows, obstacle_table
+    from lab.bench.obstacles.obstacle_report import obstacle_notes, obstacle_rows, obstacle_table
     from lab.bench.obstacles.trials import CONTROLLERS, Setup, run_worlds, world_names
     from lab.shared import progress
 
@@ -245,7 +245,7 @@ def obstacles(
 
 
 def _world(text: str) -> tuple[str, int]:
-    from lab.bench.obstacles.worlds import FAMILIES
+    from lab.bench.obstacles.obstacle_worlds import FAMILIES
 
     family, _, number = text.partition(":")
     if family not in FAMILIES or not number.isdigit():

@@ -13,14 +13,15 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from scipy.ndimage import label
 
+from config.arrays import Mask
+from config.planar import rotate
 from controller import Array, RobotModel
 from lab.bench.contacts import ContactChecker
-from lab.bench.obstacles.judge import Judge
-from lab.bench.obstacles.robot_shapes import RobotShapes
-from lab.bench.obstacles.shapes import signed_distance
+from lab.bench.obstacles.contact_judge import Judge
+from lab.bench.obstacles.convex_distances import signed_distance
+from lab.bench.obstacles.judged_shapes import RobotShapes
 from robots import Geom, half_extents
 
 FOLDED = np.array([0.0, -1.2, 0.0, -2.0, 0.0, 1.1, np.pi / 4.0])
@@ -57,7 +58,7 @@ class Postures(NamedTuple):
     tools: Array  # (N, 3) position of the tool in the base frame [m]
     approach: Array  # (N, 3) approach direction of the hand in the base frame
 
-    def chosen(self, which: npt.NDArray[np.bool_]) -> Postures:
+    def chosen(self, which: Mask) -> Postures:
         """Some of them."""
         return Postures(*(values[which] for values in self))
 
@@ -101,8 +102,7 @@ def stance_at(
     number = rng.choice(suited)
     tool, (ax, ay, _) = postures.tools[number], postures.approach[number]
     heading = rng.uniform(-np.pi, np.pi) if yaw is None else yaw - np.arctan2(ay, ax)
-    c, s = np.cos(heading), np.sin(heading)
-    place = point[:2] - np.array([c * tool[0] - s * tool[1], s * tool[0] + c * tool[1]])
+    place = point[:2] - rotate(heading, *tool[:2])
     return Stance(np.array([*place, heading]), postures.q[number])
 
 

@@ -7,11 +7,11 @@ from typing import Any
 
 from controller import OPEN_FLOOR, PoseGoal
 from lab.bench.configuration import Configuration
-from lab.bench.evaluation import Trial
-from lab.bench.motion import Motion, run_motion
-from lab.bench.obstacles.judge import Judge, Verdict
-from lab.bench.obstacles.worlds import FAMILIES, World, WorldMaker
-from lab.bench.reach import PATIENCE, Conditions, evaluator_of
+from lab.bench.motion_evaluation import Trial
+from lab.bench.obstacles.contact_judge import Judge, Verdict
+from lab.bench.obstacles.obstacle_worlds import FAMILIES, World, WorldMaker
+from lab.bench.reaching import PATIENCE, Conditions, evaluator_of
+from lab.bench.simulated_motion import Motion, run_motion
 from lab.shared import run_in_order
 
 BLIND = "blind"  # our controller without any obstacle
@@ -79,7 +79,7 @@ def run_world(setup: Setup, controller: str, world: World) -> Motion:
     configuration = setup.configuration(controller)
     model = evaluator_of(configuration).model
     goal = PoseGoal(
-        wTe=world.goal,
+        target=world.goal,
         speed=float(model.limits.base_twist[0]),
         position_tolerance=_CONDITIONS.position_tolerance,
         orientation_tolerance=_CONDITIONS.orientation_tolerance,

@@ -14,50 +14,38 @@ from robots import load_robot
 
 
 class Balky:
-    """A simulated robot that raises in some of its calls, and counts how often it is closed."""
+    """A simulated robot that may raise in one of its calls, and counts how often it is closed."""
 
-    def __init__(self, **raises: BaseException) -> None:
-        self.clock = SimClock()
-        self._inner = kinematic_robot(load_robot("frankie"), open_floor(), self.clock)
-        self._raises = raises
-        self.closed = 0
+    def __init__(self, method: str = "", error: BaseException | None = None) -> None:
+        self.clock, self.closed = SimClock(), 0
+        self._robot = kinematic_robot(load_robot("frankie"), open_floor(), self.clock)
+        self._method, self._error = method, error
 
     def __getattr__(self, name: str):
-        if name == "close":
-            self.closed += 1
-        if name in self._raises:
-            error = self._raises[name]
+        self.closed += name == "close"
+        return self._fail if name == self._method else getattr(self._robot, name)
 
-            def failing(*_: object) -> None:
-                raise error
+    def _fail(self) -> None:
+        raise self._error
 
-            return failing
-        return getattr(self._inner, name)
-
-
-def opened(robot: Balky):
-    return set_up(
-        Backend(robot=robot, clock=robot.clock, truth=None),
-        detector(),
-        RunOptions(tree=Path()),
-        world_model=WorldModel(),
-    )
+    def opened(self):
+        backend = Backend(robot=self, clock=self.clock, truth=None)
+        return set_up(backend, detector(), RunOptions(tree=Path()), world_model=WorldModel())
 
 
 @pytest.mark.parametrize(
-    ("method", "error"),
-    [("connect", OSError(5, "no route")), ("read", HardwareError("unplugged"))],
+    ("method", "error"), [("connect", OSError(5, "no route")), ("read", HardwareError("unplugged"))]
 )
 def test_a_robot_that_cannot_be_connected_is_a_hardware_fault_and_is_closed(method, error):
-    robot = Balky(**{method: error})
-    with pytest.raises(HardwareError, match=r"no route|unplugged"), opened(robot):
+    robot = Balky(method, error)
+    with pytest.raises(HardwareError, match=r"no route|unplugged"), robot.opened():
         raise AssertionError("it is not there")
     assert robot.closed
 
 
 def test_the_robot_is_closed_whatever_happens_in_between():
     robot = Balky()
-    with pytest.raises(KeyboardInterrupt), opened(robot):
+    with pytest.raises(KeyboardInterrupt), robot.opened():
         raise KeyboardInterrupt
     assert robot.closed
 

@@ -3,26 +3,23 @@
 import os
 
 import pytest
-from controlled_run import Going, session_of
+from controlled_run import ControlledRun, leaf
 from full_computer import full_computer
-from harness import Harness
 from rich.console import Console
 
 from app.core.files.disk import Disk
 from app.core.interrupts import leave
 from app.core.outcome import End
-from app.live import Control, RunDisplay, RunInfo
+from app.live import RunDisplay, RunInfo
 
 
 def test_a_session_without_a_watchdog_does_not_begin(monkeypatch):
-    harness = Harness()
-    root = Going("going", harness.context, ticks=5)
-    session, _ = session_of(harness, root, Control(), lambda tick: None)
+    run = ControlledRun(leaf(ticks=5))
     with full_computer(monkeypatch):
-        outcome = session.run()
+        outcome = run.run()
     assert outcome.end is End.HARDWARE
     assert "starts no more threads" in outcome.reason
-    assert not harness.gate.applied.base_twist.any()
+    assert not run.harness.gate.applied.base_twist.any()
 
 
 def test_the_second_signal_ends_the_process(monkeypatch):
@@ -45,4 +42,4 @@ def test_a_terminal_that_shows_nothing_spares_the_run(monkeypatch):
     info = RunInfo(task="t", description="", where="here", objects=0)
     display = RunDisplay(info, (), console=Console(file=open(os.devnull, "w")))  # noqa: SIM115
     with full_computer(monkeypatch), display, pytest.raises(RuntimeError, match="new thread"):
-        display.update(None, changed=False)
+        display.show(None)

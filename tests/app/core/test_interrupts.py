@@ -5,19 +5,16 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
-
-pytestmark = pytest.mark.realtime
+from waiting import until
 
 TASK = """\
-task: drive_on
+task: on
 scene: single
-poses:
-  away: {base: [30, 0], heading_deg: 0}
+poses: {away: {base: [30, 0], heading_deg: 0}}
 tree: {drive: {to: away}}
 """
 
@@ -25,14 +22,11 @@ tree: {drive: {to: away}}
 @pytest.fixture
 def run(tmp_path):
     """A process whose robot moves, in real time; and the folder that it writes."""
-    (tmp_path / "drive_on.yaml").write_text(TASK)
-    command = [sys.executable, "-m", "frankie_task_cli", "run", str(tmp_path / "drive_on.yaml")]
+    (tmp_path / "on.yaml").write_text(TASK)
+    command = [sys.executable, "-m", "frankie_task_cli", "run", str(tmp_path / "on.yaml")]
     command += ["--view", "none", "--speed", "real", "--record", str(tmp_path / "runs")]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
-        deadline = time.monotonic() + 60.0
-        while (speed := speed_in(tmp_path / "runs")) < 0.2 and time.monotonic() < deadline:
-            time.sleep(0.05)
-        assert speed >= 0.2, "it does not move"
+        until(lambda: speed_in(tmp_path / "runs") >= 0.2)
         (folder,) = (tmp_path / "runs").iterdir()
         yield process, folder
         process.kill()
@@ -53,8 +47,7 @@ def test_the_first_signal_brings_the_robot_to_rest_and_leaves_a_summary(run, kin
     process, folder = run
     os.kill(process.pid, kind)
     _, err = process.communicate(timeout=60.0)
-    assert process.returncode == 130
-    assert "Traceback" not in err
+    assert (process.returncode, "Traceback" in err) == (130, False)
     assert json.loads((folder / "summary.json").read_text())["outcome"] == "interrupted"
     assert np.abs(np.load(folder / "states.npy")[-1, 4:7]).max() < 1e-2
 

@@ -1,6 +1,7 @@
 """The shipped tasks from beginning to end, with everything in the loop the real thing."""
 
 import json
+from collections import Counter
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -9,14 +10,16 @@ import pytest
 from command_line import call
 from rerun.chunk import RrdReader
 
+from trees.language import examine
+
 SCENES = Path(__file__).parents[3] / "hw" / "sim" / "scenes"
 
 
-def run(record: Path, *arguments: object) -> tuple[int, dict, Path]:
+def run(folder: Path, *words: object) -> tuple[int, dict, Path]:
     """Exit code, summary and folder of a run."""
-    code, out, err = call("run", *arguments, "--record", record, "--json")
+    code, out, err = call("run", *words, "--record", folder / "runs", "--json")
     assert code in (0, 1), err
-    (folder,) = record.iterdir()
+    (folder,) = (folder / "runs").iterdir()
     return code, json.loads(out), folder
 
 
@@ -31,7 +34,6 @@ def one_object(tmp_path_factory):
 def test_a_single_object_is_brought_to_the_table_within_limits(one_object):
     code, summary, folder = one_object
     assert code == 0
-    assert summary["outcome"] == "success"
     assert (summary["placed"], summary["claimed"], summary["objects"]) == (1, 1, 1)
     assert summary["contacts"] == 0
     assert summary["attempts"] >= 1
@@ -45,25 +47,21 @@ def test_a_single_object_is_brought_to_the_table_within_limits(one_object):
     assert (np.abs(steps) <= allowed + 1e-6).all()
 
 
-def test_its_recording_tells_of_tree_robot_depth_grasp_and_signals(one_object):
+def test_its_recording_tells_of_tree_depth_and_every_tick(one_object):
     _, summary, folder = one_object
     chunks = RrdReader(folder / "recording.rrd").stream().to_chunks()
-    entities = {str(chunk.entity_path) for chunk in chunks if not chunk.is_static}
-    for part in ("/tree", "/world", "/camera", "/signals"):
-        assert any(part in entity for entity in entities), (part, sorted(entities))
-    ticks: set[int] = set()
+    rows = Counter()
     for chunk in chunks:
-        if not chunk.is_static and "/signals" in str(chunk.entity_path):
-            ticks.update(chunk.to_record_batch().column("tick").to_pylist())
-    assert len(ticks) == summary["ticks"]  # none is lost
+        rows[chunk.entity_path] += 0 if chunk.is_static else chunk.num_rows
+    assert min(rows["/tree/list/pills"], rows["/world/camera/depth"]) > 0
+    assert rows["/signals/tick"] == summary["ticks"]  # none is lost
 
 
 @pytest.mark.slow
 def test_the_same_seed_gives_the_same_commands_byte_for_byte(one_object, tmp_path):
     _, summary, folder = one_object
     options = ("--scene", "single", "--seed", 1, "--world", summary["world"])
-    _, again, other = run(tmp_path, "pick_one", *options)
-    assert again["ticks"] == summary["ticks"]
+    _, _, other = run(tmp_path, "pick_one", *options)
     assert (other / "commands.npy").read_bytes() == (folder / "commands.npy").read_bytes()
 
 
@@ -82,15 +80,6 @@ TOO_HEAVY = ("mass_g: [30, 500]", "mass_g: [30000, 40000]\n  kinds: [box]")
 
 
 @pytest.mark.slow
-def test_an_empty_container_is_a_success(tmp_path):
-    scene = scene_like(tmp_path, "single", ("count: 1", "count: 0"))
-    code, summary, _ = run(tmp_path / "runs", "pick_place", "--scene", scene)
-    assert code == 0
-    assert "0 of 0 objects placed" in summary["reason"]
-    assert (summary["placed"], summary["attempts"]) == (0, 0)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("task", "base", "changes", "node", "attempts"),
     [
@@ -103,18 +92,24 @@ def test_an_empty_container_is_a_success(tmp_path):
     ],
 )  # fmt: skip
 def test_a_task_that_cannot_be_done_names_the_node(tmp_path, task, base, changes, node, attempts):
-    scene = scene_like(tmp_path, base, *changes)
-    options = ("--scene", scene, "-p", "attempts=1", "--seed", 1)
-    code, summary, _ = run(tmp_path / "runs", task, *options)
+    options = ("--scene", scene_like(tmp_path, base, *changes), "-p", "attempts=1", "--seed", 1)
+    code, summary, _ = run(tmp_path, task, *options)
     assert (code, summary["node"], summary["placed"]) == (1, node, 0)
     assert summary["attempts"] >= attempts
 
 
 @pytest.mark.slow
+def test_an_empty_container_is_a_success(tmp_path):
+    scene = scene_like(tmp_path, "single", ("count: 1", "count: 0"))
+    code, summary, _ = run(tmp_path, "pick_place", "--scene", scene)
+    assert (code, summary["placed"], summary["attempts"]) == (0, 0, 0)
+    assert "0 of 0 objects placed" in summary["reason"]
+
+
+@pytest.mark.slow
 def test_patrol_breaks_off_and_goes_home_when_the_battery_is_low(tmp_path):
     code, summary, _ = run(tmp_path, "patrol", "-p", "reserve_percent=99.95")
-    assert code == 1
-    assert summary["messages"][-1] == "I have to break off, and go home."
+    assert (code, summary["messages"][-1]) == (1, "I have to break off, and go home.")
     assert "at home" in summary["reason"]
     assert 8.0 < summary["duration_s"] < 20.0
 
@@ -123,7 +118,7 @@ def test_patrol_breaks_off_and_goes_home_when_the_battery_is_low(tmp_path):
 @pytest.mark.parametrize("count", [6, 4])
 def test_inspect_counts_what_is_there(tmp_path, count):
     scene = scene_like(tmp_path, "inspect", ("count: 6", f"count: {count}"))
-    code, summary, _ = run(tmp_path / "runs", "inspect", "--scene", scene)
+    code, summary, _ = run(tmp_path, "inspect", "--scene", scene)
     assert code == (count != 6)
     missing = [] if count == 6 else ["There should be 6."]
     assert summary["messages"] == [f"I count {count} objects on the bench.", *missing]
@@ -131,30 +126,42 @@ def test_inspect_counts_what_is_there(tmp_path, count):
 
 @pytest.mark.slow
 def test_a_moving_object_is_followed_and_picked_up_when_it_stops(tmp_path):
-    scene = scene_like(
-        tmp_path,
-        "follow_moving_object",
-        ("0.25], period_s: 10.0, stop_s: 20.0", "0.15], period_s: 8.0, stop_s: 8.0"),
-    )
-    code, summary, _ = run(tmp_path / "runs", "follow_moving_object", "--scene", scene)
-    assert code == 0
-    assert summary["messages"] == ["I have it."]
-    assert summary["attempts"] == 1
+    sooner = ("0.25], period_s: 10.0, stop_s: 20.0", "0.15], period_s: 8.0, stop_s: 8.0")
+    scene = scene_like(tmp_path, "follow_moving_object", sooner)
+    code, summary, _ = run(tmp_path, "follow_moving_object", "--scene", scene)
+    assert (code, summary["messages"], summary["attempts"]) == (0, ["I have it."], 1)
     assert summary["duration_s"] > 10.0
 
 
-@pytest.mark.slow
-def test_twelve_objects_are_carried_by_a_base_that_does_not_wait_for_the_hand(tmp_path):
-    code, summary, _ = run(tmp_path, "long_table")
-    assert code == 0
-    assert (summary["placed"], summary["objects"]) == (12, 12)
-    assert summary["limit_violations"] == 0
+DONE = {
+    "pick_place --seed 0": 8,
+    "pick_place --seed 0 --robot omni": 8,
+    "long_table": 12,
+    "pick_place --seed 0 --world physics": 9,
+    "pick_place --seed 1 --world physics": 9,
+    "tidy_two_tables --seed 1 --world physics": "Both tables are clear.",
+    "clear_counter --seed 1 --world physics": 5,
+    "clear_bar --seed 1 --world physics": 4,
+    "restock_shelf --seed 1 --world physics": 6,
+    "follow_moving_object --world physics": "I have it.",
+    "inspect --world physics": "I count 6 objects on the bench.",
+    "patrol --world physics": "All is quiet.",
+}
+"""How many objects are placed at least, or what is said at the end."""
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("robot", ["frankie", "omni"])
-def test_the_container_is_emptied(tmp_path, robot):
-    code, summary, _ = run(tmp_path, "pick_place", "--seed", 0, "--robot", robot)
-    assert code == 0
-    assert summary["placed"] >= 8
-    assert summary["limit_violations"] == 0
+@pytest.mark.parametrize("words", DONE)
+def test_a_task_is_done_within_limits(tmp_path, words):
+    """In the physical world contacts alone have done what the task says."""
+    if "physics" in words:
+        pytest.importorskip("mujoco", reason="needs the extra `physics`")
+    code, summary, folder = run(tmp_path, *words.split())
+    assert (code, summary["limit_violations"]) == (0, 0)
+    hit = [text for text in summary["contacts_by_name"] if text.startswith(("the base", "link"))]
+    assert hit == []
+    assert examine(folder / "task.yaml")[1] == []  # its parts are kept with it, to run it again
+    if isinstance(DONE[words], int):
+        assert DONE[words] <= summary["placed"] == summary["claimed"]
+    else:
+        assert DONE[words] in summary["messages"]

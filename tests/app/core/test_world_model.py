@@ -14,44 +14,32 @@ table: {centre: [0.0, 1.6]}
 fixtures:
   - {name: fence, centre: [1.5, 0, 0.5], size: [0.1, 2.0, 1.0]}
 """
-TASK = """\
-task: ahead
-poses: {there: {base: [1.9, 0], heading_deg: 0}}
-tree: {drive: {to: there}}
-"""
-
-
-def truth_of(scene):
-    return open_backend("frankie", "kinematic", WorldOptions(scene=scene)).truth
+TASK = "task: ahead\nposes: {there: {base: [1.9, 0], heading_deg: 0}}\ntree: {drive: {to: there}}\n"
 
 
 def names(model):
     return {fixture.name.partition("/")[0] for fixture in model.fixtures}
 
 
-def test_a_simulated_world_gives_its_map_and_its_walkers_without_the_floor():
-    model = load_world_model(truth_of("crossing"))
+def test_a_simulated_world_gives_its_map_and_its_walkers_also_when_it_is_recorded():
+    truth = open_backend("frankie", "kinematic", WorldOptions(scene="crossing")).truth
+    model = load_world_model(truth)
     assert {"table", "container", "pedestal"} <= names(model)
     assert "floor" not in names(model)
-    assert [one.geom.name for one in model.obstacles(0.0)] == ["person"]
+    truth.move_to(1.23)
+    (now,), (again,) = truth.moving(), recorded_world_model("crossing", 0, None).obstacles(1.23)
+    assert (model.obstacles(0.0)[0].geom.name, now.geom.name) == ("person", "person")
+    assert (now.geom.pose.translation == again.geom.pose.translation).all()
+    assert (now.velocity == again.velocity).all()
 
 
 def test_hardware_has_only_the_map_of_a_file(tmp_path):
     nothing = load_world_model(None)
-    assert not nothing.fixtures
-    assert not nothing.obstacles(0.0)
+    assert (nothing.fixtures, nothing.obstacles(0.0)) == ((), ())
     (tmp_path / "site.yaml").write_text(SITE)
     assert "fence" in names(load_world_model(None, tmp_path / "site.yaml"))
     with pytest.raises(SceneError, match="no scene is called"):
         load_world_model(None, tmp_path / "nothing.yaml")
-
-
-def test_the_world_model_of_a_recorded_run_is_the_same():
-    truth, model = truth_of("crossing"), recorded_world_model("crossing", 0, None)
-    truth.move_to(1.23)
-    (now,), (again,) = truth.moving(), model.obstacles(1.23)
-    assert (now.geom.pose.translation == again.geom.pose.translation).all()
-    assert (now.velocity == again.velocity).all()
 
 
 @pytest.mark.slow

@@ -1,10 +1,12 @@
-"""A session in simulation that a test pauses, steps, stops and hooks into."""
+"""A session in simulation that a test pauses, steps, stops, hooks into, or troubles."""
+
+from __future__ import annotations
 
 import time
+from collections.abc import Callable
 
 import numpy as np
 from harness import Harness, looking_down
-from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from app.core.measurements import Measurements
@@ -14,30 +16,11 @@ from app.live.operator import insert_hooks, matching
 from behaviours import Context, Leaf
 from controller import PoseGoal
 from trees.language import nodes_in_order
-
-AWAY = looking_down(3.0, 0.5, 0.8)
-
-
-def session_of(
-    harness: Harness, root: Behaviour, control: Control, watch
-) -> tuple[Session, Measurements]:
-    """A session on a harness, and what it measures."""
-    measurements = Measurements(limits=harness.controller.model.limits)
-    session = Session(
-        root=root,
-        context=harness.context,
-        controller=harness.controller,
-        gate=harness.gate,
-        measurements=measurements,
-        clock=harness.task_clock,
-        control=control,
-        watch=watch,
-    )
-    return session, measurements
+from trees.words.composites import Sequence
 
 
 class Going(Leaf):
-    """Moves towards a far goal for some ticks, then ends with a chosen status."""
+    """Moves towards a far goal for some ticks, looking for grasps; then ends as it is told."""
 
     key = "going"
 
@@ -46,14 +29,14 @@ class Going(Leaf):
         self._ticks, self._end = ticks, end
         self.begun = self.halted = 0
         self.updates: list[float] = []
-        self.reports: list[bool] = []
 
     def initialise(self) -> None:
         self.begun += 1
         self._left = self._ticks
 
     def update(self) -> Status:
-        self.reports.append(self.pursue(PoseGoal(wTe=AWAY)) is not None)
+        self.pursue(PoseGoal(target=looking_down(8.0, 0.5, 0.8)))
+        self.context.vision.new_frame()
         self.updates.append(self.context.clock.now())
         self._left -= 1
         if self._left > 0:
@@ -65,13 +48,21 @@ class Going(Leaf):
         self.halted += self.status is Status.RUNNING
 
 
+def leaf(name="going", ticks=200, end=Status.SUCCESS):
+    return lambda context: Going(name, context, ticks=ticks, end=end)
+
+
+def two_leaves(context: Context) -> Sequence:
+    return Sequence("sequence", [leaf("first", 20)(context), leaf("second", 20)(context)])
+
+
 class ControlledRun:
     """A session with a tree of such leaves, and actions after chosen ticks."""
 
-    def __init__(self, make_root, at=None, hooked=(), real_seconds=60.0) -> None:
-        self.harness = Harness()
+    def __init__(self, make_root, at=None, hooked=(), real_clock=False) -> None:
+        self.harness = Harness(real_clock=real_clock)
         self.control = Control()
-        self.clock = self.harness.task_clock
+        self.measurements = Measurements(limits=self.harness.controller.model.limits)
         self.ticks = []
         self._at = at or {}
         root = make_root(self.harness.context)
@@ -80,7 +71,7 @@ class ControlledRun:
         self.root, self.hooks = insert_hooks(
             root, [n for name in hooked for n in matching(self.nodes, name)], self._reached
         )
-        self._deadline = time.monotonic() + real_seconds
+        self._deadline = time.monotonic() + 60.0
 
     def _reached(self, hook) -> None:
         self.reached.append(hook.name)
@@ -93,12 +84,28 @@ class ControlledRun:
         assert time.monotonic() < self._deadline, "the run never ends"
 
     def run(self):
-        session, self.measurements = session_of(self.harness, self.root, self.control, self._watch)
-        return session.run()
+        session = Session(
+            root=self.root,
+            context=self.harness.context,
+            controller=self.harness.controller,
+            gate=self.harness.gate,
+            measurements=self.measurements,
+            clock=self.harness.task_clock,
+            control=self.control,
+            watch=self._watch,
+        )
+        self.outcome = session.run()
+        return self.outcome
 
     def speed_after(self, ticks: int) -> float:
         state = self.ticks[ticks].state
         return float(max(np.abs(state.base_twist).max(), np.abs(state.qd).max()))
+
+    @property
+    def true_speed(self) -> float:
+        """Of the simulated robot itself, whatever a test does to its calls [m/s or rad/s]."""
+        state = self.harness.robot._robot.read()
+        return float(np.abs((*state.base_twist, *state.qd)).max())
 
     @property
     def commands(self) -> np.ndarray:
@@ -106,13 +113,53 @@ class ControlledRun:
         return np.array([[*tick.applied.base_twist, *tick.applied.qd] for tick in self.ticks])
 
     def assert_kept_limits(self, emergency: bool = False) -> None:
-        commands = self.commands
         limits = self.harness.controller.model.limits
         base = limits.base_emergency if emergency else limits.base_acceleration
         allowed = np.concatenate([base, limits.qdd]) * 0.01
-        assert (np.abs(np.diff(commands, axis=0)) <= allowed + 1e-9).all()
+        assert (np.abs(np.diff(self.commands, axis=0)) <= allowed + 1e-9).all()
         assert self.measurements.limit_violations == 0
 
+    def assert_came_smoothly_to_rest(self, emergency: bool = False) -> None:
+        assert self.harness.speed < 1e-3
+        assert np.abs(self.commands).max() > 0.5  # it was really moving
+        assert np.abs(self.commands[-1]).max() < 1e-3
+        self.assert_kept_limits(emergency)
 
-def leaf(name="going", ticks=200, end=Status.SUCCESS):
-    return lambda context: Going(name, context, ticks=ticks, end=end)
+
+class TroubledRun(ControlledRun):
+    """The robot drives off; from some tick on, one call gets into trouble before it is made."""
+
+    def __init__(
+        self, place: str, trouble: Callable[[], None], *, since: int, until: int, real_clock=False
+    ) -> None:
+        super().__init__(
+            lambda context: Sequence("sequence", [leaf("driver", 10**6)(context)]),
+            at={until: lambda: self.control.stop()},
+            real_clock=real_clock,
+        )
+        harness, driver = self.harness, self.nodes[1].node
+        owner, name = {
+            "read": (harness.robot, "read"),
+            "send": (harness.robot, "send"),
+            "leaf": (driver, "update"),
+            "halt": (driver, "terminate"),
+            "tree": (self.root, "advance"),
+            "camera": (harness.context.vision._camera, "latest"),
+            "controller": (harness.controller, "step"),
+            "gate": (harness.gate, "judge"),
+            "context": (harness.context, "end_tick"),
+        }[place]
+        call, stop = getattr(owner, name), harness.robot.stop
+        self.stops: list[float] = []
+
+        def troubled(*args, **kwargs):
+            if len(self.ticks) >= since:
+                trouble()
+            return call(*args, **kwargs)
+
+        def noted_stop() -> None:
+            self.stops.append(time.monotonic())
+            stop()
+
+        setattr(owner, name, troubled)
+        harness.robot.stop = noted_stop

@@ -10,13 +10,13 @@ import pinocchio as pin
 from pinocchio import SE3
 from py_trees.common import Status
 
-from app.live import Moment, SceneView, Snapshot
+from app.live import SceneView, Snapshot
 from app.live.nodes import NodeInfo, NodeStatus
 from behaviours import Region
 from controller import Command, PoseGoal, StepReport, robot_model
 from hw import DepthFrame, RobotState
 from hw.sim.camera.render import DepthRenderer
-from perception.grasp import Detection, GraspEstimate
+from perception.detected_grasp import Detection, GraspEstimate
 from robots import Box, Capsule, Cylinder, Geom, Intrinsics, Plane, Sphere, load_robot
 
 READY = load_robot("frankie").arm.ready
@@ -95,7 +95,7 @@ SCENE = replace(
 )
 OBJECTS = (_at(2.95, 0.05, 0.476), _at(3.06, -0.05, 0.496), _at(2.92, -0.09, 0.481))
 LENS = Intrinsics(width=160, height=120, fx=96.0, fy=96.0, cx=79.5, cy=59.5)
-_GOAL = PoseGoal(wTe=SE3(pin.utils.rotate("x", np.pi), np.array([2.95, 0.0, 0.85])))
+_GOAL = PoseGoal(target=SE3(pin.utils.rotate("x", np.pi), np.array([2.95, 0.0, 0.85])))
 _MODEL = robot_model("frankie")
 
 
@@ -104,30 +104,30 @@ def statuses(tick: int) -> tuple[Status, ...]:
     return [row for start, row in STATUSES if start <= tick][-1]
 
 
-def frame(stamp: float, wTc: SE3, lens: Intrinsics = LENS) -> DepthFrame:
+def frame(stamp: float, oTc: SE3, lens: Intrinsics = LENS) -> DepthFrame:
     """A depth image of the scene, with a hole in a corner."""
     moved = [
         part.moved(pose)
         for (_, parts), pose in zip(SCENE.objects, OBJECTS, strict=True)
         for part in parts
     ]
-    depth = np.round(DepthRenderer(lens).render([*SCENE.fixtures, *moved], wTc), 3)
+    depth = np.round(DepthRenderer(lens).render([*SCENE.fixtures, *moved], oTc), 3)
     depth[:5, :7] = np.nan
-    return DepthFrame(depth=depth.astype(np.float32), intrinsics=lens, wTc=wTc, stamp=stamp)
+    return DepthFrame(depth=depth.astype(np.float32), intrinsics=lens, oTc=oTc, stamp=stamp)
 
 
 def detection(seen: DepthFrame) -> Detection:
     """A grasp on the mug, with a bump of quality around it."""
-    wTg = SE3(pin.utils.rotate("x", np.pi), OBJECTS[1].translation)
-    camera = seen.wTc.actInv(wTg.translation)
+    oTg = SE3(pin.utils.rotate("x", np.pi), OBJECTS[1].translation)
+    camera = seen.oTc.actInv(oTg.translation)
     pixel = seen.intrinsics.fx * camera[:2] / camera[2] + [seen.intrinsics.cx, seen.intrinsics.cy]
     size = float(seen.intrinsics.height)
     crop = ((seen.intrinsics.width - size) / 2, 0.0, size)
     v, u = np.mgrid[0:300, 0:300] * size / 300
     distance = (u + crop[0] - pixel[0]) ** 2 + (v - pixel[1]) ** 2
-    angle = float(np.arctan2(*(seen.wTc.rotation.T @ wTg.rotation[:, 1])[[1, 0]]))
+    angle = float(np.arctan2(*(seen.oTc.rotation.T @ oTg.rotation[:, 1])[[1, 0]]))
     grasp = GraspEstimate(
-        wTg=wTg,
+        oTg=oTg,
         width=0.06,
         opening=0.08,
         quality=0.9,
@@ -148,11 +148,11 @@ def snapshot(tick: int, lens: Intrinsics = LENS) -> Snapshot:
     """The run in one tick; looks into the container from tick 170 on."""
     stamp = tick * PERIOD
     drive = float(np.clip((tick - 50) / 120, 0, 1))
-    wTb = _at(2.35 * drive, 0.0, 0.0)
+    oTb = _at(2.35 * drive, 0.0, 0.0)
     q = READY + 0.1 * np.sin(stamp + np.arange(7))
-    wTe = _MODEL.wTe(wTb, q)
+    oTe = _MODEL.end_effector(oTb, q)
     looking = tick >= 170
-    seen = frame(stamp, wTe * _at(0.065, 0.0, -0.098), lens) if looking else None
+    seen = frame(stamp, oTe * _at(0.065, 0.0, -0.098), lens) if looking else None
     found = detection(seen) if seen is not None and tick % 20 else None
     message = f"{(300 - tick) / 100:.2f} m to go ⏱"
     return Snapshot(
@@ -160,7 +160,7 @@ def snapshot(tick: int, lens: Intrinsics = LENS) -> Snapshot:
         time=stamp,
         state=RobotState(
             stamp=stamp,
-            wTb=wTb,
+            oTb=oTb,
             base_twist=np.array([0.5, 0.0, 0.0]),
             q=q,
             qd=np.zeros(7),
@@ -184,7 +184,7 @@ def snapshot(tick: int, lens: Intrinsics = LENS) -> Snapshot:
             heading_error=0.1,
             slack=0.01 * abs(np.sin(3 * stamp)),
             solved=True,
-            bTe=wTb.actInv(wTe),
+            bTe=oTb.actInv(oTe),
         ),
         seconds=0.001 * (2.0 + (tick % 7) / 10),
         objects=OBJECTS,
@@ -195,9 +195,9 @@ def snapshot(tick: int, lens: Intrinsics = LENS) -> Snapshot:
     )
 
 
-def moment(tick: int) -> Moment:
-    """The same with the figures beside the tree."""
-    return Moment(seen=snapshot(tick), placed=7, attempts=8)
+def moment(tick: int) -> Snapshot:
+    """The same in the middle of a task, with a change of a node."""
+    return replace(snapshot(tick), placed=7, attempts=8, changed=True)
 
 
 def run(ticks: int, lens: Intrinsics = LENS) -> Iterator[Snapshot]:

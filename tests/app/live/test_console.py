@@ -2,14 +2,15 @@
 
 import socket
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from command_line import call
 from harness import Harness
 from sample_run import snapshot
 
-from app.live.changes import Moment, RunInfo
-from app.live.console import ControlOptions, OperatorConsole
+from app.live.operator_console import OperatorConsole
+from app.run_options import RunOptions
 from trees.language import build, load, nodes_in_order
 
 TREE = """\
@@ -34,10 +35,10 @@ def task(tmp_path):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--break", "secund", "--control"], "did you mean `second`"),
-        (["--break", "second"], "--control"),
-        (["--control", "--control-port"], "--control-port"),
-        (["--groot2", "--groot2-port"], "--groot2-port"),
+        (["--break", "secund"], "did you mean `second`"),
+        (["--break", "second"], "--with page"),
+        (["--with", "pages"], "no observer is called `pages`"),
+        (["--view", "web", "--web-port"], "--web-port"),
     ],
 )
 def test_bad_options_are_one_line_before_anything_is_made(tmp_path, task, options, message):
@@ -55,21 +56,16 @@ def test_a_stand_in_for_tests_acknowledges_a_released_emergency_stop_and_resumes
     said: list[str] = []
     nodes = nodes_in_order(build(load(task), Harness().context))
     console = OperatorConsole(
-        ControlOptions(acknowledge_after=0.5),
-        info=RunInfo(task="toy", where=""),
-        nodes=nodes,
-        inject=print,
-        clear=print,
-        viewer=None,
-        say=said.append,
+        RunOptions(tree=Path(), acknowledge_after=0.5), nodes, watched=False, say=said.append
     )
+    console.attend(())
     control, resumed = console.control, []
     for tick in range(300):
         if tick >= 100 and (control.state.emergency or tick < 200):
             control.emergency_stop("button pressed", pressed=tick < 200)
         seen = snapshot(tick)
         seen = replace(seen, state=replace(seen.state, stamp=0.01 * tick))
-        console.show(Moment(seen, 0, 0), changed=False)
+        console.show(seen)
         if tick >= 100 and not control.state.paused:
             resumed.append(tick)
     assert control.attended

@@ -1,3 +1,5 @@
+"""A queue to a writer on another thread."""
+
 import threading
 from collections.abc import Sequence
 
@@ -18,18 +20,6 @@ class Stalled:
         self.began.set()
         self.go.wait(60.0)
         self.written += batch
-
-
-def test_everything_arrives_in_order_and_in_batches() -> None:
-    batches: list[list[int]] = []
-    feed: Feed[int] = Feed(lambda batch: batches.append(list(batch)), lossless=True, batch=50)
-    for item in range(1234):
-        feed.put(item)
-    assert feed.close(60.0)
-    assert [item for batch in batches for item in batch] == list(range(1234))
-    assert all(batches)
-    assert len(batches) < 100
-    assert feed.dropped == 0
 
 
 def test_a_robot_never_waits_and_loses_the_oldest() -> None:
@@ -82,13 +72,3 @@ def test_a_writer_that_dies_stops_nobody(lossless: bool) -> None:
     assert feed.close(60.0)
     assert str(feed.error) == "no space left"
     assert len(calls) == 1
-
-
-def test_closing_gives_up_on_a_writer_that_hangs() -> None:
-    writer = Stalled()
-    feed: Feed[int] = Feed(writer, lossless=True, batch=1)
-    feed.put(1)
-    assert writer.began.wait(60.0)
-    assert not feed.close(0.05)
-    writer.go.set()
-    assert feed.close(60.0)

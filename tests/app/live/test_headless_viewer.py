@@ -6,6 +6,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import sample_run as samples
@@ -14,15 +15,12 @@ from waiting import until
 
 from app.live.monitor.glyphs import LETTERS, SYMBOLS
 from app.live.monitor.signals_panel import PLOTS
-from app.live.viewer.headless import HeadlessViewer, has_vulkan, headless_viewer
-from app.live.web.ports import Address
+from app.web import Address
+from lab.film.headless_viewer import HeadlessViewer, has_vulkan, headless_viewer
 
-pytestmark = [
-    pytest.mark.realtime,
-    pytest.mark.skipif(
-        not has_vulkan(), reason="the viewer needs Vulkan: apt-get install mesa-vulkan-drivers"
-    ),
-]
+pytestmark = pytest.mark.skipif(
+    not has_vulkan(), reason="the viewer needs Vulkan: apt-get install mesa-vulkan-drivers"
+)
 
 VIEWS = {
     *("tree", "now", "history", "log", "scene"),
@@ -67,43 +65,33 @@ def test_a_recording_shows_every_part_and_complains_of_none(tmp_path: Path) -> N
         assert_nothing_is_wrong(viewer)
 
 
-class LiveRun:
-    """A run in real time, from a thread of its own."""
+@pytest.fixture
+def live(tmp_path: Path) -> Iterator[SimpleNamespace]:
+    """A run in real time, from a thread of its own: where it is seen, and how far it is."""
+    run = SimpleNamespace(server=Address(), stamp=0.0)
+    made = recorder(tmp_path / "recording.rrd", server=run.server, lossless=False)
+    over = threading.Event()
 
-    def __init__(self, path: Path) -> None:
-        self.server = Address()
-        self.stamp = 0.0
-        self._recorder = recorder(path, server=self.server, lossless=False)
-        self._over = threading.Event()
-        self._thread = threading.Thread(target=self._run)
-        self._thread.start()
-
-    def _run(self) -> None:
+    def go() -> None:
         begun = time.monotonic()
         for snapshot in samples.run(3000):
-            self._recorder.record(snapshot)
-            self.stamp = snapshot.stamp
-            if self._over.wait(max(begun + snapshot.stamp - time.monotonic(), 0.0)):
+            made.record(snapshot)
+            run.stamp = snapshot.stamp
+            if over.wait(max(begun + snapshot.stamp - time.monotonic(), 0.0)):
                 return
 
-    def end(self) -> None:
-        self._over.set()
-        self._thread.join()
-        self._recorder.close()
-        assert self._recorder.dropped == 0
-
-
-@pytest.fixture
-def live(tmp_path: Path) -> Iterator[LiveRun]:
-    run = LiveRun(tmp_path / "recording.rrd")
+    thread = threading.Thread(target=go)
+    thread.start()
     yield run
-    run.end()
+    over.set()
+    thread.join()
+    made.close()
+    assert made.dropped == 0
 
 
+@pytest.mark.realtime
 @pytest.mark.slow
-def test_a_viewer_that_hangs_holds_up_nothing_and_a_late_one_gets_it_all(
-    live: LiveRun,
-) -> None:
+def test_a_viewer_that_hangs_holds_up_nothing_and_a_late_one_gets_it_all(live) -> None:
     with headless_viewer(watch=live.server.url) as viewer:
         until(lambda: viewer.cursor > 0.0)
         viewer.process.send_signal(signal.SIGSTOP)

@@ -11,10 +11,9 @@ from recordings import poses, record, rows
 from rerun.chunk import RrdReader
 
 from app.live import PoseEstimate, Snapshot
-from app.live.changes import Moment
-from app.live.operator import Control, ControlPage
+from config.planar import in_space, on_floor
 from hw import LaserScan
-from perception.registration import Displacement, Registration, in_space, on_floor
+from perception.registration import Displacement, Registration
 from robots import load_robot
 
 MTO = np.array([0.03, -0.02, 0.01])
@@ -52,10 +51,11 @@ REGISTRATION = Registration(
 
 def estimated(snapshot: Snapshot, covariance: np.ndarray = COVARIANCE) -> Snapshot:
     """The same of a robot that believes to be `OFF` from where it is."""
-    wTb = snapshot.state.wTb
-    true = wTb * in_space(OFF).inverse()
-    estimate = PoseEstimate(on_floor(wTb), covariance, in_space(MTO), REGISTRATION, SCAN, true)
-    return replace(snapshot, estimate=estimate)
+    mTo, mTb = in_space(MTO), snapshot.state.oTb
+    true = mTb * in_space(OFF).inverse()
+    estimate = PoseEstimate(on_floor(mTb), covariance, mTo, REGISTRATION, SCAN, true)
+    state = replace(snapshot.state, oTb=mTo.inverse() * mTb)
+    return replace(snapshot, state=state, estimate=estimate)
 
 
 @pytest.fixture(scope="module")
@@ -77,7 +77,7 @@ def test_the_outline_of_the_base_is_grown_by_two_sigma(recording: Path) -> None:
     last = rows(recording, "/world/localisation/outline")[-1]
     assert last["labels"] == ["±40 mm"]
     points = np.array(last["strips"][0])[:, :2]
-    points -= samples.snapshot(last["tick"]).state.wTb.translation[:2]
+    points -= samples.snapshot(last["tick"]).state.oTb.translation[:2]
     half = np.array(load_robot("frankie").base.size[:2]) / 2.0
     turned = np.deg2rad(0.5) * half[::-1]  # of a corner, by the error of the heading
     grown = 2.0 * np.hypot([0.01, 0.02], turned)
@@ -105,19 +105,6 @@ def test_uncertainty_and_true_error_are_plotted(recording: Path) -> None:
     heading = rows(recording, "/signals/pose_heading")[-1]["scalars"]
     assert position == pytest.approx([40.0, 50.0])
     assert heading == pytest.approx([1.0, 2.0])
-
-
-@pytest.mark.parametrize(
-    ("sigma", "line"),
-    [(0.012, "±24 mm"), (0.3, "not localised")],
-)
-def test_the_page_says_how_well_it_is_localised(sigma: float, line: str) -> None:
-    page = ControlPage(Control(), samples.TREE, inject=print, clear=print)
-    seen = estimated(samples.snapshot(0), sigma**2 * np.eye(3))
-    page.show(Moment(seen, 0, 0), changed=True)
-    assert page.state()["figures"]["on the map"] == line
-    page.show(Moment(samples.snapshot(0), 0, 0), changed=True)
-    assert "on the map" not in page.state()["figures"], "it is exact"
 
 
 def shown(path: Path) -> set[str]:

@@ -1,20 +1,24 @@
-"""A recording, read back: what every part of the picture is drawn from."""
+"""A recording, read back: what every part of the picture is drawn from, and when."""
 
 from dataclasses import replace
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 import sample_run as samples
-from recordings import poses, record, rows, static, with_component
+from pinocchio import SE3, Quaternion
+from recordings import poses, record, recorder, rows, static, with_component
 from rerun.chunk import RrdReader
 
-from app.live import Snapshot
+from app.live import RecorderError, Snapshot
 from app.live.monitor.signals_panel import PLOTS
 from app.live.monitor.tree_panel import MARK
 from controller import robot_model
 
 TICKS = 300
+LATENCY = 0.047
+"""Between capture and arrival of a frame [s]; not a multiple of the sample run's period."""
 
 
 @pytest.fixture(scope="module")
@@ -130,20 +134,16 @@ def test_the_node_under_way_is_named_with_its_message(recording: Path) -> None:
 def test_the_robot_stands_where_it_was(recording: Path, snapshots: list[Snapshot]) -> None:
     model = robot_model("frankie")
     for entity, pose_of in {
-        "base": lambda s: s.state.wTb,
-        "link4": lambda s: model.link_poses(s.state.wTb, s.state.q)[4],
-        "hand": lambda s: model.link_poses(s.state.wTb, s.state.q)[8],
+        "base": lambda s: s.state.oTb,
+        "link4": lambda s: model.link_poses(s.state.oTb, s.state.q)[4],
+        "hand": lambda s: model.link_poses(s.state.oTb, s.state.q)[8],
     }.items():
         kept = poses(recording, f"world/robot/{entity}")
         assert len(kept) >= TICKS / 6
         for row in kept[::20]:
-            pose = pose_of(snapshots[row["tick"]])
-            np.testing.assert_allclose(row["translation"][0], pose.translation, atol=1e-5)
-            x, y, z, w = row["quaternion"][0]
-            back = np.array([1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w)])
-            np.testing.assert_allclose(back, pose.rotation[:, 0], atol=1e-5)
-    left = poses(recording, "world/robot/left_finger")
-    right = poses(recording, "world/robot/right_finger")
+            told = SE3(Quaternion(np.array(row["quaternion"][0])), np.array(row["translation"][0]))
+            assert told.isApprox(pose_of(snapshots[row["tick"]]), 1e-5)
+    left, right = (poses(recording, f"world/robot/{side}_finger") for side in ("left", "right"))
     for a, b in zip(left[::20], right[::20], strict=True):
         gap = np.linalg.norm(np.subtract(a["translation"], b["translation"]))
         assert gap == pytest.approx(snapshots[a["tick"]].state.gripper_width, abs=1e-6)
@@ -159,15 +159,86 @@ def test_the_grasp_is_drawn_only_while_there_is_one(
 
 
 def test_objects_are_kept_when_they_move(tmp_path: Path) -> None:
-    objects_at_rest = list(samples.OBJECTS)
+    first, *others = samples.OBJECTS
     run = list(samples.run(60))
     for tick in range(30, 60):
-        moved = objects_at_rest[0].copy()
+        moved = first.copy()
         moved.translation += [0.0, 0.0, 0.01 * min(tick - 29, 10)]
-        run[tick] = replace(run[tick], objects=(moved, *objects_at_rest[1:]))
+        run[tick] = replace(run[tick], objects=(moved, *others))
     path = record(tmp_path / "x.rrd", run)
     lifted = poses(path, "world/objects/0_box_1")
     assert lifted[0]["tick"] == 0
     assert all(30 <= row["tick"] <= 40 for row in lifted[1:])
     assert lifted[-1]["translation"][0][2] == pytest.approx(0.476 + 0.1)
     assert len(poses(path, "world/objects/1_mug")) == 1
+
+
+def test_depth_is_kept_to_the_millimetre_with_what_was_found(
+    recording: Path, snapshots: list[Snapshot]
+) -> None:
+    images = rows(recording, "/world/camera/depth")
+    assert [row["tick"] for row in images] == list(range(170, 300, 20))
+    for row in images:
+        frame = snapshots[row["tick"]].frame
+        assert frame is not None
+        kept = cv2.imdecode(np.array(row["blob"][0], np.uint8), cv2.IMREAD_UNCHANGED)
+        assert (kept == np.rint(np.nan_to_num(frame.depth) * 1000)).all()
+        assert (kept[0, 0], kept.max() > 500) == (0, True)
+    heat, outlines = (rows(recording, f"/world/camera/{name}") for name in ("quality", "grasps"))
+    for others in (heat, outlines):
+        assert [row["tick"] for row in others] == [row["tick"] for row in images]
+    for row, outline in zip(heat, outlines, strict=True):
+        found = snapshots[row["tick"]].detection
+        steps = np.array(row["buffer"][0], np.uint8).reshape(120, 160)
+        if found is None:
+            assert not steps.any()
+            assert outline["strips"] == []
+        else:
+            v, u = np.unravel_index(steps.argmax(), steps.shape)
+            assert (u, v) == pytest.approx(found.grasps[0].pixel, abs=1.5)
+            middle = np.mean(outline["strips"][0][:4], axis=0)
+            assert middle == pytest.approx(found.grasps[0].pixel, abs=1e-3)
+
+
+def test_an_image_that_arrives_late_is_recorded_at_its_time_of_capture(tmp_path: Path) -> None:
+    """The robot moves on meanwhile: camera, image and grasps stay where and when they were."""
+    late = []
+    for snapshot in samples.run(TICKS):
+        if snapshot.frame is not None:
+            moved = snapshot.frame.oTc.copy()
+            moved.translation -= [0.02, 0.0, 0.0]
+            frame = replace(snapshot.frame, oTc=moved, stamp=snapshot.stamp - LATENCY)
+            snapshot = replace(snapshot, frame=frame)
+        late.append(snapshot)
+    path = record(tmp_path / "late.rrd", late)
+    before, *camera = poses(path, "world/camera")
+    assert before["tick"] == 0, "where an image would be taken"
+    drawn = [rows(path, f"/world/camera/{entity}") for entity in ("depth", "quality", "grasps")]
+    for entity in (*drawn, camera):
+        assert [row["tick"] for row in entity] == list(range(170, 300, 20)), "when they arrived"
+        for row in entity:
+            assert row["t"] == pytest.approx(late[row["tick"]].stamp - LATENCY, abs=1e-6)
+    for row in camera:
+        place = late[row["tick"]].frame.oTc.translation
+        np.testing.assert_allclose(row["translation"][0], place, atol=1e-5)
+    hand = poses(path, "world/robot/hand")
+    assert all(row["t"] == pytest.approx(late[row["tick"]].stamp, abs=1e-6) for row in hand)
+
+
+@pytest.mark.parametrize("place", ["missing/x.rrd", ""])
+def test_a_file_that_cannot_be_written_is_reported_at_once(tmp_path: Path, place: str) -> None:
+    with pytest.raises(RecorderError, match=r"cannot write the recording .*choose a folder"):
+        recorder(tmp_path / place)
+
+
+def test_an_error_in_the_writer_is_reported_once_and_spares_the_run(tmp_path: Path) -> None:
+    made = recorder(tmp_path / "x.rrd")
+    snapshot = samples.snapshot(0)
+    broken = replace(snapshot, state=replace(snapshot.state, q=snapshot.state.q[:3]))
+    for tick in range(1200):
+        state = replace((broken if tick == 150 else snapshot).state, stamp=tick * 0.02)
+        made.record(replace(snapshot, tick=tick, state=state))
+    with pytest.raises(RecorderError, match=r"x\.rrd: the recording ends early"):
+        made.close()
+    made.close()
+    assert len(rows(tmp_path / "x.rrd", "/signals/tick")) < 200

@@ -7,30 +7,29 @@ import pytest
 import sample_run as samples
 from rich.console import Console
 
-from app.live import Moment, RunDisplay, RunInfo
+from app.live import RunDisplay, RunInfo, Snapshot
 from app.live.run_display import picture
 from hw import Fault, FaultKind
 
 ABOUT = RunInfo(task="pick_place", where="frankie · kinematic", objects=10)
 
 
-def moment(tick: int, paused: str = "", faults: tuple[Fault, ...] = (), placed: int = 7) -> Moment:
-    seen = samples.snapshot(tick)
-    seen = replace(seen, state=replace(seen.state, faults=faults))
-    return Moment(seen=seen, placed=placed, attempts=8, paused=paused)
+def moment(
+    tick: int, paused: str = "", faults: tuple[Fault, ...] = (), placed: int = 7
+) -> Snapshot:
+    seen = samples.moment(tick)
+    return replace(seen, state=replace(seen.state, faults=faults), placed=placed, paused=paused)
 
 
-def shown(moments: list[Moment], *, terminal: bool, height: int = 30) -> str:
+def shown(moments: list[Snapshot], *, terminal: bool, height: int = 30) -> str:
     """What is written when each moment is shown for long enough."""
     out = io.StringIO()
     console = Console(
         file=out, force_terminal=terminal, width=100, height=height, color_system=None
     )
     display = RunDisplay(ABOUT, samples.TREE, console=console)
-    before = None
     for one in moments:
-        display.update(one, changed=before is None or one.seen.nodes != before)
-        before = one.seen.nodes
+        display.show(one)
         display.write()
     return out.getvalue()
 
@@ -88,8 +87,8 @@ def test_a_file_gets_a_line_for_pause_and_fault_and_for_their_end() -> None:
 @pytest.mark.parametrize("terminal", [True, False])
 def test_markup_in_a_message_is_only_text(terminal: bool) -> None:
     one = moment(0)
-    nodes = tuple(node._replace(message="[red]a\nb[/nope]") for node in one.seen.nodes)
-    one = one._replace(seen=replace(one.seen, nodes=nodes))
+    nodes = tuple(node._replace(message="[red]a\nb[/nope]") for node in one.nodes)
+    one = replace(one, nodes=nodes)
     if terminal:
         text = picture(ABOUT, samples.TREE, one, elapsed=2.0, width=100, rows=30).plain
     else:
@@ -99,7 +98,7 @@ def test_markup_in_a_message_is_only_text(terminal: bool) -> None:
 
 def test_the_time_is_the_tasks_and_a_pause_stands_beside_it() -> None:
     one = moment(60, paused="by a person")
-    one = one._replace(seen=replace(one.seen, time=57.3, paused_s=297.6))
+    one = replace(one, time=57.3, paused_s=297.6)
     text = picture(ABOUT, samples.TREE, one, elapsed=2.0, width=120, rows=30).plain
     assert "57.3 s, paused 4 min 57 s" in text
     assert shown([one], terminal=False).startswith("   57.30 s  ‖ PAUSED by a person")
@@ -112,7 +111,7 @@ def test_the_loop_is_told_when_the_terminal_is_gone() -> None:
 
     console = Console(file=Gone(), force_terminal=False, width=100)
     with RunDisplay(ABOUT, samples.TREE, console=console) as display:
-        display.update(moment(0), changed=True)
+        display.show(moment(0))
         display._thread.join(5.0)
         with pytest.raises(OSError, match="gone"):
-            display.update(moment(1), changed=True)
+            display.show(moment(1))

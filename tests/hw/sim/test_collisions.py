@@ -8,8 +8,8 @@ from solid_world import Solid, box, cube, turning
 from controller import Command
 from hw import FaultKind
 from hw.sim import SimObject, Walker, load_scene
-from hw.sim.contact import separation
-from hw.sim.robot_shapes import frames, members
+from hw.sim.contact import separation, travel
+from hw.sim.sim_robot_shapes import frames, members
 from robots import Box, Geom
 
 FORWARD = Command(base_twist=np.array([0.5, 0.0, 0.0]), qd=np.zeros(7))
@@ -18,24 +18,20 @@ FACE = 0.575  # side of the leg that faces the robot [m]
 FRONT = 0.35  # from the middle of the base to its front [m]
 
 
-def test_a_base_that_drives_into_a_table_leg_stands_still_and_says_so():
+def test_a_base_at_a_table_leg_stands_says_so_and_leaves_after_a_recovery():
     sim = Solid(LEG)
     assert sim.drive((0.5, 0.0, 0.0), s=1.5) == [("bumper", "the base hit table/leg")]
     state = sim.robot.read()
-    assert [fault.clearable for fault in state.faults] == [True]
-    assert state.faults[0].kind is FaultKind.BUMPER
+    (fault,) = state.faults
+    assert (fault.kind, fault.clearable) == (FaultKind.BUMPER, True)
+    assert abs(fault.bearing) < 0.1
     assert -0.005 < sim.x + FRONT - FACE <= 0.002
     assert not state.base_twist.any()
     assert not sim.robot.send(FORWARD).base_twist.any()
-    before = sim.x
-    sim.drive((0.5, 0.0, 0.0), s=0.5)
+    before, q = sim.x, sim.robot.read().q[0]
+    sim.drive((0.5, 0.0, 0.0), turning(1, 0.2), s=0.5)
     assert sim.x == before
-
-
-def test_after_a_recovery_the_base_can_leave_but_not_press_on_and_a_new_touch_is_recorded():
-    sim = Solid(LEG)
-    sim.drive((0.5, 0.0, 0.0), s=1.5)
-    assert abs(sim.robot.read().faults[0].bearing) < 0.1
+    assert sim.robot.read().q[0] > q + 0.08, "the bumper leaves the arm alone"
     assert sim.touches == ["the base hit table/leg"]
     touch = sim.world.touches[0]
     assert (touch.part, touch.thing) == ("base", "table/leg")
@@ -54,32 +50,16 @@ def test_after_a_recovery_the_base_can_leave_but_not_press_on_and_a_new_touch_is
     assert len(sim.touches) == touches + 1
 
 
-def test_the_bumper_leaves_the_arm_alone_and_the_reflex_the_base():
-    sim = Solid(LEG)
-    sim.drive((0.5, 0.0, 0.0), s=1.5)
-    q = sim.robot.read().q[0]
-    sim.drive(qd=turning(1, 0.2), s=0.5)
-    assert sim.robot.read().q[0] > q + 0.08
-    sim = Solid(behind_the_elbow())
-    sim.drive(qd=turning(2, -0.5), s=0.5)
-    assert [kind for kind, _ in sim.faults] == ["reflex"]
-    sim.drive((0.2, 0.0, 0.0), s=0.5)
-    assert sim.x > 0.07
-
-
-def behind_the_elbow():
-    """A plate behind the elbow in the posture `ready`, 3 cm away."""
-    x, y, z = Solid().link(4)
-    return box("shelf/plate", (x - 0.14, y, z), (0.05, 0.3, 0.01))
-
-
 def test_a_link_that_is_pushed_into_a_shelf_trips_the_reflex_by_its_name():
-    sim = Solid(behind_the_elbow())
+    x, y, z = Solid().link(4)
+    sim = Solid(box("shelf/plate", (x - 0.14, y, z), (0.05, 0.3, 0.01)))  # 3 cm behind the elbow
     faults = sim.drive(qd=turning(2, -0.5), s=0.5)
     assert faults == [("reflex", "link4 hit shelf/plate")]
     q = sim.robot.read().q
     assert sim.drive(qd=turning(2, -0.5), s=0.3) == faults
     np.testing.assert_array_equal(sim.robot.read().q, q)
+    assert sim.drive((0.2, 0.0, 0.0), s=0.5) == faults
+    assert sim.x > 0.07, "the reflex leaves the base alone"
     sim.robot.recover()
     assert sim.drive(qd=turning(2, 0.5), s=0.5) == []
     assert sim.touches == ["link4 hit shelf/plate"]
@@ -133,6 +113,7 @@ def test_an_object_that_is_swept_off_its_post_falls_to_the_floor():
 def test_a_walker_that_runs_into_a_standing_base_presses_its_bumper_until_it_has_passed():
     walker = Walker("Ada", 0.2, 1.7, [(0.5, -1.5), (0.5, 1.5)], 1.0)
     sim = Solid(walkers=[walker])
+    assert any(shape.name == "Ada" for shape in sim.body.shapes())
     sim.drive(s=1.6)
     assert ("bumper", "the base hit Ada") in sim.faults
     sim.drive(s=2.0)
@@ -174,3 +155,22 @@ def test_the_bounds_of_gaps_miss_no_contact():
         contacts += len(told)
     assert contacts > 60
     assert deepest > 0.02
+
+
+HALF = (0.02, 0.03, 0.025)
+
+
+def fall(x: float, y: float, height: float, turn: np.ndarray) -> float | None:
+    """Of a block from a height over a table, turned by a rotation vector (3,)."""
+    here = SE3(exp3(turn), np.array([x, y, 0.5 + HALF[2] + height]))
+    table = box("table", (0.8, 0.0, 0.25), (0.4, 0.4, 0.25))
+    return travel(Geom(Box(HALF), here), np.array([0.0, 0.0, -1.0]), [table], 1.0)
+
+
+def test_a_block_that_falls_on_a_table_stops_on_it_however_its_numbers_are_rounded():
+    rng = np.random.default_rng(0)
+    for _ in range(300):
+        x, y, height = rng.uniform((0.5, -0.3, 0.01), (1.1, 0.3, 0.4))
+        turn = rng.choice([0.0, 1e-12, 1e-5]) * rng.normal(size=3)
+        assert fall(x, y, height, turn) == pytest.approx(height, abs=1e-4)
+    assert fall(0.37, 0.0, 0.2, np.zeros(3)) is None

@@ -5,15 +5,14 @@ from math import inf
 import numpy as np
 import pinocchio as pin
 import pytest
-from harness import block, open_floor
+from harness import SIMULATORS, block, open_floor
 from pinocchio import SE3
 from solid_world import Solid
 
-from hw import SimClock, WorldOptions, open_backend
-from hw.registry import WORLDS, simulator
-from hw.sim import SimObject, Walker, World
+from hw import SimClock, WorldOptions, find_world, open_backend
+from hw.sim import SimObject, Walker, World, simulated_robot
 from hw.sim.contact import travel
-from hw.sim.laser import Solids
+from hw.sim.sim_laser import Solids
 from robots import Box, Capsule, Cylinder, Geom, Plane, Sphere, hull_of, load_robot
 
 LASER = load_robot("frankie").laser
@@ -61,7 +60,7 @@ def test_a_level_beam_along_a_face_or_an_axis_has_a_finite_answer():
     np.testing.assert_allclose(ranges, [1.8, 1.9, 1.9, inf])
 
 
-@pytest.mark.parametrize("world", WORLDS)
+@pytest.mark.parametrize("world", SIMULATORS)
 def test_it_sees_furniture_things_on_the_floor_and_people_but_not_the_robot(world):
     wall = Geom(Box((0.05, 5.0, 1.0)), SE3(np.eye(3), np.array([4.0, 0.0, 1.0])), "wall")
     shelf = Geom(Box((0.3, 0.3, 0.1)), SE3(np.eye(3), np.array([1.0, 0.0, 1.2])), "shelf")
@@ -72,8 +71,12 @@ def test_it_sees_furniture_things_on_the_floor_and_people_but_not_the_robot(worl
         pose=SE3(np.eye(3), np.array([1.25, -1.0, 0.15])),
     )
     person = Walker("person", 0.25, 1.75, [(0.25, 2.0), (5.0, 2.0)], 1.0)
-    sim = simulator(world)(
-        load_robot("frankie"), World([FLOOR, wall, shelf], [crate], [person]), SimClock(), seed=1
+    sim = simulated_robot(
+        find_world(world).body(),
+        load_robot("frankie"),
+        World([FLOOR, wall, shelf], [crate], [person]),
+        SimClock(),
+        seed=1,
     )
     with sim:
         sim.read()
@@ -84,17 +87,19 @@ def test_it_sees_furniture_things_on_the_floor_and_people_but_not_the_robot(worl
         assert left == pytest.approx(1.75, abs=0.05)
         assert crate_seen == pytest.approx(0.85 * np.sqrt(2.0), abs=0.05)
         assert np.nanmin(scan.ranges) > 1.0
-        assert scan.oTb.isApprox(sim.read().wTb, 1e-9)
+        assert scan.oTb.isApprox(sim.read().oTb, 1e-9)
 
 
-def test_points_are_in_the_base_and_no_echo_is_no_number():
+def test_points_are_in_the_base_and_what_is_out_of_reach_is_at_its_end():
     wall = Geom(Box((0.05, 1.0, 1.0)), SE3(np.eye(3), np.array([4.0, 0.0, 1.0])), "wall")
     far = Geom(Box((0.05, 1.0, 1.0)), SE3(np.eye(3), np.array([0.0, 16.0, 1.0])), "too far")
     scan = Solid(world=World([FLOOR, wall, far], [])).robot.laser.latest(inf)
     seen = np.isfinite(scan.ranges)
     assert scan.ranges.shape == (241,)
     assert scan.points.shape == (241, 3)
-    assert np.array_equal(seen, np.isfinite(scan.points).all(axis=1))
+    assert np.isposinf(scan.ranges[~seen]).all()
+    far = np.linalg.norm(scan.points[~seen, :2] - [0.25, 0.0], axis=1)
+    np.testing.assert_allclose(far, 15.0)
     assert 25 < seen.sum() < 35  # 2 m wide at 3.7 m
     x, _, z = scan.points[seen].T
     assert 0.005 < np.std(x) < 0.02
@@ -136,6 +141,6 @@ def test_a_held_object_belongs_to_the_robot():
     sim = Solid(world=world)
     assert np.isfinite(sim.robot.laser.latest(inf).ranges).any()
     world.held = world.objects[0]
-    world.eTo = sim.robot._arm._body.wTe.actInv(world.held.pose)
+    world.eTs = sim.robot._arm.body.wTe.actInv(world.held.pose)
     sim.clock.sleep_until(0.3)
     assert not np.isfinite(sim.robot.laser.latest(inf).ranges).any()

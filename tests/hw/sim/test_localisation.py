@@ -6,13 +6,21 @@ from math import inf
 import numpy as np
 import pinocchio as pin
 import pytest
+from harness import SIMULATORS
 from pinocchio import SE3
 
-from config import ConfigError, UserError
+from config import UserError
+from config.reader import ConfigError
 from controller import Command
-from hw import SimClock, WorldOptions, open_backend
-from hw.registry import WORLDS, simulator
-from hw.sim import LEVELS, Localisation, LocalisationProcess, load_localisation, load_scene
+from hw import SimClock, WorldOptions, find_world, open_backend
+from hw.sim import (
+    LEVELS,
+    Localisation,
+    LocalisationProcess,
+    load_localisation,
+    load_scene,
+    simulated_robot,
+)
 from hw.sim.levels import Misplacement, Odometry, Outages, PoseError, Steps
 from robots import load_robot
 
@@ -145,27 +153,29 @@ def test_in_an_outage_there_is_no_localised_pose():
     assert np.diff(ends)[::2].min() == 10
 
 
-@pytest.mark.parametrize("world", WORLDS)
+@pytest.mark.parametrize("world", SIMULATORS)
 def test_wheels_of_a_simulated_robot_slip_and_it_believes_what_it_measures(world):
     level = LEVELS["good"].model_copy(update={"depth_scale": 0.1})
 
     def after(localisation: Localisation | None):
         clock, described = SimClock(), load_robot("frankie")
         truth = load_scene("single", 0)
-        robot = simulator(world)(described, truth, clock, seed=4, localisation=localisation)
+        robot = simulated_robot(
+            find_world(world).body(), described, truth, clock, seed=4, localisation=localisation
+        )
         with robot:
             for _ in range(100):
                 state = robot.read()
                 robot.send(Command(base_twist=np.array([0.2, 0.0, 0.1]), qd=np.zeros(7)))
                 clock.sleep_until(clock.now() + 0.01)
-            return state, robot.camera.latest(inf), robot._base, robot._arm._body
+            return state, robot.camera.latest(inf), robot._base, robot._arm.body
 
     exact, straight, base, body = after(LEVELS["exact"])
     plain, _, _, _ = after(None)
-    assert np.array_equal(exact.wTb.homogeneous, plain.wTb.homogeneous)
+    assert np.array_equal(exact.oTb.homogeneous, plain.oTb.homogeneous)
     assert base.read().localised is None
     wrong, scaled, base, other = after(level)
-    assert wrong.wTb.isApprox(exact.wTb, 1e-4), "odometry tells what the wheels did"
+    assert wrong.oTb.isApprox(exact.oTb, 1e-4), "odometry tells what the wheels did"
     off = np.abs(wrong.base_twist - exact.base_twist).max()
     assert off < 1e-4, "which turn as commanded, so no limit is passed"
     assert not other.wTb.isApprox(body.wTb, 1e-5), "and they slip"

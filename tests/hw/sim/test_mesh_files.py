@@ -7,7 +7,7 @@ import pytest
 from pinocchio import SE3
 
 from hw.sim import DepthRenderer, SceneError, load_scene
-from hw.sim.meshes import MeshError, convex_parts, fewer, parts, read_mesh
+from hw.sim.meshes import MeshError, convex_decomposition, convex_parts, fewer, read_mesh
 from hw.sim.meshes.shaping import enclosed
 from hw.sim.sim_object import Mesh, Surface
 from robots import Intrinsics, volume
@@ -108,7 +108,7 @@ def test_a_hollow_body_stays_hollow_and_is_split_once(tmp_path, monkeypatch, cap
     def never(*_: object) -> None:
         raise AssertionError("it is made again")
 
-    monkeypatch.setattr(parts, "_split", never)
+    monkeypatch.setattr(convex_decomposition, "_split", never)
     again = convex_parts(mesh, "tray.stl")
     assert capsys.readouterr().err == ""
     assert [part.shape.vertices.tolist() for part in again] == [
@@ -165,7 +165,6 @@ def test_items_of_a_scene_lie_where_the_file_says(tmp_path):
     np.testing.assert_allclose(np.ptp(box, axis=1), [0.08, 0.1, 0.06], atol=3e-3)
     np.testing.assert_allclose(np.mean(box, axis=1)[:2], [3.1, 0.05], atol=1e-6)
     assert {world.resting_on(obj) for obj in world.objects} == {"container"}
-    assert first.mesh is not None
     assert first.mesh.closed
     assert [f.name for f in world.fixtures if f not in world.mapped] == ["heap"]
     seen = [one.name for one in world.shapes() if isinstance(one, Surface)]
@@ -205,7 +204,7 @@ def test_a_bad_mesh_is_told_where_and_what(kind, tmp_path):
 
 def test_a_body_on_the_robot_or_that_cannot_be_split_is_refused(tmp_path, monkeypatch):
     tray().export(tmp_path / "tray.stl")
-    monkeypatch.setattr(parts, "_PATIENCE", 0.01)
+    monkeypatch.setattr(convex_decomposition, "_PATIENCE", 0.01)
     text = "fixtures:\n  - {name: a, mesh: tray.stl, scale: 9, centre: [0.5, 0, 0.2]}\n"
     assert "it stands where the robot starts" in refused(scene(tmp_path, text))
     line = refused(scene(tmp_path, "objects:\n  items:\n    - {mesh: tray.stl}\n"))
@@ -214,6 +213,6 @@ def test_a_body_on_the_robot_or_that_cannot_be_split_is_refused(tmp_path, monkey
 
 def test_without_the_extra_it_says_what_to_install(monkeypatch):
     body = tray()
-    monkeypatch.setattr(parts, "find_spec", lambda _: None)
+    monkeypatch.setattr(convex_decomposition, "find_spec", lambda _: None)
     with pytest.raises(MeshError, match=r'pip install "frankie-task\[meshes\]"'):
         convex_parts(Mesh(np.array(body.vertices), body.faces.astype(np.int32)))

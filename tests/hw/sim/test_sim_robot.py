@@ -51,10 +51,10 @@ def test_a_constant_twist_drives_an_arc():
     sim.drive((v, 0.0, w), s=2.0)
     angle, radius = w * 2.0, v / w
     expected = [radius * np.sin(angle), radius * (1.0 - np.cos(angle)), 0.0]
-    np.testing.assert_allclose(sim.robot.read().wTb.translation, expected, atol=1e-9)
+    np.testing.assert_allclose(sim.robot.read().oTb.translation, expected, atol=1e-9)
     sim = Solid(robot="omni", make=without_lag)
     sim.drive((0.0, 0.3, 0.0), s=1.0)
-    np.testing.assert_allclose(sim.robot.read().wTb.translation, [0.0, 0.3, 0.0], atol=1e-9)
+    np.testing.assert_allclose(sim.robot.read().oTb.translation, [0.0, 0.3, 0.0], atol=1e-9)
 
 
 def test_frames_come_at_their_rate_and_depend_on_seed_and_time_only():

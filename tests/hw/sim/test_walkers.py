@@ -1,9 +1,10 @@
 """Walkers, and the free ways of the scenes that have them."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from pinocchio import SE3
-from solid_world import Solid
 
 from hw import WorldOptions, open_backend
 from hw.sim import Walker, load_scene
@@ -33,7 +34,6 @@ def test_a_walker_keeps_its_speed_between_the_ends_and_turns_round_smoothly():
 
 def test_the_world_tells_where_walkers_are_and_how_fast_as_a_tracker_would():
     backend = open_backend("frankie", "kinematic", WorldOptions(scene="crossing"))
-    assert backend.truth is not None
     for _ in range(100):
         backend.robot.read()
         backend.clock.sleep_until(backend.clock.now() + 0.01)
@@ -45,27 +45,13 @@ def test_the_world_tells_where_walkers_are_and_how_fast_as_a_tracker_would():
     np.testing.assert_allclose(obstacle.geom.pose.translation, [1.3, -2.5 + 0.75, 0.875])
 
 
-def test_a_walker_is_seen_and_hit():
-    walker = Walker("Ada", 0.25, 1.75, [(1.0, 0.0), (5.0, 0.0)], 0.01)
-    sim = Solid(walkers=[walker])
-    assert any(shape.name == "Ada" for shape in sim.body.shapes())
-    assert ("reflex", "the camera hit Ada") in sim.drive((0.5, 0.0, 0.0), s=1.5)
-
-
-WAYS = {
-    "household": [(2.25, 0.0), (0.0, 0.0), (0.0, 0.85)],
-    "corridor": [(2.25, 0.0), (0.0, 0.0), (0.0, 0.85)],
-    "crossing": [(2.25, 0.0), (0.0, 0.0), (0.0, 0.85)],
-    "kitchen": [(2.25, 0.0), (0.2, 0.0), (0.2, 0.85)],
-}
-"""From the container over the start to the table."""
-
-
-@pytest.mark.parametrize("scene", WAYS)
-def test_a_robot_can_drive_from_the_container_to_the_table_and_turn_anywhere(scene):
+@pytest.mark.parametrize(
+    ("scene", "x"), [("household", 0.0), ("corridor", 0.0), ("crossing", 0.0), ("kitchen", 0.2)]
+)
+def test_a_robot_can_drive_from_the_container_to_the_table_and_turn_anywhere(scene, x):
     world = load_scene(scene, 0)
     obstacles = [f for f in world.fixtures if f.name != "floor"]
-    for start, end in zip(WAYS[scene], WAYS[scene][1:], strict=False):
+    for start, end in pairwise([(2.25, 0.0), (x, 0.0), (x, 0.85)]):
         for x, y in np.linspace(start, end, 30):
             room = SE3(np.eye(3), np.array([x, y, HEADROOM / 2.0]))
             round_it = Geom(Cylinder(TURNING, HEADROOM / 2.0 - 0.01), room)

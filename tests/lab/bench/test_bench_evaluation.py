@@ -1,22 +1,39 @@
-"""Evaluation of motions: contacts, limits, failures, smoothness, each on a constructed case."""
+"""Goals of Experiment 2, and the evaluation of motions, each measure on a constructed case."""
 
 import numpy as np
 import pytest
 
 from controller import robot_model
 from lab.bench.contacts import ContactChecker
-from lab.bench.evaluation import Evaluator, Failure, count_violations, cumulative_jerk, failure_of
-from lab.bench.motion import Motion
+from lab.bench.goals import DISC, generate_goals
+from lab.bench.motion_evaluation import (
+    Evaluator,
+    Failure,
+    count_violations,
+    cumulative_jerk,
+    failure_of,
+)
+from lab.bench.simulated_motion import Motion
 from robots import load_robot
 
 READY = load_robot("frankie").arm.ready
 
+
 ROBOTS = ("frankie", "omni")
+
+
 PERIOD = 0.01
 
+
 OVER_THE_BASE = np.array([0.0, -1.2, 0.0, -2.4, 0.0, 2.6, 0.8])
+
+
 INTO_THE_BASE = np.array([3.0, 1.2, 0.0, -2.2, 0.0, 2.0, 0.8])
+
+
 ON_ITSELF = np.array([0.0, 0.0, 0.0, -3.05, 0.0, 0.3, 0.8])
+
+
 ON_THE_FLOOR = np.array([0.0, 1.7, 0.0, -1.2, 0.0, 2.4, 0.8])
 
 
@@ -106,3 +123,31 @@ def test_manipulability_and_heading_are_those_of_the_posture():
     assert trial.heading_error == pytest.approx(0.0, abs=1e-9)
     assert trial.contact_samples == 0
     assert trial.failure is None
+
+
+@pytest.mark.parametrize("robot", ["frankie", "omni"])
+def test_goals_are_seeded_in_the_disc_above_the_floor_and_all_around(robot):
+    model = robot_model(robot)
+    once, longer, other = (
+        generate_goals(model, count, seed) for count, seed in ((20, 3), (300, 3), (20, 4))
+    )
+    assert longer[:20] == once != other
+    places = np.array([goal.translation for goal in longer])
+    assert (places[:, 2] >= 0.05).all()
+    assert (np.linalg.norm(places, axis=1) <= DISC).all()
+    bearings = np.arctan2(places[:, 1], places[:, 0])
+    assert (np.histogram(bearings, 4, (-np.pi, np.pi))[0] > 40).all()
+
+
+def test_postures_in_contact_are_rejected(monkeypatch):
+    asked = []
+    plain = ContactChecker.__call__
+
+    def ask(self, *posture):
+        asked.append(plain(self, *posture))
+        return asked[-1]
+
+    monkeypatch.setattr(ContactChecker, "__call__", ask)
+    assert len(generate_goals(robot_model("frankie"), 100, 0)) == 100
+    assert any(asked)
+    assert asked.count(False) == 100

@@ -7,15 +7,8 @@ from lab.bench.on_the_move import Passing, saving
 
 
 def run(way: str, seed: int, seconds: float, delivered: bool = True) -> Passing:
-    return Passing(
-        way=way,
-        seed=seed,
-        delivered=delivered,
-        first=delivered,
-        seconds=seconds,
-        contacts=0,
-        limit_violations=0,
-    )
+    ends = {"delivered": delivered, "first": delivered, "contacts": 0, "limit_violations": 0}
+    return Passing(way=way, seed=seed, seconds=seconds, **ends)
 
 
 @pytest.mark.slow
@@ -41,7 +34,6 @@ def test_a_saving_is_over_the_objects_that_both_ways_delivered():
     runs += [run("in_passing", seed, 5.0 + seed) for seed in range(3)]
     runs.append(run("in_passing", 3, 1.0, delivered=False))
     saved = saving(runs)
-    assert saved is not None
     assert saved.pairs == 3
     assert saved.share == pytest.approx(5.0 / 11.0)
     assert saved.interval == pytest.approx((5.0 / 11.0, 5.0 / 11.0))

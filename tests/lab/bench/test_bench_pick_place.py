@@ -7,7 +7,7 @@ import time
 import pytest
 from bench_call import call, refused, report
 
-from controller.planning import rrt
+from lab.bench.planning import rrt
 
 QUICK = """\
 task: quick

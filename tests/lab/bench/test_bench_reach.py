@@ -1,4 +1,4 @@
-"""`bench reach`, `bench poses` and `bench moving`."""
+"""`bench reach`, `poses`, `moving`, `step`, `perception` and `uncertainty`."""
 
 import json
 import sys
@@ -50,20 +50,17 @@ def test_bad_options_are_refused_in_one_line(tmp_path):
     refused("--pose e", "poses", "--pose", "e")
 
 
-@pytest.mark.parametrize("starts", ["random", "limits", "singular", "stretched"])
-def test_other_starts(tmp_path, starts):
-    common = ("--robot", "frankie", "--base-speed", 1.0, "--count", 2, "--workers", 1)
-    (row,) = report(tmp_path, "reach", *common, "--starts", starts)["results"]
+@pytest.mark.parametrize("starts", ["random", "limits", "singular", "stretched", "ready"])
+def test_other_starts_and_uneven_periods_with_a_slow_reverse_speed(tmp_path, starts):
+    options = ("--robot", "frankie", "--starts", starts)
+    if starts == "ready":
+        options = ("--robot", "omni", "--jitter-ms", "5-30", "--reverse-speed", 0.1)
+    common = ("--base-speed", 1.0, "--count", 2, "--workers", 1)
+    (row,) = report(tmp_path, "reach", *common, *options)["results"]
     assert (row["failures"], row["limit_violations"], row["contact_samples"]) == (0, 0, 0)
-
-
-def test_uneven_periods_and_a_slow_reverse_speed(tmp_path):
-    options = ("--robot", "omni", "--base-speed", 1.0, "--count", 2, "--workers", 1)
-    options += ("--jitter-ms", "5-30", "--reverse-speed", 0.1)
-    (row,) = report(tmp_path, "reach", *options)["results"]
-    assert row["conditions"]["jitter"] == [0.005, 0.03]
-    assert row["reverse_speed"] == 0.1
-    assert (row["failures"], row["limit_violations"], row["contact_samples"]) == (0, 0, 0)
+    if starts == "ready":
+        assert row["conditions"]["jitter"] == [0.005, 0.03]
+        assert row["reverse_speed"] == 0.1
 
 
 def test_poses_reports_times_beside_those_of_the_paper(tmp_path):
@@ -100,3 +97,50 @@ def test_a_cluster_gives_the_same_figures_as_this_computer(tmp_path):
         assert call("reach", *common, "--cluster", address, "--json", there)[0] == 0
     assert call("reach", *common, "--workers", 1, "--json", here)[0] == 0
     assert json.loads(here.read_text()) == json.loads(there.read_text())
+
+
+def test_steps_are_timed_beside_those_of_a_peer_that_reaches_the_same_goals(tmp_path):
+    ours, pink = report(tmp_path, "step", "--robot", "omni", "--vs", "pink", "--count", 10)[
+        "results"
+    ]
+    assert (ours["controller"], pink["controller"]) == ("frankie", "pink")
+    assert min(ours["steps"], pink["steps"]) >= 10
+    assert pink["ratio"] == pink["median"] / ours["median"]
+    assert pink["infeasible"] == 0
+    (reach,) = report(tmp_path, "reach", "--robot", "omni", "--preset", "pink", "--count", 1)[
+        "results"
+    ]
+    assert reach["failures"] == 0
+    assert reach["limit_violations"] > 0
+
+
+def test_perception_is_timed(tmp_path):
+    kept = report(tmp_path, "perception", "--count", 2)
+    assert kept["results"][-1]["name"] == "step"
+
+
+WAIT = """\
+task: wait_a_little
+tree:
+  wait: {duration_s: 0.3}
+"""
+
+
+def test_one_row_for_each_level_registration_and_scene(tmp_path):
+    task = tmp_path / "wait.yaml"
+    task.write_text(WAIT)
+    options = ("--localisation", "exact", "--localisation", "good", "--scene", "single")
+    forms = ("--registration", "both", "--registration", "none", "--seeds", "0")
+    run = ("--workers", 1, "--record", tmp_path / "runs")
+    kept = report(tmp_path, "uncertainty", task, *options, *forms, *run)
+    exact, both, none = kept["results"]
+    names = [(one["level"], one["registration"]) for one in kept["results"]]
+    assert names == [("exact", "-"), ("good", "both"), ("good", "none")]
+    assert {one["runs"] for one in kept["results"]} == {1}
+    assert [one["succeeded"] for one in kept["results"]] == [1, 1, 1]
+    assert exact["position_error_m"] == exact["heading_error_rad"] == [0.0, 0.0]
+    assert exact["nees"] is None
+    assert 0.0 < both["position_error_m"][0] < none["position_error_m"][0] < 0.1
+    assert 0.0 < both["nees"] < 3.0
+    assert len(kept["runs"]) == 3
+    assert "1/1" in kept["stdout"]

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from bench_call import call
 
-from config import read_config
+from config.reader import read_config
 from lab.bench.regenerate import Experiments
 
 DOCS = Path(__file__).parents[3] / "docs"

@@ -1,18 +1,28 @@
-"""The judge of obstacles: exact distances, constructed contacts, avoidable or not."""
+"""Worlds with obstacles, seeded and solvable, and their judge on constructed contacts."""
+
+from functools import cache
 
 import numpy as np
 import pinocchio as pin
 import pytest
 from pinocchio import SE3
 
+from controller import robot_model
 from hw.sim.contact import separation
-from lab.bench.obstacles.judge import Judge
-from lab.bench.obstacles.shapes import Placed, distances
+from lab.bench.contacts import CAPSULES, ContactChecker
+from lab.bench.obstacles.contact_judge import Judge
+from lab.bench.obstacles.convex_distances import Placed, distances
+from lab.bench.obstacles.obstacle_worlds import FAMILIES, WorldMaker
+from lab.bench.obstacles.reachability import FOLDED, Paths
 from lab.bench.obstacles.walkers import Walker
 from robots import Box, Capsule, Cylinder, Geom, load_robot
 
 PERIOD = 0.01
+
+
 FRANKIE = load_robot("frankie")
+
+
 FRONT = FRANKIE.base.size[0] / 2.0
 
 
@@ -25,8 +35,14 @@ def distance(part, around, within=10.0):
 
 
 LINK = Capsule(0.05, 0.1)
+
+
 BODY = Box((0.3, 0.2, 0.1))
+
+
 BLOCK, COLUMN = Box((1.0, 1.0, 1.0)), Cylinder(0.1, 1.0)
+
+
 TURNED = np.pi / 4.0
 
 
@@ -109,8 +125,12 @@ def judged(base, **changes):
 
 
 ALONG, ACROSS = 0.0, np.pi / 2.0
+
+
 BESIDE = FRANKIE.base.size[1] / 2.0 + 0.25
 """Where a walker touches the side of a base that stands across [m]."""
+
+
 LATE = {"start": np.array([BESIDE - 0.1, 0.0]), "direction": np.array([1.0, 0.0]), "length": 0.2}
 
 
@@ -152,3 +172,95 @@ def test_a_walker_that_turns_back_before_a_braking_robot_excuses_the_contact(bra
     verdict = judged(base, start=start, direction=np.array([-1.0, 0.0]), length=5.0, phase=9.2)
     assert verdict.samples > 0
     assert bool(verdict.avoidable_samples) == (not brakes)
+
+
+@cache
+def maker(robot):
+    return WorldMaker(robot_model(robot))
+
+
+def test_the_same_seed_gives_the_same_world_and_another_gives_another():
+    once, again, other = (maker("frankie")("walkers", 1, seed) for seed in (3, 3, 4))
+    assert len({fixture.name for fixture in once.fixtures}) == len(once.fixtures)
+    assert once.goal == again.goal != other.goal
+    assert [one.pose for one in once.fixtures] == [one.pose for one in again.fixtures]
+    times = np.linspace(0.0, 10.0, 20)
+    walked, walked_again = (
+        [walker.positions(times) for walker in world.walkers] for world in (once, again)
+    )
+    np.testing.assert_array_equal(walked, walked_again)
+
+
+def shapes(model, mTb, q):
+    """Arm, base and hand, computed independently of the judge."""
+    robot, links = model.description, model.link_poses(mTb, q)
+    for capsule in CAPSULES[:-2]:
+        ends = np.array([capsule.start, capsule.end])
+        for share in np.linspace(0.0, 1.0, 9):
+            place = links[capsule.link].act(ends[0] + share * (ends[1] - ends[0]))
+            half = Box((1e-4, 1e-4, 1e-4))
+            yield Geom(half, SE3(np.eye(3), place)), capsule.radius
+    mTe = model.end_effector(mTb, q)
+    yield robot.gripper.palm.moved(mTe), 0.0
+    yield robot.camera.body.moved(mTe * robot.camera.eTc), 0.0
+    length, width, height = robot.base.size
+    middle = SE3(np.eye(3), np.array([0.0, 0.0, height / 2.0]))
+    yield Geom(Box((length / 2.0, width / 2.0, height / 2.0)), mTb * middle), 0.0
+
+
+@pytest.mark.parametrize("robot", ["frankie", "omni"])
+def test_start_and_stance_are_free_and_the_tool_is_at_the_goal(robot):
+    model = robot_model(robot)
+    checker = ContactChecker(model)
+    for family in FAMILIES:
+        world = maker(robot)(family, 0, 0)
+        x, y, heading = world.stance.base
+        mTb = SE3(pin.utils.rotate("z", heading), np.array([x, y, 0.0]))
+        reached = model.end_effector(mTb, world.stance.q)
+        assert np.abs(reached.homogeneous - world.goal.homogeneous).max() < 1e-9
+        assert not checker(world.stance.q)
+        for place, q in ((mTb, world.stance.q), (SE3.Identity(), model.description.arm.ready)):
+            for part, radius in shapes(model, place, q):
+                assert all(
+                    separation(part, fixture)[0] - radius > 0.028 for fixture in world.fixtures
+                )
+
+
+def test_goals_are_where_their_family_says():
+    world = maker("frankie")("shelf", 0, 0)
+    back = next(fixture for fixture in world.fixtures if fixture.name == "shelf back")
+    inside = back.pose.actInv(world.goal).translation
+    assert -0.45 < inside[0] < 0.0
+    assert abs(inside[1]) < 0.7
+    world = maker("frankie")("table", 0, 0)
+    top = next(fixture for fixture in world.fixtures if fixture.name == "table top")
+    assert world.goal.rotation[2, 2] < -0.9
+    above = top.pose.actInv(world.goal).translation
+    assert (np.abs(above[:2]) < np.array(top.shape.half)[:2]).all()
+    assert above[2] > 0.0
+    assert maker("frankie")("walkers", 0, 0).walkers
+
+
+def paths(fixtures):
+    model = robot_model("frankie")
+    return Paths(model, Judge(model.description), ContactChecker(model), fixtures)
+
+
+STANCE = (np.array([2.5, 0.0, 0.0]), FOLDED)
+
+
+def wall(y_from, y_to):
+    half = (y_to - y_from) / 2.0
+    place = np.array([1.25, y_from + half, 1.0])
+    return Geom(Box((0.05, half, 1.0)), SE3(np.eye(3), place), "wall")
+
+
+def test_a_path_needs_a_wide_gap_and_a_free_start():
+    assert paths([]).reaches(*STANCE)
+    assert paths([wall(-6.0, 2.0)]).reaches(*STANCE)
+    assert not paths([wall(-6.0, 6.0)]).reaches(*STANCE)
+    assert paths([wall(-6.0, 1.0), wall(2.1, 6.0)]).reaches(*STANCE)
+    assert not paths([wall(-6.0, 1.0), wall(1.8, 6.0)]).reaches(*STANCE)
+    assert paths([]).start_is_free
+    post = Geom(Box((0.05, 0.05, 1.0)), SE3(np.eye(3), np.array([0.0, 0.36, 1.0])), "post")
+    assert not paths([post]).start_is_free

@@ -12,9 +12,9 @@ import pytest
 from pinocchio import SE3
 
 from controller import RobotModel
+from extensions.emulators.realsense import Options, RealSenseEmulator, Shot
 from hw import WallClock, panda, realsense
 from hw.clock import stopwatch
-from hw.emulators.realsense import Options, RealSenseEmulator, Shot
 from hw.panda import PandaArm
 from hw.realsense import RealSenseCamera, RealSenseSettings
 from lab.calibration import Board, LiveArm, Look, aTe_of, calibrate_hand_eye, difference, render
@@ -31,7 +31,7 @@ def arm():
     """A connected arm; the emulated one stands in free air."""
     address = f"127.77.{os.getpid() % 250}.{os.getpid() // 250 % 250 + 1}"
     process = subprocess.Popen(
-        [sys.executable, "-m", "hw.emulators.panda", address],
+        [sys.executable, "-m", "extensions.emulators.panda", address],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,
@@ -64,15 +64,15 @@ def test_hand_eye_through_both_drivers(arm):
     eTc = FRANKIE.camera.eTc * SE3(pin.exp3(np.array([0.02, -0.01, 0.03])), np.full(3, 0.006))
     arm.move_to(FRANKIE.arm.ready, speed=1.0)
     turn = pin.utils.rotate("z", 0.4)
-    cTm = SE3(turn, np.array([0.0, 0.0, 0.42]) - turn @ BOARD.centre)
-    aTm = aTe_of(model, FRANKIE.arm.ready) * eTc * cTm
+    cTk = SE3(turn, np.array([0.0, 0.0, 0.42]) - turn @ BOARD.centre)
+    aTk = aTe_of(model, FRANKIE.arm.ready) * eTc * cTk
     depth = np.full((480, 640), 0.4, np.float32)
     eye = RobotModel(FRANKIE)  # of the thread that sends images
 
     def shoot() -> Shot:
         stamp = stopwatch()
-        cTm = (aTe_of(eye, arm.read().q) * eTc).actInv(aTm)
-        grey = render(BOARD, cTm, FRANKIE.camera.intrinsics, Look(), rng)
+        cTk = (aTe_of(eye, arm.read().q) * eTc).actInv(aTk)
+        grey = render(BOARD, cTk, FRANKIE.camera.intrinsics, Look(), rng)
         return Shot(depth=depth, stamp=stamp, infrared=grey)
 
     with RealSenseEmulator(shoot, Options(infrared=True, rate=6)) as emulator:

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import yaml
 
-from config import ConfigError
+from config.reader import ConfigError
 from hw.realsense import missing
 from robots import load_robot
 from robots.schema_geometry import PoseFile
@@ -44,28 +44,31 @@ def test_a_simulated_calibration_is_taken_by_the_robot_file(tmp_path, site, comm
     pose = PoseFile(**file[key]).pose()
     assert file["quality"]["views"] == 16
     assert file["quality"]["uncertainty"]["mm"] < 3.0
-    text, frankie = site.read_text(), load_robot("frankie")
-    site.write_text(f"{text}{key}: found.yaml\n")
-    robot = load_robot(site)
-    taken = robot.camera.eTc if key == "camera_mount" else robot.bTa
+    site.write_text(f"{SITE}{key}: found.yaml\n")
+    taken, nominal = (
+        robot.camera.eTc if key == "camera_mount" else robot.bTa
+        for robot in (load_robot(site), load_robot("frankie"))
+    )
     assert taken.isApprox(pose)
-    nominal = frankie.camera.eTc if key == "camera_mount" else frankie.bTa
     assert np.linalg.norm(pose.translation - nominal.translation) < 0.05
 
 
-def test_a_wrong_file_of_a_calibration_is_refused(tmp_path, site):
-    out = tmp_path / "hand_eye.yaml"
-    assert call("hand-eye", "--simulate", "--views", "16", "--out", str(out))[0] == 0
-    text = site.read_text()
-    site.write_text(text + "arm_mount: hand_eye.yaml\n")
-    with pytest.raises(ConfigError, match="has no `arm_mount`; it is of another calibration"):
-        load_robot(site)
-    site.write_text(text + "camera_mount: hand_ey.yaml\n")
-    with pytest.raises(ConfigError, match=r"there is no file .*hand_ey\.yaml"):
-        load_robot(site)
-    out.write_text(out.read_text().replace("quality", "qualty"))
-    site.write_text(text + "camera_mount: hand_eye.yaml\n")
-    with pytest.raises(ConfigError, match=r"hand_eye\.yaml:"):
+QUALITY = "{views: 16, residual: 0.2, uncertainty: {mm: 1, deg: 0.1}, held_out: {mm: 1, deg: 0.1}}"
+
+
+@pytest.mark.parametrize(
+    ("taken", "quality", "why"),
+    [
+        ("arm_mount: hand_eye.yaml", "quality", "no `arm_mount`; it is of another calibration"),
+        ("camera_mount: hand_ey.yaml", "quality", r"there is no file .*hand_ey\.yaml"),
+        ("camera_mount: hand_eye.yaml", "qualty", r"hand_eye\.yaml:"),
+    ],
+)
+def test_a_wrong_file_of_a_calibration_is_refused(tmp_path, site, taken, quality, why):
+    text = f"camera_mount: {{xyz: [0.05, 0, -0.09]}}\n{quality}: {QUALITY}\n"
+    (tmp_path / "hand_eye.yaml").write_text(text)
+    site.write_text(f"{SITE}{taken}\n")
+    with pytest.raises(ConfigError, match=why):
         load_robot(site)
 
 

@@ -3,10 +3,8 @@
 import json
 import re
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 import trimesh
 from command_line import call
@@ -16,8 +14,7 @@ from hw.sim import SimObject, World
 from lab.grasps import evaluation
 from lab.grasps.choice import NetworkChoice
 from lab.grasps.scenes import FLOOR, ROBOT, random_view
-from perception import Detection, GraspDetector, GraspEstimate, GraspPatches
-from perception.frame import Frame
+from perception import GraspDetector, GraspEstimate
 from robots import Box, Geom
 
 pytest.importorskip("mujoco", reason="needs the extra `physics`")
@@ -36,7 +33,7 @@ def box_alone() -> World:
 def grasp(y: float = 0.0, z: float = 0.02) -> GraspEstimate:
     wTg = SE3(np.diag([1.0, -1.0, -1.0]), np.array([0.0, y, FLOOR + z]))
     return GraspEstimate(
-        wTg=wTg, width=0.04, quality=1.0, stamp=0.0, pixel=(0, 0), angle=0.0, opening=0.06
+        oTg=wTg, width=0.04, quality=1.0, stamp=0.0, pixel=(0, 0), angle=0.0, opening=0.06
     )
 
 
@@ -50,7 +47,7 @@ def grasp(y: float = 0.0, z: float = 0.02) -> GraspEstimate:
 )
 def test_grasps_end_as_they_would(asked: GraspEstimate, end: str, hard: bool) -> None:
     from lab.grasps.dropped_scenes import at_rest
-    from lab.grasps.judge import execute
+    from lab.grasps.grasp_judge import execute
 
     world = box_alone()
     attempt = execute(at_rest(world), world, asked)
@@ -59,31 +56,28 @@ def test_grasps_end_as_they_would(asked: GraspEstimate, end: str, hard: bool) ->
 
 def test_the_judge_looks_again_from_straight_above_where_nothing_is_likely_to_hold() -> None:
     from lab.grasps.dropped_scenes import drop_scene
-    from lab.grasps.judge import best_grasp
+    from lab.grasps.grasp_judge import best_grasp
 
     frames = []
 
     class Doubting(GraspDetector):
-        def detect(self, frame: Frame, *more: Any, **options: Any) -> Detection:
+        def detect(self, frame, *more, **options):
             frames.append(frame)
             return super().detect(frame, *more, **options)
 
-    def never(patches: GraspPatches) -> npt.NDArray[np.float64]:
-        return np.zeros(len(patches.numbers))
-
-    scene = drop_scene(7, 1)
-    detector = Doubting(gripper=ROBOT.gripper, hold=never)
-    rng = np.random.default_rng(1)
+    scene, rng = drop_scene(7, 1), np.random.default_rng(1)
+    sources = GraspDetector.shipped(ROBOT.gripper).sources
+    never = Doubting(ROBOT.gripper, sources, lambda patches: np.zeros(len(patches.numbers)))
     view = random_view(scene.world, rng)
-    found = best_grasp(detector, scene.world, scene.region, view.wTc, view.noise, rng, looks=2)
+    found = best_grasp(never, scene.world, scene.region, view.wTc, view.noise, rng, looks=2)
     assert found is None
     first, *others = frames
-    assert first.wTc.rotation[2, 2] > -0.9999
+    assert first.oTc.rotation[2, 2] > -0.9999
     assert len(others) == 2
     (obj,) = scene.world.objects
     for frame in others:
-        assert frame.wTc.rotation[2, 2] == pytest.approx(-1.0)
-        aside = frame.wTc.translation[:2] - obj.pose.translation[:2]
+        assert frame.oTc.rotation[2, 2] == pytest.approx(-1.0)
+        aside = frame.oTc.translation[:2] - obj.pose.translation[:2]
         assert np.linalg.norm(aside) < 0.03
         assert not np.array_equal(frame.depth, first.depth)
 
@@ -105,18 +99,14 @@ def test_dropped_objects_rest_within_the_walls() -> None:
         assert np.linalg.norm(copy.pose.translation - pose.translation) < 2e-3
 
 
-def test_figures_are_written_for_every_detector(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_figures_are_written_for_every_detector(tmp_path, monkeypatch):
     monkeypatch.setattr(evaluation, "BASELINES", (NetworkChoice(network="none"),))
-    monkeypatch.setattr("lab.grasps.judge.ATTEMPTS", 0.3)
-    file = tmp_path / "before.json"
+    monkeypatch.setattr("lab.grasps.grasp_judge.ATTEMPTS", 0.3)
     few = ("--workers", 1, "--network", "check", "--scenes", 2, "--bins", 1)
-    code, _, err = call("grasp", "eval", *few, "--json", file)
+    code, _, err = call("grasp", "eval", *few, "--json", tmp_path / "before.json")
     assert code == 0, err
-    figures = json.loads(file.read_text())
-    names = [row["name"] for row in figures["rows"]]
-    assert names == ["check", "none"]
+    figures = json.loads((tmp_path / "before.json").read_text())
+    assert [row["name"] for row in figures["rows"]] == ["check", "none"]
     assert len(figures["rows"][0]["singles"]) == len(figures["scenes"]) == 2
     assert "machine" in figures
 

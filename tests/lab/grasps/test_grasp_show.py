@@ -147,9 +147,7 @@ def bag(path: Path, depth: np.ndarray, encoding: str) -> None:
 @pytest.mark.parametrize(
     "encoding", ["16UC1", "32FC1", "16UC1; compressedDepth png", "32FC1; compressedDepth png"]
 )
-def test_anybodys_bag_gives_depth_and_camera(
-    tmp_path: Path, depth: np.ndarray, encoding: str
-) -> None:
+def test_anybodys_bag_gives_depth_and_camera(tmp_path, depth, encoding):
     bag(tmp_path / "mine.mcap", depth, encoding)
     found = load_depth_file(tmp_path / "mine.mcap")
     known = depth > 0.0
@@ -178,9 +176,7 @@ PETABYTE = (
         ("endless.npy", np.full((20, 20), 1e300), "hardly any depth"),
     ],
 )
-def test_a_file_without_a_depth_image_is_one_clear_line(
-    tmp_path: Path, name: str, content: object, says: str
-) -> None:
+def test_a_file_without_a_depth_image_is_one_clear_line(tmp_path, name, content, says):
     path = tmp_path / name
     if isinstance(content, bytes):
         path.write_bytes(content)

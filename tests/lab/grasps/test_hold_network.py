@@ -7,13 +7,15 @@ import numpy as np
 import pytest
 from command_line import call
 
-from config import ConfigError
-from lab.grasps import outcomes
+from config.reader import ConfigError
+from lab.grasps import grasp_outcomes
+from lab.grasps.grasp_outcomes import Outcomes, read_outcomes
 from lab.grasps.hold_network import auc, calibration_error
-from lab.grasps.outcomes import Outcomes, read_outcomes
+from lab.grasps.hold_training import FitSettings, fit_hold
+from lab.grasps.torch_networks import save_network
 from perception import NUMBERS, GraspPatches
 from perception.grasps.patches import FAR_SHAPE, NEAR_SHAPE
-from perception.networks import FitSettings, fit_hold, load_hold, probability_by
+from perception.networks.hold import load_hold
 from robots import load_robot
 
 GRIPPER = load_robot("frankie").gripper
@@ -24,15 +26,13 @@ def collect(folder: Path, scenes: int) -> None:
     assert code == 0, err
 
 
-def test_a_collection_is_the_same_again_and_goes_on_where_it_was(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_collection_is_the_same_again_and_goes_on_where_it_was(tmp_path, monkeypatch):
     pytest.importorskip("mujoco", reason="needs the extra `physics`")
-    monkeypatch.setattr(outcomes, "SCENES", 1)
-    monkeypatch.setattr(outcomes, "_GRASPS", 2)
+    monkeypatch.setattr(grasp_outcomes, "SCENES", 1)
+    monkeypatch.setattr(grasp_outcomes, "_GRASPS", 2)
     # A bin that shows grasps from both views.
-    shown = outcomes.SETS["trained"]._replace(first=200_002)
-    monkeypatch.setitem(outcomes.SETS, "trained", shown)
+    shown = grasp_outcomes.SETS["trained"]._replace(first=200_002)
+    monkeypatch.setitem(grasp_outcomes.SETS, "trained", shown)
     once, interrupted = tmp_path / "once", tmp_path / "interrupted"
     collect(once, 2)
     collect(interrupted, 1)
@@ -56,16 +56,11 @@ def drawn(count: int) -> Outcomes:
     for number in np.flatnonzero(blocked):
         column = int(rng.choice((2, 27)))
         far[number, 10:22, column : column + 3] = 0.08
+    near = np.zeros((count, *NEAR_SHAPE), dtype=np.float16)
+    seen = {"near_unknown": near.astype(np.bool_), "far_unknown": np.zeros(far.shape, np.bool_)}
     numbers = rng.uniform(0.02, 0.05, (count, len(NUMBERS))).astype(np.float32)
-    empty = np.zeros((count, *NEAR_SHAPE))
     return Outcomes(
-        patches=GraspPatches(
-            near=empty.astype(np.float16),
-            near_unknown=empty.astype(np.bool_),
-            far=far,
-            far_unknown=np.zeros(far.shape, dtype=np.bool_),
-            numbers=numbers,
-        ),
+        patches=GraspPatches(near=near, far=far, numbers=numbers, **seen),
         good=~blocked,
         scene=np.arange(count),
         objects=np.ones(count, dtype=np.int64),
@@ -73,18 +68,20 @@ def drawn(count: int) -> Outcomes:
     )
 
 
-def test_the_fit_finds_what_the_check_does_not_see() -> None:
+def test_the_fit_finds_what_the_check_does_not_see(tmp_path: Path) -> None:
     learnt = drawn(500)
 
     settings = FitSettings(rounds=4, batch=32)
     network = fit_hold(learnt.patches, learnt.good, GRIPPER, settings, lambda _: None)
-    hold, good = probability_by(network, GRIPPER), learnt.good.astype(float)
+    save_network(network, tmp_path / "hold.safetensors", {})
+    hold = load_hold(tmp_path / "hold.safetensors", GRIPPER)
+    good = learnt.good.astype(float)
     assert auc(hold(learnt.patches), good) > 0.95
 
 
 def test_what_is_fitted_can_be_judged_and_used(tmp_path: Path) -> None:
     for kinds in ("trained", "tilted", "heldout", "heldout_tilted"):
-        outcomes._write(outcomes._file(tmp_path, kinds, 0), drawn(60))
+        grasp_outcomes._write(grasp_outcomes._file(tmp_path, kinds, 0), drawn(60))
     out = tmp_path / "hold.safetensors"
     assert call("grasp", "fit", tmp_path, "--out", out, "--rounds", 1)[0] == 0
     code, told, _ = call("grasp", "probability", tmp_path, "--weights", out)

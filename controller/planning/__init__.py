@@ -1,4 +1,0 @@
-"""Planned motion, the baseline: the base drives to a stance, then the arm follows a trajectory.
-
-Paths of the arm are planned by RRT-Connect of the Open Motion Planning Library (an extra).
-"""

@@ -1,0 +1,48 @@
+"""Progress to a goal: notices a stall, as in a local minimum of the QP."""
+
+from math import inf
+
+from controller.settings import ControllerSettings
+from controller.stance.bias import Remaining
+
+
+class Progress:
+    """The least that remained of a motion, and for how long it has not become less."""
+
+    def __init__(self, settings: ControllerSettings) -> None:
+        assert settings.guidance is not None
+        self._guidance, self._period = settings.guidance, settings.period
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget the motion."""
+        self.was_close = False  # whether the goal was nearly reached
+        self._stage = False, False
+        self._least = inf, inf, inf
+        self._waited = 0
+
+    def has_stalled(self, remaining: Remaining, passed: int, *, follows: bool, waits: bool) -> bool:
+        """Whether end effector, base and arm have made no progress for a while.
+
+        It was asked last `passed` periods ago. On a way among obstacles only progress of the base
+        counts, whatever the arm does meanwhile. A robot that is close to its goal, `follows` a
+        moving one or `waits` for a moving obstacle never stalls.
+        """
+        g, lead = self._guidance, remaining.lead
+        is_close = remaining.distance < g.close
+        if is_close or follows:
+            self.restart()
+            self.was_close = is_close
+            return False
+        stage = remaining.in_transport, remaining.docks
+        if stage != self._stage:
+            self._stage, self._least = stage, (inf, inf, inf)
+        left = remaining.distance, lead.time_left, remaining.max_joint_error
+        if not lead.final and not remaining.in_transport:
+            left = inf, lead.time_left, inf
+        (a, b, c), (x, y, z) = self._least, left
+        if x < a - g.progress or y < b - g.progress or z < c - g.progress:
+            self._least, self._waited = (min(a, x), min(b, y), min(c, z)), 0
+        elif not waits:
+            self._waited += passed
+        return self._waited * self._period >= g.patience

@@ -1,0 +1,1 @@
+"""A language model writes tasks, and tries them in simulation: `mcp` and `ask`."""

@@ -1,0 +1,1 @@
+"""Emulators: servers that speak the wire protocols of real machines, and robots made of them."""

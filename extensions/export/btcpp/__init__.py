@@ -1,0 +1,3 @@
+"""Tasks as XML for BehaviorTree.CPP 4."""
+
+from extensions.export.btcpp.export import export_files, export_xml

@@ -1,0 +1,191 @@
+"""The hand of an imported arm: end effector, and a parallel gripper from its finger joints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+import pinocchio as pin
+from pinocchio import SE3
+
+from config import quoted
+from extensions.urdf.arm_choice import Arm, positions
+from extensions.urdf.hulls import hull_around, placed_points
+from robots import CORNERS, Array, Geom
+
+_TIP = 0.02  # length of the pads along the approach [m]
+_OPENINGS = (0.005, 0.4)  # smallest and largest opening of a gripper [m]
+_PADS = (0.004, 0.01)  # least and most thickness of a pad [m]
+_THIN, _STUB = 0.002, 0.02  # half sizes of a finger of a tool, and of a tool without shapes [m]
+_FASTEST, _SLOW = 0.2, 0.1  # speeds of a gripper: most that is believed, and without slides [m/s]
+_WORLD = np.eye(3)
+
+BoxFit: TypeAlias = tuple[Array, Array]  # centre and edge lengths (3,) each
+_Fingers: TypeAlias = dict[str, Array]  # points (N, 3) by the first joint of each
+
+
+@dataclass
+class Hand:
+    """What is beyond the last link, and on what: the frame of the last joint as in the URDF."""
+
+    rTe: SE3  # end effector, z along the approach and y the closing direction
+    opening: float
+    speed: float
+    palm: BoxFit  # in e
+    finger: BoxFit  # the left one, when the pads touch
+    pad: BoxFit
+    collision: list[Geom]  # in e
+    grasps: bool = True
+
+    @property
+    def ball(self) -> tuple[Array, float]:
+        """Centre in e and radius of a ball around palm and open fingers."""
+        wide = np.array([0.0, self.opening / 2.0, 0.0])
+        boxes = (self.palm, self.finger, self.pad)
+        points = np.vstack([centre + CORNERS * size / 2.0 for centre, size in boxes])
+        points = np.vstack([points, points + wide, points * [1.0, -1.0, 1.0] - wide])
+        middle = (points[:, 2].min() + points[:, 2].max()) / 2.0
+        centre = np.array([0.0, 0.0, middle])
+        return centre, float(np.linalg.norm(points - centre, axis=1).max()) + 1e-3
+
+
+class _Jaws(NamedTuple):
+    """Two fingers that close on each other."""
+
+    opening: float
+    middle: Array  # (3,) between their tips, in the axes of e
+    left: Array  # points of the left one, open
+    fingers: list[Array]  # points of each, open and closed
+
+
+def hand_of(arm: Arm, approach: str | None, closing: str | None, notes: list[str]) -> Hand:
+    """The hand as its shapes and finger joints tell; without fingers a tool that grasps nothing."""
+    rTt = arm.frame(arm.tool)[1]
+    still, ends = _points(arm)
+    everything = np.vstack([still, *ends[0].values(), *ends[1].values()])
+    towards = everything.mean(axis=0) if len(everything) else rTt.translation
+    axes = {name: rTt.rotation[:, k] for k, name in enumerate("xyz")}
+    axes |= {f"-{name}": -axis for name, axis in axes.items()}
+    if approach is None:
+        approach = max(axes, key=lambda name: float(axes[name] @ towards) + 1e-6 * (name == "z"))
+        notes.append(f"approach: {approach} of `{arm.tool}`, where the hand is (--approach)")
+    z = axes[approach]
+    moved = [ends[1][name].mean(axis=0) - ends[0][name].mean(axis=0) for name in ends[0]]
+    across = [axes[name] for name in "yx" if abs(axes[name] @ z) < 0.5]
+    tried = [axes[closing]] if closing else [*sorted(moved, key=lambda v: -float(v @ v)), *across]
+    flat = (one - (one @ z) * z for one in (*tried, *_WORLD))
+    y = next(one / np.linalg.norm(one) for one in flat if np.linalg.norm(one) > 1e-3)
+    R = np.column_stack([np.cross(y, z), y, z])
+    jaws = _jaws(ends, R) if len(moved) > 1 else None
+    if jaws is None:
+        why = _why_none(arm, list(ends[0]))
+        notes.append(f"gripper: {why}, so no grasps without --gripper franka_hand")
+        return _tool(SE3(R, rTt.translation), everything)
+    hand = f"{len(moved)} moving parts, taken as two jaws, " if len(moved) > 2 else ""
+    notes.append(f"gripper: {hand}opens by {jaws.opening:.3f} m (--closing, --gripper)")
+    rTe = SE3(R, R @ jaws.middle)
+    finger = (jaws.left - rTe.translation) @ R
+    finger[:, 1] -= _tip(finger)[:, 1].min()
+    centre, size = _box(np.maximum(finger, [-np.inf, 0.0, -np.inf]))
+    thick = float(np.clip(0.5 * size[1], *_PADS))
+    bodies = [(one - rTe.translation) @ R for one in (still, *jaws.fingers) if len(one)]
+    slides = [one for one in arm.fingers if arm.urdf.kinds[one] == "prismatic"]
+    speeds = [2.0 * arm.urdf.model.velocityLimit[arm.urdf.joint(one).idx_v] for one in slides]
+    return Hand(
+        rTe=rTe,
+        opening=jaws.opening,
+        speed=float(min([_FASTEST, *speeds])) if speeds else _SLOW,
+        palm=_box(bodies[0]) if len(still) else _box(_STUB * CORNERS - [0.0, 0.0, 4.0 * _STUB]),
+        finger=(centre, size),
+        pad=(
+            np.array([centre[0], thick / 2.0, 0.0]),
+            np.array([min(float(size[0]), _TIP), thick, _TIP]),
+        ),
+        collision=[hull_around(one) for one in bodies],
+    )
+
+
+def _why_none(arm: Arm, shaped: list[str]) -> str:
+    """Why it has no gripper; `shaped` are the joints of its fingers that have shapes."""
+    above = {one: set(arm.urdf.path_to(arm.urdf.links[one][0])) for one in arm.fingers}
+    bare = [one for one in arm.fingers if not above[one] & set(arm.fingers) and one not in shaped]
+    if not arm.fingers:
+        return "none in the URDF"
+    if bare:
+        return f"no collision shapes on what moves by {quoted(bare[:4])}"
+    if len(shaped) == 1:
+        return f"one jaw (`{shaped[0]}`), and only two that close on each other grasp"
+    low, high = (1e3 * one for one in _OPENINGS)
+    return f"{len(shaped)} moving parts, none closes on another by {low:.0f} to {high:.0f} mm"
+
+
+def _points(arm: Arm) -> tuple[Array, tuple[_Fingers, _Fingers]]:
+    """In the wrist: points (N, 3) that stand still, and the fingers at both ends of their range."""
+    urdf, model = arm.urdf, arm.urdf.model
+    wrist, beyond = model.getJointId(arm.joints[-1]), set(arm.beyond)
+    still, found = [np.zeros((0, 3))], list[_Fingers]()
+    for limits in (model.lowerPositionLimit, model.upperPositionLimit):
+        leaders = [one for one in arm.fingers if one not in urdf.mimics]
+        told = {one: float(limits[urdf.joint(one).idx_q]) for one in leaders}
+        data, geometry = model.createData(), pin.GeometryData(urdf.geometry)
+        q = positions(urdf, {name: one for name, one in told.items() if abs(one) < 2.0 * np.pi})
+        pin.updateGeometryPlacements(model, data, urdf.geometry, geometry, q)
+        fingers: dict[str, list[Array]] = {}
+        for number, one in enumerate(urdf.geometry.geometryObjects):
+            link = str(model.frames[one.parentFrame].name)
+            if link not in beyond:
+                continue
+            rTs = data.oMi[wrist].actInv(geometry.oMg[number])
+            points = placed_points(one.geometry, rTs)
+            moving = [joint for joint in urdf.path_to(link) if joint in arm.fingers]
+            if moving:
+                fingers.setdefault(moving[0], []).append(points)
+            elif not found:
+                still.append(points)
+        found.append({name: np.vstack(some) for name, some in fingers.items()})
+    return np.vstack(still), (found[0], found[1])
+
+
+def _jaws(ends: tuple[_Fingers, _Fingers], R: Array) -> _Jaws | None:
+    """The two sides of a gripper with axes R in the wrist; None if they do not close."""
+    turned = [{name: points @ R for name, points in end.items()} for end in ends]
+    at = {name: np.mean([end[name][:, 1].mean() for end in turned]) for name in turned[0]}
+    middle = (min(at.values()) + max(at.values())) / 2.0
+    sides = [[name for name in at if (at[name] > middle) == left] for left in (True, False)]
+    if not all(sides):
+        return None
+    gaps, tips = [], []
+    for end in turned:
+        left, right = (_tip(np.vstack([end[name] for name in side])) for side in sides)
+        gaps.append(float(left[:, 1].min() - right[:, 1].max()))
+        between = (left[:, 1].min() + right[:, 1].max()) / 2.0
+        both = np.vstack([left, right])
+        x = (both[:, 0].min() + both[:, 0].max()) / 2.0
+        tips.append(np.array([x, between, both[:, 2].max() - _TIP / 2.0]))
+    wide = int(gaps[1] > gaps[0])
+    opening = gaps[wide] - max(0.0, gaps[1 - wide])  # its pads may not touch when it is closed
+    if not _OPENINGS[0] < opening < _OPENINGS[1]:
+        return None
+    left = np.vstack([ends[wide][name] for name in sides[0]])
+    fingers = [np.vstack([end[name] for end in ends]) for name in at]
+    return _Jaws(opening, tips[wide], left, fingers)
+
+
+def _tool(rTe: SE3, points: Array) -> Hand:
+    """A tool that grasps nothing: all its shapes are its palm."""
+    shown = (points - rTe.translation) @ rTe.rotation
+    shown = shown if len(shown) else _STUB * CORNERS - [0.0, 0.0, _STUB]
+    finger = np.array([0.0, _THIN, -_THIN]), np.full(3, 2.0 * _THIN)
+    around = [hull_around(shown)]
+    return Hand(rTe, _THIN, _SLOW, _box(shown), finger, finger, around, grasps=False)
+
+
+def _tip(points: Array) -> Array:
+    tip: Array = points[points[:, 2] > points[:, 2].max() - _TIP]
+    return tip
+
+
+def _box(points: Array) -> BoxFit:
+    low, high = points.min(axis=0), points.max(axis=0)
+    return (low + high) / 2.0, np.maximum(high - low, 2.0 * _THIN)

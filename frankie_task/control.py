@@ -1,0 +1,35 @@
+"""The controller alone: one QP over base and arm, for a robot and a loop of your own.
+
+No tree, no hardware, no viewer. docs/control_library.md shows its use.
+"""
+
+from controller import (
+    OPEN_FLOOR,
+    PAPER,
+    PAPER_TERMS,
+    STANDARD_TERMS,
+    Aim,
+    BaseGoal,
+    Command,
+    Constraints,
+    ControllerSettings,
+    Cost,
+    GoalError,
+    HolisticController,
+    KinematicState,
+    Limit,
+    MotionGoal,
+    Obstacle,
+    PointCloud,
+    PoseGoal,
+    PostureGoal,
+    RobotModel,
+    Situation,
+    StepReport,
+    Surroundings,
+    Term,
+    after,
+    robot_model,
+    standard_limits,
+)
+from robots import Box, Capsule, Cylinder, Geom, Hull, Sphere
