@@ -141,9 +141,12 @@ class Leaf(py_trees.behaviour.Behaviour):
 
     @property
     def fingers_have_opened(self) -> bool:
-        """Whether something has pressed the closing fingers apart."""
-        width, closing = self.context.log.fingers.width, self.context.log.closing
-        return closing is not None and width - closing.narrowest > SLACK
+        """Whether the fingers have left what they closed on: as told, or pressed apart."""
+        log, width = self.context.log, self.context.log.fingers.width
+        if log.closing is None or log.grip is None:
+            return False
+        as_told = log.grip is not log.closing and width - log.grip.begun_at > LEAST_MOTION
+        return as_told or width - log.closing.narrowest > SLACK
 
     @property
     def empty_hand(self) -> str | None:

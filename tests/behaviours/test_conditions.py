@@ -195,6 +195,16 @@ def test_a_hand_holds_what_its_fingers_rest_on_and_what_a_leaf_lets_go_of():
     assert condition.feedback_message == "place lets go of it"
 
 
+def test_a_hand_that_has_opened_as_told_holds_nothing_however_wide_it_was():
+    script = Script()
+    script.holds(width=0.075)
+    condition = HoldingObject("holding_object", script.context)
+    assert answers(script, condition) == [True]
+    condition.open_gripper()
+    script.rest(width=0.08)
+    assert answers(script, condition) == [False]
+
+
 @pytest.mark.parametrize(
     ("colour", "width", "answer"),
     [("red", 0.04, True), ("blue", 0.04, False), ("", 0.04, None), ("", 0.02, False)],
