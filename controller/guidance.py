@@ -22,9 +22,9 @@ from controller.floor.floor_map import FloorMap
 from controller.guidance_states import (
     NOTHING_TRIED,
     Alone,
+    Approaching,
     Attempt,
     Event,
-    Led,
     Replacing,
     Searching,
     State,
@@ -43,20 +43,32 @@ from controller.stance.stance import Stance
 from controller.stance.stance_approach import Approach
 from controller.surroundings import OPEN_FLOOR, Surroundings
 
-_MAX_REST = 50  # periods after which a robot whose goal changes all the time moves without a stance
+_MAX_REST = 50
+"""Periods (0.5 s) for which the robot rests for searches. Each jump of a goal begins another one:
+to a goal that jumps all the time it would never move."""
 
 
-class Guided(NamedTuple):
-    """What one period has given."""
+class _Period(NamedTuple):
+    """What is so in one period."""
+
+    goal: PoseGoal[MapPose]
+    error: PoseError  # of the end effector
+    distance: float  # of the end effector to the goal, rotation included [m]
+    mTb: Pose2D
+    q: Array  # (j,) joint positions [rad]
+
+
+class GuidanceResult(NamedTuple):
+    """What guidance says of one period."""
 
     bias: StanceBias | None = None  # None leaves the motion to the end effector, or it rests
-    lasts: bool = False  # whether the bias may be used again, on a free way to the stance
+    reusable: bool = False  # whether the bias may be used again, on a free way to the stance
     age: int = 1  # periods since it was computed
     bearing: float = 0.0  # of the end effector, seen from the base, in the last stance [rad]
     base: Pose2D | None = None  # base pose of the stance, if there is one
     remaining: tuple[float, float] = (0.0, 0.0)
-    """Least time of the base [s] and largest joint error [rad] to the stance; 0 without one, and
-    infinite at rest."""
+    """Least time of the base [s] and largest joint error [rad] to the stance with which the period
+    began; 0 without one, and infinite at rest but in the period that ends the motion."""
 
 
 class Guidance:
@@ -74,9 +86,9 @@ class Guidance:
         self._finder = StanceFinder(model, collision, models or CollisionModels(model))
         self._approach = Approach(model, settings, self._finder)
         self._progress = Progress(settings)
-        self.next_goal = NextGoalApproach(model, settings, self._finder)
+        self.departure = NextGoalApproach(model, settings, self._finder)
         self.waits = False  # whether the robot gives way to a moving obstacle, which is no stall
-        self._guided = Guided()
+        self._result = GuidanceResult()
         self.reset()
 
     def prepare(self, surroundings: Surroundings) -> None:
@@ -87,53 +99,54 @@ class Guidance:
         """Forget the goal: the next one is new."""
         self.state: State = Unjudged()
         self._attempt = NOTHING_TRIED
-        self._guided = Guided(bearing=self.bearing if keeps_bearing else 0.0)
+        self._result = GuidanceResult(bearing=self._result.bearing if keeps_bearing else 0.0)
         self._approach.reset()
-        self.next_goal.reset()
+        self.departure.reset()
 
-    def bias(
+    def step(
         self,
         goal: PoseGoal[MapPose],
         error: PoseError,
         mTb: Pose2D,
         q: Array,
         surroundings: Surroundings = OPEN_FLOOR,
-    ) -> StanceBias | None:
-        """The bias of one period towards the goal's stance; None without one, or if it `rests`.
+    ) -> GuidanceResult:
+        """Guide for one period.
 
         `error` is that of the end effector, `q` are the joint positions (j,) [rad].
         """
         moved = self._finder.update(surroundings)
         if moved:
-            self.next_goal.reset()
-        if not moved and self._lasts_for(goal):
-            self._guided = self._guided._replace(age=self._guided.age + 1)
-            return self._guided.bias
+            self.departure.reset()
+        elif self._can_reuse_bias(goal):
+            self._result = self._result._replace(age=self._result.age + 1)
+            return self._result
         goal = replace(goal, target=goal.target.copy())  # it is kept, and the caller's may change
         distance = error.position + self._guidance.metres_per_radian * error.orientation
+        now = _Period(goal, error, distance, mTb, q)
         if moved or self._is_new(goal, distance):
-            self._judge(goal, distance, mTb, q)
+            self._judge(now)
         else:
             self._attempt = self._attempt._replace(goal=goal)
         if not moved:  # a new map is work enough for one period
             self._advance_search()
-        self._guided = self._guide(goal, error, distance, mTb, q)
-        return self._guided.bias
+        self._result = self._approach_stance(now)
+        return self._result
 
     def lead_base(self, goal: BaseGoal[MapPose], mTb: Pose2D, surroundings: Surroundings) -> Lead:
         """Where the base is led now on its way to a base goal."""
         self._finder.update(surroundings)
-        there = Pose2D.of(goal.target)
-        if obstacle := self._finder.obstacle_to_base(there):
+        target = Pose2D.of(goal.target)
+        if obstacle := self._finder.obstacle_to_base(target):
             return Lead.nowhere(goal.reverse, obstacle)
-        return self._approach.route.lead(self._finder.floor, mTb, there, goal.reverse)
+        return self._approach.route.lead(self._finder.floor, mTb, target, goal.reverse)
 
     @property
     def rests(self) -> bool:
         """Whether the robot must stop: the goal is out of reach, or its stance not known yet."""
-        state = self.state
-        waits = isinstance(state, Searching) and state.periods <= _MAX_REST
-        return waits or isinstance(state, Unreachable)
+        if isinstance(self.state, Searching):
+            return self.state.periods <= _MAX_REST
+        return isinstance(self.state, Unreachable)
 
     @property
     def unreachable(self) -> str:
@@ -143,27 +156,12 @@ class Guidance:
     @property
     def stance(self) -> Stance | None:
         """Where base and arm are led; None for the end effector alone."""
-        return self.state.stance if isinstance(self.state, Led | Replacing) else None
+        return self.state.stance if isinstance(self.state, Approaching | Replacing) else None
 
     @property
     def detour(self) -> bool:
         """Whether the stance is a detour, the end effector waiting."""
-        return isinstance(self.state, Led | Replacing) and self.state.detour
-
-    @property
-    def base(self) -> Pose2D | None:
-        """Base pose of the stance, if there is one."""
-        return self._guided.base
-
-    @property
-    def bearing(self) -> float:
-        """Of the end effector, seen from the base, in the last stance [rad]."""
-        return self._guided.bearing
-
-    @property
-    def remaining(self) -> tuple[float, float]:
-        """Least time of the base [s] and largest joint error [rad] to the stance; see `Guided`."""
-        return self._guided.remaining
+        return isinstance(self.state, Approaching | Replacing) and self.state.is_detour
 
     @property
     def floor(self) -> FloorMap:
@@ -175,17 +173,18 @@ class Guidance:
         """(N, 3) base poses on the path."""
         return self._approach.route.way
 
-    def _go(self, event: Event, *contents: object) -> None:
-        """Take the state that follows an event, with these contents."""
-        self.state = event.changes[type(self.state)](*contents)
+    def _go(self, event: Event, state: State) -> None:
+        """Take the state that follows an event, as `Event` has it."""
+        assert event.changes.get(type(self.state)) is type(state), (event, self.state, state)
+        self.state = state
         self._progress.restart()
 
-    def _lasts_for(self, goal: PoseGoal[MapPose]) -> bool:
+    def _can_reuse_bias(self, goal: PoseGoal[MapPose]) -> bool:
         """Whether the last bias may be used for a goal once more."""
-        guided = self._guided
-        if not guided.lasts or guided.age >= self._settings.slow_periods or goal.twist is not None:
+        last, result = self._attempt.goal, self._result
+        is_old = result.age >= self._settings.slow_periods
+        if not result.reusable or is_old or goal.twist is not None:
             return False
-        last = self._attempt.goal
         asked, before = ((one.speed, one.straight, one.hand_may_touch) for one in (goal, last))
         return asked == before and goal.target == last.target
 
@@ -196,100 +195,105 @@ class Guidance:
             return True
         if self.unreachable and goal.hand_may_touch != last.hand_may_touch:
             return True
-        if self._approach.follows(goal) and not self._approach.follows(last):
+        if self._approach.base_follows(goal) and not self._approach.base_follows(last):
             return True
         if goal.target != last.target:
             return attempt.has_jumped(goal.target, g) or attempt.has_drifted(goal.target, g)
-        return self._progress.was_close and distance > g.min_distance and not goal.is_moving
+        return self._progress.was_close and distance > g.stance_distance and not goal.is_moving
 
-    def _judge(self, goal: PoseGoal[MapPose], distance: float, mTb: Pose2D, q: Array) -> None:
+    def _judge(self, now: _Period) -> None:
         """Take a new goal, and search its stance if it is to have one."""
-        g = self._guidance
+        g, goal = self._guidance, now.goal
         before = None if self._attempt.has_jumped(goal.target, g) else self.stance
         rested = self.state.periods if isinstance(self.state, Searching) else 0
         self.state, self._attempt = Unjudged(), Attempt(goal.target, goal, g.detours)
         self._approach.restart()
-        if distance >= g.close and (why := self._finder.obstacle_to(goal, mTb)):
-            self._go(Event.OUT_OF_REACH, why)
-        elif goal.straight or not (goal.stance_if_near or distance > g.min_distance):
-            self._go(Event.NEAR)
-        elif (stance := self.next_goal.stance_for(goal.target)) is not None:
-            self._go(Event.SET_OUT, stance)
+        if now.distance >= g.close_distance and (why := self._finder.obstacle_to(goal, now.mTb)):
+            self._go(Event.OUT_OF_REACH, Unreachable(why=why))
+        elif goal.straight or not (goal.stance_if_near or now.distance > g.stance_distance):
+            self._go(Event.NEAR, Alone())
+        elif (stance := self.departure.stance_for(goal.target)) is not None:
+            self._go(Event.SET_OUT, Approaching(stance=stance, is_detour=False))
         elif before is not None:
-            self._go(Event.DRIFTED, before, False, self._search(mTb, q))
+            search = self._search(now)
+            self._go(Event.DRIFTED, Replacing(before, search, is_detour=False, for_detour=False))
         else:
-            self._go(Event.FAR, self._search(mTb, q), False, rested)
+            self._go(Event.FAR, Searching(self._search(now), for_detour=False, periods=rested))
 
-    def _search(self, mTb: Pose2D, q: Array) -> StanceSearch:
-        goal, failed = self._attempt.goal, self._attempt.failed
-        follows = self._approach.follows(goal)
-        return self._finder.search(goal.target, mTb, q, failed, goal.next_goal, in_front=follows)
+    def _search(self, now: _Period) -> StanceSearch:
+        goal = now.goal
+        where = goal.target, now.mTb, now.q, self._attempt.failed, goal.next_goal
+        return self._finder.search(*where, in_front=self._approach.base_follows(goal))
 
     def _advance_search(self) -> None:
         """Do one piece of the search, and take its result when it is over."""
         state = self.state
         if not isinstance(state, Searching | Replacing):
             return
-        search = state.search
+        search, for_detour = state.search, state.for_detour
         search.advance()
-        if search.done:
-            if why := self._finder.why_none(search):
-                self._go(Event.NONE_FREE, why)
-            else:
-                self._go(Event.FOUND, search.best, state.for_detour)
+        stance = search.best
+        if search.done and (why := self._finder.why_none(search)):
+            self._go(Event.NONE_FREE, Unreachable(why=why))
+        elif search.done and stance is not None:
+            self._go(Event.FOUND, Approaching(stance, is_detour=for_detour))
+        elif isinstance(state, Searching) and search.chosen and stance is not None:
+            refined = Replacing(stance, search, is_detour=for_detour, for_detour=for_detour)
+            self._go(Event.CHOSEN, refined)
         elif isinstance(state, Searching):
-            if search.chosen:
-                self._go(Event.CHOSEN, search.best, state.for_detour, search, state.for_detour)
-            else:
-                self.state = state._replace(periods=state.periods + 1)
+            self.state = state._replace(periods=state.periods + 1)
 
-    def _guide(
-        self, goal: PoseGoal[MapPose], error: PoseError, distance: float, mTb: Pose2D, q: Array
-    ) -> Guided:
-        """Lead to the stance, and notice where that leads to none."""
-        stance, base = self.stance, None
+    def _approach_stance(self, now: _Period) -> GuidanceResult:
+        """Approach the stance; take another where the base has no way, or nothing progresses."""
+        goal, stance, base = now.goal, self.stance, None
         if stance is None:
-            bearing, remaining = self.bearing, Remaining(distance)
+            bearing, remaining = self._result.bearing, Remaining(now.distance)
         else:
             bearing, base = stance.bearing, stance.base_for(goal.target)
-            remaining = self._approach.remaining(stance, base, goal, distance, mTb, q)
+            remaining = self._approach.remaining(stance, base, goal, now.distance, now.mTb, now.q)
             if remaining.lead.unreachable:
-                self._have_no_way(remaining.lead.unreachable, mTb, q)
+                self._handle_no_way(now, remaining.lead.unreachable)
         if self.rests:
-            return Guided(bearing=bearing, remaining=(inf, inf))
-        is_over = goal.is_moving or distance < self._guidance.close
-        if isinstance(self.state, Led) and self.state.detour and is_over:
-            self._go(Event.CLOSE, stance)
-        passed, follows = self._guided.age, goal.is_moving
-        if self._progress.has_stalled(remaining, passed, follows=follows, waits=self.waits):
-            self._have_stalled(goal, mTb, q)
+            return GuidanceResult(bearing=bearing, remaining=(inf, inf))
+        is_over = goal.is_moving or now.distance < self._guidance.close_distance
+        if isinstance(self.state, Approaching) and self.state.is_detour and is_over:
+            self._go(Event.CLOSE, self.state._replace(is_detour=False))
+        age, moves = self._result.age, goal.is_moving
+        if self._progress.has_stalled(remaining, age, goal_moves=moves, waits=self.waits):
+            self._handle_stall(now)
         left = remaining.lead.time_left, remaining.max_joint_error
         if stance is None or self.stance is None:
-            return Guided(bearing=bearing, remaining=left)
-        bias = self._approach.bias(remaining, stance, goal, error, mTb, q, detour=self.detour)
-        on_free_way = isinstance(self.state, Led) and remaining.lead.final and not remaining.waits
-        return Guided(bias, on_free_way and goal.twist is None, 1, bearing, base, left)
+            return GuidanceResult(bearing=bearing, remaining=left)
+        mTb, q, detour = now.mTb, now.q, self.detour
+        bias = self._approach.bias(remaining, stance, goal, now.error, mTb, q, detour=detour)
+        on_free_way = remaining.lead.final and not remaining.hand_waits and goal.twist is None
+        reusable = on_free_way and isinstance(self.state, Approaching)
+        return GuidanceResult(bias, reusable, bearing=bearing, base=base, remaining=left)
 
-    def _have_no_way(self, why: str, mTb: Pose2D, q: Array) -> None:
+    def _handle_no_way(self, now: _Period, why: str) -> None:
+        """The base does not get to the stance: search another one."""
         state = self.state
         if isinstance(state, Replacing):
-            self._go(Event.NO_WAY, state.search, state.for_detour)
-        elif search := self._search_another(mTb, q):
-            self._go(Event.NO_WAY, search, self.detour)
+            self._go(Event.NO_WAY, Searching(state.search, for_detour=state.for_detour))
+        elif search := self._search_another(now):
+            self._go(Event.NO_WAY, Searching(search, for_detour=self.detour))
         else:
-            self._go(Event.CUT_OFF, why)
+            self._go(Event.CUT_OFF, Unreachable(why=why))
 
-    def _have_stalled(self, goal: PoseGoal[MapPose], mTb: Pose2D, q: Array) -> None:
-        state = self.state
-        if goal.straight or not self._attempt.detours_left or not isinstance(state, Alone | Led):
+    def _handle_stall(self, now: _Period) -> None:
+        """There is no progress: search a stance for a detour."""
+        state, straight = self.state, now.goal.straight
+        if straight or not self._attempt.detours_left or not isinstance(state, Alone | Approaching):
             return
-        search = self._search_another(mTb, q)
-        if search is None:
-            self._go(Event.GIVEN_UP)
+        if (search := self._search_another(now)) is None:
+            self._go(Event.GIVEN_UP, Alone())
+        elif isinstance(state, Alone):
+            self._go(Event.STALLED, Searching(search, for_detour=True))
         else:
-            self._go(Event.STALLED, *state, search, True)
+            stance, is_detour = state
+            self._go(Event.STALLED, Replacing(stance, search, is_detour, for_detour=True))
 
-    def _search_another(self, mTb: Pose2D, q: Array) -> StanceSearch | None:
+    def _search_another(self, now: _Period) -> StanceSearch | None:
         """The search for another stance after a failure, unless there were enough."""
         self._attempt = self._attempt.failing(self.stance)
-        return self._search(mTb, q) if self._attempt.detours_left else None
+        return self._search(now) if self._attempt.detours_left else None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from enum import Enum
 from math import cos
 from typing import NamedTuple, TypeAlias
@@ -35,28 +35,28 @@ class Searching(NamedTuple):
     """The robot rests while a stance is searched."""
 
     search: StanceSearch
-    for_detour: bool = False  # whether that stance is a detour
+    for_detour: bool  # whether that stance is a detour
     periods: int = 0  # since it rests, in which the goal may have changed
 
 
-class Led(NamedTuple):
+class Approaching(NamedTuple):
     """Base and arm are led to a stance."""
 
     stance: Stance
-    detour: bool = False
+    is_detour: bool
     """Whether the stance is a way out of a local minimum, on which the end effector waits."""
 
 
 class Replacing(NamedTuple):
-    """Base and arm are led to a stance as in `Led` while a better one is searched."""
+    """Base and arm are led to a stance as in `Approaching` while another is searched."""
 
     stance: Stance
-    detour: bool
     search: StanceSearch
-    for_detour: bool = False  # whether the stance that is searched is a detour
+    is_detour: bool  # of `stance`
+    for_detour: bool  # whether the stance that is searched is a detour
 
 
-State: TypeAlias = Unjudged | Unreachable | Alone | Searching | Led | Replacing
+State: TypeAlias = Unjudged | Unreachable | Alone | Searching | Approaching | Replacing
 
 
 class Event(Enum):
@@ -67,19 +67,19 @@ class Event(Enum):
 
     OUT_OF_REACH = "out of reach", {Unjudged: Unreachable}
     NEAR = "near, or straight", {Unjudged: Alone}
-    SET_OUT = "its stance is known from `next_goal`", {Unjudged: Led}
+    SET_OUT = "its stance is known from `next_goal`", {Unjudged: Approaching}
     DRIFTED = "it has drifted from its stance, or obstacles moved", {Unjudged: Replacing}
     FAR = "any other goal", {Unjudged: Searching}
     CHOSEN = "stance found, its dock not yet", {Searching: Replacing}
-    FOUND = "stance found", {Searching: Led, Replacing: Led}
+    FOUND = "stance found", {Searching: Approaching, Replacing: Approaching}
     NONE_FREE = "no stance stands free", {Searching: Unreachable, Replacing: Unreachable}
-    NO_WAY = "no way for the base", {Led: Searching, Replacing: Searching}
-    CUT_OFF = "no way for the base, no detour left", {Led: Unreachable}
-    STALLED = "no progress", {Led: Replacing, Alone: Searching}
-    GIVEN_UP = "no progress, no detour left", {Led: Alone, Alone: Alone}
-    CLOSE = "close, the detour is over", {Led: Led}
+    NO_WAY = "no way for the base", {Approaching: Searching, Replacing: Searching}
+    CUT_OFF = "no way for the base, no detour left", {Approaching: Unreachable}
+    STALLED = "no progress", {Approaching: Replacing, Alone: Searching}
+    GIVEN_UP = "no progress, no detour left", {Approaching: Alone, Alone: Alone}
+    CLOSE = "close, the detour is over", {Approaching: Approaching}
 
-    def __init__(self, words: str, changes: Mapping[type[State], Callable[..., State]]) -> None:
+    def __init__(self, words: str, changes: Mapping[type[State], type[State]]) -> None:
         self.words = words
         self.changes = changes  # to the next state, from each in which it happens
 

@@ -139,7 +139,7 @@ class GuidanceSettings(Checked):
     joint_speed: float = 0.7  # share of the joint speed limits that it may use
 
     # Which goals get a stance.
-    min_distance: float = 0.35  # a new goal nearer than this gets no stance until a stall [m]
+    stance_distance: float = 0.35  # a new goal nearer than this gets no stance until a stall [m]
     goal_jump: float = 0.1  # a goal that moves this far in one period is a new goal [m] ...
     goal_turn: float = 0.3  # ... or turns this far [rad]
     goal_rise: float = 0.05
@@ -149,7 +149,8 @@ class GuidanceSettings(Checked):
     # Stalls and detours.
     progress: float = 1e-3  # least progress of end effector, base or arm [m, s and rad]
     patience: float = 1.0  # no progress for this long is a stall [s]
-    close: float = 0.06  # nearer to the goal than this there is no stall, and a detour is over [m]
+    close_distance: float = 0.06
+    """Nearer to the goal than this there is no stall, and a detour is over [m]."""
     detours: int = 4  # largest number of detours for one goal
 
 

@@ -98,23 +98,24 @@ def pose_task(
     if guidance is None:
         aim = Aim(goal, twist, norm, last, goal.base_rests)
         return Task(arrived, error.position, error.orientation, aim=aim)
-    bias = guidance.bias(goal, error, now.base, now.state.q, now.surroundings)
+    guided = guidance.step(goal, error, now.base, now.state.q, now.surroundings)
+    bias = guided.bias
     if goal.next_goal is None:
-        guidance.next_goal.reset()
+        guidance.departure.reset()
     elif bias is None:
         m, lag, q = now.kinematics.manipulability, now.lag, now.state.q
-        bias = guidance.next_goal.bias(goal.next_goal, error.position, m, lag, now.base, q)
+        bias = guidance.departure.bias(goal.next_goal, error.position, m, lag, now.base, q)
     alone = goal.straight and bias is None and not guidance.rests
     compensates = max(0.0, min(1.0, 2.0 - error.position / _NEAR)) if alone else 0.0
-    aim = Aim(goal, twist, norm, last, goal.base_rests, guidance.bearing, bias, compensates)
+    aim = Aim(goal, twist, norm, last, goal.base_rests, guided.bearing, bias, compensates)
     blend = 0.0 if bias is None else bias.blend
     return Task(
         arrived,
         error.position,
         error.orientation,
-        *guidance.remaining,
+        *guided.remaining,
         guidance.unreachable,
-        guidance.base,
+        guided.base,
         blend,
         guidance.detour,
         _DECAY * now.applied if guidance.rests else None,

@@ -45,13 +45,13 @@ class Remaining(NamedTuple):
     docks: bool = False  # whether the base is led to the dock
 
     @property
-    def waits(self) -> bool:
+    def hand_waits(self) -> bool:
         """Whether the end effector waits for base and arm."""
         return self.in_transport or self.docks
 
     def blend(self, g: GuidanceSettings, *, detour: bool) -> float:
         """s: share of the motion that is led by the stance; on a `detour` that is all until it."""
-        if self.waits or not self.lead.final:
+        if self.hand_waits or not self.lead.final:
             return 1.0
         x, y, turn = self.base_target
         left = hypot(x, y) / g.fade_base, abs(turn) / g.fade_heading

@@ -21,16 +21,16 @@ class Progress:
         self._least = inf, inf, inf
         self._waited = 0
 
-    def has_stalled(self, remaining: Remaining, passed: int, *, follows: bool, waits: bool) -> bool:
+    def has_stalled(self, remaining: Remaining, age: int, *, goal_moves: bool, waits: bool) -> bool:
         """Whether end effector, base and arm have made no progress for a while.
 
-        It was asked last `passed` periods ago. On a way among obstacles only progress of the base
-        counts, whatever the arm does meanwhile. A robot that is close to its goal, `follows` a
-        moving one or `waits` for a moving obstacle never stalls.
+        It was asked last `age` periods ago. On a way among obstacles only progress of the base
+        counts, whatever the arm does meanwhile. A robot that is close to its goal, follows
+        one that moves or `waits` for a moving obstacle never stalls.
         """
         g, lead = self._guidance, remaining.lead
-        is_close = remaining.distance < g.close
-        if is_close or follows:
+        is_close = remaining.distance < g.close_distance
+        if is_close or goal_moves:
             self.restart()
             self.was_close = is_close
             return False
@@ -44,5 +44,5 @@ class Progress:
         if x < a - g.progress or y < b - g.progress or z < c - g.progress:
             self._least, self._waited = (min(a, x), min(b, y), min(c, z)), 0
         elif not waits:
-            self._waited += passed
+            self._waited += age
         return self._waited * self._period >= g.patience

@@ -79,7 +79,7 @@ class Approach:
         self.phase = Phase.TOGETHER
         self._transport.reset()
 
-    def follows(self, goal: PoseGoal[MapPose]) -> bool:
+    def base_follows(self, goal: PoseGoal[MapPose]) -> bool:
         """Whether the base follows a goal because it moves."""
         return goal.is_moving and not goal.straight and self._follower is not None
 
@@ -151,7 +151,7 @@ class Approach:
         `error` is that of the end effector, `q` are (j,) joint positions [rad].
         """
         g, blend = self._guidance, remaining.blend(self._guidance, detour=detour)
-        min_tracking = 0.0 if detour or remaining.waits else g.min_tracking * blend
+        min_tracking = 0.0 if detour or remaining.hand_waits else g.min_tracking * blend
         base_share = blend
         if goal.is_moving:
             min_tracking = MIN_TRACKING * blend
@@ -164,7 +164,7 @@ class Approach:
             remaining.joint_time / g.joint_speed,
         )
         joint_velocity = remaining.joint_error / duration
-        if self._follower is not None and self.follows(goal):
+        if self._follower is not None and self.base_follows(goal):
             posture_weight = g.posture_weight
             upright = elbow_upright(self._model, q)  # in a second
             joint_velocity = joint_velocity * blend + (1.0 - blend) * upright

@@ -22,7 +22,7 @@ from controller import (
     robot_model,
 )
 from controller.guidance import Guidance
-from controller.guidance_states import Alone, Event, Led, Replacing, Unjudged
+from controller.guidance_states import Alone, Approaching, Event, Replacing, Unjudged
 from controller.servo import pose_error
 from controller.stance.bank_drawing import BANK, SEED, draw
 from controller.stance.posture_bank import bank
@@ -69,9 +69,9 @@ def guide_and_ask():
         """What the guide says as soon as it knows."""
         error = pose_error(model.end_effector(state.mTb, state.q), goal.target)
         while True:
-            bias = guide.bias(goal, error, Pose2D.of(state.mTb), state.q)
+            guided = guide.step(goal, error, Pose2D.of(state.mTb), state.q)
             if not guide.rests:
-                return bias
+                return guided
 
     return guide, ask
 
@@ -89,7 +89,7 @@ def test_the_page_draws_the_transitions_of_guidance():
 def test_a_robot_that_makes_no_progress_tries_a_detour_within_about_a_second():
     _, ask = guide_and_ask()
     goal, state = PoseGoal(target=tool_pose(0.75, 0.05, 0.7)), State()  # near: no guidance at first
-    biases = [ask(goal, state) for _ in range(110)]
+    biases = [ask(goal, state).bias for _ in range(110)]
     assert biases[0] is None
     assert biases[-1].blend == 1.0
     assert biases[-1].min_tracking == 0.0  # the end effector waits
@@ -102,9 +102,9 @@ def test_a_robot_that_gets_nowhere_tries_its_detours_and_then_the_end_effector_a
         ask(goal, State())
         if not states or type(guide.state) is not type(states[-1]):
             states.append(guide.state)
-    assert [type(state) for state in states] == [Led, *[Replacing, Led] * 3, Alone]
-    led = [state for state in states if isinstance(state, Led)]
-    assert [state.detour for state in led] == [False, True, True, True]
+    assert [type(state) for state in states] == [Approaching, *[Replacing, Approaching] * 3, Alone]
+    led = [state for state in states if isinstance(state, Approaching)]
+    assert [state.is_detour for state in led] == [False, True, True, True]
     assert len({id(state.stance) for state in led}) == 4
 
 
@@ -120,7 +120,7 @@ def test_a_base_that_stands_on_its_way_is_stuck_though_the_arm_moves_on():
     tried = []
     for _ in range(250):
         error = pose_error(model.end_effector(SE3.Identity(), q), goal.target)
-        guide.bias(goal, error, ORIGIN, q, around)
+        guide.step(goal, error, ORIGIN, q, around)
         if guide.stance is not None:
             tried.append(guide.stance)
             q = q + 0.01 * (guide.stance.q - q)
@@ -129,22 +129,23 @@ def test_a_base_that_stands_on_its_way_is_stuck_though_the_arm_moves_on():
 
 
 def test_a_goal_that_is_near_gets_a_stance_where_that_is_asked_for():
-    guide, ask = guide_and_ask()
+    _, ask = guide_and_ask()
     goal = PoseGoal(target=tool_pose(0.75, 0.05, 0.7), stance_if_near=True)
-    assert ask(goal, State()) is not None
-    assert guide.base is not None
-    ask(replace(goal, target=tool_pose(0.75, 0.25, 0.7), straight=True), State())
-    assert guide.base is None  # straight is straight
+    guided = ask(goal, State())
+    assert guided.bias is not None
+    assert guided.base is not None
+    guided = ask(replace(goal, target=tool_pose(0.75, 0.25, 0.7), straight=True), State())
+    assert guided.base is None  # straight is straight
 
 
 def test_a_goal_that_creeps_keeps_its_stance_and_one_that_jumps_gets_another():
     _, ask = guide_and_ask()
     state, velocities = State(), []
     for x in np.linspace(3.0, 3.2, 40):
-        velocities.append(ask(PoseGoal(target=tool_pose(x, 0.0, 0.7)), state).pull[2:])
+        velocities.append(ask(PoseGoal(target=tool_pose(x, 0.0, 0.7)), state).bias.pull[2:])
     one_direction = velocities[-1] / velocities[0]
     np.testing.assert_allclose(one_direction, one_direction[0], rtol=1e-6)
-    elsewhere = ask(PoseGoal(target=tool_pose(-3.0, 1.0, 1.2, yaw=2.0)), state).pull[2:]
+    elsewhere = ask(PoseGoal(target=tool_pose(-3.0, 1.0, 1.2, yaw=2.0)), state).bias.pull[2:]
     assert np.abs(elsewhere - velocities[-1]).max() > 0.05
 
 
