@@ -111,10 +111,7 @@ class Guidance:
         q: Array,
         surroundings: Surroundings = OPEN_FLOOR,
     ) -> GuidanceResult:
-        """Guide for one period.
-
-        `error` is that of the end effector, `q` are the joint positions (j,) [rad].
-        """
+        """Guide for one period; `error` is of the end effector, `q` (j,) are in [rad]."""
         moved = self._finder.update(surroundings)
         if moved:
             self.departure.reset()
@@ -221,9 +218,8 @@ class Guidance:
             self._go(Event.FAR, Searching(self._search(now), for_detour=False, periods=rested))
 
     def _search(self, now: _Period) -> StanceSearch:
-        goal = now.goal
-        where = goal.target, now.mTb, now.q, self._attempt.failed, goal.next_goal
-        return self._finder.search(*where, in_front=self._approach.base_follows(goal))
+        where = now.goal.target, now.mTb, now.q, self._attempt.failed, now.goal.next_goal
+        return self._finder.search(*where, in_front=self._approach.base_follows(now.goal))
 
     def _advance_search(self) -> None:
         """Do one piece of the search, and take its result when it is over."""

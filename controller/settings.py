@@ -149,8 +149,7 @@ class GuidanceSettings(Checked):
     # Stalls and detours.
     progress: float = 1e-3  # least progress of end effector, base or arm [m, s and rad]
     patience: float = 1.0  # no progress for this long is a stall [s]
-    close_distance: float = 0.06
-    """Nearer to the goal than this there is no stall, and a detour is over [m]."""
+    close_distance: float = 0.06  # nearer there is no stall, and a detour is over [m]
     detours: int = 4  # largest number of detours for one goal
 
 
