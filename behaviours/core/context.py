@@ -224,8 +224,8 @@ class Context:
             memory.faults.relocalise()
         self.vision.begin_tick()
         here.look()
-        if wrong := here.wrong or self.around.scans.mistake:
-            self.log.warn(self.clock.now(), wrong)
+        if warning := here.warning or self.around.scans.mistake:
+            self.log.warn(self.clock.now(), warning)
         if now.relocalised and self.around.depth_obstacles is not None:
             self.around.depth_obstacles.relocalise(state.stamp)
         self.around.look(state, here, self.vision, self.scan, memory.held)

@@ -15,17 +15,18 @@ from config.planar import compose, difference, in_space, on_floor
 from config.poses import MapFromOdometry, MapPose, OdometryFromMap, OdometryPose
 from controller import Array, BaseGoal, MotionGoal, PoseGoal
 from hw import LaserScan, RobotState
-from perception.registration import Localisation as Filter
-from perception.registration import Registration, smoothed
+from perception.registration import LocalisationFilter, Registration, smoothed
 
 _MOVED = 0.002  # motion of the base that is one [m, rad]
 _ROUNDING = 1e-9  # of a pose that is moved to odometry and back [m]
 
 
 class Localiser(ABC):
-    """Tells where the map m is in odometry o, in which everything moves.
+    """Tells where the map m is in odometry o, in which everything moves smoothly.
 
-    Odometry is smooth, and never jumps; the map may be corrected in it.
+    In a tick `read` moves the map, then `look` corrects the estimate, then behaviours run. Where
+    `look` replaces the estimate the map jumps in the next tick, in which `Context.now` says so: no
+    behaviour meets a map that has jumped unawares. Only these two write the attributes.
     """
 
     def __init__(self) -> None:
@@ -36,14 +37,14 @@ class Localiser(ABC):
         """The newest of mTb, x, y [m] and heading [rad] (3,), with its covariance (3, 3), which
         `mTb` smoothly follows. None where that is exact."""
         self.relocalised = ""  # what happened if this tick replaced the estimate; else empty
+        self.warning = ""  # what is wrong with the map, or with who localises the base, or `rival`
         self.doubt = ""  # why it is not certain where the base is; empty while it is
         self.rival = ""  # where else laser and camera agree with the map as well; empty if nowhere
-        self.wrong = ""  # what is wrong with the map, or with who tells the base where it is
         self.agreement = Agreement()  # of the map with what is seen
         self.furniture = Furniture()  # where it was moved from its place on the map
         self.confirmed = -inf
         """Stamp of the newest measurement that the estimate explains [s]; -inf until points lie on
-        the map, as what the base tells first explains itself."""
+        the map, as a pose with which the estimate begins explains itself."""
         self.scan: LaserScan | None = None  # the newest that was registered, or is being
         self.registration: Registration | None = None  # the newest
         self.registrations = 0  # how many the estimate has taken
@@ -83,7 +84,7 @@ class Localiser(ABC):
         if goal is None or self.mTo is None:
             self._goal = cast("MotionGoal[MapPose] | None", goal)
         else:
-            self._goal = _same(goal.on_map(self.mTo), self._goal)
+            self._goal = _steady(goal.on_map(self.mTo), self._goal)
         return self._goal
 
 
@@ -110,40 +111,42 @@ class EstimatedLocaliser(Localiser):
 
     def __init__(self, state: RobotState, matching: MapMatching) -> None:
         super().__init__()
-        told, oTb = state.localised, on_floor(state.oTb)
-        assert told is not None
-        self._stamp, self._told, self._matching = state.stamp, told, matching
+        localised, oTb = state.localised, on_floor(state.oTb)
+        assert localised is not None
+        self._stamp, self._localised, self._matching = state.stamp, localised, matching
         self._odometry = Odometry(state.stamp, oTb)
-        self._filter = Filter(on_floor(told.mTb), told.covariance, told.stamp, oTb)
-        self._mTo, self._has_moved = self._filter.mTo, False
+        mTb, stamp = on_floor(localised.mTb), localised.stamp
+        self._filter = LocalisationFilter(mTb, localised.covariance, stamp, oTb)
+        self._has_moved = False
+        self._smoothed = self._filter.mTo  # (3,) what `mTo` is: on its way to that of the filter
         self._tell(state)
 
     def read(self, state: RobotState) -> None:
         """A pose that is new corrects the estimate; once the base moves, `mTb` follows smoothly."""
         self.relocalised = ""
         passed, self._stamp = state.stamp - self._stamp, state.stamp
-        oTb, told = on_floor(state.oTb), state.localised
+        oTb, localised = on_floor(state.oTb), state.localised
         self._odometry.note(state.stamp, oTb)
         self._filter.travelled(oTb)
-        if told is None:
+        if localised is None:
             self._filter.unlocalised()
-        elif told is not self._told:
-            self._told, then = told, self._odometry.at(told.stamp)
-            given = on_floor(told.mTb), told.covariance, told.stamp
-            if self._filter.localised(*given, then).accepted and self.confirmed > -inf:
-                self.confirmed = told.stamp
+        elif localised is not self._localised:
+            self._localised, stamp = localised, localised.stamp
+            measured = on_floor(localised.mTb), localised.covariance, stamp
+            update = self._filter.localised(*measured, self._odometry.at(stamp))
+            if update.accepted and self.confirmed > -inf:
+                self.confirmed = max(self.confirmed, stamp)
         if not self._has_moved:
-            self._mTo = self._filter.mTo
+            self._smoothed = self._filter.mTo
             self._has_moved = bool(np.linalg.norm(oTb - self._odometry.oldest) > _MOVED)
         elif passed > 0.0:
-            self._mTo = smoothed(self._mTo, self._filter.mTo, oTb, passed)
+            self._smoothed = smoothed(self._smoothed, self._filter.mTo, oTb, passed)
         self._tell(state)
 
     def look(self) -> None:
         """A registration corrects the estimate, or shows that the base is elsewhere."""
         if self._filter.carried(oTb := self._odometry.newest):
             self._replaced(self.estimate[0], oTb, ": nothing in sight speaks against it")
-            self.confirmed = -inf
         moved = self.furniture.names
         found = self._matching.look(self._stamp, self._filter, self._odometry, moved)
         self.scan = self._matching.scan
@@ -153,51 +156,50 @@ class EstimatedLocaliser(Localiser):
             self._judge()
 
     def _tell(self, state: RobotState) -> None:
-        self.mTo = in_space(self._mTo)
+        self.mTo = in_space(self._smoothed)
         self.oTm = self.mTo.inverse()
         self.mTb = self.mTo * state.oTb
         self._judge()
 
     def _judge(self) -> None:
         """Say what is known of the estimate."""
-        oTb, known, source = self._odometry.newest, self._filter, self._told.source
-        mTb = known.pose(oTb)
-        self.estimate = mTb, known.covariance(oTb)
+        oTb, fault, source = self._odometry.newest, self.agreement.fault, self._localised.source
+        mTb = self._filter.pose(oTb)
+        self.estimate = mTb, self._filter.covariance(oTb)
         self.doubt = self.rival = ""
-        if (away := known.doubt) is not None:
-            off, turn = away
+        if doubt := self._filter.doubt:
+            off, turn = doubt
             self.doubt = f"{source} has it {off:.2f} m and {degrees(turn):.0f}° away"
         if others := self._matching.rivals:
             off = min(_between(compose(one, oTb), mTb)[0] for one in others)
             self.rival = f"it may as well be {off:.1f} m away: what is in sight is the same there"
-        self.wrong = self.rival
-        if self.agreement.fault is not None:
-            self.wrong = self.agreement.fault.text
-        elif known.is_contradicted:
-            self.wrong = f"{source} has the base where laser and camera do not see it"
+        unseen = f"{source} has the base where laser and camera do not see it"
+        unsure = unseen if self._filter.is_contradicted else self.rival
+        self.warning = unsure if fault is None else fault.text
 
     def _take(self, found: Match) -> None:
         """Take a registration from the estimate, and one from what the base insists on."""
-        oTb, here, there, _ = found
+        oTb, result, proposed = found.oTb, found.from_estimate, found.from_proposal
         before = self._filter.pose(oTb)
-        if there is not None and self._filter.relocalised(there, here, oTb):
+        if proposed is not None and self._filter.relocalised(proposed, result, oTb):
             self._replaced(before, oTb)
-            self.registration = there
-            self.furniture.note(there)
+            self.confirmed, self.registration = found.stamp, proposed
+            self.furniture.note(proposed)
             return
-        update = self._filter.registered(here, oTb)
+        update = self._filter.registered(result, oTb)
         if update.accepted:
             off, turn = _between(before, self._filter.pose(oTb))
-            self.registrations, self.confirmed = self.registrations + 1, self._stamp
+            self.registrations += 1
+            self.confirmed = max(self.confirmed, found.stamp)
             self.largest = max(self.largest[0], off), max(self.largest[1], turn)
-        self.agreement.note(self._stamp, update.accepted, here, self._matching.surfaces)
-        self.registration = here
-        self.furniture.note(here)
+        self.agreement.note(found.stamp, update.accepted, result, self._matching.surfaces)
+        self.registration = result
+        self.furniture.note(result)
         self.furniture.suspect(update.moved)
 
     def _replaced(self, before: Array, oTb: Array, how: str = "") -> None:
         """What the base says has replaced the estimate: the map jumps there."""
-        self._mTo = self._filter.mTo
+        self._smoothed, self.confirmed = self._filter.mTo, -inf
         self.furniture.forget()
         self._matching.forget()
         self.agreement = Agreement()
@@ -205,13 +207,11 @@ class EstimatedLocaliser(Localiser):
         self.relocalised = f"the base was relocalised by {off:.2f} m and {degrees(turn):.0f}°{how}"
 
 
-def _same(goal: MotionGoal[MapPose], before: MotionGoal[MapPose] | None) -> MotionGoal[MapPose]:
-    """A goal with exactly the pose that it had before, if that differs by rounding only."""
-    match goal, before:
-        case PoseGoal(), PoseGoal() if goal.target.isApprox(before.target, _ROUNDING):
-            return replace(goal, target=before.target)
-        case BaseGoal(), BaseGoal() if goal.target.isApprox(before.target, _ROUNDING):
-            return replace(goal, target=before.target)
+def _steady(goal: MotionGoal[MapPose], last: MotionGoal[MapPose] | None) -> MotionGoal[MapPose]:
+    """A goal with exactly the pose of the last one, if that differs by rounding only."""
+    if isinstance(goal, PoseGoal | BaseGoal) and isinstance(last, type(goal)):
+        is_same = goal.target.isApprox(last.target, _ROUNDING)
+        return replace(goal, target=last.target) if is_same else goal
     return goal
 
 

@@ -12,7 +12,7 @@ from controller import Array
 from hw import DepthFrame, InlineExecutor, LaserScan
 from perception.registration import (
     Judge,
-    Localisation,
+    LocalisationFilter,
     Registration,
     Surfaces,
     depth_cloud,
@@ -66,9 +66,10 @@ class MapSensors(NamedTuple):
 class Match(NamedTuple):
     """What a registration found."""
 
-    oTb: Array  # (3,) at the capture
-    here: Registration  # from the estimate
-    there: Registration | None  # from a pose that the base's own localisation insists on
+    stamp: float  # of the scan, or else of the frame [s]
+    oTb: Array  # (3,) at that stamp
+    from_estimate: Registration
+    from_proposal: Registration | None  # from the pose on which the base's localisation insists
     rivals: list[Array] | None  # other poses mTb (3,) that agree as well; None: not looked for
 
 
@@ -98,7 +99,7 @@ class MapMatching:
         """Other mTo (3,) that agree as well; None: not looked for yet."""
 
     def look(
-        self, now: float, estimate: Localisation, odometry: Odometry, moved: Collection[str]
+        self, now: float, estimate: LocalisationFilter, odometry: Odometry, moved: Collection[str]
     ) -> Match | None:
         """Begin what is due at session time `now` [s]; returns what is done.
 
@@ -118,7 +119,7 @@ class MapMatching:
             if (newest := scan or (None if waits else frame)) is not None:
                 self._due = now + _INTERVAL
                 self.scan, self._frame = scan or self.scan, frame or self._frame
-                self._begin(scan, frame, odometry.at(newest.stamp), estimate, moved)
+                self._begin(scan, frame, newest.stamp, odometry, estimate, moved)
         if self._work is None or not self._work.done():
             return None
         found, self._work = self._work.result(), None
@@ -130,11 +131,13 @@ class MapMatching:
         self,
         scan: LaserScan | None,
         frame: DepthFrame | None,
-        oTb: Array,
-        estimate: Localisation,
+        stamp: float,
+        odometry: Odometry,
+        estimate: LocalisationFilter,
         moved: Collection[str],
     ) -> None:
-        here, there = (estimate.pose(oTb), estimate.covariance(oTb)), estimate.proposal(oTb)
+        oTb = odometry.at(stamp)
+        prior, proposal = (estimate.pose(oTb), estimate.covariance(oTb)), estimate.proposal(oTb)
         known = self.rivals and [compose(one, oTb) for one in self.rivals]
         surfaces, laser, judge = self.surfaces, self._laser, self._judge
 
@@ -145,10 +148,10 @@ class MapMatching:
             if frame is not None:
                 bTc = in_space(oTb).inverse() * frame.oTc
                 clouds.append(depth_cloud(frame.depth, frame.intrinsics, bTc))
-            found = register(surfaces, clouds, *here, moved=moved, judge=judge)
-            insists = there and register(surfaces, clouds, *there, moved=moved)
+            found = register(surfaces, clouds, *prior, moved=moved, judge=judge)
+            proposed = proposal and register(surfaces, clouds, *proposal, moved=moved)
             looks = known != [] and found.consistent and found.support > 0
             others = rivals(surfaces, clouds, found, known) if looks else known
-            return Match(oTb, found, insists, others)
+            return Match(stamp, oTb, found, proposed, others)
 
         self._work = self._executor.submit(work)

@@ -1,6 +1,6 @@
 """Where the base is: laser scan and depth image against the surfaces of the map."""
 
-from perception.registration.localisation import Localisation, Update, smoothed
+from perception.registration.localisation import LocalisationFilter, Update, smoothed
 from perception.registration.matching import DISPLACED
 from perception.registration.placing import UNKNOWN_COVER, Place, place_in_image
 from perception.registration.registering import (

@@ -68,12 +68,12 @@ class _Without(NamedTuple):
     """What is known without the furniture that alone is in sight."""
 
     pieces: frozenset[str]
-    estimate: Localisation
+    estimate: LocalisationFilter
     against: int = 0
     """How many more registrations have contradicted it than not; negative if fewer."""
 
 
-class Localisation:
+class LocalisationFilter:
     """Estimates `mTo`, the pose of odometry in the map, with its covariance.
 
     A Kalman filter whose states are `mTo` and the errors of the base's own localisation and of its

@@ -153,7 +153,7 @@ def register(
 
     A piece counts as moved only if another piece in sight outvotes it: of one piece alone, a pose
     error and a displacement look the same, and it is taken to be the pose. What was known before
-    tells them apart (`Localisation.registered`).
+    tells them apart (`LocalisationFilter.registered`).
 
     Args:
         surfaces: the map.

@@ -3,11 +3,17 @@
 from dataclasses import replace
 
 import numpy as np
-from harness import Harness, looking_down, table_world
+import pytest
+from harness import ByHand, Harness, looking_down, table_world
 from pinocchio import SE3, utils
+from synthetic_room import LASER_AT, MAP, SURFACES, Robot
 
 from behaviours import ToolPose
+from behaviours.sensing.localiser import EstimatedLocaliser
+from behaviours.sensing.map_matching import MapMatching, MapSensors
+from config.planar import in_space, on_floor
 from controller import PoseGoal
+from hw import LaserScan
 from hw.state import LocalisedPose
 
 
@@ -78,3 +84,77 @@ def test_where_nothing_is_localised_the_map_is_the_world():
     assert here.estimate is None
     place = ToolPose(name="there", mTe=looking_down(1.0, 0.0, 0.8), frame=here)
     assert place.oTe is place.mTe
+
+
+class InARoom:
+    """A base that stands in a room whose laser is registered to the map when the test says so."""
+
+    def __init__(self) -> None:
+        harness = Harness(table_world())
+        self._state, self._robot = harness.context.state, Robot(np.random.default_rng(0))
+        self._work, self.scan, self.now = ByHand(), None, 0.0
+        self.stands_at = np.zeros(3)
+        sensors = MapSensors(SURFACES, ("laser",), self._work)
+        description, vision = harness.robot.description, harness.context.vision
+        matching = MapMatching(sensors, description, vision, lambda: self.scan)
+        self.localiser = EstimatedLocaliser(self._reading(), matching)
+
+    def _reading(self):
+        """Its wheels notice nothing; its own localisation does, as if it were carried."""
+        covariance = np.diag([0.02, 0.02, 0.01]) ** 2
+        there = in_space(self.stands_at)
+        pose = LocalisedPose(stamp=self.now, mTb=there, covariance=covariance)
+        return replace(self._state, stamp=self.now, oTb=SE3.Identity(), localised=pose)
+
+    def _sees(self) -> None:
+        """A scan from where it stands now; its registration begins."""
+        points = self._robot.scan(MAP, self.stands_at).points
+        ranges = np.linalg.norm(points - LASER_AT, axis=1)
+        self.scan = LaserScan(stamp=self.now, ranges=ranges, points=points, oTb=SE3.Identity())
+
+    def reads(self, after: float = 0.1, *, localised: bool = True) -> None:
+        """The next reading, so much later [s]."""
+        self.now += after
+        state = self._reading()
+        self.localiser.read(state if localised else replace(state, localised=None))
+
+    def looks(self) -> None:
+        """What it saw was registered; it sees anew if nothing is being registered."""
+        if self._work.waiting:
+            self._work.work()
+        else:
+            self._sees()
+        self.localiser.look()
+
+
+def test_what_was_registered_confirms_the_estimate_as_of_its_scan():
+    base = InARoom()
+    base.reads()
+    base.looks()
+    scanned = base.scan.stamp
+    assert base.localiser.confirmed == -np.inf
+    base.reads(0.5, localised=False)
+    base.looks()
+    assert base.localiser.registrations == 1
+    assert base.localiser.confirmed == base.localiser.agreement.last == scanned < base.now
+    base.reads()
+    assert base.localiser.confirmed == base.now
+
+
+def test_a_map_that_jumps_does_so_in_the_next_reading_and_is_confirmed_by_the_scan_that_told():
+    base = InARoom()
+    for _ in range(10):
+        base.reads()
+        base.looks()
+    here, base.stands_at = base.localiser, np.array([0.5, 0.2, 0.0])
+    for _ in range(30):
+        base.reads()
+        base.looks()
+        if here.relocalised:
+            break
+    assert here.relocalised.startswith("the base was relocalised by 0.5")
+    assert here.confirmed == base.scan.stamp > base.now - 0.15
+    assert on_floor(here.mTb) == pytest.approx(np.zeros(3), abs=0.02)  # as in all of this tick
+    base.reads()
+    assert not here.relocalised
+    assert on_floor(here.mTb) == pytest.approx(base.stands_at, abs=0.03)

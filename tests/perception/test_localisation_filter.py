@@ -7,7 +7,7 @@ import pytest
 from synthetic_room import MAP, SURFACES, Robot, displaced
 
 from config.planar import compose, inverse
-from perception.registration import Localisation, Registration, Surfaces, register, smoothed
+from perception.registration import LocalisationFilter, Registration, Surfaces, register, smoothed
 
 SIGMA = np.array([0.02, 0.02, np.deg2rad(0.5)])
 READING = np.diag(SIGMA) ** 2
@@ -31,7 +31,7 @@ class Base:
             name: displaced(geoms, self.rng.normal(size=3) * [0.002, 0.002, np.deg2rad(0.1)])
             for name, geoms in MAP.items()
         }
-        self.estimate = Localisation(self.reading(), READING, self.t, self.oTb)
+        self.estimate = LocalisationFilter(self.reading(), READING, self.t, self.oTb)
 
     def reading(self) -> np.ndarray:
         return self.mTb + self.error
