@@ -17,7 +17,7 @@ from controller import Array, BaseGoal, MotionGoal, PoseGoal
 from hw import LaserScan, RobotState
 from perception.registration import LocalisationFilter, Registration, smoothed
 
-_MOVED = 0.002  # motion of the base that is one [m, rad]
+_MOVED = 0.002  # a base that has driven farther, or turned by more, in a second moves [m, rad]
 _ROUNDING = 1e-9  # of a pose that is moved to odometry and back [m]
 
 
@@ -138,7 +138,7 @@ class EstimatedLocaliser(Localiser):
                 self.confirmed = max(self.confirmed, stamp)
         if not self._has_moved:
             self._smoothed = self._filter.mTo
-            self._has_moved = bool(np.linalg.norm(oTb - self._odometry.oldest) > _MOVED)
+            self._has_moved = max(_between(oTb, self._odometry.oldest)) > _MOVED
         elif passed > 0.0:
             self._smoothed = smoothed(self._smoothed, self._filter.mTo, oTb, passed)
         self._tell(state)

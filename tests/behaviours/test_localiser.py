@@ -89,11 +89,12 @@ def test_where_nothing_is_localised_the_map_is_the_world():
 class InARoom:
     """A base that stands in a room whose laser is registered to the map when the test says so."""
 
-    def __init__(self) -> None:
+    def __init__(self, oTb: SE3 | None = None, error: float = 0.0) -> None:
         harness = Harness(table_world())
         self._state, self._robot = harness.context.state, Robot(np.random.default_rng(0))
         self._work, self.scan, self.now = ByHand(), None, 0.0
-        self.stands_at = np.zeros(3)
+        self.stands_at, self.oTb = np.zeros(3), oTb or SE3.Identity()
+        self._error = np.array([error, 0.0, 0.0])
         sensors = MapSensors(SURFACES, ("laser",), self._work)
         description, vision = harness.robot.description, harness.context.vision
         matching = MapMatching(sensors, description, vision, lambda: self.scan)
@@ -102,9 +103,9 @@ class InARoom:
     def _reading(self):
         """Its wheels notice nothing; its own localisation does, as if it were carried."""
         covariance = np.diag([0.02, 0.02, 0.01]) ** 2
-        there = in_space(self.stands_at)
+        there = in_space(self.stands_at + self._error)
         pose = LocalisedPose(stamp=self.now, mTb=there, covariance=covariance)
-        return replace(self._state, stamp=self.now, oTb=SE3.Identity(), localised=pose)
+        return replace(self._state, stamp=self.now, oTb=self.oTb, localised=pose)
 
     def _sees(self) -> None:
         """A scan from where it stands now; its registration begins."""
@@ -158,3 +159,20 @@ def test_a_map_that_jumps_does_so_in_the_next_reading_and_is_confirmed_by_the_sc
     base.reads()
     assert not here.relocalised
     assert on_floor(here.mTb) == pytest.approx(base.stands_at, abs=0.03)
+
+
+@pytest.mark.parametrize(
+    ("metres", "turn", "moves"),
+    [(0.0019, 0.0019, False), (0.0021, 0.0, True), (0.0, 0.0021, True)],
+)
+def test_the_map_follows_at_once_until_the_base_moves(metres, turn, moves):
+    """Where its heading goes past half a turn, too."""
+    base = InARoom(in_space((0.0, 0.0, np.pi - 1e-4)), error=0.02)
+    base.reads()
+    base.looks()
+    base.oTb = in_space((metres, 0.0, np.pi - 1e-4 + turn))
+    base.reads()
+    base.looks()  # the laser corrects the error
+    base.reads(0.001)
+    assert base.localiser.registrations == 1
+    assert (base.localiser.pending > 0.01) is moves
