@@ -1,5 +1,6 @@
 """Behaviour `grasp`: track a grasp with the camera, lock it, go down, close the fingers."""
 
+from dataclasses import replace
 from math import radians
 from typing import ClassVar
 
@@ -25,17 +26,17 @@ from behaviours.views.grasp_target import GraspTarget, OtherViews
 from behaviours.views.objects import Choice, Choose
 from behaviours.views.surface import floor_error
 from behaviours.views.survey import note_fallen
+from config.poses import OdometryPose
 from controller import Array, PoseGoal, StepReport
 from perception import ColourName, DetectedObject, GraspEstimate
 
-_STANDOFF = 0.12  # height over the grasp at which the hand waits for the lock [m]
-_ABOVE_POSITION, _ABOVE_ANGLE = 0.009, radians(3.0)  # errors there from which it goes down [m, rad]
+_STANDOFF = 0.12  # before the grasp, back along the approach, where the hand awaits the lock [m]
+_NEAR, _ALIGNED = 0.009, radians(3.0)  # errors there from which it goes down [m, rad]
 _OTHER_TARGET = 0.03  # a grasp that jumps this far is another one [m]
-_NEARER_STANDOFF = 0.24  # height for which the base takes a stance, if it is out of reach [m]
-_NEARER_TOLERANCE = 0.03  # [m]
-_FOLLOW_SPEED, _DESCEND_SPEED = 0.5, 0.25  # [m/s]
-_DESCEND_TOLERANCE = 0.004  # at which the fingers close [m] ...
-_CLOSING_SPEED = 0.015  # ... below this speed: a faster hand presses the object down [m/s]
+_STANCE_STANDOFF, _STANCE_TOLERANCE = 0.24, 0.03  # the same, of a base that comes nearer [m]
+_FOLLOW_SPEED, _DESCEND_SPEED = 0.5, 0.25  # of the hand, to there and from there [m/s]
+_DESCEND_TOLERANCE = 0.004  # the fingers close when the grasp is nearer than this [m]
+_CLOSING_SPEED = 0.015  # and the hand slower: a faster one presses the object down [m/s]
 _NOWHERE = np.full(3, np.inf)
 
 
@@ -48,7 +49,7 @@ class Grasp(Leaf):
 
     Ends when the fingers have closed; `retreat_check` checks what they hold. Fails when no grasp is
     seen, frames come too late, the hand does not get there, the base was relocalised on the way
-    down, the fingers do not move, the time is over, or the robot has a fault; a low hand rises.
+    down, the fingers do not move or the time is over; a low hand rises first. A fault fails it now.
 
     Args:
         within: region of the task file that the grasp must lie in, or an object that `detect`
@@ -121,12 +122,11 @@ class Grasp(Leaf):
         """Start to look."""
         self._begun = self._seen = self.context.clock.now()
         self._looked = self.context.state.stamp
-        self._has_counted = False
+        self._has_counted = self._came_nearer = False
         placed = self.context.log.placed
         is_first = placed != self._placed_before  # attempt at this object
         self._next_now, self._placed_before = self._next if is_first else None, placed
         self._step = self._follow
-        self._came_nearer = False
         self._sought.begin()
         self._go_after(_NOWHERE)
         way, vision = self._way, self.context.vision
@@ -151,9 +151,8 @@ class Grasp(Leaf):
         self.context.vision.reset()
 
     def _follow(self) -> Status:
-        """Keep over the grasp that perception follows, until it is locked and below the hand."""
-        vision, now = self.context.vision, self.context.clock.now()
-        read = self.context.state.stamp  # frames have the session's time, which a pause adds to
+        """Keep before the grasp that perception follows, until it is locked; then go down on it."""
+        vision, read = self.context.vision, self.context.state.stamp
         if self.context.now.relocalised:  # what was seen before is not where it was
             vision.relocalise(read)
             self._sought.begin(read)
@@ -162,57 +161,49 @@ class Grasp(Leaf):
             self._has_counted = True
             note_fallen(self.context, frame)
         if grasp is None:
-            if self._views.begin_if_lost(self._target):
-                return self._look()
-            waits = not self._sought.reason and vision.waits_for_search(self._looked, read)
-            if now - self._seen > self._patience and not waits:
-                if vision.detection is not None and vision.detection.grasps:
-                    vision.tracker.forget()  # every grasp in sight failed once: try them again
-                if self._views.begin():
-                    return self._look()
-                reason = vision.blindness(read) or self._sought.reason or vision.tracker.reason
-                return self.failure(f"no grasp for {self._patience:g} s: {reason}")
-            return self.running(f"looking for a grasp: {vision.blindness(read)}".removesuffix(": "))
-        self._seen, self._looked = now, read
+            return self._without_grasp()
+        self._seen, self._looked = self.context.clock.now(), read
         oTg = grasp.oTg_at(read)
-        above = oTg * SE3(np.eye(3), np.array([0.0, 0.0, -_STANDOFF]))
         if np.linalg.norm(oTg.translation - self._target) > _OTHER_TARGET:
             self._go_after(oTg.translation)
-        report = self.pursue(
-            PoseGoal(
-                target=above,
-                twist=grasp.twist,
-                speed=_FOLLOW_SPEED,
-                straight=True,
-                hand_may_touch=True,
-                base_rests=self._views.oRa is not None and vision.tracker.locked,
-                next_goal=getattr(self._next_now, "oTe", None) if vision.tracker.locked else None,
-            ),
-            "follow",
-        )
-        if report is None:
+        goal = self._goal(_before(oTg, _STANDOFF), grasp, _FOLLOW_SPEED)
+        if (report := self.pursue(goal, "follow")) is None:
             return self.running(f"following a grasp of quality {grasp.quality:.2f}")
-        is_near = report.position_error <= _ABOVE_POSITION
-        is_above = is_near and report.orientation_error <= _ABOVE_ANGLE
-        if is_above and not vision.tracker.locked:
+        is_there = report.position_error <= _NEAR and report.orientation_error <= _ALIGNED
+        if is_there and not vision.tracker.locked:
             return self.running("over the grasp, waiting for a picture that locks it")
         if self._progress.is_stuck(report):
-            if not self._came_nearer:
-                return self._leave_for(grasp)
-            vision.reject()
-            short = f"cannot get above the grasp, {report.position_error:.3f} m short"
-            return self.failure(short + self._progress.because)
-        if not is_above:
+            return self._leave_for(grasp, report.position_error)
+        if not is_there:
             word = "locked" if vision.tracker.locked else "following"
             return self.running(f"{word}, {report.position_error:.3f} m to go")
         if grasp.quality < self._views.doubtful and self._views.begin(grasp.oTg.translation):
             return self._look()
+        return self._begin_descent(grasp)
+
+    def _without_grasp(self) -> Status:
+        """No grasp is seen: look from elsewhere, or wait for the next picture."""
+        vision, read = self.context.vision, self.context.state.stamp
+        if self._views.begin_if_lost(self._target):
+            return self._look()
+        waits = not self._sought.reason and vision.waits_for_search(self._looked, read)
+        if waits or self.context.clock.now() - self._seen <= self._patience:
+            return self.running(f"looking for a grasp: {vision.blindness(read)}".removesuffix(": "))
+        if vision.detection is not None and vision.detection.grasps:
+            vision.tracker.forget()  # every grasp in sight failed once: try them again
+        if self._views.begin():
+            return self._look()
+        reason = vision.blindness(read) or self._sought.reason or vision.tracker.reason
+        return self.failure(f"no grasp for {self._patience:g} s: {reason}")
+
+    def _begin_descent(self, grasp: GraspEstimate) -> Status:
+        """Open the fingers as far as the grasp asks, and go down."""
         self.grip(grasp.opening, self._force)
-        seen = vision.picture(read)
+        read = self.context.state.stamp
+        seen, oTg = self.context.vision.picture(read), grasp.oTg_at(read)
         self.context.log.floor_error = floor_error(seen, oTg.translation, self._within)
-        self._locked = grasp
         self._progress = Progress(self.context, straight=True)
-        self._step = self._descend
+        self._locked, self._step = grasp, self._descend
         return self._descend()
 
     def _look(self) -> Status:
@@ -220,34 +211,36 @@ class Grasp(Leaf):
         self._step = self._look
         if self._views.tick() is Status.RUNNING:
             return Status.RUNNING
-        self._look_anew()
-        return self._follow()
+        return self._look_anew()
 
-    def _look_anew(self) -> None:
+    def _look_anew(self) -> Status:
         """Track what is seen from here."""
         self.context.vision.reset(self._views.oRa)
         self._seen, self._looked = self.context.clock.now(), self.context.state.stamp
         self._go_after(_NOWHERE)
         self._step = self._follow
+        return self._follow()
 
-    def _leave_for(self, grasp: GraspEstimate) -> Status:
-        """Move the base to another stance, once, as the grasp is out of reach."""
-        up = SE3(np.eye(3), np.array([0.0, 0.0, -_NEARER_STANDOFF]))
+    def _leave_for(self, grasp: GraspEstimate, short: float) -> Status:
+        """Move the base to another stance, once, as the hand gets stuck short of the grasp [m]."""
+        if self._came_nearer:
+            self.context.vision.reject()
+            why = f"{short:.3f} m short{self._progress.because}"
+            return self.failure(f"cannot get above the grasp, {why}")
         goal = PoseGoal(
-            target=grasp.oTg * up,
+            target=_before(grasp.oTg, _STANCE_STANDOFF),
             speed=_FOLLOW_SPEED,
-            position_tolerance=_NEARER_TOLERANCE,
+            position_tolerance=_STANCE_TOLERANCE,
             stance_if_near=True,
         )
-        self._nearer = Approach(self, lambda: goal, "a stance nearer to it", self._timeout)
+        self._stance = Approach(self, goal, "a stance nearer to it", self._timeout)
         self._came_nearer, self._step = True, self._come_nearer
         return self._come_nearer()
 
     def _come_nearer(self) -> Status:
-        status = self._nearer.tick()
+        status = self._stance.tick()
         if status is Status.SUCCESS:
-            self._look_anew()
-            return self._follow()
+            return self._look_anew()
         if status is Status.FAILURE:
             self.context.vision.reject()
             return self.failure(f"cannot get above the grasp: {self.feedback_message}")
@@ -262,9 +255,10 @@ class Grasp(Leaf):
         """Straight down on the locked grasp, which keeps its velocity."""
         if self.context.now.relocalised:
             return self._give_up(self.context.now.relocalised)
-        report = self._go_down()
-        if report is None or not report.arrived or closing_in_speed(self.context) > _CLOSING_SPEED:
-            if report is not None and self._progress.is_stuck(report):
+        if (report := self._go_down()) is None:
+            return self.running("going down")
+        if not report.arrived or closing_in_speed(self.context) > _CLOSING_SPEED:
+            if self._progress.is_stuck(report):
                 self.context.vision.reject()
                 short = f"stopped {report.position_error:.3f} m before the grasp"
                 return self._give_up(short + self._progress.because)
@@ -281,8 +275,7 @@ class Grasp(Leaf):
     def _close(self) -> Status:
         """Wait for the fingers; the hand keeps its goal."""
         self._go_down()
-        waiting = self.fingers("closing")
-        if waiting is Status.FAILURE:
+        if (waiting := self.fingers("closing")) is Status.FAILURE:
             return self._give_up(self.feedback_message)
         if waiting is not None:
             return waiting
@@ -300,14 +293,24 @@ class Grasp(Leaf):
         return self.running(f"rising, as {self._reason}")
 
     def _go_down(self) -> StepReport | None:
-        goal = PoseGoal(
-            target=over_grasp(self._locked.oTg_at(self.context.state.stamp), self.context),
-            twist=self._locked.twist,
-            speed=_DESCEND_SPEED,
-            position_tolerance=_DESCEND_TOLERANCE,
+        target = over_grasp(self._locked.oTg_at(self.context.state.stamp), self.context)
+        goal = self._goal(target, self._locked, _DESCEND_SPEED)
+        return self.pursue(replace(goal, position_tolerance=_DESCEND_TOLERANCE), "descend")
+
+    def _goal(self, target: SE3, grasp: GraspEstimate, speed: float) -> PoseGoal[OdometryPose]:
+        """The goal at, or before, a grasp; once that is locked the base may set out, or rest."""
+        locked, onward = self.context.vision.tracker.locked, self._next_now
+        return PoseGoal(
+            target=target,
+            twist=grasp.twist,
+            speed=speed,
             straight=True,
             hand_may_touch=True,
-            base_rests=self._views.oRa is not None,
-            next_goal=getattr(self._next_now, "oTe", None),
+            base_rests=locked and self._views.oRa is not None,
+            next_goal=onward.oTe if locked and onward is not None else None,
         )
-        return self.pursue(goal, "descend")
+
+
+def _before(oTg: OdometryPose, distance: float) -> SE3:
+    """A hand that is so far back along its approach to a grasp."""
+    return oTg * SE3(np.eye(3), np.array([0.0, 0.0, -distance]))
