@@ -228,7 +228,7 @@ class Grasp(Leaf):
             why = f"{short:.3f} m short{self._progress.because}"
             return self.failure(f"cannot get above the grasp, {why}")
         goal = PoseGoal(
-            target=_before(grasp.oTg, _STANCE_STANDOFF),
+            target=_before(grasp.oTg_at(self.context.state.stamp), _STANCE_STANDOFF),
             speed=_FOLLOW_SPEED,
             position_tolerance=_STANCE_TOLERANCE,
             stance_if_near=True,

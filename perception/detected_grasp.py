@@ -59,6 +59,6 @@ class Detection:
     grasps: tuple[GraspEstimate, ...]  # best first
     reason: str  # why `grasps` is empty; empty when it is not
     quality: Image
-    """(300, 300) quality map of the network; 0 where depth was missing or outside the workspace."""
+    """(300, 300) map of the first source, a network; 0 without depth or outside the workspace."""
     crop: tuple[float, float, float]  # (u0, v0, size) of the part of the image that it covers [px]
     stamp: float  # time of capture [s]

@@ -23,7 +23,8 @@ from perception.networks.hold import shipped_hold
 from robots import GripperDescription
 
 _MIN_VALID = 0.02  # share of pixels with a depth in a usable frame
-_EVERY = 16  # whether all depths are the same is asked of every n-th row and column first [px]
+_MIN_SIDE = 16  # of a usable frame [px]
+_EVERY = 16  # of these rows and columns two depths that differ are sought first: it is faster [px]
 _NOTHING = "nothing stands out in the workspace"
 
 
@@ -35,7 +36,8 @@ class GraspDetector:
 
     Args:
         gripper: the hand.
-        sources: of candidates; the next is asked where the hand fits at none of the last one's.
+        sources: of candidates; the next is asked where the last one's give no grasp, if `hold` is
+            known or on given objects (`ObjectRegion`). ValueError: there is none.
         hold: how likely a grasp from straight above holds; None ranks by check and source.
         hold_tilted: the same of a tilted hand.
     """
@@ -47,12 +49,14 @@ class GraspDetector:
         hold: HoldProbability | None = None,
         hold_tilted: HoldProbability | None = None,
     ) -> None:
+        if not sources:
+            raise ValueError("grasps need a source of candidates, as SpreadPoints()")
         self.sources, self.holds = tuple(sources), (hold, hold_tilted)
         self._gripper = gripper
 
     @classmethod
     def shipped(cls, gripper: GripperDescription, weights: Path | None = None) -> GraspDetector:
-        """GG-CNN, then points all over what may be grasped; ranked by the networks of this hand.
+        """GG-CNN, then perhaps points all over; ranked by the networks of this hand.
 
         Args:
             gripper: the hand; one without networks of its own ranks by check and GG-CNN.
@@ -111,9 +115,8 @@ class GraspDetector:
         hold = self.holds[view.oRa is not None]
         scene = with_floor(scene, view.floor)
         ranking = GraspRanking(view, prepared, scene, border, self._gripper, hold)
-        # Between neighbours, or on the handle of a cup, the hand may fit only where a network
-        # proposes nothing. Where nothing tells what holds, points all over find chords at the rims
-        # of what is too wide: then they are asked only on given objects.
+        # The hand may fit only where a network proposes nothing: between neighbours, on a handle. But
+        # points all over find chords at rims of what is too wide, if nothing tells what holds.
         is_meant = isinstance(view.workspace, ObjectRegion)
         sources = self.sources if is_meant or hold is not None else self.sources[:1]
         proposals: list[Proposals] = []
@@ -122,17 +125,19 @@ class GraspDetector:
             proposals.append(source.propose(prepared.network_input, allowed))
             if grasps := ranking.among(proposals[-1]):
                 break
-        if grasps:
-            reason = ""
-        elif ranking.unlikely:
-            reason = "the hand fits, but is not likely to hold anything"
-        elif is_meant:
-            reason = "the hand fits nowhere on what is meant"
-        elif len(proposals[0].candidates.quality) == 0:
-            reason = "the network sees no grasp in the workspace"
-        else:
-            reason = "the hand does not fit at any of the grasps that the network proposes"
+        reason = "" if grasps else _why_none(ranking, proposals[0], is_meant=is_meant)
         return _detection(view.stamp, grasps, proposals[0].quality, crop, reason)
+
+
+def _why_none(ranking: GraspRanking, first: Proposals, *, is_meant: bool) -> str:
+    """Why there is no grasp where something stands out; `first` is of the first source."""
+    if ranking.unlikely:
+        return "the hand fits, but is not likely to hold anything"
+    if is_meant:
+        return "the hand fits nowhere on what is meant"
+    if len(first.candidates.quality) == 0:
+        return "the network sees no grasp in the workspace"
+    return "the hand does not fit at any of the grasps that the network proposes"
 
 
 def _detection(
@@ -144,9 +149,7 @@ def _detection(
 ) -> Detection:
     if quality is None:
         quality = np.zeros((INPUT_SIZE, INPUT_SIZE), dtype=np.float32)
-    covered = (0.0, 0.0, 0.0)
-    if crop is not None:
-        covered = float(crop.u0), float(crop.v0), float(crop.size)
+    covered = (float(crop.u0), float(crop.v0), float(crop.size)) if crop else (0.0, 0.0, 0.0)
     return Detection(grasps=grasps, reason=reason, quality=quality, crop=covered, stamp=stamp)
 
 
@@ -155,10 +158,10 @@ def _unusable(frame: Frame, oRa: Array | None) -> str:
     if mistake := frame_problem(frame):
         return mistake
     depth, valid = frame.cloud.depth, frame.cloud.valid
-    if min(depth.shape) < 16:
+    if min(depth.shape) < _MIN_SIDE:
         return f"the depth image has {depth.shape} pixels: too few to grasp by"
-    down = frame.oTc.rotation[:, 2] @ (np.array([0.0, 0.0, 1.0]) if oRa is None else oRa[:, 2])
-    if down > MAX_CAMERA_AXIS_Z:
+    up = np.array([0.0, 0.0, 1.0]) if oRa is None else oRa[:, 2]  # against the approach
+    if frame.oTc.rotation[:, 2] @ up > MAX_CAMERA_AXIS_Z:
         return "the camera does not look along the approach"
     if np.count_nonzero(valid) < _MIN_VALID * valid.size:
         return "hardly any depth was measured"

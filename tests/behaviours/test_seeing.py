@@ -18,12 +18,14 @@ from harness import (
 )
 from pinocchio import SE3, log3
 from py_trees.common import Status
+from scripted import HERE, Script, up
 
 from behaviours import Region, ToolPose
 from behaviours.grasp import Grasp
 from behaviours.navigate import Navigate
 from behaviours.region_empty import RegionEmpty
 from hw.sim import SimObject
+from perception import GraspEstimate
 from robots import Cylinder, Geom
 
 
@@ -170,3 +172,28 @@ def test_a_blind_camera_does_not_make_a_region_empty():
     harness.robot.blind = True
     leaf = RegionEmpty("region_empty", harness.context, region=SPOT)
     assert failure(harness, leaf) == "no camera frame"
+
+
+def test_the_base_comes_nearer_to_where_a_moving_object_is_now(
+    monkeypatch,
+):
+    script = Script()
+    leaf = Grasp("grasp", script.context, within=SPOT)
+    seen = GraspEstimate(
+        oTg=up(-0.1),
+        width=0.04,
+        quality=0.9,
+        stamp=0.0,
+        pixel=(0.0, 0.0),
+        angle=0.0,
+        opening=0.08,
+        velocity=np.array([0.1, 0.0, 0.0]),
+    )
+    monkeypatch.setattr(leaf._sought, "track", lambda now: seen)
+    for _ in range(2):
+        script.reads(after=0.2)
+        leaf.tick_once()
+        script.report(away=0.5, unreachable="out of reach")
+    assert leaf.feedback_message == "setting out for a stance nearer to it"
+    along = HERE.translation + np.array([0.04, 0.0, -0.1 + 0.24])
+    np.testing.assert_allclose(script.goal.target.translation, along)

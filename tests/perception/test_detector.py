@@ -124,6 +124,11 @@ def test_on_given_objects_the_check_looks_everywhere_if_no_proposal_fits():
     assert "does not fit" in other.reason
 
 
+def test_a_detector_without_a_source_of_candidates_is_refused():
+    with pytest.raises(ValueError, match="need a source of candidates"):
+        GraspDetector(GRIPPER, [])
+
+
 def test_a_grasp_on_a_thing_closes_on_that_thing_alone(detector):
     seen, half = frame(box_world(), looking_down(0.4)), Half()
     assert isinstance(half, ObjectRegion)
