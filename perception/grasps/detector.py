@@ -115,7 +115,7 @@ class GraspDetector:
         hold = self.holds[view.oRa is not None]
         scene = with_floor(scene, view.floor)
         ranking = GraspRanking(view, prepared, scene, border, self._gripper, hold)
-        # The hand may fit only where a network proposes nothing: between neighbours, on a handle. But
+        # The hand may fit only where a network proposes nothing: as between neighbours. But
         # points all over find chords at rims of what is too wide, if nothing tells what holds.
         is_meant = isinstance(view.workspace, ObjectRegion)
         sources = self.sources if is_meant or hold is not None else self.sources[:1]
