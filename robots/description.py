@@ -117,6 +117,9 @@ class GripperDescription:
     visual: str | None  # mesh that the viewer draws instead of the boxes, if it is installed
     grasps: bool = True  # whether it is a gripper, not a tool
     camera: Geom | None = None  # the camera housing, a box in e along its axes, if there is one
+    wrist: tuple[Geom, ...] = ()
+    """Boxes around the last two links behind a hand that points down at `ready`: at the grasp
+    centre, z up and x ahead. Whichever way the fingers close, a tilted hand has them below it."""
 
 
 @dataclass(frozen=True, kw_only=True)

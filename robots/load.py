@@ -165,7 +165,7 @@ def _as_it_is(described: RobotDescription, file: RealRobotFile, name: str) -> Ro
         arm = replace(arm, lag=file.arm_lag)
     if isinstance(file.camera_mount, PoseFile):
         camera = replace(camera, eTc=file.camera_mount.pose())
-    gripper = _with_camera(described.gripper, camera)
+    gripper = _mounted(described.gripper, camera, arm)
     bTa = file.arm_mount.pose() if isinstance(file.arm_mount, PoseFile) else described.bTa
     return replace(
         described,
@@ -182,7 +182,8 @@ def _as_it_is(described: RobotDescription, file: RealRobotFile, name: str) -> Ro
 @cache
 def _load(path: Path) -> RobotDescription:
     file = read_config(path, RobotFile, context=(path.parent, SHIPPED))
-    arm = read_config(Path(file.arm), ArmFile)
+    arm_file = read_config(Path(file.arm), ArmFile)
+    arm = _arm(arm_file)
     camera = _camera(read_config(Path(file.camera), CameraFile), file.camera_mount)
     return RobotDescription(
         name=path.stem,
@@ -194,10 +195,10 @@ def _load(path: Path) -> RobotDescription:
             visual=file.base.visual,
         ),
         bTa=file.arm_mount.pose(),
-        arm=_arm(arm),
-        gripper=_with_camera(_gripper(read_config(Path(file.gripper), GripperFile)), camera),
+        arm=arm,
+        gripper=_mounted(_gripper(read_config(Path(file.gripper), GripperFile)), camera, arm),
         camera=camera,
-        limits=_limits(arm, file.base),
+        limits=_limits(arm_file, file.base),
         laser=_laser(file),
         outdated=_outdated(path),
     )
@@ -256,11 +257,32 @@ def _gripper(file: GripperFile) -> GripperDescription:
     )
 
 
-def _with_camera(gripper: GripperDescription, camera: CameraDescription) -> GripperDescription:
-    eTb = camera.eTc * camera.body.pose
-    half = np.abs(eTb.rotation) @ np.array(half_extents(camera.body.shape))
-    box = Geom(Box(tuple(half.tolist())), SE3(np.eye(3), eTb.translation), camera.body.name)
-    return replace(gripper, camera=box)
+def _mounted(
+    gripper: GripperDescription, camera: CameraDescription, arm: ArmDescription
+) -> GripperDescription:
+    """A gripper with what is mounted beside and behind it."""
+    links, aTl = [], SE3.Identity()
+    for origin, q, slides in zip(arm.joints, arm.ready, arm.slides, strict=True):
+        move = np.array([0.0, 0.0, q])
+        aTl = aTl * origin * (SE3(np.eye(3), move) if slides else SE3(pin.exp3(move), np.zeros(3)))
+        links.append(aTl)
+    aTe = aTl * arm.lTh * gripper.hTe
+    ahead = pin.exp3(np.array([0.0, 0.0, np.arctan2(aTe.translation[1], aTe.translation[0])]))
+    upright = SE3(ahead, aTe.translation).inverse()
+    wrist = [
+        _box(upright * link * part.pose, part)
+        for link, parts in zip(links[-2:], arm.collision[-2:], strict=True)
+        for part in parts
+    ]
+    return replace(
+        gripper, camera=_box(camera.eTc * camera.body.pose, camera.body), wrist=tuple(wrist)
+    )
+
+
+def _box(pose: SE3, part: Geom) -> Geom:
+    """The box along the axes of a frame around a part at a pose in it."""
+    half = np.abs(pose.rotation) @ np.array(half_extents(part.shape))
+    return Geom(Box(tuple(half.tolist())), SE3(np.eye(3), pose.translation), part.name)
 
 
 def _camera(file: CameraFile, mount: PoseFile) -> CameraDescription:

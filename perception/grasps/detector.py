@@ -109,12 +109,15 @@ class GraspDetector:
         scene, border = local_heights(view.along, crop, view.support, view.oRa)
         if memory is not None:
             scene = memory.completed(scene, view.stamp)
+        raised = view.raised() if view.oRa is not None else None
+        if memory is not None and raised is not None:
+            raised = memory.raised(raised, view.stamp)
         allowed = view.allowed(prepared)
         if not allowed.any():
             return _detection(view.stamp, crop=crop, reason=_NOTHING)
         hold = self.holds[view.oRa is not None]
         scene = with_floor(scene, view.floor)
-        ranking = GraspRanking(view, prepared, scene, border, self._gripper, hold)
+        ranking = GraspRanking(view, prepared, scene, border, self._gripper, hold, raised)
         # The hand may fit only where a network proposes nothing: as between neighbours. But
         # points all over find chords at rims of what is too wide, if nothing tells what holds.
         is_meant = isinstance(view.workspace, ObjectRegion)

@@ -28,6 +28,7 @@ LOSS_BY_WIDTH = 1.5  # ... and lose this against equally likely ones [1/m]: 3 % 
 MARGIN = 0.0035  # errors of arm and camera; where fingers this much wider do not fit, ... [m]
 LOSS_BY_TIGHTNESS = 0.1  # ... a grasp is less likely by this share: they may hit a neighbour
 LOSS_BY_LEVER = 0.3  # loss with the distance from the middle of the object [1/m]
+_CLEARANCE = 0.005  # between palm or wrist and what a tilted hand passes [m]
 _ANGLE_STEP = 0.005  # to either side of a grasp, for its direction in the image [m]
 
 
@@ -41,6 +42,7 @@ class GraspRanking:
         border: (B, 3) see `LocalHeights`.
         gripper: the hand.
         hold: how likely grasps hold, which is then their quality; None ranks by check and network.
+        raised: (M, 3) in odometry, what may be in the way of a tilted hand; None from above.
     """
 
     def __init__(
@@ -51,9 +53,11 @@ class GraspRanking:
         border: Array,
         gripper: GripperDescription,
         hold: HoldProbability | None,
+        raised: Array | None = None,
     ) -> None:
         self._view, self._prepared, self._scene = view, prepared, scene
         self._gripper, self._hold = gripper, hold
+        self._raised = raised
         self._floor, self._workspace = view.floor, view.workspace
         self.unlikely = False  # whether the hand fits somewhere, but is not likely to hold
         lowest = view.floor + MIN_OBJECT_HEIGHT
@@ -94,6 +98,8 @@ class GraspRanking:
         if self._workspace is not None:
             centres = np.stack([found.x, found.y, found.top], axis=1)
             found = found.only(self._workspace.contains(self._scene.in_world(centres)))
+        if self._raised is not None:
+            found = found.only(self._has_way(found))
         if self._hold is None or not len(found.score):
             return found
         camera = self._view.along.oTc.translation
@@ -109,6 +115,31 @@ class GraspRanking:
         loss += LOSS_BY_WIDTH * np.maximum(found.width - ROOMY, 0.0)
         ranked = found.ranked(likely, likely - loss)
         return ranked.only(ranked.score >= LEAST_HOLD)
+
+    def _has_way(self, found: Assessment) -> Mask:
+        """Whether nothing that stands out is where palm and wrist come, or on their way there."""
+        oRa = self._scene.oRa
+        assert oRa is not None
+        assert self._raised is not None
+        raised, ahead = self._raised @ oRa, oRa[2, :2] / np.linalg.norm(oRa[2, :2])
+        palm, wrist = self._gripper.palm, self._gripper.wrist
+        across, along, high = half_extents(palm.shape)
+        height = -palm.pose.translation[2] - high
+        free = np.ones(len(found.score), dtype=np.bool_)
+        for i, direction in enumerate(found.direction):
+            from_grasp = raised - (found.x[i], found.y[i], found.z[i])
+            x, y, z = from_grasp[from_grasp[:, 2] > height + _CLEARANCE].T
+            c, s = np.cos(direction), np.sin(direction)
+            hit = np.abs(c * x + s * y) < along + _CLEARANCE
+            hit &= np.abs(c * y - s * x) < across + _CLEARANCE
+            for part in wrist:
+                middle = part.pose.translation
+                half = np.array(half_extents(part.shape)) + _CLEARANCE
+                beside = np.abs(ahead[0] * x + ahead[1] * y - middle[0]) < half[0]
+                beside &= np.abs(ahead[0] * y - ahead[1] * x - middle[1]) < half[1]
+                hit |= beside & (z > middle[2] - half[2])
+            free[i] = not hit.any()
+        return free
 
     def _in_world(self, at: Array, angle: Array) -> tuple[Array, Array, Array]:
         """x, y [m] and closing directions [rad] of (N, 2) input pixels and (N,) angles in it."""

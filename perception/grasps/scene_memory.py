@@ -1,4 +1,4 @@
-"""Memory of earlier height maps, for where the newest image shows nothing.
+"""Memory of earlier images, for where the newest one shows nothing.
 
 From near, an image is narrower than the hand, and a wall beside an object hides what is behind it;
 mostly the camera has seen that on its way there.
@@ -36,6 +36,21 @@ class SceneMemory:
 
     def __init__(self) -> None:
         self._shown: deque[_Shown] = deque()
+        self._points: deque[tuple[float, Array]] = deque()
+
+    def raised(self, points: Array, stamp: float) -> Array:
+        """(N, 3) what stands out in the newest image and in earlier ones, in odometry [m].
+
+        Args:
+            points: (M, 3) of the newest image, which are remembered.
+            stamp: of the image [s].
+        """
+        while self._points and not 0.0 <= stamp - self._points[-1][0] <= OLDEST:
+            self._points.pop()
+        seen = np.concatenate([points, *(earlier for _, earlier in self._points)])
+        if not self._points or stamp - self._points[0][0] >= _APART:
+            self._points.appendleft((stamp, points))
+        return seen
 
     def completed(self, scene: HeightMap, stamp: float) -> HeightMap:
         """Remember the newest height map, and complete it by earlier ones."""

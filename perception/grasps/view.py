@@ -33,6 +33,7 @@ MAX_CAMERA_AXIS_Z = -0.5  # the optical axis is within 60 degrees of the approac
 _FAR_END = 90.0  # of the depths in the workspace that a level camera sees [percent]
 _LEVEL_BIN = 0.005  # of the histogram of heights that finds the support surface [m]
 _STEP = 3  # only every third row and column of the image is looked at for what stands out [px]
+_SPARSE = 8  # ... and this one for what stands in the way of the arm [px]
 _MIN_PIXELS = 100  # of the image that a piece outside the middle covers; fewer are noise
 
 
@@ -99,6 +100,12 @@ class View:
         centre = np.array([crop.u0, crop.v0]) + 0.5 * crop.size
         nearest: Array = _STEP * pieces[np.linalg.norm(_STEP * pieces - centre, axis=1).argmin()]
         return nearest
+
+    def raised(self) -> Array:
+        """(N, 3) every few points of the whole image that stand out, in odometry [m]."""
+        points = self.cloud.every(_SPARSE).points
+        raised: Array = points[points[:, 2] > self.floor + _OCCUPIED_HEIGHT]
+        return raised
 
     def _well_inside(self, points: Array, height: float) -> Mask:
         """Which points (..., 3) are so high over the floor and not near the sides [m]."""

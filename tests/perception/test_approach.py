@@ -56,8 +56,13 @@ def test_a_scene_turned_with_the_approach_has_the_same_grasps(tilt: float) -> No
     assert nearest.middle is None
 
 
-def along(tilt_deg: float, height: float) -> tuple[World, Detection, Array]:
-    """What is found along a tilted approach on a box of a height on a wide table."""
+def along(
+    tilt_deg: float, height: float, before: float | None = None
+) -> tuple[World, Detection, Array]:
+    """What is found along a tilted approach on a box of a height on a wide table.
+
+    A camera from above has seen something of a height `before` it, which is not in the image.
+    """
     table = Geom(Box((1.0, 1.0, 0.1)), SE3(np.eye(3), MIDDLE - [0.0, 0.0, 0.1]), "table")
     wall = Geom(Box((0.1, 3.0, 3.0)), SE3(np.eye(3), MIDDLE - [2.0, 0.0, 0.0]), "wall")
     pose = SE3(exp3(np.array([0.0, 0.0, 0.2])), MIDDLE + np.array([0.0, 0.0, height / 2.0]))
@@ -70,7 +75,13 @@ def along(tilt_deg: float, height: float) -> tuple[World, Detection, Array]:
     sight, level = pose.translation - at, np.array([0.0, 1.0, 0.0])
     sight /= np.linalg.norm(sight)
     camera = SE3(np.stack([level, np.cross(sight, level), sight], axis=1), at)
-    return world, DETECTOR.detect(frame(world, camera), WORKSPACE, oRa=oRa), oRa
+    memory = SceneMemory()
+    if before is not None:
+        half = (0.03, 0.03, before / 2.0)
+        tall = Geom(Box(half), SE3(np.eye(3), MIDDLE + np.array([0.14, 0.0, before / 2.0])), "tall")
+        seen = frame(World([*world.fixtures, tall], [box]), looking_down(0.5))
+        DETECTOR.detect(seen, WORKSPACE, memory, exp3(np.array([0.0, 0.2, 0.0])))
+    return world, DETECTOR.detect(frame(world, camera), WORKSPACE, memory, oRa), oRa
 
 
 @pytest.mark.parametrize(("tilt_deg", "height"), [(30.0, 0.05), (60.0, 0.12), (90.0, 0.18)])
@@ -81,6 +92,12 @@ def test_the_hand_never_enters_the_table(tilt_deg: float, height: float) -> None
         assert grasp.oTg.rotation[:, 2] == pytest.approx(-oRa[:, 2])
         assert world.collision(Hand(GRIPPER, grasp.oTg), grasp.opening) is None
         assert grasp.oTg.rotation[2, 0] > -0.18  # with the camera above
+
+
+@pytest.mark.parametrize(("before", "has_way"), [(None, True), (0.03, True), (0.12, False)])
+def test_a_tilted_hand_does_not_reach_through_what_was_seen_before_it(before, has_way) -> None:
+    _, found, _ = along(60.0, 0.12, before)
+    assert bool(found.grasps) == has_way, found.reason
 
 
 def test_what_is_lower_than_the_palm_is_not_grasped_level() -> None:
