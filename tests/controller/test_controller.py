@@ -146,6 +146,7 @@ def test_a_qp_without_a_solution_brakes_and_reports_it(monkeypatch):
     moving = Command(base_twist=np.array([0.9, 0.0, -0.8]), qd=np.full(7, 1.0))
     command, report = controller.step(State(), PoseGoal(target=tool_pose(2.0, 0.0, 0.7)), moving)
     assert not report.solved
+    assert report.slack > 0.5  # of the braking
     model = controller.model
     step = model.velocities(moving) - model.velocities(command)
     np.testing.assert_allclose(np.abs(step), model.acceleration_limits * 0.01)
