@@ -5,6 +5,7 @@ After Haviland, Sünderhauf and Corke, "A Holistic Approach to Reactive Mobile M
 fixed seed, and no input or output but posture banks.
 """
 
+import controller.terms as cost_terms
 from controller.collision.collision_model import CollisionModel, CollisionModels, PairKind
 from controller.collision.self_collision import SelfCollision
 from controller.command import (
@@ -17,7 +18,7 @@ from controller.command import (
     PostureGoal,
     after,
 )
-from controller.controller import HolisticController, standard_limits
+from controller.controller import HolisticController
 from controller.limits import Constraints, Limit
 from controller.model import RobotModel, manipulability, robot_model
 from controller.servo import pose_error

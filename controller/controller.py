@@ -4,7 +4,9 @@ from collections.abc import Sequence
 from math import hypot
 
 import numpy as np
+from pinocchio import SE3
 
+from config.planar import ORIGIN
 from config.poses import MapPose
 from controller.collision.collision_model import CollisionModels
 from controller.collision.distance_constraints import NOTHING_NEAR, CollisionAvoidance
@@ -29,29 +31,24 @@ from controller.situation import Linearisation, Situation, linearise
 from controller.step_report import StepReport
 from controller.surroundings import OPEN_FLOOR, Surroundings
 from controller.tasks import Task, base_task, pose_task, posture_task, rest_task
-from controller.terms import STANDARD_TERMS, Aim, Term, qp_of
-from controller.validation import check_goal, check_state
+from controller.terms import STANDARD_TERMS, Aim, Cost, Term
+from controller.validation import add_all, check_goal, check_state
 from controller.velocity_bounds import VelocityBounds
 
-_MAX_SLACK = 0.1
-"""Missing twist from which on base or arm are at their limits, and the arm does not compensate for
-the lag of the base [m/s and rad/s]."""
+_AT_LIMITS = 0.1
+"""Slack of the twist from which on base or arm are at their limits, and the arm does not compensate
+for the lag of the base [m/s and rad/s]."""
 _SAME, _ROUNDING = 1e-8, 1e-5  # absolute and relative, up to which velocities are the same
 _MIN_SURPLUS = 0.001  # smaller velocities of the lagging base are not compensated [m/s and rad/s]
-
-
-def standard_limits(model: RobotModel, settings: ControllerSettings) -> tuple[Limit, ...]:
-    """Velocities, accelerations and joint positions; distances, where the settings have them."""
-    bounds = VelocityBounds(model, settings)
-    if settings.collision is None:
-        return (bounds,)
-    return bounds, CollisionAvoidance(model, settings.collision, settings.period)
 
 
 class HolisticController:
     """Turns a motion goal into velocities of base and arm, one period at a time.
 
-    Every command keeps the limits: they are constraints of the QP, and nothing is scaled after it.
+    Every command keeps the bounds of velocities and accelerations: they are constraints of the QP,
+    and nothing is scaled after it. Rows, as of distances, are kept where bounds and other rows
+    leave a way to; else the QP misses them by as little as their costs say. `_brake` answers a QP
+    that is not solved.
     """
 
     def __init__(
@@ -59,12 +56,16 @@ class HolisticController:
         model: RobotModel,
         settings: ControllerSettings | None = None,
         *,
-        terms: Sequence[Term] = STANDARD_TERMS,
-        limits: Sequence[Limit] | None = None,
+        terms: Sequence[Term] = (),
+        limits: Sequence[Limit] = (),
+        standard_terms: Sequence[Term] = STANDARD_TERMS,
+        standard_limits: bool = True,
     ) -> None:
-        """`terms` are the cost of a pose goal; `limits`, in this order, hold for every goal.
+        """`terms`, of pose goals, and `limits`, of all goals, are added to the standard ones.
 
-        Without limits they are the `standard_limits`.
+        `standard_terms` may be fewer or others. Without `standard_limits` only the velocity limits
+        remain of them. What is added is called once here, with the ready posture: a GoalError says
+        what is not finite or has a wrong size.
         """
         import scipy.sparse.csgraph  # imported here: only what moves a robot needs it
         import scipy.spatial  # noqa: F401
@@ -72,25 +73,33 @@ class HolisticController:
         self.model = model
         self.settings = settings = settings or ControllerSettings()
         self._widest = tuple(model.velocity_limits)
-        self._terms = tuple(terms)
-        self._limits = standard_limits(model, settings) if limits is None else tuple(limits)
-        avoids = (one for one in self._limits if isinstance(one, CollisionAvoidance))
-        self._avoidance = next(avoids, None)
+        self._terms, self._own_limits = (*standard_terms, *terms), tuple(limits)
+        if any(term in standard_terms for term in terms):
+            raise ValueError("terms are added to the standard ones: name only what is yours")
+        self._checks_terms = any(term not in STANDARD_TERMS for term in self._terms)
+        self._limits: list[Limit] = [VelocityBounds(model, settings)] if standard_limits else []
+        self._avoidance: CollisionAvoidance | None = None
+        if standard_limits and settings.collision is not None:
+            self._avoidance = CollisionAvoidance(model, settings.collision, settings.period)
+            self._limits.append(self._avoidance)
+        self._limits += limits
         self._guidance: Guidance | None = None
         if settings.guidance is not None:
             models = self._avoidance.models if self._avoidance else CollisionModels(model)
             self._guidance = Guidance(model, settings, SelfCollision(model), models)
         self._lag = Lag(model, settings.period)
         self._servo = Servo(settings, model.description.arm.lag)
-        self._solver = Solver(SLACK_COSTS if limits is None else np.append(SLACK_COSTS, OTHER_COST))
-        self._compensated: tuple[Array, Array] | None = None
+        self._solver = Solver(np.append(SLACK_COSTS, OTHER_COST) if limits else SLACK_COSTS)
+        self._compensated: tuple[Array, Array, Array] | None = None
         """(n,) velocities of the last period in which the arm compensates for the lag of the base,
-        and the same without that."""
+        the same without that, and the twist (6,) that the former were asked for."""
         self._waits_for = ""
         self._linearised: Linearisation | None = None
         self._periods = 0
         self._checked: MotionGoal[MapPose] | None = None
         """The last goal that was checked."""
+        if limits or self._checks_terms:
+            self._try_out()
 
     def prepare(self, surroundings: Surroundings) -> None:
         """Compute in advance what the first step in these surroundings needs: some milliseconds."""
@@ -115,20 +124,38 @@ class HolisticController:
             surroundings: the obstacles.
 
         Raises:
-            GoalError: a number in the state, the goal or the last command is not finite, or a
-                pose has no rotation matrix.
+            GoalError: something in the state, the goal or the last command, or what a term or limit
+                adds, is of a wrong kind or size or not finite; or a pose has no rotation matrix.
         """
         now = self._observe(state, goal, last, surroundings)
         task = self._task(now)
         constraints = self._constraints(now)
         qp, rows = self._qp(now, task, constraints), constraints.rows
-        velocities = self._solver.solve(qp, rows)
-        velocities, slack = self._compensate_base_lag(now, task, constraints, velocities)
-        velocities = self._give_way(now, task, qp, rows, velocities)
-        report = self._report(now, task, slack, solved=velocities is not None)
-        if velocities is None:
-            velocities = np.minimum(np.maximum(0.0, qp.lower), qp.upper)
+        found = self._solver.solve(qp, rows)
+        found = self._compensate_base_lag(now, task, constraints, found)
+        found = self._give_way(now, task, qp, rows, found)
+        velocities = self._brake(qp) if found is None else found
+        report = self._report(now, task, rows, velocities, solved=found is not None)
         return self.model.command(velocities), report
+
+    def _try_out(self) -> None:
+        """Call terms and limits that are not from here once, before anything moves."""
+        model, settings, q = self.model, self.settings, self.model.description.arm.ready
+        state, still = KinematicState(SE3.Identity(), q), np.zeros(model.n)
+        goal, kinematics = PoseGoal(target=model.bTe(q)), linearise(model, settings, q)
+        now = Situation(
+            model, settings, state, ORIGIN, goal, still, kinematics, OPEN_FLOOR, self._lag
+        )
+        add_all("limit", self._own_limits, Constraints(*self._widest), now)
+        self._pose_qp(now, Aim(goal, np.zeros(6), 0.0, still), *self._widest)
+
+    @staticmethod
+    def _brake(qp: QP) -> Array:
+        """Velocities (n,) nearest to rest within the bounds, for a QP that was not solved.
+
+        They may miss rows: none are known that keep them, and to brake is the safest of the rest.
+        """
+        return np.minimum(np.maximum(0.0, qp.lower), qp.upper)
 
     def _observe(
         self,
@@ -138,9 +165,10 @@ class HolisticController:
         surroundings: Surroundings,
     ) -> Situation:
         """Stage 1: check the inputs; kinematics of this period."""
-        base, applied = check_state(state, last), self.model.velocities(last)
+        base = check_state(state, last, self.model.n_arm)
+        applied = self.model.velocities(last)
         if goal is not self._checked:
-            check_goal(goal, len(state.q))
+            check_goal(goal, self.model.n_arm)
             self._checked = goal
         self._lag.update(applied)
         model, settings = self.model, self.settings
@@ -172,7 +200,7 @@ class HolisticController:
     def _uncompensated(self, applied: Array) -> Array:
         """Velocities (n,) of the last period, without compensation of the base's lag."""
         if self._compensated is not None:
-            (told, without), n_base = self._compensated, self.model.n_base
+            (told, without, _), n_base = self._compensated, self.model.n_base
             missing = np.abs(told - applied)[n_base:]
             if (missing <= _SAME + _ROUNDING * np.abs(applied)[n_base:]).all():  # the robot got it
                 return applied - (told - without)
@@ -181,8 +209,7 @@ class HolisticController:
     def _constraints(self, now: Situation) -> Constraints:
         """Stage 3: bounds and rows of the QP."""
         constraints = Constraints(*self._widest)
-        for limit in self._limits:
-            limit(constraints, now)
+        add_all("limit", self._limits, constraints, now)
         return constraints
 
     def _qp(self, now: Situation, task: Task, constraints: Constraints) -> QP:
@@ -190,31 +217,35 @@ class HolisticController:
         if task.velocities is not None:
             return nearest_to(task.velocities, constraints.lower, constraints.upper)
         assert task.aim is not None
-        return qp_of(self._terms, now, task.aim, constraints.lower, constraints.upper)
+        return self._pose_qp(now, task.aim, *constraints.bounds)
+
+    def _pose_qp(self, now: Situation, aim: Aim, lower: Array, upper: Array) -> QP:
+        cost = Cost(self.model, checks=self._checks_terms)
+        add_all("term", self._terms, cost, now, aim)
+        return cost.qp(lower, upper)
 
     def _compensate_base_lag(
         self, now: Situation, task: Task, constraints: Constraints, velocities: Array | None
-    ) -> tuple[Array | None, float]:
-        """Stage 5: let the arm compensate for the lag of the base; also the norm of the slack."""
+    ) -> Array | None:
+        """Stage 5: let the arm compensate for the lag of the base."""
         self._compensated = None
         aim, n_base, J = task.aim, self.model.n_base, now.kinematics.J
-        if velocities is None or aim is None:
-            return velocities, 0.0
-        slack = hypot(*(aim.twist - np.dot(J, velocities)).tolist())
-        if slack >= _MAX_SLACK or not aim.compensates:
-            return velocities, slack
+        if velocities is None or aim is None or not aim.compensates:
+            return velocities
+        if _slack(aim.twist, J, velocities) >= _AT_LIMITS:
+            return velocities
         base = velocities[:n_base]
         surplus = aim.compensates * now.lag.surplus(base)
         if np.abs(surplus).max() < _MIN_SURPLUS:
-            return velocities, slack
+            return velocities
         late = Aim(aim.goal, aim.twist - J[:, :n_base] @ surplus, aim.error, now.applied)
         lower, upper = (np.concatenate([base, one[n_base:]]) for one in constraints.bounds)
-        qp = qp_of(self._terms, now, late, lower, upper)
+        qp = self._pose_qp(now, late, lower, upper)
         compensated = self._solver.solve(qp, constraints.rows)
         if compensated is None:
-            return velocities, slack
-        self._compensated = compensated, velocities
-        return compensated, slack
+            return velocities
+        self._compensated = compensated, velocities, late.twist
+        return compensated
 
     def _give_way(
         self, now: Situation, task: Task, qp: QP, rows: Rows | None, velocities: Array | None
@@ -233,25 +264,43 @@ class HolisticController:
         self._waits_for = waits_for(now.base, moving, rows, velocities)
         return velocities
 
-    def _report(self, now: Situation, task: Task, slack: float, *, solved: bool) -> StepReport:
+    def _report(
+        self, now: Situation, task: Task, rows: Rows | None, velocities: Array, *, solved: bool
+    ) -> StepReport:
+        """Stage 7: what is told of these velocities (n,), which are sent."""
         near = NOTHING_NEAR if self._avoidance is None else self._avoidance.nearest
-        bTe, _, manipulability, _, heading_error = now.kinematics
+        bTe, J, manipulability, _, heading_error = now.kinematics
+        slack = shortfall = 0.0
+        if task.aim is not None:
+            twist = task.aim.twist if self._compensated is None else self._compensated[2]
+            slack = _slack(twist, J, velocities)
+        if self._own_limits and rows is not None:
+            missed = (rows.least - rows.A @ velocities)[rows.group == len(SLACK_COSTS)]
+            shortfall = float(missed.max(initial=0.0))
         return StepReport(
-            task.arrived,
-            task.position_error,
-            task.orientation_error,
-            manipulability,
-            heading_error,
-            bTe,
-            slack,
-            solved,
-            task.base_time,
-            task.posture_error,
-            task.unreachable,
-            task.stance,
-            task.blend,
-            task.detour,
-            *near,
-            None if self._guidance is None else self._guidance.way,
-            self._waits_for,
+            arrived=task.arrived,
+            position_error=task.position_error,
+            orientation_error=task.orientation_error,
+            manipulability=manipulability,
+            heading_error=heading_error,
+            bTe=bTe,
+            slack=slack,
+            solved=solved,
+            base_time=task.base_time,
+            posture_error=task.posture_error,
+            unreachable=task.unreachable,
+            stance=task.stance,
+            blend=task.blend,
+            detour=task.detour,
+            clearance=near.clearance,
+            nearest=near.name,
+            nearest_points=near.points,
+            way=None if self._guidance is None else self._guidance.way,
+            waits_for=self._waits_for,
+            shortfall=shortfall,
         )
+
+
+def _slack(twist: Array, J: Array, velocities: Array) -> float:
+    """Norm of the twist (6,) that velocities (n,) leave [m/s and rad/s]."""
+    return hypot(*(twist - np.dot(J, velocities)).tolist())

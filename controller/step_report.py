@@ -18,7 +18,7 @@ class StepReport(NamedTuple):
     manipulability: float  # Yoshikawa's measure of the arm
     heading_error: float  # θ_ε: bearing of the end effector seen from the base [rad]
     bTe: SE3  # end effector in the base
-    slack: float = 0.0  # norm of the twist that was desired but not achieved [m/s and rad/s]
+    slack: float = 0.0  # norm of the twist that the command leaves of the desired one [m/s, rad/s]
     solved: bool = True  # whether the QP was solved; if not, the command brakes
     base_time: float = 0.0  # least time of the base to its goal or stance [s]; 0 without one
     posture_error: float = 0.0
@@ -36,3 +36,4 @@ class StepReport(NamedTuple):
     """(N, 3) base poses of the planned path, the same object as long as it is the same path. None
     if the base has none."""
     waits_for: str = ""  # the nearest moving obstacle while the robot gives way; else empty
+    shortfall: float = 0.0  # most by which the command misses a row of `Constraints.keep`, else 0

@@ -13,7 +13,7 @@ which has the same minimiser, only n variables, and always a solution; the bound
 in the published example) are left out. Each term adds its part of this cost.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -26,6 +26,7 @@ from controller.model import RobotModel
 from controller.qp_solver import QP
 from controller.situation import Situation
 from controller.stance.bias import StanceBias
+from controller.validation import check_numbers
 
 
 class Aim(NamedTuple):
@@ -42,9 +43,14 @@ class Aim(NamedTuple):
 
 
 class Cost:
-    """The cost ½ q̇ᵀ P q̇ + cᵀ q̇ of one period, to which terms add."""
+    """The cost ½ q̇ᵀ P q̇ + cᵀ q̇ of one period, to which terms add.
 
-    def __init__(self, model: RobotModel) -> None:
+    Where it `checks`, for terms that are not from here, what is not finite or has a wrong size is a
+    GoalError.
+    """
+
+    def __init__(self, model: RobotModel, *, checks: bool = False) -> None:
+        self._checks = checks
         self._n, self._n_base = model.n, model.n_base
         self._P: Array | None = None
         self._c: Array | float = 0.0
@@ -53,11 +59,19 @@ class Cost:
 
     def track(self, J: Array, twist: Array, weight: float) -> None:
         """Add ½ w |J q̇ - ν|², for J (m, n) and ν (m,)."""
+        if self._checks:
+            check_numbers("J of `track`", J, "m", self._n)
+            check_numbers("the twist of `track`", twist, len(J))
+            check_numbers("the weight of `track`", weight, least=0.0)
         weighted = weight * J.T
         self._add(np.dot(weighted, J), np.dot(weighted, -twist))
 
     def towards(self, velocities: Array, weight: float | Array) -> None:
         """Add ½ Σ w (q̇ - v)², for v (n,) and one weight or (n,)."""
+        if self._checks:
+            sizes = () if np.isscalar(weight) else (self._n,)
+            check_numbers("the velocities of `towards`", velocities, self._n)
+            check_numbers("the weight of `towards`", weight, *sizes, least=0.0)
         if isinstance(weight, np.ndarray):
             self._add(np.diag(weight), -weight * velocities)
         else:
@@ -66,11 +80,16 @@ class Cost:
 
     def resist(self, base: float, arm: float) -> None:
         """Add ½ w |q̇|², with one weight for the base and one for the arm."""
+        if self._checks:
+            check_numbers("the weight of the base of `resist`", base, least=0.0)
+            check_numbers("the weight of the arm of `resist`", arm, least=0.0)
         self._base += base
         self._arm += arm
 
     def reward(self, gradient: Array) -> None:
         """Add -gᵀ q̇, for g (n,): motion along g is worth so much."""
+        if self._checks:
+            check_numbers("the gradient of `reward`", gradient, self._n)
         self.pull += gradient
 
     def _add(self, P: Array, c: Array) -> None:
@@ -147,11 +166,3 @@ def stance(cost: Cost, now: Situation, aim: Aim) -> None:
 
 PAPER_TERMS: tuple[Term, ...] = (tracking, effort, manipulability, heading)
 STANDARD_TERMS: tuple[Term, ...] = (*PAPER_TERMS, resting_base, smoothness, stance)
-
-
-def qp_of(terms: Sequence[Term], now: Situation, aim: Aim, lower: Array, upper: Array) -> QP:
-    """The QP of terms within bounds (n,)."""
-    cost = Cost(now.model)
-    for term in terms:
-        term(cost, now, aim)
-    return cost.qp(lower, upper)

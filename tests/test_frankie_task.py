@@ -1,6 +1,7 @@
 """The one face for authors and scripts, and the entry point that guards the package names."""
 
 import os
+import pydoc
 import subprocess
 import sys
 from importlib.metadata import entry_points
@@ -11,13 +12,23 @@ import pytest
 
 import frankie_task
 import frankie_task_cli
+from frankie_task import control
 
 ROOT = Path(frankie_task.__file__).parents[1]
 
 
 def test_everything_promised_is_there():
-    for name in frankie_task.__all__:
-        assert getattr(frankie_task, name) is not None
+    for face in (frankie_task, control):
+        for name in face.__all__:
+            assert getattr(face, name) is not None
+
+
+def test_help_lists_the_controller_and_the_standard_terms():
+    """What `help` lists of a module is what its `__all__` names."""
+    public = {name for name in vars(control) if not name.startswith("_")}
+    assert set(control.__all__) == public
+    assert "class HolisticController" in pydoc.plaintext.document(control)
+    assert control.terms.tracking in control.STANDARD_TERMS
 
 
 def test_a_script_runs_a_task(tmp_path):

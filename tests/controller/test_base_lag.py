@@ -1,6 +1,7 @@
 """The arm compensates for a base that follows late; only what the robot got is taken off again."""
 
 import numpy as np
+import pytest
 from motion import State
 from pinocchio import SE3
 
@@ -38,7 +39,8 @@ class Rolling:
 
     def step(self, *moving):
         around = Surroundings(moving=moving)
-        return self.controller.step(self.state, self.goal, self.last, around)[0]
+        command, self.report = self.controller.step(self.state, self.goal, self.last, around)
+        return command
 
 
 def test_what_the_robot_got_is_taken_off():
@@ -61,3 +63,19 @@ def test_what_the_gate_refused_is_not():
     rolling.step()
     rolling.step()  # the robot still does what it did
     assert rolling.taken_off[-1] == 0.0
+
+
+def test_the_slack_is_that_of_the_command_which_is_sent():
+    rolling, sent, twists = Rolling(), np.full(9, 0.01), []
+    rolling.step()
+    assert rolling.controller._compensated is not None
+    assert rolling.report.slack < 0.02  # what the base does by its lag is no slack
+
+    def gives_way(now, task, *others):
+        rolling.controller._compensated = None
+        twists.append(task.aim.twist - now.kinematics.J @ sent)
+        return sent
+
+    rolling.controller._give_way = gives_way
+    rolling.step()
+    assert rolling.report.slack == pytest.approx(np.linalg.norm(twists[0]))

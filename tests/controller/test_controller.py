@@ -146,6 +146,7 @@ def test_a_qp_without_a_solution_brakes_and_reports_it(monkeypatch):
     moving = Command(base_twist=np.array([0.9, 0.0, -0.8]), qd=np.full(7, 1.0))
     command, report = controller.step(State(), PoseGoal(target=tool_pose(2.0, 0.0, 0.7)), moving)
     assert not report.solved
+    assert report.slack > 0.5  # of the braking
     model = controller.model
     step = model.velocities(moving) - model.velocities(command)
     np.testing.assert_allclose(np.abs(step), model.acceleration_limits * 0.01)
@@ -219,9 +220,9 @@ POSE = PoseGoal(target=tool_pose(1.0, 0.0, 0.7))
 BASE = BaseGoal(target=SE3.Identity())
 
 
-def refused(goal, message, state=None) -> None:
+def refused(goal, message, state=None, last=None) -> None:
     with pytest.raises(GoalError, match=message):
-        HolisticController(robot_model("frankie")).step(state or State(), goal, Command.stop(7))
+        kept_controller("frankie").step(state or State(), goal, last or Command.stop(7))
 
 
 @pytest.mark.parametrize(
@@ -241,9 +242,26 @@ def test_a_goal_with_a_number_that_makes_no_sense_is_refused_by_name(goal, field
 
 
 def test_numbers_that_are_not_finite_and_too_few_joints_are_refused_by_name():
-    refused(PoseGoal(target=tool_pose(np.nan, 0.0, 0.7)), "goal pose must be finite")
-    refused(None, "joint positions must be finite", State(q=np.full(7, np.nan)))
-    refused(PostureGoal(q=np.zeros(6)), "the goal posture must have 7 joints")
+    refused(PoseGoal(target=tool_pose(np.nan, 0.0, 0.7)), "goal pose `target` must be .* numbers")
+    refused(None, "joint positions `q` must be .* numbers", State(q=np.full(7, np.nan)))
+    refused(PostureGoal(q=np.zeros(6)), r"the goal posture `q` must be an array \(7,\)")
+
+
+@pytest.mark.parametrize("wrong", [READY.tolist(), np.zeros(5), np.zeros((7, 1)), None, "ready"])
+def test_another_kind_or_size_of_array_is_refused_by_its_field(wrong):
+    stop = Command.stop(7)
+    refused(None, r"joint positions `q` must be an array \(7,\)", State(q=wrong))
+    refused(PostureGoal(q=wrong), r"goal posture `q` must be an array \(7,\)")
+    refused(None, "`qd` of the last command", last=replace(stop, qd=wrong))
+    refused(None, r"`base_twist` of the last .* \(3,\)", last=replace(stop, base_twist=wrong))
+    if wrong is not None:
+        refused(replace(POSE, twist=wrong), r"goal's `twist` must be an array \(6,\)")
+
+
+def test_a_matrix_is_no_pose_and_a_pose_no_goal():
+    refused(PoseGoal(target=np.eye(4)), "`target` must be a pinocchio.SE3, got ndarray; SE3")
+    refused(None, "base pose `mTb` must be a pinocchio.SE3, got ndarray", State(mTb=np.eye(4)))
+    refused(SE3.Identity(), "goal must be one of PoseGoal, PostureGoal, BaseGoal.* got SE3")
 
 
 @pytest.mark.parametrize(
@@ -252,8 +270,8 @@ def test_numbers_that_are_not_finite_and_too_few_joints_are_refused_by_name():
 def test_a_pose_without_a_rotation_is_refused(rotation):
     wrong = tool_pose(1.0, 0.0, 0.7)
     wrong.rotation = rotation
-    refused(PoseGoal(target=wrong), "goal pose must have a rotation matrix")
-    refused(None, "base pose must have a rotation matrix", State(mTb=wrong))
+    refused(PoseGoal(target=wrong), "goal pose `target` must have a rotation matrix")
+    refused(None, "base pose `mTb` must have a rotation matrix", State(mTb=wrong))
 
 
 def test_settings_are_positive_numbers():

@@ -96,3 +96,14 @@ def test_a_singular_arm_has_no_gradient(model):
     m, gradient = manipulability(np.zeros((6, 7)), np.zeros((7, 7, 6)))
     assert m == 0.0
     assert not gradient.any()
+
+
+@pytest.mark.parametrize(
+    ("robot", "order", "turning"), [("frankie", [2, 0], 0), ("omni", [0, 1, 2], 2)]
+)
+def test_the_degrees_of_freedom_of_the_base_are_in_the_order_of_the_page(robot, order, turning):
+    """docs/control_library.md: turn and drive, or x, y and turn; then the joints."""
+    model, twist, qd = robot_model(robot), np.array([1.0, 2.0, 3.0]), np.arange(7.0)
+    velocities = model.velocities(Command(base_twist=twist, qd=qd))
+    np.testing.assert_array_equal(velocities, [*twist[order], *qd])
+    assert model.turning == turning

@@ -10,15 +10,14 @@ from controller import (
     PAPER_TERMS,
     STANDARD_TERMS,
     Command,
-    ControllerSettings,
     Cost,
+    GoalError,
     HolisticController,
     KinematicState,
     PoseGoal,
     PostureGoal,
     Surroundings,
     robot_model,
-    standard_limits,
 )
 from robots import Box, Geom
 
@@ -60,7 +59,7 @@ def test_a_term_of_ones_own_changes_a_motion_and_the_goal_is_still_reached():
     goal = PoseGoal(target=tool_pose(0.75, 0.0, 0.6, yaw=0.3), orientation_tolerance=np.pi)
     without, own = (
         run_to(goal, controller=HolisticController(ROBOT, terms=terms), seconds=6.0, stays=True)
-        for terms in (STANDARD_TERMS, (*STANDARD_TERMS, folded))
+        for terms in ((), (folded,))
     )
     assert own.arrived
     assert abs(own.state.q[-1]) < 0.5 * abs(without.state.q[-1])
@@ -71,7 +70,9 @@ def test_the_paper_has_no_more_terms_than_it_prints():
     goal, state = PoseGoal(target=tool_pose(2.0, 0.5, 0.6)), KinematicState(SE3.Identity(), READY)
     commands = [
         ROBOT.velocities(
-            HolisticController(ROBOT, PAPER, terms=terms).step(state, goal, Command.stop(7))[0]
+            HolisticController(ROBOT, PAPER, standard_terms=terms).step(
+                state, goal, Command.stop(7)
+            )[0]
         )
         for terms in (PAPER_TERMS, STANDARD_TERMS)
     ]
@@ -86,8 +87,7 @@ def slow(constraints, now):
 
 
 def test_bounds_of_ones_own_hold_for_every_goal_and_leave_accelerations_alone():
-    limits = (*standard_limits(ROBOT, ControllerSettings()), slow)
-    controller = HolisticController(ROBOT, limits=limits)
+    controller = HolisticController(ROBOT, limits=(slow,))
     fast = ROBOT.command(np.eye(N)[LAST] * 1.5)
     run = run_to(PostureGoal(q=READY + 0.4), controller=controller, last=fast)  # within all limits
     assert run.arrived
@@ -104,10 +104,9 @@ def test_rows_of_ones_own_are_kept_and_give_way_to_obstacles():
 
     wall = Geom(Box((0.1, 2.0, 1.0)), SE3(np.eye(3), np.array([1.6, 0.0, 1.0])), "wall")
     around = Surroundings(fixtures=(wall,))
-    limits = (*standard_limits(ROBOT, ControllerSettings()), onward)
     run = run_to(
         None,
-        controller=HolisticController(ROBOT, limits=limits),
+        controller=HolisticController(ROBOT, limits=(onward,)),
         around=around,
         seconds=6.0,
         stays=True,
@@ -116,3 +115,87 @@ def test_rows_of_ones_own_are_kept_and_give_way_to_obstacles():
     assert max(speeds) == pytest.approx(0.3, abs=1e-3)
     assert min(report.clearance for report in run.reports) > 0.005
     assert abs(speeds[-1]) < 0.02
+    shortfalls = [report.shortfall for report in run.reports]
+    assert shortfalls[0] == pytest.approx(0.3 - ROBOT.acceleration_limits[1] * 0.01)
+    assert min(shortfalls) == pytest.approx(0.0, abs=1e-6)
+    assert shortfalls[-1] == pytest.approx(0.3 - speeds[-1])  # the wall
+
+
+def test_what_was_not_asked_to_go_stays():
+    """A limit of somebody's own drops no other one, and a term no other one either."""
+    controller = HolisticController(ROBOT, limits=(lambda constraints, now: None,))
+    run = run_to(PoseGoal(target=tool_pose(1.5, 0.5, 0.6)), controller=controller)
+    assert run.arrived
+    with pytest.raises(ValueError, match="added to the standard ones"):
+        HolisticController(ROBOT, terms=STANDARD_TERMS)
+
+
+def test_standard_limits_go_by_an_explicit_word_and_velocity_limits_never():
+    goal, state = PostureGoal(q=READY + 0.5), KinematicState(SE3.Identity(), READY)
+    controller = HolisticController(ROBOT, standard_limits=False)
+    command, _ = controller.step(state, goal, Command.stop(7))
+    kept, _ = HolisticController(ROBOT).step(state, goal, Command.stop(7))
+    assert command.qd.max() > 10.0 * kept.qd.max()
+    assert (command.qd <= ROBOT.limits.qd).all()
+
+
+NONE, ROW = np.full(N, np.nan), np.zeros((1, N))
+
+
+@pytest.mark.parametrize(
+    ("verb", "given", "wanted"),
+    [
+        ("track", (np.zeros(N), np.zeros(1), 1.0), rf"J of `track` must be an array \(m, {N}\)"),
+        ("track", ([[0.0] * N], np.zeros(1), 1.0), "J of `track` must be an array"),
+        ("track", (ROW, np.zeros(2), 1.0), r"twist of `track` must be an array \(1,\)"),
+        ("track", (ROW + np.inf, np.zeros(1), 1.0), "J of `track`"),
+        ("track", (ROW, np.zeros(1), -1.0), "weight of `track` must be a number from 0"),
+        ("track", (ROW, np.zeros(1), np.ones(1)), "weight of `track` must be a number"),
+        ("towards", (NONE, 1.0), "velocities of `towards`"),
+        ("towards", (np.zeros(N), np.ones(3)), rf"weight of `towards` must be an array \({N},\)"),
+        ("resist", (np.nan, 0.0), "weight of the base of `resist`"),
+        ("resist", (0.0, "much"), "weight of the arm of `resist` must be a number .* 'much'"),
+        ("reward", (np.zeros(N + 1),), rf"gradient of `reward` must be an array \({N},\)"),
+    ],
+)
+def test_a_term_that_adds_no_numbers_is_refused_by_name_before_anything_moves(verb, given, wanted):
+    def mine(cost, now, aim):
+        getattr(cost, verb)(*given)
+
+    with pytest.raises(GoalError, match=f"^term `mine`: .*{wanted}"):
+        HolisticController(ROBOT, terms=(mine,))
+
+
+@pytest.mark.parametrize(
+    ("verb", "given", "wanted"),
+    [
+        ("narrow", (NONE, -NONE), r"lower bounds of `narrow` must be .* from -inf to inf"),
+        ("narrow", (np.zeros(N), 1.0), "upper bounds of `narrow` must be an array"),
+        ("narrow", (np.ones(N), -np.ones(N)), "must be lower <= upper"),
+        ("keep", (np.zeros(N), np.zeros(N)), "A of `keep` must be an array"),
+        ("keep", (ROW, np.array([np.nan])), "least of `keep`"),
+        ("keep", (ROW, np.zeros(2)), r"least of `keep` must be an array \(1,\)"),
+    ],
+)
+def test_a_limit_that_adds_no_numbers_is_refused_by_name(verb, given, wanted):
+    class Mine:
+        def __call__(self, constraints, now):
+            getattr(constraints, verb)(*given)
+
+    with pytest.raises(GoalError, match=f"^limit `Mine`: .*{wanted}"):
+        HolisticController(ROBOT, limits=(Mine(),))
+
+
+def test_a_term_that_fails_later_is_named_too():
+    def late(cost, now, aim):
+        cost.reward(np.full(N, np.nan if aim.error > 0.0 else 0.0))
+
+    controller = HolisticController(ROBOT, terms=(late,))
+    state, goal = KinematicState(SE3.Identity(), READY), PoseGoal(target=tool_pose(0.8, 0.0, 0.6))
+    with pytest.raises(GoalError, match=r"^term `late`"):
+        controller.step(state, goal, Command.stop(7))
+
+
+def test_a_term_of_another_signature_fails_before_anything_moves():
+    with pytest.raises(TypeError, match=r"takes 1 positional argument but 3"):
+        HolisticController(ROBOT, terms=(lambda cost: None,))

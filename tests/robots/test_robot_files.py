@@ -97,6 +97,15 @@ def test_a_robot_that_is_no_file_is_refused(name, why):
         load_robot(name)
 
 
+def test_a_urdf_and_a_missing_file_are_told_apart(tmp_path):
+    urdf = tmp_path / "ur5.urdf"
+    with pytest.raises(ConfigError, match=r"the robot file .*ur5\.urdf is not found"):
+        load_robot(urdf)
+    urdf.write_text("<robot/>")
+    with pytest.raises(ConfigError, match=r"`frankie-task robot import .*ur5\.urdf -o FOLDER`"):
+        load_robot(urdf)
+
+
 def test_a_part_that_is_no_file_is_refused(folder):
     path = folder / "frankie.yaml"
     good = path.read_text()
