@@ -104,6 +104,7 @@ class Grasp(Leaf):
         super().__init__(name, context)
         self._within = within
         choice = Choice.of(choose, kind, colour, min_width_mm, max_width_mm)
+        self._colour = colour
         self._sought = GraspTarget(context, within, choice, neighbour=neighbour)
         self._way = context.direction(within, approach, radians(least_tilt_deg))
         self._lock_distance, self._force = lock_distance_m, force_n
@@ -279,7 +280,7 @@ class Grasp(Leaf):
             return self._give_up(self.feedback_message)
         if waiting is not None:
             return waiting
-        self.context.log.attempt(self._begun, self.context.clock.now())
+        self.context.log.attempt(self._begun, self.context.clock.now(), self._colour)
         return self.success(f"closed at {1000 * self.context.state.gripper_width:.0f} mm")
 
     def _give_up(self, reason: str) -> Status:

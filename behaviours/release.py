@@ -172,6 +172,9 @@ class Release:
             if self._watch.shown < self._risen_at and awaited:
                 leaf.pursue(self._rising, "rising")
                 return leaf.running("looking once more")
+            if (other := self._watch.other) is not None:
+                seen = f"something {other} stands at {self._spot.name}"
+                return self._not_placed(f"{seen}, not what was {self._carried.colour}")
             return leaf.success(f"it stands at {self._spot.name}")
         if self._verdict is Verdict.GONE:
             here = SE3(np.eye(3), self._spot.centre)

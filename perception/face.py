@@ -43,7 +43,7 @@ from perception.objects.boundaries import (
     candidate_boundaries,
 )
 from perception.objects.classes import known_classes, with_classes
-from perception.objects.colours import ColourName, colour_name
+from perception.objects.colours import ColourName, colour_name, differ
 from perception.objects.recogniser import Labelled, Recogniser, RecogniserError
 from perception.objects.segmentation import consensus, raised_regions, segment_objects
 from perception.objects.touching_objects import BoundaryModel, blob_of, log_features

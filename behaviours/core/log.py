@@ -12,7 +12,7 @@ from pinocchio import SE3
 from behaviours.core.parameter_types import Region
 from config.arrays import Array
 from hw import DepthFrame, RobotState, TaskTime
-from perception import Segment
+from perception import ColourName, Segment
 
 _WINDOW = 0.2  # over which the width of fingers at rest is judged: a bump lasts less than half [s]
 _CHANGES = 0.0005  # a smaller change between its halves is none [m]
@@ -36,6 +36,8 @@ class Carried:
     """When the fingers opened at its place."""
     placed: TaskTime | None = None
     """When it was seen standing at its place."""
+    colour: ColourName | None = None
+    """That it was chosen by, if it was."""
     lifted: bool = False
     """Whether the hand that held it has left the place of the grasp."""
 
@@ -251,12 +253,13 @@ class TaskLog:
         assert self.grip is not None
         self._release = (self.grip, opened, then)
 
-    def attempt(self, begun: TaskTime, now: TaskTime) -> None:
-        """Log that the fingers closed; the attempt began at `begun`."""
+    def attempt(self, begun: TaskTime, now: TaskTime, colour: ColourName | None = None) -> None:
+        """Log that the fingers closed on what has a colour; the attempt began at `begun`."""
         self.attempts += 1
         if self.in_hand is None:
             self.carried.append(Carried(begun=begun))
         self.carried[-1].attempts += 1
+        self.carried[-1].colour = colour
         self.carried[-1].grasp_time = now.since(begun)
 
     def say(self, now: TaskTime, text: str) -> None:

@@ -11,7 +11,7 @@ from behaviours.core.directions import way_out
 from behaviours.core.log import Carried
 from config.arrays import Array
 from hw import DepthFrame
-from perception import disc
+from perception import ColourName, colour_name, differ, disc
 
 _HIGHER = 0.004  # than the surface is what stands on it [m]
 _LEAST = 0.02  # share of the points that an object covers at least
@@ -67,6 +67,8 @@ class PlacedObjectWatch:
         self.verdict = Verdict.UNSEEN
         self.shown = -inf
         """Time of the newest frame that shows something standing there [s]."""
+        self.other: ColourName | None = None
+        """The colour of what stands there, if what was grasped by its colour has another one."""
 
     def look(self, context: Context) -> None:
         """Take the frame that is new in this tick, if there is one to believe."""
@@ -105,12 +107,20 @@ class PlacedObjectWatch:
             self.empty, self.shown = 0, frame.stamp
             self._looks.append(look := _Look(hand, float(np.median(height[high]))))
             if any(_is_still(look, before) for before in self._looks):
+                self.other = self._other_colour(frame, seen[high])
                 return Verdict.STANDS
         elif bare.sum() >= _EMPTY * len(points) and hand - self._released @ self._out > _CLEAR:
             self.empty += 1
             if self.empty >= _AGREE:
                 return Verdict.GONE
         return self.verdict
+
+    def _other_colour(self, frame: DepthFrame, points: Array) -> ColourName | None:
+        if frame.colour is None or self._carried.colour is None:
+            return None
+        u, v = np.rint(frame.cloud.project(points)).astype(int).T
+        name = colour_name(*np.median(frame.colour[v, u], axis=0).tolist())
+        return name if differ(name, self._carried.colour) else None
 
 
 def _is_still(now: _Look, before: _Look) -> bool:

@@ -30,6 +30,17 @@ HUES: tuple[tuple[float, ColourName], ...] = (
 """Largest hue of each name [deg]."""
 
 
+_RING: tuple[ColourName, ...] = ("red", "orange", "yellow", "green", "blue", "purple", "pink")
+
+
+def differ(one: ColourName, other: ColourName) -> bool:
+    """Whether no light makes one colour seem the other: they are far apart on the ring of hues."""
+    if one not in _RING or other not in _RING:
+        return False
+    apart = abs(_RING.index(one) - _RING.index(other))
+    return min(apart, len(_RING) - apart) >= 3
+
+
 def colour_name(red: float, green: float, blue: float) -> ColourName:
     """The name of a colour; red, green and blue are of 255."""
     hue, saturation, value = rgb_to_hsv(red / 255.0, green / 255.0, blue / 255.0)

@@ -20,7 +20,7 @@ from hw.sim import (
 )
 from hw.sim.camera.render import painted
 from hw.sim.objects import HOUSEHOLD
-from perception import colour_name, consensus, segment_objects
+from perception import colour_name, consensus, differ, segment_objects
 from perception.objects.boundaries import Blob, candidate_boundaries
 from robots import Box, Cylinder, Geom, Plane, Sphere, load_robot
 
@@ -148,6 +148,12 @@ def test_no_depth_is_no_answer_and_an_empty_region_has_nothing():
 )
 def test_colours_have_the_names_that_people_give_them(colour, name):
     assert colour_name(*colour) == name
+
+
+def test_no_light_makes_red_blue_but_it_may_make_it_orange():
+    assert differ("red", "blue")
+    assert differ("pink", "green")
+    assert not any(differ("red", like) for like in ("orange", "purple", "pink", "brown", "black"))
 
 
 LONG = put(Box((0.05, 0.02, 0.02)), 0.05, -0.03, 0.04, RED)
