@@ -1,0 +1,248 @@
+"""Ablation: a mechanism is taken away or a number changed, and the same tasks run on the same seeds.
+
+    python -m lab.ablation lab/mechanisms.yaml --results ablation.jsonl --seeds 0-4
+
+Each change lives in a copy of the product. What has run of the last commit is kept in the file of
+results, one trial a line, and does not run again: it can be stopped, and more seeds added later.
+"""
+
+import json
+import os
+import re
+import subprocess
+import sys
+from atexit import register
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache, partial
+from pathlib import Path
+from shutil import copytree, ignore_patterns, rmtree
+from tempfile import TemporaryDirectory, mkdtemp
+from typing import Annotated, Any, TypeAlias
+
+import numpy as np
+import typer
+import yaml
+
+from lab.bench.commands.bench_options import Cluster, Seeds, Workers, seed_range, show
+from lab.shared import paired_difference, progress, run_all, table
+
+Figures: TypeAlias = dict[tuple[str, str, int], dict[str, float]]
+"""Of trials, by mechanism, task and seed."""
+
+AS_IS = "as it is"
+TASKS = (  # words of `run`, each a few seconds of a processor
+    "pick_one",
+    "pick_one --world physics",
+    "pick_one --scene kitchen",
+    "pick_one --scene shapes --localisation poor",
+    "lessons/fetch_one --scene corridor",
+    "lessons/collect",
+    "follow_moving_object",
+)
+LONG_TASKS = (
+    "clear_counter --world physics",
+    "clear_bar",
+    "restock_shelf --world physics",
+    "pick_place",
+    "pick_place --localisation poor",
+)
+_FIGURES = {  # of a summary: by which share or number it is worse if it is larger
+    "not placed": lambda run: (run["objects"] or 0) - (run["placed"] or 0),
+    "failed": lambda run: float(run["outcome"] != "success"),
+    "attempts": lambda run: run["attempts"],
+    "contacts": lambda run: run["contacts"],
+    "seconds": lambda run: run["duration_s"],
+}
+_LIMIT = 900.0  # of one trial, of the processor of a slow computer [s]
+_CONSTANT = r"^({name}(?:: [^=\n]+)? = )([^#\n]+?)(\s*(?:#.*)?)$"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mechanism:
+    """A change of the product."""
+
+    name: str
+    path: str  # of the file, in the repository
+    find: str  # text that stands there once, or the name of a constant
+    replace: str  # what stands there instead; of a constant its value
+    lines: int = 0  # that would go
+
+    def of(self, source: str) -> str:
+        """The changed file; ValueError if there is nothing to change."""
+        if self.find.isidentifier():
+            pattern = re.compile(_CONSTANT.format(name=self.find), re.MULTILINE)
+            changed, found = pattern.subn(rf"\g<1>{self.replace}\g<3>", source)
+        else:
+            changed, found = source.replace(self.find, self.replace), source.count(self.find)
+        if found != 1:
+            raise ValueError(f"{self.name}: `{self.find}` stands {found} times in {self.path}")
+        return changed
+
+
+@dataclass(frozen=True, kw_only=True)
+class Job:
+    """One trial of one mechanism, None of the product as it is."""
+
+    mechanism: Mechanism | None
+    task: str
+    seed: int
+
+    @property
+    def key(self) -> tuple[str, str, int]:
+        """Of its line in the file of results."""
+        return (self.mechanism.name if self.mechanism else AS_IS, self.task, self.seed)
+
+
+def mechanisms(path: Path) -> Iterator[Mechanism]:
+    """Those of a file; a constant with `times` is one for each factor of its value."""
+    for entry in yaml.safe_load(path.read_text(encoding="utf-8")):
+        factors = entry.pop("times", ())
+        if not factors:
+            yield Mechanism(**entry)
+        for factor in factors:
+            constant = entry["find"]
+            name = f"{constant.strip('_').lower().replace('_', ' ')} x {factor:g}"
+            source = Path(entry["path"]).read_text(encoding="utf-8")
+            found = re.search(_CONSTANT.format(name=constant), source, re.MULTILINE)
+            if found is None:
+                raise ValueError(f"{entry['path']} has no constant {constant}")
+            yield Mechanism(name=name, **entry, replace=f"({found[2]}) * {factor:g}")
+
+
+def run_trial(job: Job) -> dict[str, float]:
+    """The figures of a trial, in a copy of the product with the change."""
+    with TemporaryDirectory() as folder:
+        copy = _copy(job.mechanism)
+        words = [*job.task.split(), "--seed", str(job.seed), "--record", folder, "--json"]
+        command = [sys.executable, "-c", "from frankie_task_cli import main; main()", "run", *words]
+        environment = os.environ | {"PYTHONPATH": str(copy), "OMP_NUM_THREADS": "1"}
+        ended = subprocess.run(
+            command, cwd=copy, env=environment, capture_output=True, timeout=_LIMIT, check=False
+        )
+        try:
+            summary: dict[str, Any] = json.loads(ended.stdout)
+        except json.JSONDecodeError:
+            raise RuntimeError(f"{job.key}: {ended.stderr.decode()[-600:]}") from None
+    return {name: float(figure(summary)) for name, figure in _FIGURES.items()}
+
+
+@lru_cache(maxsize=2)
+def _copy(change: Mechanism | None) -> Path:
+    """The product with a change; where it is the same, so is its byte code."""
+    folder = Path(mkdtemp(prefix="ablation-"))
+    register(rmtree, folder, ignore_errors=True)
+    product = folder / "product"
+    copytree(".", product, ignore=ignore_patterns(".*", "tests", "docs", "runs", "*.egg-info"))
+    if change is not None:
+        file = product / change.path
+        file.write_text(change.of(file.read_text(encoding="utf-8")), encoding="utf-8")
+    return product
+
+
+@dataclass(frozen=True, kw_only=True)
+class Row:
+    """What a mechanism is worth."""
+
+    name: str
+    lines: int
+    trials: int
+    changed: int  # trials with another figure
+    differences: dict[str, tuple[float, float, float]]
+    """Of the figures without it, less those with it; and their 95 % intervals."""
+
+    @property
+    def verdict(self) -> str:
+        """What gets worse and what better without it, beyond chance."""
+        worse = [name for name, (_, low, _) in self.differences.items() if low > 0.0]
+        better = [name for name, (_, _, high) in self.differences.items() if high < 0.0]
+        words = (("worse: ", worse), ("better: ", better))
+        return "; ".join(head + ", ".join(names) for head, names in words if names) or "-"
+
+    def figure(self, name: str) -> str:
+        """A difference and its interval."""
+        return "{:+.2f} ({:+.2f} to {:+.2f})".format(*self.differences[name])
+
+
+def rows(changes: Iterable[Mechanism], done: Figures) -> Iterator[Row]:
+    """A row for each mechanism, over the trials that both have done."""
+    before = {key[1:]: figures for key, figures in done.items() if key[0] == AS_IS}
+    for change in changes:
+        without = {key[1:]: figures for key, figures in done.items() if key[0] == change.name}
+        both = sorted(before.keys() & without.keys())
+        if not both:
+            continue
+        yield Row(
+            name=change.name,
+            lines=change.lines,
+            trials=len(both),
+            changed=sum(before[trial] != without[trial] for trial in both),
+            differences={
+                name: paired_difference(
+                    *(
+                        np.array([figures[trial][name] for trial in both])
+                        for figures in (without, before)
+                    )
+                )
+                for name in _FIGURES
+            },
+        )
+
+
+def _read(results: Path, commit: str) -> Figures:
+    text = results.read_text(encoding="utf-8") if results.exists() else ""
+    lines = [json.loads(line) for line in text.splitlines()]
+    return {tuple(one["trial"]): one["figures"] for one in lines if one["commit"] == commit}
+
+
+def _show(found: Sequence[Row]) -> None:
+    figures = {name: partial(Row.figure, name=name) for name in _FIGURES}
+    heads = {"lines": lambda row: row.lines, "trials": lambda row: row.trials}
+    heads |= {"changed": lambda row: row.changed} | figures
+    words = {"without": lambda row: row.name, "verdict": lambda row: row.verdict}
+    show(table("what the mechanisms are worth", found, words, heads))
+
+
+def main(
+    file: Annotated[Path, typer.Argument(help="YAML list of mechanisms.")],
+    results: Annotated[Path, typer.Option(help="Is continued.")] = Path("ablation.jsonl"),
+    seeds: Seeds = "0-2",
+    only: Annotated[list[str] | None, typer.Option(help="Names that contain this.")] = None,
+    task: Annotated[list[str] | None, typer.Option(help="Instead of the short tasks.")] = None,
+    long: Annotated[bool, typer.Option("--long", help="The long tasks, too.")] = False,
+    workers: Workers = None,
+    cluster: Cluster = None,
+) -> None:
+    """Run tasks without each mechanism, and say what got worse, and what better."""
+    if subprocess.run(["git", "diff", "--quiet", "HEAD"], check=False).returncode:
+        raise typer.BadParameter("commit first: the results are those of the last commit")
+    commit = subprocess.check_output(["git", "rev-parse", "HEAD"], text=True).strip()
+    changes = [
+        one for one in mechanisms(file) if not only or any(word in one.name for word in only)
+    ]
+    for change in changes:
+        change.of(Path(change.path).read_text(encoding="utf-8"))
+    tasks = tuple(task or ()) or TASKS + (LONG_TASKS if long else ())
+    jobs = [
+        Job(mechanism=change, task=words, seed=seed)
+        for change in (None, *changes)
+        for seed in seed_range(seeds)
+        for words in tasks
+    ]
+    done = _read(results, commit)
+    left = [job for job in jobs if job.key not in done]
+    with progress("ablation", len(left)) as advance, results.open("a", encoding="utf-8") as out:
+        for number, figures in run_all(
+            run_trial, left, workers=cluster or workers, batch=len(tasks)
+        ):
+            trial = left[number].key
+            done[trial] = figures
+            line = {"commit": commit, "trial": trial, "figures": figures}
+            print(json.dumps(line), file=out, flush=True)
+            advance(False)
+    wanted = {job.key for job in jobs}
+    _show(list(rows(changes, {key: done[key] for key in wanted})))
+
+
+if __name__ == "__main__":
+    typer.run(main)
