@@ -1,4 +1,4 @@
-"""Ablation: a mechanism is taken away or a number changed, and the same tasks run on the same seeds.
+"""Ablation: a mechanism is taken away, or a number changed, and the same tasks run once more.
 
     python -m lab.ablation lab/mechanisms.yaml --results ablation.jsonl --seeds 0-4
 
@@ -12,21 +12,24 @@ import re
 import subprocess
 import sys
 from atexit import register
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from pathlib import Path
-from shutil import copytree, ignore_patterns, rmtree
-from tempfile import TemporaryDirectory, mkdtemp
+from shutil import copytree, ignore_patterns
+from tempfile import TemporaryDirectory
 from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 import typer
 import yaml
 
+from config.arrays import Array
 from lab.bench.commands.bench_options import Cluster, Seeds, Workers, seed_range, show
 from lab.shared import paired_difference, progress, run_all, table
 
+Trial: TypeAlias = tuple[str, int]
+"""Words of `run`, and the seed."""
 Figures: TypeAlias = dict[tuple[str, str, int], dict[str, float]]
 """Of trials, by mechanism, task and seed."""
 
@@ -47,7 +50,7 @@ LONG_TASKS = (
     "pick_place",
     "pick_place --localisation poor",
 )
-_FIGURES = {  # of a summary: by which share or number it is worse if it is larger
+_FIGURES: dict[str, Callable[[dict[str, Any]], float]] = {  # of a summary; a larger one is worse
     "not placed": lambda run: (run["objects"] or 0) - (run["placed"] or 0),
     "failed": lambda run: float(run["outcome"] != "success"),
     "attempts": lambda run: run["attempts"],
@@ -130,9 +133,9 @@ def run_trial(job: Job) -> dict[str, float]:
 @lru_cache(maxsize=2)
 def _copy(change: Mechanism | None) -> Path:
     """The product with a change; where it is the same, so is its byte code."""
-    folder = Path(mkdtemp(prefix="ablation-"))
-    register(rmtree, folder, ignore_errors=True)
-    product = folder / "product"
+    folder = TemporaryDirectory(prefix="ablation-")
+    register(folder.cleanup)
+    product = Path(folder.name) / "product"
     copytree(".", product, ignore=ignore_patterns(".*", "tests", "docs", "runs", "*.egg-info"))
     if change is not None:
         file = product / change.path
@@ -178,15 +181,14 @@ def rows(changes: Iterable[Mechanism], done: Figures) -> Iterator[Row]:
             trials=len(both),
             changed=sum(before[trial] != without[trial] for trial in both),
             differences={
-                name: paired_difference(
-                    *(
-                        np.array([figures[trial][name] for trial in both])
-                        for figures in (without, before)
-                    )
-                )
+                name: paired_difference(_values(without, both, name), _values(before, both, name))
                 for name in _FIGURES
             },
         )
+
+
+def _values(done: dict[Trial, dict[str, float]], trials: Sequence[Trial], name: str) -> Array:
+    return np.array([done[trial][name] for trial in trials])
 
 
 def _read(results: Path, commit: str) -> Figures:

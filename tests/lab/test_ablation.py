@@ -1,0 +1,37 @@
+"""Ablation: what is changed in a copy, and what counts as worse."""
+
+from pathlib import Path
+
+import pytest
+
+from lab.ablation import AS_IS, Mechanism, mechanisms, rows
+
+SOURCE = "_FAR: float = 0.5  # [m]\n_FARTHER = 2 * _FAR\n"
+
+
+def change(find: str, replace: str) -> Mechanism:
+    return Mechanism(name="it", path="it.py", find=find, replace=replace)
+
+
+def test_a_constant_is_replaced_and_nothing_that_is_called_like_it():
+    assert change("_FAR", "0.0").of(SOURCE) == "_FAR: float = 0.0  # [m]\n_FARTHER = 2 * _FAR\n"
+    assert change("2 * _FAR", "0").of(SOURCE).endswith("_FARTHER = 0\n")
+    for nowhere in ("_NEAR", "3 * _FAR", "_FAR "):
+        with pytest.raises(ValueError, match="stands"):
+            change(nowhere, "1").of(SOURCE)
+
+
+def test_every_listed_mechanism_stands_in_the_product():
+    for one in mechanisms(Path("lab/mechanisms.yaml")):
+        assert one.of(Path(one.path).read_text()) != Path(one.path).read_text()
+
+
+def test_worse_is_what_is_worse_beyond_chance_on_the_same_seeds():
+    done = {}
+    for seed in range(8):
+        figures = dict.fromkeys(("not placed", "failed", "attempts", "contacts"), 0.0)
+        done[AS_IS, "task", seed] = figures | {"seconds": 10.0 + seed}
+        more = {"attempts": 1.0 + seed % 2, "seconds": 9.0 + seed + 2 * (seed % 2)}
+        done["it", "task", seed] = figures | more
+    (row,) = rows([change("_FAR", "0")], done)
+    assert (row.trials, row.changed, row.verdict) == (8, 8, "worse: attempts")
