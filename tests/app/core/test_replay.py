@@ -52,6 +52,13 @@ def change(folder: Path, turn: int, field: str, bit: int) -> None:
     readings.flush()
 
 
+def test_a_run_of_an_older_version_is_replayed_and_explained():
+    old = Path(__file__).parent / "run_of_version_3"
+    assert replayed(old) == (0, "all 32 commands are identical, bit for bit")
+    code, out, _ = call("explain", old)
+    assert (code, out.splitlines()[2]) == (0, "It succeeded: open_gripper: open")
+
+
 def test_one_changed_bit_of_a_reading_is_found_and_named(toy, folder):
     count = len(np.load(toy / "commands.npy"))
     assert replayed(toy) == (0, f"all {count} commands are identical, bit for bit")
