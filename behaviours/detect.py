@@ -86,6 +86,6 @@ class Detect(Leaf):
         if self._list is not None:
             self._list.write(found)
         if self._count is not None:
-            count = len(found)  # none of a colour, kind or width is none that is in sight
-            self._count.write(LowerBound(count) if found and self._detection.hides else count)
+            count = len(found)
+            self._count.write(LowerBound(count) if self._detection.hides else count)
         return self.success(f"{len(found)} of {len(objects)}: {found}")

@@ -79,14 +79,21 @@ class Survey:
         self._begin()
 
     def _begin(self) -> None:
-        self._seen: list[DepthFrame] = []
+        self._seen: list[tuple[DepthFrame, Place]] = []
         self._since = self._leaf.context.state.stamp
         self._map_anew()
         self._arrive()
 
     def _map_anew(self) -> None:
-        self.map = region_map(self._leaf.context, self._region, *self._seen)
-        self._oTr = self._region.oTr
+        """Where a picture shows the region is told best by then, or by what is known now."""
+        context, region = self._leaf.context, self._region
+        self._seen = [
+            (frame, min(place_of(context, region, frame), then, key=_tolerance))
+            for frame, then in self._seen
+        ]
+        self.map, self._oTr = region_map(context, region), region.oTr
+        for frame, place in self._seen:
+            self.map.add(frame, place)
 
     def _arrive(self) -> None:
         context = self._leaf.context
@@ -158,8 +165,9 @@ class Survey:
         awaited = self._taken >= self._frames
         if not awaited and frame and frame.stamp >= self._since and not blindness:
             with vision.timed():
-                self.map.add(frame, place_of(context, self._region, frame))
-            self._seen.append(frame)
+                place = place_of(context, self._region, frame)
+                self.map.add(frame, place)
+            self._seen.append((frame, place))
             self._taken, self._waiting_since = self._taken + 1, now
         elif not awaited and now - self._waiting_since > self._patience:
             return leaf.failure(blindness or "no camera frame")
@@ -217,6 +225,10 @@ def finding_place(context: Context, region: Region, frame: DepthFrame) -> Callab
         covariance=covariance,
     )
     return find if here.estimate is not None else lambda: find()._replace(tolerance=np.zeros(2))
+
+
+def _tolerance(place: Place) -> float:
+    return float(np.linalg.norm(place.tolerance))
 
 
 def region_map(context: Context, region: Region, *frames: DepthFrame) -> RegionMap:
