@@ -212,6 +212,7 @@ def finding_place(context: Context, region: Region, frame: DepthFrame) -> Callab
     """What `place_of` returns when it is called, which takes milliseconds and needs no context."""
     here, state = context.localisation, context.state
     covariance = np.diag(np.square([_STILL, _STILL, _STILL]))
+    covariance += here.furniture.covariance(region.on)
     if here.estimate is not None:
         covariance = covariance + here.estimate[1] + np.diag([here.pending**2] * 2 + [0.0])
     find = partial(
