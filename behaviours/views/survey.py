@@ -224,6 +224,7 @@ def finding_place(context: Context, region: Region, frame: DepthFrame) -> Callab
         oTb=state.oTb,
         mTb=context.to_map(state.oTb),
         covariance=covariance,
+        moved=region.on if region.on in here.furniture.names else "",
     )
     return find if here.estimate is not None else lambda: find()._replace(tolerance=np.zeros(2))
 
@@ -256,7 +257,9 @@ def glance(context: Context, region: Region, frame: DepthFrame) -> RegionMap:
     return seen
 
 
-def unseen(seen: RegionMap, region: Region, smallest: float, *, whole: bool = False) -> str:
+def unseen(
+    seen: RegionMap, region: Region, smallest: float, *, whole: bool = False, narrowest: float = 0.0
+) -> str:
     """What a map does not show of a region; empty if that cannot hide an object.
 
     Objects hide a part of the floor; without objects, nothing may be hidden.
@@ -266,11 +269,12 @@ def unseen(seen: RegionMap, region: Region, smallest: float, *, whole: bool = Fa
         region: of the map.
         smallest: a part that covers less than this does not count [m^2].
         whole: whether what objects hide matters, too.
+        narrowest: shorter edge of an object that matters [m].
     """
     if not whole and seen.segments(smallest) and seen.seen >= _LEAST_SEEN_AROUND_OBJECTS:
         return ""
-    parts = seen.hidden(smallest)
-    if seen.seen < LEAST_SEEN or parts:
+    parts = seen.hidden(smallest, narrowest)
+    if parts or (seen.seen < LEAST_SEEN and not narrowest):
         text = f"{100.0 * (1.0 - seen.seen):.0f} % of {region.name} not seen"
         if not parts:
             return text
