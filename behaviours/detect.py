@@ -18,9 +18,10 @@ class Detect(Leaf):
 
     What it finds can be the goal of `navigate`, `look_at` and `grasp`, one after the other below
     `for_each`. Succeeds with any number of objects, but says that there are none, or how many there
-    are, only where the pictures show the region; where objects hide a part of it, there are at
-    least as many. Fails when they do not, when something is too low to be told apart, when the
-    camera gives no usable picture, or sees no colours and is asked for one.
+    are, only where the pictures show the region; where objects hide a part of it that could hold
+    another one as wide as asked for, there are at least as many. Fails when they do not, when
+    something is too low to be told apart, when the camera gives no usable picture, or sees no
+    colours and is asked for one.
 
     Args:
         region: of the task file; its floor is what objects stand on.
@@ -86,6 +87,6 @@ class Detect(Leaf):
         if self._list is not None:
             self._list.write(found)
         if self._count is not None:
-            count = len(found)  # none of a colour, kind or width is none that is in sight
-            self._count.write(LowerBound(count) if found and self._detection.hides else count)
+            count = len(found)
+            self._count.write(LowerBound(count) if self._detection.hides else count)
         return self.success(f"{len(found)} of {len(objects)}: {found}")

@@ -8,7 +8,7 @@ height that counts follows from their noise.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import ceil, hypot, inf
+from math import ceil, hypot, inf, sqrt
 from typing import NamedTuple
 
 import cv2
@@ -163,9 +163,12 @@ class RegionMap:
         """Each at least one object: those with hardly a gap between may be one."""
         return self._pieces(_closed(self._judged.occupied), _OBJECT)
 
-    def hidden(self, smallest: float) -> list[Segment]:
-        """Unseen parts of at least an area [m^2], in which an object may stand."""
-        inner = self._is_hidden
+    def hidden(self, smallest: float, width: float = 0.0) -> list[Segment]:
+        """Unseen parts of at least an area [m^2], in which an object may stand.
+
+        Its shorter edge is at least `width` [m]; however it is turned, it covers a square.
+        """
+        inner = _opened(self._is_hidden, max(1, int(width / sqrt(2.0) / self._cell)))
         strip = round(_STRIP / self._cell)
         at_side = np.ones_like(inner)
         at_side[strip:-strip, strip:-strip] = False

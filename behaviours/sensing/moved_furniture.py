@@ -65,6 +65,10 @@ class Furniture:
         """The motion, on the map, of what stands on a piece; None if that is in its place."""
         return self._shown[piece].motion if piece in self._shown else None
 
+    def covariance(self, piece: str) -> Array:
+        """(3, 3) how far a piece may be from where it is taken to stand: x, y [m], turn [rad]."""
+        return _UNKNOWN if piece in self._pieces else np.zeros((3, 3))
+
     def standing(self, fixtures: tuple[Geom, ...]) -> tuple[Geom, ...]:
         """Fixtures of the map where they stand; the same tuple until one was moved noticeably."""
         if not self._shown:

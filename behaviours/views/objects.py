@@ -160,7 +160,8 @@ class ObjectDetection:
     def __init__(self, context: Context, region: Region, choice: Choice) -> None:
         self._context, self._region, self._choice = context, region, choice
         self.hides = False
-        """Whether what stood there hid a part that could hold another, as `unseen` saw last."""
+        """Whether what stood there hid a part that could hold another one of the narrowest that
+        are chosen, as `unseen` saw last."""
         self.begin()
 
     def begin(self, since: float = -np.inf) -> None:
@@ -177,7 +178,8 @@ class ObjectDetection:
             untold += [one.position for one in found if one.size[2] < _LOW]
         for x, y, _ in untold:
             return f"what stands at {x:.2f}, {y:.2f} is too low to be told apart"
-        self.hides = bool(unseen(seen, self._region, SMALLEST, whole=True))
+        narrowest = self._choice.narrowest
+        self.hides = bool(unseen(seen, self._region, SMALLEST, whole=True, narrowest=narrowest))
         return unseen(seen, self._region, SMALLEST)
 
     def update(self) -> DetectedObjects | str | None:

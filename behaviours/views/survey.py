@@ -79,14 +79,21 @@ class Survey:
         self._begin()
 
     def _begin(self) -> None:
-        self._seen: list[DepthFrame] = []
+        self._seen: list[tuple[DepthFrame, Place]] = []
         self._since = self._leaf.context.state.stamp
         self._map_anew()
         self._arrive()
 
     def _map_anew(self) -> None:
-        self.map = region_map(self._leaf.context, self._region, *self._seen)
-        self._oTr = self._region.oTr
+        """Where a picture shows the region is told best by then, or by what is known now."""
+        context, region = self._leaf.context, self._region
+        self._seen = [
+            (frame, min(place_of(context, region, frame), then, key=_tolerance))
+            for frame, then in self._seen
+        ]
+        self.map, self._oTr = region_map(context, region), region.oTr
+        for frame, place in self._seen:
+            self.map.add(frame, place)
 
     def _arrive(self) -> None:
         context = self._leaf.context
@@ -158,8 +165,9 @@ class Survey:
         awaited = self._taken >= self._frames
         if not awaited and frame and frame.stamp >= self._since and not blindness:
             with vision.timed():
-                self.map.add(frame, place_of(context, self._region, frame))
-            self._seen.append(frame)
+                place = place_of(context, self._region, frame)
+                self.map.add(frame, place)
+            self._seen.append((frame, place))
             self._taken, self._waiting_since = self._taken + 1, now
         elif not awaited and now - self._waiting_since > self._patience:
             return leaf.failure(blindness or "no camera frame")
@@ -204,6 +212,7 @@ def finding_place(context: Context, region: Region, frame: DepthFrame) -> Callab
     """What `place_of` returns when it is called, which takes milliseconds and needs no context."""
     here, state = context.localisation, context.state
     covariance = np.diag(np.square([_STILL, _STILL, _STILL]))
+    covariance += here.furniture.covariance(region.on)
     if here.estimate is not None:
         covariance = covariance + here.estimate[1] + np.diag([here.pending**2] * 2 + [0.0])
     find = partial(
@@ -215,8 +224,13 @@ def finding_place(context: Context, region: Region, frame: DepthFrame) -> Callab
         oTb=state.oTb,
         mTb=context.to_map(state.oTb),
         covariance=covariance,
+        moved=region.on if region.on in here.furniture.names else "",
     )
     return find if here.estimate is not None else lambda: find()._replace(tolerance=np.zeros(2))
+
+
+def _tolerance(place: Place) -> float:
+    return float(np.linalg.norm(place.tolerance))
 
 
 def region_map(context: Context, region: Region, *frames: DepthFrame) -> RegionMap:
@@ -243,7 +257,9 @@ def glance(context: Context, region: Region, frame: DepthFrame) -> RegionMap:
     return seen
 
 
-def unseen(seen: RegionMap, region: Region, smallest: float, *, whole: bool = False) -> str:
+def unseen(
+    seen: RegionMap, region: Region, smallest: float, *, whole: bool = False, narrowest: float = 0.0
+) -> str:
     """What a map does not show of a region; empty if that cannot hide an object.
 
     Objects hide a part of the floor; without objects, nothing may be hidden.
@@ -253,11 +269,12 @@ def unseen(seen: RegionMap, region: Region, smallest: float, *, whole: bool = Fa
         region: of the map.
         smallest: a part that covers less than this does not count [m^2].
         whole: whether what objects hide matters, too.
+        narrowest: shorter edge of an object that matters [m].
     """
     if not whole and seen.segments(smallest) and seen.seen >= _LEAST_SEEN_AROUND_OBJECTS:
         return ""
-    parts = seen.hidden(smallest)
-    if seen.seen < LEAST_SEEN or parts:
+    parts = seen.hidden(smallest, narrowest)
+    if parts or (seen.seen < LEAST_SEEN and not narrowest):
         text = f"{100.0 * (1.0 - seen.seen):.0f} % of {region.name} not seen"
         if not parts:
             return text

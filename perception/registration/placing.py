@@ -27,6 +27,7 @@ _WALL = 0.012  # furniture that is lower than this over its floor is no wall [m]
 _UPPER = 0.5  # ... and what lies beside one reaches less high than this share of it, mostly
 UNKNOWN_COVER = 0.01  # two standard deviations of a height by the camera alone [m]
 _SIGMAS = 2.0  # standard deviations of a tolerance
+_AROUND_IT = "around it"  # name of the furniture that tells where a region is
 _UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -54,6 +55,7 @@ def place_in_image(
     oTb: OdometryPose,
     mTb: MapPose,
     covariance: Array,
+    moved: str = "",
 ) -> Place:
     """Match what the image shows around a region to the furniture, as one piece.
 
@@ -68,6 +70,7 @@ def place_in_image(
         oTb: the base in odometry.
         mTb: the base on the map.
         covariance: (3, 3) of x, y [m] and heading [rad] of `mTb`.
+        moved: the piece that the region is on, if it may have been moved; all else is another one.
     """
     mTo = mTb * oTb.inverse()
     centre, radius = (mTo * oTr).translation, _AROUND + float(np.hypot(*size[:2])) / 2.0
@@ -83,8 +86,11 @@ def place_in_image(
     points = _points_around(frame, oTr, size, max(_WALL, _UPPER * lowest))
     eye = bTo.act(frame.oTc.translation)
     cloud = Cloud(points @ bTo.rotation.T + bTo.translation, eye, DEPTH_CAMERA)
-    problem = Problem(Surfaces({"around": near}), [cloud], on_floor(mTb), covariance)
-    solution = problem.solve()
+    around = [one for one in near if moved in ("", one.piece)]
+    pieces = {_AROUND_IT: around, "beside it": [one for one in near if one not in around]}
+    problem = Problem(Surfaces(pieces), [cloud], on_floor(mTb), covariance)
+    others = (n for n in range(len(problem.pieces)) if problem.name(n) != _AROUND_IT)
+    solution = problem.solve(frozenset(others))
     by, spread = _motion_at(floor, mTb * eye, mTb.translation, problem, solution)
     turn = SE3(exp3(np.array([0.0, 0.0, -by[3]])), np.zeros(3))
     shift = mTo.rotation.T @ np.array([*by[:2], 0.0])
@@ -133,6 +139,8 @@ def _motion_at(
     J[3, 8] = 1.0
     J[:3, 9] = x, y, z
     for column, centre in enumerate(problem.centres):  # less where that stands
+        if problem.name(column) != _AROUND_IT:
+            continue
         at, arm = problem.displacement(column), point[:2] - centre
         J[:2, at.start : at.start + 2] = -np.eye(2)
         J[:, at.start + 2] = arm[1], -arm[0], 0.0, -1.0

@@ -93,6 +93,18 @@ def test_what_is_detected_is_a_goal(three):
     assert three.world.held is three.world.find("blue")
 
 
+@pytest.mark.parametrize(("width", "count"), [(None, "at least 0"), (200.0, "0")])
+def test_what_a_thing_hides_may_have_the_colour_that_is_counted(width, count):
+    tall = painted(block(x=0.84, half=(0.02, 0.04, 0.09), name="tall"), BLUE)
+    behind = painted(block(x=0.885, half=(0.01, 0.01, 0.01), name="behind"), RED)
+    harness = with_the_hand_at(table_world(tall, behind), 0.6, 0.0, TABLE_TOP + 0.35)
+    found = Key[int]("count")
+    words = {"colour": "red", "min_width_mm": width}
+    leaf = Detect("detect", harness.context, region=ON_TABLE, count=found, **words)
+    assert harness.run(leaf) is Status.SUCCESS, leaf.feedback_message
+    assert str(found.read()) == count
+
+
 def test_what_was_detected_stays_and_is_told_on_the_map_while_odometry_drifts(three):
     here, key = three.context.localisation, Key[DetectedObjects]("found")
     here.mTo = SE3(np.eye(3), np.array([0.3, -0.2, 0.0]))
