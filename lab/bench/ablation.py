@@ -1,6 +1,6 @@
 """Ablation: a mechanism is taken away, or a number changed, and the same tasks run once more.
 
-    python -m lab.ablation lab/mechanisms.yaml --results ablation.jsonl --seeds 0-4
+    python -m lab.bench.ablation lab/bench/mechanisms.yaml --results ablation.jsonl --seeds 0-4
 
 Each change lives in a copy of the product. What has run of the last commit is kept in the file of
 results, one trial a line, and does not run again: it can be stopped, and more seeds added later.

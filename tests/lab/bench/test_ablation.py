@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from lab.ablation import AS_IS, Mechanism, mechanisms, rows
+from lab.bench.ablation import AS_IS, Mechanism, mechanisms, rows
 
 SOURCE = "_FAR: float = 0.5  # [m]\n_FARTHER = 2 * _FAR\n"
 
@@ -22,7 +22,7 @@ def test_a_constant_is_replaced_and_nothing_that_is_called_like_it():
 
 
 def test_every_listed_mechanism_stands_in_the_product():
-    for one in mechanisms(Path("lab/mechanisms.yaml")):
+    for one in mechanisms(Path("lab/bench/mechanisms.yaml")):
         assert one.of(Path(one.path).read_text()) != Path(one.path).read_text()
 
 
