@@ -4,7 +4,9 @@ Everything is on the map; the first joint placement of the chain is the base pos
 """
 
 from collections.abc import Callable, Sequence
+from copy import copy
 from enum import IntEnum
+from functools import lru_cache
 from itertools import product
 from math import hypot
 from typing import NamedTuple
@@ -15,7 +17,7 @@ from pinocchio import SE3
 
 from config.arrays import Array, Indices
 from config.poses import MapPose
-from controller.collision.robot_shapes import Part, robot_parts, upright_edges
+from controller.collision.robot_shapes import Part, held_parts, robot_parts, upright_edges
 from controller.model import RobotModel
 from controller.surroundings import OPEN_FLOOR, Surroundings
 from robots import CORNERS, Geom, bounding_radius, coal_geometry, half_extents
@@ -50,6 +52,89 @@ class Body(NamedTuple):
     kind: PairKind  # with static obstacles
 
 
+class Shapes:
+    """Shapes of a robot and of what is around it, with what is known of each."""
+
+    def __init__(self, model: RobotModel) -> None:
+        self._model, robot = model, model.description
+        self.geometry = pin.GeometryModel()
+        self.names: list[str] = []  # in messages
+        self.radius: list[float] = []  # of the bounding ball [m]
+        self.moves: list[int] = []
+        """Number of degrees of freedom that move each shape, counted from the first."""
+        self.reach: list[Array] = []
+        """(n,) largest displacement of a point of each per degree of freedom [m/rad]."""
+        first = robot.bTa.act(robot.arm.joints[0].translation)
+        self._foot = hypot(*first[:2].tolist()) + float(robot.strokes[0])
+        hops = [float(np.linalg.norm(one.translation)) for one in model.chain.jointPlacements]
+        arm = model.n_base + 1
+        self._hops = hops[:arm] + (hops[arm:] + robot.strokes).tolist()
+
+    def copy(self) -> "Shapes":
+        """The same shapes, to which others can be added."""
+        other = copy(self)
+        other.geometry, other.names = self.geometry.copy(), self.names.copy()
+        other.radius, other.moves = self.radius.copy(), self.moves.copy()
+        other.reach = self.reach.copy()
+        return other
+
+    def add(self, name: str, part: Part) -> int:
+        """Add a part of the robot; its number."""
+        return self._put(self._model.n_base + max(part.link, 0), part.geom, name)
+
+    def add_still(self, geom: Geom) -> int:
+        """Add what does not move with the robot; its number."""
+        return self._put(0, geom, geom.name)
+
+    def _put(self, joint: int, geom: Geom, name: str) -> int:
+        self.moves.append(joint)
+        self.radius.append(bounding_radius(geom.shape))
+        self.reach.append(self._reach(joint, geom))
+        self.names.append(name)
+        shape, unique = coal_geometry(geom.shape), f"{name}_{self.geometry.ngeoms}"
+        placed = pin.GeometryObject(unique, joint, 0, geom.pose, shape)
+        return int(self.geometry.addGeometryObject(placed))
+
+    def _reach(self, joint: int, geom: Geom) -> Array:
+        """(n,) `reach`; the distance from a joint is at most the length of the links between."""
+        model, robot, half = self._model, self._model.description, half_extents(geom.shape)
+        n_base, axes, row = model.n_base, robot.base.axes, np.zeros(model.n)
+        if joint == 0 or not np.isfinite(half).all():
+            return row
+        corners = _corners(geom.pose, np.array(half))
+        around_axis = float(np.hypot(corners[:, 0], corners[:, 1]).max())
+        away = float(np.linalg.norm(corners, axis=1).max())
+        if joint > n_base:
+            row[joint - 1] = around_axis
+        for number in range(joint - 1, n_base, -1):
+            away += self._hops[number + 1]
+            row[number - 1] = away
+        swing = self._foot + row[n_base] if joint > n_base else around_axis
+        row[n_base:joint][robot.arm.slides[: joint - n_base]] = 1.0
+        row[:n_base] = np.abs(axes[:2]).sum(axis=0) + swing * np.abs(axes[2])
+        return row
+
+
+class Lasting(NamedTuple):
+    """The shapes of a robot with an empty hand and of fixtures."""
+
+    shapes: Shapes
+    parts: dict[str, list[Part]]  # of the robot and the floor
+    numbers: dict[str, list[int]]  # indices of their shapes
+    fixed: list[int]  # indices of the fixtures, in their order
+    edges: list[int]  # indices of their upright edges
+
+
+@lru_cache(maxsize=2)
+def _lasting(model: RobotModel, fixtures: tuple[Geom, ...]) -> Lasting:
+    """What does not change in a grasp, which leaves the tick little to make."""
+    shapes, parts = Shapes(model), robot_parts(model)
+    numbers = {name: [shapes.add(name, p) for p in some] for name, some in parts.items()}
+    fixed = [shapes.add_still(one) for one in fixtures]
+    edges = [shapes.add_still(edge) for one in fixtures for edge in upright_edges(one)]
+    return Lasting(shapes, parts, numbers, fixed, edges)
+
+
 class CollisionModel:
     """One robot among obstacles; not thread-safe, as workspaces are reused."""
 
@@ -57,14 +142,10 @@ class CollisionModel:
         self._model = model
         self._chain = model.chain.copy()
         self._data = self._chain.createData()
-        self._shapes = pin.GeometryModel()
-        self._moves: list[int] = []
-        """Number of degrees of freedom that move each shape, counted from the first."""
-        self._radius: list[float] = []
-        self._half: list[Array] = []  # half extents of the shapes [m]
-        self.names: list[str] = []  # names of the shapes in messages
-        parts = robot_parts(model, surroundings.held)
-        numbers = {name: [self._add(name, p) for p in some] for name, some in parts.items()}
+        lasting, parts, numbers, self.fixed, edges = _lasting(model, surroundings.fixtures)
+        shapes = lasting.copy()
+        parts = parts | {"held": held_parts(model, surroundings.held)}
+        numbers = numbers | {"held": [shapes.add("held", one) for one in parts["held"]]}
         self.bodies = [
             # Depth points may be of the grasped object, which comes up to the palm.
             Body(number, part.geom, PairKind.HAND if name == "palm" else _kinds(name)[0])
@@ -72,13 +153,9 @@ class CollisionModel:
             if name != "floor"
             for number, part in zip(numbers[name], some, strict=True)
         ]
-        self.fixed = [self._add_still(one) for one in surroundings.fixtures]
-        """Indices of the fixtures, in their order."""
-        self.moving = [self._add_still(one.geom) for one in surroundings.moving]
-        edges = [
-            self._add_still(edge) for one in surroundings.fixtures for edge in upright_edges(one)
-        ]
-        loose = [self._add_still(one) for one in surroundings.loose]
+        self.moving = [shapes.add_still(one.geom) for one in surroundings.moving]
+        loose = [shapes.add_still(one) for one in surroundings.loose]
+        self._shapes, self._radius, self.names = shapes.geometry, shapes.radius, shapes.names
         self.pairs = pairs = self._pair(numbers, edges, loose)
         self.permanent = ~(np.isin(pairs.first, numbers["held"]) | np.isin(pairs.second, loose))
         """(P,) whether neither is held or loose: these pairs are the same, in the same order, in
@@ -86,17 +163,16 @@ class CollisionModel:
         self.mapped = np.isin(pairs.second, [*self.fixed, *edges])
         """(P,) whether the second is a fixture."""
         self._results = results = pin.GeometryData(self._shapes)
-        self._distances = [results.distanceResults[pair] for pair in range(len(pairs.first))]
+        self._distances = list(results.distanceResults)
         self._normals = [result.normal for result in self._distances]
         """Coal's result for every pair, and the normal in it: views."""
         results.deactivateAllCollisionPairs()
         self._measured: set[int] = set()  # the active pairs
-        placed = [results.oMg[shape] for shape in range(len(self._moves))]
-        self._placed = [(one.rotation, one.translation) for one in placed]
+        self._placed = [(one.rotation, one.translation) for one in results.oMg]
         """Rotation (3, 3) and origin (3,) of every shape on the map: views of the results."""
-        self.reach = self._reach()
+        self.reach = np.array(shapes.reach)
         """(G, n) largest displacement of a point of a shape per degree of freedom [m/rad]."""
-        self.masks = np.arange(model.n) < np.array(self._moves)[:, None]
+        self.masks = np.arange(model.n) < np.array(shapes.moves)[:, None]
         """(G, n) whether a degree of freedom moves the shape."""
 
     def place(self, mTb: MapPose, q: Array, moving: Sequence[Geom] | None = None) -> None:
@@ -170,25 +246,6 @@ class CollisionModel:
         pairs = self.pairs
         return f"{self.names[pairs.first[pair]]} and {self.names[pairs.second[pair]]}"
 
-    def _add(self, name: str, part: Part) -> int:
-        n_base = self._model.n_base
-        joint = n_base + max(part.link, 0)
-        return self._put(joint, part.geom, name, joint)
-
-    def _add_still(self, geom: Geom) -> int:
-        return self._put(0, geom, geom.name, 0)
-
-    def _put(self, joint: int, geom: Geom, name: str, moved_by: int) -> int:
-        self._moves.append(moved_by)
-        self._radius.append(bounding_radius(geom.shape))
-        self._half.append(np.array(half_extents(geom.shape)))
-        self.names.append(name)
-        shape = coal_geometry(geom.shape)
-        unique = f"{name}_{self._shapes.ngeoms}"
-        return int(
-            self._shapes.addGeometryObject(pin.GeometryObject(unique, joint, 0, geom.pose, shape))
-        )
-
     def _pair(self, numbers: dict[str, list[int]], edges: list[int], loose: list[int]) -> Pairs:
         """All pairs that can collide: of the robot with itself and with obstacles."""
         found: list[tuple[int, int, PairKind]] = []
@@ -215,32 +272,6 @@ class CollisionModel:
             self._shapes.addCollisionPair(pin.CollisionPair(a, b))
         table = np.array(found, dtype=np.int64).reshape(-1, 3)
         return Pairs(*table.T)
-
-    def _reach(self) -> Array:
-        """(G, n) `reach`; the distance from a joint is at most the length of the links between."""
-        model, chain = self._model, self._chain
-        n_base, axes = model.n_base, model.description.base.axes
-        robot = model.description
-        first = robot.bTa.act(robot.arm.joints[0].translation)
-        foot = hypot(*first[:2].tolist()) + float(robot.strokes[0])
-        hops = [float(np.linalg.norm(one.translation)) for one in chain.jointPlacements]
-        hops[n_base + 1 :] = (hops[n_base + 1 :] + robot.strokes).tolist()
-        rows = np.zeros((len(self._moves), model.n))
-        for shape, joint in enumerate(self._moves):
-            if joint == 0 or not np.isfinite(self._half[shape]).all():
-                continue
-            corners = _corners(self._shapes.geometryObjects[shape].placement, self._half[shape])
-            around_axis = float(np.hypot(corners[:, 0], corners[:, 1]).max())
-            away = float(np.linalg.norm(corners, axis=1).max())
-            if joint > n_base:
-                rows[shape, joint - 1] = around_axis
-            for number in range(joint - 1, n_base, -1):
-                away += hops[number + 1]
-                rows[shape, number - 1] = away
-            swing = foot + rows[shape, n_base] if joint > n_base else around_axis
-            rows[shape, n_base:joint][robot.arm.slides[: joint - n_base]] = 1.0
-            rows[shape, :n_base] = np.abs(axes[:2]).sum(axis=0) + swing * np.abs(axes[2])
-        return rows
 
 
 def lines_along(n: Array, p: Array) -> Array:

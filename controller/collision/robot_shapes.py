@@ -28,8 +28,14 @@ class Part(NamedTuple):
     geom: Geom  # in the frame of the link; of the base and the foot in b
 
 
-def robot_parts(model: RobotModel, held: Sequence[Geom]) -> dict[str, list[Part]]:
-    """The shapes of robot and floor by part names; `held` objects are in e."""
+def held_parts(model: RobotModel, held: Sequence[Geom]) -> list[Part]:
+    """The shapes of held objects, which are in e."""
+    lTe = model.description.arm.lTh * model.description.gripper.hTe
+    return [Part(model.n_arm, shape.moved(lTe)) for shape in held]
+
+
+def robot_parts(model: RobotModel) -> dict[str, list[Part]]:
+    """The shapes of robot and floor by part names, with an empty hand."""
     robot, last = model.description, model.n_arm
     lTe = robot.arm.lTh * robot.gripper.hTe
     parts = {
@@ -40,7 +46,7 @@ def robot_parts(model: RobotModel, held: Sequence[Geom]) -> dict[str, list[Part]
     # The capsules around the hand leave its corners free; against itself they are enough.
     parts["palm"] = [Part(last, robot.gripper.palm.moved(lTe))]
     parts["camera"] = [Part(last, robot.camera.body.moved(lTe * robot.camera.eTc))]
-    parts["held"] = [Part(last, shape.moved(lTe)) for shape in held]
+    parts["held"] = []
     length, width, height = robot.base.size
     half = (length / 2.0, width / 2.0, height / 2.0)
     middle = SE3(np.eye(3), np.array([0.0, 0.0, half[2]]))

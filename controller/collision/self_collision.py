@@ -28,7 +28,7 @@ class SelfCollision:
                 self._add(model.n_base + part.link if part.link > 0 else 0, part.geom)
                 for part in some
             ]
-            for name, some in robot_parts(model, held=()).items()
+            for name, some in robot_parts(model).items()
         }
         parts["base"] = parts["base"][:1]  # its box
         for first, second in model.description.arm.may_touch:

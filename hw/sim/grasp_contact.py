@@ -185,11 +185,11 @@ def _load_factor(hand: Hand, force: float, target: SimObject, fit: _Fit) -> floa
     axes = [hand.inwards(side) for side in SIDES]
     friction, centre = _SAFE_FRICTION * target.friction, fit.wTs.translation
     columns = [
-        np.array([*edge, *(np.cross(point - centre, edge) + twist) / _LEVER, edge @ axis])
+        np.array([*edge, *(torque + twist) / _LEVER, edge @ axis])
         for contacts, axis in zip(fit.contacts, axes, strict=True)
         for points, normal in contacts
         for edge in _cone(normal, friction)
-        for point in points
+        for torque in np.cross(points - centre, edge)
         for twist in (_TORSION * normal, -_TORSION * normal)
     ]
     if not columns:
