@@ -8,7 +8,7 @@ height that counts follows from their noise.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import ceil, hypot, inf, sqrt
+from math import ceil, hypot, inf
 from typing import NamedTuple
 
 import cv2
@@ -166,9 +166,9 @@ class RegionMap:
     def hidden(self, smallest: float, width: float = 0.0) -> list[Segment]:
         """Unseen parts of at least an area [m^2], in which an object may stand.
 
-        Its shorter edge is at least `width` [m]; however it is turned, it covers a square.
+        Its shorter edge is at least `width` [m]; however it is turned, it covers a disc.
         """
-        inner = _opened(self._is_hidden, max(1, int(width / sqrt(2.0) / self._cell)))
+        inner = _opened(self._is_hidden, max(1, int(width / self._cell)), cv2.MORPH_ELLIPSE)
         strip = round(_STRIP / self._cell)
         at_side = np.ones_like(inner)
         at_side[strip:-strip, strip:-strip] = False
@@ -218,10 +218,10 @@ class RegionMap:
         return np.asarray(local @ self.oTr.rotation.T + self.oTr.translation)
 
 
-def _opened(mask: Mask, side: int) -> Mask:
-    """Without what no square of this side [cells] fits into."""
-    square = np.ones((side, side), np.uint8)
-    opened: Mask = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, square) > 0
+def _opened(mask: Mask, side: int, shape: int = cv2.MORPH_RECT) -> Mask:
+    """Without what no square of this side [cells] fits into, or no disc."""
+    one = cv2.getStructuringElement(shape, (side, side))
+    opened: Mask = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, one) > 0
     return opened
 
 
