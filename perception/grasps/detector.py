@@ -93,15 +93,20 @@ class GraspDetector:
         if reason := _unusable(frame, oRa):
             return _detection(frame.stamp, reason=reason)
         view = View.of(frame, workspace, oRa)
+        raised = None if view.oRa is None else view.raised()
+        if memory is not None and raised is not None:
+            raised = memory.raised(raised, view.stamp)
         middle = view.crop()
-        found = self._search(view, middle, memory)
+        found = self._search(view, middle, memory, raised)
         if found.grasps or (aside := view.stands_out_beside(middle)) is None:
             return found
-        beside = self._search(view, view.crop(aside), memory)
+        beside = self._search(view, view.crop(aside), memory, raised)
         return found if found.reason != _NOTHING and not beside.grasps else beside
 
-    def _search(self, view: View, crop: Crop, memory: SceneMemory | None) -> Detection:
-        """Find grasps in a part of a view."""
+    def _search(
+        self, view: View, crop: Crop, memory: SceneMemory | None, raised: Array | None
+    ) -> Detection:
+        """Find grasps in a part of a view, among what stands out (N, 3) in all of it."""
         try:
             prepared = prepare(view.along, crop)
         except NoDepthError:
@@ -109,9 +114,6 @@ class GraspDetector:
         scene, border = local_heights(view.along, crop, view.support, view.oRa)
         if memory is not None:
             scene = memory.completed(scene, view.stamp)
-        raised = view.raised() if view.oRa is not None else None
-        if memory is not None and raised is not None:
-            raised = memory.raised(raised, view.stamp)
         allowed = view.allowed(prepared)
         if not allowed.any():
             return _detection(view.stamp, crop=crop, reason=_NOTHING)

@@ -10,7 +10,7 @@ from collections import deque
 from collections.abc import Iterable
 from dataclasses import replace
 from math import ceil
-from typing import NamedTuple
+from typing import Generic, NamedTuple, TypeVar
 
 import cv2
 import numpy as np
@@ -25,18 +25,20 @@ _APART = 0.4  # time between remembered images [s]
 _AROUND = 0.12  # reach of a hand around the newest image [m]
 _NEAR = 0.015  # what is this near to a grasp, along x or y, may be its object [m]
 
+T = TypeVar("T")
 
-class _Shown(NamedTuple):
+
+class _Shown(NamedTuple, Generic[T]):
     stamp: float
-    scene: HeightMap
+    what: T
 
 
 class SceneMemory:
     """Height maps of the last seconds."""
 
     def __init__(self) -> None:
-        self._shown: deque[_Shown] = deque()
-        self._points: deque[tuple[float, Array]] = deque()
+        self._shown: deque[_Shown[HeightMap]] = deque()
+        self._raised: deque[_Shown[Array]] = deque()
 
     def raised(self, points: Array, stamp: float) -> Array:
         """(N, 3) what stands out in the newest image and in earlier ones, in odometry [m].
@@ -45,23 +47,13 @@ class SceneMemory:
             points: (M, 3) of the newest image, which are remembered.
             stamp: of the image [s].
         """
-        while self._points and not 0.0 <= stamp - self._points[-1][0] <= OLDEST:
-            self._points.pop()
-        seen = np.concatenate([points, *(earlier for _, earlier in self._points)])
-        if not self._points or stamp - self._points[0][0] >= _APART:
-            self._points.appendleft((stamp, points))
-        return seen
+        return np.concatenate([points, *_earlier(self._raised, _Shown(stamp, points))])
 
     def completed(self, scene: HeightMap, stamp: float) -> HeightMap:
         """Remember the newest height map, and complete it by earlier ones."""
-        if self._shown and not _same_frame(self._shown[0].scene, scene):
+        if self._shown and not _same_frame(self._shown[0].what, scene):
             self._shown.clear()  # seen along another approach
-        while self._shown and not 0.0 <= stamp - self._shown[-1].stamp <= OLDEST:
-            self._shown.pop()
-        earlier = [shown.scene for shown in self._shown]
-        if not self._shown or stamp - self._shown[0].stamp >= _APART:
-            self._shown.appendleft(_Shown(stamp, scene))
-        return completed(scene, earlier)
+        return completed(scene, _earlier(self._shown, _Shown(stamp, scene)))
 
     def without(self, moving: GraspEstimate, floor: float) -> SceneMemory:
         """A copy without the object at a moving grasp."""
@@ -70,6 +62,16 @@ class SceneMemory:
             then = moving.oTg_at(stamp).translation
             left._shown.append(_Shown(stamp, _without(scene, then, lowest)))
         return left
+
+
+def _earlier(shown: deque[_Shown[T]], newest: _Shown[T]) -> list[T]:
+    """What was shown in the last seconds before the newest image, which is remembered, too."""
+    while shown and not 0.0 <= newest.stamp - shown[-1].stamp <= OLDEST:
+        shown.pop()
+    earlier = [one.what for one in shown]
+    if not shown or newest.stamp - shown[0].stamp >= _APART:
+        shown.appendleft(newest)
+    return earlier
 
 
 def _same_frame(one: HeightMap, other: HeightMap) -> bool:
