@@ -11,13 +11,12 @@ import os
 import re
 import subprocess
 import sys
-from atexit import register
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from pathlib import Path
 from shutil import copytree, ignore_patterns
-from tempfile import TemporaryDirectory
+from tempfile import TemporaryDirectory, mkdtemp
 from typing import Annotated, Any, TypeAlias
 
 import numpy as np
@@ -113,11 +112,11 @@ def mechanisms(path: Path) -> Iterator[Mechanism]:
             yield Mechanism(name=name, **entry, replace=f"({found[2]}) * {factor:g}")
 
 
-def run_trial(job: Job) -> dict[str, float]:
-    """The figures of a trial, in a copy of the product with the change."""
-    with TemporaryDirectory() as folder:
-        copy = _copy(job.mechanism)
-        words = [*job.task.split(), "--seed", str(job.seed), "--record", folder, "--json"]
+def run_trial(job: Job, folder: str) -> dict[str, float]:
+    """The figures of a trial, in a copy of the product with the change, in a folder."""
+    copy = _copy(job.mechanism, folder)
+    with TemporaryDirectory() as runs:
+        words = [*job.task.split(), "--seed", str(job.seed), "--record", runs, "--json"]
         command = [sys.executable, "-c", "from frankie_task_cli import main; main()", "run", *words]
         environment = os.environ | {"PYTHONPATH": str(copy), "OMP_NUM_THREADS": "1"}
         ended = subprocess.run(
@@ -131,11 +130,10 @@ def run_trial(job: Job) -> dict[str, float]:
 
 
 @lru_cache(maxsize=2)
-def _copy(change: Mechanism | None) -> Path:
-    """The product with a change; where it is the same, so is its byte code."""
-    folder = TemporaryDirectory(prefix="ablation-")
-    register(folder.cleanup)
-    product = Path(folder.name) / "product"
+def _copy(change: Mechanism | None, folder: str) -> Path:
+    """The product with a change, of this process; where it is the same, so is its byte code."""
+    Path(folder).mkdir(exist_ok=True)  # on another computer of a cluster it is not there yet
+    product = Path(mkdtemp(dir=folder)) / "product"
     copytree(".", product, ignore=ignore_patterns(".*", "tests", "docs", "runs", "*.egg-info"))
     if change is not None:
         file = product / change.path
@@ -233,10 +231,13 @@ def main(
     ]
     done = _read(results, commit)
     left = [job for job in jobs if job.key not in done]
-    with progress("ablation", len(left)) as advance, results.open("a", encoding="utf-8") as out:
-        for number, figures in run_all(
-            run_trial, left, workers=cluster or workers, batch=len(tasks)
-        ):
+    with (
+        TemporaryDirectory(prefix="ablation-") as folder,
+        progress("ablation", len(left)) as advance,
+        results.open("a", encoding="utf-8") as out,
+    ):
+        work = partial(run_trial, folder=folder)
+        for number, figures in run_all(work, left, workers=cluster or workers, batch=len(tasks)):
             trial = left[number].key
             done[trial] = figures
             line = {"commit": commit, "trial": trial, "figures": figures}
