@@ -136,13 +136,12 @@ def _path(robot: str | Path) -> Path:
     """Path of a file, or of a shipped robot by its name or as `robots/NAME.yaml` from anywhere."""
     path = Path(robot)
     shipped = SHIPPED / path.name if path.parent == Path(SHIPPED.name) else path
-    is_urdf = path.suffix in (".urdf", ".xacro")
-    for place in (SHIPPED / f"{robot}.yaml", path, path / f"{path.name}.yaml", shipped):
-        if isfile(place) and not is_urdf:
-            return place.resolve()
-    if is_urdf and isfile(path):
+    if path.suffix in (".urdf", ".xacro") and isfile(path):
         command = f"`frankie-task robot import {robot} -o FOLDER`"
         raise ConfigError(f"{robot} is no robot file; {command} makes one of it")
+    for place in (SHIPPED / f"{robot}.yaml", path, path / f"{path.name}.yaml", shipped):
+        if isfile(place):
+            return place.resolve()
     hint = suggest(path.stem, (one.stem for one in SHIPPED.glob("*.yaml")))
     what = f"no robot is called `{robot}`; {hint} (or give a robot file)"
     raise ConfigError(f"the robot file {robot} is not found; {hint}" if path.suffix else what)

@@ -127,7 +127,7 @@ def _row(y: float) -> list[Body]:
 
 
 def _here(*shifts: float) -> Truly:
-    """Whether the thing is within 35 mm of `here`, or of that place moved along x [m]."""
+    """Whether the object is within 35 mm of `here`, or of that place moved along x [m]."""
     return lambda run: any(
         np.linalg.norm(run.place("thing")[:2] - [0.1 + shift, 1.6]) < 0.035 for shift in shifts
     )

@@ -17,7 +17,7 @@ ON_FLOOR = (2.5, 1.3, 0.1)  # beside all furniture and ways [m]
 
 
 def put(name: str, *xyz: float) -> Do:
-    """Somebody moves a thing, or takes it away."""
+    """Somebody moves an object, or takes it away."""
     return lambda run: run.put(name, *xyz)
 
 

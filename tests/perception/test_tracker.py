@@ -230,7 +230,7 @@ def test_it_is_not_locked_before_it_is_known_whether_it_moves_or_that_was_given_
 
 
 def test_a_middle_that_is_not_on_its_way_is_left_out() -> None:
-    """Half of the thing was hidden, and nobody knew."""
+    """Half of the object was hidden, and nobody knew."""
     tracker = followed_along(along_x(0.1, 8))
     x, y = along_x(0.1, 20)[19]
     half = replace(grasp(x, y), middle=(x + 0.02, y + 0.02))
