@@ -38,8 +38,8 @@ TASKS = (  # words of `run`, each a few seconds of a processor
     "pick_one --world physics",
     "pick_one --scene kitchen",
     "pick_one --scene shapes --localisation poor",
-    "lessons/fetch_one --scene corridor",
-    "lessons/collect",
+    "trees/lessons/fetch_one.yaml --scene corridor",
+    "trees/lessons/collect.yaml",
     "follow_moving_object",
 )
 LONG_TASKS = (
