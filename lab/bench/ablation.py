@@ -1,8 +1,9 @@
-"""Ablation: a mechanism is taken away, or a number changed, and the same tasks run once more.
+"""Ablation: a mechanism is taken away, or a number changed, and the same trials run once more.
 
     python -m lab.bench.ablation lab/bench/mechanisms.yaml --results ablation.jsonl --seeds 0-4
 
-Each change lives in a copy of the product. What has run of the last commit is kept in the file of
+Each change lives in a copy of the product. Its room says what is tried: grasps of many scenes,
+worlds with obstacles, or whole tasks. What has run of the last commit is kept in the file of
 results, one trial a line, and does not run again: it can be stopped, and more seeds added later.
 """
 
@@ -11,8 +12,8 @@ import os
 import re
 import subprocess
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from pathlib import Path
 from shutil import copytree, ignore_patterns
@@ -23,39 +24,70 @@ import numpy as np
 import typer
 import yaml
 
-from config.arrays import Array
 from lab.bench.commands.bench_options import Cluster, Seeds, Workers, seed_range, show
 from lab.shared import paired_difference, progress, run_all, table
 
 Trial: TypeAlias = tuple[str, int]
-"""Words of `run`, and the seed."""
-Figures: TypeAlias = dict[tuple[str, str, int], dict[str, float]]
-"""Of trials, by mechanism, task and seed."""
+"""Words of `frankie-task`, and the seed."""
+Units: TypeAlias = list[dict[str, float]]
+"""Figures of a run, or of each of the worlds or scenes of one command; a larger one is worse."""
+Figures: TypeAlias = dict[tuple[str, str, int], Units]
+"""Of trials, by mechanism, words and seed."""
 
 AS_IS = "as it is"
-TASKS = (  # words of `run`, each a few seconds of a processor
-    "pick_one",
-    "pick_one --world physics",
-    "pick_one --scene kitchen",
-    "pick_one --scene shapes --localisation poor",
-    "trees/lessons/fetch_one.yaml --scene corridor",
-    "trees/lessons/collect.yaml",
-    "follow_moving_object",
+TASKS = (  # each a few seconds of a processor
+    "run pick_one --world physics",
+    "run pick_one --scene shapes --localisation poor",
+    "run trees/lessons/fetch_one.yaml --scene corridor",
 )
 LONG_TASKS = (
-    "clear_counter --world physics",
-    "clear_bar",
-    "restock_shelf --world physics",
-    "pick_place",
-    "pick_place --localisation poor",
+    "run trees/lessons/collect.yaml",
+    "run follow_moving_object",
+    "run clear_counter --world physics",
+    "run clear_bar",
+    "run restock_shelf --world physics",
+    "run pick_place --localisation poor",
 )
-_FIGURES: dict[str, Callable[[dict[str, Any]], float]] = {  # of a summary; a larger one is worse
-    "not placed": lambda run: (run["objects"] or 0) - (run["placed"] or 0),
-    "failed": lambda run: float(run["outcome"] != "success"),
-    "attempts": lambda run: run["attempts"],
-    "contacts": lambda run: run["contacts"],
-    "seconds": lambda run: run["duration_s"],
+TRIALS = {  # by the beginning of the path of a mechanism; the first that fits
+    "perception/grasps": ("grasp eval --tilts 0,45,90 --scenes 30",),
+    "perception/networks": ("grasp eval --tilts 0,45,90 --scenes 30",),
+    "controller/stance/moving_goal": ("run follow_moving_object",),
+    "controller": ("bench obstacles --robot frankie --controller frankie --count 15",),
 }
+
+
+def _of_run(run: dict[str, Any]) -> Units:
+    return [
+        {
+            "not placed": float((run["objects"] or 0) - (run["placed"] or 0)),
+            "failed": float(run["outcome"] != "success"),
+            "attempts": float(run["attempts"]),
+            "contacts": float(run["contacts"]),
+            "seconds": float(run["duration_s"]),
+        }
+    ]
+
+
+def _of_worlds(bench: dict[str, Any]) -> Units:
+    return [
+        {
+            "failed": float(bool(world["reason"])),
+            "contacts": float(sum(touch["avoidable"] for touch in world["touches"])),
+            "seconds": world["time_s"],
+        }
+        for row in bench["results"]
+        for world in row["worlds"]
+    ]
+
+
+def _of_grasps(evaluation: dict[str, Any]) -> Units:
+    attempts = [one for row in evaluation["rows"] for one in row["singles"]]
+    return [{"not held": float(one["end"] != "held")} for one in attempts]
+
+
+_UNITS = {"run": _of_run, "bench": _of_worlds, "grasp": _of_grasps}
+_FIGURES = ("failed", "not placed", "not held", "attempts", "contacts", "seconds")
+_BATCH = 4  # trials in a row of one process, so that few copies are made
 _LIMIT = 900.0  # of one trial, of the processor of a slow computer [s]
 _CONSTANT = r"^({name}(?:: [^=\n]+)? = )([^#\n]+?)(\s*(?:#.*)?)$"
 
@@ -87,7 +119,7 @@ class Job:
     """One trial of one mechanism, None of the product as it is."""
 
     mechanism: Mechanism | None
-    task: str
+    task: str  # words of `frankie-task`
     seed: int
 
     @property
@@ -112,21 +144,31 @@ def mechanisms(path: Path) -> Iterator[Mechanism]:
             yield Mechanism(name=name, **entry, replace=f"({found[2]}) * {factor:g}")
 
 
-def run_trial(job: Job, folder: str) -> dict[str, float]:
+def trials_of(change: Mechanism) -> tuple[str, ...]:
+    """What is run with and without it."""
+    return next((tried for path, tried in TRIALS.items() if change.path.startswith(path)), TASKS)
+
+
+def run_trial(job: Job, folder: str) -> Units:
     """The figures of a trial, in a copy of the product with the change, in a folder."""
     copy = _copy(job.mechanism, folder)
     with TemporaryDirectory() as runs:
-        words = [*job.task.split(), "--seed", str(job.seed), "--record", runs, "--json"]
-        command = [sys.executable, "-c", "from frankie_task_cli import main; main()", "run", *words]
+        result, words = Path(runs) / "figures.json", job.task.split()
+        if words[0] == "run":
+            words += ["--seed", str(job.seed), "--record", runs, "--json"]
+        else:
+            words += ["--workers", "1", "--json", str(result)]
+            words += ["--seed", str(job.seed)] if words[0] == "bench" else []
+        command = [sys.executable, "-c", "from frankie_task_cli import main; main()", *words]
         environment = os.environ | {"PYTHONPATH": str(copy), "OMP_NUM_THREADS": "1"}
         ended = subprocess.run(
             command, cwd=copy, env=environment, capture_output=True, timeout=_LIMIT, check=False
         )
+        written = result.read_text(encoding="utf-8") if result.exists() else ended.stdout
         try:
-            summary: dict[str, Any] = json.loads(ended.stdout)
+            return _UNITS[words[0]](json.loads(written))
         except json.JSONDecodeError:
             raise RuntimeError(f"{job.key}: {ended.stderr.decode()[-600:]}") from None
-    return {name: float(figure(summary)) for name, figure in _FIGURES.items()}
 
 
 @lru_cache(maxsize=2)
@@ -162,31 +204,37 @@ class Row:
 
     def figure(self, name: str) -> str:
         """A difference and its interval."""
-        return "{:+.2f} ({:+.2f} to {:+.2f})".format(*self.differences[name])
+        if name not in self.differences:
+            return ""
+        return "{:+.3f} ({:+.3f} to {:+.3f})".format(*self.differences[name])
 
 
 def rows(changes: Iterable[Mechanism], done: Figures) -> Iterator[Row]:
     """A row for each mechanism, over the trials that both have done."""
-    before = {key[1:]: figures for key, figures in done.items() if key[0] == AS_IS}
+    before = {key[1:]: units for key, units in done.items() if key[0] == AS_IS}
     for change in changes:
-        without = {key[1:]: figures for key, figures in done.items() if key[0] == change.name}
-        both = sorted(before.keys() & without.keys())
-        if not both:
+        without = {key[1:]: units for key, units in done.items() if key[0] == change.name}
+        pairs = [
+            pair
+            for trial in sorted(before.keys() & without.keys())
+            for pair in zip(before[trial], without[trial], strict=True)
+        ]
+        if not pairs:
             continue
         yield Row(
             name=change.name,
             lines=change.lines,
-            trials=len(both),
-            changed=sum(before[trial] != without[trial] for trial in both),
+            trials=len(pairs),
+            changed=sum(is_now != was for was, is_now in pairs),
             differences={
-                name: paired_difference(_values(without, both, name), _values(before, both, name))
+                name: paired_difference(
+                    np.array([is_now[name] for was, is_now in pairs if name in was]),
+                    np.array([was[name] for was, _ in pairs if name in was]),
+                )
                 for name in _FIGURES
+                if any(name in was for was, _ in pairs)
             },
         )
-
-
-def _values(done: dict[Trial, dict[str, float]], trials: Sequence[Trial], name: str) -> Array:
-    return np.array([done[trial][name] for trial in trials])
 
 
 def _read(results: Path, commit: str) -> Figures:
@@ -208,7 +256,7 @@ def main(
     results: Annotated[Path, typer.Option(help="Is continued.")] = Path("ablation.jsonl"),
     seeds: Seeds = "0-2",
     only: Annotated[list[str] | None, typer.Option(help="Names that contain this.")] = None,
-    task: Annotated[list[str] | None, typer.Option(help="Instead of the short tasks.")] = None,
+    task: Annotated[list[str] | None, typer.Option(help="Instead of those of the room.")] = None,
     long: Annotated[bool, typer.Option("--long", help="The long tasks, too.")] = False,
     workers: Workers = None,
     cluster: Cluster = None,
@@ -222,13 +270,14 @@ def main(
     ]
     for change in changes:
         change.of(Path(change.path).read_text(encoding="utf-8"))
-    tasks = tuple(task or ()) or TASKS + (LONG_TASKS if long else ())
+    numbers, extra = list(seed_range(seeds)), LONG_TASKS if long else ()
     jobs = [
         Job(mechanism=change, task=words, seed=seed)
-        for change in (None, *changes)
-        for seed in seed_range(seeds)
-        for words in tasks
+        for change in changes
+        for words in (task or (*trials_of(change), *extra))
+        for seed in (numbers[:1] if words.startswith("grasp") else numbers)
     ]
+    jobs = [*{replace(job, mechanism=None): None for job in jobs}, *jobs]
     done = _read(results, commit)
     left = [job for job in jobs if job.key not in done]
     with (
@@ -237,10 +286,10 @@ def main(
         results.open("a", encoding="utf-8") as out,
     ):
         work = partial(run_trial, folder=folder)
-        for number, figures in run_all(work, left, workers=cluster or workers, batch=len(tasks)):
+        for number, units in run_all(work, left, workers=cluster or workers, batch=_BATCH):
             trial = left[number].key
-            done[trial] = figures
-            line = {"commit": commit, "trial": trial, "figures": figures}
+            done[trial] = units
+            line = {"commit": commit, "trial": trial, "figures": units}
             print(json.dumps(line), file=out, flush=True)
             advance(False)
     wanted = {job.key for job in jobs}

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from lab.bench.ablation import AS_IS, Mechanism, mechanisms, rows
+from lab.bench.ablation import AS_IS, LONG_TASKS, TASKS, Mechanism, mechanisms, rows
 
 SOURCE = "_FAR: float = 0.5  # [m]\n_FARTHER = 2 * _FAR\n"
 
@@ -30,8 +30,16 @@ def test_worse_is_what_is_worse_beyond_chance_on_the_same_seeds():
     done = {}
     for seed in range(8):
         figures = dict.fromkeys(("not placed", "failed", "attempts", "contacts"), 0.0)
-        done[AS_IS, "task", seed] = figures | {"seconds": 10.0 + seed}
+        done[AS_IS, "run task", seed] = [figures | {"seconds": 10.0 + seed}]
         more = {"attempts": 1.0 + seed % 2, "seconds": 9.0 + seed + 2 * (seed % 2)}
-        done["it", "task", seed] = figures | more
+        done["it", "run task", seed] = [figures | more]
+    done[AS_IS, "grasp eval", 0] = [{"not held": 0.0}] * 3
+    done["it", "grasp eval", 0] = [{"not held": 0.0}] * 3
     (row,) = rows([change("_FAR", "0")], done)
-    assert (row.trials, row.changed, row.verdict) == (8, 8, "worse: attempts")
+    assert (row.trials, row.changed, row.verdict) == (11, 8, "worse: attempts")
+
+
+def test_what_tasks_are_run_is_shipped():
+    for words in (*TASKS, *LONG_TASKS):
+        named = Path(words.split()[1])
+        assert (Path("trees") / f"{named}.yaml").exists() or named.exists()
