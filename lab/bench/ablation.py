@@ -49,10 +49,12 @@ LONG_TASKS = (
     "run pick_place --localisation poor",
 )
 TRIALS = {  # by the beginning of the path of a mechanism; the first that fits
+    "perception/grasps/scene_memory": TASKS,
+    "perception/grasps/tracker": TASKS,
     "perception/grasps": ("grasp eval --tilts 0,45,90 --scenes 30",),
     "perception/networks": ("grasp eval --tilts 0,45,90 --scenes 30",),
     "controller/stance/moving_goal": ("run follow_moving_object",),
-    "controller": ("bench obstacles --robot frankie --controller frankie --count 15",),
+    "controller": ("bench obstacles --robot frankie --controller frankie --count 10",),
 }
 
 
