@@ -1,8 +1,9 @@
 """Height map of the floor of a region, accumulated from depth frames.
 
-Heights are relative to the plane that the frames show for the floor, so that an error of the camera
-mount does not count as an object, unless that plane is higher than the floor can be. The smallest
-height that counts follows from their noise.
+Heights are relative to where each frame shows the floor by the furniture around it, and then to
+the plane that all of them show, so that an error of the camera mount does not count as an object,
+unless that plane is higher than the floor can be. The smallest height that counts follows from
+their noise.
 """
 
 from collections.abc import Sequence
@@ -65,8 +66,8 @@ class RegionMap:
         cell: side of a cell [m].
         stride: every n-th pixel of a frame is used, along rows and columns; of the next, others.
 
-    What stands within `WALL_MARGIN` of a side is left out, less the tolerance of where a frame
-    shows the region: it may stand inside.
+    What stands within `WALL_MARGIN` of a side is left out, less the least tolerance of where the
+    frames show the region: it may stand inside.
     """
 
     def __init__(
@@ -88,6 +89,7 @@ class RegionMap:
         self._count = np.zeros(shape)
         self._sum = np.zeros(shape)
         self._best = _UNSEEN
+        self._aside = np.full(2, _BEYOND)  # least tolerance of a frame, along the edges [m]
         self.frames = 0
 
     def add(self, frame: Frame, place: Place | None = None) -> None:
@@ -99,8 +101,8 @@ class RegionMap:
         column = (row + self.frames // every) % every  # every pixel has its turn
         points = frame.cloud.every(every, row, column).points
         local = (points - place.oTr.translation) @ place.oTr.rotation
-        height = local[:, 2] + self._size[2] / 2.0
-        half = self._half + np.minimum(place.tolerance, _BEYOND)
+        height = local[:, 2] + self._size[2] / 2.0 - place.floor
+        half = self._within(place.tolerance)
         inside = (np.abs(local[:, :2]) < half).all(axis=1)
         inside &= (height > -_BELOW) & (height < self._size[2])
         x, y = ((local[inside, :2] - self._corner) / self._cell).astype(int).T
@@ -110,6 +112,23 @@ class RegionMap:
         self.frames += 1
         self.oTr = place.oTr
         self.__dict__.pop("_judged", None)
+
+    def _within(self, tolerance: Array) -> Array:
+        """Half of the size (2,) that counts by the most certain frame [m].
+
+        What others have shown beyond that is forgotten. `tolerance` (2,) is of the newest frame.
+        """
+        least = np.minimum(self._aside, tolerance)
+        half: Array = self._half + least
+        if (least < self._aside).any():
+            self._aside = least
+            x, y = (
+                np.abs(corner + (np.arange(n) + 0.5) * self._cell) + 0.5 * self._cell > edge
+                for corner, n, edge in zip(self._corner, self._count.shape, half, strict=True)
+            )
+            beyond = np.logical_or.outer(x, y)
+            self._count[beyond] = self._sum[beyond] = 0.0
+        return half
 
     @property
     def seen(self) -> float:
@@ -184,7 +203,6 @@ class RegionMap:
         if not seen.any():
             return _Judged(seen, np.inf, self._best.floor)
         height = self._sum / np.maximum(self._count, 1.0)
-        height -= self._best.floor
         above, floor = _over_floor(height, seen)
         higher = float(np.median((height - above)[floor])) if floor.any() else 0.0
         if higher > self._tolerance:  # something lies on all of it

@@ -228,3 +228,24 @@ def test_every_pixel_has_its_turn():
         shown.add(frame(quarter))
         assert (shown.seen > 0.5) is (number == 4)
     assert shown.frames == 4
+
+
+def test_a_picture_that_shows_the_floor_elsewhere_than_another_one_shows_nothing_on_it():
+    """The mount of the camera is wrong, not the same in each view."""
+    shown = RegionMap(REGION, SIZE, stride=1)
+    for first, wide, floor in ((-9, 99, 0.0), (10, 12, 0.006)):
+        one = box(first, -9, wide, 99, floor, around=np.nan)
+        shown.add(frame(one), Place(REGION, np.zeros(2), floor, 0.001, 0.01))
+    assert areas(shown) == []
+    assert shown.seen == 1.0
+
+
+@pytest.mark.parametrize("tolerances", [(0.009, 0.001), (0.001, 0.009)])
+def test_a_wall_in_a_picture_that_hardly_tells_where_it_is_is_no_object_if_another_one_tells(
+    tolerances,
+):
+    shown = RegionMap(REGION, SIZE, stride=1)
+    for tolerance in tolerances:
+        wall = box(INNER[0] + 1, -5, 9, 99, 0.06)
+        shown.add(frame(wall), Place(REGION, np.full(2, tolerance), 0.0, 0.001, 0.01))
+    assert areas(shown) == []
