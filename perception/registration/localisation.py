@@ -233,7 +233,8 @@ class LocalisationFilter:
             return False
         if there.consistent and len(there.points) > _BETTER * len(here.points):
             self.restart(compose(other.mTo, oTb), other.covariance, self._stamp, oTb)
-            return self.registered(there, oTb).accepted
+            self.registered(there, oTb)
+            return True
         if not there.consistent or len(here.points) > _BETTER * len(there.points):
             self._contradiction = other._replace(unrefuted=self._stamp)
         return False
