@@ -84,7 +84,7 @@ class ScanForObjects(Leaf):
         seen = self._survey.map
         count = len(seen.segments(self._smallest))
         if unseen(seen, self._region, self._smallest, whole=True):
-            count = LowerBound(count)
+            count = LowerBound(seen.fewest(self._smallest))
         self._count.write(count)
         self.context.log.note_stock(self._region, seen.pieces)
         share = f"on the {100 * seen.seen:.0f} % seen"

@@ -177,6 +177,17 @@ class RegionMap:
             occupied[x[known], y[known]] = False
         return self._pieces(occupied, smallest)
 
+    def fewest(self, smallest: float) -> int:
+        """How many objects cover at least an area [m^2]: with a hole between, two may be one."""
+        occupied = self._judged.occupied
+        either = occupied.copy()
+        either[self._inner] |= self._is_hidden
+        image = occupied.astype(np.uint8)
+        _, part, stats, _ = cv2.connectedComponentsWithStats(image, connectivity=4)
+        large = stats[part, cv2.CC_STAT_AREA] * self._cell**2 >= smallest
+        _, whole = cv2.connectedComponents(_closed(either).astype(np.uint8))
+        return len(np.unique(np.asarray(whole)[occupied & large]))
+
     @property
     def pieces(self) -> list[Segment]:
         """Each at least one object: those with hardly a gap between may be one."""

@@ -249,3 +249,15 @@ def test_a_wall_in_a_picture_that_hardly_tells_where_it_is_is_no_object_if_anoth
         wall = box(INNER[0] + 1, -5, 9, 99, 0.06)
         shown.add(frame(wall), Place(REGION, np.full(2, tolerance), 0.0, 0.001, 0.01))
     assert areas(shown) == []
+
+
+def test_two_parts_of_what_has_a_hole_between_may_be_one_object():
+    def halves(i: np.ndarray, j: np.ndarray) -> np.ndarray:
+        """Of 4 cells each, 8 apart; and an object that stands alone."""
+        body = box(4, 4, 16, 8, 0.02)(i, j) + box(24, 16, 4, 4, 0.02)(i, j)
+        return np.where(hole(8, 4, 8, 8)(i, j) == 0.0, body, np.nan)
+
+    shown = seen(halves)
+    assert len(shown.segments(0.0)) == 3
+    assert shown.fewest(0.0) == 2
+    assert shown.fewest(20 * CELL**2) == 1
