@@ -28,6 +28,7 @@ from trees.language.scope import Scope, read_leaf
 from trees.language.syntax import CompositeNode, LeafNode, Modifiers, Node, is_condition
 from trees.language.values import KeyRead, MismatchError, convert, number_in
 from trees.words import (
+    ASKING,
     CHILDREN,
     COMPOSITES,
     MODIFIERS,
@@ -41,7 +42,7 @@ from trees.words import (
 
 _Given: TypeAlias = Plain | KeyRead | LeafNode | CompositeNode  # what a modifier may be given
 
-_OF_CONDITIONS = tuple(key for key, word in COMPOSITES.items() if word.is_condition)
+_OF_CONDITIONS = (*(key for key, word in COMPOSITES.items() if word.is_condition), *ASKING)
 
 _WORDS = frozenset({*COMPOSITES, SUBTREE, *MODIFIERS, NAME})
 
@@ -137,7 +138,7 @@ def _node_key(location: Location, entries: Mapping[str, YamlEntry], scope: Scope
 def _former(key: str, value: YamlValue, scope: Scope) -> tuple[str, Hint]:
     """Message and hint about a word that was removed; certain where it only asks conditions."""
     text, word = FORMER_WORDS[key]
-    items = value.items if isinstance(value, YamlList) else ()
+    items = value.items if isinstance(value, YamlList) else (value,)
     below = [one for item in items for one in getattr(item, "entries", [scope.text(item)])]
     leaves = {one: leaf.is_condition for one, leaf in scope.known.leaves.items()}
     asks = bool(below) and all(one in _OF_CONDITIONS or leaves.get(one) for one in below)
@@ -167,9 +168,6 @@ def _read_modifiers(entries: Mapping[str, YamlEntry], scope: Scope) -> Modifiers
                 given = _read_fixed(key, value, word.type, scope)
             if given is not None:
                 modifiers[key] = given
-    if modifiers.get("force_success") and modifiers.get("force_failure"):
-        message = "`force_success` and `force_failure` stand beside the same node"
-        scope.error(rules.ARGUMENTS, entries["force_failure"].location, message, "keep one of them")
     return modifiers
 
 
@@ -211,15 +209,22 @@ def _read_fixed(key: str, value: YamlValue, expected: ValueType, scope: Scope) -
 
 
 def _read_condition(key: str, value: YamlValue, scope: Scope) -> LeafNode | CompositeNode | None:
-    """What `while`, `unless`, `all_of`, ... ask."""
+    """What `while`, `unless` and `not` ask."""
     if isinstance(value, YamlList):
         message = f"`{key}` asks one condition, not a list"
-        hint = f"write `{key}: {{all_of: [...]}}`, or `any_of`"
+        hint = f"write `{key}: {{sequence: [...]}}`, or `fallback`"
         scope.error(rules.CONDITION, value.location, message, hint)
         return None
     node = read_node(value, scope)
-    if node is None:
-        return None
+    return None if node is None else _as_condition(key, node, scope)
+
+
+def _as_condition(key: str, node: Node, scope: Scope) -> LeafNode | CompositeNode | None:
+    """A node as the condition that a word asks; None and an error if it is not one."""
+    if isinstance(node, CompositeNode) and node.key in ASKING:
+        asked = [_as_condition(node.key, one, scope) for one in node.children]
+        children = tuple(one for one in asked if one is not None)
+        node = replace(node, is_asked=True, children=children)
     if not isinstance(node, LeafNode | CompositeNode) or not is_condition(node):
         conditions = sorted(leaf.key for leaf in scope.known.leaves.values() if leaf.is_condition)
         message = f"`{key}` asks a condition, and `{_key(node)}` is not one"
@@ -274,7 +279,7 @@ def _read_children(
     if value is None:
         return ()
     is_bare = isinstance(value, YamlScalar) and isinstance(value.value, str)
-    if word.most == 1 and (is_bare or isinstance(value, YamlMap)):
+    if word.lone and (is_bare or isinstance(value, YamlMap)):
         value = YamlList(location=value.location, items=(value,))
     if isinstance(value, YamlScalar) and value.value is None:
         value = YamlList(location=location, items=())

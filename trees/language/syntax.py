@@ -11,7 +11,7 @@ from config import Diagnostic, Location, Plain, UserError
 from trees.language.documents import TaskOutput, TaskParameter
 from trees.language.leaf_type import LeafType
 from trees.language.values import Argument, KeyRead, KeyWrite
-from trees.words import COMPOSITES, NamedValue, Outcomes
+from trees.words import ASKING, COMPOSITES, CompositeWord, NamedValue, Outcomes
 
 SCENE = "scene:"  # where a task names its scene, among its locations
 
@@ -46,12 +46,18 @@ class CompositeNode(_Node):
 
     key: str
     children: tuple[Node, ...]
+    is_asked: bool = False  # whether it stands where a condition is asked
     options: Mapping[str, Plain | KeyRead] = field(default_factory=dict)
     """Besides its children, as the policy of `parallel`."""
     cases: tuple[str, ...] = ()
     """Of a switch: for each child the value that it stands for; the one after them is the `else`.
     """
     item: KeyWrite | None = None  # of a `for_each` over a list: the key of the present value
+
+    @property
+    def word(self) -> type[CompositeWord]:
+        """What it is built into."""
+        return (ASKING if self.is_asked else COMPOSITES)[self.key]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,7 +79,7 @@ def is_condition(node: Node) -> bool:
     """Whether a node is a condition: a leaf that is one, or what asks several of them."""
     if isinstance(node, LeafNode):
         return node.type.is_condition
-    return isinstance(node, CompositeNode) and COMPOSITES[node.key].is_condition
+    return isinstance(node, CompositeNode) and node.word.is_condition
 
 
 def leaves_at(node: Node) -> Iterator[LeafNode]:
