@@ -79,12 +79,12 @@ class HolisticController:
         self._checks_terms = any(term not in STANDARD_TERMS for term in self._terms)
         self._limits: list[Limit] = [VelocityBounds(model, settings)] if standard_limits else []
         self._avoidance: CollisionAvoidance | None = None
-        if standard_limits and settings.collision is not None:
-            self._avoidance = CollisionAvoidance(model, settings.collision, settings.period)
+        if standard_limits and settings.collision:
+            self._avoidance = CollisionAvoidance(model, settings.period)
             self._limits.append(self._avoidance)
         self._limits += limits
         self._guidance: Guidance | None = None
-        if settings.guidance is not None:
+        if settings.guidance:
             models = self._avoidance.models if self._avoidance else CollisionModels(model)
             self._guidance = Guidance(model, settings, SelfCollision(model), models)
         self._lag = Lag(model, settings.period)

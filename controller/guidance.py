@@ -37,12 +37,15 @@ from controller.settings import ControllerSettings
 from controller.stance.bias import Remaining, StanceBias
 from controller.stance.finder import StanceFinder
 from controller.stance.next_goal import NextGoalApproach
-from controller.stance.progress import Progress
+from controller.stance.progress import CLOSE_DISTANCE, Progress
 from controller.stance.search import StanceSearch
 from controller.stance.stance import Stance
 from controller.stance.stance_approach import Approach
 from controller.surroundings import OPEN_FLOOR, Surroundings
 
+_METRES_PER_RADIAN = 0.3  # distance equivalent to one radian of orientation error [m]
+_STANCE_DISTANCE = 0.35  # a new goal nearer than this gets no stance until a stall [m]
+_DETOURS = 4  # largest number of detours for one goal
 _MAX_REST = 50
 """Periods (0.5 s) for which the robot rests for searches. Each jump of a goal begins another one:
 to a goal that jumps all the time it would never move."""
@@ -72,7 +75,7 @@ class GuidanceResult(NamedTuple):
 
 
 class Guidance:
-    """Guides to successive goals; `settings.guidance` is not None."""
+    """Guides to successive goals."""
 
     def __init__(
         self,
@@ -81,11 +84,10 @@ class Guidance:
         collision: SelfCollision,
         models: CollisionModels | None = None,
     ) -> None:
-        assert settings.guidance is not None
-        self._settings, self._guidance = settings, settings.guidance
+        self._settings = settings
         self._finder = StanceFinder(model, collision, models or CollisionModels(model))
         self._approach = Approach(model, settings, self._finder)
-        self._progress = Progress(settings)
+        self._progress = Progress(settings.period)
         self.departure = NextGoalApproach(model, settings, self._finder)
         self.waits = False  # whether the robot gives way to a moving obstacle, which is no stall
         self._result = GuidanceResult()
@@ -119,7 +121,7 @@ class Guidance:
             self._result = self._result._replace(age=self._result.age + 1)
             return self._result
         goal = replace(goal, target=goal.target.copy())  # it is kept, and the caller's may change
-        distance = error.position + self._guidance.metres_per_radian * error.orientation
+        distance = error.position + _METRES_PER_RADIAN * error.orientation
         now = _Period(goal, error, distance, mTb, q)
         if moved or self._is_new(goal, distance):
             self._judge(now)
@@ -187,7 +189,7 @@ class Guidance:
 
     def _is_new(self, goal: PoseGoal[MapPose], distance: float) -> bool:
         """Whether a goal must be judged, or judged anew."""
-        attempt, last, g = self._attempt, self._attempt.goal, self._guidance
+        attempt, last = self._attempt, self._attempt.goal
         if isinstance(self.state, Unjudged):
             return True
         if self.unreachable and goal.hand_may_touch != last.hand_may_touch:
@@ -195,19 +197,19 @@ class Guidance:
         if self._approach.base_follows(goal) and not self._approach.base_follows(last):
             return True
         if goal.target != last.target:
-            return attempt.has_jumped(goal.target, g) or attempt.has_drifted(goal.target, g)
-        return self._progress.was_close and distance > g.stance_distance and not goal.is_moving
+            return attempt.has_jumped(goal.target) or attempt.has_drifted(goal.target)
+        return self._progress.was_close and distance > _STANCE_DISTANCE and not goal.is_moving
 
     def _judge(self, now: _Period) -> None:
         """Take a new goal, and search its stance if it is to have one."""
-        g, goal = self._guidance, now.goal
-        before = None if self._attempt.has_jumped(goal.target, g) else self.stance
+        goal = now.goal
+        before = None if self._attempt.has_jumped(goal.target) else self.stance
         rested = self.state.periods if isinstance(self.state, Searching) else 0
-        self.state, self._attempt = Unjudged(), Attempt(goal.target, goal, g.detours)
+        self.state, self._attempt = Unjudged(), Attempt(goal.target, goal, _DETOURS)
         self._approach.restart()
-        if now.distance >= g.close_distance and (why := self._finder.obstacle_to(goal, now.mTb)):
+        if now.distance >= CLOSE_DISTANCE and (why := self._finder.obstacle_to(goal, now.mTb)):
             self._go(Event.OUT_OF_REACH, Unreachable(why=why))
-        elif goal.straight or not (goal.stance_if_near or now.distance > g.stance_distance):
+        elif goal.straight or not (goal.stance_if_near or now.distance > _STANCE_DISTANCE):
             self._go(Event.NEAR, Alone())
         elif (stance := self.departure.stance_for(goal.target)) is not None:
             self._go(Event.SET_OUT, Approaching(stance=stance, is_detour=False))
@@ -251,7 +253,7 @@ class Guidance:
                 self._handle_no_way(now, remaining.lead.unreachable)
         if self.rests:
             return GuidanceResult(bearing=bearing, remaining=(inf, inf))
-        is_over = goal.is_moving or now.distance < self._guidance.close_distance
+        is_over = goal.is_moving or now.distance < CLOSE_DISTANCE
         if isinstance(self.state, Approaching) and self.state.is_detour and is_over:
             self._go(Event.CLOSE, self.state._replace(is_detour=False))
         age, moves = self._result.age, goal.is_moving

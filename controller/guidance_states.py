@@ -12,9 +12,13 @@ from pinocchio import SE3
 
 from config.poses import MapPose
 from controller.command import PoseGoal
-from controller.settings import GuidanceSettings
 from controller.stance.search import StanceSearch
 from controller.stance.stance import Stance
+
+_JUMP = 0.1  # a goal that moves this far in one period is a new goal [m] ...
+_TURN = 0.3  # ... or turns this far [rad]
+_RISE = 0.05  # a goal that has drifted up or down this far needs another stance [m] ...
+_TILT = 0.97  # ... or has tilted this far [cosine of the angle]
 
 
 class Unjudged(NamedTuple):
@@ -92,18 +96,18 @@ class Attempt(NamedTuple):
     detours_left: int  # number of stances that may still be searched after a failure
     failed: tuple[Stance, ...] = ()  # the stances that led to none
 
-    def has_jumped(self, mTe: MapPose, settings: GuidanceSettings) -> bool:
+    def has_jumped(self, mTe: MapPose) -> bool:
         """Whether a pose is that of another goal, not of this one after a period."""
         before = self.goal.target
         moved = mTe.translation - before.translation
         cosine = (float(np.vdot(mTe.rotation, before.rotation)) - 1.0) / 2.0
-        return float(moved @ moved) > settings.goal_jump**2 or cosine < cos(settings.goal_turn)
+        return float(moved @ moved) > _JUMP**2 or cosine < cos(_TURN)
 
-    def has_drifted(self, mTe: MapPose, settings: GuidanceSettings) -> bool:
+    def has_drifted(self, mTe: MapPose) -> bool:
         """Whether a goal has crept to a height or tilt where its stance does not reach it."""
         rise = float(mTe.translation[2] - self.first.translation[2])
         tilt = float(mTe.rotation[2] @ self.first.rotation[2])
-        return abs(rise) > settings.goal_rise or tilt < settings.goal_tilt
+        return abs(rise) > _RISE or tilt < _TILT
 
     def failing(self, stance: Stance | None) -> Attempt:
         """After a stance, or the end effector alone, has led to none."""

@@ -94,6 +94,10 @@ class _Filter:
         return self._rate * min(1.0, share) if share > 0.0 else None
 
 
+_STRAIGHT_GAIN = 6.0
+"""Both gains for straight motion with guidance, where the arm compensates for the lag of the base
+[1/s]."""
+_STRAIGHT_STEADYING = 0.04  # time constant of the filter for that [s]
 _GAIN_LAG = 0.6  # largest product of gain and lag: the phase margin of pure lag is then 55 deg
 _NEAR, _NEAR_ANGLE = 0.04, 0.14
 """Error below which the twist is low-pass filtered, fully at half of this [m and rad]."""
@@ -135,9 +139,9 @@ class Servo:
 
     def __init__(self, settings: ControllerSettings, lag: float) -> None:
         servo, self._period = settings.servo, settings.period
-        self._estimates_motion = settings.guidance is not None
-        gain, steadying = servo.straight_gain, servo.straight_steadying
-        straight = replace(servo, gain=gain, rotation_gain=gain, steadying=steadying)
+        self._estimates_motion = settings.guidance
+        gain = _STRAIGHT_GAIN
+        straight = replace(servo, gain=gain, rotation_gain=gain, steadying=_STRAIGHT_STEADYING)
         servo, straight = (_steady(one, lag) for one in (servo, straight))
         self._plain, self._straight = servo, straight if self._estimates_motion else servo
         self.reset()

@@ -48,7 +48,7 @@ def linearise(
             gradient = manipulability(screws, hessian)[1]
         elif settings.manipulability_of == "none":
             gradient = np.zeros(model.n)
-        gradient *= settings.manipulability_gain / dexterity(model.description)
+        gradient *= 1.0 / dexterity(model.description)
     x, y, _ = bTe.translation.tolist()
     return Linearisation(bTe, J, m, gradient, atan2(y, x))
 

@@ -16,6 +16,7 @@ from controller.servo import Servo, approach_speed, error_norm, pose_error
 from controller.situation import Situation
 from controller.terms import Aim
 
+_DECELERATION = 0.5  # towards a posture, as a share of the smallest joint acceleration limit
 _DECAY = 0.9  # ratio of successive velocities of a robot that stops without a way to its goal
 _NEAR = 0.1
 """Nearer to the goal of a straight motion than this the arm fully compensates for the lag of the
@@ -51,7 +52,7 @@ def posture_task(now: Situation, goal: PostureGoal) -> Task:
     servo, limits = now.settings.servo, now.model.limits
     error = goal.q - now.state.q
     max_error = float(np.abs(error).max())
-    deceleration = limits.qdd.min() * servo.joint_deceleration
+    deceleration = limits.qdd.min() * _DECELERATION
     speeds = [
         approach_speed(abs(e), servo.gain, deceleration, qd)
         for e, qd in zip(error, limits.qd, strict=True)

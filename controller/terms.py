@@ -28,6 +28,12 @@ from controller.situation import Situation
 from controller.stance.bias import StanceBias
 from controller.validation import check_numbers
 
+_ARM_EFFORT = 0.01  # k_a: cost of joint motion, λ_q of the arm (eq. 14)
+_BASE_EFFORT = 0.01
+"""k_b: cost of base motion one metre from the goal (eq. 14). The paper prints 1, its published
+example has 0.01."""
+_RESTING_EFFORT = 20.0  # cost of base motion added for goals with `base_rests`
+
 
 class Aim(NamedTuple):
     """What a pose goal wants of one period."""
@@ -132,7 +138,7 @@ def tracking(cost: Cost, now: Situation, aim: Aim) -> None:
 
 def effort(cost: Cost, now: Situation, aim: Aim) -> None:
     """½ Σ λ_q q̇², with λ_q = k_b/|e| of the base and k_a of the arm (eq. 14)."""
-    cost.resist(now.settings.base_effort * _trust(now, aim), now.settings.arm_effort)
+    cost.resist(_BASE_EFFORT * _trust(now, aim), _ARM_EFFORT)
 
 
 def manipulability(cost: Cost, now: Situation, aim: Aim) -> None:
@@ -149,7 +155,7 @@ def heading(cost: Cost, now: Situation, aim: Aim) -> None:
 def resting_base(cost: Cost, now: Situation, aim: Aim) -> None:
     """½ k |q̇_b|² for a goal with `base_rests`: the arm moves alone as far as it reaches."""
     if aim.base_rests:
-        cost.resist(now.settings.resting_effort, 0.0)
+        cost.resist(_RESTING_EFFORT, 0.0)
 
 
 def smoothness(cost: Cost, now: Situation, aim: Aim) -> None:

@@ -19,6 +19,8 @@ from controller.model import RobotModel
 from controller.settings import ControllerSettings
 from controller.situation import Situation
 
+_DAMPER_GAIN = 1.0  # η: joint speed allowed at the influence distance [rad/s]
+_RETURN_SPEED = 0.2  # largest speed of a joint that returns into its limits [rad/s]
 _SHORT = 0.4  # share of its range that the distances of a joint get where it is short [1/rad]
 _UNCERTAIN, _LOST = 0.06, 0.08
 """Uncertainty from which on the base is slower, and at which it has half its speed [m]."""
@@ -55,7 +57,7 @@ class VelocityBounds:
     ) -> _Joint:
         dampers = self._dampers
         stop, influence = share * dampers.stop_distance, share * dampers.influence_distance
-        slope = dampers.damper_gain / (influence - stop)
+        slope = _DAMPER_GAIN / (influence - stop)
         braking = speed * lag + speed * speed / (2.0 * acceleration)
         near = max(influence, stop + braking)
         free = low + near, high - near
@@ -91,7 +93,6 @@ class VelocityBounds:
 
     def _approach_speed(self, joint: _Joint, distance: float) -> float:
         """Speed at which a joint may approach a limit at this distance [rad/s]."""
-        dampers = self._dampers
         room = distance - joint.stop
         speed = joint.speed
         if distance <= joint.influence:
@@ -101,7 +102,7 @@ class VelocityBounds:
             delay = joint.acceleration * joint.lag
             root = sqrt(delay * delay + 2.0 * joint.acceleration * max(room, 0.0))
             speed = min(speed, root - delay)
-        return max(speed, -dampers.return_speed)
+        return max(speed, -_RETURN_SPEED)
 
 
 class _Joint(NamedTuple):

@@ -33,10 +33,24 @@ from controller.floor.floor_map import FloorMap
 from controller.limits import Constraints
 from controller.model import Lag, RobotModel
 from controller.qp_solver import Rows
-from controller.settings import CollisionSettings
 from controller.situation import Situation
 from controller.surroundings import Surroundings
 
+_STOP = 0.02  # d_s: distance at which the approach to an obstacle ends [m] ...
+_NEAR_STOP = 0.01  # ... for straight motion, and from the robot to itself and the floor ...
+_PALM_STOP = 0.001  # ... and for the palm where the hand may touch [m]
+_INFLUENCE = 0.6
+"""d_i: farther obstacles are ignored [m]; at least d_s + v²/2a + v times the delay, for the fastest
+approach."""
+_SELF_INFLUENCE = 0.25  # the same from the robot to itself and the floor [m]
+_BRAKING = 0.8  # share of the acceleration limits assumed for braking
+_LEAST_DECELERATION, _MOST_DECELERATION = 0.2, 2.0  # assumed for braking [m/s^2]
+_DELAY = 3.0  # before a pair brakes, besides the lags [control periods]
+_RETURN_GAIN = 4.0  # speed at which shapes separate, per distance below d_s [1/s] ...
+_RETURN_SPEED = 0.2  # ... and at most [m/s]
+_MOST_MARGIN = 0.05
+"""The robot stops so much farther from fixtures as their places are uncertain, and at most by this
+[m]."""
 _ASSUMED_DECELERATION = 1.0  # of base and arm, to decide which pairs matter [m/s^2]
 _MAX_GAIN = 0.05  # by which the lag may enlarge a distance [m]
 
@@ -44,28 +58,26 @@ _MAX_GAIN = 0.05  # by which the lag may enlarge a distance [m]
 class DistanceConstraints:
     """Turns distances into rows."""
 
-    def __init__(self, model: RobotModel, collision: CollisionSettings, period: float) -> None:
-        self._settings = collision
+    def __init__(self, model: RobotModel, period: float) -> None:
         acceleration, numbers = model.acceleration_limits, np.arange(model.n)
         robot, turns = model.description, numbers == model.turning
         drives = (numbers < model.n_base) & ~turns
         parts = np.array([turns, drives, numbers >= model.n_base])
-        self._braking = (collision.braking * parts * acceleration).T
+        self._braking = (_BRAKING * parts * acceleration).T
         """(n, 3) deceleration of a degree of freedom that turns the base, drives it, is a joint."""
-        wait = collision.delay_periods * period
+        wait = _DELAY * period
         slowest = float(acceleration[drives].min())
-        base_braking = min(_ASSUMED_DECELERATION, collision.braking * slowest)
+        base_braking = min(_ASSUMED_DECELERATION, _BRAKING * slowest)
         self._delay = _by_kind(robot.base.lag + wait, SELF=robot.arm.lag + wait)
-        near_stop = collision.near_stop_distance
-        self._far = _by_kind(collision.stop_distance, SELF=near_stop)
-        self._near = _by_kind(near_stop)
-        self._touching = _by_kind(near_stop, PALM=collision.palm_stop_distance)
+        self._far = _by_kind(_STOP, SELF=_NEAR_STOP)
+        self._near = _by_kind(_NEAR_STOP)
+        self._touching = _by_kind(_NEAR_STOP, PALM=_PALM_STOP)
         """Distances to stop at, by `PairKind` [m]."""
         self.ranges = Ranges(
-            collision.stop_distance,
+            _STOP,
             self._delay,
-            _by_kind(_ASSUMED_DECELERATION, SELF=collision.max_deceleration, BASE=base_braking),
-            _by_kind(collision.influence_distance, SELF=collision.self_influence_distance),
+            _by_kind(_ASSUMED_DECELERATION, SELF=_MOST_DECELERATION, BASE=base_braking),
+            _by_kind(_INFLUENCE, SELF=_SELF_INFLUENCE),
         )
         """When a pair matters."""
 
@@ -116,7 +128,7 @@ class DistanceConstraints:
 
         Where a speed is negative the distance must grow.
         """
-        s, rows, kind = self._settings, distances.rows, distances.kind
+        rows, kind = distances.rows, distances.kind
         room = distances.d - stop[kind]
         if margins is not None:
             room = np.minimum(room, np.maximum(room - margins, 0.0))
@@ -128,10 +140,10 @@ class DistanceConstraints:
         # for speed brings its next corner there.
         turn, drive, arm = (np.abs(rows) @ self._braking).T
         braking = np.where(arm > 0.0, turn + drive + arm, np.maximum(turn, drive))
-        deceleration = np.minimum(np.maximum(braking, s.min_deceleration), s.max_deceleration)
+        deceleration = np.minimum(np.maximum(braking, _LEAST_DECELERATION), _MOST_DECELERATION)
         late = deceleration * self._delay[kind]
         root = np.sqrt(late * late + 2.0 * deceleration * np.maximum(room, 0.0))
-        back = np.maximum(s.return_gain * room, -s.return_speed)
+        back = np.maximum(_RETURN_GAIN * room, -_RETURN_SPEED)
         return np.where(room < 0.0, back, root - late), deceleration / root
 
 
@@ -157,13 +169,12 @@ NOTHING_NEAR = NearestPair()
 class CollisionAvoidance:
     """The limit of distances; also gives way to the predicted motion of moving obstacles."""
 
-    def __init__(self, model: RobotModel, collision: CollisionSettings, period: float) -> None:
+    def __init__(self, model: RobotModel, period: float) -> None:
         self.models = CollisionModels(model)
         self.nearest = NOTHING_NEAR  # in the last period
-        self._constraints = DistanceConstraints(model, collision, period)
+        self._constraints = DistanceConstraints(model, period)
         self._proximity = Proximity(model, self._constraints.ranges, self.models)
         self._moving_obstacles = MovingObstacleAvoidance(model)
-        self._most_margin = collision.most_margin
 
     def prepare(self, surroundings: Surroundings) -> None:
         """Compute in advance what the first period in these surroundings needs."""
@@ -173,7 +184,7 @@ class CollisionAvoidance:
         """Add the distances that can bind within the velocity bounds."""
         goal, state, surroundings = now.goal, now.state, now.surroundings
         fastest = np.maximum(-constraints.lower, constraints.upper)
-        margin = min(surroundings.uncertainty, self._most_margin)
+        margin = min(surroundings.uncertainty, _MOST_MARGIN)
         near = self._proximity.near(state.mTb, state.q, surroundings, fastest, now.base, margin)
         if isinstance(goal, PoseGoal) and goal.hand_may_touch:
             near = near.without(PairKind.HAND)

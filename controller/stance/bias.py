@@ -16,7 +16,12 @@ import numpy as np
 from config.planar import ORIGIN, Pose2D
 from controller.command import Array
 from controller.floor.base_drive import STAY, Lead
-from controller.settings import GuidanceSettings
+
+_FADE_DISTANCE = 0.10  # nearer to the goal than this s is 0 [m] ...
+_FADE_LENGTH = 0.5  # ... and it is at most 1 after this much more [m]
+_FADE_BASE = 0.4  # s fades nearer to the base pose of the stance than this [m] ...
+_FADE_HEADING = 0.6  # ... and than this to its heading [rad] ...
+_FADE_JOINT = 0.8  # ... and than this to its posture, by the largest joint error [rad]
 
 
 class StanceBias(NamedTuple):
@@ -49,11 +54,11 @@ class Remaining(NamedTuple):
         """Whether the end effector waits for base and arm."""
         return self.in_transport or self.docks
 
-    def blend(self, g: GuidanceSettings, *, detour: bool) -> float:
+    def blend(self, *, detour: bool) -> float:
         """s: share of the motion that is led by the stance; on a `detour` that is all until it."""
         if self.hand_waits or not self.lead.final:
             return 1.0
         x, y, turn = self.base_target
-        left = hypot(x, y) / g.fade_base, abs(turn) / g.fade_heading
-        near = inf if detour else max(0.0, (self.distance - g.fade_distance) / g.fade_length)
-        return min(1.0, near, max(*left, self.max_joint_error / g.fade_joint))
+        left = hypot(x, y) / _FADE_BASE, abs(turn) / _FADE_HEADING
+        near = inf if detour else max(0.0, (self.distance - _FADE_DISTANCE) / _FADE_LENGTH)
+        return min(1.0, near, max(*left, self.max_joint_error / _FADE_JOINT))

@@ -2,16 +2,18 @@
 
 from math import inf
 
-from controller.settings import ControllerSettings
 from controller.stance.bias import Remaining
+
+CLOSE_DISTANCE = 0.06  # nearer there is no stall, and a detour is over [m]
+_PROGRESS = 1e-3  # least progress of end effector, base or arm [m, s and rad]
+_PATIENCE = 1.0  # no progress for this long is a stall [s]
 
 
 class Progress:
     """The least that remained of a motion, and for how long it has not become less."""
 
-    def __init__(self, settings: ControllerSettings) -> None:
-        assert settings.guidance is not None
-        self._guidance, self._period = settings.guidance, settings.period
+    def __init__(self, period: float) -> None:
+        self._period = period
         self.restart()
 
     def restart(self) -> None:
@@ -28,8 +30,8 @@ class Progress:
         counts, whatever the arm does meanwhile. A robot that is close to its goal, follows
         one that moves or `waits` for a moving obstacle never stalls.
         """
-        g, lead = self._guidance, remaining.lead
-        is_close = remaining.distance < g.close_distance
+        lead = remaining.lead
+        is_close = remaining.distance < CLOSE_DISTANCE
         if is_close or goal_moves:
             self.restart()
             self.was_close = is_close
@@ -41,8 +43,8 @@ class Progress:
         if not lead.final and not remaining.in_transport:
             left = inf, lead.time_left, inf
         (a, b, c), (x, y, z) = self._least, left
-        if x < a - g.progress or y < b - g.progress or z < c - g.progress:
+        if x < a - _PROGRESS or y < b - _PROGRESS or z < c - _PROGRESS:
             self._least, self._waited = (min(a, x), min(b, y), min(c, z)), 0
         elif not waits:
             self._waited += age
-        return self._waited * self._period >= g.patience
+        return self._waited * self._period >= _PATIENCE

@@ -30,6 +30,13 @@ from controller.stance.moving_goal import (
 from controller.stance.stance import Stance
 from controller.stance.transport_posture import TransportPosture
 
+_BASE_WEIGHT = 2.0  # in the QP, of the base velocity towards the stance, at s = 1
+_POSTURE_WEIGHT = 0.5  # of the joint velocities towards the posture, at s = 1
+_LEAST_TRACKING = 0.1  # of the end-effector twist at s = 1
+_LEAST_POSTURE = 0.1  # share of `_POSTURE_WEIGHT` at s = 0: keeps the elbow posture
+_POSTURE_RATE = 3.0  # largest rate of the arm to the posture of the stance [1/s]
+_POSTURE_TIME = 0.4  # share of the base's driving time that the arm takes
+_JOINT_SPEED = 0.7  # share of the joint speed limits that it may use
 _AT_DOCK = 0.1  # the base drives in when nearer than this to the line from the dock [m and rad] ...
 _TURNED = 1.0  # ... or, past its middle, turned by less than this [rad] ...
 _UNFOLDED = 0.5  # ... and when no joint is farther than this from the posture of the stance [rad]
@@ -58,12 +65,10 @@ class Approach:
     def __init__(
         self, model: RobotModel, settings: ControllerSettings, finder: StanceFinder
     ) -> None:
-        assert settings.guidance is not None
         self._model, self._settings = model, settings
-        self._guidance = settings.guidance
         self._finder = finder
         self.route = Route(model, settings)
-        self._transport = TransportPosture(model, settings.guidance.posture_time)
+        self._transport = TransportPosture(model, _POSTURE_TIME)
         self._follower = MovingGoalFollower(model, settings) if is_followed(model) else None
         self.reset()
 
@@ -114,7 +119,7 @@ class Approach:
         max_joint_error, joint_time = self._left(joint_error)
         if not goal.is_moving and self.phase is not Phase.GOES_IN:
             way, space, waits = self.route.way, self._finder.space, dock is not None
-            times = lead.time_left, joint_time / self._guidance.joint_speed
+            times = lead.time_left, joint_time / _JOINT_SPEED
             transport = self._transport.posture(space, way, mTb, q, stance, times, waits=waits)
             if transport is not None and stance.dock is not None and dock is None:
                 self.phase = Phase.TO_DOCK
@@ -150,29 +155,29 @@ class Approach:
 
         `error` is that of the end effector, `q` are (j,) joint positions [rad].
         """
-        g, blend = self._guidance, remaining.blend(self._guidance, detour=detour)
-        min_tracking = 0.0 if detour or remaining.hand_waits else g.min_tracking * blend
+        blend = remaining.blend(detour=detour)
+        min_tracking = 0.0 if detour or remaining.hand_waits else _LEAST_TRACKING * blend
         base_share = blend
         if goal.is_moving:
             min_tracking = MIN_TRACKING * blend
             base_share = max(blend, follow_weight(remaining.distance))
-        base_weight = base_share * g.base_weight
-        with_base = g.posture_time * min(remaining.lead.time_left, _LONGEST_FOLD)
+        base_weight = base_share * _BASE_WEIGHT
+        with_base = _POSTURE_TIME * min(remaining.lead.time_left, _LONGEST_FOLD)
         duration = max(
-            1.0 / g.posture_rate,
+            1.0 / _POSTURE_RATE,
             0.0 if remaining.in_transport else with_base,
-            remaining.joint_time / g.joint_speed,
+            remaining.joint_time / _JOINT_SPEED,
         )
         joint_velocity = remaining.joint_error / duration
         if self._follower is not None and self.base_follows(goal):
-            posture_weight = g.posture_weight
+            posture_weight = _POSTURE_WEIGHT
             upright = elbow_upright(self._model, q)  # in a second
             joint_velocity = joint_velocity * blend + (1.0 - blend) * upright
             base_velocity = self._follower(stance, goal, error, mTb, q)
         else:
             slowness = _FAST * remaining.joint_time / max(remaining.max_joint_error, 1e-9)
             slowness = min(max(1.0, slowness), _SLOWEST)
-            posture_weight = slowness * g.posture_weight * max(blend, g.min_posture)
+            posture_weight = slowness * _POSTURE_WEIGHT * max(blend, _LEAST_POSTURE)
             base_velocity = drive_along(self._model, self._settings, remaining.lead, goal.speed)
             if goal.twist is not None:
                 along = rotate(-mTb.heading, *goal.twist[:2])

@@ -100,7 +100,7 @@ def test_a_scan_does_not_count_by_what_it_cannot_see():
     harness = over_the_table()
     pose, count = SE3(np.eye(3), np.array([0.8, 0.0, TABLE_TOP - 0.2])), Key[int]("count")
     beyond = Region(name="shelf", mTr=pose, size=np.array([0.3, 0.3, 0.2]))
-    options = {"region": beyond, "count": count, "height_m": 0.65, "frames": 1}
+    options = {"region": beyond, "count": count, "height_m": 0.65}
     leaf = ScanForObjects("scan", harness.context, **options)
     assert failure(harness, leaf).startswith("100 % of shelf not seen")
     with pytest.raises(LookupError):

@@ -33,8 +33,7 @@ def tool_pose(x: float, y: float, z: float, yaw: float = 0.0, tilt: float = 0.0)
 def proximity(model: RobotModel) -> Proximity:
     """The proximity queries of a controller with default settings."""
     settings = ControllerSettings()
-    assert settings.collision is not None
-    return Proximity(model, DistanceConstraints(model, settings.collision, settings.period).ranges)
+    return Proximity(model, DistanceConstraints(model, settings.period).ranges)
 
 
 @dataclass

@@ -32,7 +32,7 @@ from robots import Box, Geom, at_pace, load_robot, robot_names
 
 READY = load_robot("frankie").arm.ready
 
-BARE = replace(ControllerSettings(), guidance=None)
+BARE = replace(ControllerSettings(), guidance=False)
 
 
 def precisely(mTe: SE3) -> PoseGoal:

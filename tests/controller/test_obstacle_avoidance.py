@@ -35,7 +35,7 @@ def model():
     return robot_model("frankie")
 
 
-UNGUIDED = ControllerSettings(guidance=None)
+UNGUIDED = ControllerSettings(guidance=False)
 """Guidance would lead the base around."""
 
 

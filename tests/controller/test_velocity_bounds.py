@@ -11,9 +11,7 @@ from controller.velocity_bounds import VelocityBounds
 from robots import load_robot
 
 FRANKIE = load_robot("frankie")
-DAMPERS = JointLimitSettings(
-    damper_gain=0.8, stop_distance=0.04, influence_distance=0.25, return_speed=0.15
-)
+DAMPERS = JointLimitSettings(stop_distance=0.04, influence_distance=0.25)
 SPANS = [0.8, 1.0, 2.4, 2.6, 3.0, 4.0, 6.0]  # of the joints [rad]
 
 
@@ -22,11 +20,11 @@ def allowed(distance: float, span: float, speed: float, brakes: bool) -> float:
     share = min(1.0, 0.4 * span)
     room = distance - 0.04 * share
     if distance <= 0.25 * share:
-        speed = min(speed, 0.8 * room / (0.21 * share))
+        speed = min(speed, room / (0.21 * share))
     if brakes:
         quadratic = [1.0 / (2.0 * FRANKIE.limits.qdd[0]), FRANKIE.arm.lag, -max(room, 0.0)]
         speed = min(speed, max(np.roots(quadratic)))
-    return max(speed, -0.15)
+    return max(speed, -0.2)
 
 
 @pytest.mark.parametrize("brakes", [True, False])
