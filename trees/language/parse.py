@@ -216,29 +216,27 @@ def _read_condition(key: str, value: YamlValue, scope: Scope) -> LeafNode | Comp
         scope.error(rules.CONDITION, value.location, message, hint)
         return None
     node = read_node(value, scope)
-    return None if node is None else _as_condition(key, node, scope)
-
-
-def _as_condition(key: str, node: Node, scope: Scope) -> LeafNode | CompositeNode | None:
-    """A node as the condition that a word asks; None and an error if it is not one."""
-    if isinstance(node, CompositeNode) and node.key in ASKING:
-        asked = [_as_condition(node.key, one, scope) for one in node.children]
-        children = tuple(one for one in asked if one is not None)
-        node = replace(node, is_asked=True, children=children)
-    if not isinstance(node, LeafNode | CompositeNode) or not is_condition(node):
-        conditions = sorted(leaf.key for leaf in scope.known.leaves.values() if leaf.is_condition)
-        message = f"`{key}` asks a condition, and `{_key(node)}` is not one"
-        hint = f"write one of {quoted([*conditions, *_OF_CONDITIONS])}"
-        if isinstance(node, LeafNode) and node.type.counts:
-            hint = counted_hint(node.type.counts)
-        scope.error(rules.CONDITION, node.location, message, hint)
-        return None
-    if node.modifiers:
+    odd = None if node is None else _odd_condition(node)
+    if odd is None:
+        return node if isinstance(node, LeafNode | CompositeNode) else None
+    if is_condition(odd):
         message = f"the condition of `{key}` takes no modifiers"
         hint = "remove them; `not` asks for the opposite"
-        scope.error(rules.CONDITION, node.location, message, hint)
-        return None
-    return node
+    else:
+        conditions = sorted(leaf.key for leaf in scope.known.leaves.values() if leaf.is_condition)
+        message = f"`{key}` asks a condition, and `{_key(odd)}` is not one"
+        hint = f"write one of {quoted([*conditions, *_OF_CONDITIONS])}"
+        if isinstance(odd, LeafNode) and odd.type.counts:
+            hint = counted_hint(odd.type.counts)
+    scope.error(rules.CONDITION, odd.location, message, hint)
+    return None
+
+
+def _odd_condition(node: Node) -> Node | None:
+    """The first node that keeps a node from being a condition; None if it is one."""
+    if isinstance(node, CompositeNode) and node.key in ASKING and not node.modifiers:
+        return next((odd for one in node.children if (odd := _odd_condition(one))), None)
+    return None if is_condition(node) and not node.modifiers else node
 
 
 def _key(node: Node) -> str:

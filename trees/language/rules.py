@@ -113,8 +113,8 @@ ASKED_ONCE = Rule(
 ASKED_OFTEN = Rule(
     "R406",
     "What is asked at every tick is asked within it: at most 300 conditions.",
-    f"{{while: {{sequence: [{', '.join(['arm_healthy'] * 301)}]}}, open_gripper: }}",
-    "{while: {sequence: [arm_healthy, localised]}, open_gripper: }",
+    f"{{sequence: [{', '.join(['arm_healthy'] * 301)}]}}",
+    "{sequence: [arm_healthy, holding_object]}",
 )
 ENDLESS = Rule(
     "R407",

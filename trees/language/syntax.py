@@ -46,7 +46,6 @@ class CompositeNode(_Node):
 
     key: str
     children: tuple[Node, ...]
-    is_asked: bool = False  # whether it stands where a condition is asked
     options: Mapping[str, Plain | KeyRead] = field(default_factory=dict)
     """Besides its children, as the policy of `parallel`."""
     cases: tuple[str, ...] = ()
@@ -56,8 +55,9 @@ class CompositeNode(_Node):
 
     @property
     def word(self) -> type[CompositeWord]:
-        """What it is built into."""
-        return (ASKING if self.is_asked else COMPOSITES)[self.key]
+        """What it is built into: of conditions alone what asks them all at every tick."""
+        asks = all(is_condition(child) and not child.modifiers for child in self.children)
+        return ASKING[self.key] if asks and self.key in ASKING else COMPOSITES[self.key]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -25,7 +25,7 @@ COMPOSITES: Mapping[str, type[composites.CompositeWord]] = {
 ASKING: Mapping[str, type[composites.CompositeWord]] = {
     word.key: word for word in (composites.AllOf, composites.AnyOf)
 }
-"""What composites are where a condition is asked."""
+"""What composites are that have conditions alone: conditions of these."""
 
 MODIFIERS: Mapping[str, type[modifiers.ModifierWord]] = {
     word.word or word.key: word
