@@ -14,6 +14,14 @@ from app.choices import ObstacleSource, RegistrationForm, Speed, View
 
 DEFAULT_SCENE = "household"
 
+FORMER_OPTIONS = {
+    "--view-host": "--view-address HOST",
+    "--view-port": "--view-address HOST:PORT",
+    "--web-port": "--view-address HOST:PORT",
+    "--force-outcomes": "--approve, with which people may answer for a node on the page",
+}
+"""What to write instead of options that were removed."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class RunOptions:
@@ -79,13 +87,13 @@ class RunOptions:
     view: Annotated[
         View, Option(help="Watch in a window, in a browser, or not; auto: a window if possible.")
     ] = View.NONE
-    view_host: Annotated[str, Option(help="Address to serve viewers on; there is no password.")] = (
-        "127.0.0.1"
-    )
-    view_port: Annotated[int | None, Option(help="Of the live data.", min=1, max=65535)] = None
-    web_port: Annotated[int | None, Option(help="Of the page of --view web.", min=1, max=65535)] = (
-        None
-    )
+    view_address: Annotated[
+        str,
+        Option(
+            help="Where to serve viewers, HOST or HOST:PORT, without a password; the live data of "
+            "`--view web` is at the port after that."
+        ),
+    ] = "127.0.0.1"
     observers: Annotated[
         list[str],
         Option(
@@ -94,11 +102,13 @@ class RunOptions:
             "`foxglove:8765`; another word lists what is installed.",
         ),
     ] = field(default_factory=list)
-    force: Annotated[bool, Option("--force-outcomes", help="Let the page answer for a node.")] = (
-        False
-    )
     approve: Annotated[
-        bool, Option("--approve", help="Each leaf that moves the robot waits for a person.")
+        bool,
+        Option(
+            "--approve",
+            help="Each leaf that moves the robot waits for a person; on the page people may answer "
+            "for any node.",
+        ),
     ] = False
     paused: Annotated[bool, Option("--paused", help="Wait before the first tick.")] = False
     breaks: Annotated[
@@ -107,8 +117,6 @@ class RunOptions:
 
     base_speed: float | None = None  # speed limit [m/s]; None for that of its description
     reverse_speed: float | None = None  # the same backwards [m/s]; None for the same share
-    time_of_day: float | None = None
-    """When it begins, since midnight [s]; None for now, or noon in a simulated world."""
     real_clock: bool = False  # a simulated robot that does not wait for its loop, as a real one
     acknowledge_after: float | None = None
     """For tests without a person: acknowledge and resume this long after the cause is over [s]."""

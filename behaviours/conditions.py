@@ -1,6 +1,5 @@
 """Conditions on the robot's state, on detected objects, and on values."""
 
-from dataclasses import replace
 from math import degrees, inf
 from typing import Annotated, ClassVar
 
@@ -8,7 +7,7 @@ import numpy as np
 from pinocchio import SE3, log3
 from py_trees.common import Status
 
-from behaviours.core.arguments import validate_looks_like, validate_times
+from behaviours.core.arguments import validate_compare
 from behaviours.core.context import Context
 from behaviours.core.leaf import Condition
 from behaviours.core.parameter_types import (
@@ -16,13 +15,10 @@ from behaviours.core.parameter_types import (
     Bounds,
     Deviation,
     LowerBound,
-    Millimetres,
     Posture,
     Region,
     ToolPose,
 )
-from behaviours.views.objects import Choice
-from perception import ColourName, DetectedObject
 
 _CONFIRMED = 5.0  # where the base is counts as known for so long after a measurement of it [s]
 
@@ -63,41 +59,15 @@ class BatteryAbove(Condition):
         return self.success(text) if 100.0 * charge > self._percent else self.failure(text)
 
 
-class TimeBetween(Condition):
-    """Succeeds at a time of the day, on the clock of the computer.
-
-    A simulated run begins at noon.
-
-    Args:
-        after: hours and minutes, as in `08:30`.
-        before: the same; where it is earlier than `after`, of the next day.
-    """
-
-    key: ClassVar[str] = "time_between"
-    validate = staticmethod(validate_times)
-
-    def __init__(self, name: str, context: Context, *, after: str, before: str) -> None:
-        super().__init__(name, context)
-        if wrong := self.validate({"after": after, "before": before}):
-            raise ValueError(wrong)
-        self._after, self._before = after, before
-
-    def update(self) -> Status:
-        """One tick."""
-        minutes = int((self.context.began_at + self.context.state.stamp) / 60.0) % (24 * 60)
-        now = f"{minutes // 60:02}:{minutes % 60:02}"
-        since, until = self._after <= now, now < self._before
-        is_between = since and until if self._after < self._before else since or until
-        return (self.success if is_between else self.failure)(f"it is {now}")
-
-
 class Near(Condition):
-    """Succeeds if the hand, or the base, is near a pose.
+    """Succeeds if the hand, the base or the arm is near a pose.
 
     Args:
-        pose: of the task file; a tool pose is about the hand, a base pose about the base.
-        within_m: how near [m].
-        within_deg: how little turned away from it [deg]; without it any turn will do.
+        pose: of the task file; a tool pose is about the hand, a base pose about the base, a posture
+            about the arm.
+        within_m: how near [m]; of a posture it says nothing.
+        within_deg: how little turned away from it, of a posture each joint [deg]; without it any
+            turn will do, of a posture 3.
     """
 
     key: ClassVar[str] = "near"
@@ -107,7 +77,7 @@ class Near(Condition):
         name: str,
         context: Context,
         *,
-        pose: ToolPose | BasePose,
+        pose: ToolPose | BasePose | Posture,
         within_m: Annotated[float, Bounds(least=0.0, most=10.0)] = 0.1,
         within_deg: Deviation | None = None,
     ) -> None:
@@ -117,6 +87,10 @@ class Near(Condition):
     def update(self) -> Status:
         """One tick."""
         pose, context = self._pose, self.context
+        if isinstance(pose, Posture):
+            away = degrees(float(np.abs(context.state.q - pose.q).max()))
+            is_near = away <= (3.0 if self._within_deg is None else self._within_deg)
+            return (self.success if is_near else self.failure)(f"{away:.1f}° from {pose.name}")
         if isinstance(pose, ToolPose):
             error: SE3 = context.oTe.actInv(pose.oTe)
         else:
@@ -172,29 +146,6 @@ class Localised(Condition):
         return self.success(known) if here.uncertainty <= self._within else self.unknown(known)
 
 
-class ArmAt(Condition):
-    """Succeeds if the arm is in a posture.
-
-    Args:
-        posture: of the task file; `ready` is always there.
-        within_deg: how far each joint may be from it [deg].
-    """
-
-    key: ClassVar[str] = "arm_at"
-
-    def __init__(
-        self, name: str, context: Context, *, posture: Posture, within_deg: Deviation = 3.0
-    ) -> None:
-        super().__init__(name, context)
-        self._posture, self._within_deg = posture, within_deg
-
-    def update(self) -> Status:
-        """One tick."""
-        away = degrees(float(np.abs(self.context.state.q - self._posture.q).max()))
-        text = f"{away:.1f}° from {self._posture.name}"
-        return self.success(text) if away <= self._within_deg else self.failure(text)
-
-
 class HoldingObject(Condition):
     """Succeeds if the fingers rest on something.
 
@@ -219,47 +170,6 @@ class HoldingObject(Condition):
         if reason is None:
             return self.success(width)
         return self.failure(f"nothing held, {width}: {reason}")
-
-
-class LooksLike(Condition):
-    """Succeeds if a detected object is what is asked for.
-
-    Not known where the camera has no colours and one is asked for.
-
-    Args:
-        object: that `detect` found.
-        colour: it has this colour.
-        min_width_mm: its shorter edge, seen from above, is at least this [mm].
-        max_width_mm: its shorter edge is at most this [mm].
-    """
-
-    key: ClassVar[str] = "looks_like"
-    validate = staticmethod(validate_looks_like)
-
-    def __init__(
-        self,
-        name: str,
-        context: Context,
-        *,
-        object: DetectedObject,
-        colour: ColourName | None = None,
-        min_width_mm: Millimetres | None = None,
-        max_width_mm: Millimetres | None = None,
-    ) -> None:
-        super().__init__(name, context)
-        self._object = object
-        self._choice = Choice.of("best", None, colour, min_width_mm, max_width_mm)
-
-    def update(self) -> Status:
-        """One tick."""
-        here, one = self.context.state.oTb.translation, self._object
-        fits, but_for_colour = (
-            bool(choice.fitting([one], here))
-            for choice in (self._choice, replace(self._choice, colour=None))
-        )
-        if but_for_colour and not fits and not one.colour:
-            return self.unknown("its colour was not seen")
-        return (self.success if fits else self.failure)(str(one))
 
 
 class AllPlaced(Condition):
@@ -297,17 +207,19 @@ class AllPlaced(Condition):
         return self.success(text) if placed >= stock.most else self.failure(text)
 
 
-class Equals(Condition):
-    """Succeeds if a value is another value.
+class Compare(Condition):
+    """Succeeds if a value is another value, or a number is not smaller than another one.
 
     Args:
-        value: for example a key, as in `value: $side`.
-        to: what it has to be.
+        value: for example a key, as in `value: $count`.
+        equals: what it has to be.
+        least: the smallest number that will do.
     """
 
-    key: ClassVar[str] = "equals"
+    key: ClassVar[str] = "compare"
     needs_robot: ClassVar[bool] = False
-    comparable: ClassVar[tuple[str, ...]] = ("value", "to")
+    comparable: ClassVar[tuple[str, ...]] = ("value", "equals", "least")
+    validate = staticmethod(validate_compare)
 
     def __init__(
         self,
@@ -315,41 +227,28 @@ class Equals(Condition):
         context: Context,
         *,
         value: bool | int | float | str,
-        to: bool | int | float | str,
+        equals: bool | int | float | str | None = None,
+        least: float | None = None,
     ) -> None:
         super().__init__(name, context)
-        self._value, self._to = value, to
+        self._value, self._equals, self._least = value, equals, least
 
     def update(self) -> Status:
         """One tick."""
-        for one, other in ((self._value, self._to), (self._to, self._value)):
-            if isinstance(one, LowerBound) and isinstance(other, int | float) and one <= other:
-                return self.unknown(f"it is {self._value}, asked for {self._to}")
+        value, other = self._value, self._equals
+        if self._least is not None and isinstance(value, int | float):
+            return self._is_least(value, self._least)
+        for one, than in ((value, other), (other, value)):
+            if isinstance(one, LowerBound) and isinstance(than, int | float) and one <= than:
+                return self.unknown(f"it is {value}, asked for {other}")
         # True is not 1 in a task file.
-        if self._value == self._to and isinstance(self._value, bool) is isinstance(self._to, bool):
-            return self.success(f"it is {self._to}")
-        return self.failure(f"it is {self._value}, not {self._to}")
+        if value == other and isinstance(value, bool) is isinstance(other, bool):
+            return self.success(f"it is {other}")
+        return self.failure(f"it is {value}, not {other}")
 
-
-class AtLeast(Condition):
-    """Succeeds if a number is not smaller than another one.
-
-    Args:
-        value: for example a key, as in `value: $count`.
-        least: the smallest number that will do.
-    """
-
-    key: ClassVar[str] = "at_least"
-    needs_robot: ClassVar[bool] = False
-
-    def __init__(self, name: str, context: Context, *, value: float, least: float) -> None:
-        super().__init__(name, context)
-        self._value, self._least = value, least
-
-    def update(self) -> Status:
-        """One tick."""
-        text = f"{self._value:g} of at least {self._least:g}"
-        is_enough = self._value >= self._least
-        if isinstance(self._least if is_enough else self._value, LowerBound):
-            return self.unknown(f"it is {self._value}, asked for {self._least}")
+    def _is_least(self, value: float, least: float) -> Status:
+        text = f"{value:g} of at least {least:g}"
+        is_enough = value >= least
+        if isinstance(least if is_enough else value, LowerBound):
+            return self.unknown(f"it is {value}, asked for {least}")
         return self.success(text) if is_enough else self.failure(text)

@@ -8,9 +8,11 @@ from py_trees.common import Status
 from behaviours.core.arguments import validate_choice
 from behaviours.core.context import Context
 from behaviours.core.leaf import Leaf
-from behaviours.core.parameter_types import Key, LowerBound, Millimetres, Region, Timeout
+from behaviours.core.parameter_types import Key, LowerBound, Millimetres, Region
 from behaviours.views.objects import Choice, Choose, ObjectDetection
 from perception import ColourName, DetectedObjects
+
+_PATIENCE = 1.0  # without a picture [s]
 
 
 class Detect(Leaf):
@@ -33,7 +35,6 @@ class Detect(Leaf):
         colour: only objects of this colour.
         min_width_mm: only those whose shorter edge, seen from above, is at least this [mm].
         max_width_mm: only those whose shorter edge is at most this [mm].
-        patience_s: give up without a picture after this [s].
     """
 
     key: ClassVar[str] = "detect"
@@ -55,14 +56,12 @@ class Detect(Leaf):
         colour: ColourName | None = None,
         min_width_mm: Millimetres | None = None,
         max_width_mm: Millimetres | None = None,
-        patience_s: Timeout = 1.0,
     ) -> None:
         super().__init__(name, context)
         self._list, self._count = list, count
         self._choice = Choice.of(choose, kind, colour, min_width_mm, max_width_mm)
         self._detection = ObjectDetection(context, region, self._choice)
         context.direction(region)  # in which what it finds is come to
-        self._patience = patience_s
 
     def initialise(self) -> None:
         """Start to look."""
@@ -74,7 +73,7 @@ class Detect(Leaf):
         vision, state = self.context.vision, self.context.state
         objects = self._detection.update()
         if objects is None:
-            if self.context.clock.now() - self._begun > self._patience:
+            if self.context.clock.now() - self._begun > _PATIENCE:
                 return self.failure(vision.blindness(state.stamp) or "no camera frame")
             return self.running("looking")
         if isinstance(objects, str):

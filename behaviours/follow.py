@@ -10,7 +10,7 @@ from behaviours.core.context import Context
 from behaviours.core.directions import looking_down
 from behaviours.core.leaf import Leaf
 from behaviours.core.motion import Progress
-from behaviours.core.parameter_types import Distance, Duration, Region, Timeout
+from behaviours.core.parameter_types import Distance, Duration, Region
 from behaviours.views.survey import glance
 from controller import Array, PoseGoal
 from perception import Segment
@@ -19,6 +19,7 @@ _SPEED = 0.5  # [m/s]
 _SMALLEST_AREA = 2e-4  # of an object that is followed, seen from above [m^2]
 _SAME_OBJECT = 0.10  # an object farther from its place in the last picture is another one [m]
 _STILL_RADIUS = 0.01  # an object that does not leave this circle stands still [m]
+_PATIENCE = 1.5  # without seeing the object [s]
 _KEEPING_UP = 0.05  # position error below which the hand keeps up [m]
 
 
@@ -32,7 +33,6 @@ class Follow(Leaf):
         within: region of the task file in which the object moves.
         height_m: of the hand over the floor of the region [m].
         still_s: succeed when the object has stood still for so long [s]; null follows for ever.
-        patience_s: give up after not seeing it for this long [s].
     """
 
     key: ClassVar[str] = "follow"
@@ -46,11 +46,9 @@ class Follow(Leaf):
         within: Region,
         height_m: Distance = 0.3,
         still_s: Duration | None = 2.0,
-        patience_s: Timeout = 1.5,
     ) -> None:
         super().__init__(name, context)
         self._within, self._height, self._still = within, height_m, still_s
-        self._patience = patience_s
 
     def initialise(self) -> None:
         """Start to look; the hand keeps its turn about the vertical."""
@@ -67,9 +65,9 @@ class Follow(Leaf):
             return self.failure(fault)
         context, now = self.context, self.context.clock.now()
         self._look()
-        if now - self._seen > self._patience:
+        if now - self._seen > _PATIENCE:
             reason = context.vision.blindness(context.state.stamp) or "nothing to follow"
-            return self.failure(f"{reason} for {self._patience:g} s")
+            return self.failure(f"{reason} for {_PATIENCE:g} s")
         if self._object is None:
             return self.running("looking for something to follow")
         above = SE3(self._rotation, self._object + np.array([0.0, 0.0, self._height]))

@@ -9,13 +9,14 @@ from py_trees.common import Status
 from behaviours.core.context import Context
 from behaviours.core.leaf import CLOSED, Leaf
 from behaviours.core.motion import Approach
-from behaviours.core.parameter_types import Bounds, Force, Lift, Speed, Timeout, ToolPose
+from behaviours.core.parameter_types import Bounds, Lift, Speed, Timeout, ToolPose
 from config.poses import OdometryPose
 from controller import PoseGoal
 
 _PULL = 0.001  # change of their width, at rest, by which fingers that hold something are pulled [m]
 _PULLING = 0.5  # that it lasts: a bump is over [s]
 _CREEP = 1.0  # a slower change than `_PULL` in this time is no pull, but the object settling [s]
+_FORCE = 10.0  # of the fingers that feel and take something [N]
 _SQUEEZE = 1.0  # how long what was felt has to stay between the fingers [s]
 _ON_THE_WAY = 60.0  # longest way to the person [s]
 
@@ -143,7 +144,6 @@ class Receive(_HeldOut):
     Args:
         at: where the hand is held out.
         every_s: how long the hand is open before the fingers feel [s].
-        force_n: force of the fingers [N].
         hangs_m: how far what is given may reach below the hand; `place` stops so high [m].
         speed_m_s: largest speed of the hand on its way there [m/s].
         timeout_s: how long it waits for a person [s].
@@ -160,19 +160,18 @@ class Receive(_HeldOut):
         *,
         at: ToolPose,
         every_s: Annotated[float, Bounds(least=0.5, most=60.0)] = 2.0,
-        force_n: Force = 10.0,
         hangs_m: Lift = 0.1,
         speed_m_s: Speed = 0.5,
         timeout_s: Timeout = 30.0,
     ) -> None:
         super().__init__(name, context, at, speed_m_s, timeout_s)
-        self._every, self._force, self._hangs = every_s, force_n, hangs_m
+        self._every, self._hangs = every_s, hangs_m
 
     def initialise(self) -> None:
         """Find where the fingers stop on nothing, and set out."""
         super().initialise()
         self._step, self._empties = self._try, not self.gripper_is_open
-        self.open_gripper() if self._empties else self.grip(0.0, self._force)
+        self.open_gripper() if self._empties else self.grip(0.0, _FORCE)
 
     def _try(self) -> Status:
         """Drop what is held, close on nothing, and open."""
@@ -181,7 +180,7 @@ class Receive(_HeldOut):
             return waiting
         if self._empties:
             self._empties = False
-            self.grip(0.0, self._force)
+            self.grip(0.0, _FORCE)
             return self.running("closing on nothing")
         if not fingers.rest:
             return self.running("closed on nothing")
@@ -208,7 +207,7 @@ class Receive(_HeldOut):
             return self.failure(f"nothing was given within {self._timeout:g} s")
         if now - self._since < self._every:
             return self.running(f"holding the hand out for {now - self._begun:.0f} s")
-        self.grip(0.0, self._force)
+        self.grip(0.0, _FORCE)
         self._step = self._feel
         return self.running("closing")
 
@@ -220,7 +219,7 @@ class Receive(_HeldOut):
             return self.running("feeling what is there")
         if not self.empty_hand:
             self._felt, self._since, self._step = log.fingers.width, now, self._squeeze
-            context.robot.grip(0.0, self._force)  # what stops them half way of themselves gives way
+            context.robot.grip(0.0, _FORCE)  # what stops them half way of themselves gives way
             return self.running("pressing what is there")
         return self._feel_again()
 

@@ -1,15 +1,17 @@
 """Behaviour `move_arm`: the arm to a posture, the base held."""
 
 from math import radians
-from typing import Annotated, ClassVar
+from typing import ClassVar
 
 from py_trees.common import Status
 
 from behaviours.core.context import Context
 from behaviours.core.leaf import Leaf
 from behaviours.core.motion import Approach
-from behaviours.core.parameter_types import Bounds, Posture, Timeout
+from behaviours.core.parameter_types import Posture, Timeout
 from controller import PostureGoal
+
+_TOLERANCE = 0.6  # of every joint [deg]
 
 
 class MoveArm(Leaf):
@@ -20,7 +22,6 @@ class MoveArm(Leaf):
 
     Args:
         to: a posture of the task file; `ready` is always there.
-        tolerance_deg: arrived when every joint is nearer than this [deg].
         timeout_s: give up after this [s].
     """
 
@@ -34,12 +35,11 @@ class MoveArm(Leaf):
         context: Context,
         *,
         to: Posture,
-        tolerance_deg: Annotated[float, Bounds(least=0.05, most=45.0)] = 0.6,
         timeout_s: Timeout = 20.0,
     ) -> None:
         super().__init__(name, context)
         self._to = to
-        self._goal = PostureGoal(q=to.q, tolerance=radians(tolerance_deg))
+        self._goal = PostureGoal(q=to.q, tolerance=radians(_TOLERANCE))
         self._timeout = timeout_s
 
     def initialise(self) -> None:

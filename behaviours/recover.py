@@ -12,13 +12,14 @@ from behaviours.core.context import Context
 from behaviours.core.fault_memory import WayOut
 from behaviours.core.leaf import Leaf
 from behaviours.core.motion import AWAY_SPEED, IN_THE_WAY, BackOff, Progress, Rise
-from behaviours.core.parameter_types import Lift, Posture
+from behaviours.core.parameter_types import Posture
 from config import counted
 from controller import PostureGoal
 
 _FOLDED = 0.05  # an arm that is nearer to the posture need not rise first [rad]
 _MOST_BACK_OFFS = 2
 _REST = 0.5  # of an arm that folds: what is in its way stays there [s]
+_RISE = 0.15  # of the hand, before the arm folds [m]
 
 
 class Recover(Leaf):
@@ -36,18 +37,15 @@ class Recover(Leaf):
     Args:
         arm: joint positions to come back to; `ready` is always there. Without it the hand is only
             lifted, and only after a fault.
-        rise_m: lift the hand this far before the arm folds [m].
     """
 
     key: ClassVar[str] = "recover"
     base_rests: ClassVar[bool] = True
     goes_to: ClassVar[tuple[str, ...]] = ("arm",)
 
-    def __init__(
-        self, name: str, context: Context, *, arm: Posture | None = None, rise_m: Lift = 0.15
-    ) -> None:
+    def __init__(self, name: str, context: Context, *, arm: Posture | None = None) -> None:
         super().__init__(name, context)
-        self._arm, self._height = arm, rise_m
+        self._arm = arm
 
     @property
     def phase(self) -> str:
@@ -64,7 +62,7 @@ class Recover(Leaf):
         self._way: BackOff | Rise | None = None
         self._ways: list[Callable[[], BackOff | Rise]] = []
         if self._arm is not None and not self._folded(self._arm):
-            self._ways.append(partial(Rise, self, self._height))
+            self._ways.append(partial(Rise, self, _RISE))
         self._progress = Progress(self.context, rest=_REST)
 
     def update(self) -> Status:
@@ -109,7 +107,7 @@ class Recover(Leaf):
         """Leave a contact: the part that was touched first, the hand before the base."""
         hand, base = (None, None) if way is None else (way.hand, way.base)
         self._is_cleared, self._way = False, None
-        self._ways = [partial(Rise, self, self._height, hand)]
+        self._ways = [partial(Rise, self, _RISE, hand)]
         if base is not None:
             self._ways.insert(hand is not None, partial(BackOff, self, base, AWAY_SPEED))
 

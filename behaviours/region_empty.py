@@ -8,8 +8,10 @@ from py_trees.common import Status
 
 from behaviours.core.context import Context
 from behaviours.core.leaf import Leaf
-from behaviours.core.parameter_types import Area, Count, Region, Timeout
+from behaviours.core.parameter_types import Area, Region
 from behaviours.views.survey import Survey, view_directions
+
+_PATIENCE = 1.0  # without a picture [s]
 
 
 class RegionEmpty(Leaf):
@@ -23,8 +25,6 @@ class RegionEmpty(Leaf):
     Args:
         region: of the task file; its floor is what objects stand on.
         smallest_cm2: less than this, seen from above, counts as nothing [cm^2].
-        frames: how many pictures must agree.
-        patience_s: give up without a picture after this [s].
     """
 
     key: ClassVar[str] = "region_empty"
@@ -37,8 +37,6 @@ class RegionEmpty(Leaf):
         *,
         region: Region,
         smallest_cm2: Area = 1.0,
-        frames: Count = 3,
-        patience_s: Timeout = 1.0,
     ) -> None:
         super().__init__(name, context)
         self._region, self._smallest = region, 1e-4 * smallest_cm2
@@ -46,8 +44,7 @@ class RegionEmpty(Leaf):
             Survey,
             self,
             region,
-            frames=frames,
-            patience=patience_s,
+            patience=_PATIENCE,
             smallest=self._smallest,
             directions=view_directions(context, region),
             from_here=True,

@@ -9,7 +9,6 @@ from behaviours.core.context import Context
 from behaviours.core.leaf import Leaf
 from behaviours.core.parameter_types import (
     Area,
-    Count,
     Distance,
     Key,
     LowerBound,
@@ -33,7 +32,6 @@ class ScanForObjects(Leaf):
         region: of the task file; its floor is what objects stand on.
         count: key for the number of objects.
         height_m: of the camera over the floor [m].
-        frames: pictures to take from each view.
         smallest_cm2: less than this, seen from above, counts as nothing [cm^2].
         timeout_s: time to reach a view [s].
     """
@@ -50,7 +48,6 @@ class ScanForObjects(Leaf):
         region: Region,
         count: Key[int],
         height_m: Distance = 0.45,
-        frames: Count = 3,
         smallest_cm2: Area = 1.0,
         timeout_s: Timeout = 30.0,
     ) -> None:
@@ -60,7 +57,6 @@ class ScanForObjects(Leaf):
             Survey,
             self,
             region,
-            frames=frames,
             smallest=self._smallest,
             directions=view_directions(context, region, height_m),
             from_here=False,

@@ -69,50 +69,12 @@ class ObstacleWithin(Condition):
         return self.failure(text)
 
 
-class _Glance(Condition):
-    """What the newest picture shows of a region; a frame is judged once."""
-
-    def __init__(self, name: str, context: Context, region: Region, smallest_cm2: float) -> None:
-        super().__init__(name, context)
-        self._region = region
-        self._smallest = 1e-4 * smallest_cm2
-        self._judged: DepthFrame | None = None
-
-    def _look(self) -> str:
-        """Count what stands there; returns why there may be more, if so."""
-        vision, stamp = self.context.vision, self.context.state.stamp
-        frame, self._count = vision.picture(stamp), 0
-        if frame is None:
-            return vision.blindness(stamp)
-        if frame is not self._judged:
-            with vision.timed():
-                seen = glance(self.context, self._region, frame)
-                self._lowest = seen.lowest
-                self._seen = (
-                    len(seen.segments(self._smallest)),
-                    (
-                        unseen(seen, self._region, self._smallest, whole=True)
-                        if seen.seen > 0.0
-                        else f"{self._region.name} is out of view"
-                    ),
-                )
-            self._judged = frame
-        self._count = self._seen[0]
-        return self._seen[1]
-
-    @property
-    def _text(self) -> str:
-        what = counted(self._count, "object")
-        if not self._count:
-            what = f"nothing over {ceil(1000 * self._lowest)} mm"
-        return f"{what} seen in {self._region.name}"
-
-
-class ObjectVisible(_Glance):
+class ObjectVisible(Condition):
     """Succeeds if the newest picture of the camera shows something that stands in a region.
 
     Without so many, that is not known unless the picture shows the whole floor, and no object hides
-    a part that could hold one. Objects that touch each other count as one.
+    a part that could hold one; `region_empty` moves the camera until it does. Objects that touch
+    each other count as one. It names the height below which an object may be overlooked.
 
     Args:
         within: region of the task file; its floor is what objects stand on.
@@ -132,37 +94,33 @@ class ObjectVisible(_Glance):
         least: Count = 1,
         smallest_cm2: Area = 1.0,
     ) -> None:
-        super().__init__(name, context, within, smallest_cm2)
-        self._least = least
+        super().__init__(name, context)
+        self._region, self._least, self._smallest = within, least, 1e-4 * smallest_cm2
+        self._judged: DepthFrame | None = None
 
     def update(self) -> Status:
         """One tick."""
-        if (hidden := self._look()) and self._count < self._least:
-            return self.unknown(hidden)
-        return (self.success if self._count >= self._least else self.failure)(self._text)
+        vision, stamp = self.context.vision, self.context.state.stamp
+        frame = vision.picture(stamp)
+        if frame is None:
+            return self.unknown(vision.blindness(stamp))
+        if frame is not self._judged:
+            with vision.timed():
+                self._judge(frame)
+            self._judged = frame
+        if self._hidden and self._count < self._least:
+            return self.unknown(self._hidden)
+        what = counted(self._count, "object")
+        if not self._count:
+            what = f"nothing over {ceil(1000 * self._lowest)} mm"
+        answer = self.success if self._count >= self._least else self.failure
+        return answer(f"{what} seen in {self._region.name}")
 
-
-class RegionFree(_Glance):
-    """Succeeds if the newest picture of the camera shows a region, and nothing stands in it.
-
-    That is not known without a picture, or if it does not show the whole floor; `region_empty`
-    moves the camera until it does. It names the height below which an object may be overlooked.
-
-    Args:
-        region: of the task file; its floor is what objects stand on.
-        smallest_cm2: less than this, seen from above, counts as nothing [cm^2].
-    """
-
-    key: ClassVar[str] = "region_free"
-    surfaces: ClassVar[tuple[str, ...]] = ("region",)
-
-    def __init__(
-        self, name: str, context: Context, *, region: Region, smallest_cm2: Area = 1.0
-    ) -> None:
-        super().__init__(name, context, region, smallest_cm2)
-
-    def update(self) -> Status:
-        """One tick."""
-        if (hidden := self._look()) and not self._count:
-            return self.unknown(hidden)
-        return (self.failure if self._count else self.success)(self._text)
+    def _judge(self, frame: DepthFrame) -> None:
+        """Count what stands there, and say why there may be more, if so."""
+        seen = glance(self.context, self._region, frame)
+        self._count = len(seen.segments(self._smallest))
+        self._hidden = f"{self._region.name} is out of view"
+        if seen.seen > 0.0:
+            self._hidden = unseen(seen, self._region, self._smallest, whole=True)
+        self._lowest = seen.lowest

@@ -7,7 +7,8 @@ from py_trees.common import Status
 from behaviours.core.arguments import validate_file
 from behaviours.core.context import Context
 from behaviours.core.leaf import Leaf
-from behaviours.core.parameter_types import Timeout
+
+_PATIENCE = 1.0  # without a picture [s]
 
 
 class Snapshot(Leaf):
@@ -19,20 +20,17 @@ class Snapshot(Leaf):
 
     Args:
         file: name of the picture, without an ending.
-        patience_s: give up without a picture after this [s].
     """
 
     key: ClassVar[str] = "snapshot"
     moves: ClassVar[bool] = False
     validate = staticmethod(validate_file)
 
-    def __init__(
-        self, name: str, context: Context, *, file: str, patience_s: Timeout = 1.0
-    ) -> None:
+    def __init__(self, name: str, context: Context, *, file: str) -> None:
         super().__init__(name, context)
         if wrong := self.validate({"file": file}):
             raise ValueError(wrong)
-        self._file, self._patience = file, patience_s
+        self._file = file
 
     def initialise(self) -> None:
         """What is seen from now on counts."""
@@ -46,6 +44,6 @@ class Snapshot(Leaf):
             name = context.log.keep(self._file, frame)
             context.log.say(context.clock.now(), f"picture {name}")
             return self.success(f"kept as {name}")
-        if context.clock.now() - self._begun > self._patience:
+        if context.clock.now() - self._begun > _PATIENCE:
             return self.failure(context.vision.blindness(stamp) or "no camera frame")
         return self.running("waiting for a picture")

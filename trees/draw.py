@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 
 from config import written
-from trees.language import COMPOSITES, Argument, CompositeNode, KeyRead, KeyWrite, LeafNode, Node
+from trees.language import Argument, CompositeNode, KeyRead, KeyWrite, LeafNode, Node
 
 _ACTION, _CONDITION, _SUBTREE = "•", "○", "▣"
 
@@ -21,14 +21,14 @@ def _lines(node: Node, first: str, later: str) -> Iterator[str]:
         outputs = {} if node.type.names_keys else node.outputs  # its arguments are its outputs
         details = [*_pairs(node.arguments), *_written_keys(outputs)]
     elif isinstance(node, CompositeNode):
-        key, symbol, children = node.key, COMPOSITES[node.key].symbol, node.children
+        key, symbol, children = node.key, node.word.symbol, node.children
         cases = [f"cases: {', '.join(node.cases)}"] if node.cases else []
         details = [*_pairs(node.options), *cases]
     else:
         key, symbol, children = "subtree", _SUBTREE, (node.task.root,)
         details = [node.file, *_pairs(node.arguments), *_written_keys(node.outputs)]
     for word, value in node.modifiers.items():
-        details.append(f"[{word}]" if value is True else f"[{word}: {_short(value)}]")
+        details.append(f"[{word}: {_short(value)}]")
     kind = "" if key == node.name else f" ({key})"
     yield "  ".join([f"{first}{symbol} {node.name}{kind}", *details])
     for child in children:

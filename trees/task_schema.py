@@ -14,6 +14,7 @@ from typing import Any, TypeAlias
 from config.reader import StrictModel
 from trees.language import (
     ADD,
+    ASKING,
     CHILDREN,
     COMPOSITES,
     FILE_KEYS,
@@ -97,7 +98,7 @@ def _condition(leaves: Mapping[str, LeafType]) -> Schema:
     """What may stand after `while` or `unless`."""
     conditions = {key: leaf for key, leaf in leaves.items() if leaf.is_condition}
     asking = {key: word for key, word in COMPOSITES.items() if word.is_condition}
-    return _one_of(conditions, asking, {}) | {"maxProperties": 1}
+    return _one_of(conditions, asking | dict(ASKING), {}) | {"maxProperties": 1}
 
 
 def _one_of(
@@ -161,7 +162,7 @@ def _composite(word: type[CompositeWord]) -> Schema:
     about = {"description": f"{word.description} It takes {word.takes}."}
     if word.form is not Form.LIST:
         return _FORMS[word.form] | about
-    if word.most == 1:
+    if word.lone:
         return {**about, "if": {"type": "array"}, "then": nodes, "else": node}
     if not word.options:
         return {**nodes, **about}

@@ -7,6 +7,7 @@ from typing import Any, NoReturn
 import typer
 from typer.core import TyperGroup
 
+from app.run_options import FORMER_OPTIONS
 from app.terminal import Terminal
 
 
@@ -31,6 +32,8 @@ class RefusingGroup(TyperGroup):
                 what = missing.param.opts[-1]
                 what = what if what.startswith("-") else what.upper()
                 refuse(f"{missing.ctx.command_path}: {what} is missing: {missing.param.help}")
+            if instead := FORMER_OPTIONS.get(getattr(error, "option_name", "")):
+                refuse(f"{missing.option_name} is not an option any more; write {instead}")
             from config import UserError  # with pydantic, which `--help` does not need
 
             if not isinstance(error, UserError):

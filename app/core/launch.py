@@ -73,7 +73,7 @@ def run_task(
                 control=console.control,
                 hooks=console.hooks,
                 injector=setup.injector,
-                may_force=options.force,
+                may_force=options.approve,
                 drivers=frozenset(_drivers(options)),
                 viewer=embedded.url if embedded else None,
                 say=tell,

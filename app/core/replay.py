@@ -124,7 +124,6 @@ def _options(folder: Path) -> tuple[RunOptions, float, bool]:
             weights=None if weights is None else Path(weights),
             scene=None if options["scene"] is None else str(options["scene"]),
             seed=int(options["seed"]),
-            time_of_day=options.get("time_of_day"),
             map=None if site is None else Path(site),
             world=str(options["world"]),
             obstacles=ObstacleSource(options.get("obstacles", usual.obstacles)),
@@ -137,8 +136,8 @@ def _options(folder: Path) -> tuple[RunOptions, float, bool]:
         raise UserError(f"{folder}: with --motion planning, which is gone; it cannot be replayed")
     if held:
         raise UserError(
-            f"{folder}: with --break, --approve or --force-outcomes a person may hold or answer "
-            "for a node; such a run cannot be replayed"
+            f"{folder}: with --break or --approve a person may hold or answer for a node; such a "
+            "run cannot be replayed"
         )
     return kept, float(options.get("pace", 1.0)), bool(is_real)
 

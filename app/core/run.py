@@ -178,7 +178,6 @@ class Run:
         chosen |= {
             "world": self._setup.world,
             "real_time": self._setup.clock.session.is_real,
-            "time_of_day": self._setup.context.began_at,
             "pace": self._setup.robot.description.pace,
         }
         return make_folder(

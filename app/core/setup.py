@@ -3,7 +3,6 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
-from datetime import datetime
 
 from py_trees.behaviour import Behaviour
 
@@ -37,12 +36,10 @@ from hw import (
     Truth,
     Worker,
     WorldOptions,
-    epoch,
     open_backend,
 )
 from perception import GraspDetector
 
-_NOON = 43_200.0  # [s since midnight]
 _SEARCH = 0.03  # simulated duration of a search for grasps [s] ...
 _REGISTRATION = 0.03  # ... of a registration ...
 _DEPTH_OBSTACLES = 0.03  # ... and of the obstacles in a frame
@@ -175,20 +172,9 @@ def set_up(
                 now=Now(state=state),
                 around=around,
                 map_sensors=MapSensors(surfaces, options.registration.sensors, registration),
-                began_at=_time_of_day(options, backend, robot.clock.now()),
             ),
             problems=problems,
         )
-
-
-def _time_of_day(options: RunOptions, backend: Backend, elapsed: float) -> float:
-    """When the session began, `elapsed` [s] ago; a simulated run is the same at any time."""
-    if options.time_of_day is not None:
-        return options.time_of_day
-    if backend.truth is not None:
-        return _NOON
-    now = datetime.fromtimestamp(epoch())
-    return 3600.0 * now.hour + 60.0 * now.minute + now.second - elapsed
 
 
 @contextmanager

@@ -55,8 +55,6 @@ class OperatorConsole(Observer):
                 "--paused, --break and --approve wait for a person, but there is no terminal for "
                 "keys; add --with page or --with foxglove"
             )
-        if options.force and not any(one.acknowledges for one in there):
-            raise UserError("--force-outcomes is for the page; add --with page")
 
     @contextmanager
     def open(self) -> Iterator[None]:

@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 
 from app.review.timeline import Span, Timeline
-from trees.language import COMPOSITES, declared_leaves
+from trees.language import declared_leaves
 
 _AGAIN = ("retry", "forever")
 _NUMBER = re.compile(r"-?\d+(\.\d+)?")
@@ -173,17 +173,20 @@ def _setback_below(run: Timeline, span: Span) -> Span | None:
 
 def _is_question(run: Timeline, span: Span) -> bool:
     """Whether it was only a condition, or was forced to fail."""
-    kind = run.nodes[span.node].kind
-    if kind == "force_failure":
+    if run.nodes[span.node].kind == "force_failure":
         return not _failed_children(run, span)
-    if kind in _words():
-        return _words()[kind]
-    lasting = (one.seconds > 0.0 for one in run.rounds.get(span.node, ()))
-    return run.is_leaf(span.node) and not any(lasting)  # of a package
+    return _asks(run, span.node)
 
 
-@cache
-def _words() -> dict[str, bool]:
-    """Whether each word of the task language is a condition."""
-    composites = {key: word.is_condition for key, word in COMPOSITES.items()}
-    return composites | {key: leaf.is_condition for key, leaf in declared_leaves().items()}
+def _asks(run: Timeline, node: int) -> bool:
+    """Whether all that a node does is to ask conditions."""
+    kind, leaves = run.nodes[node].kind, _leaves()
+    if kind in ("sequence", "fallback", "not"):
+        return all(_asks(run, child) for child in run.children(node))
+    if kind in leaves:
+        return leaves[kind].is_condition
+    lasting = (one.seconds > 0.0 for one in run.rounds.get(node, ()))
+    return run.is_leaf(node) and not any(lasting)  # of a package
+
+
+_leaves = cache(declared_leaves)

@@ -13,7 +13,6 @@ from config import Hint, suggest
 PLACEHOLDER = "{value}"
 """In a text, what the value takes the place of."""
 _ANY_PLACEHOLDER = re.compile(r"\{\w*\}")
-_TIME = re.compile(r"([01]\d|2[0-3]):[0-5]\d")
 _FILE = re.compile(r"[A-Za-z0-9_-]{1,60}")
 _PLACES_OF = {"pitch_m": ("on",), "within_m": ("at", "onto"), "within_deg": ("at",)}
 _CHOICE_PARAMETERS = ("choose", "kind", "colour", "min_width_mm", "max_width_mm")
@@ -57,11 +56,11 @@ def validate_grasp(arguments: Mapping[str, object]) -> str:
     return ""
 
 
-def validate_looks_like(arguments: Mapping[str, object]) -> str:
-    """An invalid choice, or no criterion."""
-    if len(arguments) == 1:
-        return "asks nothing of its object; add `colour`, `min_width_mm` or `max_width_mm`"
-    return validate_choice(arguments)
+def validate_compare(arguments: Mapping[str, object]) -> str:
+    """Both comparisons, or neither."""
+    if ("equals" in arguments) is not ("least" in arguments):
+        return ""
+    return "says both or neither of `equals` and `least`; say one"
 
 
 def validate_drive(arguments: Mapping[str, object]) -> str:
@@ -90,17 +89,6 @@ def validate_place(arguments: Mapping[str, object]) -> str:
         if name in arguments and where[0] not in owners:
             return f"has `{name}`, which belongs to `{owners[0]}`; leave it out"
     return ""
-
-
-def validate_times(arguments: Mapping[str, object]) -> str:
-    """What is no time of the day, or no time between two."""
-    times = [arguments.get(name) for name in ("after", "before")]
-    for time in times:
-        if isinstance(time, str) and not _TIME.fullmatch(time):
-            meant = f"0{time}" if _TIME.fullmatch(f"0{time}") else ""
-            text = f"has the time `{time}`; write hours and minutes, as in 08:30"
-            return Hint(text, time, meant)
-    return "has twice the same time; write two" if times[0] == times[1] else ""
 
 
 def validate_text(arguments: Mapping[str, object]) -> str:

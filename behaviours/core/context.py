@@ -97,8 +97,6 @@ class Context:
     around: Around = field(default_factory=Around)
     map_sensors: MapSensors = field(default_factory=MapSensors)
     """What is registered to the map, where the robot tells a localised pose."""
-    began_at: float = 0.0
-    """Time of day at the beginning of the session's clock, since midnight [s]."""
     keys: dict[str, Key[object]] = field(default_factory=dict)
     """Every key of the tree, by its path: those of a subtree after the name of its node."""
 

@@ -35,6 +35,7 @@ _BEHIND = 3  # views of what was hidden from the others
 _BEYOND = 0.1  # so far beyond a hidden part, as seen from what stands before it, is looked down [m]
 _STILL = 1e-4  # uncertainty of a base that is exact [m, rad]
 _CELL, _STRIDE = 0.003, 2  # of a map in which objects are counted [m, pixels]
+_PICTURES = 3  # from each viewpoint, which must agree
 _GLANCE_CELL, _GLANCE_STRIDE = 0.008, 3  # of a map that is made within every tick [m, pixels]
 
 
@@ -44,7 +45,6 @@ class Survey:
     Args:
         leaf: sets the goals and gets the feedback message.
         region: whose floor is surveyed.
-        frames: pictures from each viewpoint.
         smallest: an unseen part that covers less than this does not count [m^2].
         from_here: begin with the present viewpoint.
         directions: of the other viewpoints on the map, see `view_directions`.
@@ -58,7 +58,6 @@ class Survey:
         leaf: Leaf,
         region: Region,
         *,
-        frames: int,
         smallest: float,
         from_here: bool,
         directions: Sequence[Direction],
@@ -67,7 +66,7 @@ class Survey:
         patience: float = CAMERA_PATIENCE,
     ) -> None:
         self._leaf, self._region, self._directions = leaf, region, directions
-        self._height, self._frames, self._timeout = height, frames, timeout
+        self._height, self._timeout = height, timeout
         self._smallest, self._patience = smallest, patience
         self._like = camera_pose(leaf.context)
         self._next = 0
@@ -162,7 +161,7 @@ class Survey:
         vision, now = context.vision, context.clock.now()
         frame = vision.new_frame()
         blindness = vision.blindness(context.state.stamp)
-        awaited = self._taken >= self._frames
+        awaited = self._taken >= _PICTURES
         if not awaited and frame and frame.stamp >= self._since and not blindness:
             with vision.timed():
                 place = place_of(context, self._region, frame)
@@ -171,7 +170,7 @@ class Survey:
             self._taken, self._waiting_since = self._taken + 1, now
         elif not awaited and now - self._waiting_since > self._patience:
             return leaf.failure(blindness or "no camera frame")
-        if self._taken < self._frames:
+        if self._taken < _PICTURES:
             return leaf.running(f"looking at {self._region.name}, {counted(self._taken, 'image')}")
         here = context.localisation
         vague = here.uncertainty > _CERTAIN and here.registrations == self._registrations

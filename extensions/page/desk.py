@@ -41,7 +41,6 @@ class Order(StrictModel):
     parameters: Mapping[str, str] = {}
     speed: Speed = Speed.REAL
     approve: bool = False
-    force: bool = False
 
 
 class TaskDesk:
@@ -145,8 +144,7 @@ class TaskDesk:
         given = {"robot": order.robot, "world": order.world, "scene": order.scene}
         given |= {"seed": str(order.seed), "speed": order.speed.value, "record": str(self._runs)}
         given |= {"view": self._view.value}
-        flags = {"approve": order.approve, "force-outcomes": order.force}
-        flags |= {"arm-the-robot": self._armed}
+        flags = {"approve": order.approve, "arm-the-robot": self._armed}
         return [
             *(f"--{name}={value}" for name, value in given.items() if value),
             *(f"--parameter={name}={value}" for name, value in order.parameters.items()),

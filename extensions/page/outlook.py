@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 from app.live import NodeInfo, NodeStatus, parents, path_from_root
 
-_SEQUENCES = ("sequence", "all_of", "for_each")
-_FALLBACKS = ("fallback", "any_of", "switch")
+_SEQUENCES = ("sequence", "for_each")
+_FALLBACKS = ("fallback", "switch")
 _AGAIN = ("retry", "forever", "repeat")
 _ATTEMPT = re.compile(r"attempt \d+ of \d+")
 

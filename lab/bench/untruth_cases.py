@@ -33,7 +33,7 @@ _PERSON = 0.25  # radius [m]
 
 _READY = "- recover: {arm: ready}\n"
 _LOOK = _READY + "- look_at: {at: spot, distance_m: 0.5}\n"
-_TRY = "- {force_success: true, sequence: [%s]}\n"
+_TRY = "- {force: success, sequence: [%s]}\n"
 _SAY = 'say: {text: "counted {value}", value: $n}'
 _COUNT = "".join(
     (
@@ -45,9 +45,9 @@ _COUNT = "".join(
 )
 _COUNT_RED = _LOOK + _TRY % f"detect: {{region: spot, count: n, colour: red}}, {_SAY}"
 _EMPTY = _LOOK + "- region_empty: {region: spot}\n"
-_FREE = _LOOK + "- {timeout_s: 5, wait_until: {region_free: {region: spot}}}\n"
-_FREE_TWICE = _FREE + "- wait: {duration_s: 2}\n- region_free: {region: spot}\n"
-_GUARDED = _LOOK + "- {while: {region_free: {region: spot}}, wait: {duration_s: 2}}\n"
+_FREE = _LOOK + "- {timeout_s: 5, until: {not: {object_visible: {within: spot}}}}\n"
+_FREE_TWICE = _FREE + "- wait: {duration_s: 2}\n- not: {object_visible: {within: spot}}\n"
+_GUARDED = _LOOK + "- {while: {not: {object_visible: {within: spot}}}, wait: {duration_s: 2}}\n"
 _SEES_NOTHING = _LOOK + "- not: {object_visible: {within: spot}}\n"
 _NOBODY = "{not: {obstacle_within: {distance_m: 0.5, sector_deg: 220}}}"
 _NOBODY_NEAR = _READY + "- wait: {duration_s: 2.5}\n- " + _NOBODY + "\n"

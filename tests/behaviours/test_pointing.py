@@ -11,7 +11,7 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours import Key, Region, ToolPose
-from behaviours.conditions import AtLeast, Equals
+from behaviours.conditions import Compare
 from behaviours.detect import Detect
 from behaviours.follow import Follow
 from behaviours.look_at import LookAt
@@ -85,8 +85,8 @@ def test_a_scan_looks_over_what_an_object_hides_and_counts_at_least_what_it_sees
     assert is_seen or harness.run(Detect("see", harness.context, region=SMALL, count=there)) is yes
     assert is_seen or f"{there.read()}" == "at least 1"
     asked = [
-        *(Equals("equals", harness.context, value=count.read(), to=to) for to in (0, 1, 2)),
-        *(AtLeast("at_least", harness.context, value=count.read(), least=n) for n in (1, 2, 3)),
+        *(Compare("is", harness.context, value=count.read(), equals=n) for n in (0, 1, 2)),
+        *(Compare("is", harness.context, value=count.read(), least=n) for n in (1, 2, 3)),
     ]
     for one in asked:
         one.tick_once()
@@ -100,7 +100,7 @@ def test_a_scan_does_not_count_by_what_it_cannot_see():
     harness = over_the_table()
     pose, count = SE3(np.eye(3), np.array([0.8, 0.0, TABLE_TOP - 0.2])), Key[int]("count")
     beyond = Region(name="shelf", mTr=pose, size=np.array([0.3, 0.3, 0.2]))
-    options = {"region": beyond, "count": count, "height_m": 0.65, "frames": 1}
+    options = {"region": beyond, "count": count, "height_m": 0.65}
     leaf = ScanForObjects("scan", harness.context, **options)
     assert failure(harness, leaf).startswith("100 % of shelf not seen")
     with pytest.raises(LookupError):

@@ -9,7 +9,7 @@ from trees.language import load
 def test_the_text_has_a_line_a_node_with_name_arguments_and_modifiers(tmp_path):
     path = tmp_path / "t.yaml"
     pick = "{name: pick, retry: $tries, fallback: [holding_object, open_gripper]}"
-    go = "{while: arm_healthy, force_success: true, navigate: {to: home, speed_m_s: 0.5}}"
+    go = "{while: arm_healthy, force: success, navigate: {to: home, speed_m_s: 0.5}}"
     path.write_text(
         "task: t\nparams: {tries: {default: 3}}\n"
         "poses: {home: {base: [0, 0], heading_deg: 0}}\n"
@@ -20,7 +20,7 @@ def test_the_text_has_a_line_a_node_with_name_arguments_and_modifiers(tmp_path):
         "├─ ? pick (fallback)  [retry: $tries]\n"
         "│  ├─ ○ holding_object\n"
         "│  └─ • open_gripper\n"
-        "└─ • navigate  to: home  speed_m_s: 0.5  [while: arm_healthy]  [force_success]\n"
+        "└─ • navigate  to: home  speed_m_s: 0.5  [while: arm_healthy]  [force: success]\n"
     )
 
 

@@ -26,7 +26,7 @@ SNIPPETS = (
     *("\n", ":", "- ", "{", "}", "[", "]", "$", "&a ", "*a", "!t ", "'", '"', "|", "\t", "#", ","),
     *("? ", "0", "-1", ".nan", "1e999", "null", "true", "\u2028", "\x00", "ü", "---\n", "  "),
     *("sequence:", "fallback: ", "forever: ", "until: ", "parallel: ", "policy: 2, children: "),
-    *("retry: 2, ", "while: arm_healthy, ", "unless: holding_object, ", "force_failure: true, "),
+    *("retry: 2, ", "while: arm_healthy, ", "unless: holding_object, ", "force: failure, "),
     *("set: {found: 1}", "$found", "$pause", "$count", "count: found", "subtree: ", "with: "),
     *("out: ", "{file: parts/count.yaml}", "{file: ../x.yaml}", "{type: pose}"),
     *("default: ", "min: "),

@@ -88,9 +88,7 @@ def test_warnings_are_where_the_node_is(tmp_path):
 
 
 def test_what_only_a_subtree_can_tell(tmp_path):
-    (tmp_path / "sure.yaml").write_text(
-        "task: sure\ntree: {force_success: true, play: {script: S}}\n"
-    )
+    (tmp_path / "sure.yaml").write_text("task: sure\ntree: {force: success, play: {script: S}}\n")
     [found] = warnings(tmp_path, "fallback: [subtree: {file: sure.yaml}, open_gripper]")
     assert "`open_gripper` is never reached: `sure` before it never fails" in found
 

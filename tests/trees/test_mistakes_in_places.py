@@ -109,7 +109,7 @@ def test_a_run_refuses_what_check_refuses_and_warns_in_other_scenes(tmp_path, na
     path = tmp_path / "t.yaml"
     path.write_text(
         f"task: t\n{named}regions:\n  x: {{centre: [0, -2, 0.6], size: [0.4, 0.4, 0.2]}}\n"
-        "tree: {force_success: true, place: {on: x}}\n"
+        "tree: {force: success, place: {on: x}}\n"
     )
     ended, _, err = call("run", path, "--record", tmp_path / "runs")
     assert (ended, call("check", path)[0]) == (code, code)

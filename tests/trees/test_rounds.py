@@ -45,11 +45,11 @@ def test_switch_runs_the_case_of_its_value(toy, side):
 @pytest.mark.parametrize(
     ("question", "status"),
     [
-        ("equals: {value: $left, to: left}", "S"),
-        ("equals: {value: $left, to: right}", "F"),
-        ("equals: {value: $three, to: 3.0}", "S"),
-        ("at_least: {value: $three, least: 2.5}", "S"),
-        ("at_least: {value: $three, least: 3.5}", "F"),
+        ("compare: {value: $left, equals: left}", "S"),
+        ("compare: {value: $left, equals: right}", "F"),
+        ("compare: {value: $three, equals: 3.0}", "S"),
+        ("compare: {value: $three, least: 2.5}", "S"),
+        ("compare: {value: $three, least: 3.5}", "F"),
     ],
 )
 def test_values_are_compared(toy, question, status):

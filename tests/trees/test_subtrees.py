@@ -143,10 +143,10 @@ def test_subtrees_that_multiply_are_bounded(folder):
 
 
 def test_the_depth_of_the_whole_tree_is_bounded(folder):
-    modified = "{force_success: true, unless: {ask: {answers: F}}, while: {ask: {answers: S}}, "
-    modified += "cooldown_s: 1, retry: 2, repeat: 2, timeout_s: 9, %s}"
+    modified = "{force: success, unless: {ask: {answers: F}}, while: {ask: {answers: S}}, "
+    modified += "retry: 2, repeat: 2, timeout_s: 9, %s}"
     nest = "%s"
-    for _ in range(6):
+    for _ in range(7):
         nest %= modified % "forever: %s"
     (folder / "last.yaml").write_text(f"task: last\ntree: {nest % '{open_gripper: }'}\n")
     (folder / "top.yaml").write_text(f"task: top\ntree: {nest % '{subtree: {file: last.yaml}}'}\n")

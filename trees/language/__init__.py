@@ -27,6 +27,7 @@ from trees.language.syntax import (
 )
 from trees.language.values import Argument, KeyRead, KeyWrite
 from trees.words import (
+    ASKING,
     CHILDREN,
     COMPOSITES,
     MODIFIERS,

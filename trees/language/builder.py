@@ -17,7 +17,6 @@ from trees.language.named_poses import READY
 from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode, Task, TaskFileError
 from trees.language.values import Argument, KeyRead
 from trees.words import (
-    COMPOSITES,
     MODIFIERS,
     Add,
     Branch,
@@ -82,7 +81,7 @@ class _Builder:
         """The behaviours of a node and of everything below it."""
         if isinstance(node, CompositeNode):
             children = [self.build(child) for child in node.children]
-            composite: type[Branch] = COMPOSITES[node.key]
+            composite: type[Branch] = node.word
             options: dict[str, object] = dict(node.options)
             if node.cases:
                 options = {"value": self._supply(node.options["value"]), "cases": node.cases}
@@ -100,8 +99,7 @@ class _Builder:
         for key, value in node.modifiers.items():
             guard = value if isinstance(value, LeafNode | CompositeNode) else None
             made = self.build(guard) if guard is not None else value
-            if made is not False:
-                behaviour = MODIFIERS[key](behaviour, made, self.context.clock.now)
+            behaviour = MODIFIERS[key].of(made)(behaviour, made, self.context.clock.now)
         return behaviour
 
     def _subtree(self, node: SubtreeNode) -> Behaviour:

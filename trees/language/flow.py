@@ -25,7 +25,6 @@ from trees.language.syntax import (
 )
 from trees.language.values import Argument, KeyRead, KeyWrite
 from trees.words import (
-    COMPOSITES,
     EMPTY,
     FULL,
     HAND,
@@ -127,7 +126,7 @@ class _Flow:
     def follow(self, node: Node, before: Keys) -> Outcomes:
         """How a node can end that starts when this is certain."""
         if (id(node), before) not in self.followed:
-            keys = ["", *(key for key, value in node.modifiers.items() if value is not False)]
+            keys = ["", *node.modifiers]
             self.followed[id(node), before] = self._layer(node, keys, before)
             fact = self.facts[id(node)]
             self.facts[id(node)] = fact._replace(reached=fact.reached or before is not None)
@@ -139,7 +138,8 @@ class _Flow:
         if not key:
             outcomes = self._alone(node, before)
         else:
-            word, value = MODIFIERS[key], node.modifiers[key]
+            value = node.modifiers[key]
+            word = MODIFIERS[key].of(value)
             start = before
             early = without_hand(before) if any(hand_leaves(node)) else before
             if word.runs_on is not None and isinstance(value, LeafNode | CompositeNode):
@@ -170,7 +170,7 @@ class _Flow:
             return self._subtree(node, before)
         if isinstance(node, LeafNode):
             return self._leaf(node, before)
-        word = COMPOSITES[node.key]
+        word = node.word
         children = [partial(self.follow, child) for child in node.children]
         for option in node.options.values():
             self._read(option, before)

@@ -15,7 +15,7 @@ from trees.language.syntax import (
     is_condition,
     nodes_below,
 )
-from trees.words import COMPOSITES, EMPTY, FULL, UNUSED_HAND, all_in_order, first_success
+from trees.words import EMPTY, FULL, UNUSED_HAND, all_in_order, first_success
 
 _AT_WORK = 0.4  # a base that works at furniture is nearer to it [m]
 
@@ -41,7 +41,7 @@ def check_hand(root: Node, flow: FlowResult, diagnostics: Diagnostics, is_first:
             fact, ends = flow.facts[id(condition)], flow.ends.get(id(condition))
             if not fact.reached:
                 continue
-            if fact.outcomes.success is None and "force_failure" not in condition.modifiers:
+            if fact.outcomes.success is None and condition.modifiers.get("force") != "failure":
                 at = one if word == "while" else condition
                 message = f"`{condition.name}` never holds here{_since(at, root)}"
                 hint = "ask it before that, or let `grasp` or `receive` come between"
@@ -86,7 +86,7 @@ def _what_is_odd(
         return None
     parents = (one for one in nodes_below(root) if isinstance(one, CompositeNode))
     parent = next((one for one in parents if node in one.children), None)
-    if parent and COMPOSITES[parent.key].outcomes is first_success:
+    if parent and parent.word.outcomes is first_success:
         hint = f"a child of `{parent.key}` starts only when those before it have failed: "
         hint += "put what follows each other into a `sequence`"
     return message, hint
@@ -110,10 +110,9 @@ def _asked(node: Node) -> Iterator[tuple[str, Node]]:
     guard = node.modifiers.get("while")
     if isinstance(guard, LeafNode | CompositeNode):
         yield "while", guard
-    word = COMPOSITES[node.key] if isinstance(node, CompositeNode) else None
-    if isinstance(node, CompositeNode) and word and (word.takes_time or not word.asks):
-        is_sequence = word.outcomes is all_in_order
-        for child in node.children if is_sequence else node.children[: word.takes_time]:
+    if isinstance(node, CompositeNode) and not node.word.asks:
+        is_sequence = node.word.outcomes is all_in_order
+        for child in node.children if is_sequence else node.children[: node.word.takes_time]:
             if is_condition(child):
                 yield node.key, child
 
@@ -123,7 +122,7 @@ def _kept_free(condition: Node, holds: bool = True) -> Iterator[float]:
     if isinstance(condition, LeafNode) and not holds:
         distance = condition.arguments.get(condition.type.near_furniture)
         yield from [distance] if isinstance(distance, float) else []
-    elif isinstance(condition, CompositeNode) and condition.key in ("not", "all_of"):
+    elif isinstance(condition, CompositeNode) and condition.key in ("not", "sequence"):
         for child in condition.children:
             yield from _kept_free(child, holds != (condition.key == "not"))
 
@@ -149,13 +148,13 @@ def _warn_of_end(
 
 
 def _warn_of_forced(root: Node, diagnostics: Diagnostics) -> None:
-    """Of a task whose work cannot fail, as all of it is below one `force_success`."""
-    forced = [one for one in nodes_below(root) if one.modifiers.get("force_success")]
+    """Of a task whose work cannot fail, as all of it is below one `force: success`."""
+    forced = [one for one in nodes_below(root) if one.modifiers.get("force") == "success"]
     below = list(all_leaves(forced[0])) if len(forced) == 1 else []
     others = [one for one in all_leaves(root) if one not in below and not _prepares(one)]
     if any(leaf.type.moves for leaf in below) and not others:
         message = f"the task succeeds whatever happens: all its work is in `{forced[0].name}`"
-        hint = "put `force_success` only beside what may fail without harm"
+        hint = "put `force: success` only beside what may fail without harm"
         diagnostics.warning(rules.FORCED, forced[0].location, message, hint)
 
 

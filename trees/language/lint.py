@@ -18,7 +18,7 @@ from trees.language.syntax import (
     nodes_below,
 )
 from trees.language.values import KeyRead
-from trees.words import COMPOSITES, MODIFIERS, Need, Outcomes, all_in_order, first_success
+from trees.words import MODIFIERS, Need, Outcomes, all_in_order, first_success
 
 _MOST_ASKED = 300  # conditions in a composite, at 15 µs each and 10 ms a tick
 
@@ -32,7 +32,7 @@ def lint(root: Node, flow: FlowResult, diagnostics: Diagnostics, is_first: bool)
     beside = {
         id(below)
         for node in nodes_below(root)
-        if isinstance(node, CompositeNode) and COMPOSITES[node.key].at_once
+        if isinstance(node, CompositeNode) and node.word.at_once
         for below in nodes_below(node)
     }
     """Nodes beside others that run at the same time."""
@@ -43,7 +43,7 @@ def lint(root: Node, flow: FlowResult, diagnostics: Diagnostics, is_first: bool)
         if isinstance(node, CompositeNode):
             _warn_of_unreached(node, facts, diagnostics)
             _warn_of_order(node, diagnostics)
-            word, child = COMPOSITES[node.key], node.children[0]
+            word, child = node.word, node.children[0]
             if why := _needless(word.needs, child, facts[id(child)].outcomes):
                 message = f"`{node.key}` has no effect on `{child.name}`: {why}"
                 diagnostics.warning(rules.NO_EFFECT, node.location, message, "remove it")
@@ -58,9 +58,9 @@ def lint(root: Node, flow: FlowResult, diagnostics: Diagnostics, is_first: bool)
 def _warn_of_modifiers(node: Node, fact: Fact, diagnostics: Diagnostics) -> None:
     inner = fact.layers[""]
     for key, value in node.modifiers.items():
-        if value is False:
-            continue
-        if why := _needless(MODIFIERS[key].needs, node, inner):
+        if isinstance(value, CompositeNode):
+            _warn_of_order(value, diagnostics)
+        if why := _needless(MODIFIERS[key].of(value).needs, node, inner):
             message = f"`{key}` has no effect on `{node.name}`: {why}"
             diagnostics.warning(rules.NO_EFFECT, node.location, message, "remove it")
         inner = fact.layers[key]
@@ -82,7 +82,7 @@ def _lasts(node: Node) -> float:
         return float(given) if isinstance(given, float | int) else 0.0
     if isinstance(node, SubtreeNode):
         return _lasts_with_modifiers(node.task.root)
-    each, word = [_lasts_with_modifiers(child) for child in node.children], COMPOSITES[node.key]
+    each, word = [_lasts_with_modifiers(child) for child in node.children], node.word
     if word.takes_time or node.item is not None:
         return each[0] if node.item is None else 0.0
     if word.at_once:
@@ -125,7 +125,7 @@ def _warn_of_unreached(
 
 def _warn_of_order(node: CompositeNode, diagnostics: Diagnostics) -> None:
     """Of conditions that are asked too rarely, and of too many at every tick."""
-    word, asked = COMPOSITES[node.key], sum(map(is_condition, node.children))
+    word, asked = node.word, sum(map(is_condition, node.children))
     if word.is_condition and asked > _MOST_ASKED:
         message = f"{asked} conditions below `{node.key}` are asked at every tick"
         hint = f"ask at most {_MOST_ASKED} at a time"
@@ -160,12 +160,12 @@ def _runs(node: Node) -> bool:
         return node.type.takes_time
     if isinstance(node, SubtreeNode):
         return _takes_time(node.task.root)
-    return COMPOSITES[node.key].takes_time or any(map(_takes_time, node.children))
+    return node.word.takes_time or any(map(_takes_time, node.children))
 
 
 def _note_movers(node: CompositeNode, diagnostics: Diagnostics) -> bool:
     """Whether two children that run at the same time can move the robot, which is an error."""
-    if not COMPOSITES[node.key].at_once:
+    if not node.word.at_once:
         return False
     firsts = [
         next((leaf for leaf in all_leaves(child) if leaf.type.moves), None)
@@ -185,7 +185,7 @@ def _warn_of_endless(
 ) -> None:
     """Of a loop around a child that never succeeds."""
     child = node.children[0]
-    if COMPOSITES[node.key].takes_time and facts[id(child)].outcomes.success is None:
+    if node.word.takes_time and facts[id(child)].outcomes.success is None:
         message = f"`{node.key}` cannot succeed: `{child.name}` never does"
         hint = "put something that can succeed first, or a `timeout_s` beside it"
         if "timeout_s" not in node.modifiers:
@@ -196,9 +196,8 @@ def _warn_of_same_answer(
     node: CompositeNode, facts: Mapping[int, Fact], diagnostics: Diagnostics
 ) -> None:
     """Of a loop that asks for what nothing in it changes."""
-    question, word = node.children[0], COMPOSITES[node.key]
-    is_asked = word.takes_time and (word.asks or len(node.children) > 1)
-    if not is_asked or None in facts[id(question)].outcomes:
+    question = node.children[0]
+    if node.key != "until" or None in facts[id(question)].outcomes:
         return
     below = [one for one in nodes_below(node) if not isinstance(one, CompositeNode)]
     changed = {write.name for one in below for write in one.outputs.values()}

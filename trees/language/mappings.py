@@ -36,8 +36,8 @@ _OTHER_NAMES: Mapping[str, str] = {
     "inverter": "`not: condition`",
     "loop": "`forever`, `until`, or the modifier `repeat`",
     "if": "`unless` or `while` beside a node, `switch`, or a `fallback`",
-    "and": "`all_of`",
-    "or": "`any_of`",
+    "and": "`sequence`",
+    "or": "`fallback`",
     "sleep": "`wait`",
     "guard": "the modifier `while`",
     "condition": "the key of the condition itself",
@@ -48,10 +48,22 @@ _OTHER_NAMES: Mapping[str, str] = {
 """What nodes and modifiers of other tree languages are called here."""
 
 FORMER_WORDS: Mapping[str, tuple[str, str]] = {
-    "reactive_sequence": ("`while: condition` beside its node; `all_of` for conditions", "all_of"),
-    "reactive_fallback": ("`unless: condition` beside its node; `any_of` for conditions", "any_of"),
+    "reactive_sequence": ("`while: condition` beside its node", "sequence"),
+    "reactive_fallback": ("`unless: condition` beside its node", "fallback"),
+    "all_of": ("`sequence`, which asks conditions alone at every tick", "sequence"),
+    "any_of": ("`fallback`, which asks conditions alone at every tick", "fallback"),
+    "wait_until": ("`until: condition`", "until"),
+    "force_success": ("`force: success`", ""),
+    "force_failure": ("`force: failure`", ""),
+    "cooldown_s": ("`wait: {duration_s: ...}` behind the node", ""),
+    "equals": ("`compare: {value: ..., equals: ...}`", ""),
+    "at_least": ("`compare: {value: ..., least: ...}`", ""),
+    "arm_at": ("`near: {pose: POSTURE}`", ""),
+    "region_free": ("`not: {object_visible: {within: ...}}`", ""),
+    "looks_like": ("`detect`, which lists only what has its `colour` and width", ""),
+    "time_between": ("a job of cron that runs the task then", ""),
     "resuming_sequence": ("`sequence`, and ask what is done: `fallback: [condition, node]`", ""),
-    "invert": ("`not: condition`; `force_failure: true` beside what cannot fail", ""),
+    "invert": ("`not: condition`; `force: failure` beside what cannot fail", ""),
     "delay_s": ("`sequence: [wait: {duration_s: ...}, node]`", ""),
     "once": ("the node before the loop, or `unless` beside it, which asks a key that it sets", ""),
 }
@@ -150,7 +162,7 @@ def usage(leaf: LeafType, named: Mapping[str, NamedValue]) -> str:
 
 def counted_hint(counts: str) -> str:
     """How a leaf is asked that writes its answer to a key."""
-    return f"let it write `{counts}: n`, and ask `equals: {{value: $n, to: 0}}` after it"
+    return f"let it write `{counts}: n`, and ask `compare: {{value: $n, equals: 0}}` after it"
 
 
 def likely(place: NamedValue | None, leaf: LeafType, given: Collection[str]) -> list[str]:

@@ -28,6 +28,7 @@ from trees.language.scope import Scope, read_leaf
 from trees.language.syntax import CompositeNode, LeafNode, Modifiers, Node, is_condition
 from trees.language.values import KeyRead, MismatchError, convert, number_in
 from trees.words import (
+    ASKING,
     CHILDREN,
     COMPOSITES,
     MODIFIERS,
@@ -41,7 +42,7 @@ from trees.words import (
 
 _Given: TypeAlias = Plain | KeyRead | LeafNode | CompositeNode  # what a modifier may be given
 
-_OF_CONDITIONS = tuple(key for key, word in COMPOSITES.items() if word.is_condition)
+_OF_CONDITIONS = (*(key for key, word in COMPOSITES.items() if word.is_condition), *ASKING)
 
 _WORDS = frozenset({*COMPOSITES, SUBTREE, *MODIFIERS, NAME})
 
@@ -137,7 +138,7 @@ def _node_key(location: Location, entries: Mapping[str, YamlEntry], scope: Scope
 def _former(key: str, value: YamlValue, scope: Scope) -> tuple[str, Hint]:
     """Message and hint about a word that was removed; certain where it only asks conditions."""
     text, word = FORMER_WORDS[key]
-    items = value.items if isinstance(value, YamlList) else ()
+    items = value.items if isinstance(value, YamlList) else (value,)
     below = [one for item in items for one in getattr(item, "entries", [scope.text(item)])]
     leaves = {one: leaf.is_condition for one, leaf in scope.known.leaves.items()}
     asks = bool(below) and all(one in _OF_CONDITIONS or leaves.get(one) for one in below)
@@ -167,9 +168,6 @@ def _read_modifiers(entries: Mapping[str, YamlEntry], scope: Scope) -> Modifiers
                 given = _read_fixed(key, value, word.type, scope)
             if given is not None:
                 modifiers[key] = given
-    if modifiers.get("force_success") and modifiers.get("force_failure"):
-        message = "`force_success` and `force_failure` stand beside the same node"
-        scope.error(rules.ARGUMENTS, entries["force_failure"].location, message, "keep one of them")
     return modifiers
 
 
@@ -211,29 +209,34 @@ def _read_fixed(key: str, value: YamlValue, expected: ValueType, scope: Scope) -
 
 
 def _read_condition(key: str, value: YamlValue, scope: Scope) -> LeafNode | CompositeNode | None:
-    """What `while`, `unless`, `all_of`, ... ask."""
+    """What `while`, `unless` and `not` ask."""
     if isinstance(value, YamlList):
         message = f"`{key}` asks one condition, not a list"
-        hint = f"write `{key}: {{all_of: [...]}}`, or `any_of`"
+        hint = f"write `{key}: {{sequence: [...]}}`, or `fallback`"
         scope.error(rules.CONDITION, value.location, message, hint)
         return None
     node = read_node(value, scope)
-    if node is None:
-        return None
-    if not isinstance(node, LeafNode | CompositeNode) or not is_condition(node):
-        conditions = sorted(leaf.key for leaf in scope.known.leaves.values() if leaf.is_condition)
-        message = f"`{key}` asks a condition, and `{_key(node)}` is not one"
-        hint = f"write one of {quoted([*conditions, *_OF_CONDITIONS])}"
-        if isinstance(node, LeafNode) and node.type.counts:
-            hint = counted_hint(node.type.counts)
-        scope.error(rules.CONDITION, node.location, message, hint)
-        return None
-    if node.modifiers:
+    odd = None if node is None else _odd_condition(node)
+    if odd is None:
+        return node if isinstance(node, LeafNode | CompositeNode) else None
+    if is_condition(odd):
         message = f"the condition of `{key}` takes no modifiers"
         hint = "remove them; `not` asks for the opposite"
-        scope.error(rules.CONDITION, node.location, message, hint)
-        return None
-    return node
+    else:
+        conditions = sorted(leaf.key for leaf in scope.known.leaves.values() if leaf.is_condition)
+        message = f"`{key}` asks a condition, and `{_key(odd)}` is not one"
+        hint = f"write one of {quoted([*conditions, *_OF_CONDITIONS])}"
+        if isinstance(odd, LeafNode) and odd.type.counts:
+            hint = counted_hint(odd.type.counts)
+    scope.error(rules.CONDITION, odd.location, message, hint)
+    return None
+
+
+def _odd_condition(node: Node) -> Node | None:
+    """The first node that keeps a node from being a condition; None if it is one."""
+    if isinstance(node, CompositeNode) and node.key in ASKING and not node.modifiers:
+        return next((odd for one in node.children if (odd := _odd_condition(one))), None)
+    return None if is_condition(node) and not node.modifiers else node
 
 
 def _key(node: Node) -> str:
@@ -274,7 +277,7 @@ def _read_children(
     if value is None:
         return ()
     is_bare = isinstance(value, YamlScalar) and isinstance(value.value, str)
-    if word.most == 1 and (is_bare or isinstance(value, YamlMap)):
+    if word.lone and (is_bare or isinstance(value, YamlMap)):
         value = YamlList(location=value.location, items=(value,))
     if isinstance(value, YamlScalar) and value.value is None:
         value = YamlList(location=location, items=())

@@ -59,20 +59,20 @@ SUBTREE_FILE = Rule(
 SIZE = Rule(
     "R210",
     "A task has at most 200 subtrees, 1000 nodes of `for_each` and 100 levels of nodes.",
-    "{timeout_s: 9, cooldown_s: 1, retry: 2, sequence: [" * 30 + "open_gripper" + "]}" * 30,
-    "{timeout_s: 9, cooldown_s: 1, retry: 2, sequence: [open_gripper]}",
+    "{timeout_s: 9, repeat: 1, retry: 2, sequence: [" * 30 + "open_gripper" + "]}" * 30,
+    "{timeout_s: 9, repeat: 1, retry: 2, sequence: [open_gripper]}",
 )
 UNWRITTEN = Rule(
     "R301",
     "A key is written on every way to where it is read.",
-    "{at_least: {value: $count, least: 1}}",
-    "{sequence: [{set: {count: 0}}, {at_least: {value: $count, least: 1}}]}",
+    "{compare: {value: $count, least: 1}}",
+    "{sequence: [{set: {count: 0}}, {compare: {value: $count, least: 1}}]}",
 )
 KEY_TYPE = Rule(
     "R302",
     "A key holds values of one type, that of its readers and of what it is compared with.",
-    '{sequence: [{set: {n: 1}}, {equals: {value: $n, to: "1"}}]}',
-    "{sequence: [{set: {n: 1}}, {equals: {value: $n, to: 1}}]}",
+    '{sequence: [{set: {n: 1}}, {compare: {value: $n, equals: "1"}}]}',
+    "{sequence: [{set: {n: 1}}, {compare: {value: $n, equals: 1}}]}",
 )
 MOVERS = Rule(
     "R303",
@@ -101,7 +101,7 @@ ENDS_RETRIES = Rule(
 UNREACHED = Rule(
     "R404",
     "Every child can be reached.",
-    "{fallback: [{force_success: true, open_gripper: }, {say: {text: hello}}]}",
+    "{fallback: [{force: success, open_gripper: }, {say: {text: hello}}]}",
     "{fallback: [open_gripper, {say: {text: hello}}]}",
 )
 ASKED_ONCE = Rule(
@@ -113,14 +113,14 @@ ASKED_ONCE = Rule(
 ASKED_OFTEN = Rule(
     "R406",
     "What is asked at every tick is asked within it: at most 300 conditions.",
-    f"{{all_of: [{', '.join(['arm_healthy'] * 301)}]}}",
-    "{all_of: [arm_healthy, holding_object]}",
+    f"{{sequence: [{', '.join(['arm_healthy'] * 301)}]}}",
+    "{sequence: [arm_healthy, holding_object]}",
 )
 ENDLESS = Rule(
     "R407",
     "A loop can end, or has a `timeout_s`.",
-    "{forever: {force_failure: true, open_gripper: }}",
-    "{timeout_s: 60, forever: {force_failure: true, open_gripper: }}",
+    "{forever: {force: failure, open_gripper: }}",
+    "{timeout_s: 60, forever: {force: failure, open_gripper: }}",
 )
 HAND = Rule(
     "R408",
@@ -136,9 +136,9 @@ TOO_SHORT = Rule(
 )
 FORCED = Rule(
     "R410",
-    "A task can fail: one `force_success` is not beside all that may.",
-    "{force_success: true, move_arm: {to: ready}}",
-    "{sequence: [{force_success: true, move_arm: {to: ready}}, arm_healthy]}",
+    "A task can fail: one `force: success` is not beside all that may.",
+    "{force: success, move_arm: {to: ready}}",
+    "{sequence: [{force: success, move_arm: {to: ready}}, arm_healthy]}",
 )
 _BOX = "scene: single\nregions: {box: {centre: [3, 0, 0.556], size: [0.44, 0.36, 0.2]}}\n"
 GUARD = Rule(

@@ -11,7 +11,7 @@ from config import Diagnostic, Location, Plain, UserError
 from trees.language.documents import TaskOutput, TaskParameter
 from trees.language.leaf_type import LeafType
 from trees.language.values import Argument, KeyRead, KeyWrite
-from trees.words import COMPOSITES, NamedValue, Outcomes
+from trees.words import ASKING, COMPOSITES, CompositeWord, NamedValue, Outcomes
 
 SCENE = "scene:"  # where a task names its scene, among its locations
 
@@ -53,6 +53,12 @@ class CompositeNode(_Node):
     """
     item: KeyWrite | None = None  # of a `for_each` over a list: the key of the present value
 
+    @property
+    def word(self) -> type[CompositeWord]:
+        """What it is built into: of conditions alone what asks them all at every tick."""
+        asks = all(is_condition(child) and not child.modifiers for child in self.children)
+        return ASKING[self.key] if asks and self.key in ASKING else COMPOSITES[self.key]
+
 
 @dataclass(frozen=True, kw_only=True)
 class SubtreeNode(_Node):
@@ -73,7 +79,7 @@ def is_condition(node: Node) -> bool:
     """Whether a node is a condition: a leaf that is one, or what asks several of them."""
     if isinstance(node, LeafNode):
         return node.type.is_condition
-    return isinstance(node, CompositeNode) and COMPOSITES[node.key].is_condition
+    return isinstance(node, CompositeNode) and node.word.is_condition
 
 
 def leaves_at(node: Node) -> Iterator[LeafNode]:

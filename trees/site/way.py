@@ -18,11 +18,11 @@ from trees.language import (
 )
 from trees.site.reachability import what_is_in_the_way
 from trees.site.site_rules import REACH
-from trees.words import COMPOSITES, all_in_order
+from trees.words import all_in_order
 
 _ARM = 1.2  # no hand reaches farther from the middle of the base [m]
 _AWAY = 5.0  # a base this far from all furniture has left the room [m]
-_ONCE = frozenset({"timeout_s", "retry", "while", "force_success"})
+_ONCE = frozenset({"timeout_s", "retry", "while", "force"})
 """Modifiers with which a node runs to its end, if it comes to it, a single time."""
 
 
@@ -64,14 +64,14 @@ def first_drives(
 
 def _steps(path: Path, node: Node) -> Generator[tuple[Path, LeafNode], None, bool]:
     """The leaves that certainly follow each other; returns whether more may come behind them."""
-    if not _ONCE.issuperset(node.modifiers):
+    if not _ONCE.issuperset(node.modifiers) or node.modifiers.get("force") == "failure":
         return False
     if isinstance(node, SubtreeNode):
         return (yield from _steps(node.task.path, node.task.root))
     if isinstance(node, LeafNode):
         yield path, node
         return True
-    if COMPOSITES[node.key].outcomes is not all_in_order:
+    if node.word.outcomes is not all_in_order:
         return False
     for child in node.children:
         if not (yield from _steps(path, child)):

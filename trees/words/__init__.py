@@ -41,4 +41,12 @@ from trees.words.value_types import (
     read_annotation,
     type_of,
 )
-from trees.words.vocabulary import CHILDREN, COMPOSITES, MODIFIERS, NAME, RESERVED, SUBTREE
+from trees.words.vocabulary import (
+    ASKING,
+    CHILDREN,
+    COMPOSITES,
+    MODIFIERS,
+    NAME,
+    RESERVED,
+    SUBTREE,
+)

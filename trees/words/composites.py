@@ -81,7 +81,8 @@ class CompositeWord(Branch):
     at_once: ClassVar[bool] = False  # whether several of its children run at the same time
     takes: ClassVar[str] = "one or more nodes"
     least: ClassVar[int] = 1
-    most: ClassVar[int | None] = None  # numbers of children; one may stand without a list
+    most: ClassVar[int | None] = None  # numbers of children
+    lone: ClassVar[bool] = False  # whether one child may stand without a list
     options: ClassVar[Mapping[str, Option]] = {}
 
 
@@ -207,7 +208,7 @@ class Forever(CompositeWord):
     key, symbol = "forever", "∞"
     counterpart = Counterpart("RetryUntilSuccessful", fixed=(("num_attempts", "-1"),))
     outcomes, takes_time, needs = until_success, True, Need.FAILURE
-    takes, most = "one node", 1
+    takes, most, lone = "one node", 1, True
 
     def __init__(
         self, name: str, children: Iterable[Behaviour], now: Now, placed: Callable[[], int]
@@ -262,12 +263,12 @@ class Forever(CompositeWord):
 class Until(CompositeWord):
     """Asks its first child; succeeds if that does, else runs the others in order and asks again.
 
-    Fails when one of the others fails.
+    Fails when one of the others fails. Without others it waits.
     """
 
     key, symbol = "until", "↻"
     outcomes, takes_time = until_first_succeeds, True
-    takes, least = "a question, then the work to do", 2
+    takes, lone = "a question, then the work to do, if any", True
 
     def restart(self) -> None:
         """Begin with the question."""
@@ -292,13 +293,6 @@ class Until(CompositeWord):
         return Status.RUNNING
 
 
-class WaitUntil(Until):
-    """Waits until its condition holds; `timeout_s` beside it says how long at most."""
-
-    key, symbol = "wait_until", "⧖"
-    asks, takes, least, most = True, "one condition", 1, 1
-
-
 class _Question(CompositeWord):
     """A condition of others."""
 
@@ -309,14 +303,14 @@ class _Question(CompositeWord):
 class AllOf(Reactive, _Question):
     """A condition: succeeds if all the conditions below it do; one that fails decides."""
 
-    key, symbol, counterpart = "all_of", "∧", Counterpart("ReactiveSequence")
+    key, symbol, counterpart = "sequence", "∧", Counterpart("ReactiveSequence")
     outcomes, proceeds_on = all_in_order, Status.SUCCESS
 
 
 class AnyOf(Reactive, _Question):
     """A condition: succeeds if one of the conditions below it does; it decides."""
 
-    key, symbol, counterpart = "any_of", "∨", Counterpart("ReactiveFallback")
+    key, symbol, counterpart = "fallback", "∨", Counterpart("ReactiveFallback")
     outcomes, proceeds_on = first_success, Status.FAILURE
 
 
@@ -324,7 +318,7 @@ class Not(_Question):
     """A condition: succeeds if the condition below it fails; of not known, not known."""
 
     key, symbol, counterpart = "not", "¬", Counterpart("Inverter")
-    outcomes, takes, most = opposite, "one condition", 1
+    outcomes, takes, most, lone = opposite, "one condition", 1, True
 
     def advance(self) -> Ticking:
         """Ask, and answer the opposite."""

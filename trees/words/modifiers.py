@@ -5,7 +5,7 @@ The first line of each docstring is what `frankie-task nodes` and an editor show
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar, TypeAlias
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -34,12 +34,10 @@ from trees.words.outcomes import (
 )
 from trees.words.value_types import ValueType
 
-if TYPE_CHECKING:
-    from hw import TaskTime
-
 _SECONDS = ValueType(types=(float,), above=0.0, most=604_800.0)
 _COUNT = ValueType(types=(int,), least=1, most=100_000)
-_FLAG = ValueType(types=(bool,))
+
+Built: TypeAlias = "type[ModifierWord]"
 
 
 class ModifierWord(Branch):
@@ -49,7 +47,7 @@ class ModifierWord(Branch):
     """
 
     word: ClassVar[str] = ""  # in a file, if it is not the key
-    type: ClassVar[ValueType | None] = _FLAG  # of its value; None is a condition
+    type: ClassVar[ValueType | None]  # of its value; None is a condition
     runs_on: ClassVar[Outcome | None] = None
     """The outcome of its condition with which the node runs; None if it has no condition."""
     again: ClassVar[Outcome | None] = None  # after which the node starts anew
@@ -59,30 +57,30 @@ class ModifierWord(Branch):
         super().__init__(self.key, [child])
         self.value, self.now = value, now
 
+    @classmethod
+    def of(cls, value: object) -> Built:
+        """The branch that it is with this value."""
+        return cls
+
     @property
     def child(self) -> Behaviour:
         """The node; a hook may have replaced it."""
         return self.children[-1]
 
 
-class _Timed(ModifierWord):
-    """A modifier with a duration [s], which may fail without the node."""
-
-    type, outcomes = _SECONDS, fails_early
-
-    def restart(self) -> None:
-        """Start the time."""
-        self.start = self.now()
-
-
-class Timeout(_Timed):
+class Timeout(ModifierWord):
     """Fails when the node is still running after this time; each attempt has the whole time.
 
     The node is then not ticked any more.
     """
 
     key, word, needs = "timeout", "timeout_s", Need.TIME
+    type, outcomes = _SECONDS, fails_early
     counterpart = Counterpart("Timeout", port="msec", scale=1000)
+
+    def restart(self) -> None:
+        """Start the time."""
+        self.start = self.now()
 
     def advance(self) -> Ticking:
         """Tick the child if there is time left."""
@@ -90,32 +88,6 @@ class Timeout(_Timed):
             self.feedback_message = f"not done within {self.value:g} s ({reason(self.child)})"
             return Status.FAILURE
         return (yield from self.run(self.child))
-
-
-class Cooldown(_Timed):
-    """Fails at once when started sooner than this after the node's last end or halt."""
-
-    key, word = "cooldown", "cooldown_s"
-    _ready: TaskTime | None = None
-
-    def restart(self) -> None:
-        """Compute how long it still has to rest."""
-        self._resting = 0.0 if self._ready is None else self._ready - self.now()
-
-    def advance(self) -> Ticking:
-        """Tick the child unless it is too soon."""
-        if self._resting > ROUNDING:
-            self.feedback_message = f"not again for {self._resting:.1f} s"
-            return Status.FAILURE
-        status = yield from self.run(self.child)
-        self._ready = self.now() + self.value
-        return status
-
-    def stop(self, new_status: Status = Status.INVALID) -> None:
-        """End; a halt counts as an end of the child."""
-        if self.status is Status.RUNNING:
-            self._ready = self.now() + self.value
-        super().stop(new_status)
 
 
 class Retry(ModifierWord):
@@ -183,7 +155,18 @@ class Repeat(ModifierWord):
         return Status.SUCCESS if self._done == self.value else Status.RUNNING
 
 
-class ForceSuccess(ModifierWord):
+class Force(ModifierWord):
+    """Succeeds or fails, as it says, when the node ends, however it ends."""
+
+    key, type = "force", ValueType(types=(), choices=("success", "failure"))
+
+    @classmethod
+    def of(cls, value: object) -> Built:
+        """One for each outcome."""
+        return {"success": ForceSuccess, "failure": ForceFailure}.get(str(value), cls)
+
+
+class ForceSuccess(Force):
     """Succeeds when the node ends, however it ends."""
 
     key, needs, counterpart = "force_success", Need.FAILURE, Counterpart("ForceSuccess")

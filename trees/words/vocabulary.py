@@ -16,14 +16,16 @@ COMPOSITES: Mapping[str, type[composites.CompositeWord]] = {
         composites.Parallel,
         composites.Forever,
         composites.Until,
-        composites.WaitUntil,
-        composites.AllOf,
-        composites.AnyOf,
         composites.Not,
         data_nodes.ForEach,
         data_nodes.Switch,
     )
 }
+
+ASKING: Mapping[str, type[composites.CompositeWord]] = {
+    word.key: word for word in (composites.AllOf, composites.AnyOf)
+}
+"""What composites are that have conditions alone: conditions of these."""
 
 MODIFIERS: Mapping[str, type[modifiers.ModifierWord]] = {
     word.word or word.key: word
@@ -31,11 +33,9 @@ MODIFIERS: Mapping[str, type[modifiers.ModifierWord]] = {
         modifiers.Timeout,
         modifiers.Retry,
         modifiers.Repeat,
-        modifiers.Cooldown,
         modifiers.Unless,
         modifiers.While,
-        modifiers.ForceSuccess,
-        modifiers.ForceFailure,
+        modifiers.Force,
     )
 }
 """Innermost first: this order holds whatever the order in the file."""

@@ -109,5 +109,5 @@ def _check(server: Address) -> None:
     except OSError as error:
         raise ViewError(
             f"cannot serve viewers on {server.host}:{server.port} ({error.strerror}); "
-            "choose another --view-port, or --view none"
+            "choose another --view-address, or --view none"
         ) from error

@@ -55,12 +55,13 @@ class Viewer:
         self._open = ""  # the address that others can reach
         if self._view is View.NONE:
             return
-        host = _checked(options.view_host)
+        host, chosen = _checked(options.view_address)
         self._open = "" if ipaddress.ip_address(host).is_loopback else host
-        port = _port(host, options.view_port, USUAL_PORT, "--view-port")
-        self.server = Address(host=host, port=port)
         if self._view is View.WEB:
-            self._web_port = _port(host, options.web_port, USUAL_WEB_PORT, "--web-port")
+            self._web_port = _port(host, chosen, USUAL_WEB_PORT)
+            chosen = None if chosen is None else chosen + 1
+        self.server = Address(host=host, port=_port(host, chosen, USUAL_PORT))
+        if self._view is View.WEB:
             query = viewer_address(self.server.url)
             self.page = f"http://{reachable(host)}:{self._web_port}/{query}"
 
@@ -141,21 +142,24 @@ def _resolved(view: View) -> View:
     return view
 
 
-def _checked(host: str) -> str:
+def _checked(address: str) -> tuple[str, int | None]:
+    host, _, port = address.partition(":")
     try:
-        return str(ipaddress.IPv4Address(host))
+        return str(ipaddress.IPv4Address(host)), int(port) if port else None
     except ValueError as error:
         raise ViewError(
-            f"--view-host {host}: use an IPv4 address of this machine, for example {LOOPBACK}"
+            f"--view-address {address}: use an IPv4 address of this machine, for example "
+            f"{LOOPBACK} or {LOOPBACK}:{USUAL_WEB_PORT}"
         ) from error
 
 
-def _port(host: str, chosen: int | None, usual: int, option: str) -> int:
+def _port(host: str, chosen: int | None, usual: int) -> int:
     try:
         return choose_port(host, chosen, usual)
-    except OSError as error:
+    except (OSError, OverflowError) as error:
+        why = getattr(error, "strerror", error)
         raise ViewError(
-            f"{option} {chosen or usual} on {host}: {error.strerror}; "
+            f"--view-address {host}:{chosen or usual}: {why}; "
             "choose another port or address, or omit the option"
         ) from error
 

@@ -166,9 +166,9 @@ def test_the_model_hears_what_is_wrong_with_its_answer_and_the_person_plain_word
     [
         ("task: t\ntree: {subtree: {file: ../secret.yaml}}", "leads out of the folder"),
         ("task: t\nrobot: real\ntree: {say: {text: x}}", "has no key `robot`"),
-        (TASK.replace("say: {text: Hello.}", "arm_at: {posture: up}, force_failure: true"), "up"),
+        (TASK.replace("say: {text: Hello.}", "near: {pose: up}, force: failure"), "up"),
         pytest.param(
-            TASK.replace("{say", "{force_failure: true, say"),
+            TASK.replace("{say", "{force: failure, say"),
             "in simulation: force_failure failed",
             marks=pytest.mark.slow,
         ),

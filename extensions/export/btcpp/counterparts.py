@@ -4,7 +4,7 @@
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
@@ -38,16 +38,12 @@ SWITCHES = range(2, 7)  # how many cases a `Switch` of BehaviorTree.CPP may have
 
 VALUE = "value"  # the port of an exported modifier that BehaviorTree.CPP does not have
 
-TAGS: Mapping[str, str] = {
-    word.key: word.counterpart.tag
-    for word in (*COMPOSITES.values(), *MODIFIERS.values())
-    if word.counterpart is not None
-}
-"""Tags by the key of a built node."""
-
+_FORCED = map(MODIFIERS["force"].of, ("success", "failure"))
+_WORDS = (*COMPOSITES.values(), *MODIFIERS.values(), *_FORCED)
+_TAGS = {word.counterpart.tag for word in _WORDS if word.counterpart is not None}
 _SWITCH_TAGS = {f"Switch{number}" for number in SWITCHES} | {"AlwaysFailure"}
 
-TAKEN = frozenset({MAIN, SCRIPT, SUBTREE, *TAGS.values(), *COMPOSITES, *MODIFIERS, *_SWITCH_TAGS})
+TAKEN = frozenset({MAIN, SCRIPT, SUBTREE, *_TAGS, *COMPOSITES, *MODIFIERS, *_SWITCH_TAGS})
 """Names in the XML that neither a task nor a leaf can have."""
 
 RESERVED_PORTS = frozenset({"ID", "name"})

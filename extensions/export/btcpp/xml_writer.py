@@ -27,7 +27,6 @@ from extensions.export.btcpp.counterparts import (
     switch_attributes,
 )
 from trees.language import (
-    COMPOSITES,
     MODIFIERS,
     NO_COUNTERPART,
     SET,
@@ -131,10 +130,8 @@ class _Writer:
             self._leaf(node, above)
 
     def _modifier(self, key: str, value: object, node: Node, above: Element) -> Element:
-        """The element of a modifier; if it is switched off, the one above."""
-        if value is False:
-            return above
-        word = MODIFIERS[key]
+        """The element of a modifier."""
+        word = MODIFIERS[key].of(value)
         counterpart = word.counterpart
         if isinstance(value, LeafNode | CompositeNode):
             if counterpart is None:
@@ -172,8 +169,7 @@ class _Writer:
             message = "`for_each` over what is detected has no counterpart in the XML"
             self._refuse(node.location, message, "leave it out for the export")
             return
-        counterpart = COMPOSITES[node.key].counterpart
-        options = COMPOSITES[node.key].options
+        counterpart, options = node.word.counterpart, node.word.options
         values = {key: node.options.get(key, option.default) for key, option in options.items()}
         if counterpart is None:
             self._export.add_word(

@@ -139,7 +139,7 @@ def test_the_trees_of_a_task_with_every_word_are_those_that_were_looked_at(tmp_p
 @pytest.mark.parametrize(
     ("tree", "location", "message"),
     [
-        ('equals: {value: "{key}", to: a}', "4:3", "read '{key}' as something else"),
+        ('compare: {value: "{key}", equals: a}', "4:3", "read '{key}' as something else"),
         ("sequence:\n  - set: {k: it's}\n  - say: {text: $k}", "5:7", "a script cannot write"),
     ],
 )
@@ -156,7 +156,7 @@ def test_what_the_xml_cannot_say_in_a_node_is_refused_where_it_stands(
 
 def test_a_key_with_the_name_of_a_pose_is_refused(tmp_path):
     poses = "poses: {home: {base: [0, 0], heading_deg: 0}}\n"
-    tree = "sequence:\n  - set: {home: 3}\n  - equals: {value: $home, to: 3}"
+    tree = "sequence:\n  - set: {home: 3}\n  - compare: {value: $home, equals: 3}"
     path = write(tmp_path, f"{tree}\n  - drive: {{to: home}}", poses)
     with pytest.raises(TaskFileError, match=r":5:7: `home` is a key and a pose"):
         exported(path)

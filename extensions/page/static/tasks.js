@@ -107,8 +107,7 @@ class Tasks {
       field("scene", suggested(this.all.scenes, "", task.scene || "household")),
       field("seed", made("input", { type: "number", min: 0, step: 1, value: 0 })),
       field("speed", choices(["real", "max"]), "of a simulated robot"),
-      field("approve", made("input", { type: "checkbox" }), "every motion waits for a person"),
-      field("force", made("input", { type: "checkbox" }), "people may choose how a node ends"),
+      field("approve", made("input", { type: "checkbox" }), "every motion waits for a person, who may choose how a node ends"),
     ];
     this.parameters = made("fieldset", {}, made("legend", { textContent: "parameters" }), ...parameters);
     this.options = made("fieldset", {}, made("legend", { textContent: "run" }), ...run);

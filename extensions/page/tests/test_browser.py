@@ -52,7 +52,7 @@ def node(page, name: str):
 
 
 def test_a_person_sets_breakpoints_steps_forces_outcomes_and_reads_how_it_ended(tmp_path, browser):
-    with Run(tmp_path, "--view", "none", "--force-outcomes") as run:
+    with Run(tmp_path, "--view", "none", "--approve") as run:
         page = opened_page(browser, run.url)
         expect_run(page, "running")
         assert enabled(page) == LIVE

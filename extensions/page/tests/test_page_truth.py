@@ -32,7 +32,7 @@ def browser():
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
-    with Run(tmp_path_factory.mktemp("run"), "--view", "none", "--force-outcomes", task=TWO) as run:
+    with Run(tmp_path_factory.mktemp("run"), "--view", "none", "--approve", task=TWO) as run:
         yield run
 
 

@@ -29,7 +29,7 @@ regions: {floor: {centre: [0.7, 0.0, 0.3], size: [0.4, 0.4, 0.6]}}
 tree:
   sequence:
     - navigate: {to: near}
-    - {force_success: true, grasp: {within: floor, patience_s: 1.0}}
+    - {force: success, grasp: {within: floor, patience_s: 1.0}}
 """
 
 

@@ -139,7 +139,7 @@ def test_an_old_word_becomes_the_new_one_where_it_asks_conditions_alone(tmp_path
     )
     _, out, _ = call("check", path, "--json")
     old, mixed = json.loads(out)
-    assert old["patch"]["text"].strip() == "- any_of: [arm_healthy, {not: holding_object}]"
+    assert old["patch"]["text"].strip() == "- fallback: [arm_healthy, {not: holding_object}]"
     assert (mixed["patch"], mixed["hint"][:24]) == (None, "write `while: condition`")
 
 

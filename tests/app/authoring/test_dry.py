@@ -64,8 +64,8 @@ tree:
     - wait: {duration_s: 1.5}
     - scan_for_objects: {region: table, count: found}
     - say: {text: 'I see {value}', value: $found}
-    - at_least: {value: $found, least: $n}
-    - equals: {value: $k, to: 2}
+    - {name: enough, compare: {value: $found, least: $n}}
+    - {name: two, compare: {value: $k, equals: 2}}
 """
 CASES = [
     (TWO, "left=failure", 0, "✔ open_gripper"),
@@ -79,11 +79,11 @@ CASES = [
     (f"task: t\ntree: {{{HALTED}}}\n", "arm_healthy=success,success,failure", 0,
      "0.2 s  ■ wait: halted"),
     *((EVALUATED, "wait=success --key found=3", 0, told)
-      for told in ("say: I see 3", "at_least: 3 of at least 3")),
-    (EVALUATED, "equals=success --key found=3", 0, "1.5 s  ✔ wait: waited"),
-    (EVALUATED, "wait=success --key found=2", 1, "(in at_least)"),
-    (EVALUATED, "wait=success --key found=3 -p n=4", 1, "(in at_least)"),
-    (EVALUATED, "at_least=success --key found=2", 0, "✔ equals: it is 2"),
+      for told in ("say: I see 3", "enough (compare): 3 of at least 3")),
+    (EVALUATED, "two=success --key found=3", 0, "1.5 s  ✔ wait: waited"),
+    (EVALUATED, "wait=success --key found=2", 1, "(in enough"),
+    (EVALUATED, "wait=success --key found=3 -p n=4", 1, "(in enough"),
+    (EVALUATED, "enough=success --key found=2", 0, "✔ two (compare): it is 2"),
 ]  # fmt: skip
 
 

@@ -38,13 +38,14 @@ def task(tmp_path):
         (["--break", "secund"], "did you mean `second`"),
         (["--break", "second"], "--with page"),
         (["--with", "pages"], "no observer is called `pages`"),
-        (["--view", "web", "--web-port"], "--web-port"),
+        (["--view", "web", "--view-address"], "in use; choose another port"),
+        (["--web-port", "9090"], "--web-port is not an option any more; write --view-address"),
     ],
 )
 def test_bad_options_are_one_line_before_anything_is_made(tmp_path, task, options, message):
     with socket.create_server(("127.0.0.1", 0)) as taken:
-        if options[-1].endswith("-port"):
-            options = [*options, taken.getsockname()[1]]
+        if options[-1].endswith("-address"):
+            options = [*options, f"127.0.0.1:{taken.getsockname()[1]}"]
         code, _, err = call("run", task, "--record", tmp_path / "runs", "--view", "none", *options)
     assert code == 2
     assert message in err

@@ -41,10 +41,9 @@ def test_a_window_is_opened_only_where_there_is_a_screen(monkeypatch) -> None:
 
 
 def test_a_port_that_is_taken_is_refused_if_it_was_asked_for(taken: int) -> None:
-    with pytest.raises(ViewError, match=f"--view-port {taken} on 127.0.0.1: .*in use; choose"):
-        viewer(view=View.WEB, view_port=taken)
-    with pytest.raises(ViewError, match=f"--web-port {taken} on 127.0.0.1: .*in use; choose"):
-        viewer(view=View.WEB, web_port=taken)
+    for page in (taken, taken - 1):
+        with pytest.raises(ViewError, match=f"--view-address {LOOPBACK}:{taken}: .*in use; choose"):
+            viewer(view=View.WEB, view_address=f"{LOOPBACK}:{page}")
 
 
 def test_another_port_is_found_if_the_usual_one_is_taken(taken: int, monkeypatch) -> None:
@@ -53,15 +52,16 @@ def test_another_port_is_found_if_the_usual_one_is_taken(taken: int, monkeypatch
 
 
 def test_an_address_that_is_not_this_machines_is_refused() -> None:
-    with pytest.raises(ViewError, match="--view-host nowhere: use an IPv4 address of this machine"):
-        viewer(view=View.WEB, view_host="nowhere")
-    with pytest.raises(ViewError, match=r"--view-port 9876 on 203\.0\.113\.7: .*address"):
-        viewer(view=View.WEB, view_host="203.0.113.7")
+    for wrong in ("nowhere", f"{LOOPBACK}:web"):
+        with pytest.raises(ViewError, match=f"--view-address {wrong}: use an IPv4 address of this"):
+            viewer(view=View.WEB, view_address=wrong)
+    with pytest.raises(ViewError, match=r"--view-address 203\.0\.113\.7:9090: .*address"):
+        viewer(view=View.WEB, view_address="203.0.113.7")
 
 
 def test_whoever_serves_others_is_warned_that_there_is_no_password(tmp_path: Path) -> None:
     messages: list[str] = []
-    with viewer(messages, view=View.WEB, view_host="0.0.0.0").showing(tmp_path / "viewer.log"):
+    with viewer(messages, view=View.WEB, view_address="0.0.0.0").showing(tmp_path / "viewer.log"):
         pass
     assert "without a password" in messages[0]
     assert messages[1].startswith("watch at http://127.0.0.1:")

@@ -50,7 +50,7 @@ CASES = {
     ),
     "an empty battery and a message about it": Case(
         "sequence: [wait: {duration_s: 1.6}, fallback: [battery_above: {percent: 99.99}, "
-        "{force_failure: true, say: {text: I must charge.}}]]",
+        "{force: failure, say: {text: I must charge.}}]]",
         *("battery_above", "^battery at ", "battery"),
     ),
     "a reflex that nothing clears": Case(
@@ -88,10 +88,10 @@ CASES = {
         since=(0.4, 0.7),
     ),
     "a remedy that fails at once, within an attempt that another one answers": Case(
-        "sequence: [{force_success: true, navigate: {to: far, timeout_s: 0.3}}, "
+        "sequence: [{force: success, navigate: {to: far, timeout_s: 0.3}}, "
         "fallback: [{name: offer, navigate: {to: far, timeout_s: 0.3}}, "
         "{name: put back, place: {on: floor}}, "
-        "{name: sorry, force_failure: true, say: {text: Sorry.}}]]",
+        "{name: sorry, force: failure, say: {text: Sorry.}}]]",
         *("put back", "^nothing to place"),
         since=(0.5, 0.8),
     ),
