@@ -49,7 +49,7 @@ def site_of(real: RealRobot) -> Site:
     """Full scale and dead zones of the base; only those of an Omron are known."""
     base = real.hardware.base
     if isinstance(base, OmronOptions):
-        return base.scale.site
+        return base.site
     return Site(forward=1e3, reverse=1e3, dead_translation=0.0, dead_rotation=0.0)
 
 

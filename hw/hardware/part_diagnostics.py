@@ -186,9 +186,7 @@ def _full_scale(base: OmronBase, values: Values, file: OmronOptions) -> Finding:
     if values.get("FullThrottleForwards") == 0.0:
         text = "its FullThrottleForwards is 0, which stands for its top speed: set a speed there"
         return Finding("base", Verdict.BAD, text)
-    kept, says = _full_scale_of(base), dict(file.scale)
-    for way in ("forward", "reverse"):
-        says[f"turn_at_{way}_deg"] = says[f"turn_at_{way}_deg"] or says["turn_deg"]
+    kept, says = base.read_site().values, file.site.values
     lines = ", ".join(
         f"{name}: {value:.4g}"
         for name, value in kept.items()
@@ -214,28 +212,13 @@ def _timeout(value: float | str | None, speed: float) -> Finding:
     return is_good("base", value <= most, f"{says}{way}; {_SET if value > most else 'then brakes'}")
 
 
-def _full_scale_of(base: OmronBase) -> dict[str, float]:
-    """Full-scale values of a connected base, by the keys of `full_scale`; raises HardwareError."""
-    site = base.read_site()
-    forward, reverse = site.turn_at_forward, site.turn_at_reverse
-    return {
-        "forward": site.forward,
-        "reverse": site.reverse,
-        "turn_deg": degrees(site.turn),
-        "turn_at_forward_deg": degrees(site.turn if forward is None else forward),
-        "turn_at_reverse_deg": degrees(site.turn if reverse is None else reverse),
-        "dead_translation": site.dead_translation,
-        "dead_rotation": site.dead_rotation,
-    }
-
-
 def write_full_scale(real: RealRobot, path: Path) -> None:
     """Write the full-scale values of a base to a file, for `full_scale: FILE`."""
     base, file = parts_of(real, load_robot(real.path), WallClock())["base"], real.hardware.base
     if not isinstance(base, OmronBase) or not isinstance(file, OmronOptions):
         raise HardwareError(f"{real.path.name} has no Omron base, which alone tells its full scale")
     with _connected(base):
-        kept = _full_scale_of(base)
+        kept = base.read_site().values
     lines = [f"# As the base at {file.address} tells; m/s, deg/s and %."]
     lines += [f"{name}: {round(value, 4)}" for name, value in kept.items()]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")

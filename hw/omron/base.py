@@ -19,7 +19,7 @@ from hw.omron.laser import Echoes
 from hw.omron.link import Link
 from hw.omron.site import REST, Site, Velocity, is_at_rest
 from hw.omron.telemetry import OLDEST_POSE, Pose, Telemetry, extrapolate
-from hw.omron.teleop_settings import SECTIONS, TELEOP, Values, site_of
+from hw.omron.teleop_settings import TELEOP, Values, site_of
 from hw.robot import RECOVERY_MEMORY, RECOVERY_PAUSES, HardwareError
 from hw.state import Array, BaseState, LocalisedPose
 
@@ -139,18 +139,10 @@ class OmronBase:
         return site_of(self.read_teleop(), self._settings.site)
 
     def read_teleop(self) -> Values:
-        """The section "Teleop settings" of the base, by either interface; raises HardwareError."""
-        link = self.link
-        sections = link.telemetry.sections
-        if self.catalogue.has(SECTIONS):
-            link.send(self.catalogue.command(SECTIONS, b"\x09"))
-            if self._wait(lambda: TELEOP in sections, _READING):
-                return sections[TELEOP]
-        elif self._arcl is None:
-            raise HardwareError(f"the base does not offer {SECTIONS} to this account")
-        if self._arcl is not None:
-            return self._arcl.section(TELEOP, _READING)
-        raise HardwareError(f"the base does not tell its section {TELEOP!r}")
+        """The section "Teleop settings" of the base; HardwareError: ARCL does not tell it."""
+        if self._arcl is None:
+            raise HardwareError("only ARCL tells them, and there is no `arcl` in the file")
+        return self._arcl.section(TELEOP, _READING)
 
     def recover(self) -> None:
         """Clear all that a program can, after pauses that grow; raises HardwareError."""

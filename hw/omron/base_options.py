@@ -1,9 +1,8 @@
 """Options of an Omron LD-60 below `hardware.base` in a robot file."""
 
-from math import radians
 from os.path import isfile
 from pathlib import Path
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, ValidationInfo
 
@@ -21,46 +20,14 @@ class ArclOptions(StrictModel):
     patience: Positive = 1.5  # without any answer for this long the connection is lost [s]
 
 
-class FullScaleFile(StrictModel):
-    """The "Teleop settings" of the base: speeds at 100 %, and dead zones."""
-
-    forward: Positive = 1.0  # [m/s]
-    reverse: Positive = 0.25  # [m/s]
-    turn_deg: Positive = 50.0  # at rest [deg/s]
-    turn_at_forward_deg: Positive | None = None
-    turn_at_reverse_deg: Positive | None = None
-    dead_translation: NotNegative = 10.0  # [%]
-    dead_rotation: NotNegative = 5.0  # [%]
-
-    @property
-    def site(self) -> Site:
-        """The same in SI units."""
-
-        def turn(degrees: float | None) -> float | None:
-            return None if degrees is None else radians(degrees)
-
-        return Site(
-            forward=self.forward,
-            reverse=self.reverse,
-            turn=radians(self.turn_deg),
-            turn_at_forward=turn(self.turn_at_forward_deg),
-            turn_at_reverse=turn(self.turn_at_reverse_deg),
-            dead_translation=self.dead_translation,
-            dead_rotation=self.dead_rotation,
-        )
-
-
-def _scale(value: FullScaleFile | str, info: ValidationInfo) -> FullScaleFile:
+def _site(value: Site | str, info: ValidationInfo) -> Site:
     """The values, or those of a file; the context is the folder of the robot file."""
     if not isinstance(value, str):
         return value
     path = Path(info.context or ".") / value
     if not isfile(path):
         raise ValueError(f"there is no file {path}; `frankie-task doctor --write-site` writes one")
-    return read_config(path, FullScaleFile)
-
-
-ScaleFile: TypeAlias = Annotated[FullScaleFile | str, AfterValidator(_scale)]
+    return read_config(path, Site)
 
 
 class SiteAccuracyFile(StrictModel):
@@ -78,7 +45,8 @@ class OmronOptions(DriverOptions):
     user: Text
     password: str = ""
     arcl: ArclOptions | None = None  # None: motors, stop and faults are not reported
-    full_scale: ScaleFile = FullScaleFile()  # or the file by `doctor --write-site`
+    full_scale: Annotated[Site | str, AfterValidator(_site)] = Site()
+    """Of the base, or the file by `doctor --write-site`."""
     pose_delay: NotNegative = 0.0  # age of a pose on arrival [s]
     laser_delay: NotNegative = 0.0  # age of a scan of the laser on arrival [s]
     localisation: SiteAccuracyFile = SiteAccuracyFile()
@@ -92,12 +60,7 @@ class OmronOptions(DriverOptions):
     one above 100 settles it."""
 
     @property
-    def scale(self) -> FullScaleFile:
-        """The values of `full_scale`, once the file is read."""
-        assert isinstance(self.full_scale, FullScaleFile)
-        return self.full_scale
-
-    @property
     def site(self) -> Site:
-        """The same in SI units."""
-        return self.scale.site
+        """The values of `full_scale`, once the file is read."""
+        assert isinstance(self.full_scale, Site)
+        return self.full_scale

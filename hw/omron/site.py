@@ -6,9 +6,11 @@ the LD-60 keeps them is inferred. That 100 % are 1.0 m/s forwards, 0.25 m/s back
 is what drivers that ran on real LD bases use [reported].
 """
 
-from dataclasses import dataclass
 from math import hypot, radians
 from typing import NamedTuple
+
+from config.reader import StrictModel
+from robots import NotNegative, Positive
 
 
 class Velocity(NamedTuple):
@@ -30,17 +32,26 @@ class Ratios(NamedTuple):
     rotation: float
 
 
-@dataclass(frozen=True, kw_only=True)
-class Site:
-    """The values of "Teleop settings" at one site."""
+class Site(StrictModel):
+    """The values of "Teleop settings" at one site, as `full_scale` in a robot file has them."""
 
-    forward: float = 1.0  # FullThrottleForwards [m/s]
-    reverse: float = 0.25  # FullThrottleBackwards [m/s]
-    turn: float = radians(50.0)  # RotAtStopped [rad/s]
-    turn_at_forward: float | None = None  # RotAtFullForwards [rad/s]; None: as at rest
-    turn_at_reverse: float | None = None  # RotAtFullBackwards [rad/s]; None: as at rest
-    dead_translation: float = 10.0  # TransDeadZone [%]: up to this the base does not move
-    dead_rotation: float = 5.0  # RotDeadZone [%]: a ratio below this one does not turn the base
+    forward: Positive = 1.0  # FullThrottleForwards [m/s]
+    reverse: Positive = 0.25  # FullThrottleBackwards [m/s]
+    turn_deg: Positive = 50.0  # RotAtStopped [deg/s]
+    turn_at_forward_deg: Positive | None = None  # RotAtFullForwards; None: as at rest
+    turn_at_reverse_deg: Positive | None = None  # RotAtFullBackwards; None: as at rest
+    dead_translation: NotNegative = 10.0  # TransDeadZone [%]: up to this the base does not move
+    dead_rotation: NotNegative = 5.0  # RotDeadZone [%]: a ratio below this one does not turn it
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Every value by its key."""
+        return {key: self.turn_deg if one is None else one for key, one in self}
+
+    @property
+    def turn(self) -> float:
+        """Full scale of turning at rest [rad/s]."""
+        return radians(self.turn_deg)
 
     def saturate(self, wanted: Velocity, measured: float) -> Velocity:
         """The finite velocity within full scale along the same arc, at a measured speed [m/s]."""
@@ -82,11 +93,11 @@ class Site:
 
     def _full_turn(self, direction: float, measured: float) -> float:
         """Full scale of turning at a measured speed [rad/s]; it counts as a share of `forward`."""
-        at_full = self.turn_at_reverse if direction < 0.0 else self.turn_at_forward
+        at_full = self.turn_at_reverse_deg if direction < 0.0 else self.turn_at_forward_deg
         if at_full is None or direction == 0.0:
             return self.turn
         share = min(abs(measured) / self.forward, 1.0)
-        return self.turn + (at_full - self.turn) * share
+        return self.turn + (radians(at_full) - self.turn) * share
 
 
 def _percent(ratio: float) -> float:

@@ -19,7 +19,6 @@ from hw.omron.handshake import Catalogue
 from hw.omron.laser import LASER, LASER_INTERVAL, Echoes, read_points
 from hw.omron.packet import Fields, LayoutError, Packet, number_field, parse_number
 from hw.omron.site import REST, Ratios, Velocity
-from hw.omron.teleop_settings import SECTIONS, Values, read_section
 
 POSE, ENCODERS = (
     tuple(f"DataStore_{pose}PoseInterpolated_{axis}" for axis in ("X", "Y", "Th"))
@@ -111,7 +110,6 @@ class Telemetry:
         self.locked = False  # whether the mode is locked
         self.localisation: Localisation | None = None
         self.score: float | None = None  # 0 to 1; None where its scale is unknown
-        self.sections: dict[str, Values] = {}  # of the configuration, where requested
         self.damaged = 0  # number of replies with an unexpected layout
         self._has_charge = False
         self._score_scale = score_scale
@@ -122,7 +120,6 @@ class Telemetry:
             "batteryInfo": self._battery_info,
             "getModeInfo": self._mode_info,
             "getLocState": self._loc_state,
-            SECTIONS: self._section,
             LASER: self._laser,
         }
         self._takers: dict[int, Taker] = {}
@@ -227,11 +224,6 @@ class Telemetry:
             then = extrapolate(self.pose, self.velocity, at - self.pose.at - self._lead)
             points = (points - then.translation[:2]) @ then.rotation[:2, :2]
             self.echoes = Echoes(points, at - self._lead)
-
-    def _section(self, fields: Fields, at: float) -> None:
-        if fields.remaining:
-            name, values = read_section(fields)
-            self.sections[name] = values
 
 
 def _data_store_value(fields: Fields) -> float:
