@@ -2,8 +2,6 @@
 
 import ctypes
 import gc
-import json
-import sys
 import time
 from collections.abc import Sequence
 from typing import Any
@@ -13,7 +11,7 @@ from hw.panda.explanations import MODES, explain, explain_connecting
 from hw.panda.library import LIMITS, load_library
 from hw.panda.records import ARM_COMMAND, ARM_READING, ArmReading, Mode
 from hw.panda.streaming import FRESH, SpeedError, SpeedMonitor, Streaming
-from hw.processes.child import Parent, Request, claim, hurry, leave, still_alive
+from hw.processes.child import EndError, Parent, Request, hurry, serve, still_alive
 from hw.processes.mailbox import Mailbox, open_memory
 
 _NAP = 0.004  # between two readings while the arm is not in a motion [s]
@@ -169,29 +167,23 @@ class ArmProcess:
         reading.put(self._readings)
 
 
-def main() -> None:
-    """Serve one parent; arguments: address, settings as JSON, descriptor of the shared memory."""
-    address, settings, memory = sys.argv[1], json.loads(sys.argv[2]), int(sys.argv[3])
-    parent = Parent()
+def _work(parent: Parent, address: str, settings: Any, memory: int) -> None:
+    library = load_library()
+    parent.tell(loaded=True)
+    parent.claim(f"arm {address}")
+    gc.collect()
+    gc.freeze()
+    gc.disable()
+    hurry()
     try:
-        library = load_library()
-        parent.tell(loaded=True)
-        if other := claim("arm", address):
-            parent.tell(error=other)
-            leave(1)
-        gc.collect()
-        gc.freeze()
-        gc.disable()
-        hurry()
-        try:
-            arm = ArmProcess(library, address, settings, memory, parent)
-        except RuntimeError as error:
-            parent.tell(error=explain_connecting(error))
-            leave(1)
-        ctypes.CDLL(None).mlockall(_LOCK_PRESENT)  # as far as the system permits
-        parent.tell(ready=True)
-        arm.run()
-    except Exception as error:
-        parent.tell(error=explain(error))
-        leave(1)
-    leave()
+        arm = ArmProcess(library, address, settings, memory, parent)
+    except RuntimeError as error:
+        raise EndError(explain_connecting(error)) from error
+    ctypes.CDLL(None).mlockall(_LOCK_PRESENT)  # as far as the system permits
+    parent.tell(ready=True)
+    arm.run()
+
+
+def main() -> None:
+    """Serve one parent."""
+    serve(_work, explain)

@@ -5,7 +5,6 @@ own. Blocked fingers go on for minutes, and the vendor's library waits for them:
 monitors the motion and stops it in time.
 """
 
-import json
 import sys
 import threading
 import time
@@ -19,7 +18,7 @@ from hw.clock import stopwatch
 from hw.panda.explanations import explain, explain_connecting
 from hw.panda.library import load_library
 from hw.panda.records import CLOSED, HAND_READING, HOMED, REACHED, HandReading
-from hw.processes.child import Parent, Request, claim, leave, still_alive
+from hw.processes.child import EndError, Parent, Request, serve, still_alive
 from hw.processes.mailbox import Mailbox, open_memory
 
 _NAP = 0.02  # between two readings [s]
@@ -176,30 +175,24 @@ class HandProcess:
 
 
 def main() -> None:
-    """Serve one parent; arguments: address, settings as JSON, descriptor of the shared memory."""
-    address, settings, memory = sys.argv[1], json.loads(sys.argv[2]), int(sys.argv[3])
+    """Serve one parent."""
     hands: list[HandProcess] = []
 
     def at_once(request: Request) -> bool:
-        if request["do"] != "stop":
-            return False
-        if hands:
-            hands[0].stop()
-        return True
+        if request["do"] == "stop":
+            for hand in hands:
+                hand.stop()
+        return bool(request["do"] == "stop")
 
-    parent = Parent(at_once)
-    try:
+    def work(parent: Parent, address: str, settings: Any, memory: int) -> None:
         library = load_library()
         parent.tell(loaded=True)
-        if other := claim("hand", address):
-            parent.tell(error=other)
-            leave(1)
+        parent.claim(f"hand {address}")
         still_alive(_CONNECTING)
         try:
             hand = HandProcess(library, address, settings["speed"], memory)
         except RuntimeError as error:
-            parent.tell(error=explain_connecting(error))
-            leave(1)
+            raise EndError(explain_connecting(error)) from error
         hands.append(hand)
         parent.tell(ready=True)
         threading.Thread(target=_work, args=(hand, parent), daemon=True).start()
@@ -208,10 +201,8 @@ def main() -> None:
             hand.watch()
             time.sleep(_NAP)
         hand.end()
-    except Exception as error:
-        parent.tell(error=explain(error))
-        leave(1)
-    leave()
+
+    serve(work, explain, at_once)
 
 
 def _work(hand: HandProcess, parent: Parent) -> None:

@@ -8,19 +8,21 @@ import sys
 import threading
 from collections.abc import Callable
 from contextlib import suppress
-from pathlib import Path
 from typing import Any, NoReturn
 
 from hw.clock import stopwatch
-from hw.processes.claims import Claim, holder_of
+from hw.processes.claims import Claim, holder_of, stat_of
 
 _CHECK = 0.1  # period of the check whether the parent is suspended [s]
 _SUSPENDED = 0.5  # after which a suspended parent counts as gone [s]
-
 _HUNG = 2.0  # after which the system ends a hung process [s]
 _PRIORITY = 20  # real-time priority
 
 Request = dict[str, Any]
+
+
+class EndError(Exception):
+    """Why the process ends, in words for people."""
 
 
 class Parent:
@@ -32,6 +34,7 @@ class Parent:
         self._requests: queue.SimpleQueue[Request] = queue.SimpleQueue()
         self._checked = 0.0
         self._suspended_since: float | None = None
+        self._claim: Claim | None = None
         self.is_gone = False  # it has ended, or has told this process to end
         threading.Thread(target=self._listen, daemon=True).start()
 
@@ -41,6 +44,14 @@ class Parent:
             os.write(1, json.dumps(message).encode() + b"\n")
         except OSError:
             self.is_gone = True
+
+    def claim(self, machine: str) -> None:
+        """Claim a machine for the lifetime of this process; EndError: another program has it."""
+        self._claim = Claim(machine).take()
+        if self._claim is None:
+            holder = stat_of(holder_of(machine) or 0)
+            pid = holder[1] if holder else "that ends now"  # the program above the driver
+            raise EndError(f"another program on this computer commands it already (process {pid})")
 
     def request(self, patience: float = 0.0) -> Request | None:
         """The next request; None if there is none within `patience` [s]."""
@@ -58,7 +69,8 @@ class Parent:
         now = stopwatch()
         if now - self._checked > _CHECK:
             self._checked = now
-            if not self._is_suspended():
+            self.is_gone |= os.getppid() != self._pid
+            if stat_of(self._pid)[:1] not in (["T"], ["t"]):
                 self._suspended_since = None
             elif self._suspended_since is None:
                 self._suspended_since = now
@@ -77,25 +89,25 @@ class Parent:
         finally:  # whatever it was: nobody would hear a stop
             self.is_gone = True
 
-    def _is_suspended(self) -> bool:
-        if os.getppid() != self._pid:
-            self.is_gone = True
-        try:
-            text = Path(f"/proc/{self._pid}/stat").read_text()
-        except OSError:
-            return False
-        return text.rpartition(")")[2].split()[0] in "Tt"
 
+def serve(
+    work: Callable[[Parent, str, Any, int], None],
+    explain: Callable[[Exception], str],
+    at_once: Callable[[Request], bool] = lambda _: False,
+) -> None:
+    """Work for a parent until it ends, and tell it what `work` raises.
 
-def claim(what: str, address: str) -> str:
-    """Claim a machine for the lifetime of this process; who else has it, empty if none."""
-    machine = f"{what} {address}"
-    right = Claim(machine, lambda: str(os.getppid()))
-    if right.take() is not None:
-        return ""
-    holder = holder_of(machine)
-    pid = (holder.says or holder.pid) if holder is not None else "that ends now"
-    return f"another program on this computer commands it already (process {pid})"
+    `work` gets the parent, and the arguments of this process: the address, the settings, and the
+    descriptor of the shared memory.
+    """
+    address, settings, memory = sys.argv[1], json.loads(sys.argv[2]), int(sys.argv[3])
+    parent = Parent(at_once)
+    try:
+        work(parent, address, settings, memory)
+    except Exception as error:
+        parent.tell(error=str(error) if isinstance(error, EndError) else explain(error))
+        leave(1)
+    leave()
 
 
 def still_alive(patience: float = _HUNG) -> None:

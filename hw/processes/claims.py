@@ -3,27 +3,17 @@
 import hashlib
 import socket
 import struct
-import threading
-from collections.abc import Callable
-from contextlib import suppress
-from typing import NamedTuple, Self
+from pathlib import Path
+from typing import Self
 
-_PATIENCE = 0.3  # for the answer of a holder [s]
-_LONGEST = 1000  # of an answer [bytes]
-
-
-class Holder(NamedTuple):
-    """The holder of a claim."""
-
-    pid: int  # 0 if unknown
-    says: str  # its introduction; may be empty
+_PATIENCE = 0.3  # for the system to say who holds a claim [s]
 
 
 class Claim:
-    """One claim; it ends with its process. `introduce` is the answer to those who ask."""
+    """One claim; it ends with its process."""
 
-    def __init__(self, machine: str, introduce: Callable[[], str]) -> None:
-        self._address, self._introduce = _address(machine), introduce
+    def __init__(self, machine: str) -> None:
+        self._address = _address(machine)
         self._socket: socket.socket | None = None
 
     def take(self) -> Self | None:
@@ -32,36 +22,22 @@ class Claim:
             claimed = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
             try:
                 claimed.bind(self._address)
-                claimed.listen()
+                claimed.listen(4096)  # nobody answers: who connects gets to know the process
             except OSError:
                 claimed.close()
                 return None
             self._socket = claimed
-            with suppress(RuntimeError):  # without a thread it is held, and nobody answers for it
-                threading.Thread(target=self._answer, args=(claimed,), daemon=True).start()
         return self
 
     def release(self) -> None:
         """Release it."""
         claimed, self._socket = self._socket, None
         if claimed is not None:
-            with suppress(OSError):
-                claimed.shutdown(socket.SHUT_RDWR)  # wakes who waits there
             claimed.close()
 
-    def _answer(self, claimed: socket.socket) -> None:
-        while True:
-            try:
-                asks, _ = claimed.accept()
-            except OSError:
-                return
-            with asks, suppress(OSError):
-                asks.settimeout(_PATIENCE)
-                asks.sendall(self._introduce().encode()[:_LONGEST])
 
-
-def holder_of(machine: str) -> Holder | None:
-    """The holder of the claim to a machine; None if nobody has it."""
+def holder_of(machine: str) -> int | None:
+    """The process that has the claim to a machine, 0 if unknown; None if nobody has it."""
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as asks:
         asks.settimeout(_PATIENCE)
         try:
@@ -69,13 +45,18 @@ def holder_of(machine: str) -> Holder | None:
         except ConnectionRefusedError:
             return None
         except OSError:
-            return Holder(0, "")
+            return 0
         told = asks.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, struct.calcsize("3i"))
-        says = b""
-        with suppress(OSError):
-            while len(says) < _LONGEST and (more := asks.recv(_LONGEST)):
-                says += more
-        return Holder(struct.unpack("3i", told)[0], says.decode(errors="replace"))
+        pid: int = struct.unpack("3i", told)[0]
+        return pid
+
+
+def stat_of(pid: int) -> list[str]:
+    """State, parent and further fields of a process, as the system writes them; empty: unknown."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    except OSError:
+        return []
 
 
 def _address(machine: str) -> bytes:

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import IO, Any, TypeVar
 
 from hw.clock import stopwatch
+from hw.processes.claims import stat_of
 from hw.processes.mailbox import open_memory, share_memory
 from hw.robot import HardwareError
 
@@ -168,11 +169,7 @@ class DriverProcess:
 
     def _is_starved(self) -> bool:
         process = self.process
-        try:
-            text = Path(f"/proc/{process.pid if process else 0}/stat").read_text()
-        except OSError:
-            return False
-        return text.rpartition(")")[2].split()[0] in "RTt"
+        return process is not None and stat_of(process.pid)[:1] in (["R"], ["T"], ["t"])
 
     def __del__(self) -> None:
         self.kill()

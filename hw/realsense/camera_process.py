@@ -4,8 +4,6 @@ Some calls of the vendor's library keep Python's interpreter lock (`pipeline.sta
 some hang when a camera is unplugged. A process that hangs is ended by the system and replaced.
 """
 
-import json
-import sys
 import time
 from math import inf
 from typing import Any
@@ -13,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from hw.clock import epoch, stopwatch
-from hw.processes.child import Parent, claim, leave, still_alive
+from hw.processes.child import Parent, serve, still_alive
 from hw.processes.mailbox import PAGE, Mailbox, open_memory
 from hw.processes.timestamps import SensorClock
 from hw.realsense.device_settings import STATUS, RealSenseSettings, Status
@@ -148,20 +146,16 @@ def _exposure_age(rs: Any, frame: Any) -> float:
     return before if 0.0 <= before <= 0.1 else 0.0
 
 
-def main() -> None:
-    """Serve one parent; arguments: address, settings as JSON, descriptor of the shared memory."""
-    address, values, memory = sys.argv[1], json.loads(sys.argv[2]), int(sys.argv[3])
-    settings, spec = RealSenseSettings(**values["settings"]), ImageSpec(**values["spec"])
-    parent = Parent()
-    try:
-        import pyrealsense2
+def _work(parent: Parent, address: str, values: Any, memory: int) -> None:
+    import pyrealsense2
 
-        parent.tell(loaded=True)
-        if not settings.emulator and (other := claim("RealSense", address)):
-            parent.tell(error=other)
-            leave(1)
-        CameraProcess(pyrealsense2, settings, spec, memory, parent).run()
-    except Exception as error:
-        parent.tell(error=str(error) or type(error).__name__)
-        leave(1)
-    leave()
+    parent.tell(loaded=True)
+    settings, spec = RealSenseSettings(**values["settings"]), ImageSpec(**values["spec"])
+    if not settings.emulator:
+        parent.claim(f"RealSense {address}")
+    CameraProcess(pyrealsense2, settings, spec, memory, parent).run()
+
+
+def main() -> None:
+    """Serve one parent."""
+    serve(_work, lambda error: str(error) or type(error).__name__)

@@ -11,7 +11,6 @@ from config.plugins import PluginError, imported
 from hw import ComposedRobot, HardwareError, Patience, SimClock, Watchdog, Worker
 from hw.clock import WallClock
 from hw.panda.hand_process import HandProcess
-from hw.processes.claims import Claim, holder_of
 from hw.processes.mailbox import share_memory
 from hw.processes.process import DriverProcess
 from robots import load_robot
@@ -83,15 +82,6 @@ def test_a_hand_is_stopped_though_no_thread_starts(monkeypatch):
         for number in (1, 2):
             process.stop()
             until(lambda number=number: len(stopped) == number)
-
-
-def test_a_claim_is_held_though_nobody_answers_for_it(monkeypatch):
-    with full_computer(monkeypatch):
-        held = Claim("a machine of test_threads", lambda: "me").take()
-    assert held is not None
-    assert Claim("a machine of test_threads", lambda: "other").take() is None
-    assert holder_of("a machine of test_threads").pid
-    held.release()
 
 
 def test_a_driver_whose_process_does_not_start_says_so(monkeypatch):
