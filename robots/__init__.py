@@ -17,14 +17,12 @@ from robots.drivers import (
     KINDS,
     SIMULATED,
     Driver,
-    DriverError,
     DriverOptions,
     find_driver,
     has_driver,
     installed_drivers,
 )
 from robots.load import (
-    IMPORTED,
     SHIPPED,
     RealRobot,
     load_real_robot,

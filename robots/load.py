@@ -45,9 +45,6 @@ from robots.shapes import Box, Colour, Geom, half_extents
 
 SHIPPED = Path(__file__).parent
 
-IMPORTED = "# Imported (3) from"
-"""Beginning of an imported file; count up when the importer makes better ones of the same URDF."""
-
 _AXES = {
     "differential": np.array([[0.0, 1.0], [0.0, 0.0], [1.0, 0.0]]),
     "omnidirectional": np.eye(3),
@@ -204,19 +201,6 @@ def _load(path: Path) -> RobotDescription:
         camera=camera,
         limits=_limits(arm_file, file.base),
         laser=_laser(file),
-        outdated=_outdated(path),
-    )
-
-
-def _outdated(path: Path) -> str:
-    """That a robot file was imported by an older version, and what to do; empty if it was not."""
-    first = path.read_text(encoding="utf-8").partition("\n")[0]
-    if not first.startswith("# Imported") or first.startswith(IMPORTED):
-        return ""
-    urdf = first.partition(" from ")[2].partition(". ")[0]
-    return (
-        f"{path}: imported by an older version, with worse shapes and postures; import it again: "
-        f"frankie-task robot import {urdf} -o NEW_FOLDER"
     )
 
 
