@@ -18,6 +18,7 @@ from robots.drivers import (
     SIMULATED,
     Driver,
     DriverOptions,
+    SpeedRange,
     find_driver,
     has_driver,
     installed_drivers,

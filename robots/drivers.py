@@ -9,6 +9,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from math import inf
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, ConfigDict, create_model
@@ -21,10 +22,26 @@ KINDS = ("arm", "base", "gripper", "camera", "laser")
 SIMULATED = "simulated"  # the driver of parts that are not there
 
 
+@dataclass(frozen=True, kw_only=True)
+class SpeedRange:
+    """Speeds at which a base can drive evenly [m/s, rad/s]."""
+
+    forward: float = inf
+    reverse: float = inf
+    least_forward: float = 0.0
+    least_reverse: float = 0.0
+    least_turn: float = 0.0
+
+
 class DriverOptions(StrictModel):
     """Options of a driver, as they stand below `hardware` in a robot file."""
 
     driver: str = ""  # its name
+
+    @property
+    def speeds(self) -> SpeedRange:
+        """Those of a base, where its driver knows them."""
+        return SpeedRange()
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,11 +1,9 @@
-"""Findings of the diagnostics; those of the computer: libraries, and real-time behaviour."""
+"""Findings about the computer: libraries, and real-time behaviour."""
 
 import os
 import time
 from collections.abc import Callable, Iterator, Set
 from contextlib import suppress
-from dataclasses import dataclass
-from enum import Enum
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -15,6 +13,7 @@ from pinocchio import SE3
 from config import extra
 from controller import Command, HolisticController, KinematicState, PoseGoal, RobotModel
 from hw.clock import stopwatch
+from hw.findings import Finding, Verdict, is_good
 from hw.state import DepthFrame
 from hw.threads import begun
 from perception import GraspDetector
@@ -29,28 +28,6 @@ _LATE = 20.0  # the arm stops when commands are this late [ms]
 _STEPS, _SEARCHES = 60, 3  # of the controller, and for grasps, that are timed
 _TICK = 4.2  # a whole tick of the control loop, in steps of the controller
 _LONG_SEARCH = 0.15  # [s]
-
-
-class Verdict(Enum):
-    """Meaning of a finding."""
-
-    GOOD = "good"
-    BAD = "bad"
-    OPEN = "open"  # not known, or to be decided by the user
-
-
-@dataclass(frozen=True)
-class Finding:
-    """One finding."""
-
-    about: str
-    verdict: Verdict
-    text: str
-
-
-def is_good(about: str, good: bool, text: str) -> Finding:
-    """A finding that is good or bad."""
-    return Finding(about, Verdict.GOOD if good else Verdict.BAD, text)
 
 
 def computer(drivers: Set[str] | None = None) -> Iterator[Finding]:

@@ -2,7 +2,5 @@
 
 from hw.omron.base import OmronBase
 from hw.omron.base_options import ArclOptions, OmronOptions
-from hw.omron.laser import LASER, OmronLaser
-from hw.omron.site import Site, Velocity
-from hw.omron.telemetry import POSE
-from hw.omron.teleop_settings import TIMEOUT, Values
+from hw.omron.laser import OmronLaser
+from hw.omron.site import Site

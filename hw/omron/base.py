@@ -1,7 +1,7 @@
 """The LD-60 as a `Base`: readings, commands and recoveries, none of which waits for the network."""
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from math import radians
 
 import numpy as np
@@ -9,11 +9,13 @@ from pinocchio import SE3
 
 from config.poses import OdometryPose
 from hw.clock import Clock, stopwatch
+from hw.findings import Finding
 from hw.omron.arcl import Arcl, Motors
 from hw.omron.base_faults import connection_lost, why_lost
 from hw.omron.base_options import OmronOptions
 from hw.omron.commander import ACCELERATIONS, Accelerations
 from hw.omron.connection import first_readings, named_errors, open_connection
+from hw.omron.examination import examine
 from hw.omron.handshake import Catalogue
 from hw.omron.laser import Echoes
 from hw.omron.link import Link
@@ -22,6 +24,7 @@ from hw.omron.telemetry import OLDEST_POSE, Pose, Telemetry, extrapolate
 from hw.omron.teleop_settings import TELEOP, Values, site_of
 from hw.robot import RECOVERY_MEMORY, RECOVERY_PAUSES, HardwareError
 from hw.state import Array, BaseState, LocalisedPose
+from robots import RobotDescription
 
 _POLL = 0.01  # polling interval of recoveries [s]
 _RECOVERY = 3.0  # timeout of each step of a recovery [s]
@@ -143,6 +146,16 @@ class OmronBase:
         if self._arcl is None:
             raise HardwareError("only ARCL tells them, and there is no `arcl` in the file")
         return self._arcl.section(TELEOP, _READING)
+
+    def site_text(self) -> str:
+        """The values of `read_site` as YAML."""
+        lines = [f"# As the base at {self._settings.address} tells; m/s, deg/s and %."]
+        lines += [f"{key}: {round(value, 4)}" for key, value in self.read_site().values.items()]
+        return "\n".join(lines) + "\n"
+
+    def examine(self, robot: RobotDescription) -> Iterator[Finding]:
+        """What is good and bad about it, while it is connected."""
+        return examine(self, self._settings, float(robot.limits.base_twist[0]))
 
     def recover(self) -> None:
         """Clear all that a program can, after pauses that grow; raises HardwareError."""

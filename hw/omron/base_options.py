@@ -7,8 +7,8 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field, ValidationInfo
 
 from config.reader import StrictModel, read_config
-from hw.omron.site import Site
-from robots import DriverOptions, NotNegative, Port, Positive, Text
+from hw.omron.site import Site, Velocity
+from robots import DriverOptions, NotNegative, Port, Positive, SpeedRange, Text
 
 
 class ArclOptions(StrictModel):
@@ -58,6 +58,19 @@ class OmronOptions(DriverOptions):
     score_scale: Literal[100, 1000] | None = None
     """A full score in `getLocState` (sources disagree); None: unknown, the score is not used until
     one above 100 settles it."""
+
+    @property
+    def speeds(self) -> SpeedRange:
+        """Full scale, and what is left of it outside the dead zones."""
+        site = self.site
+        ahead, back = (site.least(Velocity(way, 1.0)) for way in (1.0, -1.0))
+        return SpeedRange(
+            forward=site.forward,
+            reverse=site.reverse,
+            least_forward=ahead.v,
+            least_reverse=back.v,
+            least_turn=ahead.w,
+        )
 
     @property
     def site(self) -> Site:

@@ -5,16 +5,17 @@ base sends 5 scans a second was reported by a driver that ran on an LD-60. Point
 are left out, so scans have different lengths.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from hw.clock import Clock, stopwatch
+from hw.findings import Finding
 from hw.omron.packet import Fields, LayoutError
 from hw.robot import PassivePart
 from hw.state import Array, LaserReading
-from robots import LaserDescription
+from robots import LaserDescription, RobotDescription
 
 LASER = "Laser_1Current"
 LASER_INTERVAL = 0.2  # of scans [s]
@@ -46,6 +47,10 @@ class OmronLaser(PassivePart):
         self._echoes, self._mount, self._clock = echoes, description.bTs.translation, clock
         self._read: Echoes | None = None
         self._reading: LaserReading | None = None
+
+    def examine(self, robot: RobotDescription) -> Iterator[Finding]:
+        """Nothing: the base tells of it, over whose connection it comes."""
+        return iter(())
 
     def latest(self) -> LaserReading | None:
         """The newest scan."""

@@ -2,6 +2,6 @@
 
 from hw.panda.arm import PandaArm, PandaOptions
 from hw.panda.hand import PandaHand
-from hw.panda.library import INTERFACE_VERSION, LIMITS, JointLimits, missing
+from hw.panda.library import LIMITS, JointLimits, missing
 from hw.panda.records import Mode
 from hw.panda.streaming import VelocityLimiter

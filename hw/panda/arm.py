@@ -1,25 +1,27 @@
 """The arm of a Franka Panda as a part of a robot."""
 
 import threading
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Annotated, TypeAlias
 
 import numpy as np
 from pydantic import Field
 
 from hw.clock import Clock, stopwatch
+from hw.findings import Finding, Verdict, ages
 from hw.panda.arm_process import MEMORY
 from hw.panda.explanations import MODES, needs_a_person
-from hw.panda.library import LIMITS, missing
+from hw.panda.library import INTERFACE_VERSION, LIMITS, missing
 from hw.panda.records import ARM_COMMAND, ARM_READING, ArmReading, Mode
 from hw.panda.streaming import FRESH
 from hw.processes.mailbox import Mailbox
 from hw.processes.process import DriverProcess, NoAnswerError
 from hw.robot import HardwareError
 from hw.state import ArmState, Array, Fault, FaultKind
-from robots import DriverOptions, Positive, Text
+from robots import DriverOptions, Positive, RobotDescription, Text
 
 _SILENT = 0.15  # without a state for this long the arm does not answer [s]
+_OLD_STATE = 50.0  # largest age of a state that is good [ms]
 _ZERO = (0.0,) * 7
 _RECOVERY, _WAY = 20.0, 60.0  # timeouts of a recovery and of `move_to` [s]
 _APART = 2.0  # shortest time between two recoveries [s]
@@ -128,6 +130,18 @@ class PandaArm:
         except (NoAnswerError, KeyboardInterrupt):
             self.stop()
             raise
+
+    def examine(self, robot: RobotDescription) -> Iterator[Finding]:
+        """Protocol, masses, age of states."""
+        ready = "" if self._faults(self.reading()) else ", ready to move"
+        yield Finding("arm", Verdict.GOOD, f"interface version {INTERFACE_VERSION}{ready}")
+        reading = self.reading()
+        text = (
+            f"Desk says that the hand weighs {reading.hand_mass:.2f} kg and carries "
+            f"{reading.load:.2f} kg: the camera and its mount count, too"
+        )
+        yield Finding("arm", Verdict.OPEN, text)
+        yield ages("arm", "states", lambda: stopwatch() - self.reading().stamp, _OLD_STATE)
 
     def recover(self) -> None:
         """Clear a reflex, once in 2 s at most; connect a silent arm again; raises HardwareError."""

@@ -1,9 +1,10 @@
 """The Franka Hand as a part of a robot."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from hw.clock import Clock, stopwatch
+from hw.findings import Finding, Verdict
 from hw.panda.hand_process import HOMING, MEMORY, NOT_HOMED, patience
 from hw.panda.library import missing
 from hw.panda.records import HAND_READING, REACHED, HandReading
@@ -11,7 +12,7 @@ from hw.processes.mailbox import Mailbox
 from hw.processes.process import DriverProcess, NoAnswerError
 from hw.robot import HardwareError
 from hw.state import Fault, FaultKind, GripperState
-from robots import DriverOptions, Positive, Text
+from robots import DriverOptions, Positive, RobotDescription, Text
 
 _SILENT = 0.5  # without a state for this long the hand does not answer [s]
 _CONNECTING = 6.0  # timeout of connecting [s]
@@ -97,6 +98,12 @@ class PandaHand:
             self._ask(HOMING + _MARGIN, do="home")
         finally:
             self._is_homing = False
+
+    def examine(self, robot: RobotDescription) -> Iterator[Finding]:
+        """Width and temperature, once it was homed."""
+        if (reading := self.reading()).is_homed:
+            text = f"{1000.0 * reading.width:.0f} mm open, {reading.temperature} degrees C"
+            yield Finding("gripper", Verdict.GOOD, text)
 
     def recover(self) -> None:
         """Connect again, stop a failed motion, and home the hand if empty; raises HardwareError."""

@@ -1,9 +1,11 @@
 """A RealSense of the D400 series as the camera of a robot."""
 
 import threading
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 
 from hw.clock import Clock, stopwatch
+from hw.findings import Finding, Verdict, is_good, watched
 from hw.processes.mailbox import PAGE, Mailbox
 from hw.processes.process import DriverProcess
 from hw.realsense.device_settings import SILENCE, STATUS, RealSenseSettings, Status, missing
@@ -11,11 +13,12 @@ from hw.realsense.image_buffer import Grey, ImageBuffer
 from hw.realsense.rectifier import ImageSpec
 from hw.robot import HardwareError
 from hw.state import DepthImage, Fault, FaultKind
-from robots import CameraDescription
+from robots import CameraDescription, RobotDescription
 
 _CONNECTING = 10.0  # longest time to the first image [s]
 _RECOVERING = 5.0  # how long a recovery waits for an image [s]
 _POLL = 0.02  # polling interval of a recovery [s]
+_OLD_IMAGE = 100.0  # largest age of an image on arrival that is good [ms]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -50,7 +53,7 @@ class RealSenseCamera:
         settings: RealSenseSettings | None = None,
     ) -> None:
         settings = settings or RealSenseSettings()
-        self._infrared = settings.infrared
+        self._infrared, self._rate = settings.infrared, settings.rate
         self._clock, self._offset = clock, 0.0
         camera = description.intrinsics
         spec = ImageSpec(**asdict(camera), near=description.min_range, far=description.max_range)
@@ -105,6 +108,27 @@ class RealSenseCamera:
             age=image.arrived - image.stamp,
         )
 
+    def examine(self, robot: RobotDescription) -> Iterator[Finding]:
+        """Model, firmware, frame rate, age of images."""
+        begun, before = stopwatch(), self.report()
+        watched(lambda: None)
+        seconds, report = stopwatch() - begun, self.report()
+        status = report.status
+        usb = f", USB {status.usb}" if status.usb else ""
+        firmware = f", firmware {status.firmware}" if status.firmware else ""
+        yield Finding("camera", Verdict.GOOD, f"{status.name} {status.serial}{firmware}{usb}")
+        if status.usb and not status.usb.startswith("3"):
+            text = "it is connected by USB 2: use a cable and a port of USB 3"
+            yield Finding("camera", Verdict.BAD, text)
+        if _version(status.firmware) < _version(status.recommended):
+            text = f"the library is made for firmware {status.recommended} or newer: rs-fw-update"
+            yield Finding("camera", Verdict.OPEN, text)
+        rate = (report.images - before.images) / seconds
+        lost, age = report.lost - before.lost, 1000.0 * report.age
+        good = rate > 0.8 * self._rate and age < _OLD_IMAGE
+        text = f"{rate:.0f} images/s, {lost} lost, {age:.0f} ms old on arrival"
+        yield is_good("camera", good, text)
+
     def recover(self) -> None:
         """Wait until it is back; restart a process that has ended; raises HardwareError."""
         if not self._trouble():
@@ -151,3 +175,7 @@ class RealSenseCamera:
                     None if grey is None else GreyImage(grey=grey, stamp=stamp),
                 )
             return self._images
+
+
+def _version(text: str) -> tuple[int, ...]:
+    return tuple(int(part) for part in text.split(".") if part.isdigit())

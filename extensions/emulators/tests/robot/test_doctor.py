@@ -17,7 +17,7 @@ PARTS = ("base", "arm", "gripper", "camera")
 
 @pytest.fixture(autouse=True)
 def brief(monkeypatch):
-    monkeypatch.setattr("hw.hardware.part_diagnostics._LOOKS", 20)
+    monkeypatch.setattr("hw.findings.LOOKS", 20)
     monkeypatch.setattr("hw.hardware.computer._NAPS", 50)
 
 
