@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from controller import Command
-from hw.clock import Worker
 from hw.real_parts import DriverContext
 from hw.robot import HardwareError
 from hw.sim.body import Dynamics
@@ -23,6 +22,7 @@ from hw.sim.scene import load_scene
 from hw.sim.sim_robot import SimPart, part_of
 from hw.sim.sim_world import World
 from hw.sim.simulated_world import RENDERING
+from hw.threads import Worker
 from robots import SIMULATED, DriverOptions
 
 

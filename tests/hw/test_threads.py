@@ -8,9 +8,9 @@ from full_computer import full_computer
 from waiting import until
 
 from config.plugins import PluginError, imported
+from drivers.panda.hand_process import HandProcess
 from hw import ComposedRobot, HardwareError, Patience, SimClock, Watchdog, Worker
 from hw.clock import WallClock
-from hw.panda.hand_process import HandProcess
 from hw.processes.mailbox import share_memory
 from hw.processes.process import DriverProcess
 from robots import load_robot
@@ -85,7 +85,9 @@ def test_a_hand_is_stopped_though_no_thread_starts(monkeypatch):
 
 
 def test_a_driver_whose_process_does_not_start_says_so(monkeypatch):
-    process = DriverProcess("hw.panda.arm_process", "Panda", "10.0.0.1", {}, 1, 1.0, lambda: "")
+    process = DriverProcess(
+        "drivers.panda.arm_process", "Panda", "10.0.0.1", {}, 1, 1.0, lambda: ""
+    )
     with (
         full_computer(monkeypatch),
         pytest.raises(HardwareError, match=r"Panda at 10.0.0.1.*no more"),

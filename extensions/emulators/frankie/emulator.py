@@ -9,6 +9,9 @@ from math import radians
 from typing import Any, Self
 
 from config import UserError
+from drivers.omron import OmronOptions, Site
+from drivers.panda import PandaOptions
+from drivers.realsense import RealSenseOptions
 from extensions.emulators import omron, panda, realsense
 from extensions.emulators.common import Reported, chosen, start_module
 from extensions.emulators.frankie.emulated_world import EmulatedWorld
@@ -16,9 +19,6 @@ from extensions.emulators.omron import OmronEmulator, Options, Teleop
 from extensions.emulators.panda import ArmLink
 from extensions.emulators.realsense import Options as CameraOptions
 from extensions.emulators.realsense import RealSenseEmulator, Shot
-from hw.omron import OmronOptions, Site
-from hw.panda import PandaOptions
-from hw.realsense import RealSenseOptions
 from robots import load_real_robot
 
 _TIMEOUT = 0.14  # timeout of the base without commands [s]

@@ -10,11 +10,11 @@ import pytest
 from emulated import SPEED, base_of, connected, repeating
 from waiting import until
 
+from drivers.omron import ArclOptions, OmronBase, OmronOptions, Site
 from extensions.emulators.omron import EVERYTHING, OmronEmulator, Options
 from extensions.emulators.omron.onboard_controller import Teleop
 from extensions.emulators.omron.wire import Writer, seal
 from hw import HardwareError, WallClock
-from hw.omron import ArclOptions, OmronBase, OmronOptions, Site
 
 
 def refused(base: OmronBase, *words: str) -> None:

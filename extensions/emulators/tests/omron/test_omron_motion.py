@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from drivers.omron.commander import ACCELERATIONS, Commander
+from drivers.omron.site import REST, Ratios, Site, Velocity
 from extensions.emulators.omron.onboard_controller import Controller, Teleop
-from hw.omron.commander import ACCELERATIONS, Commander
-from hw.omron.site import REST, Ratios, Site, Velocity
 
 RATIOS = [
     ((9, 4, 100), (0.0, 0.0)),
