@@ -21,9 +21,9 @@ CORE = (
     "controller",
     "perception",
     "perception.registration",
+    "hw.claims",
     "hw.clock",
     "hw",
-    "hw.processes",
     "hw.sim",
     "hw.sim.objects",
     "hw.hardware",
@@ -46,7 +46,7 @@ CORE = (
     "app",
     "frankie_task",
 )
-DRIVERS = ("drivers.omron", "drivers.panda", "drivers.realsense")
+DRIVERS = ("drivers.processes", "drivers.omron", "drivers.panda", "drivers.realsense")
 EXTENSIONS = tuple(
     f"extensions.{path.parent.name}" for path in sorted(ROOT.glob("extensions/*/__init__.py"))
 )
@@ -69,12 +69,12 @@ SIDE_BY_SIDE = {
         ("drivers.omron", "extensions.emulators.omron"),
         ("lab.grasps", "lab.calibration"),
         ("lab.bench", "lab.calibration"),
-        *combinations(DRIVERS, 2),
+        *combinations(DRIVERS[1:], 2),
         *combinations(EXTENSIONS, 2),
     )
 }
 """Rooms of one floor, which do not know each other."""
-BY_FILE = ("hw.processes",)
+BY_FILE = ("drivers.processes",)
 """Rooms whose modules run in processes that import no face."""
 LONGEST = 400
 

@@ -12,6 +12,8 @@ from drivers.panda.explanations import MODES, needs_a_person
 from drivers.panda.library import INTERFACE_VERSION, LIMITS, missing
 from drivers.panda.records import ARM_COMMAND, ARM_READING, ArmReading, Mode
 from drivers.panda.streaming import FRESH
+from drivers.processes.mailbox import Mailbox
+from drivers.processes.process import DriverProcess, NoAnswerError
 from hw import (
     ArmState,
     Array,
@@ -24,8 +26,6 @@ from hw import (
     ages,
     stopwatch,
 )
-from hw.processes.mailbox import Mailbox
-from hw.processes.process import DriverProcess, NoAnswerError
 from robots import DriverOptions, Positive, RobotDescription, Text
 
 _SILENT = 0.15  # without a state for this long the arm does not answer [s]

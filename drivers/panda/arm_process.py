@@ -10,9 +10,9 @@ from drivers.panda.explanations import MODES, explain, explain_connecting
 from drivers.panda.library import LIMITS, load_library
 from drivers.panda.records import ARM_COMMAND, ARM_READING, ArmReading, Mode
 from drivers.panda.streaming import FRESH, SpeedError, SpeedMonitor, Streaming
+from drivers.processes.child import EndError, Parent, Request, hurry, serve, still_alive
+from drivers.processes.mailbox import Mailbox, open_memory
 from hw.clock import stopwatch
-from hw.processes.child import EndError, Parent, Request, hurry, serve, still_alive
-from hw.processes.mailbox import Mailbox, open_memory
 
 _NAP = 0.004  # between two readings while the arm is not in a motion [s]
 _CONNECTING, _RECOVERING = 20.0, 60.0  # timeouts [s]

@@ -6,9 +6,9 @@ from typing import Any
 from drivers.panda.hand_process import HOMING, MEMORY, NOT_HOMED, patience
 from drivers.panda.library import missing
 from drivers.panda.records import HAND_READING, REACHED, HandReading
+from drivers.processes.mailbox import Mailbox
+from drivers.processes.process import DriverProcess, NoAnswerError
 from hw import Clock, Fault, FaultKind, Finding, GripperState, HardwareError, Verdict, stopwatch
-from hw.processes.mailbox import Mailbox
-from hw.processes.process import DriverProcess, NoAnswerError
 from robots import DriverOptions, Positive, RobotDescription, Text
 
 _SILENT = 0.5  # without a state for this long the hand does not answer [s]

@@ -17,9 +17,9 @@ from typing import Any
 from drivers.panda.explanations import explain, explain_connecting
 from drivers.panda.library import load_library
 from drivers.panda.records import CLOSED, HAND_READING, HOMED, REACHED, HandReading
+from drivers.processes.child import EndError, Parent, Request, serve, still_alive
+from drivers.processes.mailbox import Mailbox, open_memory
 from hw.clock import stopwatch
-from hw.processes.child import EndError, Parent, Request, serve, still_alive
-from hw.processes.mailbox import Mailbox, open_memory
 
 _NAP = 0.02  # between two readings [s]
 _CONNECTING = 20.0  # timeout of connecting [s]

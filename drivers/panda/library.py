@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from types import ModuleType
 
-from hw.processes.light import light_package
+from drivers.processes.light import light_package
 
 Joints = tuple[float, ...]  # one value for each of the seven joints
 

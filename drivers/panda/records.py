@@ -5,7 +5,7 @@ from enum import IntEnum
 from typing import NamedTuple, Self
 
 from drivers.panda.library import Joints
-from hw.processes.mailbox import Mailbox
+from drivers.processes.mailbox import Mailbox
 
 
 class Mode(IntEnum):

@@ -5,9 +5,9 @@ from math import sqrt
 from typing import Any
 
 from drivers.panda.library import JointLimits
+from drivers.processes.child import still_alive
+from drivers.processes.mailbox import Mailbox
 from hw.clock import stopwatch
-from hw.processes.child import still_alive
-from hw.processes.mailbox import Mailbox
 
 PERIOD = 0.001  # of the control loop [s]
 _LOST = 4  # number of packets in a row that may be lost at the highest speed

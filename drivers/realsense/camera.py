@@ -4,6 +4,8 @@ import threading
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 
+from drivers.processes.mailbox import PAGE, Mailbox
+from drivers.processes.process import DriverProcess
 from drivers.realsense.device_settings import SILENCE, STATUS, RealSenseSettings, Status, missing
 from drivers.realsense.image_buffer import Grey, ImageBuffer
 from drivers.realsense.rectifier import ImageSpec
@@ -19,8 +21,6 @@ from hw import (
     stopwatch,
     watched,
 )
-from hw.processes.mailbox import PAGE, Mailbox
-from hw.processes.process import DriverProcess
 from robots import CameraDescription, RobotDescription
 
 _CONNECTING = 10.0  # longest time to the first image [s]

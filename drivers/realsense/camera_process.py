@@ -10,14 +10,14 @@ from typing import Any
 
 import numpy as np
 
+from drivers.processes.child import Parent, serve, still_alive
+from drivers.processes.mailbox import PAGE, Mailbox, open_memory
+from drivers.processes.timestamps import SensorClock
 from drivers.realsense.device_settings import STATUS, RealSenseSettings, Status
 from drivers.realsense.image_buffer import ImageBuffer
 from drivers.realsense.rectifier import ImageSpec, Rectifier, metres
 from drivers.realsense.stream import HangsError, Stream, open_stream
 from hw.clock import epoch, stopwatch
-from hw.processes.child import Parent, serve, still_alive
-from hw.processes.mailbox import PAGE, Mailbox, open_memory
-from hw.processes.timestamps import SensorClock
 
 _STARTING = 30.0  # longest time that the library may take to start or stop a camera [s]
 _HUNG = 5.0  # longest time that the library may block while the camera streams [s]

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from importlib.util import find_spec
 from typing import Self
 
-from hw.processes.mailbox import Mailbox
+from drivers.processes.mailbox import Mailbox
 
 WIDTH, HEIGHT = 640, 480  # of the images that the camera delivers, before they are rectified [px]
 SILENCE = 0.5  # without an image for this long the camera is lost [s]

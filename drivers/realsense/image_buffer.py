@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from config.arrays import Image
-from hw.processes.ring import Ring
+from drivers.processes.ring import Ring
 
 _HEAD = struct.Struct("<Qd")  # frames, stamp [s]
 _PAGES = 3

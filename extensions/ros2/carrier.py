@@ -10,10 +10,10 @@ import struct
 import time
 from typing import Any, NamedTuple
 
+from drivers.processes.child import Parent, hurry, serve, still_alive, stopwatch
+from drivers.processes.mailbox import PAGE, Mailbox, open_memory
+from drivers.processes.ring import Ring
 from extensions.ros2.messages import dds_type, type_hash
-from hw.processes.child import Parent, hurry, serve, still_alive, stopwatch
-from hw.processes.mailbox import PAGE, Mailbox, open_memory
-from hw.processes.ring import Ring
 
 FRESH = 0.06  # a command holds for this long [s]
 STATUS = struct.Struct("<d16H")  # time [s], matched endpoints of each topic

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Self
 
 from config import UserError
-from hw.processes.claims import Claim, holder_of
+from hw.claims import Claim, holder_of
 from robots import DriverOptions, HardwareFile
 
 _WHERE = ("address", "host", "ip", "port", "device", "serial", "url", "domain", "namespace")

@@ -9,10 +9,10 @@ from waiting import until
 
 from config.plugins import PluginError, imported
 from drivers.panda.hand_process import HandProcess
+from drivers.processes.mailbox import share_memory
+from drivers.processes.process import DriverProcess
 from hw import ComposedRobot, HardwareError, Patience, SimClock, Watchdog, Worker
 from hw.clock import WallClock
-from hw.processes.mailbox import share_memory
-from hw.processes.process import DriverProcess
 from robots import load_robot
 
 FULL = r"starts no more threads"

@@ -7,10 +7,10 @@ from types import SimpleNamespace
 from typing import Any
 
 from drivers.panda.hand_process import HandProcess
+from drivers.processes.mailbox import share_memory
 from extensions.emulators.panda.emulated_hand import EmulatedHand
 from extensions.emulators.panda.joints_and_fingers import OPENING, FreeFingers
 from extensions.emulators.panda.wire import HandCommand, HandStatus
-from hw.processes.mailbox import share_memory
 
 
 class SteppedHand:

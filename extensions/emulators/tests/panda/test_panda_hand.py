@@ -10,8 +10,8 @@ from stepped_panda import SteppedHand
 from waiting import until
 
 from drivers.panda import PandaHand, hand_process
+from drivers.processes.mailbox import share_memory
 from hw import FaultKind, HardwareError, WallClock
-from hw.processes.mailbox import share_memory
 
 pytestmark = needs_library
 OPENING = 0.08

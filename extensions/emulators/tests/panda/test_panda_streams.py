@@ -17,8 +17,8 @@ from drivers.panda import LIMITS, Mode
 from drivers.panda.arm import Lead
 from drivers.panda.records import ARM_COMMAND
 from drivers.panda.streaming import Streaming
+from drivers.processes.mailbox import Mailbox, open_memory, share_memory
 from extensions.emulators.panda import EmulatedArm, LaggedJoints, MotionCommand
-from hw.processes.mailbox import Mailbox, open_memory, share_memory
 
 TICKS = 200
 PERIOD = 0.001

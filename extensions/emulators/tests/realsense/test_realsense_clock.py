@@ -7,8 +7,8 @@ import signal
 import numpy as np
 import pytest
 
+from drivers.processes.timestamps import SensorClock
 from drivers.realsense.image_buffer import ImageBuffer
-from hw.processes.timestamps import SensorClock
 
 PERIOD = 1.0 / 30.0
 

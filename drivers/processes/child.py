@@ -10,8 +10,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any, NoReturn
 
+from hw.claims import Claim, holder_of, stat_of
 from hw.clock import stopwatch
-from hw.processes.claims import Claim, holder_of, stat_of
 
 _CHECK = 0.1  # period of the check whether the parent is suspended [s]
 _SUSPENDED = 0.5  # after which a suspended parent counts as gone [s]

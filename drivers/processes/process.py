@@ -13,10 +13,10 @@ from contextlib import suppress
 from pathlib import Path
 from typing import IO, Any, TypeVar
 
+from drivers.processes.mailbox import open_memory, share_memory
+from hw import HardwareError
+from hw.claims import stat_of
 from hw.clock import stopwatch
-from hw.processes.claims import stat_of
-from hw.processes.mailbox import open_memory, share_memory
-from hw.robot import HardwareError
 
 Record = TypeVar("Record")
 
