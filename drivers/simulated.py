@@ -12,17 +12,18 @@ from typing import Any
 import numpy as np
 
 from controller import Command
-from hw.real_parts import DriverContext
-from hw.robot import HardwareError
-from hw.sim.body import Dynamics
-from hw.sim.kinematic import KinematicBody
-from hw.sim.levels import Localisation
-from hw.sim.localisation_errors import made_wrong
-from hw.sim.scene import load_scene
-from hw.sim.sim_robot import SimPart, part_of
-from hw.sim.sim_world import World
-from hw.sim.simulated_world import RENDERING
-from hw.threads import Worker
+from hw import DriverContext, HardwareError, Worker
+from hw.sim import (
+    RENDERING,
+    Dynamics,
+    KinematicBody,
+    Localisation,
+    SimPart,
+    World,
+    load_scene,
+    made_wrong,
+    part_of,
+)
 from robots import SIMULATED, DriverOptions
 
 
