@@ -1,6 +1,6 @@
 """Robots: the interface, the command gate, replay, simulators and drivers."""
 
-from hw.checked_values import RefusedError, covariance, heading, number, numbers
+from hw.checked_values import RefusedError, covariance, number, numbers
 from hw.clock import Clock, SimClock, TaskClock, TaskTime, WallClock, epoch, stopwatch
 from hw.composition import ComposedRobot, InlineExecutor
 from hw.findings import Finding, Verdict, ages, is_good, watched
