@@ -106,13 +106,9 @@ class Gate:
     def _brake(self, now: float) -> Command:
         limits, dt = self._limits, self._dt(now)
         base, qd = self.applied.base_twist, self.applied.qd
-        return self._apply(
-            Command(
-                base_twist=base - np.clip(base, *_both_ways(limits.base_emergency * dt)),
-                qd=qd - np.clip(qd, *_both_ways(limits.qdd * dt)),
-            ),
-            now,
-        )
+        slower, slower_qd = limits.base_emergency * dt, limits.qdd * dt
+        base, qd = base - np.clip(base, -slower, slower), qd - np.clip(qd, -slower_qd, slower_qd)
+        return self._apply(Command(base_twist=base, qd=qd), now)
 
     def acknowledge(self) -> None:
         """Allow motion again after an emergency stop, once the button itself is released."""
@@ -209,7 +205,3 @@ def _braked(applied: Array, measured: Array) -> Array:
 
 def _exceeds(value: float, limit: float) -> bool:
     return abs(value) > limit * (1.0 + _TOLERANCE) + 1e-12
-
-
-def _both_ways(step: Array) -> tuple[Array, Array]:
-    return -step, step
