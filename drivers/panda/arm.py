@@ -13,7 +13,7 @@ from drivers.panda.library import INTERFACE_VERSION, LIMITS, missing
 from drivers.panda.records import ARM_COMMAND, ARM_READING, ArmReading, Mode
 from drivers.panda.streaming import FRESH
 from drivers.processes.mailbox import Mailbox
-from drivers.processes.process import DriverProcess, NoAnswerError
+from drivers.processes.process import DriverProcess, NoAnswerError, ProcessPart
 from hw import (
     ArmState,
     Array,
@@ -71,7 +71,7 @@ class Lead:
         return qd + self._seconds * np.clip(slope, -self._qdd, self._qdd)
 
 
-class PandaArm:
+class PandaArm(ProcessPart):
     """A Panda that follows joint velocities; after a stop of its own only once it was recovered."""
 
     def __init__(
@@ -83,11 +83,10 @@ class PandaArm:
     ) -> None:
         options = options or PandaOptions(address=address)
         self.address = address
-        self._clock, self._offset = clock, 0.0
         contacts = {"torques": options.torques, "forces": options.forces}
-        self._process = DriverProcess(
-            "drivers.panda.arm_process", "Panda", address, contacts, MEMORY, connecting, missing
-        )
+        module = "drivers.panda.arm_process"
+        process = DriverProcess(module, "Panda", address, contacts, MEMORY, connecting, missing)
+        super().__init__(process, clock)
         self._commands = Mailbox(self._process.memory, 0, ARM_COMMAND)
         self._readings = Mailbox(self._process.memory, 1, ARM_READING)
         self._writing = threading.Lock()
@@ -100,9 +99,8 @@ class PandaArm:
 
         While a person guides it, it is read all the same, as to teach poses: that is a fault then.
         """
-        self._offset = self._clock.now() - stopwatch()
         self._put(0.0, _ZERO)
-        self._process.start()
+        super().connect()
         reading = self.reading()
         if reading.mode is not Mode.GUIDING and reading.mode in MODES:
             self.close()
@@ -170,11 +168,6 @@ class PandaArm:
         """Come to rest as fast as limits allow; from any thread."""
         self._put(0.0, _ZERO)
 
-    def close(self) -> None:
-        """Stop, and end the process once the arm is at rest."""
-        self.stop()
-        self._process.end()
-
     def _put(self, stamp: float, qd: Sequence[float] | Array) -> None:
         with self._writing:
             self._given += 1
@@ -186,21 +179,16 @@ class PandaArm:
         return self._process.silence(reading.stamp, longest)
 
     def _faults(self, reading: ArmReading) -> list[Fault]:
-        what = self._process.what
-
-        def fault(kind: FaultKind, cause: str, *, clearable: bool) -> list[Fault]:
-            return [Fault(kind=kind, text=f"the {what}: {cause}", clearable=clearable)]
-
         if silence := self._silence(reading):
-            return fault(FaultKind.CONNECTION, silence, clearable=True)
+            return [self._fault(FaultKind.CONNECTION, silence)]
         if self._is_recovering:
-            return fault(FaultKind.NOT_READY, MODES[Mode.RECOVERING], clearable=True)
+            return [self._fault(FaultKind.NOT_READY, MODES[Mode.RECOVERING])]
         if reading.mode in MODES:
             is_stop = reading.mode is Mode.USER_STOPPED
             kind = FaultKind.EMERGENCY_STOP if is_stop else FaultKind.NOT_READY
             is_recovering = reading.mode is Mode.RECOVERING
-            return fault(kind, MODES[reading.mode], clearable=is_recovering)
+            return [self._fault(kind, MODES[reading.mode], clearable=is_recovering)]
         if reading.trouble:
             by_hand = reading.mode is Mode.REFLEX and needs_a_person(reading.trouble)
-            return fault(FaultKind.REFLEX, reading.trouble, clearable=not by_hand)
+            return [self._fault(FaultKind.REFLEX, reading.trouble, clearable=not by_hand)]
         return []

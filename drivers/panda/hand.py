@@ -7,8 +7,8 @@ from drivers.panda.hand_process import HOMING, MEMORY, NOT_HOMED, patience
 from drivers.panda.library import missing
 from drivers.panda.records import HAND_READING, REACHED, HandReading
 from drivers.processes.mailbox import Mailbox
-from drivers.processes.process import DriverProcess, NoAnswerError
-from hw import Clock, Fault, FaultKind, Finding, GripperState, HardwareError, Verdict, stopwatch
+from drivers.processes.process import DriverProcess, NoAnswerError, ProcessPart
+from hw import Clock, Fault, FaultKind, Finding, GripperState, HardwareError, Verdict
 from robots import DriverOptions, Positive, RobotDescription, Text
 
 _SILENT = 0.5  # without a state for this long the hand does not answer [s]
@@ -27,29 +27,17 @@ class HandOptions(DriverOptions):
     speed: Positive = 0.1  # [m/s]
 
 
-class PandaHand:
+class PandaHand(ProcessPart):
     """A Franka Hand; its fingers move only in `grip`, `home`, and a `recover` that homes."""
 
     def __init__(self, address: str, clock: Clock, speed: float = 0.1) -> None:
-        self._clock, self._offset = clock, 0.0
-        self._process = DriverProcess(
-            "drivers.panda.hand_process",
-            "Franka Hand",
-            address,
-            {"speed": speed},
-            MEMORY,
-            _CONNECTING,
-            missing,
-        )
+        module, settings = "drivers.panda.hand_process", {"speed": speed}
+        made = module, "Franka Hand", address, settings, MEMORY, _CONNECTING, missing
+        super().__init__(DriverProcess(*made), clock)
         self._readings = Mailbox(self._process.memory, 0, HAND_READING)
         self._longest = patience(speed) + _MARGIN
         self._gripping = 0
         self._is_homing = self._holds = self._is_unsettled = False
-
-    def connect(self) -> None:
-        """Start the process; nothing moves. HardwareError: there is no connection."""
-        self._offset = self._clock.now() - stopwatch()
-        self._process.start()
 
     def reading(self) -> HandReading:
         """The newest state of the hand; stamps are those of `stopwatch`."""
@@ -118,11 +106,6 @@ class PandaHand:
         if self._gripping or self._is_homing:
             self._process.say(do="stop")
 
-    def close(self) -> None:
-        """Stop, and end the process."""
-        self.stop()
-        self._process.end()
-
     def _ask(self, longest: float, **request: Any) -> None:
         """Command a motion; a process that does not answer in time is killed."""
         try:
@@ -144,5 +127,4 @@ class PandaHand:
         elif not cause and not reading.is_homed:
             clearable = not self._may_hold(reading)
             kind, cause = FaultKind.NOT_READY, NOT_HOMED if clearable else _HELD
-        text = f"the {self._process.what}: {cause}"
-        return (Fault(kind=kind, text=text, clearable=clearable),) if cause else ()
+        return (self._fault(kind, cause, clearable=clearable),) if cause else ()

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import IO, Any, TypeVar
 
 from drivers.processes.mailbox import open_memory, share_memory
-from hw import HardwareError
+from hw import Clock, Fault, FaultKind, HardwareError
 from hw.claims import stat_of
 from hw.clock import stopwatch
 
@@ -218,3 +218,26 @@ class DriverProcess:
         lines = words.decode(errors="replace").split("\n")
         last = next((line for line in reversed(lines) if line.strip()), "")
         return f"exit status {code} {last}".strip()
+
+
+class ProcessPart:
+    """A part of a robot behind a process; its readings are on the session's clock."""
+
+    def __init__(self, process: DriverProcess, clock: Clock) -> None:
+        self._process, self._clock, self._offset = process, clock, 0.0
+
+    def connect(self) -> None:
+        """Start the process, and wait until it is connected; HardwareError: why not."""
+        self._offset = self._clock.now() - stopwatch()
+        self._process.start()
+
+    def close(self) -> None:
+        """Stop, and end the process."""
+        self.stop()
+        self._process.end()
+
+    def stop(self) -> None:
+        """Nothing moves."""
+
+    def _fault(self, kind: FaultKind, cause: str, *, clearable: bool = True) -> Fault:
+        return Fault(kind=kind, text=f"the {self._process.what}: {cause}", clearable=clearable)

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 
 from drivers.processes.mailbox import PAGE, Mailbox
-from drivers.processes.process import DriverProcess
+from drivers.processes.process import DriverProcess, ProcessPart
 from drivers.realsense.device_settings import SILENCE, STATUS, RealSenseSettings, Status, missing
 from drivers.realsense.image_buffer import Grey, ImageBuffer
 from drivers.realsense.rectifier import ImageSpec
@@ -47,7 +47,7 @@ class CameraReport:
     age: float  # age of the newest image on arrival [s]
 
 
-class RealSenseCamera:
+class RealSenseCamera(ProcessPart):
     """A depth camera; a process of its own holds it.
 
     Images are rectified to the intrinsics of the description. A lost camera is reopened
@@ -62,11 +62,10 @@ class RealSenseCamera:
     ) -> None:
         settings = settings or RealSenseSettings()
         self._infrared, self._rate = settings.infrared, settings.rate
-        self._clock, self._offset = clock, 0.0
         camera = description.intrinsics
         spec = ImageSpec(**asdict(camera), near=description.min_range, far=description.max_range)
         pages = 1 - (-ImageBuffer.size(camera.width, camera.height) // PAGE)
-        self._process = DriverProcess(
+        process = DriverProcess(
             "drivers.realsense.camera_process",
             "RealSense",
             settings.emulator or settings.serial or "USB",
@@ -75,16 +74,12 @@ class RealSenseCamera:
             _CONNECTING,
             missing,
         )
+        super().__init__(process, clock)
         self._status = Mailbox(self._process.memory, 0, STATUS)
         self._buffer = ImageBuffer(self._process.memory, PAGE, camera.width, camera.height)
         self._images: tuple[DepthImage, GreyImage | None] | None = None
         self._number = 0
         self._reading = threading.Lock()
-
-    def connect(self) -> None:
-        """Start the process, and wait for the first image; HardwareError: none comes."""
-        self._offset = self._clock.now() - stopwatch()
-        self._process.start()
 
     def latest(self) -> DepthImage | None:
         """The newest depth image, the same object until there is a newer one."""
@@ -99,10 +94,7 @@ class RealSenseCamera:
     def faults(self) -> tuple[Fault, ...]:
         """A fault with the cause while no images come."""
         cause = self._trouble()
-        if not cause:
-            return ()
-        text = f"the {self._process.what}: {cause}"
-        return (Fault(kind=FaultKind.CONNECTION, text=text, clearable=True),)
+        return (self._fault(FaultKind.CONNECTION, cause),) if cause else ()
 
     def report(self) -> CameraReport:
         """Diagnostics."""
@@ -151,13 +143,6 @@ class RealSenseCamera:
                     self._process.kill()  # silent without a reason: the next recovery restarts it
                 raise HardwareError(f"the {self._process.what}: {cause}")
             pause.wait(_POLL)
-
-    def stop(self) -> None:
-        """A camera does not move."""
-
-    def close(self) -> None:
-        """End the process."""
-        self._process.end()
 
     def _trouble(self) -> str:
         """Why there are no images; empty if there are."""
