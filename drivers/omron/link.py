@@ -51,7 +51,6 @@ class Link:
         self._stop_frame = self._catalogue.command("stop")
         self.guardian = Guardian(self._socket, self._stop_frame, STOP_AFTER)
         self._waker, self._wakes = socket.socketpair()
-        self._frames: list[bytes] = []
         self._close_by: float | None = None
 
     def start(self) -> None:
@@ -68,12 +67,6 @@ class Link:
         """Send the next order at once."""
         with suppress(OSError):
             self._waker.send(b".")
-
-    def send(self, frame: bytes) -> None:
-        """Send another frame with the next order."""
-        with self.lock:
-            self._frames.append(frame)
-        self.wake()
 
     def close(self) -> None:
         """Stop the base if it was commanded, wait until it is at rest, and log out."""
@@ -163,12 +156,11 @@ class Link:
             if not self.guardian.is_running:
                 raise HardwareError("the process that guards it has ended")
             with self.lock:
-                frames = [*self._frames, *self._order(now)]
-                self._frames.clear()
+                frames = b"".join(self._order(now))
                 may_leave = self._close_by is not None and (
                     self.commander.is_idle or now > self._close_by
                 )
-            self._write(b"".join(frames))
+            self._write(frames)
             if may_leave:
                 self._socket.send(encode(FromClient.SHUTDOWN))
                 return
