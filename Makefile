@@ -26,7 +26,7 @@ test-slow: .venv/developing
 test-all: test test-slow
 
 # The share of the statements that any test runs, child processes included; room by room, then all.
-ROOMS := app behaviours config controller extensions hw lab perception robots trees
+ROOMS := app behaviours config controller drivers extensions hw lab perception robots trees
 coverage: .venv/developing
 	$(BIN)/coverage erase
 	OMP_NUM_THREADS=1 $(BIN)/coverage run -m pytest -q -n 2 -m "slow or not slow"

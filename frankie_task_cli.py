@@ -19,7 +19,7 @@ _PACKAGES = (
     "robots",
     "trees",
 )
-_MORE = ("extensions", "lab")  # which may be left out
+_MORE = ("drivers", "extensions", "lab")  # which may be left out
 _HOME = Path(__file__).resolve().parent
 _EXIT_BAD_INPUT = 2
 

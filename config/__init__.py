@@ -19,7 +19,16 @@ from config.diagnostics import (
     quoted,
     suggest,
 )
-from config.plugins import DoorError, PluginError, entries, find, imported, package_of
+from config.plugins import (
+    DoorError,
+    PluginError,
+    entries,
+    entry_of,
+    find,
+    imported,
+    package_of,
+    used,
+)
 from config.strict_yaml import (
     Plain,
     YamlEntry,

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import threading
 import traceback
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from config.diagnostics import UserError, quoted, suggest
 
 if TYPE_CHECKING:
     from importlib import metadata
 
+Made = TypeVar("Made")
 
 _PATIENCE = 20.0  # for the import of a package [s]
 
@@ -28,6 +30,11 @@ def find(group: str, name: str, noun: str) -> object:
 
     `noun` says what it is, for people.
     """
+    return used(entry_of(group, name, noun), noun, lambda offered: offered)
+
+
+def entry_of(group: str, name: str, noun: str) -> metadata.EntryPoint:
+    """The entry point of a name; DoorError: there is none, or more than one."""
     every = entries(group)
     found = [entry for entry in every if entry.name == name]
     if not found:
@@ -38,12 +45,18 @@ def find(group: str, name: str, noun: str) -> object:
     if len({entry.value for entry in found}) > 1:
         packages = " and ".join(sorted(map(package_of, found)))
         raise DoorError(f"the {noun} `{name}` is offered by {packages}; uninstall one of them")
+    return found[0]
+
+
+def used(entry: metadata.EntryPoint, noun: str, made: Callable[[Any], Made]) -> Made:
+    """What is made of what an entry point offers; DoorError: in a line why it cannot be used."""
     try:
-        return imported(found[0], _PATIENCE)
-    except PluginError as error:
+        return made(imported(entry, _PATIENCE))
+    except Exception as error:  # of a package that anybody may have written
+        why = str(error) if isinstance(error, PluginError) else f"{type(error).__name__}: {error}"
         raise DoorError(
-            f"the {noun} `{name}` of {package_of(found[0])} cannot be used: {error}; "
-            "fix or uninstall its package"
+            f"the {noun} `{entry.name}` of {package_of(entry)} cannot be used: "
+            f"{' '.join(why.split())[:200]}; fix or uninstall its package"
         ) from error
 
 

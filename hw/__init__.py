@@ -1,8 +1,9 @@
 """Robots: the interface, the command gate, replay, simulators and drivers."""
 
-from hw.checked_values import RefusedError, covariance, heading, number, numbers
-from hw.clock import Clock, SimClock, TaskClock, TaskTime, WallClock, Worker, epoch, stopwatch
+from hw.checked_values import RefusedError, covariance, number, numbers
+from hw.clock import Clock, SimClock, TaskClock, TaskTime, WallClock, epoch, stopwatch
 from hw.composition import ComposedRobot, InlineExecutor
+from hw.findings import Finding, Verdict, ages, is_good, watched
 from hw.gate import Gate, Refusal, UntrustedRobotError
 from hw.loop_watchdog import SIMULATION, LoopBlockedError, Patience, Watchdog
 from hw.plausible_readings import OLDEST
@@ -39,7 +40,7 @@ from hw.state import (
     LocalisedPose,
     RobotState,
 )
-from hw.threads import begun
+from hw.threads import Worker, begun
 from hw.truth import MAY_TOUCH, DisturbableWorld, Touch, TrueObject, Truth
 from hw.worlds import (
     DEFAULT_LEVEL,

@@ -5,7 +5,7 @@ messages or readings skips those that are refused, and tells of them.
 """
 
 from collections.abc import Sequence
-from math import atan2, hypot, isfinite
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -14,8 +14,6 @@ from config.arrays import Array
 from hw.robot import HardwareError
 
 _MOST = 1e6  # no length, angle or speed of a robot is larger [m, rad, m/s, rad/s]
-_LENGTH = 0.01  # a unit quaternion has its length with this tolerance, as in tf2
-_UPRIGHT = 0.9  # cosine of the largest tilt of a base
 _ROUNDING = 1e-6  # of covariances, relative to their largest element
 _SHOWN = 40  # longest value that is shown [characters]
 
@@ -48,17 +46,6 @@ def numbers(values: Any, names: Sequence[str], field: str, most: float = _MOST) 
         for name, value in zip(names, found.tolist(), strict=True):
             number(value, f"{field}[{name}]", -most, most)
     return found
-
-
-def heading(quaternion: Any, field: str) -> float:
-    """The heading of an upright base [rad], by a unit quaternion with x, y, z and w."""
-    x, y, z, w = (quaternion.x, quaternion.y, quaternion.z, quaternion.w)
-    shown = f"({x:g}, {y:g}, {z:g}, {w:g})"
-    if not abs(hypot(x, y, z, w) - 1.0) < _LENGTH:  # NaN is none either
-        raise RefusedError(field, shown, "no unit quaternion")
-    if 1.0 - 2.0 * (x * x + y * y) < _UPRIGHT:
-        raise RefusedError(field, shown, "the base would not stand upright")
-    return atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
 def covariance(matrix: Any, field: str) -> Array:

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from concurrent.futures import Executor, Future
+from concurrent.futures import Future
 from dataclasses import dataclass
-from typing import Any, ParamSpec, Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
-P = ParamSpec("P")
 Result = TypeVar("Result")
 
 _ROUNDING = 1e-9  # of stamps, which are sums of periods [s]
@@ -124,33 +122,6 @@ class WallClock:
     def due(self, work: Future[Result], seconds: float) -> Future[Result]:
         """The work itself."""
         return work
-
-
-class Worker(Executor):
-    """One thread whose results are there when the clock says so.
-
-    Args:
-        clock: of the session.
-        seconds: from the call of `submit` to the result, in simulated time [s].
-
-    Raises HardwareError: the computer starts no more threads.
-    """
-
-    def __init__(self, clock: Clock, seconds: float) -> None:
-        from hw.threads import one_thread  # not needed by the processes of drivers
-
-        self._thread, self._clock = one_thread(), clock
-        self._seconds = seconds
-
-    def submit(
-        self, fn: Callable[P, Result], /, *args: P.args, **kwargs: P.kwargs
-    ) -> Future[Result]:
-        """Begin the work."""
-        return self._clock.due(self._thread.submit(fn, *args, **kwargs), self._seconds)
-
-    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End the thread."""
-        self._thread.shutdown(wait, cancel_futures=cancel_futures)
 
 
 @dataclass(frozen=True, order=True, slots=True)

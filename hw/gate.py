@@ -12,7 +12,6 @@ from hw.robot import HardwareError, Robot
 from hw.state import Array, FaultKind, RobotState
 from robots import RobotDescription
 
-_TOLERANCE = 1e-6  # relative, of every comparison: rounding only
 _MAX_GAP = 3.0  # periods without a command after which the robot stops by itself
 _CREDIT = 2.0  # periods of unused time that count, so a late tick keeps its full acceleration
 _TIMEOUT = 0.5  # implausible readings for longer than this end the run [s]
@@ -106,13 +105,9 @@ class Gate:
     def _brake(self, now: float) -> Command:
         limits, dt = self._limits, self._dt(now)
         base, qd = self.applied.base_twist, self.applied.qd
-        return self._apply(
-            Command(
-                base_twist=base - np.clip(base, *_both_ways(limits.base_emergency * dt)),
-                qd=qd - np.clip(qd, *_both_ways(limits.qdd * dt)),
-            ),
-            now,
-        )
+        slower, slower_qd = limits.base_emergency * dt, limits.qdd * dt
+        base, qd = base - np.clip(base, -slower, slower), qd - np.clip(qd, -slower_qd, slower_qd)
+        return self._apply(Command(base_twist=base, qd=qd), now)
 
     def acknowledge(self) -> None:
         """Allow motion again after an emergency stop, once the button itself is released."""
@@ -208,8 +203,5 @@ def _braked(applied: Array, measured: Array) -> Array:
 
 
 def _exceeds(value: float, limit: float) -> bool:
-    return abs(value) > limit * (1.0 + _TOLERANCE) + 1e-12
-
-
-def _both_ways(step: Array) -> tuple[Array, Array]:
-    return -step, step
+    """Whether it is above by more than rounding."""
+    return abs(value) > limit * (1.0 + 1e-6) + 1e-12

@@ -6,7 +6,9 @@ that is faster than commanded, or moves the other way.
 """
 
 from collections import deque
+from collections.abc import Callable
 from math import hypot
+from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -131,11 +133,7 @@ class MotionMonitor:
         return f"{what} at {does:.2f} {unit} and was told {told:.2f} {unit}: {cause}"
 
     def _base_mismatch(self, newest: _Moment) -> str:
-        then = self._moments[0]
-        for moment in self._moments:  # the shortest way that is long enough
-            if newest.base_path - moment.base_path < _BASE_PATH:
-                break
-            then = moment
+        then = self._before(newest, attrgetter("base_path"), _BASE_PATH)
         asked, moved = newest.base_since(then)
         ignores = _length(asked) >= 0.8 * _BASE_PATH
         if not ignores or _length(moved) >= _MIN_SHARE * _length(asked):
@@ -153,11 +151,7 @@ class MotionMonitor:
         return f"the base {_WRONG[ignores]}: told {told}, it moved at {does}"
 
     def _arm_mismatch(self, newest: _Moment) -> str:
-        then = self._moments[0]
-        for moment in self._moments:
-            if newest.arm_path - moment.arm_path < _ARM_PATH:
-                break
-            then = moment
+        then = self._before(newest, attrgetter("arm_path"), _ARM_PATH)
         asked, moved = newest.arm_commanded - then.arm_commanded, newest.q - then.q
         joint = int(np.abs(asked).argmax())
         ignores = bool(abs(asked[joint]) >= 0.8 * _ARM_PATH)
@@ -175,6 +169,11 @@ class MotionMonitor:
             f"{self._called(joint)} {_WRONG[ignores]}: told {told:.2f} {unit}, "
             f"it moved at {does:.2f} {unit}"
         )
+
+    def _before(self, newest: _Moment, path: Callable[[_Moment], float], least: float) -> _Moment:
+        """The beginning of the shortest path that is long enough, or of all."""
+        long = (one for one in reversed(self._moments) if path(newest) - path(one) >= least)
+        return next(long, self._moments[0])
 
     def _rebase(self, measured: Pose2D) -> None:
         """Go on from a new pose of the base in the world, after a relocalisation."""

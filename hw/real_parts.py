@@ -4,12 +4,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from config import UserError
+from config import DoorError, UserError
 from hw.clock import Clock
 from hw.robot import HardwareError
 from robots import (
     KINDS,
-    DriverError,
     DriverOptions,
     RealRobot,
     RobotDescription,
@@ -35,7 +34,7 @@ class DriverContext:
 def parts_of(
     real: RealRobot, robot: RobotDescription, clock: Clock, scene: str = "", seed: int = 0
 ) -> dict[str, Any]:
-    """The parts of a real robot by their kinds, not yet connected; DriverError: there is no such.
+    """The parts of a real robot by their kinds, not yet connected; DoorError: there is no such.
 
     HardwareError: one cannot be made.
     Without a driver of its own the laser is that of the base, if that has one without options.
@@ -76,7 +75,7 @@ def _drivers(real: RealRobot, robot: RobotDescription) -> Iterator[tuple[str, st
         if options is None and robot.laser is not None:
             options = _laser_of(real.hardware.base.driver)
         if options is not None and kind == "laser" and robot.laser is None:
-            raise DriverError(f"{real.path}: hardware.laser: {real.body} describes no laser")
+            raise DoorError(f"{real.path}: hardware.laser: {real.body} describes no laser")
         if options is not None:
             yield kind, options.driver, options
 

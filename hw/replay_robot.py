@@ -13,7 +13,7 @@ from config.arrays import Array
 from controller import Command
 from hw.clock import Deliveries, Result
 from hw.recording import reading
-from hw.robot import HardwareError, Sensor
+from hw.robot import HardwareError, PassivePart, Sensor
 from hw.state import RobotState
 from robots import RobotDescription
 
@@ -75,7 +75,7 @@ class ReplayClock:
         self._next, self._coming = turn + 1, list(moments)
 
 
-class ReplayRobot:
+class ReplayRobot(PassivePart):
     """A recording as a robot: its `turns` of `turn_type`, `recall` of a thing by field, number."""
 
     def __init__(
@@ -112,9 +112,6 @@ class ReplayRobot:
     def next_row(self) -> npt.NDArray[np.void] | None:
         """The coming turn; None at the end."""
         return self._turns[self._at + 1] if self._at + 1 < len(self._turns) else None
-
-    def connect(self) -> None:
-        """Do nothing."""
 
     def read(self) -> RobotState:
         """The recorded reading of the next turn; RecordEndsError: there is none."""
@@ -158,15 +155,6 @@ class ReplayRobot:
 
     def grip(self, width: float, force: float) -> None:
         """Do nothing: the result is in the readings."""
-
-    def recover(self) -> None:
-        """Do nothing: the result is in the readings."""
-
-    def stop(self) -> None:
-        """Do nothing: the result is in the readings."""
-
-    def close(self) -> None:
-        """Do nothing."""
 
     def __enter__(self) -> Self:
         return self

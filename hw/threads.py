@@ -2,9 +2,13 @@
 
 import threading
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from typing import ParamSpec
 
+from hw.clock import Clock, Result
 from hw.robot import HardwareError
+
+P = ParamSpec("P")
 
 _FULL = "this computer starts no more threads: end what else runs, or raise its limit (ulimit -u)"
 
@@ -27,3 +31,28 @@ def one_thread() -> ThreadPoolExecutor:
     except (RuntimeError, MemoryError) as error:
         raise HardwareError(_FULL) from error
     return executor
+
+
+class Worker(Executor):
+    """One thread whose results are there when the clock says so.
+
+    Args:
+        clock: of the session.
+        seconds: from the call of `submit` to the result, in simulated time [s].
+
+    Raises HardwareError: the computer starts no more threads.
+    """
+
+    def __init__(self, clock: Clock, seconds: float) -> None:
+        self._thread, self._clock = one_thread(), clock
+        self._seconds = seconds
+
+    def submit(
+        self, fn: Callable[P, Result], /, *args: P.args, **kwargs: P.kwargs
+    ) -> Future[Result]:
+        """Begin the work."""
+        return self._clock.due(self._thread.submit(fn, *args, **kwargs), self._seconds)
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End the thread."""
+        self._thread.shutdown(wait, cancel_futures=cancel_futures)

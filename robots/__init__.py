@@ -17,14 +17,13 @@ from robots.drivers import (
     KINDS,
     SIMULATED,
     Driver,
-    DriverError,
     DriverOptions,
+    SpeedRange,
     find_driver,
     has_driver,
     installed_drivers,
 )
 from robots.load import (
-    IMPORTED,
     SHIPPED,
     RealRobot,
     load_real_robot,

@@ -198,7 +198,6 @@ class RobotDescription:
     camera: CameraDescription
     limits: Limits
     laser: LaserDescription | None = None  # on the base, if there is one
-    outdated: str = ""  # that an older version imported it, and what to do; else empty
     pace: float = 1.0  # share of the nominal speeds that the limits are scaled to
 
     @cached_property

@@ -9,31 +9,39 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cache
-from typing import TYPE_CHECKING, Annotated, Any
+from math import inf
+from typing import Annotated, Any
 
 from pydantic import AfterValidator, ConfigDict, create_model
 
-from config import PluginError, UserError, entries, imported, package_of, suggest
+from config import DoorError, PluginError, entries, entry_of, package_of, used
 from config.reader import StrictModel
-
-if TYPE_CHECKING:
-    from importlib import metadata
 
 GROUP = "frankie_task.drivers"
 KINDS = ("arm", "base", "gripper", "camera", "laser")
 SIMULATED = "simulated"  # the driver of parts that are not there
-_IMPORT_TIMEOUT = 20.0  # of a package [s]
 
 
-class DriverError(UserError):
-    """There is no such driver, or it cannot be used."""
+@dataclass(frozen=True, kw_only=True)
+class SpeedRange:
+    """Speeds at which a base can drive evenly [m/s, rad/s]."""
+
+    forward: float = inf
+    reverse: float = inf
+    least_forward: float = 0.0
+    least_reverse: float = 0.0
+    least_turn: float = 0.0
 
 
 class DriverOptions(StrictModel):
     """Options of a driver, as they stand below `hardware` in a robot file."""
 
     driver: str = ""  # its name
+
+    @property
+    def speeds(self) -> SpeedRange:
+        """Those of a base, where its driver knows them."""
+        return SpeedRange()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,18 +57,14 @@ class Driver:
 
 
 def find_driver(kind: str, name: str) -> Driver:
-    """The driver that a robot file names; DriverError: in one line why it cannot be used."""
-    found = [entry for entry in entries(GROUP) if entry.name == f"{kind}.{name}"]
-    if not found:
-        names = (one.partition(".")[2] for one in _names() if one.startswith(f"{kind}."))
-        raise DriverError(f"no driver of kind {kind} is called `{name}`; {suggest(name, names)}")
-    if len(found) > 1:
-        packages = " and ".join(sorted(map(package_of, found)))
-        raise DriverError(f"`{kind}.{name}` is offered by {packages}; uninstall one of them")
-    driver = _imported(found[0])
-    if isinstance(driver, DriverError):
-        raise driver
-    return driver
+    """The driver that a robot file names; DoorError: in one line why it cannot be used."""
+    entry = entry_of(GROUP, f"{kind}.{name}", "driver")
+
+    def driver(make: Any) -> Driver:
+        package, options = package_of(entry), _options(make)
+        return Driver(kind=kind, name=name, package=package, options=options, make=make)
+
+    return used(entry, "driver", driver)
 
 
 def has_driver(kind: str, name: str) -> bool:
@@ -68,12 +72,12 @@ def has_driver(kind: str, name: str) -> bool:
     return f"{kind}.{name}" in _names()
 
 
-def installed_drivers() -> Iterator[Driver | DriverError]:
+def installed_drivers() -> Iterator[Driver | DoorError]:
     """Every driver of the installed packages, or what is wrong with it, by kind and name."""
     for name in sorted(set(_names())):
         try:
             yield find_driver(*name.split(".", 1))
-        except DriverError as error:
+        except DoorError as error:
             yield error
 
 
@@ -81,7 +85,7 @@ def options_model(kind: str, name: str) -> type[DriverOptions]:
     """The options of a driver; where it cannot be used, a model that says so of any value."""
     try:
         return find_driver(kind, name).options
-    except DriverError as error:
+    except DoorError as error:
         text = str(error)
 
     def refuse(_: str) -> str:
@@ -97,26 +101,6 @@ class _AnyOptions(DriverOptions):
 
 def _names() -> list[str]:
     return [entry.name for entry in entries(GROUP) if entry.name.partition(".")[0] in KINDS]
-
-
-@cache
-def _imported(entry: metadata.EntryPoint) -> Driver | DriverError:
-    """What an entry point offers, or why it cannot be used; imported once in a process."""
-    kind, _, name = entry.name.partition(".")
-    try:
-        make: Any = imported(entry, _IMPORT_TIMEOUT)
-        options = _options(make)
-        return Driver(kind=kind, name=name, package=package_of(entry), options=options, make=make)
-    except Exception as error:  # of a package that anybody may have written
-        return DriverError(_broken(entry, error))
-
-
-def _broken(entry: metadata.EntryPoint, error: Exception) -> str:
-    why = str(error) if isinstance(error, PluginError) else f"{type(error).__name__}: {error}"
-    return (
-        f"the driver `{entry.name}` of `{entry.value}` cannot be used: "
-        f"{' '.join(why.split())[:200]}; fix or uninstall its package"
-    )
 
 
 def _options(make: object) -> type[DriverOptions]:

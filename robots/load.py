@@ -45,9 +45,6 @@ from robots.shapes import Box, Colour, Geom, half_extents
 
 SHIPPED = Path(__file__).parent
 
-IMPORTED = "# Imported (3) from"
-"""Beginning of an imported file; count up when the importer makes better ones of the same URDF."""
-
 _AXES = {
     "differential": np.array([[0.0, 1.0], [0.0, 0.0], [1.0, 0.0]]),
     "omnidirectional": np.eye(3),
@@ -62,8 +59,6 @@ _PARTS: dict[str, type[StrictModel]] = {
 }
 
 _METAL: Colour = (225, 225, 228)
-_RUBBER: Colour = (40, 40, 44)
-_BLACK: Colour = (38, 40, 45)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -204,19 +199,6 @@ def _load(path: Path) -> RobotDescription:
         camera=camera,
         limits=_limits(arm_file, file.base),
         laser=_laser(file),
-        outdated=_outdated(path),
-    )
-
-
-def _outdated(path: Path) -> str:
-    """That a robot file was imported by an older version, and what to do; empty if it was not."""
-    first = path.read_text(encoding="utf-8").partition("\n")[0]
-    if not first.startswith("# Imported") or first.startswith(IMPORTED):
-        return ""
-    urdf = first.partition(" from ")[2].partition(". ")[0]
-    return (
-        f"{path}: imported by an older version, with worse shapes and postures; import it again: "
-        f"frankie-task robot import {urdf} -o NEW_FOLDER"
     )
 
 
@@ -250,7 +232,7 @@ def _gripper(file: GripperFile) -> GripperDescription:
         speed=file.speed,
         palm=file.palm.geom("palm", _METAL),
         finger=file.finger.geom("finger", _METAL),
-        pad=file.pad.geom("pad", _RUBBER),
+        pad=file.pad.geom("pad", (40, 40, 44)),
         tip=file.pad.xyz[2] + file.pad.size[2] / 2.0,
         ball=file.ball.geom("hand"),
         collision=tuple(part.geom("hand") for part in shapes),
@@ -298,7 +280,7 @@ def _camera(file: CameraFile, mount: PoseFile) -> CameraDescription:
         min_range=near,
         max_range=far,
         baseline=file.baseline,
-        body=file.body.geom("camera", _BLACK),
+        body=file.body.geom("camera", (38, 40, 45)),
         mass=file.mass,
     )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from ipaddress import ip_address
 from os.path import isfile
 from pathlib import Path
@@ -14,7 +15,7 @@ from config import Diagnostics, content, read_yaml, suggest
 from config.reader import StrictModel, read_config
 from robots.drivers import KINDS, SIMULATED, DriverOptions, options_model
 from robots.schema import BaseLimitsFile
-from robots.schema_geometry import NotNegative, PoseFile, Positive
+from robots.schema_geometry import PoseFile, Positive
 
 Text: TypeAlias = Annotated[str, Field(min_length=1, max_length=200)]
 Port: TypeAlias = Annotated[int, Field(ge=1, le=65535)]
@@ -64,29 +65,12 @@ class HardwareFile(StrictModel):
         return self
 
 
-class SpreadFile(StrictModel):
-    """Uncertainty of a calibration."""
-
-    mm: NotNegative
-    deg: NotNegative
-    views: int | None = None
-
-
-class QualityFile(StrictModel):
-    """Quality of a calibration."""
-
-    views: int
-    residual: NotNegative
-    uncertainty: SpreadFile
-    held_out: SpreadFile
-
-
 class CalibrationFile(StrictModel):
     """File written by `frankie-task calibrate`."""
 
     arm_mount: PoseFile | None = None
     camera_mount: PoseFile | None = None
-    quality: QualityFile
+    quality: Mapping[str, Any]  # for people
 
 
 def _mount(value: PoseFile | str | None, info: ValidationInfo) -> PoseFile | None:

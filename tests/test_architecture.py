@@ -21,13 +21,11 @@ CORE = (
     "controller",
     "perception",
     "perception.registration",
+    "hw.claims",
+    "hw.clock",
     "hw",
-    "hw.processes",
     "hw.sim",
     "hw.sim.objects",
-    "hw.omron",
-    "hw.panda",
-    "hw.realsense",
     "hw.hardware",
     "behaviours",
     "trees.words",
@@ -48,6 +46,7 @@ CORE = (
     "app",
     "frankie_task",
 )
+DRIVERS = ("drivers.processes", "drivers.omron", "drivers.panda", "drivers.realsense")
 EXTENSIONS = tuple(
     f"extensions.{path.parent.name}" for path in sorted(ROOT.glob("extensions/*/__init__.py"))
 )
@@ -56,7 +55,7 @@ LAB = (
     "lab",
 )
 APART = ("extensions.physics.floating_hand", "extensions.ros2.sensing")
-ROOMS = (*CORE, "extensions", *EXTENSIONS, *APART, *LAB, "frankie_task_cli")
+ROOMS = (*CORE, *DRIVERS, "drivers", "extensions", *EXTENSIONS, *APART, *LAB, "frankie_task_cli")
 """From the bottom up: a room may use those before it, by the names in its `__init__.py`.
 
 A module is a room of its own where the package around it has to be quick to import."""
@@ -67,14 +66,15 @@ SIDE_BY_SIDE = {
     for pair in (
         ("controller", "perception"),
         ("trees.draw", "extensions.export.btcpp"),
-        ("hw.omron", "extensions.emulators.omron"),
+        ("drivers.omron", "extensions.emulators.omron"),
         ("lab.grasps", "lab.calibration"),
         ("lab.bench", "lab.calibration"),
+        *combinations(DRIVERS[1:], 2),
         *combinations(EXTENSIONS, 2),
     )
 }
 """Rooms of one floor, which do not know each other."""
-BY_FILE = ("hw.processes",)
+BY_FILE = ("drivers.processes",)
 """Rooms whose modules run in processes that import no face."""
 LONGEST = 400
 

@@ -43,8 +43,6 @@ def run_task(
     options = replace(options, scene=options.scene or scene_of(task) or DEFAULT_SCENE)
     loading("the grasp network")
     robot = load_robot(options.robot)
-    if robot.outdated:
-        tell(robot.outdated)
     detector = GraspDetector.shipped(robot.gripper, options.weights)
     # Before the drivers wait for commands; told once the robot is not refused.
     too_slow = _too_slow(robot, detector) if load_real_robot(options.robot) else []

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import subprocess
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 
 from config import UserError
 from extensions.emulators.common import start_module
@@ -38,25 +38,19 @@ class EmulatedWorld:
             options.localisation or DEFAULT_LEVEL,
         )
 
-        def begin() -> tuple[Truth, Callable[[], None]]:
-            emulation = Emulation(real, *wanted)
-            try:
+        @contextmanager
+        def surroundings() -> Iterator[Truth]:
+            with closing(Emulation(real, *wanted)) as emulation:
                 _check_world(emulation, wanted)
-            except BaseException:
-                emulation.close()
-                raise
-            return emulation.truth, emulation.close
+                yield emulation.truth
 
-        return open_parts(real, options, begin, "emulated")
+        return open_parts(real, options, surroundings(), "emulated")
 
     @contextmanager
     def running(self, real: RealRobot) -> Iterator[None]:
         """Run the emulators of a robot."""
-        emulation = Emulation(real, "kinematic", "single", 0)
-        try:
+        with closing(Emulation(real, "kinematic", "single", 0)):
             yield
-        finally:
-            emulation.close()
 
 
 emulated = EmulatedWorld()

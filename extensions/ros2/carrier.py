@@ -4,18 +4,16 @@ Messages are bytes here. A command comes with the message that stops the part: t
 other command has come for `FRESH`, and when the parent has ended.
 """
 
-import json
 import os
 import socket
 import struct
-import sys
 import time
 from typing import Any, NamedTuple
 
+from drivers.processes.child import Parent, hurry, serve, still_alive, stopwatch
+from drivers.processes.mailbox import PAGE, Mailbox, open_memory
+from drivers.processes.ring import Ring
 from extensions.ros2.messages import dds_type, type_hash
-from hw.processes.child import Parent, claim, hurry, leave, still_alive, stopwatch
-from hw.processes.mailbox import PAGE, Mailbox, open_memory
-from hw.processes.ring import Ring
 
 FRESH = 0.06  # a command holds for this long [s]
 STATUS = struct.Struct("<d16H")  # time [s], matched endpoints of each topic
@@ -180,28 +178,25 @@ def _qos(route: Route) -> Any:
     )
 
 
+def _work(parent: Parent, what: str, settings: Any, memory: int) -> None:
+    routes = [Route(*one) for one in settings["routes"]]
+    carrier = Carrier(settings["domain"], settings["address"], routes, memory)
+    parent.tell(loaded=True)
+    commanded = next((route.topic for route in routes if not route.hears), None)
+    if settings["drives"]:
+        if commanded:
+            parent.claim(f"ROS 2 {what} {commanded}")
+        hurry()
+    parent.tell(ready=True)
+    while parent.commands():
+        still_alive()
+        carrier.step()
+    until = stopwatch() + _STOPS / 2.0
+    while stopwatch() < until:
+        carrier.send(is_over=True)
+        time.sleep(_STOP_EVERY)
+
+
 def main() -> None:
-    """Serve one parent; arguments: what, settings as JSON, descriptor of the shared memory."""
-    what, settings, memory = sys.argv[1], json.loads(sys.argv[2]), int(sys.argv[3])
-    routes, parent = [Route(*one) for one in settings["routes"]], Parent()
-    try:
-        carrier = Carrier(settings["domain"], settings["address"], routes, memory)
-        parent.tell(loaded=True)
-        commanded = next((route.topic for route in routes if not route.hears), None)
-        if settings["drives"]:
-            if commanded and (other := claim(f"ROS 2 {what}", commanded)):
-                parent.tell(error=other)
-                leave(1)
-            hurry()
-        parent.tell(ready=True)
-        while parent.commands():
-            still_alive()
-            carrier.step()
-        until = stopwatch() + _STOPS / 2.0
-        while stopwatch() < until:
-            carrier.send(is_over=True)
-            time.sleep(_STOP_EVERY)
-    except Exception as error:
-        parent.tell(error=f"{type(error).__name__}: {error}")
-        leave(1)
-    leave()
+    """Serve one parent."""
+    serve(_work, lambda error: f"{type(error).__name__}: {error}")

@@ -1,15 +1,17 @@
 """What messages of ROS 2 tell, checked: a function for each type, which raises `RefusedError`."""
 
 from collections.abc import Collection, Sequence
-from math import pi
+from math import atan2, hypot, pi
 from typing import Any, NamedTuple
 
 import numpy as np
 from pinocchio import SE3
 
 from config.planar import in_space
-from hw import Array, RefusedError, covariance, heading, number, numbers
+from hw import Array, RefusedError, covariance, number, numbers
 
+_LENGTH = 0.01  # a unit quaternion has its length with this tolerance, as in tf2
+_UPRIGHT = 0.9  # cosine of the largest tilt of a base
 _TURN = 2.0 * pi + 0.1  # no scan goes farther around [rad]
 _OFF_END = 2.5  # increments by which drivers differ about the last angle of a scan
 
@@ -131,7 +133,7 @@ def sized(width: int, height: int, of: Lens) -> None:
 def _pose(position: Any, quaternion: Any, field: str) -> SE3:
     """On the floor."""
     x, y = numbers((position.x, position.y), ("x", "y"), f"{field}.position").tolist()
-    yaw = heading(quaternion, f"{field}.orientation")
+    yaw = _heading(quaternion, f"{field}.orientation")
     return in_space((x, y, yaw))
 
 
@@ -142,3 +144,14 @@ def _named(told: str, expected: str, field: str) -> None:
 
 def _list(names: Collection[str]) -> str:
     return ", ".join(names) or "none"
+
+
+def _heading(quaternion: Any, field: str) -> float:
+    """The heading of an upright base [rad], by a unit quaternion with x, y, z and w."""
+    x, y, z, w = (quaternion.x, quaternion.y, quaternion.z, quaternion.w)
+    shown = f"({x:g}, {y:g}, {z:g}, {w:g})"
+    if not abs(hypot(x, y, z, w) - 1.0) < _LENGTH:  # NaN is none either
+        raise RefusedError(field, shown, "no unit quaternion")
+    if 1.0 - 2.0 * (x * x + y * y) < _UPRIGHT:
+        raise RefusedError(field, shown, "the base would not stand upright")
+    return atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))

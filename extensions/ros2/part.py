@@ -7,13 +7,13 @@ from typing import Any
 
 from pydantic import Field
 
+from drivers.processes.mailbox import Mailbox
+from drivers.processes.process import DriverProcess
+from drivers.processes.timestamps import SensorClock
 from extensions.ros2.carrier import COMMAND, FRESH, STATUS, Route, pages, rings
 from extensions.ros2.checked_messages import ElsewhereError, stamp_of
 from extensions.ros2.messages import decode, encode, missing
 from hw import Clock, Fault, FaultKind, HardwareError, RefusedError, epoch, stopwatch
-from hw.processes.mailbox import Mailbox
-from hw.processes.process import DriverProcess
-from hw.processes.timestamps import SensorClock
 from robots import DriverOptions
 
 _CONNECTING = 20.0  # timeout of the process [s]

@@ -104,8 +104,6 @@ def check(folder: _Folder) -> None:
     console, robot = Terminal(), load_robot(folder)
     count = len(bank(robot).q)
     console.say(f"{robot.name}: {counted(len(robot.arm.joints), 'joint')}, {count} postures")
-    if robot.outdated:
-        console.say(robot.outdated)
     console.say("kinematic world: good")
     console.say(f"physical world: {_physics(robot) or 'good'}")
     console.say(f"gripper, for tasks that grasp: {_grasping(robot, folder)}")

@@ -25,7 +25,6 @@ from extensions.urdf.touching_links import Part, touching
 from extensions.urdf.urdf_file import OF_JOINT, Urdf, UrdfError
 from robots import (
     GREY,
-    IMPORTED,
     SHIPPED,
     Array,
     CameraFile,
@@ -149,7 +148,7 @@ class _Import:
         (folder / "parts").mkdir(parents=True, exist_ok=True)
         for name, content in contents.items():
             text = yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=100)
-            told = f"{IMPORTED} {self._arm.urdf.path.name}. Lengths in m, angles in rad.\n"
+            told = f"# Imported from {self._arm.urdf.path.name}. Lengths in m, angles in rad.\n"
             (folder / name).write_text(told + text, encoding="utf-8")
 
     def _base(self) -> tuple[dict[str, Any], SE3]:

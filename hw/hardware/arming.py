@@ -14,7 +14,6 @@ from pathlib import Path
 import numpy as np
 
 from config import UserError
-from hw.omron import OmronOptions, Site, Velocity
 from robots import RealRobot, load_robot
 
 FIRST_START = 10.0  # speed of a robot file that was never driven [%]
@@ -45,21 +44,12 @@ def speed_percent(real: RealRobot) -> float:
     return min(asked, max(FIRST_START, least_percent(real)))
 
 
-def site_of(real: RealRobot) -> Site:
-    """Full scale and dead zones of the base; only those of an Omron are known."""
-    base = real.hardware.base
-    if isinstance(base, OmronOptions):
-        return base.scale.site
-    return Site(forward=1e3, reverse=1e3, dead_translation=0.0, dead_rotation=0.0)
-
-
 def least_percent(real: RealRobot) -> float:
     """Lowest speed at which the base leaves its dead zones, of that of the description [%]."""
-    site, limits = site_of(real), load_robot(real.path).limits
-    forwards, backwards = (site.least(Velocity(way, 1.0)) for way in (1.0, -1.0))
-    speed, _, turn = limits.base_twist
-    shares = (forwards.v / speed, backwards.v / limits.base_reverse, forwards.w / turn)
-    return float(ceil(100.0 * max(shares) - 1e-6))
+    own, limits = real.hardware.base.speeds, load_robot(real.path).limits
+    least = np.array([own.least_forward, own.least_reverse, own.least_turn])
+    full = np.array([limits.base_twist[0], limits.base_reverse, limits.base_twist[2]])
+    return float(ceil(100.0 * (least / full).max() - 1e-6))
 
 
 def too_slow(real: RealRobot) -> str:
@@ -92,12 +82,11 @@ def speed_note(real: RealRobot) -> str:
 
 def slowness(real: RealRobot) -> str:
     """A note on commands inside the dead zones of the base; empty where there are none."""
-    least = site_of(real).least(Velocity(1.0, 1.0))
-    if not any(least):
-        return ""
-    speeds = (f"{least.v:.2f} m/s", f"{degrees(least.w):.1f} deg/s")
-    ends = " or ".join(text for text, one in zip(speeds, least, strict=True) if one)
-    return f"slower than {ends} its base goes in pulses"
+    own = real.hardware.base.speeds
+    least = {f"{own.least_forward:.2f} m/s": own.least_forward}
+    least |= {f"{degrees(own.least_turn):.1f} deg/s": own.least_turn}
+    ends = " or ".join(text for text, one in least.items() if one)
+    return f"slower than {ends} its base goes in pulses" if ends else ""
 
 
 def is_proven(real: RealRobot) -> bool:

@@ -1,11 +1,9 @@
-"""Findings of the diagnostics; those of the computer: libraries, and real-time behaviour."""
+"""Findings about the computer: libraries, and real-time behaviour."""
 
 import os
 import time
 from collections.abc import Callable, Iterator, Set
 from contextlib import suppress
-from dataclasses import dataclass
-from enum import Enum
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -15,6 +13,7 @@ from pinocchio import SE3
 from config import extra
 from controller import Command, HolisticController, KinematicState, PoseGoal, RobotModel
 from hw.clock import stopwatch
+from hw.findings import Finding, Verdict, is_good
 from hw.state import DepthFrame
 from hw.threads import begun
 from perception import GraspDetector
@@ -26,31 +25,7 @@ _LIBRARIES = (
     ("pyrealsense2", {"realsense"}, "camera"),
 )
 _LATE = 20.0  # the arm stops when commands are this late [ms]
-_STEPS, _SEARCHES = 60, 3  # of the controller, and for grasps, that are timed
 _TICK = 4.2  # a whole tick of the control loop, in steps of the controller
-_LONG_SEARCH = 0.15  # [s]
-
-
-class Verdict(Enum):
-    """Meaning of a finding."""
-
-    GOOD = "good"
-    BAD = "bad"
-    OPEN = "open"  # not known, or to be decided by the user
-
-
-@dataclass(frozen=True)
-class Finding:
-    """One finding."""
-
-    about: str
-    verdict: Verdict
-    text: str
-
-
-def is_good(about: str, good: bool, text: str) -> Finding:
-    """A finding that is good or bad."""
-    return Finding(about, Verdict.GOOD if good else Verdict.BAD, text)
 
 
 def computer(drivers: Set[str] | None = None) -> Iterator[Finding]:
@@ -82,16 +57,13 @@ def computer(drivers: Set[str] | None = None) -> Iterator[Finding]:
     yield is_good("computer", worst < _LATE, text)
 
 
-_DOWN = SE3(np.diag([1.0, -1.0, -1.0]), np.array([0.0, 0.0, 0.5]))  # a camera over a table
-
-
 def room(robot: RobotDescription, detector: GraspDetector | None = None) -> Iterator[Finding]:
     """How much faster than necessary the computer is: a control tick, and a search for grasps."""
     model = RobotModel(robot)
     controller, still = HolisticController(model), Command.stop(len(robot.arm.joints))
     state = KinematicState(SE3.Identity(), robot.arm.ready)
     goal = PoseGoal(target=SE3(np.eye(3), np.array([1.0, 0.0, 0.0])) * model.bTe(state.q))
-    tick = _TICK * _median(_STEPS, lambda: controller.step(state, goal, still))
+    tick = _TICK * _median(60, lambda: controller.step(state, goal, still))
     share = controller.settings.period / tick
     verdict = Verdict.GOOD if share > 1.5 else Verdict.OPEN if share > 1.0 else Verdict.BAD
     period = f"{1000 * controller.settings.period:g} ms"
@@ -99,13 +71,14 @@ def room(robot: RobotDescription, detector: GraspDetector | None = None) -> Iter
     text = f"a control tick takes about {1000 * tick:.1f} ms of {period}{slow}"
     yield Finding("computer", verdict, text)
     camera = robot.camera
+    over_a_table = SE3(np.diag([1.0, -1.0, -1.0]), np.array([0.0, 0.0, 0.5]))
     depth = np.full((camera.intrinsics.height, camera.intrinsics.width), 0.5, np.float32)
     depth[depth.shape[0] // 2 :][:40, depth.shape[1] // 2 :][:, :40] = 0.45
-    frame = DepthFrame(depth=depth, intrinsics=camera.intrinsics, oTc=_DOWN, stamp=0.0)
+    frame = DepthFrame(depth=depth, intrinsics=camera.intrinsics, oTc=over_a_table, stamp=0.0)
     detector = detector or GraspDetector.shipped(robot.gripper)
-    search = _median(_SEARCHES, lambda: detector.detect(frame))
+    search = _median(3, lambda: detector.detect(frame))
     text = f"a search for grasps takes {search:.2f} s"
-    slow = "" if search < _LONG_SEARCH else ": the hand waits for it, and grasps nothing that moves"
+    slow = "" if search < 0.15 else ": the hand waits for it, and grasps nothing that moves"
     yield Finding("computer", Verdict.OPEN if slow else Verdict.GOOD, text + slow)
 
 

@@ -4,8 +4,9 @@ from collections.abc import Iterator
 from math import degrees
 
 from hw.clock import WallClock
-from hw.hardware.arming import is_proven, site_of, slowness, speed_note, speed_percent, too_slow
-from hw.hardware.computer import Finding, Verdict, computer, is_good, room
+from hw.findings import Finding, Verdict, is_good
+from hw.hardware.arming import is_proven, slowness, speed_note, speed_percent, too_slow
+from hw.hardware.computer import computer, room
 from hw.hardware.lock import CommandedError, RobotLock
 from hw.hardware.part_diagnostics import findings_of
 from hw.real_parts import one_line, parts_of
@@ -67,7 +68,7 @@ def _file(real: RealRobot) -> Iterator[Finding]:
         f"at {100.0 * share:g} % of its speeds: {forward:.2f} m/s, {degrees(turn):.0f} deg/s, "
         f"brakes at {limits.base_acceleration[0]:g} m/s^2"
     )
-    full = site_of(real)
+    full = real.hardware.base.speeds
     fits = forward <= full.forward + 1e-9 and share * limits.base_reverse <= full.reverse + 1e-9
     yield is_good("speed", fits, text + ("" if fits else "; the base cannot: full_scale is less"))
     if problem := too_slow(real):

@@ -1,13 +1,11 @@
-"""Lock of a robot: one program of this computer commands it, and tells others which."""
+"""Lock of a robot: one program of this computer commands it, and others are told which."""
 
-import getpass
 import os
-import sys
 from pathlib import Path
 from typing import Self
 
 from config import UserError
-from hw.processes.claims import Claim, holder_of
+from hw.claims import Claim, holder_of
 from robots import DriverOptions, HardwareFile
 
 _WHERE = ("address", "host", "ip", "port", "device", "serial", "url", "domain", "namespace")
@@ -22,7 +20,7 @@ class RobotLock:
     """The right to command one robot; two files with the same machines are one robot."""
 
     def __init__(self, hardware: HardwareFile) -> None:
-        self._hardware, self._claim = hardware, Claim(_name(hardware), _introduction)
+        self._hardware, self._claim = hardware, Claim(_name(hardware))
 
     def take(self) -> Self:
         """Take it, until `release` or the end of this process; CommandedError: another has it."""
@@ -40,18 +38,15 @@ class RobotLock:
 
 def commander_of(hardware: HardwareFile) -> str:
     """The program that commands a robot on this computer, for people; empty if there is none."""
-    holder = holder_of(_name(hardware))
-    if holder is None:
+    pid = holder_of(_name(hardware))
+    if pid is None:
         return ""
-    return f"process {holder.pid}{holder.says or ', which does not answer'}"
-
-
-def _introduction() -> str:
+    process = Path(f"/proc/{pid}")
     try:
-        user = getpass.getuser()
+        words = (process / "cmdline").read_text().replace("\0", " ").split()
+        return f"process {pid} of {process.owner()} (`{' '.join(words)[:80]}`)"
     except (OSError, KeyError):
-        user = "somebody"
-    return f" of {user} (`{' '.join([Path(sys.argv[0]).name, *sys.argv[1:3]])}`)"
+        return f"process {pid}"
 
 
 def _name(hardware: HardwareFile) -> str:

@@ -1,9 +1,8 @@
 """Opens a real robot from its file: drivers, lock and speed limits."""
 
 import os
-from collections.abc import Callable, Iterable
-from contextlib import suppress
-from functools import partial
+from collections.abc import Callable
+from contextlib import AbstractContextManager, ExitStack, nullcontext, suppress
 
 from controller import Command
 from hw.clock import WallClock
@@ -80,60 +79,51 @@ def open_hardware(robot: str, options: WorldOptions) -> Backend:
     """
     real = load_real_robot(robot)
     assert real is not None
-    return open_parts(real, options, lambda: (None, _nothing), "hardware")
+    return open_parts(real, options, nullcontext(), "hardware")
 
 
 def open_parts(
     real: RealRobot,
     options: WorldOptions,
-    begin: Callable[[], tuple[Truth | None, Callable[[], None]]],
+    surroundings: AbstractContextManager[Truth | None],
     world: str,
 ) -> Backend:
     """A robot made of the parts in its file, with its lock.
 
-    `begin` is called when it is locked, before the drivers are made; it returns what is true of the
-    robot's world, and what to call when the robot is closed.
+    Its surroundings are there from when it is locked, before the drivers are made, until it is
+    closed; they tell what is true of its world.
     """
     announce = options.announce
     check_armed(real, options.armed)
     if problem := too_slow(real):
         raise TooSlowError(problem)
-    lock = RobotLock(real.hardware).take()
-    after: Callable[[], None] = _nothing
-    try:
-        truth, after = begin()
+    with ExitStack() as undo:
+        lock = RobotLock(real.hardware).take()
+        undo.callback(lock.release)
+        truth = undo.enter_context(surroundings)
         clock = WallClock()
         description = at_pace(load_robot(real.path), speed_percent(real) / 100.0)
         parts = parts_of(real, description, clock, options.scene, options.seed)
         told = (one.truth for one in parts.values() if isinstance(one, Knowing))
         truth = truth or next(told, None)
         robot = ComposedRobot(description, **parts, clock=clock, rest_together=True)
-    except BaseException:
-        after()
-        lock.release()
-        raise
-    prepare = partial(_prepare, parts.values(), announce) if announce else _nothing
-    commanded = CommandedRobot(robot, real, lock, after, prepare)
+        after = undo.pop_all().close
+
+    def prepare() -> None:
+        for part in parts.values():
+            if announce and isinstance(part, Preparing):
+                part.prepare(announce)
+
     if announce and (note := speed_note(real)):
         announce(note)
     return Backend(
-        robot=commanded,
+        robot=CommandedRobot(robot, real, lock, after, prepare),
         clock=clock,
         truth=truth,
         world=world,
         map=real.map,
         of_scene=truth is not None,
     )
-
-
-def _nothing() -> None:
-    """Do nothing."""
-
-
-def _prepare(parts: Iterable[object], announce: Callable[[str], None]) -> None:
-    for part in parts:
-        if isinstance(part, Preparing):
-            part.prepare(announce)
 
 
 def _hurry(policy: int) -> None:

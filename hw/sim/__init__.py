@@ -20,8 +20,8 @@ from hw.sim.scene import (
 from hw.sim.scene_schema import Container, Fixture, Objects, SceneError, Table
 from hw.sim.sim_laser import SimLaser
 from hw.sim.sim_object import Motion, SimObject, Visible
-from hw.sim.sim_robot import kinematic_robot, simulated_robot
+from hw.sim.sim_robot import SimPart, kinematic_robot, part_of, simulated_robot
 from hw.sim.sim_robot_shapes import BASE, CAMERA, FINGERS, HAND, HELD, Hand, Member, members
 from hw.sim.sim_world import World
-from hw.sim.simulated_world import SimulatedWorld, kinematic_world
+from hw.sim.simulated_world import RENDERING, SimulatedWorld, kinematic_world
 from hw.sim.walker import Walker

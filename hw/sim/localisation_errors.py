@@ -21,7 +21,7 @@ import pinocchio as pin
 from pinocchio import SE3
 
 from hw.sim.levels import Localisation, Misplacement
-from hw.state import Array, BaseState, LocalisedPose
+from hw.state import Array, LocalisedPose
 from robots import RobotDescription
 
 _STREAM = 2  # tells the errors of localisation from the noise of sensors with the same seed
@@ -94,13 +94,6 @@ class LocalisationProcess:
             self._advance(here)
         self._stamp, self._wTb = stamp, wTb
         return self._moved(wTb), self._localised
-
-    def measured(self, true: BaseState) -> BaseState:
-        """A true reading as the base measures it: `wTb` in odometry, with `localised`."""
-        if self._exact:
-            return true
-        oTb, localised = self.read(true.stamp, true.oTb)
-        return replace(true, oTb=oTb, localised=localised)
 
     def driven(self, twist: Array) -> Array:
         """(3,) the true twist of a base whose wheels turn for `twist` (3,), and slip."""

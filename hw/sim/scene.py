@@ -1,6 +1,7 @@
 """Scenes: find and read a scene file, and build its world."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from os.path import isfile
 from pathlib import Path
 from typing import TypeVar
@@ -16,6 +17,7 @@ from config import (
     YamlList,
     YamlMap,
     YamlValue,
+    parted,
     quoted,
     read_yaml,
     suggest,
@@ -114,52 +116,50 @@ def load_scene(
 ) -> World:
     """The world that a scene describes, with furniture `moved` since the map; raises SceneError."""
     described = read_scene(scene, footprint)
-    try:
+    with _told(scene):
         world = build_world(described, np.random.default_rng(seed))
         return with_moved(world, moved) if moved else world
-    except LayoutError as error:
-        lines = (f"{_place(scene, one.keys)}: {one}" for one in error.all)
-        raise SceneError("\n".join(lines)) from error
 
 
 def load_fixtures(scene: str | Path, unmapped: bool = False) -> tuple[Geom, ...]:
     """The static shapes of a scene, as on a map; SceneError: there is none, or a mistake in it."""
     described = read_scene(scene)
     fixtures = furniture_shapes(described.container, described.table, described.side_tables)
-    try:
+    with _told(scene):
         for number, fixture in enumerate(described.fixtures):
             fixtures += fixture_shapes(fixture, number)[0] if fixture.on_map or unmapped else []
-    except LayoutError as error:
-        raise SceneError(f"{_place(scene, error.keys)}: {error}") from error
     return tuple(fixtures)
 
 
 def scene_mistakes(path: Path, footprint: Footprint | None = None) -> list[Diagnostic]:
     """All mistakes in a scene file, in order, the start of the robot included with a footprint."""
-    diagnostics = Diagnostics(path)
+    diagnostics, context = Diagnostics(path), ReadingContext(path.parent, footprint)
     read = read_yaml(diagnostics)
-    if read is None:
-        return diagnostics.in_order()
-    scene = validate(read[1], Scene, diagnostics, context=ReadingContext(path.parent, footprint))
+    scene = None if read is None else validate(read[1], Scene, diagnostics, context=context)
     if scene is not None:
         try:
             build_world(scene, np.random.default_rng(0))
         except LayoutError as error:
-            for one in error.all:
-                message, _, hint = str(one).partition("; ")
-                diagnostics.error(
-                    LAYOUT, _location(read[1], one.keys), message, hint or "change it"
-                )
+            return _mistakes(path, error)
     return diagnostics.in_order()
 
 
-def _place(scene: str | Path, keys: Sequence[str | int]) -> str:
-    path = find_scene(scene)
-    read = read_yaml(Diagnostics(path))
-    if read is None:
-        return str(path)
-    location = _location(read[1], keys)
-    return f"{path}:{location.line}:{location.column}"
+@contextmanager
+def _told(scene: str | Path) -> Iterator[None]:
+    """What does not fit in a scene is told with its place in the file: SceneError."""
+    try:
+        yield
+    except LayoutError as error:
+        raise SceneError("\n".join(map(str, _mistakes(find_scene(scene), error)))) from error
+
+
+def _mistakes(path: Path, error: LayoutError) -> list[Diagnostic]:
+    diagnostics = Diagnostics(path)
+    if (read := read_yaml(diagnostics)) is not None:
+        for one in error.all:
+            message, hint = parted(str(one))
+            diagnostics.error(LAYOUT, _location(read[1], one.keys), message, hint or "change it")
+    return diagnostics.in_order()
 
 
 def _location(value: YamlValue, keys: Sequence[str | int]) -> Location:

@@ -3,12 +3,13 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from hw.clock import Clock, SimClock, WallClock, Worker
+from hw.clock import Clock, SimClock, WallClock
 from hw.sim.body import SimBody
 from hw.sim.kinematic import KinematicBody
 from hw.sim.levels import load_localisation
 from hw.sim.scene import load_scene
 from hw.sim.sim_robot import simulated_robot
+from hw.threads import Worker
 from hw.worlds import DEFAULT_LEVEL, Backend, WorldOptions
 from robots import RobotDescription, load_robot, with_base_speeds
 

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 from config import UserError
 from config.poses import OdometryPose
+from drivers.omron import OmronBase
+from drivers.panda import PandaArm
+from drivers.realsense import RealSenseCamera
 from hw import Clock, HardwareError, WallClock, parts_of
 from hw.hardware import RobotLock, check_armed
-from hw.omron import OmronBase
-from hw.panda import PandaArm
-from hw.realsense import RealSenseCamera
 from lab.calibration.board import Array, Grey
 from robots import RealRobot, load_robot
 

@@ -29,7 +29,7 @@ def child_in_thread(monkeypatch, module, address: str, settings: Any, memory: in
 
     monkeypatch.setattr("sys.stdin", os.fdopen(reads))
     monkeypatch.setattr("sys.argv", ["", address, json.dumps(settings), str(memory)])
-    monkeypatch.setattr(module, "leave", sys.exit)
+    monkeypatch.setattr("drivers.processes.child.leave", sys.exit)
     monkeypatch.setattr(module, "still_alive", lambda *_: None)
     os.dup2(writes, 1)
     thread = threading.Thread(target=run, daemon=True)

@@ -58,7 +58,7 @@ def test_a_broken_driver_hinders_only_the_robots_that_use_it(install_base, file,
     with pytest.raises(ConfigError) as refused:
         load_robot(file)
     (line,) = str(refused.value).splitlines()
-    assert "10:13: hardware.base.driver: the driver `base.mine` of `package_" in line
+    assert "10:13: hardware.base.driver: the driver `base.mine` of package_" in line
     assert told in line
     load_robot("frankie_site")
     code, out, err = call("drivers")

@@ -8,12 +8,11 @@ from full_computer import full_computer
 from waiting import until
 
 from config.plugins import PluginError, imported
+from drivers.panda.hand_process import HandProcess
+from drivers.processes.mailbox import share_memory
+from drivers.processes.process import DriverProcess
 from hw import ComposedRobot, HardwareError, Patience, SimClock, Watchdog, Worker
 from hw.clock import WallClock
-from hw.panda.hand_process import HandProcess
-from hw.processes.claims import Claim, holder_of
-from hw.processes.mailbox import share_memory
-from hw.processes.process import DriverProcess
 from robots import load_robot
 
 FULL = r"starts no more threads"
@@ -85,17 +84,10 @@ def test_a_hand_is_stopped_though_no_thread_starts(monkeypatch):
             until(lambda number=number: len(stopped) == number)
 
 
-def test_a_claim_is_held_though_nobody_answers_for_it(monkeypatch):
-    with full_computer(monkeypatch):
-        held = Claim("a machine of test_threads", lambda: "me").take()
-    assert held is not None
-    assert Claim("a machine of test_threads", lambda: "other").take() is None
-    assert holder_of("a machine of test_threads").pid
-    held.release()
-
-
 def test_a_driver_whose_process_does_not_start_says_so(monkeypatch):
-    process = DriverProcess("hw.panda.arm_process", "Panda", "10.0.0.1", {}, 1, 1.0, lambda: "")
+    process = DriverProcess(
+        "drivers.panda.arm_process", "Panda", "10.0.0.1", {}, 1, 1.0, lambda: ""
+    )
     with (
         full_computer(monkeypatch),
         pytest.raises(HardwareError, match=r"Panda at 10.0.0.1.*no more"),

@@ -182,7 +182,7 @@ def test_mounts_and_full_scale_may_stand_in_files_of_their_own(file: Path) -> No
     begin, end = text.index("    full_scale:"), text.index("    pose_delay")
     file.write_text(text[:begin] + "    full_scale: site.yaml\n" + text[end:])
     real = load_real_robot(file)
-    assert real.hardware.base.scale.forward == 0.67
+    assert real.hardware.base.site.forward == 0.67
     assert real.calibrated == ("camera_mount",)
     np.testing.assert_allclose(load_robot(file).camera.eTc.translation, [0.05, 0.0, -0.09])
     file.with_name("site.yaml").unlink()

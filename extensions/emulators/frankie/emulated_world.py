@@ -55,7 +55,7 @@ class EmulatedWorld:
         self.bumped = ""  # what the base has hit; empty while it may move
         self.on_bump: Callable[[], None] = lambda: None  # called on a bump
         self._link = link
-        self._measured = self._process.measured(self._true())
+        self._measured = self._as_measured()
         self._start = self._measured.oTb
         self._mTo = SE3.Identity()
         self._localised: LocalisedPose | None = None
@@ -152,13 +152,15 @@ class EmulatedWorld:
         self._check_bumper()
         self._publish()
 
-    def _true(self) -> BaseState:
+    def _as_measured(self) -> BaseState:
+        """What odometry and localisation tell of the base."""
         body = self.body
-        return BaseState(stamp=body.now, oTb=body.wTb, twist=body.base_twist)
+        oTb, localised = self._process.read(body.now, body.wTb)
+        return BaseState(stamp=body.now, oTb=oTb, twist=body.base_twist, localised=localised)
 
     def _measure(self) -> None:
         """What the base tells now, with the errors of its level."""
-        before, self._measured = self._measured, self._process.measured(self._true())
+        before, self._measured = self._measured, self._as_measured()
         localised = self._measured.localised
         if localised is not None and localised is not self._localised:
             passed = self._measured.stamp - before.stamp

@@ -9,6 +9,9 @@ from math import radians
 from typing import Any, Self
 
 from config import UserError
+from drivers.omron import OmronOptions, Site
+from drivers.panda import PandaOptions
+from drivers.realsense import RealSenseOptions
 from extensions.emulators import omron, panda, realsense
 from extensions.emulators.common import Reported, chosen, start_module
 from extensions.emulators.frankie.emulated_world import EmulatedWorld
@@ -16,9 +19,6 @@ from extensions.emulators.omron import OmronEmulator, Options, Teleop
 from extensions.emulators.panda import ArmLink
 from extensions.emulators.realsense import Options as CameraOptions
 from extensions.emulators.realsense import RealSenseEmulator, Shot
-from hw.omron import FullScaleFile, OmronOptions
-from hw.panda import PandaOptions
-from hw.realsense import RealSenseOptions
 from robots import load_real_robot
 
 _TIMEOUT = 0.14  # timeout of the base without commands [s]
@@ -69,7 +69,7 @@ class FrankieEmulator:
             arcl_port=arcl.port if arcl else 7171,
             users={base.user: (base.password, Options().users["frankie"][1])},
             arcl_password=arcl.password if arcl else "",
-            teleop=_teleop(base.scale),
+            teleop=_teleop(base.site),
         )
         self.base = OmronEmulator(options, self.world, as_reported=of_base)
         camera = self.world.body.description.camera
@@ -144,16 +144,16 @@ class FrankieEmulator:
             self._arm.wait()
 
 
-def _teleop(file: FullScaleFile) -> Teleop:
+def _teleop(site: Site) -> Teleop:
     """Setup of the emulated base as its file says."""
-    forward, reverse = file.turn_at_forward_deg, file.turn_at_reverse_deg
+    values = site.values
     return Teleop(
         timeout=_TIMEOUT,
-        forwards=file.forward,
-        backwards=file.reverse,
-        turn_at_rest=radians(file.turn_deg),
-        turn_forwards=radians(file.turn_deg if forward is None else forward),
-        turn_backwards=radians(file.turn_deg if reverse is None else reverse),
-        dead_translation=file.dead_translation,
-        dead_rotation=file.dead_rotation,
+        forwards=site.forward,
+        backwards=site.reverse,
+        turn_at_rest=radians(site.turn_deg),
+        turn_forwards=radians(values["turn_at_forward_deg"]),
+        turn_backwards=radians(values["turn_at_reverse_deg"]),
+        dead_translation=site.dead_translation,
+        dead_rotation=site.dead_rotation,
     )

@@ -92,9 +92,8 @@ class ArclClient:
             yield "CommandError: getConfigSectionValues"
             yield "CommandErrorDescription: No section of that name"
             return
-        for key, kind, value in settings(self._options.teleop):
-            if kind != b".":
-                yield f"GetConfigSectionValue: {key} {value:g}"
+        for key, value in settings(self._options.teleop).items():
+            yield f"GetConfigSectionValue: {key} {value:g}"
         yield "EndOfGetConfigSectionValues"
 
     def _motors(self) -> str:

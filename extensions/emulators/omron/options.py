@@ -63,7 +63,6 @@ pose-10-hz | replies come 10 times a second at most | qcr/ros_omron_agv, src/rob
 brake-button | after an emergency stop only its button switches the motors on | ARCL guide I617-E-01
 one-arcl-client | the text interface takes one client | OmronAPAC/Omron_AMR_ROS2 #4, in one reading
 arcl-kicks-out | the text interface closes connections after 2 s | OmronAPAC/Omron_AMR_ROS2 #4
-no-config | 6MTX: only the text interface tells the configuration | KalanaRatnayake/ros_omron_agv
 """)
 """Reported behaviours by name."""
 _VALUES: dict[str, dict[str, object]] = {
@@ -80,7 +79,6 @@ _VALUES: dict[str, dict[str, object]] = {
     "brake-button": {"needs_button": True},
     "one-arcl-client": {"arcl_clients": 1},
     "arcl-kicks-out": {"arcl_lasts": 2.0},
-    "no-config": {"protocol": "6MTX", "omit": frozenset({"getConfigBySectionsV4"})},
 }
 """What they are as options."""
 

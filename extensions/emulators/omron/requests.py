@@ -50,24 +50,19 @@ def signed_degrees(angle: float) -> float:
     return value - 360.0 if value > 180.0 else value
 
 
-def settings(teleop: Teleop) -> tuple[tuple[str, bytes, float], ...]:
-    """The section "Teleop settings": names, types on the wire, and values [mm/s, deg/s, s, %]."""
+def settings(teleop: Teleop) -> dict[str, float]:
+    """The section "Teleop settings" [mm/s, deg/s, s, %]."""
     reported = teleop.tells_forwards
-    return (
-        ("Timeout", b"d", teleop.timeout),
-        (
-            "FullThrottleForwards",
-            b"i",
-            1000.0 * (teleop.forwards if reported is None else reported),
-        ),
-        ("FullThrottleBackwards", b"i", teleop.backwards * 1000.0),
-        ("RotAtFullForwards", b"i", round(degrees(teleop.turn_forwards))),
-        ("RotAtFullBackwards", b"i", round(degrees(teleop.turn_backwards))),
-        ("RotAtStopped", b"i", round(degrees(teleop.turn_at_rest))),
-        ("Clearances", b".", 0.0),
-        ("TransDeadZone", b"d", teleop.dead_translation),
-        ("RotDeadZone", b"d", teleop.dead_rotation),
-    )
+    return {
+        "Timeout": teleop.timeout,
+        "FullThrottleForwards": 1000.0 * (teleop.forwards if reported is None else reported),
+        "FullThrottleBackwards": teleop.backwards * 1000.0,
+        "RotAtFullForwards": round(degrees(teleop.turn_forwards)),
+        "RotAtFullBackwards": round(degrees(teleop.turn_backwards)),
+        "RotAtStopped": round(degrees(teleop.turn_at_rest)),
+        "TransDeadZone": teleop.dead_translation,
+        "RotDeadZone": teleop.dead_rotation,
+    }
 
 
 class Requests:
@@ -94,7 +89,6 @@ class Requests:
             ("batteryInfo", "RobotInfo", "", self._battery_info),
             ("getModeInfo", "RobotInfo", "", self._mode_info),
             ("getLocState", "RobotInfo", "", self._loc_state),
-            ("getConfigBySectionsV4", "Config", "byte: priority", self._teleop_section),
             *(
                 (f"DataStore_{pose}PoseInterpolated_{name}", "RobotInfo", "", stored)
                 for pose, read in poses.items()
@@ -148,18 +142,6 @@ class Requests:
         score = reported_score(self._controller, self._options)
         state = 0 if score > 0.0 else 2
         return Writer().integer(state, 1).integer(round(score * self._options.score_scale), 2).body
-
-    def _teleop_section(self, _: Taker) -> bytes:
-        writer = Writer().raw(b"S").string("Teleop settings").string("").string("Robot")
-        writer.integer(0, 2)
-        for name, kind, value in settings(self._options.teleop):
-            writer.raw(b"P").string(name).string(f"about {name}").integer(1, 1).raw(kind)
-            if kind == b"i":
-                writer.integer(round(value), 4).integer(0, 4).integer(5000, 4)
-            elif kind == b"d":
-                writer.double(value).double(0.0).double(5000.0).integer(3, 4)
-            writer.string("").string("").integer(0, 1).integer(1, 1).string("")
-        return writer.body
 
     def _laser(self, _: Taker) -> bytes:
         pose = reported_pose(self._controller, self._options)

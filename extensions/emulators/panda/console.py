@@ -8,6 +8,7 @@ from dataclasses import asdict
 from typing import Any
 
 from config import UserError, suggest
+from drivers.panda import Mode
 from extensions.emulators.common import Words, act, be_prompt
 from extensions.emulators.panda.emulated_arm import Seen
 from extensions.emulators.panda.emulator import PandaServer
@@ -20,7 +21,6 @@ from extensions.emulators.panda.joints_and_fingers import (
 )
 from extensions.emulators.panda.wire import ERRORS, VERSION
 from hw import stopwatch
-from hw.panda import Mode
 
 _PRIORITY = 10  # real-time priority
 

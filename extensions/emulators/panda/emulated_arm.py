@@ -5,9 +5,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from math import isfinite
 
+from drivers.panda import JointLimits, Mode
 from extensions.emulators.panda.joints_and_fingers import PERIOD, Joints
 from extensions.emulators.panda.wire import ERRORS, MotionCommand, MoveStatus
-from hw.panda import JointLimits, Mode
 
 _MOST_LOST = 20  # lost packets in a row that end a motion, as of the real arm
 _PATIENCE = 500  # periods that a new motion waits for its first command

@@ -12,6 +12,7 @@ import numpy as np
 from pinocchio import SE3
 
 from controller import robot_model
+from drivers.panda import LIMITS, Mode
 from extensions.emulators.common import chosen
 from extensions.emulators.panda import wire
 from extensions.emulators.panda.emulated_arm import EmulatedArm
@@ -27,7 +28,6 @@ from extensions.emulators.panda.wire import (
     MoveStatus,
 )
 from hw import stopwatch
-from hw.panda import LIMITS, Mode
 
 _HAND_EVERY, _SELDOM = 20, 100  # arm states per hand state, and the same as reported
 _BURST_EVERY, _BURST = 2000, 30  # interval and length of bursts of lost packets [ms], as reported

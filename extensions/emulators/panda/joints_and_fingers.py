@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from math import copysign, exp
 from typing import Protocol
 
+from drivers.processes.mailbox import Mailbox, open_memory, share_memory
 from hw import stopwatch
-from hw.processes.mailbox import Mailbox, open_memory, share_memory
 
 PERIOD = 0.001  # of the control loop [s]
 READY = (0.0, -0.3, 0.0, -2.2, 0.0, 2.0, 0.7853981633974483)  # initial positions [rad]

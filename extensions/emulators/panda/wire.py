@@ -7,7 +7,7 @@ import struct
 from enum import IntEnum
 from typing import NamedTuple
 
-from hw.panda import Mode
+from drivers.panda import Mode
 
 VERSION, PORT = 5, 1337
 HAND_VERSION, HAND_PORT = 3, 1338

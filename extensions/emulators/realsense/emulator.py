@@ -12,11 +12,11 @@ from typing import Self, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from drivers.realsense import HEAD, RESET, Introduction
 from extensions.emulators.common import chosen, listen
 from extensions.emulators.realsense.options import AS_REPORTED, Options
 from extensions.emulators.realsense.sources import Shot, Source
 from hw import epoch, stopwatch
-from hw.realsense import HEAD, RESET, Introduction
 
 _PATIENCE = 0.5  # timeout of sending an image [s]
 _NAP = 0.005  # longest pause of the sending loop [s]

@@ -9,9 +9,9 @@ import sys
 import pytest
 from command_line import call
 
+from drivers.omron import ArclOptions, OmronBase, OmronOptions
 from extensions.emulators.frankie import FrankieEmulator
 from hw import HardwareError, WallClock
-from hw.omron import ArclOptions, OmronBase, OmronOptions
 from robots.load import SHIPPED
 
 ADDRESS = f"127.{os.getpid() % 200 + 20}.77.1"

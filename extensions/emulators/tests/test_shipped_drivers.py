@@ -12,13 +12,13 @@ from test_omron_laser import Beside
 from waiting import until
 
 from config.planar import Pose2D
+from drivers.omron import OmronLaser
+from drivers.panda.driver import HandOptions, PandaOptions, franka_hand, panda_arm
+from drivers.realsense import RealSenseOptions
+from drivers.realsense.driver import realsense_camera
 from extensions.emulators.omron import OmronEmulator
 from extensions.emulators.realsense import RealSenseEmulator, still
 from frankie_task.testing import check_driver
-from hw.omron import OmronLaser
-from hw.panda.driver import HandOptions, PandaOptions, franka_hand, panda_arm
-from hw.realsense import RealSenseOptions
-from hw.realsense.driver import realsense_camera
 
 SLOW = {"patience": 60.0}  # also on a busy machine
 

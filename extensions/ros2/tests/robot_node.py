@@ -25,8 +25,8 @@ from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 from ros_types import T, header, image
 
+from drivers.processes.child import hurry
 from hw import WallClock
-from hw.processes.child import hurry
 from hw.sim import (
     D435Noise,
     DepthRenderer,

@@ -17,7 +17,16 @@ from hw.sim.objects.making import (
     part,
 )
 from hw.sim.objects.modelled import MODELLED
-from hw.sim.objects.modelling import SIDES, corners_of, cut_out, flat, hollow, lying, swept, turned
+from hw.sim.objects.modelling import (
+    SIDES,
+    corners_of,
+    cut_out,
+    hollow,
+    lying,
+    swept,
+    turned,
+    turned_over,
+)
 
 OBJECT_CLASSES = {**HOUSEHOLD, **MODELLED}
 """All classes that a scene may name; `lab` adds those that networks are trained and judged on."""

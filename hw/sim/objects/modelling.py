@@ -68,18 +68,14 @@ def cut_out(outline: Sequence[tuple[float, float]], low: float, high: float) -> 
 
 def lying(parts: Sequence[Geom], tilt: float = 0.0) -> list[Geom]:
     """A body about z, laid on the ground with its axis along x; its top lowered by a tilt [rad]."""
-    return _turned_over(parts, np.array([0.0, np.pi / 2.0 + tilt, 0.0]))
+    return turned_over(parts, np.array([0.0, np.pi / 2.0 + tilt, 0.0]))
 
 
-def flat(parts: Sequence[Geom]) -> list[Geom]:
-    """A body in the plane of x and z, laid on its side on the ground."""
-    return _turned_over(parts, np.array([np.pi / 2.0, 0.0, 0.0]))
-
-
-def _turned_over(parts: Sequence[Geom], over: Array) -> list[Geom]:
-    turned_over = [corners_of(part) @ exp3(over).T for part in parts]
-    low = min(float(points[:, 2].min()) for points in turned_over)
-    return [hull_of(points - [0.0, 0.0, low]) for points in turned_over]
+def turned_over(parts: Sequence[Geom], over: Array) -> list[Geom]:
+    """A body turned by a rotation vector (3,), and laid on the ground [rad]."""
+    lying = [corners_of(part) @ exp3(over).T for part in parts]
+    low = min(float(points[:, 2].min()) for points in lying)
+    return [hull_of(points - [0.0, 0.0, low]) for points in lying]
 
 
 def corners_of(part: Geom) -> Array:

@@ -43,13 +43,7 @@ ReverseSpeed = Annotated[
 
 def chosen_robots(robot: str) -> list[str]:
     """The robots that `--robot` selects."""
-    from robots import load_robot
-
-    if robot == BOTH:
-        return ["frankie", "omni"]
-    if outdated := load_robot(robot).outdated:
-        Terminal(stderr=True).say(outdated)
-    return [robot]
+    return ["frankie", "omni"] if robot == BOTH else [robot]
 
 
 def chosen(option: str, wanted: Sequence[str] | None, valid: Sequence[str]) -> list[str]:

@@ -10,11 +10,11 @@ from hw.sim.objects import (
     Parts,
     corners_of,
     cut_out,
-    flat,
     hollow,
     lying,
     swept,
     turned,
+    turned_over,
 )
 from robots import Array, hull_of
 
@@ -64,7 +64,7 @@ def _bent_bar(rng: np.random.Generator, width: float) -> Parts:
     steps = length / (len(at) - 1) * np.stack([np.cos(heading), 0.0 * at, np.sin(heading)], axis=1)
     path[1:] = np.cumsum(0.5 * (steps[1:] + steps[:-1]), axis=0)
     thick = rng.uniform(0.012, 0.03)
-    return flat(swept(path, thick, width))
+    return turned_over(swept(path, thick, width), np.array([np.pi / 2.0, 0.0, 0.0]))
 
 
 def _cut_plates(rng: np.random.Generator, width: float) -> Parts:

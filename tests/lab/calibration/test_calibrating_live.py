@@ -12,11 +12,12 @@ import pytest
 from pinocchio import SE3
 
 from controller import RobotModel
+from drivers import panda, realsense
+from drivers.panda import PandaArm
+from drivers.realsense import RealSenseCamera, RealSenseSettings
 from extensions.emulators.realsense import Options, RealSenseEmulator, Shot
-from hw import WallClock, panda, realsense
+from hw import WallClock
 from hw.clock import stopwatch
-from hw.panda import PandaArm
-from hw.realsense import RealSenseCamera, RealSenseSettings
 from lab.calibration import Board, LiveArm, Look, aTe_of, calibrate_hand_eye, difference, render
 from robots import load_robot
 

@@ -6,7 +6,7 @@ import pytest
 import yaml
 
 from config.reader import ConfigError
-from hw.realsense import missing
+from drivers.realsense import missing
 from robots import load_robot
 from robots.schema_geometry import PoseFile
 

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from waiting import until
 
+from drivers.omron import ArclOptions, OmronBase, OmronOptions
 from extensions.emulators.omron import OmronEmulator
 from hw import WallClock
 from hw.clock import stopwatch
-from hw.omron import ArclOptions, OmronBase, OmronOptions
 from hw.state import BaseState, FaultKind
 
 SPEED = 0.15  # of the moving base: reached after 0.3 s, gone after 0.25 s [m/s]

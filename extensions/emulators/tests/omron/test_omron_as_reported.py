@@ -78,7 +78,7 @@ def test_a_base_that_is_too_fast_is_stopped_and_not_driven_on_by_a_program():
 
 
 def test_where_the_button_of_the_base_is_needed_that_is_said(monkeypatch):
-    monkeypatch.setattr("hw.omron.arcl._PATIENCE", 0.3)
+    monkeypatch.setattr("drivers.omron.arcl._PATIENCE", 0.3)
     with emulator_of("brake-button") as emulator, connected(emulator, arcl="adept") as base:
         with emulator.held() as controller:
             controller.press()
@@ -92,7 +92,7 @@ def test_where_the_button_of_the_base_is_needed_that_is_said(monkeypatch):
 
 
 def test_recoveries_that_follow_each_other_wait_longer_and_longer(monkeypatch):
-    monkeypatch.setattr("hw.omron.base._PAUSES", (0.0, 0.2, 0.4))
+    monkeypatch.setattr("drivers.omron.base._PAUSES", (0.0, 0.2, 0.4))
     with OmronEmulator() as emulator, connected(emulator, arcl="adept") as base:
         with emulator.held() as controller:
             controller.press()

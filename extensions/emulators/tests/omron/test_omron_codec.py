@@ -6,9 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from extensions.emulators.omron import wire
-from hw.omron.handshake import Catalogue, introduction, read_greeting
-from hw.omron.packet import (
+from drivers.omron.handshake import Catalogue, introduction, read_greeting
+from drivers.omron.packet import (
     Fields,
     LayoutError,
     Packet,
@@ -17,8 +16,9 @@ from hw.omron.packet import (
     number_field,
     parse_number,
 )
-from hw.omron.site import Ratios, Velocity
-from hw.omron.telemetry import POSE, PoseAssembly, Telemetry, drive_payload
+from drivers.omron.site import Ratios, Velocity
+from drivers.omron.telemetry import POSE, PoseAssembly, Telemetry, drive_payload
+from extensions.emulators.omron import wire
 
 GOLDEN = {
     "connected": (5, "", "0f0c080005000005"),

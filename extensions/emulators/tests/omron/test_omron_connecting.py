@@ -10,11 +10,11 @@ import pytest
 from emulated import SPEED, base_of, connected, repeating
 from waiting import until
 
+from drivers.omron import ArclOptions, OmronBase, OmronOptions, Site
 from extensions.emulators.omron import EVERYTHING, OmronEmulator, Options
 from extensions.emulators.omron.onboard_controller import Teleop
 from extensions.emulators.omron.wire import Writer, seal
 from hw import HardwareError, WallClock
-from hw.omron import ArclOptions, OmronBase, OmronOptions, Site
 
 
 def refused(base: OmronBase, *words: str) -> None:
@@ -148,18 +148,16 @@ def test_a_second_client_of_the_text_interface_is_told_why_it_gets_none():
         base_of(emulator, arcl="adept").connect()
 
 
-def test_the_settings_of_the_base_are_read_by_either_interface():
-    refused = pytest.raises(HardwareError, match="does not offer getConfigBySectionsV4")
+def test_the_settings_of_the_base_are_read_by_its_text_interface():
+    options = Options(teleop=Teleop(timeout=0.3))
+    made = OmronEmulator(options, as_reported=["full-scale-lower"])
+    with made as emulator, connected(emulator, arcl="adept") as base:
+        assert base.read_teleop()["Timeout"] == 0.3
+        told = base.read_site()
+        assert told == Site(forward=0.67, turn_at_forward_deg=25.0, turn_at_reverse_deg=25.0)
     with (
-        OmronEmulator(as_reported=("no-config",)) as emulator,
+        OmronEmulator() as emulator,
         connected(emulator) as base,
-        refused,
+        pytest.raises(HardwareError, match="only ARCL tells them"),
     ):
         base.read_teleop()
-    turn, options = np.radians(25.0), Options(teleop=Teleop(timeout=0.3))
-    for ways in (["full-scale-lower"], ["full-scale-lower", "no-config"]):
-        made = OmronEmulator(options, as_reported=ways)
-        with made as emulator, connected(emulator, arcl="adept") as base:
-            assert base.read_teleop()["Timeout"] == 0.3
-            told = base.read_site()
-            assert told == Site(forward=0.67, turn_at_forward=turn, turn_at_reverse=turn)

@@ -83,7 +83,7 @@ def test_a_mistake_in_the_driver_does_not_leave_the_base_driving(monkeypatch):
     with OmronEmulator() as emulator, connected(emulator) as base:
         set_off(emulator, base)
         with monkeypatch.context() as patch:
-            patch.setattr("hw.omron.link.Telemetry.take", lambda *_: 1 // 0)
+            patch.setattr("drivers.omron.link.Telemetry.take", lambda *_: 1 // 0)
             wait_for_fault(base, FaultKind.CONNECTION, "ZeroDivisionError")
         until(lambda: is_at_rest(emulator))
         base.recover()

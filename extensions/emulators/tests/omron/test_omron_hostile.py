@@ -55,7 +55,7 @@ def test_ratios_that_are_no_numbers_do_not_move_the_base():
         number = base.catalogue.numbers["ratioDrive"]
         for text in ("nan", "INF", "x", ""):
             body = Writer().string(text).string(text).string("100").string("0").body
-            base.link.send(seal(number, body))
+            base.link._socket.send(seal(number, body))
         until(lambda: len(emulator.heard) == 4)
         assert all(one.is_zero for one in emulator.heard)
 

@@ -18,7 +18,7 @@ SCRIPT = """
 import sys, time
 import numpy as np
 from hw import WallClock
-from hw.omron import OmronBase, OmronOptions
+from drivers.omron import OmronBase, OmronOptions
 base = OmronBase(
     OmronOptions(address="127.0.0.1", port=int(sys.argv[1]), user="frankie"), WallClock()
 )

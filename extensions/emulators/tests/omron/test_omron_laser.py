@@ -8,13 +8,13 @@ from emulated import SPEED, connected, repeating
 from waiting import until
 
 from config.planar import Pose2D
+from drivers.omron import OmronLaser
+from drivers.omron.laser import read_points
+from drivers.omron.packet import Fields, LayoutError
 from extensions.emulators.frankie.emulated_world import EmulatedWorld
 from extensions.emulators.omron import OmronEmulator, Options, Unicycle
 from extensions.emulators.panda import ArmLink
 from hw import WallClock
-from hw.omron import OmronLaser
-from hw.omron.laser import read_points
-from hw.omron.packet import Fields, LayoutError
 from robots import load_robot
 
 LASER = load_robot("frankie").laser

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from drivers.omron.commander import ACCELERATIONS, Commander
+from drivers.omron.site import REST, Ratios, Site, Velocity
 from extensions.emulators.omron.onboard_controller import Controller, Teleop
-from hw.omron.commander import ACCELERATIONS, Commander
-from hw.omron.site import REST, Ratios, Site, Velocity
 
 RATIOS = [
     ((9, 4, 100), (0.0, 0.0)),
@@ -24,7 +24,7 @@ RATIOS = [
 rest, with turning at full speed as at rest."""
 
 AT_REST_AS_AT_SPEED = {"turn_forwards": radians(50.0), "turn_backwards": radians(50.0)}
-TURN_DEPENDS = Site(turn_at_forward=radians(25.0), turn_at_reverse=radians(25.0))
+TURN_DEPENDS = Site(turn_at_forward_deg=25.0, turn_at_reverse_deg=25.0)
 velocities = st.builds(Velocity, st.floats(-3.0, 3.0), st.floats(-4.0, 4.0))
 
 

@@ -12,14 +12,14 @@ from pinocchio import SE3
 from waiting import until
 
 from config.planar import Pose2D
+from drivers.omron.base import begun, continued
+from drivers.omron.handshake import Catalogue
+from drivers.omron.packet import Packet, number_field
+from drivers.omron.telemetry import ENCODERS, POSE, Pose, Telemetry
 from extensions.emulators.frankie.emulated_world import EmulatedWorld
 from extensions.emulators.omron import OmronEmulator, Options, Unicycle
 from extensions.emulators.panda import ArmLink
 from hw import FaultKind
-from hw.omron.base import begun, continued
-from hw.omron.handshake import Catalogue
-from hw.omron.packet import Packet, number_field
-from hw.omron.telemetry import ENCODERS, POSE, Pose, Telemetry
 from robots import load_robot
 
 START, OFFSET = Pose2D(1.0, -2.0, 2.0), (0.5, -0.3, 0.2)

@@ -9,9 +9,9 @@ from emulated import SPEED, connected, is_at_rest, repeating
 from waiting import until
 
 from config.planar import Pose2D
+from drivers.omron import OmronBase
+from drivers.omron.telemetry import POSE
 from extensions.emulators.omron import OmronEmulator, Options, Unicycle
-from hw.omron import OmronBase
-from hw.omron.telemetry import POSE
 
 pytestmark = pytest.mark.realtime
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hw.panda import missing
+from drivers.panda import missing
 
 ROOT = Path(__file__).parents[4]
 needs_library = pytest.mark.skipif(bool(missing()), reason=missing())

@@ -6,11 +6,11 @@ from functools import partialmethod
 from types import SimpleNamespace
 from typing import Any
 
+from drivers.panda.hand_process import HandProcess
+from drivers.processes.mailbox import share_memory
 from extensions.emulators.panda.emulated_hand import EmulatedHand
 from extensions.emulators.panda.joints_and_fingers import OPENING, FreeFingers
 from extensions.emulators.panda.wire import HandCommand, HandStatus
-from hw.panda.hand_process import HandProcess
-from hw.processes.mailbox import share_memory
 
 
 class SteppedHand:

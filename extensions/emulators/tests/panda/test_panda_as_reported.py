@@ -10,10 +10,10 @@ from emulated_panda import connected, drive, emulated, free_address, needs_libra
 from stepped_panda import SteppedHand
 from waiting import until
 
+from drivers.panda import PandaArm, PandaHand
+from drivers.panda.hand_process import NOT_HOMED
 from extensions.emulators.panda import AS_REPORTED
 from hw import FaultKind, HardwareError, WallClock
-from hw.panda import PandaArm, PandaHand
-from hw.panda.hand_process import NOT_HOMED
 
 BLOCK, OPENING, FORCE = 0.031, 0.08, 20.0
 REFUSED = {
@@ -175,7 +175,7 @@ def test_an_arm_moves_again_after_one_recovery(reported):
 @pytest.mark.slow
 @pytest.mark.parametrize("reported", LOST)
 def test_what_comes_back_is_named_and_not_recovered_in_a_loop(monkeypatch, reported):
-    monkeypatch.setattr("hw.panda.arm._APART", 0.7)
+    monkeypatch.setattr("drivers.panda.arm._APART", 0.7)
     seconds = 4.5 if reported == "lost-bursts" else 2.0  # those come every 2 s
     with emulated(reported) as emulator, connected(PandaArm(emulator.address, WallClock())) as arm:
         emulator.do("patience 20")
@@ -226,7 +226,7 @@ def refusal(address: str) -> str:
 
 
 def test_without_the_library_it_says_what_to_install(monkeypatch):
-    monkeypatch.setattr("hw.panda.library.find_spec", lambda _: None)
+    monkeypatch.setattr("drivers.panda.library.find_spec", lambda _: None)
     arm = PandaArm("127.0.0.1", WallClock())
     with pytest.raises(HardwareError, match=r'pip install "frankie-task\[hardware\]"'):
         arm.connect()

@@ -10,8 +10,8 @@ import pytest
 from emulated_panda import IN_TIME, drive, needs_library
 from waiting import until
 
+from drivers.panda import PandaArm
 from hw import FaultKind, HardwareError, WallClock
-from hw.panda import PandaArm
 
 pytestmark = [pytest.mark.realtime, needs_library]
 ZERO = np.zeros(7)
@@ -24,7 +24,7 @@ def connected(emulator):
     arm = PandaArm(emulator.address, WallClock())
     arm.connect()
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("hw.panda.arm._APART", 0.2)
+        patch.setattr("drivers.panda.arm._APART", 0.2)
         yield arm
     arm.close()
 

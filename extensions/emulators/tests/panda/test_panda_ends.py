@@ -5,8 +5,8 @@ from emulated_panda import connected, emulated, needs_library
 from program import program
 from waiting import until
 
+from drivers.panda import PandaArm
 from hw import FaultKind, HardwareError, WallClock
-from hw.panda import PandaArm
 
 pytestmark = pytest.mark.realtime
 
@@ -14,7 +14,7 @@ PARENT = """
 import sys, time
 import numpy as np
 from hw import WallClock
-from hw.panda import PandaArm
+from drivers.panda import PandaArm
 arm = PandaArm(sys.argv[1], WallClock())
 arm.connect()
 while True:

@@ -9,9 +9,9 @@ from emulated_panda import free_address, needs_library
 from stepped_panda import SteppedHand
 from waiting import until
 
+from drivers.panda import PandaHand, hand_process
+from drivers.processes.mailbox import share_memory
 from hw import FaultKind, HardwareError, WallClock
-from hw.panda import PandaHand, hand_process
-from hw.processes.mailbox import share_memory
 
 pytestmark = needs_library
 OPENING = 0.08

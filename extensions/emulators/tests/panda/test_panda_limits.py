@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from drivers.panda import LIMITS, VelocityLimiter
+from drivers.panda.arm import Lead
 from extensions.emulators.panda import EmulatedArm, LaggedJoints, MotionCommand
-from hw.panda import LIMITS, VelocityLimiter
-from hw.panda.arm import Lead
 from robots import load_robot
 
 

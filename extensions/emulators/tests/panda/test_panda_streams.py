@@ -13,12 +13,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from drivers.panda import LIMITS, Mode
+from drivers.panda.arm import Lead
+from drivers.panda.records import ARM_COMMAND
+from drivers.panda.streaming import Streaming
+from drivers.processes.mailbox import Mailbox, open_memory, share_memory
 from extensions.emulators.panda import EmulatedArm, LaggedJoints, MotionCommand
-from hw.panda import LIMITS, Mode
-from hw.panda.arm import Lead
-from hw.panda.records import ARM_COMMAND
-from hw.panda.streaming import Streaming
-from hw.processes.mailbox import Mailbox, open_memory, share_memory
 
 TICKS = 200
 PERIOD = 0.001
@@ -28,7 +28,7 @@ ROUNDING = 1.0 + 1e-6
 @pytest.fixture(autouse=True)
 def no_alarm(monkeypatch):
     """This process does not end when it hangs."""
-    monkeypatch.setattr("hw.panda.streaming.still_alive", lambda: None)
+    monkeypatch.setattr("drivers.panda.streaming.still_alive", lambda: None)
 
 
 class Commander:

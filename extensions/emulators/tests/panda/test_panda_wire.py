@@ -12,12 +12,12 @@ import time
 import pytest
 from emulated_panda import free_address, needs_library
 
+from drivers.panda import Mode
 from extensions.emulators.panda import LaggedJoints, wire
 from extensions.emulators.panda.emulator import PandaServer
 from extensions.emulators.panda.joints_and_fingers import FreeFingers
 from extensions.emulators.panda.wire import Command, HandCommand, HandStatus, MoveStatus
 from hw.clock import stopwatch
-from hw.panda import Mode
 
 POSE = tuple(float(i) for i in range(16))
 
@@ -60,7 +60,7 @@ class Recorder(threading.Thread):
 
 SCRIPT = """
 import sys
-from hw.panda.library import load_library
+from drivers.panda.library import load_library
 library = load_library()
 robot = library.Robot(sys.argv[1], library.RealtimeConfig.kIgnore)
 s = robot.read_once()

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from waiting import until
 
+from drivers.realsense import RealSenseCamera, RealSenseSettings, missing
 from extensions.emulators.realsense import Options, RealSenseEmulator, Shot, still
 from hw import WallClock
 from hw.clock import stopwatch
-from hw.realsense import RealSenseCamera, RealSenseSettings, missing
 from robots import load_robot
 
 D435 = load_robot("frankie").camera

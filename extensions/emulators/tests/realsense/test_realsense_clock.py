@@ -7,8 +7,8 @@ import signal
 import numpy as np
 import pytest
 
-from hw.processes.timestamps import SensorClock
-from hw.realsense.image_buffer import ImageBuffer
+from drivers.processes.timestamps import SensorClock
+from drivers.realsense.image_buffer import ImageBuffer
 
 PERIOD = 1.0 / 30.0
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from emulated_camera import D435, Counting, needs_library, new_images, picture, plugged_in
 
+from drivers.realsense import RealSenseCamera, RealSenseSettings
 from extensions.emulators.realsense import Options, RealSenseEmulator, still
 from hw import WallClock
 from hw.clock import stopwatch
-from hw.realsense import RealSenseCamera, RealSenseSettings
 from robots import Intrinsics
 
 pytestmark = needs_library

@@ -12,10 +12,10 @@ from emulated_camera import D435, Counting, needs_library, picture, plugged_in
 from program import exists, program
 from waiting import until
 
+from drivers.realsense import RealSenseCamera, RealSenseSettings, camera_process
+from drivers.realsense.device_settings import Status
 from extensions.emulators.realsense import Options, RealSenseEmulator, still
 from hw import FaultKind, HardwareError, WallClock
-from hw.realsense import RealSenseCamera, RealSenseSettings, camera_process
-from hw.realsense.device_settings import Status
 
 
 def refusal(**settings) -> str:
@@ -27,7 +27,7 @@ def refusal(**settings) -> str:
 
 
 def test_without_the_library_it_says_what_to_install(monkeypatch):
-    monkeypatch.setattr("hw.realsense.device_settings.find_spec", lambda name: None)
+    monkeypatch.setattr("drivers.realsense.device_settings.find_spec", lambda name: None)
     assert 'pip install "frankie-task[hardware]"' in refusal()
 
 
@@ -84,7 +84,7 @@ def test_a_process_that_dies_is_a_fault_and_a_recovery_starts_another():
 @needs_library
 @pytest.mark.realtime
 def test_a_process_that_hangs_is_ended_by_a_recovery_and_replaced_by_the_next(monkeypatch):
-    monkeypatch.setattr("hw.realsense.camera._RECOVERING", 0.3)
+    monkeypatch.setattr("drivers.realsense.camera._RECOVERING", 0.3)
     with plugged_in(Counting()) as (_, camera, _):
         os.kill(camera._process.process.pid, signal.SIGSTOP)
         until(camera.faults)
@@ -101,8 +101,8 @@ def test_a_process_that_hangs_is_ended_by_a_recovery_and_replaced_by_the_next(mo
 @needs_library
 @pytest.mark.realtime
 def test_the_process_tells_why_no_images_come_and_resets_a_camera_that_hangs(monkeypatch):
-    monkeypatch.setattr("hw.realsense.stream._FIRST", 0.3)
-    monkeypatch.setattr("hw.realsense.stream._PATIENCE", 0.2)
+    monkeypatch.setattr("drivers.realsense.stream._FIRST", 0.3)
+    monkeypatch.setattr("drivers.realsense.stream._PATIENCE", 0.2)
     grey = np.arange(480 * 640, dtype=np.uint32).reshape(480, 640).astype(np.uint8)
     with RealSenseEmulator(still(picture(), grey), Options(infrared=True)) as emulator:
         settings = RealSenseSettings(emulator=emulator.address, infrared=True)
@@ -133,7 +133,7 @@ def test_the_process_tells_why_no_images_come_and_resets_a_camera_that_hangs(mon
 PARENT = """
 import sys, time
 from hw import WallClock
-from hw.realsense import RealSenseCamera, RealSenseSettings
+from drivers.realsense import RealSenseCamera, RealSenseSettings
 from robots import load_robot
 settings = RealSenseSettings(emulator=sys.argv[1])
 camera = RealSenseCamera(load_robot("frankie").camera, WallClock(), settings)

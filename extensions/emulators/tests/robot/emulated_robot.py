@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from emulated_panda import IN_TIME, free_address
 
+from drivers import panda, realsense
 from extensions.emulators.frankie import EmulatorLink
-from hw import panda, realsense
 from robots import load_real_robot
 
 ROOT = Path(__file__).parents[4]

@@ -21,7 +21,7 @@ DELIVERED = {"dead_translation: 0 ": "dead_translation: 10 "}
 
 @pytest.fixture(autouse=True)
 def brief(monkeypatch):
-    monkeypatch.setattr("hw.hardware.part_diagnostics._LOOKS", 5)
+    monkeypatch.setattr("hw.findings.LOOKS", 5)
 
 
 def robot_of(emulator: OmronEmulator, folder: Path, **changes: str) -> RealRobot:

@@ -17,7 +17,7 @@ PARTS = ("base", "arm", "gripper", "camera")
 
 @pytest.fixture(autouse=True)
 def brief(monkeypatch):
-    monkeypatch.setattr("hw.hardware.part_diagnostics._LOOKS", 20)
+    monkeypatch.setattr("hw.findings.LOOKS", 20)
     monkeypatch.setattr("hw.hardware.computer._NAPS", 50)
 
 
@@ -71,7 +71,7 @@ def test_what_the_base_tells_of_itself_can_be_written_for_the_file(place):
     _, out, _ = call("doctor", "--robot", path, "--write-site", site)
     assert "full_scale: " in out
     path.write_text(text.replace("    arcl:", "    full_scale: site.yaml\n    arcl:"))
-    scale = load_real_robot(path).hardware.base.scale
+    scale = load_real_robot(path).hardware.base.site
     path.write_text(text)
     assert (scale.forward, scale.turn_deg, scale.dead_translation) == (1.0, 50.0, 10.0)
 

@@ -58,7 +58,7 @@ KINDS = ("base", "arm", "gripper", "camera")
 def robot(install, tmp_path, monkeypatch):
     """Writes a robot file; options of parts by their kinds, as YAML."""
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
-    monkeypatch.setattr("hw.hardware.part_diagnostics._LOOKS", 5)
+    monkeypatch.setattr("hw.findings.LOOKS", 5)
     monkeypatch.setattr("hw.hardware.part_diagnostics._FIRST", 5)
     monkeypatch.setattr("hw.hardware.computer._NAPS", 50)
     for kind in KINDS:

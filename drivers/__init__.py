@@ -1,0 +1,1 @@
+"""Drivers of real machines; they come in by the door that every package may use."""

@@ -1,8 +1,0 @@
-"""Driver of the Omron LD-60: motion over ArNetworking; motors and emergency stop over ARCL."""
-
-from hw.omron.base import OmronBase
-from hw.omron.base_options import ArclOptions, FullScaleFile, OmronOptions
-from hw.omron.laser import LASER, OmronLaser
-from hw.omron.site import Site, Velocity
-from hw.omron.telemetry import POSE
-from hw.omron.teleop_settings import TIMEOUT, Values
