@@ -19,7 +19,8 @@ from dataclasses import dataclass, replace
 from functools import cache
 
 from app.review.timeline import Span, Timeline
-from trees.language import COMPOSITES, declared_leaves
+from behaviours import LEAVES
+from trees.language import COMPOSITES, describe_leaves
 
 _AGAIN = ("retry", "forever")
 _NUMBER = re.compile(r"-?\d+(\.\d+)?")
@@ -186,4 +187,4 @@ def _is_question(run: Timeline, span: Span) -> bool:
 def _words() -> dict[str, bool]:
     """Whether each word of the task language is a condition."""
     composites = {key: word.is_condition for key, word in COMPOSITES.items()}
-    return composites | {key: leaf.is_condition for key, leaf in declared_leaves().items()}
+    return composites | {key: leaf.is_condition for key, leaf in describe_leaves(LEAVES).items()}

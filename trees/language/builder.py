@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 from py_trees.behaviour import Behaviour
 
-from behaviours import Key, MapPlace, Posture
+from behaviours import Context, Key, MapPlace, Posture
 from config import Diagnostic, Location
 from trees.language import rules
 from trees.language.leaf_type import ADD
@@ -28,10 +28,7 @@ from trees.words import (
     Supply,
 )
 
-if TYPE_CHECKING:
-    from behaviours import Context
-
-LeafMaker: TypeAlias = "Callable[[LeafNode, Context, Mapping[str, object]], Behaviour]"
+LeafMaker: TypeAlias = Callable[[LeafNode, Context, Mapping[str, object]], Behaviour]
 """(node, context, arguments and keys by parameter) to the leaf."""
 
 

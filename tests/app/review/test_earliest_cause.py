@@ -12,7 +12,6 @@ import behaviours
 from app.core import RunOptions, run_task
 from app.review import explain
 from behaviours import Leaf
-from trees.language import describe_leaves
 
 HEAD = """\
 task: toy
@@ -135,8 +134,6 @@ class Clumsy(Leaf):
 def record(tmp_path, monkeypatch):
     """Runs a tree and explains what it left."""
     monkeypatch.setitem(behaviours.LEAVES, Clumsy.key, Clumsy)
-    described = describe_leaves(behaviours.LEAVES)
-    monkeypatch.setattr("trees.language.registry.declared_leaves", lambda: dict(described))
 
     def run(tree: str, interrupted=lambda: False, **options):
         path = tmp_path / "toy.yaml"
