@@ -6,13 +6,11 @@ import os
 import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
-
-if TYPE_CHECKING:
-    from rich.live import Live
+from rich.text import Text
 
 
 def visible(text: str) -> str:
@@ -62,17 +60,13 @@ class Loading:
     def __init__(self, title: str = "", terminal: Terminal | None = None) -> None:
         self._title = title
         terminal = terminal or Terminal(stderr=True)
-        self._live: Live | None = None
-        if title and terminal.is_terminal:
-            from rich.live import Live
-
-            self._live = Live(console=terminal, refresh_per_second=10, transient=True)
+        self._status = terminal.status("") if title and terminal.is_terminal else None
 
     def __enter__(self) -> Loading:
         with suppress(OSError):  # nobody reads
-            if self._live is not None:
-                self._live.start()
+            if self._status is not None:
                 self("the software")
+                self._status.start()
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -80,11 +74,8 @@ class Loading:
 
     def __call__(self, what: str) -> None:
         """Show what is being loaded."""
-        if self._live is not None:
-            from rich.spinner import Spinner
-
-            text = visible(f"{self._title}  loading {what} ...")
-            self._live.update(Spinner("dots", text=text, style="cyan"), refresh=True)
+        if self._status is not None:
+            self._status.update(Text(visible(f"{self._title}  loading {what} ...")))
 
     @contextmanager
     def ended(self) -> Iterator[None]:
@@ -93,9 +84,9 @@ class Loading:
         yield
 
     def _end(self) -> None:
-        if self._live is not None:
+        if self._status is not None:
             with suppress(OSError):  # the terminal is gone
-                self._live.stop()
+                self._status.stop()
 
 
 _PERIOD = 0.5  # longest time until an interrupt is noticed [s]
