@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import rerun as rr
 from py_trees.common import Status
 
-from app.live.happenings import Happenings
+from app.live.changes import Happenings
 from app.live.monitor.columns import timelines
 from app.live.monitor.glyphs import printable
 from app.live.nodes import STATUS_GLYPH, NodeInfo, path_from_root, tip

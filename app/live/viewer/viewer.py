@@ -155,7 +155,7 @@ def _port(host: str, chosen: int | None, usual: int, option: str) -> int:
         return choose_port(host, chosen, usual)
     except OSError as error:
         raise ViewError(
-            f"{option} {chosen or usual} on {host}: {error.strerror}; "
+            f"{option} {chosen or usual} on {host}: {os.strerror(error.errno or 0)}; "
             "choose another port or address, or omit the option"
         ) from error
 
