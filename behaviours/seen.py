@@ -31,7 +31,6 @@ class ObstacleWithin(Condition):
     """
 
     key: ClassVar[str] = "obstacle_within"
-    near_furniture: ClassVar[str] = "distance_m"
 
     def __init__(
         self,

@@ -8,12 +8,11 @@ import typer
 from typer.core import TyperGroup
 
 from app.terminal import Terminal
+from config import UserError
 
 
 def refuse(message: str) -> NoReturn:
     """Print a line on standard error and end with exit code 2."""
-    from config import UserError
-
     Terminal(stderr=True).say(message)
     raise typer.Exit(UserError.exit_code)
 
@@ -31,8 +30,6 @@ class RefusingGroup(TyperGroup):
                 what = missing.param.opts[-1]
                 what = what if what.startswith("-") else what.upper()
                 refuse(f"{missing.ctx.command_path}: {what} is missing: {missing.param.help}")
-            from config import UserError  # with pydantic, which `--help` does not need
-
             if not isinstance(error, UserError):
                 raise
             refuse(str(error))

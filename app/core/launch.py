@@ -81,20 +81,19 @@ def run_task(
             told = page.enter_context(observers(options.observers, live))
             console.attend(told.values())
             loading("the recording and the viewer")
-            run = Run(
-                options,
-                task,
-                setup,
-                nodes,
-                info,
-                shown,
-                console,
-                told,
-                viewer,
-                instruments,
-                interrupted,
-            )
-            result = run.execute(loading)
+            result = Run(
+                options=options,
+                task=task,
+                setup=setup,
+                nodes=nodes,
+                info=info,
+                shown=shown,
+                console=console,
+                observers=told,
+                viewer=viewer,
+                instruments=instruments,
+                interrupted=interrupted,
+            ).execute(loading)
         if setup.problems:
             warnings = [*result.summary.warnings, *setup.problems]
             summary = replace(result.summary, warnings=warnings).kept(result.folder / SUMMARY)

@@ -54,8 +54,6 @@ class Leaf(py_trees.behaviour.Behaviour):
     """The parameter with the time that it always takes [s]."""
     base_rests: ClassVar[bool] = False
     """Whether the base stays where it is, or nearly so, though it moves the robot."""
-    near_furniture: ClassVar[str] = ""
-    """Of a condition, the parameter with a distance within which it sees furniture too [m]."""
     counts: ClassVar[str] = ""
     """The output with its answer, where it succeeds whatever it finds."""
     can_fail: ClassVar[bool] = True

@@ -17,8 +17,6 @@ from trees.language.syntax import (
 )
 from trees.words import COMPOSITES, EMPTY, FULL, UNUSED_HAND, all_in_order, first_success
 
-_AT_WORK = 0.4  # a base that works at furniture is nearer to it [m]
-
 
 def check_hand(root: Node, flow: FlowResult, diagnostics: Diagnostics, is_first: bool) -> bool:
     """Whether every leaf may have in the hand what it needs; warns of what is odd.
@@ -51,14 +49,6 @@ def check_hand(root: Node, flow: FlowResult, diagnostics: Diagnostics, is_first:
                 message += " that: what it has done counts as a failure"
                 hint = f"let `{word}` guard only what comes before `{ends.name}`"
                 diagnostics.warning(rules.HAND, condition.location, message, hint)
-            near = max(_kept_free(condition), default=0.0)
-            for leaf in all_leaves(one) if near >= _AT_WORK else ():
-                if leaf.type.moves and leaf.type.surfaces:
-                    message = f"`{leaf.name}` works at furniture, which the laser sees within"
-                    hint = f"guard only the way between, or ask for less than {_AT_WORK:g} m"
-                    where = condition.location
-                    diagnostics.warning(rules.GUARD, where, f"{message} {near:g} m", hint)
-                    break
     if is_first:
         _warn_of_end(leaves, flow, diagnostics)
         _warn_of_forced(root, diagnostics)
@@ -116,16 +106,6 @@ def _asked(node: Node) -> Iterator[tuple[str, Node]]:
         for child in node.children if is_sequence else node.children[: word.takes_time]:
             if is_condition(child):
                 yield node.key, child
-
-
-def _kept_free(condition: Node, holds: bool = True) -> Iterator[float]:
-    """The distances within which a condition wants no obstacle [m]."""
-    if isinstance(condition, LeafNode) and not holds:
-        distance = condition.arguments.get(condition.type.near_furniture)
-        yield from [distance] if isinstance(distance, float) else []
-    elif isinstance(condition, CompositeNode) and condition.key in ("not", "all_of"):
-        for child in condition.children:
-            yield from _kept_free(child, holds != (condition.key == "not"))
 
 
 def _warn_of_end(

@@ -29,7 +29,7 @@ def describe_leaves(leaves: Mapping[str, type[Leaf]]) -> dict[str, LeafType]:
 
 _SAID = (
     *("goes_to", "surfaces", "comparable", "hand_before", "hand_after", "opens_for", "lasts"),
-    *("base_rests", "near_furniture", "counts", "can_fail", "moves", "needs_robot"),
+    *("base_rests", "counts", "can_fail", "moves", "needs_robot"),
 )
 """What the class itself says; toys say less."""
 

@@ -50,7 +50,6 @@ class LeafType:
     opens_for: tuple[str, ...] = ()
     lasts: str = ""
     base_rests: bool = False
-    near_furniture: str = ""
     counts: str = ""
     moves: bool = False
     needs_robot: bool = True

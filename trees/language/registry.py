@@ -53,9 +53,9 @@ class Installed:
         self._classes = dict(LEAVES if leaves is None else leaves)
         self.leaves = describe_leaves(self._classes)
         """By their keys: those of packages are added when they are fetched."""
-        self.problems: dict[str, str] = {}
+        self.problems = _found_problems
         """Of packages that cannot be used, in a line each, by the name of the entry point."""
-        _found_problems.clear()
+        self.problems.clear()
 
     @cached_property
     def _pending(self) -> list[EntryPoint]:
@@ -72,7 +72,6 @@ class Installed:
                 self.problems[entry.name] = offer
             else:
                 self._classes[key], self.leaves[key] = offer
-        _found_problems.update(self.problems)
 
     @property
     def classes(self) -> dict[str, type[Leaf]]:

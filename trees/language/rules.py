@@ -110,12 +110,6 @@ ASKED_ONCE = Rule(
     "{sequence: [arm_healthy, {wait: {duration_s: 5}}]}",
     "{while: arm_healthy, wait: {duration_s: 5}}",
 )
-ASKED_OFTEN = Rule(
-    "R406",
-    "What is asked at every tick is asked within it: at most 300 conditions.",
-    f"{{all_of: [{', '.join(['arm_healthy'] * 301)}]}}",
-    "{all_of: [arm_healthy, holding_object]}",
-)
 ENDLESS = Rule(
     "R407",
     "A loop can end, or has a `timeout_s`.",
@@ -139,13 +133,6 @@ FORCED = Rule(
     "A task can fail: one `force_success` is not beside all that may.",
     "{force_success: true, move_arm: {to: ready}}",
     "{sequence: [{force_success: true, move_arm: {to: ready}}, arm_healthy]}",
-)
-_BOX = "scene: single\nregions: {box: {centre: [3, 0, 0.556], size: [0.44, 0.36, 0.2]}}\n"
-GUARD = Rule(
-    "R411",
-    "A guard can hold where the work is: the laser sees furniture too.",
-    _BOX + "tree: {while: {not: {obstacle_within: {distance_m: 1}}}, grasp: {within: box}}",
-    _BOX + "tree: {while: {not: {obstacle_within: {distance_m: 0.1}}}, grasp: {within: box}}",
 )
 NO_COUNTERPART = Rule(
     "R601",
