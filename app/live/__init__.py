@@ -7,10 +7,11 @@ pauses, steps and stops the run by keys and hooks; `OperatorConsole` combines th
 """
 
 from app.choices import View
-from app.live.changes import Changes, Happenings, LogLine, Noted, RunInfo
+from app.live.changes import Changes, LogLine, Noted, RunInfo
 from app.live.feed import Feed, Throttle
 from app.live.monitor import Recorder, RecorderError, draw_robot
 from app.live.nodes import (
+    STATUS_GLYPH,
     Look,
     NodeInfo,
     NodeStatus,

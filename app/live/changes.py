@@ -61,11 +61,12 @@ class Noted(NamedTuple):
 class Changes:
     """A line for every change of a leaf, of the robot's faults, and of pauses; and times of nodes.
 
-    The loop notes its ticks; another thread takes what they changed.
+    The loop notes its ticks; another thread takes what they changed. `objects` is the number of
+    objects to be placed, 0 if unknown.
     """
 
-    def __init__(self, info: RunInfo, tree: Sequence[NodeInfo]) -> None:
-        self._info = info
+    def __init__(self, tree: Sequence[NodeInfo], objects: int = 0) -> None:
+        self._objects = objects
         self._leaves, above = leaves(tree), [path_from_root(tree, i) for i in range(len(tree))]
         asked = {index + 1 for index, node in enumerate(tree) if node.kind == "until"}
         self._questions = {index for index, path in enumerate(above) if asked.intersection(path)}
@@ -83,9 +84,12 @@ class Changes:
         seen = (tick.paused, len(faults), bool(tick.too_slow))
         if tick.changed or seen != self._seen:
             self._seen = seen
-            texts = tuple(fault.text for fault in faults)
-            now = (tick.nodes, texts, tick.paused, tick.placed, tick.too_slow)
-            self.noted.append(Noted(tick.time, tick.stamp, *now))
+            self.noted.append(_noted(tick))
+
+    def of(self, tick: Snapshot) -> list[LogLine]:
+        """What a tick changed."""
+        self.noted.append(_noted(tick))
+        return list(self.take())
 
     def take(self) -> Iterator[LogLine]:
         """What the ticks changed that were noted since the last call."""
@@ -122,8 +126,8 @@ class Changes:
             self._since[index] = now.time
         for index in sorted({*changed} & self._leaves):
             yield from self._change(now.time, index, before.nodes[index].status, now.nodes[index])
-        if now.placed != before.placed and self._info.objects:
-            text = f"  {now.placed} of {self._info.objects} placed"
+        if now.placed != before.placed and self._objects:
+            text = f"  {now.placed} of {self._objects} placed"
             yield LogLine(now.time, "info", None, text)
 
     def _change(
@@ -144,33 +148,7 @@ class Changes:
         yield LogLine(time, severity, index, text)
 
 
-class Happenings:
-    """Tells what happens in a run: ends of nodes, starts of leaves, grasp locks, faults."""
-
-    def __init__(self, tree: Sequence[NodeInfo]) -> None:
-        self._tree = tuple(tree)
-        self._leaves = frozenset(leaves(tree))
-        self._last: tuple[object, ...] = ()
-        self._statuses = (Status.INVALID,) * len(tree)
-        self._locked = False
-        self._faults: frozenset[str] = frozenset()
-
-    def of(self, snapshot: Snapshot) -> Iterator[tuple[str, str]]:
-        """Level (INFO, WARN, ERROR) and text of what has happened since the one before."""
-        last, self._last = self._last, (snapshot.nodes, snapshot.locked, snapshot.state.faults)
-        if self._last == last:
-            return
-        for index, (was, now) in enumerate(zip(self._statuses, snapshot.nodes, strict=True)):
-            begins_inside = now.status is Status.RUNNING and index not in self._leaves
-            if now.status not in (was, Status.INVALID) and not begins_inside:
-                level = "WARN" if now.status is Status.FAILURE else "INFO"
-                reason = f": {now.message}" if now.message else ""
-                yield level, f"{STATUS_GLYPH[now.status]} {self._tree[index].name}{reason}"
-        self._statuses = tuple(node.status for node in snapshot.nodes)
-        if snapshot.locked and not self._locked:
-            yield "INFO", "grasp locked"
-        self._locked = snapshot.locked
-        faults = frozenset(fault.text for fault in snapshot.state.faults)
-        for text in sorted(faults - self._faults):
-            yield "ERROR", f"fault: {text}"
-        self._faults = faults
+def _noted(tick: Snapshot) -> Noted:
+    texts = tuple(fault.text for fault in tick.state.faults)
+    now = (tick.nodes, texts, tick.paused, tick.placed, tick.too_slow)
+    return Noted(tick.time, tick.stamp, *now)

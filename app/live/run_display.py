@@ -52,7 +52,7 @@ class RunDisplay:
         self._info, self._tree = info, tuple(tree)
         self._began = stopwatch()
         self._console = console or Terminal(stderr=True)
-        self._changes = Changes(info, self._tree)
+        self._changes = Changes(self._tree, info.objects)
         self._live: Live | None = None
         if self._console.is_terminal:
             self._live = Live(console=self._console, auto_refresh=False, transient=True)
