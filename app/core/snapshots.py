@@ -140,7 +140,6 @@ class Snapshots:
             grasp=grasp,
             locked=vision.tracker.locked,
             seen=context.around.points(context.localisation),
-            blackboard={path: key.read() for path, key in context.keys.items() if key.written},
         )
 
     def _estimate(self, here: Localiser) -> PoseEstimate | None:

@@ -72,7 +72,6 @@ class _Builder:
     context: Context
     make_leaf: LeafMaker
     path: Path  # the file, for messages
-    prefix: str = ""  # before the names of its keys in the context
     keys: dict[str, Key[object]] = field(default_factory=dict)  # by their names in this file
 
     def build(self, node: Node) -> Behaviour:
@@ -102,12 +101,7 @@ class _Builder:
         return behaviour
 
     def _subtree(self, node: SubtreeNode) -> Behaviour:
-        inner = _Builder(
-            context=self.context,
-            make_leaf=self.make_leaf,
-            path=node.task.path,
-            prefix=f"{self.prefix}{node.name}/",
-        )
+        inner = _Builder(context=self.context, make_leaf=self.make_leaf, path=node.task.path)
         return Subtree(
             node.name,
             inner.build(node.task.root),
@@ -148,10 +142,7 @@ class _Builder:
             raise _refused(self.path, node.location, message, hint) from error
 
     def _key(self, name: str) -> Key[object]:
-        if name not in self.keys:
-            self.keys[name] = Key(name)
-            self.context.keys[self.prefix + name] = self.keys[name]
-        return self.keys[name]
+        return self.keys.setdefault(name, Key(name))
 
     def _supply(self, value: Argument) -> Supply:
         """Returns the value, or that of its key at the time of the call."""
