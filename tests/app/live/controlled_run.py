@@ -12,7 +12,7 @@ from py_trees.common import Status
 from app.core.measurements import Measurements
 from app.core.session import Session
 from app.live import Control
-from app.live.operator import insert_hooks, matching
+from app.live.hooks import insert_hooks, matching
 from behaviours import Context, Leaf
 from controller import PoseGoal
 from trees.language import nodes_in_order
