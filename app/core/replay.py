@@ -18,6 +18,7 @@ from app.core.files.frames import RecordedFrames
 from app.core.files.notes import NOTED, RunNotes, read_notes
 from app.core.files.whole import whole_rows
 from app.core.outcome import Outcome
+from app.core.session import Session
 from app.core.setup import set_up
 from app.core.world_model import recorded_world_model
 from app.run_options import RunOptions
@@ -100,7 +101,7 @@ def replay_run(folder: Path) -> Replay:
         nodes = nodes_in_order(build(task, setup.context))
         robot.begin()
         decisions = ReplayedDecisions(robot, attended=notes.attended)
-        outcome = setup.session(nodes[0].node, decisions).run()
+        outcome = Session(setup, nodes[0].node, decisions).run()
     return Replay(
         commands=robot.sent,
         recorded=int(turns["sent"].sum()),

@@ -14,7 +14,7 @@ from app.core.files.outputs import Outputs
 from app.core.interrupts import interrupts, leave, terminal_settings
 from app.core.measurements import Measurements
 from app.core.outcome import End, Outcome
-from app.core.session import Tick
+from app.core.session import Session, Tick
 from app.core.setup import Setup
 from app.core.snapshots import Snapshots
 from app.core.summary import Result, Summary, localised_by, summarise
@@ -117,12 +117,13 @@ class Run:
             interrupts(self.console.leave, setup.robot.stop, End.INTERRUPTED.exit_code),
             self._make_display() as self._display,
         ):
-            outcome = setup.session(
+            outcome = Session(
+                setup,
                 self.console.root,
                 RecordedDecisions(self.console.control, setup.robot),
                 self._watch,
-                self._measurements,
-                self._abandon,
+                measurements=self._measurements,
+                abandon=self._abandon,
             ).run()
             for name, observer in self.observers.items():
                 self._watchers.tell(name, observer.finish)

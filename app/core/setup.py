@@ -5,13 +5,7 @@ from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from datetime import datetime
 
-from py_trees.behaviour import Behaviour
-
 from app.choices import ObstacleSource, Speed
-from app.core.decisions import Decisions
-from app.core.measurements import Measurements
-from app.core.outcome import Outcome
-from app.core.session import Session, Tick
 from app.core.world_model import WorldModel, load_world_model
 from app.run_options import DEFAULT_SCENE, RunOptions
 from behaviours import (
@@ -63,27 +57,6 @@ class Setup:
     gate: Gate
     context: Context
     problems: list[str]  # errors while everything is closed
-
-    def session(
-        self,
-        root: Behaviour,
-        control: Decisions,
-        watch: Callable[[Tick], None] = lambda tick: None,
-        measurements: Measurements | None = None,
-        abandon: Callable[[Outcome], None] = lambda outcome: None,
-    ) -> Session:
-        """A session for a built tree, see `Session`."""
-        return Session(
-            root=root,
-            context=self.context,
-            controller=self.controller,
-            gate=self.gate,
-            measurements=measurements or Measurements(limits=self.context.model.limits),
-            clock=self.clock,
-            control=control,
-            watch=watch,
-            abandon=abandon,
-        )
 
 
 @contextmanager
