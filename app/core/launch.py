@@ -6,10 +6,9 @@ from dataclasses import replace
 
 from app.core.files.folder import SUMMARY
 from app.core.run import Instruments, Run, tell
-from app.core.setup import Setup, open_setup
+from app.core.setup import Setup, open_setup, supports
 from app.core.snapshots import scene_view
 from app.core.summary import Result
-from app.core.world_model import supports
 from app.live import LiveRun, OperatorConsole, RunInfo, ShownRun, Viewer, observers, tree_view
 from app.run_options import DEFAULT_SCENE, RunOptions
 from app.terminal import Loading

@@ -19,8 +19,7 @@ from app.core.files.notes import NOTED, RunNotes, read_notes
 from app.core.files.whole import whole_rows
 from app.core.outcome import Outcome
 from app.core.session import Session
-from app.core.setup import set_up
-from app.core.world_model import recorded_world_model
+from app.core.setup import recorded_world_model, set_up
 from app.run_options import RunOptions
 from config import UserError
 from hw import Backend, Difference, ReplayRobot, turn_type

@@ -15,10 +15,9 @@ from app.core.interrupts import interrupts, leave, terminal_settings
 from app.core.measurements import Measurements
 from app.core.outcome import End, Outcome
 from app.core.session import Session, Tick
-from app.core.setup import Setup
+from app.core.setup import Setup, delivered, supports
 from app.core.snapshots import Snapshots
 from app.core.summary import Result, Summary, localised_by, summarise
-from app.core.world_model import delivered, supports
 from app.live import (
     Observer,
     OperatorConsole,
