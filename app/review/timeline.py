@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from py_trees.common import Status
 
-from app.live import Changes, LogLine, NodeInfo, NodeStatus, Noted
+from app.live import Changes, LogLine, NodeInfo, NodeStatus, Noted, parents
 from app.review.event_log import (
     FaultEvent,
     Log,
@@ -126,15 +126,15 @@ def timeline(log: Log) -> Timeline:
     for node, (begin, message) in open_spans.items():
         rounds[node].append(Span(node, begin, end, "RUNNING", message))
     return Timeline(
-        nodes=log.nodes, parents=_parents(log.nodes), rounds=rounds, faults=faults, end=end
+        nodes=log.nodes, parents=parents(tree_of(log)), rounds=rounds, faults=faults, end=end
     )
 
 
-def _parents(nodes: Sequence[Node]) -> list[int | None]:
-    """Index of each node's parent; a path is the parent's, `/`, a name."""
-    known = {node.path: index for index, node in reversed(list(enumerate(nodes)))}
-    above = [known.get(node.path.rpartition("/")[0], 0) for node in nodes]
-    return [None if i == 0 else parent if parent < i else 0 for i, parent in enumerate(above)]
+def tree_of(log: Log) -> list[NodeInfo]:
+    """The tree of a run for viewers."""
+    return [
+        NodeInfo(**one.model_dump(exclude={"path"}), depth=one.path.count("/")) for one in log.nodes
+    ]
 
 
 class Retold(NamedTuple):
@@ -148,9 +148,7 @@ class Retold(NamedTuple):
 
 def retold(log: Log) -> Retold:
     """The log of a run as the lines that were shown while it ran."""
-    tree = [
-        NodeInfo(**one.model_dump(exclude={"path"}), depth=one.path.count("/")) for one in log.nodes
-    ]
+    tree = tree_of(log)
     changes, lines = Changes(tree), list[LogLine]()
     nodes, faults, paused = [NodeStatus(Status.INVALID, "")] * len(tree), tuple[str, ...](), ""
     for time, events in groupby(log.events, key=lambda event: event.time):
