@@ -1,16 +1,13 @@
 """Terminal output without control sequences of foreign text, and waiting for Ctrl-C."""
 
-from __future__ import annotations
-
 import os
 import time
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from typing import Any
 
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
-from rich.text import Text
 
 
 def visible(text: str) -> str:
@@ -52,41 +49,6 @@ class Terminal(Console):
     def say(self, text: str) -> None:
         """Print text without breaking its lines."""
         self.print(text, soft_wrap=True)
-
-
-class Loading:
-    """Shows in a terminal what is being loaded; use it in a `with` statement."""
-
-    def __init__(self, title: str = "", terminal: Terminal | None = None) -> None:
-        self._title = title
-        terminal = terminal or Terminal(stderr=True)
-        self._status = terminal.status("") if title and terminal.is_terminal else None
-
-    def __enter__(self) -> Loading:
-        with suppress(OSError):  # nobody reads
-            if self._status is not None:
-                self("the software")
-                self._status.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._end()
-
-    def __call__(self, what: str) -> None:
-        """Show what is being loaded."""
-        if self._status is not None:
-            self._status.update(Text(visible(f"{self._title}  loading {what} ...")))
-
-    @contextmanager
-    def ended(self) -> Iterator[None]:
-        """Remove the line."""
-        self._end()
-        yield
-
-    def _end(self) -> None:
-        if self._status is not None:
-            with suppress(OSError):  # the terminal is gone
-                self._status.stop()
 
 
 _PERIOD = 0.5  # longest time until an interrupt is noticed [s]

@@ -130,7 +130,7 @@ def check(
 
 def main() -> None:
     """Entry point of `frankie-task`."""
-    if sys.argv[1:2] == ["run"] and "--help" not in sys.argv and not sys.stderr.isatty():
+    if sys.argv[1:2] == ["run"] and "--help" not in sys.argv:
         with contextlib.suppress(OSError):  # a closed terminal is reported at the end of the run
             print("frankie-task: loading", file=sys.stderr, flush=True)  # imports take seconds
     app()

@@ -29,7 +29,7 @@ from app.live import (
     Viewer,
 )
 from app.run_options import RunOptions
-from app.terminal import Loading, Terminal
+from app.terminal import Terminal
 from config import counted
 from controller import HolisticController, RobotModel
 from hw import DEFAULT_LEVEL, Backend, stopwatch
@@ -101,7 +101,7 @@ class Run:
         self._measurements = Measurements(limits=setup.context.model.limits)
         self._watchers = Watchers()
 
-    def execute(self, loading: Loading) -> Result:
+    def execute(self) -> Result:
         """Run the task; the outcome, the summary and the folder of the run."""
         setup = self.setup
         self.instruments.begin(setup, self.nodes)
@@ -111,7 +111,6 @@ class Run:
         begun, self._terminal = stopwatch(), terminal_settings()
         with (
             self.viewer.showing(self._folder / VIEWER_LOG),
-            loading.ended(),
             self.console.open(),
             interrupts(self.console.leave, setup.robot.stop, End.INTERRUPTED.exit_code),
             self._make_display() as self._display,
