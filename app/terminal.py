@@ -1,18 +1,13 @@
 """Terminal output without control sequences of foreign text, and waiting for Ctrl-C."""
 
-from __future__ import annotations
-
 import os
 import time
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING, Any
+from contextlib import contextmanager
+from typing import Any
 
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
-
-if TYPE_CHECKING:
-    from rich.live import Live
 
 
 def visible(text: str) -> str:
@@ -54,48 +49,6 @@ class Terminal(Console):
     def say(self, text: str) -> None:
         """Print text without breaking its lines."""
         self.print(text, soft_wrap=True)
-
-
-class Loading:
-    """Shows in a terminal what is being loaded; use it in a `with` statement."""
-
-    def __init__(self, title: str = "", terminal: Terminal | None = None) -> None:
-        self._title = title
-        terminal = terminal or Terminal(stderr=True)
-        self._live: Live | None = None
-        if title and terminal.is_terminal:
-            from rich.live import Live
-
-            self._live = Live(console=terminal, refresh_per_second=10, transient=True)
-
-    def __enter__(self) -> Loading:
-        with suppress(OSError):  # nobody reads
-            if self._live is not None:
-                self._live.start()
-                self("the software")
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._end()
-
-    def __call__(self, what: str) -> None:
-        """Show what is being loaded."""
-        if self._live is not None:
-            from rich.spinner import Spinner
-
-            text = visible(f"{self._title}  loading {what} ...")
-            self._live.update(Spinner("dots", text=text, style="cyan"), refresh=True)
-
-    @contextmanager
-    def ended(self) -> Iterator[None]:
-        """Remove the line."""
-        self._end()
-        yield
-
-    def _end(self) -> None:
-        if self._live is not None:
-            with suppress(OSError):  # the terminal is gone
-                self._live.stop()
 
 
 _PERIOD = 0.5  # longest time until an interrupt is noticed [s]

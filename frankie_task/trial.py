@@ -7,7 +7,7 @@ from pathlib import Path
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from app.core import End, Setup, Tick, open_setup
+from app.core import End, Session, Setup, Tick, open_setup
 from app.live import Control
 from app.run_options import RunOptions
 from behaviours import Context
@@ -60,7 +60,7 @@ class Trial:
             if self.now() >= end:
                 control.stop()
 
-        outcome = setup.session(leaf, control, stop_in_time).run()
+        outcome = Session(setup, leaf, control, stop_in_time).run()
         statuses = {
             End.SUCCESS: Status.SUCCESS,
             End.FAILURE: Status.FAILURE,

@@ -14,7 +14,7 @@ from pinocchio import SE3
 from py_trees.behaviours import Running
 from py_trees.common import Status
 
-from app.core.world_model import load_world_model
+from app.core.setup import load_world_model
 from behaviours import Around, Context, Intent, Leaf, Now, Place, Region, Vision
 from controller import (
     Command,

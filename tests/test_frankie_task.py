@@ -87,20 +87,5 @@ def test_the_command_line_is_quick_to_answer():
     assert ran(program, "--help").stdout.splitlines()[-1] == "[]"
 
 
-def test_to_check_a_task_without_places_reads_no_robot(tmp_path):
-    task = tmp_path / "waits.yaml"
-    task.write_text("task: waits\ntree: {wait: {duration_s: 1}}\n")
-    program = (
-        "import sys; from frankie_task_cli import main\n"
-        "opened = []\n"
-        "sys.addaudithook(lambda event, args: event == 'open' and opened.append(str(args[0])))\n"
-        "try: main()\n"
-        "finally: print(*[name for name in opened if name.endswith('.yaml')])"
-    )
-    opened = ran(program, "check", task).stdout.splitlines()[-1]
-    assert str(task) in opened
-    assert "/parts/" not in opened
-
-
-def test_a_command_is_built_alone_and_a_wrong_word_is_answered_by_all_of_them():
+def test_a_wrong_word_is_answered_by_the_nearest_command():
     assert "did you mean 'check'" in ran(MAIN, "chek").stderr.lower()

@@ -1,21 +1,69 @@
-"""Root of the command line; heavy imports are in functions, so that `--help` is quick."""
+"""Root of the command line; heavy imports are in functions, so that `--help` is quick.
+
+Packages offer more commands: entry points of the group `frankie_task.commands`, each a function as
+typer takes them, or a `typer.Typer` with several.
+"""
 
 import contextlib
-import gc
 import sys
+from functools import cache
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
-from typer.main import get_command_name, get_group
+from typer.main import get_command
 
 from app.commands.authoring import authoring, dry
 from app.commands.doctor import doctor, drivers
-from app.commands.offered_commands import CommandLine
-from app.commands.refuse import find_tree, refuse
+from app.commands.refuse import RefusingGroup, find_tree, refuse
 from app.commands.review import explain, replay, runs, view
 from app.commands.run_command import run
 from app.terminal import Terminal
+from config import DoorError, Severity, UserError, entries, find
+
+GROUP = "frankie_task.commands"
+
+
+class CommandLine(RefusingGroup):
+    """The commands of the core, then those of packages, which are imported when they are asked for.
+
+    A broken package takes only its own commands away; help names it in a warning.
+    """
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """The names of the commands that help shows."""
+        return super().list_commands(ctx) + [name for name in _offered_names() if _is_sound(name)]
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """A command by its name, None if there is none; DoorError: its package is broken."""
+        own = super().get_command(ctx, cmd_name)
+        return own or (_offered(cmd_name) if cmd_name in _offered_names() else None)
+
+
+def _offered_names() -> list[str]:
+    return sorted({entry.name for entry in entries(GROUP)})
+
+
+def _is_sound(name: str) -> bool:
+    try:
+        _offered(name)
+    except DoorError as error:
+        Terminal(stderr=True).say(f"warning: {error}")
+        return False
+    return True
+
+
+@cache
+def _offered(name: str) -> Any:
+    found: Any = find(GROUP, name, "command")
+    if not isinstance(found, typer.Typer):
+        one = typer.Typer(add_completion=False, rich_markup_mode=None)
+        one.command(name)(found)
+        found = one
+    command = get_command(found)
+    command.name = name
+    return command
+
 
 app = typer.Typer(
     cls=CommandLine,
@@ -27,10 +75,8 @@ app = typer.Typer(
 )
 
 app.add_typer(authoring)
-for command in (run, dry, runs, view, explain, replay):
+for command in (run, dry, runs, view, explain, replay, doctor, drivers):
     app.command()(command)
-for about in (doctor, drivers):
-    app.command()(about)
 
 
 @app.command()
@@ -51,7 +97,6 @@ def check(
     ] = None,
 ) -> None:
     """Name every mistake in tasks and scenes; ends with exit code 2 if there is one."""
-    from config import Severity, UserError
     from trees.site import check as mistakes_in
 
     console = Terminal()
@@ -83,29 +128,9 @@ def check(
         raise typer.Exit(UserError.exit_code)
 
 
-_SHORT = ("check", "draw", "nodes", "schema")
-
-
 def main() -> None:
     """Entry point of `frankie-task`."""
-    if sys.argv[1:2] and sys.argv[1] in _SHORT:
-        gc.disable()
-    if sys.argv[1:2] == ["run"] and "--help" not in sys.argv and not sys.stderr.isatty():
+    if sys.argv[1:2] == ["run"] and "--help" not in sys.argv:
         with contextlib.suppress(OSError):  # a closed terminal is reported at the end of the run
             print("frankie-task: loading", file=sys.stderr, flush=True)  # imports take seconds
-    get_group(_asked(*sys.argv[1:2]))()
-
-
-def _asked(word: str = "") -> typer.Typer:
-    """The command line with only the command that `word` calls, or all of it.
-
-    To build a command takes milliseconds, and there are dozens.
-    """
-    commands = {
-        info.name or get_command_name(info.callback.__name__): info
-        for info in (*app.registered_commands, *authoring.registered_commands)
-        if info.callback is not None
-    }
-    if word in commands:
-        app.registered_commands, app.registered_groups = [commands[word]], []
-    return app
+    app()

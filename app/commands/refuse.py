@@ -9,12 +9,11 @@ from typer.core import TyperGroup
 
 from app.run_options import FORMER_OPTIONS
 from app.terminal import Terminal
+from config import UserError
 
 
 def refuse(message: str) -> NoReturn:
     """Print a line on standard error and end with exit code 2."""
-    from config import UserError
-
     Terminal(stderr=True).say(message)
     raise typer.Exit(UserError.exit_code)
 
@@ -34,8 +33,6 @@ class RefusingGroup(TyperGroup):
                 refuse(f"{missing.ctx.command_path}: {what} is missing: {missing.param.help}")
             if instead := FORMER_OPTIONS.get(getattr(error, "option_name", "")):
                 refuse(f"{missing.option_name} is not an option any more; write {instead}")
-            from config import UserError  # with pydantic, which `--help` does not need
-
             if not isinstance(error, UserError):
                 raise
             refuse(str(error))

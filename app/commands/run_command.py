@@ -15,7 +15,7 @@ import typer
 from app.choices import View
 from app.commands.refuse import find_tree, task_parameters
 from app.run_options import RunOptions
-from app.terminal import Loading, Terminal
+from app.terminal import Terminal
 
 if TYPE_CHECKING:
     from app.core import Result
@@ -78,21 +78,15 @@ def run(
 ) -> None:
     """Run a task; leaves a folder with a recording and a summary."""
     parameters, word = task_parameters(options.pop("parameters")), options.pop("tree")
-    with Loading(f"{Path(word).stem} on {Path(options['robot']).stem}") as loading:
-        from app.core import End, run_task
-        from hw import HardwareError
+    from app.core import End, run_task
+    from hw import HardwareError
 
-        chosen = RunOptions(
-            tree=find_tree(word),
-            parameters=parameters,
-            shown=True,
-            **options,
-        )
-        try:
-            result = run_task(chosen, loading=loading, finished=finished(as_json))
-        except HardwareError as error:  # while connecting: a run that has begun ends with a summary
-            say(str(error))
-            raise typer.Exit(End.HARDWARE.exit_code) from None
+    chosen = RunOptions(tree=find_tree(word), parameters=parameters, shown=True, **options)
+    try:
+        result = run_task(chosen, finished=finished(as_json))
+    except HardwareError as error:  # while connecting: a run that has begun ends with a summary
+        say(str(error))
+        raise typer.Exit(End.HARDWARE.exit_code) from None
     raise typer.Exit(result.outcome.end.exit_code)
 
 

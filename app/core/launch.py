@@ -6,13 +6,11 @@ from dataclasses import replace
 
 from app.core.files.folder import SUMMARY
 from app.core.run import Instruments, Run, tell
-from app.core.setup import Setup, open_setup
+from app.core.setup import Setup, open_setup, supports
 from app.core.snapshots import scene_view
 from app.core.summary import Result
-from app.core.world_model import supports
 from app.live import LiveRun, OperatorConsole, RunInfo, ShownRun, Viewer, observers, tree_view
 from app.run_options import DEFAULT_SCENE, RunOptions
-from app.terminal import Loading
 from config import Severity
 from hw import epoch
 from perception import GraspDetector
@@ -26,27 +24,23 @@ def run_task(
     *,
     interrupted: Callable[[], bool] = lambda: False,
     instruments: Instruments | None = None,
-    loading: Loading | None = None,
     finished: Callable[[Result], str] | None = None,
 ) -> Result:
     """Run a task.
 
-    `interrupted` is asked every tick whether to end, as Ctrl-C does. `loading` shows the progress
-    until the robot can move. `finished` gets the result and returns its explanation for the control
-    page, which then stays until Ctrl-C; None closes the page with the run. Raises UserError: bad
-    input, nothing has moved; HardwareError: the robot cannot be connected.
+    `interrupted` is asked every tick whether to end, as Ctrl-C does. `finished` gets the result and
+    returns its explanation for the control page, which then stays until Ctrl-C; None closes the
+    page with the run. Raises UserError: bad input, nothing has moved; HardwareError: the robot
+    cannot be connected.
     """
-    loading, instruments = loading or Loading(), instruments or Instruments()
-    loading("the task")
+    instruments = instruments or Instruments()
     viewer = Viewer(options, say=tell)
     task = load(options.tree, overrides=options.parameters, places=options.places)
     options = replace(options, scene=options.scene or scene_of(task) or DEFAULT_SCENE)
-    loading("the grasp network")
     robot = load_robot(options.robot)
     detector = GraspDetector.shipped(robot.gripper, options.weights)
     # Before the drivers wait for commands; told once the robot is not refused.
     too_slow = _too_slow(robot, detector) if load_real_robot(options.robot) else []
-    loading("the robot and its world")
     with ExitStack() as page:
         opened, control = instruments.opened, instruments.controller
         with open_setup(options, detector, opened=opened, control=control, announce=tell) as setup:
@@ -78,21 +72,19 @@ def run_task(
             )
             told = page.enter_context(observers(options.observers, live))
             console.attend(told.values())
-            loading("the recording and the viewer")
-            run = Run(
-                options,
-                task,
-                setup,
-                nodes,
-                info,
-                shown,
-                console,
-                told,
-                viewer,
-                instruments,
-                interrupted,
-            )
-            result = run.execute(loading)
+            result = Run(
+                options=options,
+                task=task,
+                setup=setup,
+                nodes=nodes,
+                info=info,
+                shown=shown,
+                console=console,
+                observers=told,
+                viewer=viewer,
+                instruments=instruments,
+                interrupted=interrupted,
+            ).execute()
         if setup.problems:
             warnings = [*result.summary.warnings, *setup.problems]
             summary = replace(result.summary, warnings=warnings).kept(result.folder / SUMMARY)

@@ -1,7 +1,7 @@
 """Replay of a recorded run: same readings and frames, same tree and controller."""
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from os.path import isfile
@@ -18,13 +18,13 @@ from app.core.files.frames import RecordedFrames
 from app.core.files.notes import NOTED, RunNotes, read_notes
 from app.core.files.whole import whole_rows
 from app.core.outcome import Outcome
-from app.core.setup import set_up
-from app.core.world_model import recorded_world_model
+from app.core.session import Session
+from app.core.setup import recorded_world_model, set_up
 from app.run_options import RunOptions
 from config import UserError
-from hw import Backend, DepthFrame, Difference, ReplayRobot, turn_type
+from hw import Backend, Difference, ReplayRobot, turn_type
 from perception import GraspDetector
-from robots import RobotDescription, at_pace, load_robot, with_base_speeds
+from robots import at_pace, load_robot, with_base_speeds
 from trees.language import build, load, nodes_in_order
 
 Turns: TypeAlias = npt.NDArray[Any]
@@ -79,10 +79,17 @@ def replay_run(folder: Path) -> Replay:
         raise UserError(f"{folder}: cannot be replayed: {notes.end}")
     description = with_base_speeds(description, options.base_speed, options.reverse_speed)
     description = at_pace(description, pace)
-    frames = _frames(folder, turns, description)
+    frames = None
+    if (turns["frame"] > 0).any():
+        if not isfile(folder / FRAMES):
+            raise UserError(
+                f"{folder}: the run looked at images, and they were not kept; "
+                "run it with --replayable to keep them"
+            )
+        frames = RecordedFrames(folder / FRAMES, description.camera.intrinsics)
 
     def recall(field: str, number: int) -> object:
-        return frames(number) if field == "frame" else notes.noted[field, number]
+        return frames(number) if field == "frame" and frames else notes.noted[field, number]
 
     robot = ReplayRobot(description, turns, recall)
     detector = GraspDetector.shipped(description.gripper, options.weights)
@@ -93,7 +100,7 @@ def replay_run(folder: Path) -> Replay:
         nodes = nodes_in_order(build(task, setup.context))
         robot.begin()
         decisions = ReplayedDecisions(robot, attended=notes.attended)
-        outcome = setup.session(nodes[0].node, decisions).run()
+        outcome = Session(setup, nodes[0].node, decisions).run()
     return Replay(
         commands=robot.sent,
         recorded=int(turns["sent"].sum()),
@@ -189,21 +196,3 @@ def _file(path: Path) -> Path:
     if not isfile(path):
         raise OSError(None, "there is no such file")
     return path
-
-
-def _frames(
-    folder: Path, turns: npt.NDArray[np.void], description: RobotDescription
-) -> Callable[[int], DepthFrame]:
-    path = folder / FRAMES
-    if (turns["frame"] > 0).any():
-        if path.is_file():
-            return RecordedFrames(path, description.camera.intrinsics)
-        raise UserError(
-            f"{folder}: the run looked at images, and they were not kept; "
-            "run it with --replayable to keep them"
-        )
-
-    def none(number: int) -> DepthFrame:
-        raise UserError(f"{path}: frame {number} was not recorded")
-
-    return none

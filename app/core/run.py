@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext, suppress
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from os.path import isfile
 from pathlib import Path
 
@@ -14,11 +14,10 @@ from app.core.files.outputs import Outputs
 from app.core.interrupts import interrupts, leave, terminal_settings
 from app.core.measurements import Measurements
 from app.core.outcome import End, Outcome
-from app.core.session import Tick
-from app.core.setup import Setup
+from app.core.session import Session, Tick
+from app.core.setup import Setup, delivered, supports
 from app.core.snapshots import Snapshots
 from app.core.summary import Result, Summary, localised_by, summarise
-from app.core.world_model import delivered, supports
 from app.live import (
     Observer,
     OperatorConsole,
@@ -30,7 +29,7 @@ from app.live import (
     Viewer,
 )
 from app.run_options import RunOptions
-from app.terminal import Loading, Terminal
+from app.terminal import Terminal
 from config import counted
 from controller import HolisticController, RobotModel
 from hw import DEFAULT_LEVEL, Backend, stopwatch
@@ -79,55 +78,52 @@ class Instruments:
         """Called after every tick."""
 
 
+@dataclass(kw_only=True, eq=False)
 class Run:
     """One run of a task on a connected robot."""
 
-    def __init__(
-        self,
-        options: RunOptions,
-        task: Task,
-        setup: Setup,
-        nodes: Sequence[TreeNode],
-        info: RunInfo,
-        shown: ShownRun,
-        console: OperatorConsole,
-        observers: Mapping[str, Observer],
-        viewer: Viewer,
-        instruments: Instruments,
-        interrupted: Callable[[], bool],
-    ) -> None:
-        self._options, self._task, self._setup, self._nodes = options, task, setup, nodes
-        self._info, self._shown = info, shown
-        self._console, self._observers, self._viewer = console, observers, viewer
-        self._instruments, self._interrupted = instruments, interrupted
+    options: RunOptions
+    task: Task
+    setup: Setup
+    nodes: Sequence[TreeNode]
+    info: RunInfo
+    shown: ShownRun
+    console: OperatorConsole
+    observers: Mapping[str, Observer]
+    viewer: Viewer
+    instruments: Instruments
+    interrupted: Callable[[], bool]  # whether to end, asked at every tick
+
+    def __post_init__(self) -> None:
+        setup = self.setup
         self._supports, self._began = supports(setup.truth), setup.clock.now()
-        self._snapshots = Snapshots(nodes, setup.truth)
+        self._snapshots = Snapshots(self.nodes, setup.truth)
         self._measurements = Measurements(limits=setup.context.model.limits)
         self._watchers = Watchers()
 
-    def execute(self, loading: Loading) -> Result:
+    def execute(self) -> Result:
         """Run the task; the outcome, the summary and the folder of the run."""
-        setup = self._setup
-        self._instruments.begin(setup, self._nodes)
+        setup = self.setup
+        self.instruments.begin(setup, self.nodes)
         self._folder = self._make_folder()
         self._outputs = self._make_outputs()
         self._recorder = self._make_recorder()
         begun, self._terminal = stopwatch(), terminal_settings()
         with (
-            self._viewer.showing(self._folder / VIEWER_LOG),
-            loading.ended(),
-            self._console.open(),
-            interrupts(self._console.leave, setup.robot.stop, End.INTERRUPTED.exit_code),
+            self.viewer.showing(self._folder / VIEWER_LOG),
+            self.console.open(),
+            interrupts(self.console.leave, setup.robot.stop, End.INTERRUPTED.exit_code),
             self._make_display() as self._display,
         ):
-            outcome = setup.session(
-                self._console.root,
-                RecordedDecisions(self._console.control, setup.robot),
+            outcome = Session(
+                setup,
+                self.console.root,
+                RecordedDecisions(self.console.control, setup.robot),
                 self._watch,
-                self._measurements,
-                self._abandon,
+                measurements=self._measurements,
+                abandon=self._abandon,
             ).run()
-            for name, observer in self._observers.items():
+            for name, observer in self.observers.items():
                 self._watchers.tell(name, observer.finish)
             real_seconds = stopwatch() - begun - self._measurements.paused_s
             self._outputs.end(outcome, setup.clock.session.now())
@@ -136,14 +132,14 @@ class Run:
 
     def _watch(self, tick: Tick) -> None:
         """Tell everybody about a tick."""
-        if self._interrupted():
-            self._console.control.stop()
+        if self.interrupted():
+            self.console.control.stop()
         tell = self._watchers.tell
-        tell("the instruments", self._instruments.after, tick)
+        tell("the instruments", self.instruments.after, tick)
         tell("what watches the run", self._show, tick)
 
     def _show(self, tick: Tick) -> None:
-        console, tell = self._console, self._watchers.tell
+        console, tell = self.console, self._watchers.tell
         why = console.control.state.why or "by a person"  # who may have resumed just now
         seen = self._snapshots.of(tick, why if tick.paused else "")
         self._outputs.update(seen)
@@ -153,14 +149,14 @@ class Run:
         if (recorder := self._recorder) is not None:
             tell("the recording", recorder.record, seen)
         tell("the controls", console.show, seen)
-        for name, observer in self._observers.items():
+        for name, observer in self.observers.items():
             tell(name, observer.show, seen)
         if (display := self._display) is not None:
             tell("the terminal", display.show, seen)
 
     def _abandon(self, outcome: Outcome) -> None:
         """End the process because a tick does not return; called from another thread."""
-        setup = self._setup
+        setup = self.setup
         message = f"{outcome.reason}; the run is abandoned"
         try:
             self._watchers.tell("the terminal", tell, message)
@@ -170,15 +166,15 @@ class Run:
             leave(setup.robot.stop, outcome.end.exit_code, self._terminal)
 
     def _make_folder(self) -> Path:
-        options, task, real = self._options, self._task, load_real_robot(self._options.robot)
+        options, task, real = self.options, self.task, load_real_robot(self.options.robot)
         paths = {"map": options.map or (real.map if real else None)}
-        paths["scene"] = options.scene if self._setup.of_scene else None
+        paths["scene"] = options.scene if self.setup.of_scene else None
         paths["weights"] = options.weights
         chosen = asdict(options) | {key: _absolute(one) for key, one in paths.items()}
         chosen |= {
-            "world": self._setup.world,
-            "real_time": self._setup.clock.session.is_real,
-            "pace": self._setup.robot.description.pace,
+            "world": self.setup.world,
+            "real_time": self.setup.clock.session.is_real,
+            "pace": self.setup.robot.description.pace,
         }
         return make_folder(
             options.record, task.name, texts(task, options.places, options.robot), chosen
@@ -187,34 +183,34 @@ class Run:
     def _make_outputs(self) -> Outputs:
         return Outputs(
             self._folder,
-            task=self._task.name,
-            nodes=self._nodes,
-            robot=self._setup.robot,
-            attended=self._console.control.attended,
-            lossless=not self._setup.clock.session.is_real,
-            frames=self._options.replayable,
+            task=self.task.name,
+            nodes=self.nodes,
+            robot=self.setup.robot,
+            attended=self.console.control.attended,
+            lossless=not self.setup.clock.session.is_real,
+            frames=self.options.replayable,
         )
 
     def _make_recorder(self) -> Recorder | None:
-        if not self._options.recording:
+        if not self.options.recording:
             return None
         return Recorder(
             self._folder / RECORDING,
-            tree=self._shown.tree,
-            model=RobotModel(self._setup.robot.description),
-            scene=self._shown.scene,
-            lossless=not self._setup.clock.session.is_real,
-            server=self._viewer.server,
+            tree=self.shown.tree,
+            model=RobotModel(self.setup.robot.description),
+            scene=self.shown.scene,
+            lossless=not self.setup.clock.session.is_real,
+            server=self.viewer.server,
         )
 
     def _make_display(self) -> AbstractContextManager[RunDisplay | None]:
-        if not self._options.shown:
+        if not self.options.shown:
             return nullcontext()
-        return RunDisplay(self._info, self._shown.tree)
+        return RunDisplay(self.info, self.shown.tree)
 
     def _summary(self, outcome: Outcome, real_seconds: float) -> Summary:
         """Close recorder and outputs, and summarise the run."""
-        setup, options, truth = self._setup, self._options, self._setup.truth
+        setup, options, truth = self.setup, self.options, self.setup.truth
         lost = [*self._watchers.failures, *self._close_recorder(), *self._outputs.close()]
         lost += filter(None, [self._measurements.failed_stop])
         return summarise(
@@ -225,7 +221,7 @@ class Run:
             refusals=setup.gate.refusals,
             duration=setup.clock.now().since(self._snapshots.began or self._began),
             real_seconds=real_seconds,
-            task=self._task.name,
+            task=self.task.name,
             robot=setup.robot.description.name,
             world=setup.world,
             scene=str(options.scene) if truth else setup.map,

@@ -18,19 +18,18 @@ from py_trees.common import Status
 from app.core.decisions import Decisions
 from app.core.measurements import Measurements
 from app.core.outcome import End, Outcome, Stage, last_ticked, outcome_of
+from app.core.setup import Setup
 from behaviours import Context, Intent
 from config.poses import MapPose
-from controller import Command, HolisticController, KinematicState, MotionGoal, StepReport
+from controller import Command, KinematicState, MotionGoal, StepReport
 from hw import (
     SIMULATION,
     FaultKind,
-    Gate,
     HardwareError,
     LoopBlockedError,
     Patience,
     Refusal,
     RobotState,
-    TaskClock,
     Watchdog,
     stopwatch,
 )
@@ -62,39 +61,34 @@ class NobodyHereError(HardwareError):
 class Session:
     """Runs one tree on one robot.
 
-    The loop runs on the session clock of `clock`, which is that of the task and held while paused.
-    `control` are the decisions of people, asked every tick; `watch` is called after every tick and
-    must not raise; `abandon` is called from another thread when a tick never returns, and ends the
-    process.
+    The loop runs on the session clock, which is that of the task and held while paused. `control`
+    are the decisions of people, asked every tick; `watch` is called after every tick and must not
+    raise; `abandon` is called from another thread when a tick never returns, and ends the process.
     """
 
     def __init__(
         self,
-        *,
+        setup: Setup,
         root: Behaviour,
-        context: Context,
-        controller: HolisticController,
-        gate: Gate,
-        measurements: Measurements,
-        clock: TaskClock,
         control: Decisions,
-        watch: Callable[[Tick], None],
+        watch: Callable[[Tick], None] = lambda tick: None,
+        *,
+        measurements: Measurements | None = None,
         abandon: Callable[[Outcome], None] = lambda outcome: None,
     ) -> None:
-        self._root = root
-        self._context = context
-        self._controller = controller
-        self._gate = gate
-        self._measurements = measurements
-        self._clock = clock
-        self._control = control
-        patience = Patience() if clock.session.is_real else SIMULATION
+        self._root, self._control = root, control
+        self._context, self._clock = setup.context, setup.clock
+        self._controller, self._gate = setup.controller, setup.gate
+        self._measurements = measurements or Measurements(limits=setup.context.model.limits)
+        patience = Patience() if self._clock.session.is_real else SIMULATION
         self._watchdog = Watchdog(
-            context.robot.stop, lambda: abandon(self._outcome_of(LoopBlockedError())), patience
+            self._context.robot.stop,
+            lambda: abandon(self._outcome_of(LoopBlockedError())),
+            patience,
         )
         self._watch = watch
         self._number, self._due, self._origin, self._began = 0, 0, 0.0, stopwatch()
-        self._period, self._slipped = controller.settings.period, 0.0
+        self._period, self._slipped = setup.controller.settings.period, 0.0
         self._stage = Stage.READ
         self._report: StepReport | None = None
         self._goal: MotionGoal[MapPose] | None = None  # on the map

@@ -1,17 +1,12 @@
-"""Setup of a session: connects the robot, and makes controller, gate, vision and context."""
+"""Setup of a session: connects the robot; makes world model, controller, gate, vision, context."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
-
-from py_trees.behaviour import Behaviour
+from pathlib import Path
+from typing import NamedTuple
 
 from app.choices import ObstacleSource, Speed
-from app.core.decisions import Decisions
-from app.core.measurements import Measurements
-from app.core.outcome import Outcome
-from app.core.session import Session, Tick
-from app.core.world_model import WorldModel, load_world_model
 from app.run_options import DEFAULT_SCENE, RunOptions
 from behaviours import (
     Around,
@@ -22,7 +17,7 @@ from behaviours import (
     Vision,
     map_surfaces,
 )
-from controller import HolisticController, RobotModel, Surroundings
+from controller import HolisticController, Obstacle, RobotModel, Surroundings
 from hw import (
     Backend,
     Clock,
@@ -39,10 +34,20 @@ from hw import (
     open_backend,
 )
 from perception import GraspDetector
+from robots import Geom, Plane
 
 _SEARCH = 0.03  # simulated duration of a search for grasps [s] ...
 _REGISTRATION = 0.03  # ... of a registration ...
 _DEPTH_OBSTACLES = 0.03  # ... and of the obstacles in a frame
+_NOWHERE = ("", "hand", "floor")
+
+
+class WorldModel(NamedTuple):
+    """What the robot is given of its surroundings."""
+
+    fixtures: tuple[Geom, ...] = ()  # static geometry in the world frame, without the floor
+    obstacles: Callable[[float], Sequence[Obstacle]] = lambda stamp: ()
+    """Moving obstacles at a time on the session's clock [s]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -60,27 +65,6 @@ class Setup:
     gate: Gate
     context: Context
     problems: list[str]  # errors while everything is closed
-
-    def session(
-        self,
-        root: Behaviour,
-        control: Decisions,
-        watch: Callable[[Tick], None] = lambda tick: None,
-        measurements: Measurements | None = None,
-        abandon: Callable[[Outcome], None] = lambda outcome: None,
-    ) -> Session:
-        """A session for a built tree, see `Session`."""
-        return Session(
-            root=root,
-            context=self.context,
-            controller=self.controller,
-            gate=self.gate,
-            measurements=measurements or Measurements(limits=self.context.model.limits),
-            clock=self.clock,
-            control=control,
-            watch=watch,
-            abandon=abandon,
-        )
 
 
 @contextmanager
@@ -208,3 +192,47 @@ def _connected(robot: Robot, problems: list[str]) -> Iterator[RobotState]:
             robot.close()
         except Exception as error:
             problems.append(f"closing the robot failed ({type(error).__name__}: {error})")
+
+
+def load_world_model(truth: Truth | None, site: Path | str | None = None) -> WorldModel:
+    """The map of a site, or that of a simulated world, and its moving obstacles.
+
+    `site` is a scene file with the map; None takes the map of the simulated world. Raises
+    SceneError: the file is missing or has a mistake.
+    """
+    if site is not None:
+        from hw.sim import load_fixtures
+
+        fixtures: Sequence[Geom] = load_fixtures(site)
+    else:
+        fixtures = truth.mapped if truth else ()
+    solid = tuple(one for one in fixtures if not isinstance(one.shape, Plane))
+    return WorldModel(solid, lambda stamp: truth.moving() if truth else ())
+
+
+def recorded_world_model(scene: str | None, seed: int, site: Path | None) -> WorldModel:
+    """The world model of a finished run, recomputed from its scene and seed if it has one.
+
+    Raises SceneError: the scene or map is missing or has a mistake.
+    """
+    from hw.sim import load_scene
+
+    if scene is None:
+        return load_world_model(None, site)
+    world = load_scene(scene, seed)
+
+    def obstacles(stamp: float) -> Sequence[Obstacle]:
+        world.move_to(stamp)
+        return world.moving()
+
+    return load_world_model(world, site)._replace(obstacles=obstacles)
+
+
+def supports(truth: Truth | None) -> Mapping[str, str]:
+    """Name of what carries each simulated object; empty on hardware."""
+    return truth.supports() if truth else {}
+
+
+def delivered(before: Mapping[str, str], after: Mapping[str, str]) -> int:
+    """Number of objects that stand on other furniture, by `supports` at the beginning and end."""
+    return sum(after[name] not in (*_NOWHERE, before[name]) for name in before)

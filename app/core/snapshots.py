@@ -1,7 +1,6 @@
 """Snapshots of a run for recorder, page and terminal."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from operator import attrgetter
 from typing import Any
 
 from py_trees.behaviour import Behaviour
@@ -14,7 +13,6 @@ from hw import DEFAULT_LEVEL, DepthFrame, TaskTime, TrueObject, Truth
 from robots import Geom, RobotDescription
 from trees.language import TreeNode
 
-_STATUS, _POSE = attrgetter("status", "feedback_message"), attrgetter("pose")
 _AT_THE_PLACE = ("lower", "release", "rise")
 
 
@@ -133,14 +131,13 @@ class Snapshots:
             holds=log.in_hand is not None,
             goal=tick.goal,
             estimate=self._estimate(here),
-            objects=tuple(map(_POSE, self._movable)),
+            objects=tuple([one.pose for one in self._movable]),
             frame=frame,
             pictures=self._pictures(log),
             detection=vision.detection if is_new else None,
             grasp=grasp,
             locked=vision.tracker.locked,
             seen=context.around.points(context.localisation),
-            blackboard={path: key.read() for path, key in context.keys.items() if key.written},
         )
 
     def _estimate(self, here: Localiser) -> PoseEstimate | None:
@@ -154,9 +151,6 @@ class Snapshots:
         return kept
 
     def _of_nodes(self) -> tuple[NodeStatus, ...]:
-        """Statuses of the nodes; an unchanged one stays the same object."""
-        now: tuple[Any, ...] = tuple(map(_STATUS, self._nodes))
-        if now == self._statuses:
-            return self._statuses
-        kept = zip(self._statuses, now, strict=True)
-        return tuple([old if old == new else NodeStatus(*new) for old, new in kept])
+        """Statuses of the nodes; the same object while none changes."""
+        now = tuple([NodeStatus(one.status, one.feedback_message) for one in self._nodes])
+        return self._statuses if now == self._statuses else now

@@ -1,17 +1,19 @@
 """Live access to a run: recording and viewer, the tree in the terminal, and control by people.
 
-Every tick becomes a `Snapshot`. `monitor` records it and serves it to the viewer; `operator`
-pauses, steps and stops the run by keys and hooks; `OperatorConsole` combines the controls of a run;
+Every tick becomes a `Snapshot`. `monitor` records it and serves it to the viewer; `Control`
+and hooks pause, step and stop the run; `OperatorConsole` combines the controls of a run;
 `observers` are what packages offer, as the control page. The core passes snapshots in and asks
 `Control`.
 """
 
 from app.choices import View
 from app.live.changes import Changes, LogLine, Noted, RunInfo
+from app.live.control import Control
 from app.live.feed import Feed, Throttle
-from app.live.happenings import Happenings
+from app.live.hooks import Hook
 from app.live.monitor import Recorder, RecorderError, draw_robot
 from app.live.nodes import (
+    STATUS_GLYPH,
     Look,
     NodeInfo,
     NodeStatus,
@@ -22,7 +24,6 @@ from app.live.nodes import (
     tree_view,
 )
 from app.live.observers import LiveRun, Observer, observers
-from app.live.operator import Control, Hook
 from app.live.operator_console import OperatorConsole
 from app.live.picture import colour_png, depth_png, grasp_outline, grey_range, millimetres
 from app.live.robot_parts import arm_parts, base_parts, finger_poses, hand_parts

@@ -1,4 +1,4 @@
-"""What the ticks of a run changed, as the lines of a log."""
+"""What the ticks of a run changed, as the lines of a log: for people who watch, and recorded."""
 
 from __future__ import annotations
 
@@ -61,11 +61,12 @@ class Noted(NamedTuple):
 class Changes:
     """A line for every change of a leaf, of the robot's faults, and of pauses; and times of nodes.
 
-    The loop notes its ticks; another thread takes what they changed.
+    The loop notes its ticks; another thread takes what they changed. `objects` is the number of
+    objects to be placed, 0 if unknown.
     """
 
-    def __init__(self, info: RunInfo, tree: Sequence[NodeInfo]) -> None:
-        self._info = info
+    def __init__(self, tree: Sequence[NodeInfo], objects: int = 0) -> None:
+        self._objects = objects
         self._leaves, above = leaves(tree), [path_from_root(tree, i) for i in range(len(tree))]
         asked = {index + 1 for index, node in enumerate(tree) if node.kind == "until"}
         self._questions = {index for index, path in enumerate(above) if asked.intersection(path)}
@@ -83,9 +84,12 @@ class Changes:
         seen = (tick.paused, len(faults), bool(tick.too_slow))
         if tick.changed or seen != self._seen:
             self._seen = seen
-            texts = tuple(fault.text for fault in faults)
-            now = (tick.nodes, texts, tick.paused, tick.placed, tick.too_slow)
-            self.noted.append(Noted(tick.time, tick.stamp, *now))
+            self.noted.append(_noted(tick))
+
+    def of(self, tick: Snapshot) -> list[LogLine]:
+        """What a tick changed."""
+        self.noted.append(_noted(tick))
+        return list(self.take())
 
     def take(self) -> Iterator[LogLine]:
         """What the ticks changed that were noted since the last call."""
@@ -122,8 +126,8 @@ class Changes:
             self._since[index] = now.time
         for index in sorted({*changed} & self._leaves):
             yield from self._change(now.time, index, before.nodes[index].status, now.nodes[index])
-        if now.placed != before.placed and self._info.objects:
-            text = f"  {now.placed} of {self._info.objects} placed"
+        if now.placed != before.placed and self._objects:
+            text = f"  {now.placed} of {self._objects} placed"
             yield LogLine(now.time, "info", None, text)
 
     def _change(
@@ -142,3 +146,9 @@ class Changes:
         severity = "warning" if is_setback else "info"
         text = f"{glyph} {name}" + (f": {message}" if message not in name else "")
         yield LogLine(time, severity, index, text)
+
+
+def _noted(tick: Snapshot) -> Noted:
+    texts = tuple(fault.text for fault in tick.state.faults)
+    now = (tick.nodes, texts, tick.paused, tick.placed, tick.too_slow)
+    return Noted(tick.time, tick.stamp, *now)

@@ -9,7 +9,8 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 
 from app.live.changes import RunInfo
-from app.live.operator import Control, Hook
+from app.live.control import Control
+from app.live.hooks import Hook
 from app.live.run_snapshot import ShownRun, Snapshot
 from config import DoorError, find
 from hw import Injector

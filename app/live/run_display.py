@@ -1,10 +1,9 @@
 """Terminal display of a run, on standard error.
 
 In a terminal the tree stays in place; elsewhere every change is one line, which keeps a log file
-readable. A thread of its own writes; the loop only leaves the newest snapshot.
+readable. A thread of its own writes.
 """
 
-import threading
 from collections.abc import Sequence
 from contextlib import suppress
 from typing import Self
@@ -15,6 +14,7 @@ from rich.live import Live
 from rich.text import Text
 
 from app.live.changes import LONGEST_NAME, Changes, RunInfo
+from app.live.feed import Feed
 from app.live.nodes import (
     LOOK_GLYPH,
     Look,
@@ -52,66 +52,44 @@ class RunDisplay:
         self._info, self._tree = info, tuple(tree)
         self._began = stopwatch()
         self._console = console or Terminal(stderr=True)
-        self._changes = Changes(info, self._tree)
+        self._changes = Changes(self._tree, info.objects)
         self._live: Live | None = None
         if self._console.is_terminal:
             self._live = Live(console=self._console, auto_refresh=False, transient=True)
-        self._newest: Snapshot | None = None
-        self._error: Exception | None = None
-        self._closing = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="terminal", daemon=True)
+        self._feed = Feed(self._write, lossless=False, period=_PERIOD, batch=400, name="terminal")
 
     def __enter__(self) -> Self:
         if self._live is not None:
             self._live.start()
-        try:
-            self._thread.start()
-        except RuntimeError as error:
-            self._error = error
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._closing.set()
-        if self._thread.is_alive():
-            self._thread.join(_PATIENCE)
+        self._feed.close(_PATIENCE)
         if self._live is not None:
             with suppress(OSError):  # the terminal is gone
                 self._live.stop()
 
     def show(self, snapshot: Snapshot) -> None:
         """Show a tick soon; raises Exception: that ended the writing of an earlier one."""
-        if self._error is not None:
-            raise self._error
-        self._newest = snapshot
-        if self._live is None:
-            self._changes.note(snapshot)
+        self._changes.note(snapshot)
+        self._feed.offer(snapshot)
 
-    def _run(self) -> None:
-        try:
-            while not self._closing.wait(_PERIOD):
-                self.write()
-            if self._live is None:
-                self.write()
-        except Exception as error:  # whatever it is, the robot must go on
-            self._error = error
-
-    def write(self) -> None:
-        """Write the newest state now."""
+    def _write(self, batch: Sequence[Snapshot]) -> None:
+        """Write what is new in some snapshots."""
         if self._live is None:
             for line in self._changes.take():
                 said = f"{line.time:8.2f} s  {line.text}"
                 self._console.print(said, soft_wrap=True, markup=False, highlight=False)
             return
-        if self._newest is not None:
-            text = picture(
-                self._info,
-                self._tree,
-                self._newest,
-                elapsed=stopwatch() - self._began,
-                width=self._console.width,
-                rows=self._console.height - 2,
-            )
-            self._live.update(text, refresh=True)
+        text = picture(
+            self._info,
+            self._tree,
+            batch[-1],
+            elapsed=stopwatch() - self._began,
+            width=self._console.width,
+            rows=self._console.height - 2,
+        )
+        self._live.update(text, refresh=True)
 
 
 def picture(

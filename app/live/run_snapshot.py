@@ -1,7 +1,6 @@
 """Snapshot of a run after one tick, and the scene that it is drawn in."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import degrees, hypot, isfinite, sqrt
 from typing import NamedTuple
 
@@ -74,7 +73,6 @@ class Snapshot:
     grasp: GraspEstimate | None = None
     locked: bool = False
     seen: PointCloud | None = None  # depth obstacles; the same object until they change
-    blackboard: Mapping[str, object] = field(default_factory=dict)
 
     @property
     def stamp(self) -> float:

@@ -14,4 +14,4 @@ from app.review.event_log import (
 from app.review.explanation import Explanation, explain
 from app.review.finished import find_run, read_motion, read_run, run_folders, runs_table
 from app.review.recorded_images import NoDepthError, chunks, depth_images, recorded_depth
-from app.review.timeline import Timeline, timeline
+from app.review.timeline import Timeline, retold, timeline, tree_of

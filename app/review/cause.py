@@ -15,11 +15,13 @@ node that failed the search goes down and back in time, past what a later child 
 """
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 
 from app.review.timeline import Span, Timeline
-from trees.language import declared_leaves
+from behaviours import LEAVES
+from trees.language import LeafType, describe_leaves
 
 _AGAIN = ("retry", "forever")
 _NUMBER = re.compile(r"-?\d+(\.\d+)?")
@@ -189,4 +191,6 @@ def _asks(run: Timeline, node: int) -> bool:
     return run.is_leaf(node) and not any(lasting)  # of a package
 
 
-_leaves = cache(declared_leaves)
+@cache
+def _leaves() -> Mapping[str, LeafType]:
+    return describe_leaves(LEAVES)

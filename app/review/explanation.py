@@ -7,11 +7,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from py_trees.common import Status
+
 from app.core import EVENTS, TOO_SLOW, End
+from app.live import STATUS_GLYPH
 from app.review.cause import Cause, cause_of, fault_cause, first_setback, topic_of
 from app.review.event_log import FaultEvent, LoggedEvent, Node, NodeEvent, NowEvent, read_log
 from app.review.finished import UNFINISHED, RunRecord, read_run
-from app.review.timeline import Span, Timeline, history, timeline
+from app.review.timeline import Span, Timeline, retold, timeline
 from app.task_time import task_time
 from config import counted
 
@@ -111,7 +114,11 @@ def explain(folder: Path) -> Explanation:
         attempts=_attempts(spans),
         leaf_times=_longest_leaves(spans),
         paused_s=session.paused_s,
-        history=list(history(log, spans, session.pauses)),
+        history=[
+            f"{line.time:8.2f} s  {line.text}"
+            for line in retold(session).lines
+            if line.node is None or not line.text.startswith(STATUS_GLYPH[Status.RUNNING])
+        ],
         damage=[*([left_out] if log.left_out else []), *filter(None, [record.damage])],
     )
 

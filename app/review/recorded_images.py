@@ -1,4 +1,4 @@
-"""Depth images from a recording, of this project or of any other that logs depth to Rerun."""
+"""Depth images from the recording of a run."""
 
 import warnings
 from collections.abc import Iterator
@@ -13,11 +13,10 @@ from app.core import whole_size
 from config import UserError
 from config.arrays import Image
 
-_ENCODED, _RAW = "EncodedDepthImage:", "DepthImage:"
-_DTYPES: dict[int, str] = {6: "u1", 7: "u2", 8: "u4", 33: "f2", 34: "f4", 35: "f8"}
-"""By the number of Rerun's channel type."""
+_CAMERA = "/world/camera"
+_BLOB, _PER_METRE = "EncodedDepthImage:blob", "EncodedDepthImage:meter"
+_PINHOLE = "Pinhole:image_from_camera"
 _HINT = "; use a recording with depth images"
-_Row = dict[str, Any]  # components of one row of a chunk by name, and its `time` [s]
 
 
 class NoDepthError(UserError):
@@ -32,42 +31,28 @@ class RecordedDepth(NamedTuple):
 
 
 def recorded_depth(recording: Path, at: float | None) -> RecordedDepth:
-    """The depth image nearest to a time in a recording.
+    """The depth image of a recording nearest to a session time [s]; None takes the last.
 
-    `at` is on the recording's first timeline that counts from its start [s]; None takes the last
-    image. Raises NoDepthError: it is not a recording, or has no depth image.
+    Raises NoDepthError: it is not a recording, or has no depth image.
     """
-    focal: float | None = None
-    best: tuple[float, _Row] | None = None
     with _reading(recording):
-        for row in _rows(recording):
-            if "Pinhole:image_from_camera" in row:
-                focal = float(row["Pinhole:image_from_camera"][0][0])
-            if _has_depth(row):
-                distance = -row["time"] if at is None else abs(row["time"] - at)
-                if best is None or distance <= best[0]:
-                    best = distance, row
-    if best is None:
+        images = list(_encoded(recording))
+        lenses = [one[0] for _, one in _column(recording, _CAMERA, _PINHOLE)]
+    if not images:
         raise NoDepthError(f"{recording}: the recording has no depth images{_HINT}")
-    try:
-        depth = _decoded(best[1])
-    except (LookupError, TypeError, ValueError) as error:
-        raise NoDepthError(f"{recording}: its depth images are damaged ({error}){_HINT}") from error
-    if depth is None:
-        raise NoDepthError(f"{recording}: the encoding of its depth images is not supported{_HINT}")
-    return RecordedDepth(depth, focal)
+    best = images[-1] if at is None else min(images, key=lambda one: abs(one[0] - at))
+    with _reading(recording):
+        return RecordedDepth(_decoded(*best[1:]), float(lenses[-1][0]) if lenses else None)
 
 
 def depth_images(recording: Path) -> Iterator[tuple[float, Image]]:
-    """All depth images of a recording: time [s], and (H, W) [m], 0 where missing.
+    """All depth images of a recording: session time [s], and (H, W) [m], 0 where missing.
 
     Raises NoDepthError: it is not a recording, or an image in it is damaged.
     """
     with _reading(recording):
-        for row in filter(_has_depth, _rows(recording, "/world/camera/**")):
-            depth = _decoded(row)
-            if depth is not None:
-                yield row["time"], depth
+        for time, blob, per_metre in _encoded(recording):
+            yield time, _decoded(blob, per_metre)
 
 
 @contextmanager
@@ -93,38 +78,30 @@ def chunks(recording: Path, *entities: str) -> Iterator[Any]:
         yield from RrdReader(recording).stream().filter(content=list(entities)).to_chunks()
 
 
-def _rows(recording: Path, entities: str = "/**") -> Iterator[_Row]:
-    """Rows with depth images or camera models."""
-    for chunk in chunks(recording, entities):
+def _column(recording: Path, entity: str, name: str) -> Iterator[tuple[float, Any]]:
+    """What a component of an entity was at each time [s]; 0 s if it is constant."""
+    for chunk in chunks(recording, entity):
         batch = chunk.to_record_batch()
-        names = batch.schema.names
-        if not any("DepthImage:" in name or "Pinhole:" in name for name in names):
-            continue
-        timeline = "t" if "t" in names else "log_time" if "log_time" in names else None
-        times = batch.column(timeline).cast("int64") if timeline else None
-        for index in range(batch.num_rows):
-            row = {name: batch.column(name)[index].as_py() for name in names if ":" in name}
-            time = 1e-9 * times[index].as_py() if times is not None else 0.0
-            yield {name: value for name, value in row.items() if value} | {"time": time}
+        if name in batch.schema.names:
+            is_timed = "t" in batch.schema.names
+            times = batch.column("t").cast("int64").to_pylist() if is_timed else [0]
+            rows = zip(times, batch.column(name), strict=True)
+            yield from ((1e-9 * time, one.as_py()) for time, one in rows if one.as_py())
 
 
-def _has_depth(row: _Row) -> bool:
-    return f"{_ENCODED}meter" in row or f"{_RAW}meter" in row
+def _encoded(recording: Path) -> Iterator[tuple[float, bytes, float]]:
+    """Time [s], PNG and units a metre of each image."""
+    scales = [one[0] for _, one in _column(recording, f"{_CAMERA}/depth", _PER_METRE)]
+    images = _column(recording, f"{_CAMERA}/depth", _BLOB)
+    for (time, blob), per_metre in zip(images, scales, strict=True):
+        yield time, bytes(blob[0]), float(per_metre)
 
 
-def _decoded(row: _Row) -> Image | None:
-    """(H, W) depth [m]; None if the encoding is not supported."""
+def _decoded(blob: bytes, per_metre: float) -> Image:
+    """(H, W) depth [m]."""
     import cv2
 
-    if f"{_ENCODED}blob" in row:
-        blob = np.frombuffer(bytes(row[f"{_ENCODED}blob"][0]), dtype=np.uint8)
-        image = cv2.imdecode(blob, cv2.IMREAD_UNCHANGED)
-        if image is None or image.ndim != 2:
-            return None
-        per_metre = row[f"{_ENCODED}meter"][0]
-    else:
-        kind = row[f"{_RAW}format"][0]
-        pixels = np.frombuffer(bytes(row[f"{_RAW}buffer"][0]), _DTYPES[kind["channel_datatype"]])
-        image = pixels.reshape(kind["height"], kind["width"])
-        per_metre = row[f"{_RAW}meter"][0]
+    image = cv2.imdecode(np.frombuffer(blob, np.uint8), cv2.IMREAD_UNCHANGED)
+    if image is None or image.ndim != 2:
+        raise ValueError("an image in it is damaged")
     return np.asarray(image / np.float32(per_metre), dtype=np.float32)

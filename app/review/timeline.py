@@ -1,22 +1,25 @@
-"""Timeline of a run: the rounds of every node, and its history in words."""
+"""Timeline of a run: the rounds of every node, and its log as it was shown."""
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import groupby
+from typing import NamedTuple
 
+from py_trees.common import Status
+
+from app.live import Changes, LogLine, NodeInfo, NodeStatus, Noted, parents
 from app.review.event_log import (
     FaultEvent,
     Log,
-    LoggedEvent,
     Node,
     NodeEvent,
     NowEvent,
     PauseEvent,
     ResumeEvent,
 )
-from app.task_time import in_words
 
 
 @dataclass(frozen=True)
@@ -123,49 +126,40 @@ def timeline(log: Log) -> Timeline:
     for node, (begin, message) in open_spans.items():
         rounds[node].append(Span(node, begin, end, "RUNNING", message))
     return Timeline(
-        nodes=log.nodes, parents=_parents(log.nodes), rounds=rounds, faults=faults, end=end
+        nodes=log.nodes, parents=parents(tree_of(log)), rounds=rounds, faults=faults, end=end
     )
 
 
-def _parents(nodes: Sequence[Node]) -> list[int | None]:
-    """Index of each node's parent; a path is the parent's, `/`, a name."""
-    known = {node.path: index for index, node in reversed(list(enumerate(nodes)))}
-    above = [known.get(node.path.rpartition("/")[0], 0) for node in nodes]
-    return [None if i == 0 else parent if parent < i else 0 for i, parent in enumerate(above)]
+def tree_of(log: Log) -> list[NodeInfo]:
+    """The tree of a run for viewers."""
+    return [
+        NodeInfo(**one.model_dump(exclude={"path"}), depth=one.path.count("/")) for one in log.nodes
+    ]
 
 
-def history(log: Log, spans: Timeline, pauses: Sequence[tuple[float, float]] = ()) -> Iterator[str]:
-    """What the leaves did, which were halted, and faults and pauses, a line each.
+class Retold(NamedTuple):
+    """A run as those who watched it saw it."""
 
-    The log has times of the task; `pauses` are begin and end of each [s].
-    """
-    lengths = iter([end - begin for begin, end in pauses])
-    inner = {node.path.rpartition("/")[0] for node in log.nodes}
-    running: dict[int, str] = {}
-    last = [max((index, *spans.below(index))) for index in range(len(log.nodes))]
-    for event in sorted(log.events, key=lambda event: _order(event, last)):
-        at = f"{event.time:8.2f} s  "
-        was_at = running.pop(event.node, "") if isinstance(event, NodeEvent) else ""
-        match event:
-            case NodeEvent(status="RUNNING"):
-                running[event.node] = event.message or "running"
-            case NodeEvent(status="INVALID"):
-                if was_at and log.nodes[event.node].path not in inner:
-                    yield f"{at}■ {log.nodes[event.node].name}: halted"
-            case NodeEvent(status="SUCCESS" | "FAILURE"):
-                node, failed = log.nodes[event.node], event.status == "FAILURE"
-                if node.path not in inner or (failed and node.kind in ("timeout", "retry")):
-                    yield f"{at}{'✗' if failed else '✔'} {node.name}: {event.message}"
-            case FaultEvent():
-                yield f"{at}! {'; '.join(event.faults) or 'faults cleared'}"
-            case PauseEvent():
-                yield f"{at}‖ paused {event.why}"
-            case ResumeEvent():
-                yield f"{at}▶ went on after a pause of {in_words(next(lengths, 0.0))}"
+    tree: Sequence[NodeInfo]
+    nodes: Sequence[NodeStatus]  # at the end
+    changes: Changes
+    lines: Sequence[LogLine]
 
 
-def _order(event: LoggedEvent, last: Sequence[int]) -> tuple[float, int, int]:
-    """Sort key: within a tick faults first, then nodes as they end, children first."""
-    if isinstance(event, NodeEvent | NowEvent):
-        return event.time, last[event.node], -event.node
-    return event.time, -1, 0
+def retold(log: Log) -> Retold:
+    """The log of a run as the lines that were shown while it ran."""
+    tree = tree_of(log)
+    changes, lines = Changes(tree), list[LogLine]()
+    nodes, faults, paused = [NodeStatus(Status.INVALID, "")] * len(tree), tuple[str, ...](), ""
+    for time, events in groupby(log.events, key=lambda event: event.time):
+        for event in events:
+            match event:
+                case NodeEvent():
+                    nodes[event.node] = NodeStatus(Status(event.status), event.message)
+                case FaultEvent():
+                    faults = tuple(event.faults)
+                case PauseEvent() | ResumeEvent():
+                    paused = getattr(event, "why", "")
+        changes.noted.append(Noted(log.task_time(time), time, tuple(nodes), faults, paused))
+        lines += changes.take()
+    return Retold(tree, nodes, changes, lines)

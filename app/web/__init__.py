@@ -1,7 +1,7 @@
 """Web access: free ports, the files of the Rerun web viewer, and a server of these files."""
 
-from app.web.file_server import RECORDING, FileServer, listening
-from app.web.ports import LOOPBACK, Address, choose_port, reachable
+from app.web.file_server import RECORDING, FileServer
+from app.web.ports import LOOPBACK, Address, choose_port, listening, reachable
 from app.web.viewer_files import (
     ANCESTORS,
     WebFilesError,

@@ -10,13 +10,12 @@ import sys
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from threading import BoundedSemaphore
-from typing import Any
+from threading import Thread
 
+from app.web.ports import listening
 from app.web.viewer_files import ANCESTORS, read_file, viewer_policy
 
 RECORDING = "recording.rrd"
-_MOST = 64  # requests at a time; others wait in the queue of the socket
 _PATIENCE = 10.0  # a client that says or takes nothing for so long is disconnected [s]
 
 
@@ -55,16 +54,6 @@ class FileServer:
         self._process.wait()
 
 
-def listening(host: str, port: int | None, usual: int) -> socket.socket:
-    """A socket that listens on a port; None takes the usual one, or a free one; OSError."""
-    try:
-        return socket.create_server((host, usual if port is None else port), backlog=1024)
-    except OSError:
-        if port is not None:
-            raise
-        return socket.create_server((host, 0), backlog=1024)
-
-
 class _Server(ThreadingHTTPServer):
     daemon_threads = True
 
@@ -72,17 +61,6 @@ class _Server(ThreadingHTTPServer):
         super().__init__(listener.getsockname(), _Request, bind_and_activate=False)
         self.socket.close()
         self.socket, self.hosts, self.recording = listener, hosts, recording
-        self._room = BoundedSemaphore(_MOST)
-
-    def process_request(self, request: Any, client_address: Any) -> None:
-        self._room.acquire()
-        super().process_request(request, client_address)
-
-    def process_request_thread(self, request: Any, client_address: Any) -> None:
-        try:
-            super().process_request_thread(request, client_address)
-        finally:
-            self._room.release()
 
     def handle_error(self, request: object, client_address: object) -> None:
         """Ignore a browser that disconnects in the middle of a reply."""
@@ -94,14 +72,14 @@ class _Request(BaseHTTPRequestHandler):
 
     def do_GET(self) -> None:
         name = self.path.partition("?")[0].partition("#")[0].removeprefix("/") or "index.html"
-        hosts, recording = self.server.hosts, self.server.recording
+        recording = self.server.recording
         if name == RECORDING and recording is not None:
             with recording.open("rb") as file:
                 self._head("application/octet-stream", recording.stat().st_size)
                 shutil.copyfileobj(file, self.wfile)
             return
         try:
-            found = read_file(name, hosts)
+            found = read_file(name)
         except Exception:  # whatever it is, the next request is answered
             self.send_error(HTTPStatus.BAD_GATEWAY)
             return
@@ -130,15 +108,9 @@ class _Request(BaseHTTPRequestHandler):
         """Log nothing: the terminal shows the run."""
 
 
-def _serve(file: str, hosts: str, recording: str) -> None:
-    """Serve until standard input ends, as when the process that started this one is gone."""
-    from threading import Thread
-
-    listener = socket.socket(fileno=int(file))
-    server = _Server(listener, hosts, Path(recording) if recording else None)
-    Thread(target=server.serve_forever, daemon=True).start()
+if __name__ == "__main__":  # serve until standard input ends, as when its parent is gone
+    _file, _hosts, _recording = sys.argv[1:]
+    _listener = socket.socket(fileno=int(_file))
+    _server = _Server(_listener, _hosts, Path(_recording) if _recording else None)
+    Thread(target=_server.serve_forever, daemon=True).start()
     sys.stdin.read()
-
-
-if __name__ == "__main__":
-    _serve(*sys.argv[1:])

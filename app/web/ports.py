@@ -17,20 +17,18 @@ def choose_port(host: str = LOOPBACK, chosen: int | None = None, usual: int = 0)
 
     Raises OSError: the chosen port is taken or not allowed, or the address is not this machine's.
     """
-    if chosen is not None:
-        return _free(host, chosen)
-    try:
-        return _free(host, usual)
-    except OSError:
-        return _free(host, 0)
-
-
-def _free(host: str, port: int) -> int:
-    with socket.socket() as probe:
-        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        probe.bind((host, port))
-        probe.listen()
+    with listening(host, chosen, usual) as probe:
         return int(probe.getsockname()[1])
+
+
+def listening(host: str, port: int | None, usual: int) -> socket.socket:
+    """A socket that listens on a port; None takes the usual one, or a free one; OSError."""
+    try:
+        return socket.create_server((host, usual if port is None else port), backlog=1024)
+    except OSError:
+        if port is not None:
+            raise
+        return socket.create_server((host, 0), backlog=1024)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -98,19 +98,16 @@ def viewer_web_files() -> Path:
     return kept
 
 
-def read_file(name: str, hosts: str = "'self'") -> tuple[bytes, str] | None:
+def read_file(name: str) -> tuple[bytes, str] | None:
     """Content and type of a file by name; None if there is none.
 
-    The page has no foreign links, and a policy that lets it connect to `hosts` only. Raises
-    OSError, WebFilesError: the files are not available.
+    The page has no foreign links. Raises OSError, WebFilesError: the files are not available.
     """
     if name not in FILES:
         return None
     content = (viewer_web_files() / name).read_bytes()
     if name == "index.html":
-        meta = f'<meta http-equiv="Content-Security-Policy" content="{viewer_policy(hosts)}">'
         text = _FOREIGN.sub("", content.decode())
-        text = text.replace("<head>", f"<head>\n    {meta}", 1)
         content = text.replace("</body>", f"{_BRIDGE}</body>", 1).encode()
     return content, FILES[name]
 

@@ -14,7 +14,7 @@ from behaviours.core.errors import TwoGoalsError
 from behaviours.core.fault_memory import FaultMemory
 from behaviours.core.held_object import HeldObject, SetDownObjects
 from behaviours.core.log import TaskLog
-from behaviours.core.parameter_types import Key, MapPlace, Region
+from behaviours.core.parameter_types import MapPlace, Region
 from behaviours.core.reachable_directions import region_direction
 from behaviours.core.relocalisation import Relocalisation
 from behaviours.sensing.localiser import EstimatedLocaliser, ExactLocaliser, Localiser
@@ -97,8 +97,6 @@ class Context:
     around: Around = field(default_factory=Around)
     map_sensors: MapSensors = field(default_factory=MapSensors)
     """What is registered to the map, where the robot tells a localised pose."""
-    keys: dict[str, Key[object]] = field(default_factory=dict)
-    """Every key of the tree, by its path: those of a subtree after the name of its node."""
 
     def __post_init__(self) -> None:
         self.memory = Memory(self.robot.description)

@@ -40,18 +40,13 @@ class Key(Generic[Value]):
         """Replace the value."""
         self._value = value
 
-    @property
-    def written(self) -> bool:
-        """Whether there is a value to read."""
-        return self._value is not self._NOTHING
-
     def read(self) -> Value:
         """The value that was written last.
 
         Raises:
             LookupError: none was written.
         """
-        if not self.written:
+        if self._value is self._NOTHING:
             raise LookupError(f"nothing was written to the key `{self.name}`")
         return cast(Value, self._value)
 

@@ -84,7 +84,7 @@ class ControlPage:
         self._shown_at = seconds()
         self._finished = False
         self._outcome = self._explanation = ""
-        self._changes = Changes(info, self._tree)
+        self._changes = Changes(self._tree, info.objects)
         self.log = LogBook()
         self._lock = threading.Lock()
         self._frame: tuple[DepthFrame, Detection | None] | None = None

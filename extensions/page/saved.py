@@ -3,31 +3,11 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from itertools import groupby
 from pathlib import Path
 
-from py_trees.common import Status
-
 from app.core import RECORDING, how_it_ended
-from app.live import (
-    Changes,
-    LogLine,
-    NodeInfo,
-    NodeStatus,
-    Noted,
-    RunInfo,
-    looks,
-)
-from app.review import (
-    FaultEvent,
-    NodeEvent,
-    NoDepthError,
-    PauseEvent,
-    ResumeEvent,
-    explain,
-    read_log,
-    recorded_depth,
-)
+from app.live import looks
+from app.review import NoDepthError, explain, read_log, recorded_depth, retold
 from app.task_time import task_time
 from extensions.page.control_page import Told
 from extensions.page.explanation_page import drawn_plan
@@ -41,22 +21,7 @@ def saved(folder: Path, when: str) -> Told:
     """
     run, log = explain(folder), read_log(folder)
     task, summary, stamp = run.record.task, run.record.summary, log.events[-1].time
-    tree = [
-        NodeInfo(**one.model_dump(exclude={"path"}), depth=one.path.count("/")) for one in log.nodes
-    ]
-    changes, lines = Changes(RunInfo(task=task, where=when), tree), list[LogLine]()
-    nodes, faults, paused = [NodeStatus(Status.INVALID, "")] * len(tree), tuple[str, ...](), ""
-    for time, events in groupby(log.events, key=lambda event: event.time):
-        for event in events:
-            match event:
-                case NodeEvent():
-                    nodes[event.node] = NodeStatus(Status(event.status), event.message)
-                case FaultEvent():
-                    faults = tuple(event.faults)
-                case PauseEvent() | ResumeEvent():
-                    paused = getattr(event, "why", "")
-        changes.noted.append(Noted(log.task_time(time), time, tuple(nodes), faults, paused))
-        lines += changes.take()
+    tree, nodes, changes, lines = retold(log)
     where = (summary.robot, summary.world, summary.scene, f"seed {summary.seed}", when)
     about: Told = {"task": task, "where": " · ".join(filter(None, where))}
     about["nodes"] = [(one.title, one.kind, one.depth, one.does) for one in tree]

@@ -301,7 +301,7 @@ class _Requests:
         page = self.server.page
         hosts = "'self'" if page is None else page.viewer_hosts
         try:
-            found = read_file(name, hosts)
+            found = read_file(name)
         except Exception:  # whatever it is, the page goes on
             return _refusal(HTTPStatus.BAD_GATEWAY)
         if found is None:

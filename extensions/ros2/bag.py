@@ -17,8 +17,8 @@ from pinocchio import SE3, Quaternion
 from py_trees.common import Status
 
 from app.core import OPTIONS, RECORDING, begun, recorded_robot, recorded_scene
-from app.live import NodeInfo, NodeStatus, PoseEstimate, ShownRun, Snapshot
-from app.review import FaultEvent, NodeEvent, chunks, depth_images, read_log, read_motion, timeline
+from app.live import NodeStatus, PoseEstimate, ShownRun, Snapshot
+from app.review import FaultEvent, NodeEvent, chunks, depth_images, read_log, read_motion, tree_of
 from config import UserError
 from config.planar import Pose2D, on_floor
 from controller import Command, PoseGoal, RobotModel, StepReport, se3_of
@@ -57,10 +57,7 @@ def export_mcap(folder: Path, out: Path, schemas: Schemas = "ros2") -> None:
         why = " ".join(str(error).split())[:200]
         raise UserError(f"{folder}: cannot be read ({why}); name another run") from error
     changes.sort(key=lambda change: (change[0], change[1] == _IMAGE))  # an image after its pose
-    tree: list[NodeInfo] = []
-    for node, parent in zip(log.nodes, timeline(log).parents, strict=True):
-        depth = 0 if parent is None else tree[parent].depth + 1
-        tree.append(NodeInfo(name=node.name, kind=node.kind, depth=depth))
+    tree = tree_of(log)
     turns = zip(states, sent, strict=True)
     snapshots = _snapshots(turns, changes, RobotModel(robot), len(tree), len(scene.objects))
     write_mcap(out, ShownRun(robot, tuple(tree), scene, begun(folder)), snapshots, schemas)

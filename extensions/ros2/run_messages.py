@@ -10,7 +10,7 @@ import numpy as np
 from pinocchio import SE3
 
 from app.live import (
-    Happenings,
+    Changes,
     Look,
     SceneView,
     ShownRun,
@@ -51,7 +51,7 @@ _POSE_PERIOD = 0.04  # shortest time between two messages of poses [s],
 _IMAGE_PERIOD = 0.2  # of two images,
 _STATUS_PERIOD = 1.0  # of transforms and diagnostics that have not changed,
 _SCENE_PERIOD = 5.0  # and of the shapes
-_LEVELS = {"INFO": 20, "WARN": 30, "ERROR": 40}  # of rcl_interfaces/Log
+_LEVELS = {"info": 20, "warning": 30, "error": 40}  # of rcl_interfaces/Log
 _OK, _WARN, _ERROR = range(3)  # of diagnostic_msgs/DiagnosticStatus
 _CAMERA = "camera_depth_optical_frame"
 
@@ -89,7 +89,7 @@ class Messages:
         self._urdf = [(k, *one) for k, one in enumerate(named) if one[0] not in ours]
         self._objects = [f"object/{name}" for name, _ in scene.objects]
         self._scene = self._shapes(scene)
-        self._happenings = Happenings(tree)
+        self._changes = Changes(tree)
         self._statuses = ["IDLE"] * len(tree)
         self._nodes: object = None
         self._way: object = None
@@ -197,10 +197,10 @@ class Messages:
         self._statuses = words
         if changes:
             yield "/behavior_tree_log", {"timestamp": now, "event_log": changes}
-        lines = list(self._happenings.of(seen))
-        for level, text in lines:
-            log = {"stamp": now, "level": _LEVELS[level], "name": "frankie_task", "msg": text}
-            yield "/rosout", log
+        lines = self._changes.of(seen)
+        for line in lines:
+            log = {"stamp": now, "level": _LEVELS[line.severity], "name": "frankie_task"}
+            yield "/rosout", log | {"msg": line.text}
         if self._diagnostics.due(seen.stamp) or changes or lines:
             faults = "; ".join(fault.text for fault in seen.state.faults)
             status = [_status("robot", _ERROR if faults else _OK, faults or "no fault")]

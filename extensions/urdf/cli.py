@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from app.commands import RefusingGroup, find_tree, refuse
-from app.terminal import Loading, Terminal
+from app.terminal import Terminal
 
 if TYPE_CHECKING:
     from robots import RobotDescription
@@ -82,13 +82,11 @@ def import_(
         arguments=arguments or (),
     )
     console = Terminal()
-    with Loading(f"importing {urdf.name}:") as loading:
-        loading("its shapes")
+    with Terminal(stderr=True).status(f"importing the shapes of {urdf.name} ..."):
         notes = write_robot(urdf, out, options)
     for line in notes:
         console.say(line)
-    with Loading(f"importing {urdf.name}:") as loading:
-        loading("postures")  # drawn here, not in the first run
+    with Terminal(stderr=True).status("drawing postures ..."):  # here, not in the first run
         postures = bank(made := load_robot(out))
     console.say(f"gripper, for tasks that grasp: {_grasping(made, out)}")
     console.say(f"{out}: written, {len(postures.q)} postures drawn; next: frankie-task robot check")

@@ -8,12 +8,13 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 from rich.table import Table
 
 from config.poses import MapPose
-from controller import Command, KinematicState, MotionGoal, PoseGoal, StepReport, Surroundings
+from controller import Command, PoseGoal, StepReport
 from lab.bench.configuration import Configuration
 from lab.bench.goals import generate_goals
 from lab.bench.peers import LACKS
@@ -67,9 +68,9 @@ def time_steps(robot: str, peers: Sequence[str], *, steps: int, seed: int) -> li
             robot=robot,
             controller=t.name,
             steps=t.steps,
-            median=t.cpu_median,
-            p99=t.cpu_p99,
-            ratio=t.cpu_median / timings[0].cpu_median,
+            median=t.median,
+            p99=t.p99,
+            ratio=t.median / timings[0].median,
             infeasible=infeasible[t.name],
             lacks=LACKS.get(t.name, ""),
         )
@@ -101,13 +102,8 @@ def step_table(rows: Sequence[StepTime]) -> Table:
 def _counted(name: str, step: Step, infeasible: Counter[str]) -> Step:
     """A step that counts those without a solution."""
 
-    def counted(
-        state: KinematicState,
-        goal: MotionGoal[MapPose] | None,
-        last: Command,
-        surroundings: Surroundings,
-    ) -> tuple[Command, StepReport]:
-        command, report = step(state, goal, last, surroundings)
+    def counted(*arguments: Any) -> tuple[Command, StepReport]:
+        command, report = step(*arguments)
         infeasible[name] += not report.solved
         return command, report
 
@@ -115,16 +111,7 @@ def _counted(name: str, step: Step, infeasible: Counter[str]) -> Step:
 
 
 def _interleaved(steps: dict[str, Step], timer: Interleaved) -> Step:
-    def step(
-        state: KinematicState,
-        goal: MotionGoal[MapPose] | None,
-        last: Command,
-        surroundings: Surroundings,
-    ) -> tuple[Command, StepReport]:
-        arguments = (state, goal, last, surroundings)
-        return timer({name: partial(one, *arguments) for name, one in steps.items()})
-
-    return step
+    return lambda *arguments: timer({name: partial(one, *arguments) for name, one in steps.items()})
 
 
 def _move_to(step: Step, configuration: Configuration, mTe: MapPose) -> None:

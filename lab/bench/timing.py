@@ -3,30 +3,22 @@
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from time import perf_counter_ns, thread_time_ns
+from time import thread_time_ns
 from typing import TypeVar
 
 import numpy as np
-
-from config.arrays import Array
 
 Result = TypeVar("Result")
 
 
 @dataclass(frozen=True)
 class Timing:
-    """Wall-clock and CPU time of repeated work [µs]."""
+    """Time of the thread for repeated work, which other processes do not lengthen [µs]."""
 
     name: str
     steps: int
     median: float
-    p95: float
     p99: float
-    worst: float
-    cpu_median: float  # of the thread, which other processes do not lengthen
-    cpu_p95: float
-    cpu_p99: float
-    cpu_worst: float
 
 
 class Interleaved:
@@ -37,17 +29,16 @@ class Interleaved:
 
     def __init__(self, seed: int) -> None:
         self._rng = np.random.default_rng(seed)
-        self._times: defaultdict[str, list[tuple[int, int]]] = defaultdict(list)
+        self._times: defaultdict[str, list[int]] = defaultdict(list)
 
     def __call__(self, works: Mapping[str, Callable[[], Result]]) -> Result:
         """Do the work of every candidate; returns the result of the first."""
         names, results = list(works), {}
         for index in self._rng.permutation(len(names)):
             name = names[index]
-            wall, cpu = perf_counter_ns(), thread_time_ns()
+            begun = thread_time_ns()
             results[name] = works[name]()
-            cpu, wall = thread_time_ns() - cpu, perf_counter_ns() - wall
-            self._times[name].append((wall, cpu))
+            self._times[name].append(thread_time_ns() - begun)
         return results[names[0]]
 
     @property
@@ -57,9 +48,7 @@ class Interleaved:
 
     def timings(self, names: Iterable[str]) -> list[Timing]:
         """Of the candidates of these names."""
-        return [_timing(name, np.array(self._times[name])) for name in names]
-
-
-def _timing(name: str, wall_and_cpu_ns: Array) -> Timing:
-    marks = np.percentile(wall_and_cpu_ns, (50.0, 95.0, 99.0, 100.0), axis=0) / 1e3
-    return Timing(name, len(wall_and_cpu_ns), *marks.T.ravel().tolist())
+        return [
+            Timing(name, len(times), *np.percentile(times, (50.0, 99.0)) / 1e3)
+            for name, times in ((name, self._times[name]) for name in names)
+        ]

@@ -12,7 +12,7 @@ from trees.language.leaf_type import ADD, SET, LeafError, LeafType, Output, Para
 from trees.language.loader import examine, load
 from trees.language.mappings import NAMING_HINT, WORD
 from trees.language.named_poses import PoseSection, RegionSection
-from trees.language.registry import declared_leaves, known_leaves, plugin_problems
+from trees.language.registry import known_leaves, plugin_problems
 from trees.language.rules import LANGUAGE_RULES, NO_COUNTERPART
 from trees.language.syntax import (
     SCENE,

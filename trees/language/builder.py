@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 from py_trees.behaviour import Behaviour
 
-from behaviours import Key, MapPlace, Posture
+from behaviours import Context, Key, MapPlace, Posture
 from config import Diagnostic, Location
 from trees.language import rules
 from trees.language.leaf_type import ADD
@@ -27,10 +27,7 @@ from trees.words import (
     Supply,
 )
 
-if TYPE_CHECKING:
-    from behaviours import Context
-
-LeafMaker: TypeAlias = "Callable[[LeafNode, Context, Mapping[str, object]], Behaviour]"
+LeafMaker: TypeAlias = Callable[[LeafNode, Context, Mapping[str, object]], Behaviour]
 """(node, context, arguments and keys by parameter) to the leaf."""
 
 
@@ -74,7 +71,6 @@ class _Builder:
     context: Context
     make_leaf: LeafMaker
     path: Path  # the file, for messages
-    prefix: str = ""  # before the names of its keys in the context
     keys: dict[str, Key[object]] = field(default_factory=dict)  # by their names in this file
 
     def build(self, node: Node) -> Behaviour:
@@ -103,12 +99,7 @@ class _Builder:
         return behaviour
 
     def _subtree(self, node: SubtreeNode) -> Behaviour:
-        inner = _Builder(
-            context=self.context,
-            make_leaf=self.make_leaf,
-            path=node.task.path,
-            prefix=f"{self.prefix}{node.name}/",
-        )
+        inner = _Builder(context=self.context, make_leaf=self.make_leaf, path=node.task.path)
         return Subtree(
             node.name,
             inner.build(node.task.root),
@@ -149,10 +140,7 @@ class _Builder:
             raise _refused(self.path, node.location, message, hint) from error
 
     def _key(self, name: str) -> Key[object]:
-        if name not in self.keys:
-            self.keys[name] = Key(name)
-            self.context.keys[self.prefix + name] = self.keys[name]
-        return self.keys[name]
+        return self.keys.setdefault(name, Key(name))
 
     def _supply(self, value: Argument) -> Supply:
         """Returns the value, or that of its key at the time of the call."""

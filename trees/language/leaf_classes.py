@@ -12,15 +12,11 @@ import types
 import typing
 from collections.abc import Iterable, Mapping
 from functools import cache
-from typing import TYPE_CHECKING
 
-from behaviours import Key
+from behaviours import Condition, Key, Leaf
 from trees.language.leaf_type import OWN_LEAVES, LeafError, LeafType, Output, Parameter
 from trees.language.mappings import NAMING_HINT, WORD
 from trees.words import RESERVED, ValueType, read_annotation
-
-if TYPE_CHECKING:
-    from behaviours import Leaf
 
 
 def describe_leaves(leaves: Mapping[str, type[Leaf]]) -> dict[str, LeafType]:
@@ -40,8 +36,6 @@ _SAID = (
 
 @cache
 def _describe(key: str, leaf: type[Leaf]) -> LeafType:
-    from behaviours import Condition, Leaf  # which need numpy
-
     if not isinstance(key, str) or not WORD.fullmatch(key):
         raise LeafError(f"leaf `{leaf.__name__}`: its key is no word; {NAMING_HINT}")
     if key in (*RESERVED, *OWN_LEAVES):

@@ -3,31 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
-from pkgutil import resolve_name
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, field
+
+from py_trees.behaviour import Behaviour
 
 from config import UserError
 from trees.words import Add, Set, ValueType
-
-if TYPE_CHECKING:
-    from py_trees.behaviour import Behaviour
-
-
-@dataclass(frozen=True)
-class Deferred:
-    """A class or function that is imported when it is called."""
-
-    where: str  # `package.module:name`
-
-    def __call__(self, *args: Any, **named: Any) -> Any:
-        """Call it."""
-        return resolve_name(self.where)(*args, **named)
-
-    @classmethod
-    def of(cls, one: Callable[..., Any]) -> Deferred:
-        """It, by the place where it is defined."""
-        return cls(f"{one.__module__}:{one.__qualname__}")
 
 
 class LeafError(UserError):
@@ -79,11 +60,6 @@ class LeafType:
     is_condition: bool
     takes_time: bool  # whether it may run for more than a tick
     can_fail: bool = True
-
-    def deferred(self) -> LeafType:
-        """The same; its class is imported when it is used."""
-        validate = self.validate and Deferred.of(self.validate)
-        return replace(self, behaviour=Deferred.of(self.behaviour), validate=validate)
 
     @property
     def described(self) -> tuple[Parameter, ...]:

@@ -20,8 +20,6 @@ from trees.language.syntax import (
 from trees.language.values import KeyRead
 from trees.words import MODIFIERS, Need, Outcomes, all_in_order, first_success
 
-_MOST_ASKED = 300  # conditions in a composite, at 15 µs each and 10 ms a tick
-
 
 def lint(root: Node, flow: FlowResult, diagnostics: Diagnostics, is_first: bool) -> bool:
     """Check a tree for what is allowed, but probably not meant.
@@ -42,7 +40,7 @@ def lint(root: Node, flow: FlowResult, diagnostics: Diagnostics, is_first: bool)
             continue
         if isinstance(node, CompositeNode):
             _warn_of_unreached(node, facts, diagnostics)
-            _warn_of_order(node, diagnostics)
+            _warn_of_lone_guards(node, diagnostics)
             word, child = node.word, node.children[0]
             if why := _needless(word.needs, child, facts[id(child)].outcomes):
                 message = f"`{node.key}` has no effect on `{child.name}`: {why}"
@@ -58,8 +56,6 @@ def lint(root: Node, flow: FlowResult, diagnostics: Diagnostics, is_first: bool)
 def _warn_of_modifiers(node: Node, fact: Fact, diagnostics: Diagnostics) -> None:
     inner = fact.layers[""]
     for key, value in node.modifiers.items():
-        if isinstance(value, CompositeNode):
-            _warn_of_order(value, diagnostics)
         if why := _needless(MODIFIERS[key].of(value).needs, node, inner):
             message = f"`{key}` has no effect on `{node.name}`: {why}"
             diagnostics.warning(rules.NO_EFFECT, node.location, message, "remove it")
@@ -123,21 +119,11 @@ def _warn_of_unreached(
             break
 
 
-def _warn_of_order(node: CompositeNode, diagnostics: Diagnostics) -> None:
-    """Of conditions that are asked too rarely, and of too many at every tick."""
-    word, asked = node.word, sum(map(is_condition, node.children))
-    if word.is_condition and asked > _MOST_ASKED:
-        message = f"{asked} conditions below `{node.key}` are asked at every tick"
-        hint = f"ask at most {_MOST_ASKED} at a time"
-        diagnostics.warning(rules.ASKED_OFTEN, node.location, message, hint)
-    if word.outcomes is all_in_order:
-        _warn_of_lone_guards(node, diagnostics)
-
-
 def _warn_of_lone_guards(node: CompositeNode, diagnostics: Diagnostics) -> None:
     """Of conditions that are asked once, before an action that they seem to guard."""
     guards: list[LeafNode] = []
-    for child in node.children:
+    is_sequence = node.word.outcomes is all_in_order
+    for child in node.children if is_sequence else ():
         if not isinstance(child, LeafNode) or not child.type.is_condition:
             break
         guards.append(child)

@@ -7,9 +7,8 @@ from dataclasses import dataclass, field, replace
 from itertools import count
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING
 
-from behaviours import BasePose, Posture, Region, ToolPose
+from behaviours import BasePose, Leaf, Posture, Region, ToolPose
 from config import (
     Diagnostic,
     Diagnostics,
@@ -31,9 +30,6 @@ from trees.language.registry import Installed
 from trees.language.scope import Scope
 from trees.language.subtrees import find_file, override_values, read_out, read_with, with_values
 from trees.language.syntax import SCENE, SubtreeNode, Task, TaskFileError
-
-if TYPE_CHECKING:
-    from behaviours import Leaf
 
 MAX_SUBTREES = 200  # in a whole task, every use of a file counted
 MAX_ERRORS = 100  # after which reading stops

@@ -6,8 +6,10 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, cast
+from typing import Annotated
 
+import numpy as np
+from pinocchio import SE3, rpy, utils
 from pydantic import AfterValidator, Field, WithJsonSchema, model_validator
 
 from behaviours import BasePose, Posture, Region, ToolPose
@@ -30,13 +32,7 @@ from trees.language.mappings import ABSENT, fields, named_entries
 from trees.language.values import OTHER_UNITS, meant, radians_for_degrees
 from trees.words import NamedValue
 
-# Numbers and kinematics are imported where a pose is made: a task without one is checked sooner.
-if TYPE_CHECKING:
-    from pinocchio import SE3
-
-    from config.arrays import Array
-
-READY = Posture(name="ready", q=cast("Array", ()))
+READY = Posture(name="ready", q=np.zeros(0))
 """It is not known before a tree is built for a robot."""
 
 BUILT_IN: Mapping[str, NamedValue] = {READY.name: READY}  # known without being defined
@@ -135,9 +131,6 @@ class PoseSection(StrictModel):
 
     def make(self, name: str) -> ToolPose | BasePose | Posture:
         """The pose: Rz(yaw) Ry(pitch) Rx(roll) for a tool, a turn about z for a base."""
-        import numpy as np
-        from pinocchio import SE3, rpy
-
         if "xyz" in self.model_fields_set:
             turn = rpy.rpyToMatrix(np.deg2rad(self.rpy_deg))
             return ToolPose(name=name, mTe=SE3(turn, np.array(self.xyz)), on=self.on or "")
@@ -160,17 +153,12 @@ class RegionSection(StrictModel):
 
     def make(self, name: str) -> Region:
         """The region."""
-        import numpy as np
-
         mTr = _upright(self.centre, self.yaw_deg)
         front = math.radians(self.front_deg) if "front_deg" in self.model_fields_set else None
         return Region(name=name, mTr=mTr, size=np.array(self.size), front=front, on=self.on or "")
 
 
 def _upright(xyz: list[float], yaw_deg: float) -> SE3:
-    import numpy as np
-    from pinocchio import SE3, utils
-
     return SE3(utils.rotate("z", math.radians(yaw_deg)), np.array(xyz))
 
 

@@ -24,9 +24,9 @@ from config import (
 from trees.language import rules
 from trees.language.mappings import FORMER_WORDS, called, counted_hint, fields
 from trees.language.node_syntax import FORMS
-from trees.language.scope import Scope, read_leaf
+from trees.language.scope import Scope, read_argument, read_leaf
 from trees.language.syntax import CompositeNode, LeafNode, Modifiers, Node, is_condition
-from trees.language.values import KeyRead, MismatchError, convert, number_in
+from trees.language.values import KeyRead
 from trees.words import (
     ASKING,
     CHILDREN,
@@ -176,19 +176,8 @@ def _read_fixed(key: str, value: YamlValue, expected: ValueType, scope: Scope) -
 
     A parameter without a value stays a `KeyRead`.
     """
-    resolved = scope.resolve(value)
-    if resolved is None:
-        return None
-    try:
-        given = convert(resolved, expected, {})
-    except MismatchError as mismatch:
-        text = str(scope.text(value))
-        in_seconds = key.endswith("_s") and number_in(text, "s", expected.within)
-        hint = in_seconds or mismatch.hint
-        if text in scope.parameters:
-            hint = Hint(f"write `${text}`", text, f"${text}")
-        scope.mismatch(mismatch.rule, resolved, f"`{key}`: {mismatch.message}", hint)
-        return None
+    unit = "s" if key.endswith("_s") else ""
+    given = read_argument(key, value, expected, "", scope, unit).get(key)
     assert not isinstance(given, NamedValue)
     if not isinstance(given, KeyRead):
         return given

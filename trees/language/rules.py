@@ -110,12 +110,6 @@ ASKED_ONCE = Rule(
     "{sequence: [arm_healthy, {wait: {duration_s: 5}}]}",
     "{while: arm_healthy, wait: {duration_s: 5}}",
 )
-ASKED_OFTEN = Rule(
-    "R406",
-    "What is asked at every tick is asked within it: at most 300 conditions.",
-    f"{{sequence: [{', '.join(['arm_healthy'] * 301)}]}}",
-    "{sequence: [arm_healthy, holding_object]}",
-)
 ENDLESS = Rule(
     "R407",
     "A loop can end, or has a `timeout_s`.",

@@ -7,10 +7,19 @@ from dataclasses import replace
 from math import radians
 from os.path import isfile
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, TypeVar, cast
+from typing import NamedTuple, TypeVar, cast
 
-from behaviours import MapPlace, Region, ToolPose
+from behaviours import (
+    ApproachWord,
+    MapPlace,
+    Region,
+    ToolPose,
+    region_at,
+    region_direction,
+    tilted_if_needed,
+)
 from config import Diagnostic, Diagnostics, Location, Severity, YamlMap, read_yaml, suggest
+from robots import Geom, Plane, RobotDescription, load_real_robot, load_robot
 from trees.language import (
     SCENE,
     KeyRead,
@@ -22,13 +31,10 @@ from trees.language import (
     leaves_at,
     nodes_below,
 )
+from trees.site import reachability as reach
 from trees.site.site_rules import COME_TO, FURNITURE, REACH, SCENE_FILE, SET_DOWN, SURFACE
+from trees.site.way import first_drives
 
-if TYPE_CHECKING:
-    from behaviours import ApproachWord
-    from robots import Geom, RobotDescription
-
-_USUAL = "frankie"
 _SMALL = 0.03  # a region with a shorter edge is smaller than what may stand in it [m]
 _ANY_APPROACH: ApproachWord = "auto"
 _T = TypeVar("_T")
@@ -91,7 +97,7 @@ def check(
     path: Path | str,
     *,
     places: Path | None = None,
-    robot: str | Path = _USUAL,
+    robot: str | Path = "frankie",
     text: str | None = None,
     scene: str = "",
 ) -> list[Diagnostic]:
@@ -103,15 +109,8 @@ def check(
     mistake in it; LeafError: a leaf class, not the file, is at fault.
     """
     task, found = examine(path, places=places, text=text)
-    # To import and read a robot takes longer than to read a task, and the shipped one is right.
-    is_of_scene = task is None and _is_scene(Path(path))
-    is_of_place = task is not None and (task.scene or any(_uses(task)))
-    if robot == _USUAL and not is_of_scene and not is_of_place:
-        return found if task is None else _in_order(task, found)
-    from robots import load_real_robot, load_robot
-
     description, real = load_robot(robot), load_real_robot(robot)
-    if is_of_scene:
+    if task is None and _is_scene(Path(path)):
         from hw.sim import scene_mistakes
 
         return scene_mistakes(Path(path), description.base.size[:2])
@@ -130,16 +129,12 @@ def check(
         there = place_diagnostics(task, description, fixtures)
         found += [replace(one, severity=Severity.WARNING) for one in there if one not in found]
     elif fixtures and not on_map:
-        from trees.site.way import first_drives
-
         found += first_drives(task, description, fixtures)
     return _in_order(task, found)
 
 
 def furniture_diagnostics(task: Task, fixtures: Sequence[Geom]) -> list[Diagnostic]:
     """Places of a task that are tied to furniture that is not on the map."""
-    from robots import Plane
-
     pieces = {one.piece for one in fixtures if not isinstance(one.shape, Plane)}
     return [
         Diagnostic(
@@ -195,9 +190,6 @@ def _not_set_down(
     )
     if not regions:
         return
-    from behaviours import region_direction
-    from trees.site.reachability import why_not_set_down
-
     grasps = [one for one in regions if one[0].leaf.type.key == "grasp"]
     solid = tuple(fixtures)
     ways = (region_direction(robot, solid, region, *_approach(use)) for use, region in grasps)
@@ -205,7 +197,7 @@ def _not_set_down(
     for use, region in regions:
         if use.leaf.type.key != "place":
             continue
-        if (why := why_not_set_down(region, robot, fixtures, tilts)) is not None:
+        if (why := reach.why_not_set_down(region, robot, fixtures, tilts)) is not None:
             yield Diagnostic(SET_DOWN, use.path, use.leaf.location, *why, Severity.WARNING)
 
 
@@ -215,9 +207,6 @@ def _of_use(
     robot: RobotDescription,
     fixtures: Sequence[Geom],
 ) -> Iterator[Diagnostic]:
-    from behaviours import region_at, tilted_if_needed
-    from trees.site import reachability as reach
-
     leaf, value = use.leaf, use.value
     if defined is not None and use.parameter in leaf.type.goes_to:
         path, location = defined

@@ -95,19 +95,16 @@ def _beyond_joints(q: Array, robot: RobotDescription) -> tuple[str, str] | None:
 def what_is_in_the_way(
     value: object, robot: RobotDescription, fixtures: Sequence[Geom]
 ) -> tuple[str, str] | None:
-    """Message and hint about a pose inside furniture; None if there is room."""
-    if isinstance(value, ToolPose):
-        body, who = list(_hand(value.mTe, robot)), "the hand"
-    elif isinstance(value, BasePose):
-        body, who = list(_base(value.mTb, robot)), "the base"
-    else:
+    """Message and hint about a pose of the base inside furniture; None if there is room."""
+    if not isinstance(value, BasePose):
         return None
     solid = [fixture for fixture in fixtures if not isinstance(fixture.shape, Plane)]
+    body = list(_base(value.mTb, robot))
     depths = ((-_gap(part, fixture), fixture.name) for part in body for fixture in solid)
     depth, name = max(depths, default=(0.0, ""), key=lambda found: found[0])
     if depth < _DEEP:
         return None
-    return f"{who} would be inside `{name}` of the scene", "move the pose, or the furniture"
+    return f"the base would be inside `{name}` of the scene", "move the pose, or the furniture"
 
 
 def why_no_stance_is_free(
@@ -182,16 +179,6 @@ def bare_places(
     missing = sum(height > (_LEVEL if set_down else NEAR) for height in heights)
     enough = pitch is None and missing < len(points)
     return Bare(0 if enough else missing, len(points), min(heights))
-
-
-def _hand(mTe: MapPose, robot: RobotDescription) -> Iterator[Geom]:
-    """Palm and fingers of an open hand, in the world."""
-    gripper = robot.gripper
-    yield gripper.palm.moved(mTe)
-    for side in (1.0, -1.0):
-        half = SE3(np.diag([side, side, 1.0]), np.zeros(3))
-        opened = SE3(np.eye(3), np.array([0.0, gripper.opening / 2.0, 0.0]))
-        yield gripper.finger.moved(mTe * half * opened)
 
 
 def _base(mTb: MapPose, robot: RobotDescription) -> Iterator[Geom]:

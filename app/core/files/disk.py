@@ -52,16 +52,18 @@ class Disk:
 
     def file(self, name: str, encode: Encode = b"".join) -> GrowingFile:
         """A new file of the run; raises UserError if it cannot be written."""
-        self._files.append(GrowingFile(self._folder / name, self._feed, encode))
-        return self._files[-1]
+        return self._added(GrowingFile(self._folder / name, self._feed, encode))
 
     def array(self, name: str, row: npt.DTypeLike, encode: Encode = b"".join) -> GrowingFile:
         """A new `.npy` file; its pieces are encoded as the bytes of rows of type `row`.
 
         Raises UserError: it cannot be written.
         """
-        self._files.append(GrowingArray(self._folder / name, self._feed, np.dtype(row), encode))
-        return self._files[-1]
+        return self._added(GrowingFile(self._folder / name, self._feed, encode, np.dtype(row)))
+
+    def _added(self, file: GrowingFile) -> GrowingFile:
+        self._files.append(file)
+        return file
 
     def close(self, patience: float = PATIENCE) -> list[str]:
         """Write the rest within a time [s] and close; returns what went wrong, a line each."""
@@ -83,18 +85,22 @@ class Disk:
 
 
 class GrowingFile:
-    """A file to which pieces are appended."""
+    """A file to which pieces are appended; with a type of rows, an array."""
 
     def __init__(
-        self, path: Path, feed: Feed[tuple[GrowingFile, Any]], encode: Encode = b"".join
+        self,
+        path: Path,
+        feed: Feed[tuple[GrowingFile, Any]],
+        encode: Encode = b"".join,
+        row: np.dtype[Any] | None = None,
     ) -> None:
-        self._name = path.name
-        self._feed = feed
-        self._encode = encode
+        self._name, self._feed, self._encode = path.name, feed, encode
+        self._row, self._count = row, 0
         self._error: Exception | None = None
         try:
             self._file = path.open("wb", buffering=0)
-            self._begin()
+            if row is not None:
+                self._write_all(_header(row, 0))
         except OSError as error:
             raise UserError(f"{path}: cannot be written ({error.strerror})") from error
 
@@ -107,7 +113,7 @@ class GrowingFile:
         if self._error is not None:
             return
         try:
-            self._append(pieces)
+            self._append(self._encode(pieces))
         except Exception as error:  # the run must go on, and so must the other files
             self._error = error
 
@@ -121,38 +127,18 @@ class GrowingFile:
             return f"{self._name} ends early ({why})"
         return f"{self._name} was removed while it was written" if removed else ""
 
-    def _begin(self) -> None:
-        """Write what precedes the first piece."""
-
-    def _append(self, pieces: Sequence[Any]) -> None:
-        self._write_all(self._encode(pieces))
+    def _append(self, data: bytes) -> None:
+        self._write_all(data)
+        if self._row is not None:
+            self._count += len(data) // self._row.itemsize
+            self._file.seek(0)
+            self._write_all(_header(self._row, self._count))
+            self._file.seek(0, os.SEEK_END)
 
     def _write_all(self, data: bytes) -> None:
         rest = memoryview(data)
         while rest:  # a nearly full disk writes a part
             rest = rest[self._file.write(rest) :]
-
-
-class GrowingArray(GrowingFile):
-    """A NumPy array to which rows are appended."""
-
-    def __init__(
-        self, path: Path, feed: Feed[tuple[GrowingFile, Any]], row: np.dtype[Any], encode: Encode
-    ) -> None:
-        self._row = row
-        self._count = 0
-        super().__init__(path, feed, encode)
-
-    def _begin(self) -> None:
-        self._write_all(_header(self._row, 0))
-
-    def _append(self, pieces: Sequence[Any]) -> None:
-        rows = self._encode(pieces)
-        self._write_all(rows)
-        self._count += len(rows) // self._row.itemsize
-        self._file.seek(0)
-        self._write_all(_header(self._row, self._count))
-        self._file.seek(0, os.SEEK_END)
 
 
 def _header(row: np.dtype[Any], count: int) -> bytes:

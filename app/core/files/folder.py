@@ -2,7 +2,9 @@
 
 import json
 from collections.abc import Mapping
+from contextlib import suppress
 from datetime import datetime
+from itertools import count
 from os.path import relpath
 from pathlib import Path
 from tempfile import TemporaryFile
@@ -51,12 +53,13 @@ def make_folder(root: Path, task: str, texts: Mapping[str, str], options: dict[s
     stamp = datetime.now().strftime(_STAMP)
     try:
         root.mkdir(parents=True, exist_ok=True)
-        number = 1
-        folder = root / f"{stamp}-{task}"
-        while not _made(folder):
-            number += 1
-            folder = root / f"{stamp}-{task}-{number}"
-        _require_space(folder)
+        for number in count(1):  # another run may begin at the same moment
+            folder = root / (f"{stamp}-{task}" + f"-{number}" * (number > 1))
+            with suppress(FileExistsError):
+                folder.mkdir()
+                break
+        with TemporaryFile(dir=folder) as file:  # on a full disk Rerun would hang
+            file.write(bytes(_MIN_SPACE))
         for name, text in texts.items():
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             (folder / name).write_text(text, encoding="utf-8")
@@ -75,21 +78,6 @@ def begun(folder: Path) -> int:
         return int(datetime.strptime(folder.name[:17], _STAMP).timestamp()) * 10**9
     except ValueError:
         return 0
-
-
-def _require_space(folder: Path) -> None:
-    """Raise OSError if the disk is full: Rerun would hang on it."""
-    with TemporaryFile(dir=folder) as file:
-        file.write(bytes(_MIN_SPACE))
-
-
-def _made(folder: Path) -> bool:
-    """Make a folder; False if it exists: another run may begin at the same moment."""
-    try:
-        folder.mkdir()
-    except FileExistsError:
-        return False
-    return True
 
 
 def recorded_robot(folder: Path, options: Mapping[str, Any]) -> str:

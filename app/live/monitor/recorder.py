@@ -29,7 +29,7 @@ class Recorder:
     The folder of `path` exists; `tree` has the nodes in preorder; `model` is not shared, since the
     thread uses it. When the disk is slow, `lossless` lets `record` wait (a simulation at full
     speed), or else the oldest snapshots are dropped (in real time). Viewers are served at `server`.
-    Raises RecorderError: the file cannot be written; ViewError: viewers cannot be served.
+    Raises RecorderError: the file cannot be written.
     """
 
     def __init__(

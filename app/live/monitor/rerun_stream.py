@@ -4,7 +4,6 @@ The server for viewers runs in this process and drops the oldest data when its m
 writing never waits for a viewer, as a sink that connects to one would.
 """
 
-import socket
 import threading
 from collections.abc import Sequence
 from pathlib import Path
@@ -22,12 +21,10 @@ from app.live.monitor.text_panel import TextPanel
 from app.live.monitor.tree_panel import TreePanel
 from app.live.nodes import NodeInfo
 from app.live.run_snapshot import SceneView, Snapshot
-from app.live.viewer.viewer import ViewError
 from app.web import Address
 from controller import RobotModel
 
 _SERVER_MEMORY = "200MB"  # data for viewers that connect late: more than ten minutes
-_PATIENCE = 5.0
 _LINGER = 1.0  # time for viewers to fetch the end of a run [s]
 
 
@@ -41,8 +38,7 @@ class Panel(Protocol):
 class Writer:
     """Writes batches of snapshots; used by one thread at a time.
 
-    Raises OSError, RuntimeError: the file cannot be written; ViewError: the address cannot be
-    served.
+    Raises OSError, RuntimeError: the file cannot be written.
     """
 
     def __init__(
@@ -66,8 +62,6 @@ class Writer:
             default_blueprint=layout,
         )
         layout.release()
-        if server is not None:
-            _check(server)
         self._panels: list[Panel] = [
             TreePanel(self._stream, tree),
             TextPanel(self._stream, tree),
@@ -100,14 +94,3 @@ def _served(server: Address) -> rr.GrpcServerSink:
     return rr.GrpcServerSink(
         bind_ip=server.host, port=server.port, server_memory_limit=_SERVER_MEMORY
     )
-
-
-def _check(server: Address) -> None:
-    """Raise ViewError if the server did not get its port, which the sink does not report."""
-    try:
-        socket.create_connection((server.host, server.port), timeout=_PATIENCE).close()
-    except OSError as error:
-        raise ViewError(
-            f"cannot serve viewers on {server.host}:{server.port} ({error.strerror}); "
-            "choose another --view-address, or --view none"
-        ) from error

@@ -5,12 +5,13 @@ from collections.abc import Sequence
 import rerun as rr
 from py_trees.common import Status
 
-from app.live.happenings import Happenings
+from app.live.changes import Changes, LogLine
 from app.live.monitor.columns import timelines
 from app.live.monitor.glyphs import printable
 from app.live.nodes import STATUS_GLYPH, NodeInfo, path_from_root, tip
 from app.live.run_snapshot import Snapshot
 
+_LEVELS = {"info": "INFO", "warning": "WARN", "error": "ERROR"}
 _PERIOD = 0.2  # shortest time between two messages of a node [s]
 
 
@@ -20,18 +21,16 @@ class TextPanel:
     def __init__(self, stream: rr.RecordingStream, tree: Sequence[NodeInfo]) -> None:
         self._stream = stream
         self._tree = tuple(tree)
-        self._happenings = Happenings(tree)
+        self._changes = Changes(tree)
         self._active: tuple[int, Status, str] | None = None
         self._active_since = -float("inf")
 
     def write(self, batch: Sequence[Snapshot]) -> None:
         """Add the texts of a batch."""
         messages: list[tuple[Snapshot, str]] = []
-        events: list[tuple[Snapshot, str, str]] = []
+        events: list[tuple[Snapshot, LogLine]] = []
         for snapshot in batch:
-            events += [
-                (snapshot, level, printable(text)) for level, text in self._happenings.of(snapshot)
-            ]
+            events += [(snapshot, line) for line in self._changes.of(snapshot)]
             text = self._changed_message(snapshot)
             if text is not None:
                 messages.append((snapshot, text))
@@ -47,10 +46,10 @@ class TextPanel:
         if events:
             self._stream.send_columns(
                 "log",
-                indexes=timelines([snapshot for snapshot, _, _ in events]),
+                indexes=timelines([snapshot for snapshot, _ in events]),
                 columns=rr.TextLog.columns(
-                    level=[level for _, level, _ in events],
-                    text=[f"{snapshot.time:7.2f} s  {text}" for snapshot, _, text in events],
+                    level=[_LEVELS[line.severity] for _, line in events],
+                    text=[f"{line.time:7.2f} s  {printable(line.text)}" for _, line in events],
                 ),
             )
 

@@ -24,29 +24,6 @@ _ENDS = (Look.SUCCESS, Look.NOT_YET, Look.FAILURE)
 _LIST = "tree/list"
 
 
-class TreePanel:
-    """Draws the tree and its history."""
-
-    def __init__(self, stream: rr.RecordingStream, tree: Sequence[NodeInfo]) -> None:
-        self._tree = tuple(tree)
-        self._statuses: tuple[Status, ...] | None = None
-        self._drawing = TreeDrawing(stream, tree)
-        self._history = History(stream, [title(node) for node in tree])
-
-    def write(self, batch: Sequence[Snapshot]) -> None:
-        """Add the changes of a batch."""
-        changed: list[Snapshot] = []
-        for snapshot in batch:
-            statuses = tuple(node.status for node in snapshot.nodes)
-            if statuses != self._statuses:
-                self._statuses = statuses
-                changed.append(snapshot)
-        shown = [looks(self._tree, snapshot.nodes) for snapshot in changed]
-        self._history.write(changed, shown, until=batch[-1])
-        if changed:
-            self._drawing.write(changed, shown)
-
-
 class History:
     """Draws a bar for each node while it is active, and a mark where it ended."""
 
@@ -106,37 +83,47 @@ def _state(index: int, look: Look) -> str:
     return f"{index}|{look.value}"
 
 
-class TreeDrawing:
-    """Draws the tree as an indented list of pills, with their looks when a status changes."""
+class TreePanel:
+    """Draws the tree as an indented list of pills with their looks, and its history."""
 
     def __init__(self, stream: rr.RecordingStream, tree: Sequence[NodeInfo]) -> None:
-        self._stream = stream
+        self._stream, self._tree = stream, tuple(tree)
+        self._statuses: tuple[Status, ...] | None = None
         self._titles = [title(node) for node in tree]
+        self._history = History(stream, self._titles)
         self._ends = ends = pills(tree)
         middles = ends.mean(axis=1)
         lines = rr.LineStrips2D.from_fields
-        looks: dict[str, list[Any]] = {
-            "edges": [
-                lines(strips=edges(tree, ends), radii=rr.Radius.ui_points(1.2), draw_order=1)
-            ],
-            "outline": [lines(radii=PILL_RADIUS + 3.0, colors=[(255, 255, 255)], draw_order=1.5)],
-            "pills": [lines(strips=list(ends), radii=PILL_RADIUS, draw_order=2)],
-            "labels": [
-                rr.Points2D.from_fields(
-                    # The viewer hangs a label a little below its point.
-                    positions=middles - [0.0, PILL_RADIUS - 2.0],
-                    radii=0.01,
-                    colors=(255, 255, 255),
-                    draw_order=3,
-                    show_labels=True,
-                )
-            ],
+        looks: dict[str, Any] = {
+            "edges": lines(strips=edges(tree, ends), radii=rr.Radius.ui_points(1.2), draw_order=1),
+            "outline": lines(radii=PILL_RADIUS + 3.0, colors=[(255, 255, 255)], draw_order=1.5),
+            "pills": lines(strips=list(ends), radii=PILL_RADIUS, draw_order=2),
+            "labels": rr.Points2D.from_fields(
+                # The viewer hangs a label a little below its point.
+                positions=middles - [0.0, PILL_RADIUS - 2.0],
+                radii=0.01,
+                colors=(255, 255, 255),
+                draw_order=3,
+                show_labels=True,
+            ),
         }
-        for part, bodies in looks.items():
-            for body in bodies:
-                stream.log(f"{_LIST}/{part}", body, static=True)
+        for part, body in looks.items():
+            stream.log(f"{_LIST}/{part}", body, static=True)
 
-    def write(self, changed: Sequence[Snapshot], looks: Sequence[tuple[Look, ...]]) -> None:
+    def write(self, batch: Sequence[Snapshot]) -> None:
+        """Add the changes of a batch."""
+        changed: list[Snapshot] = []
+        for snapshot in batch:
+            statuses = tuple(node.status for node in snapshot.nodes)
+            if statuses != self._statuses:
+                self._statuses = statuses
+                changed.append(snapshot)
+        shown = [looks(self._tree, snapshot.nodes) for snapshot in changed]
+        self._history.write(changed, shown, until=batch[-1])
+        if changed:
+            self._draw(changed, shown)
+
+    def _draw(self, changed: Sequence[Snapshot], looks: Sequence[tuple[Look, ...]]) -> None:
         """Send colours, labels and the outline."""
         count = len(self._titles)
         colours = np.array([[LOOK_COLOUR[look] for look in row] for row in looks], np.uint8)

@@ -16,8 +16,8 @@ from py_trees.common import Status
 from sample_run import TREE, moment
 
 from app.live import Control, PoseEstimate
+from app.live.hooks import insert_hooks
 from app.live.nodes import NodeInfo
-from app.live.operator import insert_hooks
 from extensions.page.control_page import ControlPage
 from extensions.page.observer import PageError, RunPage
 from extensions.page.server import PageServer

@@ -49,7 +49,7 @@ def perception(
     count: Annotated[int, typer.Option(help="Frames.", min=1)] = 60,
     json: Json = None,
 ) -> None:
-    """Time the step from a frame to grasps, and GG-CNN in it; CPU times are hardly disturbed."""
+    """Time the step from a frame to grasps, and GG-CNN in it: processor time of the thread."""
     from lab.bench.perception_time import perception_table, time_perception
 
     check_writable(json)

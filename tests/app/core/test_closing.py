@@ -7,7 +7,7 @@ from command_line import call
 from harness import detector, open_floor
 
 from app.core import RunOptions, set_up
-from app.core.world_model import WorldModel
+from app.core.setup import WorldModel
 from hw import Backend, HardwareError, SimClock
 from hw.sim import kinematic_robot
 from robots import load_robot

@@ -1,6 +1,7 @@
 """Runs on a computer that starts no more threads: the robot rests, and what is missing is told."""
 
 import os
+from types import SimpleNamespace
 
 import pytest
 from controlled_run import ControlledRun, leaf
@@ -40,6 +41,10 @@ def test_files_that_nobody_writes_are_told(monkeypatch, tmp_path):
 
 def test_a_terminal_that_shows_nothing_spares_the_run(monkeypatch):
     info = RunInfo(task="t", description="", where="here", objects=0)
-    display = RunDisplay(info, (), console=Console(file=open(os.devnull, "w")))  # noqa: SIM115
-    with full_computer(monkeypatch), display, pytest.raises(RuntimeError, match="new thread"):
-        display.show(None)
+    nothing = SimpleNamespace(
+        state=SimpleNamespace(faults=()), paused="", too_slow="", changed=False
+    )
+    with full_computer(monkeypatch):
+        display = RunDisplay(info, (), console=Console(file=open(os.devnull, "w")))  # noqa: SIM115
+    with display, pytest.raises(RuntimeError, match="new thread"):
+        display.show(nothing)

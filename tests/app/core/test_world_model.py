@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from app.core import RunOptions, run_task
-from app.core.world_model import delivered, load_world_model, recorded_world_model
+from app.core.setup import delivered, load_world_model, recorded_world_model
 from hw import WorldOptions, open_backend
 from hw.sim import SceneError
 

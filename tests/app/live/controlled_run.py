@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from types import SimpleNamespace
 
 import numpy as np
 from harness import Harness, looking_down
@@ -12,7 +13,7 @@ from py_trees.common import Status
 from app.core.measurements import Measurements
 from app.core.session import Session
 from app.live import Control
-from app.live.operator import insert_hooks, matching
+from app.live.hooks import insert_hooks, matching
 from behaviours import Context, Leaf
 from controller import PoseGoal
 from trees.language import nodes_in_order
@@ -84,15 +85,14 @@ class ControlledRun:
         assert time.monotonic() < self._deadline, "the run never ends"
 
     def run(self):
-        session = Session(
-            root=self.root,
+        setup = SimpleNamespace(
             context=self.harness.context,
             controller=self.harness.controller,
             gate=self.harness.gate,
-            measurements=self.measurements,
             clock=self.harness.task_clock,
-            control=self.control,
-            watch=self._watch,
+        )
+        session = Session(
+            setup, self.root, self.control, self._watch, measurements=self.measurements
         )
         self.outcome = session.run()
         return self.outcome

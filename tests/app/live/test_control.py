@@ -15,7 +15,9 @@ from py_trees.common import Status
 from waiting import until
 
 from app.core.outcome import End
-from app.live.operator import Control, UnknownNodeError, keys, matching
+from app.live.control import Control
+from app.live.hooks import UnknownNodeError, matching
+from app.live.operator_console import keys
 from hw import Fault, FaultKind
 from trees.words.composites import Sequence
 from trees.words.modifiers import Retry, Timeout
@@ -214,7 +216,7 @@ def test_nodes_are_found_by_name_key_and_path():
 
 def test_keys_pause_step_go_on_and_stop_and_the_terminal_is_given_back(monkeypatch):
     person, terminal = pty.openpty()
-    monkeypatch.setattr("app.live.operator.keyboard.in_terminal", lambda file: True)
+    monkeypatch.setattr("app.live.operator_console.in_terminal", lambda file: True)
     before = termios.tcgetattr(terminal)
     control = Control()
     with keys(control, terminal) as listening:

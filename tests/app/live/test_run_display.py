@@ -27,10 +27,9 @@ def shown(moments: list[Snapshot], *, terminal: bool, height: int = 30) -> str:
     console = Console(
         file=out, force_terminal=terminal, width=100, height=height, color_system=None
     )
-    display = RunDisplay(ABOUT, samples.TREE, console=console)
-    for one in moments:
-        display.show(one)
-        display.write()
+    with RunDisplay(ABOUT, samples.TREE, console=console) as display:
+        for one in moments:
+            display.show(one)
     return out.getvalue()
 
 
@@ -112,6 +111,6 @@ def test_the_loop_is_told_when_the_terminal_is_gone() -> None:
     console = Console(file=Gone(), force_terminal=False, width=100)
     with RunDisplay(ABOUT, samples.TREE, console=console) as display:
         display.show(moment(0))
-        display._thread.join(5.0)
+        display._feed._thread.join(5.0)
         with pytest.raises(OSError, match="gone"):
             display.show(moment(1))

@@ -102,7 +102,9 @@ def test_grasps_in_a_recording_are_shown(tmp_path: Path, depth: np.ndarray) -> N
     stream.save(tmp_path / "mine.rrd")
     for time, metres in ((0.0, np.full_like(depth, 0.7)), (1.0, depth)):
         stream.set_time("t", duration=time)
-        stream.log("eye", rr.DepthImage(metres.astype(np.float32), meter=1.0))
+        png = cv2.imencode(".png", np.rint(1000.0 * metres).astype(np.uint16))[1].tobytes()
+        image = rr.EncodedDepthImage(png, media_type="image/png", meter=1000.0)
+        stream.log("world/camera/depth", image)
     stream.flush()
     stream.disconnect()
     arguments = ("grasp", "show", tmp_path / "mine.rrd", "--focal", CAMERA.fx)
