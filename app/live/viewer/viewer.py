@@ -157,7 +157,8 @@ def _port(host: str, chosen: int | None, usual: int) -> int:
     try:
         return choose_port(host, chosen, usual)
     except (OSError, OverflowError) as error:
-        why = getattr(error, "strerror", error)
+        number = getattr(error, "errno", None)
+        why = os.strerror(number) if number else str(error)
         raise ViewError(
             f"--view-address {host}:{chosen or usual}: {why}; "
             "choose another port or address, or omit the option"
