@@ -10,9 +10,8 @@ from behaviours.core.context import Context
 from behaviours.core.leaf import Leaf
 from behaviours.core.parameter_types import Key, LowerBound, Millimetres, Region
 from behaviours.views.objects import Choice, Choose, ObjectDetection
+from behaviours.views.viewpoint import GLANCE_PATIENCE
 from perception import ColourName, DetectedObjects
-
-_PATIENCE = 1.0  # without a picture [s]
 
 
 class Detect(Leaf):
@@ -73,7 +72,7 @@ class Detect(Leaf):
         vision, state = self.context.vision, self.context.state
         objects = self._detection.update()
         if objects is None:
-            if self.context.clock.now() - self._begun > _PATIENCE:
+            if self.context.clock.now() - self._begun > GLANCE_PATIENCE:
                 return self.failure(vision.blindness(state.stamp) or "no camera frame")
             return self.running("looking")
         if isinstance(objects, str):

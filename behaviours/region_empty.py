@@ -10,8 +10,7 @@ from behaviours.core.context import Context
 from behaviours.core.leaf import Leaf
 from behaviours.core.parameter_types import Area, Region
 from behaviours.views.survey import Survey, view_directions
-
-_PATIENCE = 1.0  # without a picture [s]
+from behaviours.views.viewpoint import GLANCE_PATIENCE
 
 
 class RegionEmpty(Leaf):
@@ -44,7 +43,7 @@ class RegionEmpty(Leaf):
             Survey,
             self,
             region,
-            patience=_PATIENCE,
+            patience=GLANCE_PATIENCE,
             smallest=self._smallest,
             directions=view_directions(context, region),
             from_here=True,

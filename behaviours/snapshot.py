@@ -7,8 +7,7 @@ from py_trees.common import Status
 from behaviours.core.arguments import validate_file
 from behaviours.core.context import Context
 from behaviours.core.leaf import Leaf
-
-_PATIENCE = 1.0  # without a picture [s]
+from behaviours.views.viewpoint import GLANCE_PATIENCE
 
 
 class Snapshot(Leaf):
@@ -44,6 +43,6 @@ class Snapshot(Leaf):
             name = context.log.keep(self._file, frame)
             context.log.say(context.clock.now(), f"picture {name}")
             return self.success(f"kept as {name}")
-        if context.clock.now() - self._begun > _PATIENCE:
+        if context.clock.now() - self._begun > GLANCE_PATIENCE:
             return self.failure(context.vision.blindness(stamp) or "no camera frame")
         return self.running("waiting for a picture")

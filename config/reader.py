@@ -41,6 +41,8 @@ _EXPECTED = {
 }
 """Expectations in words of YAML, by pydantic's type of error."""
 
+_RULES = {"extra_forbidden": UNKNOWN_KEY, "missing": MISSING_KEY}
+
 
 class ConfigError(UserError):
     """A configuration file that cannot be used; the text says what, where and how to fix it."""
@@ -101,9 +103,7 @@ def validate(
             if is_deepest and at.keys not in seen:
                 seen.add(at.keys)
                 known = _known_keys(model, error["loc"][:-1])
-                rule = {"extra_forbidden": UNKNOWN_KEY, "missing": MISSING_KEY}.get(
-                    error["type"], VALUE
-                )
+                rule = _RULES.get(error["type"], VALUE)
                 diagnostics.error(rule, *at.explain(error, name, known))
     return None
 

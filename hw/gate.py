@@ -12,6 +12,7 @@ from hw.robot import HardwareError, Robot
 from hw.state import Array, FaultKind, RobotState
 from robots import RobotDescription
 
+_TOLERANCE = 1e-6  # relative, of every comparison: rounding only
 _MAX_GAP = 3.0  # periods without a command after which the robot stops by itself
 _CREDIT = 2.0  # periods of unused time that count, so a late tick keeps its full acceleration
 _TIMEOUT = 0.5  # implausible readings for longer than this end the run [s]
@@ -203,5 +204,4 @@ def _braked(applied: Array, measured: Array) -> Array:
 
 
 def _exceeds(value: float, limit: float) -> bool:
-    """Whether it is above by more than rounding."""
-    return abs(value) > limit * (1.0 + 1e-6) + 1e-12
+    return abs(value) > limit * (1.0 + _TOLERANCE) + 1e-12

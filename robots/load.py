@@ -59,6 +59,8 @@ _PARTS: dict[str, type[StrictModel]] = {
 }
 
 _METAL: Colour = (225, 225, 228)
+_RUBBER: Colour = (40, 40, 44)
+_BLACK: Colour = (38, 40, 45)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -232,7 +234,7 @@ def _gripper(file: GripperFile) -> GripperDescription:
         speed=file.speed,
         palm=file.palm.geom("palm", _METAL),
         finger=file.finger.geom("finger", _METAL),
-        pad=file.pad.geom("pad", (40, 40, 44)),
+        pad=file.pad.geom("pad", _RUBBER),
         tip=file.pad.xyz[2] + file.pad.size[2] / 2.0,
         ball=file.ball.geom("hand"),
         collision=tuple(part.geom("hand") for part in shapes),
@@ -280,7 +282,7 @@ def _camera(file: CameraFile, mount: PoseFile) -> CameraDescription:
         min_range=near,
         max_range=far,
         baseline=file.baseline,
-        body=file.body.geom("camera", (38, 40, 45)),
+        body=file.body.geom("camera", _BLACK),
         mass=file.mass,
     )
 

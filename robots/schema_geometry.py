@@ -32,6 +32,7 @@ def _ordered(bounds: tuple[float, float]) -> tuple[float, float]:
 Range: TypeAlias = Annotated[tuple[Finite, Finite], AfterValidator(_ordered)]
 Vector: TypeAlias = tuple[Finite, Finite, Finite]
 
+_ORTHONORMAL = 1e-6
 _AXES = {
     "x": pin.utils.rotate("y", np.pi / 2.0),
     "y": pin.utils.rotate("x", np.pi / 2.0),
@@ -52,7 +53,7 @@ class PoseFile(StrictModel):
     def _is_a_rotation(cls, rows: tuple[Vector, ...] | None) -> tuple[Vector, ...] | None:
         if rows is not None:
             R = np.array(rows)
-            if np.abs(R @ R.T - np.eye(3)).max() > 1e-6 or np.linalg.det(R) < 0.0:
+            if np.abs(R @ R.T - np.eye(3)).max() > _ORTHONORMAL or np.linalg.det(R) < 0.0:
                 raise ValueError("the rows of a rotation matrix are orthonormal and right-handed")
         return rows
 

@@ -26,13 +26,16 @@ class RefusingGroup(TyperGroup):
         try:
             return super().invoke(ctx)
         except Exception as error:
-            missing: Any = error
-            if type(error).__name__ == "MissingParameter":  # of click, or of typer's copy of it
-                what = missing.param.opts[-1]
+            told: Any = error
+            kind = type(error).__name__  # of click, or of typer's copy of it
+            if kind == "MissingParameter":
+                what = told.param.opts[-1]
                 what = what if what.startswith("-") else what.upper()
-                refuse(f"{missing.ctx.command_path}: {what} is missing: {missing.param.help}")
-            if instead := FORMER_OPTIONS.get(getattr(error, "option_name", "")):
-                refuse(f"{missing.option_name} is not an option any more; write {instead}")
+                refuse(f"{told.ctx.command_path}: {what} is missing: {told.param.help}")
+            if kind == "NoSuchOption" and told.ctx.info_name == "run":
+                instead = FORMER_OPTIONS.get(told.option_name)
+                if instead is not None:
+                    refuse(f"{told.option_name} is not an option any more; write {instead}")
             if not isinstance(error, UserError):
                 raise
             refuse(str(error))

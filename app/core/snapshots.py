@@ -1,6 +1,7 @@
 """Snapshots of a run for recorder, page and terminal."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from operator import attrgetter
 from typing import Any
 
 from py_trees.behaviour import Behaviour
@@ -13,6 +14,7 @@ from hw import DEFAULT_LEVEL, DepthFrame, TaskTime, TrueObject, Truth
 from robots import Geom, RobotDescription
 from trees.language import TreeNode
 
+_STATUS = attrgetter("status", "feedback_message")
 _AT_THE_PLACE = ("lower", "release", "rise")
 
 
@@ -151,6 +153,9 @@ class Snapshots:
         return kept
 
     def _of_nodes(self) -> tuple[NodeStatus, ...]:
-        """Statuses of the nodes; the same object while none changes."""
-        now = tuple([NodeStatus(one.status, one.feedback_message) for one in self._nodes])
-        return self._statuses if now == self._statuses else now
+        """Statuses of the nodes; an unchanged one stays the same object."""
+        now: tuple[Any, ...] = tuple(map(_STATUS, self._nodes))
+        if now == self._statuses:
+            return self._statuses
+        kept = zip(self._statuses, now, strict=True)
+        return tuple([old if old == new else NodeStatus(*new) for old, new in kept])

@@ -36,13 +36,11 @@ def recorded_depth(recording: Path, at: float | None) -> RecordedDepth:
     Raises NoDepthError: it is not a recording, or has no depth image.
     """
     with _reading(recording):
-        images = list(_encoded(recording))
-        lenses = [one[0] for _, one in _column(recording, _CAMERA, _PINHOLE)]
-    if not images:
-        raise NoDepthError(f"{recording}: the recording has no depth images{_HINT}")
-    best = images[-1] if at is None else min(images, key=lambda one: abs(one[0] - at))
-    with _reading(recording):
-        return RecordedDepth(_decoded(*best[1:]), float(lenses[-1][0]) if lenses else None)
+        lenses = [one for _, (one,) in _rows(recording, _CAMERA, _PINHOLE)]
+        best = min(_encoded(recording), key=lambda one: _away(one[0], at), default=None)
+        if best is not None:
+            return RecordedDepth(_decoded(*best[1:]), float(lenses[-1][0][0]) if lenses else None)
+    raise NoDepthError(f"{recording}: the recording has no depth images{_HINT}")
 
 
 def depth_images(recording: Path) -> Iterator[tuple[float, Image]]:
@@ -78,23 +76,28 @@ def chunks(recording: Path, *entities: str) -> Iterator[Any]:
         yield from RrdReader(recording).stream().filter(content=list(entities)).to_chunks()
 
 
-def _column(recording: Path, entity: str, name: str) -> Iterator[tuple[float, Any]]:
-    """What a component of an entity was at each time [s]; 0 s if it is constant."""
+def _rows(recording: Path, entity: str, *names: str) -> Iterator[tuple[float, list[Any]]]:
+    """Components of an entity at each time [s] that has all of them; 0 s if they are constant."""
     for chunk in chunks(recording, entity):
         batch = chunk.to_record_batch()
-        if name in batch.schema.names:
-            is_timed = "t" in batch.schema.names
-            times = batch.column("t").cast("int64").to_pylist() if is_timed else [0]
-            rows = zip(times, batch.column(name), strict=True)
-            yield from ((1e-9 * time, one.as_py()) for time, one in rows if one.as_py())
+        if not {*names} <= {*batch.schema.names}:
+            continue
+        times = batch.column("t").cast("int64").to_pylist() if "t" in batch.schema.names else [0]
+        for time, *cells in zip(times, *(batch.column(name) for name in names), strict=True):
+            values = [cell.as_py() for cell in cells]
+            if all(values):
+                yield 1e-9 * time, values
 
 
 def _encoded(recording: Path) -> Iterator[tuple[float, bytes, float]]:
     """Time [s], PNG and units a metre of each image."""
-    scales = [one[0] for _, one in _column(recording, f"{_CAMERA}/depth", _PER_METRE)]
-    images = _column(recording, f"{_CAMERA}/depth", _BLOB)
-    for (time, blob), per_metre in zip(images, scales, strict=True):
-        yield time, bytes(blob[0]), float(per_metre)
+    for time, (blob, per_metre) in _rows(recording, f"{_CAMERA}/depth", _BLOB, _PER_METRE):
+        yield time, bytes(blob[0]), float(per_metre[0])
+
+
+def _away(time: float, at: float | None) -> float:
+    """How far a time is from the wanted one; later ones are nearer if that is None."""
+    return -time if at is None else abs(time - at)
 
 
 def _decoded(blob: bytes, per_metre: float) -> Image:

@@ -18,7 +18,8 @@ from controller import Array, PoseGoal
 from robots import bounding_radius, half_extents
 
 LOOK_SPEED = 0.5  # of the hand that moves the camera [m/s]
-CAMERA_PATIENCE = 2.0  # a camera without a frame for longer is blind [s]
+CAMERA_PATIENCE = 2.0  # a camera without a frame for longer is blind [s] ...
+GLANCE_PATIENCE = 1.0  # ... and where the hand looks from where it is, and may be asked again [s]
 _STEEP = tan(radians(75.0))  # a flatter view shows less of a floor, and objects hide more of it
 _ASIDE = 0.18  # how far the hand moves to let the camera see what it is above [m]
 _SIDES = [(turn, 0.0) for turn in (0, 50, -50, 100, -100, 180)]

@@ -110,9 +110,8 @@ class RealSenseCamera(ProcessPart):
 
     def examine(self, robot: RobotDescription) -> Iterator[Finding]:
         """Model, firmware, frame rate, age of images."""
-        begun, before = stopwatch(), self.report()
-        watched(lambda: None)
-        seconds, report = stopwatch() - begun, self.report()
+        begun, reports = stopwatch(), watched(self.report)
+        seconds, before, report = stopwatch() - begun, reports[0], reports[-1]
         status = report.status
         usb = f", USB {status.usb}" if status.usb else ""
         firmware = f", firmware {status.firmware}" if status.firmware else ""

@@ -25,7 +25,9 @@ _LIBRARIES = (
     ("pyrealsense2", {"realsense"}, "camera"),
 )
 _LATE = 20.0  # the arm stops when commands are this late [ms]
+_STEPS, _SEARCHES = 60, 3  # of the controller, and for grasps, that are timed
 _TICK = 4.2  # a whole tick of the control loop, in steps of the controller
+_LONG_SEARCH = 0.15  # [s]
 
 
 def computer(drivers: Set[str] | None = None) -> Iterator[Finding]:
@@ -63,7 +65,7 @@ def room(robot: RobotDescription, detector: GraspDetector | None = None) -> Iter
     controller, still = HolisticController(model), Command.stop(len(robot.arm.joints))
     state = KinematicState(SE3.Identity(), robot.arm.ready)
     goal = PoseGoal(target=SE3(np.eye(3), np.array([1.0, 0.0, 0.0])) * model.bTe(state.q))
-    tick = _TICK * _median(60, lambda: controller.step(state, goal, still))
+    tick = _TICK * _median(_STEPS, lambda: controller.step(state, goal, still))
     share = controller.settings.period / tick
     verdict = Verdict.GOOD if share > 1.5 else Verdict.OPEN if share > 1.0 else Verdict.BAD
     period = f"{1000 * controller.settings.period:g} ms"
@@ -76,9 +78,9 @@ def room(robot: RobotDescription, detector: GraspDetector | None = None) -> Iter
     depth[depth.shape[0] // 2 :][:40, depth.shape[1] // 2 :][:, :40] = 0.45
     frame = DepthFrame(depth=depth, intrinsics=camera.intrinsics, oTc=over_a_table, stamp=0.0)
     detector = detector or GraspDetector.shipped(robot.gripper)
-    search = _median(3, lambda: detector.detect(frame))
+    search = _median(_SEARCHES, lambda: detector.detect(frame))
     text = f"a search for grasps takes {search:.2f} s"
-    slow = "" if search < 0.15 else ": the hand waits for it, and grasps nothing that moves"
+    slow = "" if search < _LONG_SEARCH else ": the hand waits for it, and grasps nothing that moves"
     yield Finding("computer", Verdict.OPEN if slow else Verdict.GOOD, text + slow)
 
 

@@ -18,8 +18,10 @@ from robots import Array, Geom, Plane, coal_geometry, half_extents, reach
 TOUCH = 2e-5  # largest gap that counts as a touch [m]
 GRAZE = 0.1  # smallest cosine between normal and motion at a touch; below it shapes slide past
 _EXACT = 1e-9  # a smaller gap, or overlap, is rounding [m]
+_STEPS = 60
 _SIDE_TOLERANCE = 0.005  # overlap from the side above which objects are pushed apart [m]
 _MAX_FALL = 3.0  # [m]
+_LIFT_STEP, _MAX_LIFTS = 0.005, 60
 _RESTING_GAP = 0.0015  # largest gap to a support [m]
 _DOWN = np.array([0.0, 0.0, -1.0])
 
@@ -104,10 +106,10 @@ class Resting:
             *(part for o in self._others_below(obj, held, _MAX_FALL) for part in o.placed()),
         ]
         lifting = [one for one in below if _bottom(one) < obj.pose.translation[2]]
-        for _ in range(60):
+        for _ in range(_MAX_LIFTS):
             if not any(_overlapping(a, b) for a in obj.placed() for b in lifting):
                 break
-            obj.pose = _moved(obj.pose, -0.005 * _DOWN)
+            obj.pose = _moved(obj.pose, -_LIFT_STEP * _DOWN)
         falls = [travel(part, _DOWN, below, _MAX_FALL) for part in obj.placed()]
         fall = min((f for f in falls if f is not None), default=0.0)
         obj.pose = _moved(obj.pose, fall * _DOWN)
@@ -166,7 +168,7 @@ def _travel(moving: Geom, direction: Array, still: Geom, limit: float) -> float 
     start = np.array(moving.pose.translation)
     here, there = transform(moving.pose), transform(still.pose)
     gone = before = 0.0
-    for _ in range(60):
+    for _ in range(_STEPS):
         gap, normal = _separation(geometry, here, still, there)
         closing = float(normal @ direction)
         if gap <= TOUCH:

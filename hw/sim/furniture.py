@@ -16,6 +16,7 @@ from hw.sim.sim_object import Surface
 from hw.sim.sim_world import World
 from robots import Box, Colour, Geom, Plane
 
+_FLOOR: Colour = (196, 190, 180)
 _WOOD: Colour = (176, 136, 96)
 _PLASTIC: Colour = (120, 150, 170)
 _STONE: Colour = (150, 150, 150)
@@ -26,7 +27,7 @@ def furniture_shapes(
 ) -> list[Geom]:
     """The shapes of floor, container and tables, in the world."""
     return [
-        Geom(Plane(), SE3.Identity(), "floor", (196, 190, 180)),
+        Geom(Plane(), SE3.Identity(), "floor", _FLOOR),
         *(_container(container) if container else ()),
         *(_table(table, "table") if table else ()),
         *(part for side in side_tables for part in _table(side, side.name)),

@@ -28,7 +28,9 @@ _MARGIN = 0.003  # contacts are searched from this far outside of the first pad 
 _PRESS = 5e-4  # penetration of the pads when they press [m]
 _TURN_STEP, _SLIDE_STEP = np.deg2rad(3.0), 0.001  # of the search for a seat; halved [rad, m]
 _MIN_STEP = 0.3  # smallest share of these steps
+_MAX_MOVES = 40
 _MIN_GAIN = 2e-5  # by which a step must reduce the width [m]
+_SINKS = 1e-6  # [m]
 _BLOCK = 0.001  # penetration of a neighbour by which a push is blocked [m]
 _NEIGHBOUR_MARGIN = 5e-4  # [m]
 _DOWN = np.array([0.0, 0.0, -1.0])
@@ -40,6 +42,7 @@ aside: of 900 random grasps judged in both worlds, 4 % instead of 6 % hold here 
 _GRAVITY = 9.81  # [m/s²]
 _TORSION = 0.005  # radius over which a contact resists rotation about its normal, as in physics [m]
 _CONE_EDGES = 8
+_MAX_LOAD = 50.0  # times the weight
 _LEVER = 0.02  # scale of torques to forces [m]
 
 
@@ -158,7 +161,7 @@ def _seated(
     lateral, _, approach = hand.wTe.rotation.T
     ways = [sign * way for way in (approach, lateral) for sign in (1.0, -1.0)]
     step = 1.0
-    for _ in range(40):
+    for _ in range(_MAX_MOVES):
         if step < _MIN_STEP or _load_factor(hand, force, target, fit) is not None:
             break
         moves = [_turned(fit, step * _TURN_STEP * way) for way in ways]
@@ -170,7 +173,7 @@ def _seated(
         else:
             step /= 2.0
     sunk = target.reach(_DOWN, fit.wTs) - target.reach(_DOWN)
-    if sunk > 1e-6:
+    if sunk > _SINKS:
         fit = _fit(hand, opening, target, _shifted(fit, -sunk * _DOWN)) or fit
     return fit, _load_factor(hand, force, target, fit)
 
@@ -196,7 +199,7 @@ def _load_factor(hand: Hand, force: float, target: SimObject, fit: _Fit) -> floa
         [*[0.0] * len(columns), -1.0],
         A_eq=np.column_stack([*columns, weight]),
         b_eq=[*[0.0] * 6, 2.0 * force],
-        bounds=[*[(0.0, None)] * len(columns), (0.0, 50.0)],
+        bounds=[*[(0.0, None)] * len(columns), (0.0, _MAX_LOAD)],
     )
     return float(found.x[-1]) if found.status == 0 else None
 

@@ -27,6 +27,8 @@ GAP = 0.006  # between two objects, at least [m]
 WALL_GAP = 0.022  # to walls and edges, at least; a finger just fits in between [m]
 _INSIDE = 1e-4  # overlap with furniture that counts [m]
 _EXTRA_GAPS = np.repeat([0.035, 0.025, 0.015, 0.008, 0.0, 0.0], 6)  # at each try [m]
+_POSITIONS = 10  # tried for each orientation of an object
+_LAYOUTS = 30  # tried, each with new objects
 
 Keys: TypeAlias = tuple[str | int, ...]  # path of an entry in the scene file
 
@@ -71,7 +73,7 @@ def place_objects(
             "widen width_mm or name other kinds",
             area.keys,
         )
-    for _ in range(30):
+    for _ in range(_LAYOUTS):
         drawn = [
             make_object(f"{name} {before + i + 1}", OBJECT_CLASSES[name], widths, masses, rng)
             for i, name in enumerate(rng.choice(names, count) if count else [])
@@ -192,7 +194,7 @@ def _try_turned(
     low, high = -half - low, half - high
     if (low > high).any():
         return False
-    for position in area.centre + rng.uniform(low, high, (10, 2)):
+    for position in area.centre + rng.uniform(low, high, (_POSITIONS, 2)):
         _put(obj, position, area)
         is_apart = all(_apart(obj, other, GAP + extra) for other in placed)
         if is_apart and _inside(obj, area) is None:

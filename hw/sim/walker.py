@@ -8,9 +8,10 @@ import numpy as np
 from pinocchio import SE3
 
 from controller import Obstacle
-from robots import Array, Cylinder, Geom
+from robots import Array, Colour, Cylinder, Geom
 
 _ACCELERATION = 2.0  # at each way point [m/s²]
+_CLOTHES: Colour = (86, 98, 140)
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,7 @@ class Walker:
         self, name: str, radius: float, height: float, way: Sequence[Sequence[float]], speed: float
     ) -> None:
         self.name = name
-        self.parts = (Geom(Cylinder(radius, height / 2.0), SE3.Identity(), name, (86, 98, 140)),)
+        self.parts = (Geom(Cylinder(radius, height / 2.0), SE3.Identity(), name, _CLOTHES),)
         self._height = height
         points = [np.array(point, dtype=float) for point in way]
         there_and_back = [*points, *points[-2::-1]]

@@ -2,9 +2,7 @@
 
 import json
 from collections.abc import Mapping
-from contextlib import suppress
 from datetime import datetime
-from itertools import count
 from os.path import relpath
 from pathlib import Path
 from tempfile import TemporaryFile
@@ -53,11 +51,7 @@ def make_folder(root: Path, task: str, texts: Mapping[str, str], options: dict[s
     stamp = datetime.now().strftime(_STAMP)
     try:
         root.mkdir(parents=True, exist_ok=True)
-        for number in count(1):  # another run may begin at the same moment
-            folder = root / (f"{stamp}-{task}" + f"-{number}" * (number > 1))
-            with suppress(FileExistsError):
-                folder.mkdir()
-                break
+        folder = _new_folder(root / f"{stamp}-{task}")
         with TemporaryFile(dir=folder) as file:  # on a full disk Rerun would hang
             file.write(bytes(_MIN_SPACE))
         for name, text in texts.items():
@@ -70,6 +64,19 @@ def make_folder(root: Path, task: str, texts: Mapping[str, str], options: dict[s
             f"{root}: cannot keep the run here ({error.strerror}); choose another with --record"
         ) from error
     return folder
+
+
+def _new_folder(wanted: Path) -> Path:
+    """Make a folder; with a number if another run has begun at the same moment."""
+    folder, number = wanted, 1
+    while True:
+        try:
+            folder.mkdir()
+        except FileExistsError:
+            number += 1
+            folder = wanted.with_name(f"{wanted.name}-{number}")
+        else:
+            return folder
 
 
 def begun(folder: Path) -> int:

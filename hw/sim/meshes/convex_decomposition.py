@@ -30,8 +30,11 @@ from robots import Array, Geom, Triangles, hull_of, volume
 _RECIPE = "2"  # version of the method, part of the cache key
 _CONVEX = 1.02  # largest volume of the hull of a convex body, relative
 _ADDS = 0.003  # two pieces are merged if their hull adds less than this share of the hull of all
-_PATIENCE = 180.0  # timeout of splitting [s]
+_MOST_BODIES = 64
+_MOST_PIECES, _VOXELS = 48, 150_000
 _MOST_CORNERS = 64  # of a part that was not split
+_SIMPLE = 8000  # largest number of triangles that are split
+_PATIENCE = 180.0  # timeout of splitting [s]
 
 
 def convex_parts(mesh: Mesh, name: str = "a mesh") -> tuple[Geom, ...]:
@@ -50,10 +53,10 @@ def convex_parts(mesh: Mesh, name: str = "a mesh") -> tuple[Geom, ...]:
 def _decompose(vertices: Array, triangles: Triangles, name: str) -> list[Array]:
     """Corners of the hulls of a mesh of size 1."""
     bodies = components(vertices, triangles)
-    if len(bodies) <= 64 and all(_is_convex(*body) for body in bodies):
+    if len(bodies) <= _MOST_BODIES and all(_is_convex(*body) for body in bodies):
         return [_extreme_corners(corners) for corners, _ in bodies]
     print(f"{name} is cut into convex parts; only this once", file=sys.stderr, flush=True)
-    filled = with_holes_filled(*simplified(vertices, triangles, 8000))
+    filled = with_holes_filled(*simplified(vertices, triangles, _SIMPLE))
     pieces = [corners for corners in _split(*filled) if _has_volume(corners)]
     if not pieces:
         raise MeshError("it encloses nothing; close its holes")
@@ -116,7 +119,8 @@ def _split(vertices: Array, triangles: Triangles) -> list[Array]:
         source, target = Path(folder, "mesh.npz"), Path(folder, "hulls.npz")
         np.savez(source, vertices=vertices, triangles=triangles)
         script = Path(__file__).with_name("split.py")
-        command = [sys.executable, "-P", str(script), str(source), str(target)]
+        numbers = str(_MOST_PIECES), str(_VOXELS)
+        command = [sys.executable, "-P", str(script), str(source), str(target), *numbers]
         try:
             subprocess.run(command, check=True, capture_output=True, timeout=_PATIENCE)
             with np.load(target) as found:

@@ -27,6 +27,8 @@ METRES: dict[Units, float] = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 
 _LARGEST_FILE = 200_000_000
 _MOST_READ = 1_000_000
+_MOST_KEPT = 20_000  # triangles, after simplification
+_MOST_DRAWN = 2500
 _THINNEST = 2e-4  # [m]
 _TURNS = {
     "x": np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]),
@@ -90,7 +92,7 @@ def _check_size(extents: Array, units: Units, scale: float, sizes: tuple[float, 
 def fewer(mesh: Mesh) -> Mesh:
     """The visual mesh: simplified by a fraction of a millimetre, without holes."""
     filled = with_holes_filled(mesh.vertices, mesh.triangles)
-    vertices, triangles = simplified(*filled, 2500)
+    vertices, triangles = simplified(*filled, _MOST_DRAWN)
     return Mesh(vertices, triangles, is_closed(vertices, triangles))
 
 
@@ -117,7 +119,7 @@ def _read(path: str, _changed: int, size: int, up: Up | None) -> tuple[Mesh, Arr
         raise MeshError("some of its corners are no numbers; save it again")
     triangles = np.arange(len(vertices), dtype=np.int32).reshape(-1, 3)
     vertices = vertices @ _TURNS[up or ("y" if suffix == ".glb" else "z")].T
-    vertices, triangles = simplified(*welded(vertices, triangles), 20_000)
+    vertices, triangles = simplified(*welded(vertices, triangles), _MOST_KEPT)
     if not len(triangles):
         raise MeshError("all its triangles are without area; save it again")
     closed = is_closed(vertices, triangles)

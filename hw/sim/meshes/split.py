@@ -3,7 +3,7 @@
 import sys
 
 
-def main(source: str, target: str) -> None:
+def main(source: str, target: str, most: str, resolution: str) -> None:
     """Read `vertices` and `triangles`; write the corners of hull number i as `i`."""
     import numpy as np
     import vhacdx
@@ -14,8 +14,8 @@ def main(source: str, target: str) -> None:
     hulls = vhacdx.compute_vhacd(
         np.ascontiguousarray(vertices, dtype=np.float64),
         faces.astype(np.uint32).ravel(),
-        maxConvexHulls=48,
-        resolution=150_000,
+        maxConvexHulls=int(most),
+        resolution=int(resolution),
         maxNumVerticesPerCH=48,
     )
     corners = {str(number): np.asarray(points) for number, (points, _) in enumerate(hulls)}
