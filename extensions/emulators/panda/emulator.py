@@ -136,8 +136,10 @@ class PandaServer:
         is_lost = "lost-bursts" in self._reported and self.arm.number % _BURST_EVERY < _BURST
         command = self._command(line_works and not is_lost)
         self.arm.tick(command, excused=excused and not self._line_took)
+        self._line_took = False
         if self._arm_port.is_listened_to and line_works:
-            states, _ = self.line.carry([self._state()], self.arm.number, self._late_states)
+            states, took = self.line.carry([self._state()], self.arm.number, self._late_states)
+            self._line_took = took  # the commander can't answer in time to what comes late
             for state in states:
                 self._arm_port.send_state(state)
             self._sent = stopwatch()
@@ -197,7 +199,7 @@ class PandaServer:
         """The answer to the newest state, if it has arrived."""
         number, packets = self.arm.number, list(self._arm_port.packets())
         arrived, took = self.line.carry(packets if line_works else (), number, self._late_commands)
-        self._line_took = took or (bool(packets) and not line_works)
+        self._line_took |= took or (bool(packets) and not line_works)
         commands = filter(None, map(wire.read_motion, arrived))
         return next((one for one in commands if one.number == number), None)
 
