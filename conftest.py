@@ -42,7 +42,7 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
         terminalreporter.line(f"{report.nodeid}: {said[0] if said else report.when}")
 
 
-MAY_SKIP: tuple[str, ...] = ()
+MAY_SKIP = ("this computer is too slow",)
 """Reasons of the skips that continuous integration accepts: hardware that it has not."""
 
 

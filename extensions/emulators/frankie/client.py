@@ -71,6 +71,7 @@ class RemoteTruth:
         self.fixtures, self.mapped = world.fixtures, world.mapped
         self.objects: Sequence[SimObject] = world.objects  # with their latest known poses
         self.walkers: Sequence[Any] = world.walkers
+        self._supports: dict[str, str] = link.do("supports")["supports"]
         self._over = threading.Event()
         self._update(answer)
         self._thread = threading.Thread(target=self._follow, name="truth", daemon=True)
@@ -97,7 +98,8 @@ class RemoteTruth:
 
     def supports(self) -> Mapping[str, str]:
         """Name of the support of each object."""
-        self._look()
+        with suppress(SilentEmulatorError):
+            self._supports = self._link.do("supports")["supports"]
         return self._supports
 
     def put(self, name: str, wTs: SE3) -> None:
@@ -127,5 +129,4 @@ class RemoteTruth:
             obj.pose = XYZQUATToSE3(np.array(answer["poses"][obj.name]))
         self._now, self._at = answer["now"], answer["stamp"]
         self._base = answer["base"]
-        self._supports: dict[str, str] = answer["supports"]
         self._touches = [Touch(**one) for one in answer["touches"]]

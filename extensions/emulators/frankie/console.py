@@ -43,10 +43,14 @@ def _tell(emulator: FrankieEmulator) -> Answer:
             "q": world.body.q.tolist(),
             "qd": world.body.qd.tolist(),
             "poses": {one.name: SE3ToXYZQUAT(one.pose).tolist() for one in truth.objects},
-            "supports": dict(truth.supports()),
             "touches": [asdict(one) for one in truth.touches],
             "bumped": world.bumped,
         }
+
+
+def _supports(emulator: FrankieEmulator) -> Answer:
+    with emulator.world.lock:
+        return {"supports": dict(emulator.world.truth.supports())}
 
 
 def _arm(emulator: FrankieEmulator, *words: str) -> Answer:
@@ -97,6 +101,7 @@ def _put(emulator: FrankieEmulator, *words: str) -> None:
 
 WORDS: Words = {
     "tell": (_tell, "where everything is"),
+    "supports": (_supports, "what carries each object"),
     "arm": (_arm, "WORDS  to the arm, as `arm reflex` or `arm unplug 2`"),
     "stop": (_press, "the emergency stop of base and arm is pressed"),
     "release": (_release, "and released"),

@@ -63,7 +63,7 @@ def test_an_emulated_arm_lists_and_does_what_is_typed():
 def test_the_emulated_robot_takes_words_until_they_end(tmp_path):
     path = tmp_path / "emulated.yaml"
     path.write_text((SHIPPED / "emulated.yaml").read_text().replace("127.0.60.1", "127.9.8.7"))
-    typed = "tell\narm reflex\nfly\n"
+    typed = "supports\narm reflex\nfly\n"
     code, out, _ = call("emulate", "frankie", "--robot", path, "--scene", "single", typed=typed)
     assert code == 0
     lines = out.splitlines()

@@ -5,6 +5,8 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -20,8 +22,6 @@ from robots import load_real_robot
 
 pytestmark = [pytest.mark.realtime, needs_drivers]
 
-EXACT = ("--localisation", "exact")  # as the emulators that a test starts
-
 SHORT = """\
 task: short
 poses:
@@ -34,16 +34,26 @@ tree:
 """
 
 
-def begin(path: Path, task: object, *options: str, record: Path) -> subprocess.Popen[str]:
-    """`frankie-task run` in a process of its own."""
-    command = ["run", str(task), "--robot", str(path), "--record", str(record), "--json"]
-    return subprocess.Popen(
-        [sys.executable, "-m", "frankie_task_cli", *command, "--view", "none", *options],
+@contextmanager
+def program(*words: object) -> Iterator[subprocess.Popen[str]]:
+    """Python in a process of its own, with a run whose summary it prints."""
+    process = subprocess.Popen(
+        [sys.executable, *map(str, words)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
         cwd=ROOT,
     )
+    try:
+        yield process
+    except AssertionError:
+        if process.poll() is None:
+            process.send_signal(signal.SIGINT)
+            summary(process, 60.0)
+        raise
+    finally:
+        process.kill()
+        process.communicate()
 
 
 ATTENDED = """
@@ -63,21 +73,14 @@ print(run_task(options).summary.to_json())
 """
 
 
-def begin_attended(path: Path, *, record: Path) -> subprocess.Popen[str]:
-    """`pick_place` in a process of its own, where somebody acknowledges stops after a second."""
-    return subprocess.Popen(
-        [sys.executable, "-c", ATTENDED, str(path), str(record)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        cwd=ROOT,
-    )
-
-
-def summary(process: subprocess.Popen[str]) -> dict:
-    out, err = process.communicate(timeout=1200.0)
+def summary(process: subprocess.Popen[str], patience: float = 400.0) -> dict:
+    """What a run tells at its end; skips the test if it says why no robot could have held it."""
+    out, err = process.communicate(timeout=patience)
     assert out, err
-    return json.loads(out)
+    told = json.loads(out)
+    if told["outcome"] != "success" and told["too_slow"]:
+        pytest.skip(told["too_slow"])
+    return told
 
 
 def test_a_run_starts_the_emulators_and_ends_them(tmp_path):
@@ -112,9 +115,9 @@ def test_base_and_arm_come_to_rest_when_the_program_is_killed_or_suspended(tmp_p
     """Commanded to rest within 0.25 s of the last good command, by the emulators' own clocks."""
     path, task = robot_file(tmp_path), tmp_path / "far.yaml"
     task.write_text(SHORT.replace("[0.9, 0.1, 0.7]", "[2.2, 0.4, 0.9]"))
-    world = ("--scene", "single", "--seed", "1", *EXACT)
-    with emulated(path) as link:
-        process = begin(path, task, *world, record=tmp_path)
+    run = ["-m", "frankie_task_cli", "run", task, "--robot", path, "--view", "none", "--json"]
+    run += ["--record", tmp_path, "--scene", "single", "--seed", "1", "--localisation", "exact"]
+    with emulated(path) as link, program(*run) as process:
         wait_until(link, lambda told: told["wanted"][0] > 0.2 and brisk(told["qd"]), process)
         process.send_signal(how)
         killed = stopwatch()
@@ -129,7 +132,7 @@ def test_base_and_arm_come_to_rest_when_the_program_is_killed_or_suspended(tmp_p
         assert arm_after < 0.25
         process.send_signal(signal.SIGCONT)
         process.kill()
-        process.communicate()
+        process.wait()
         assert commander_of(load_real_robot(path).hardware) == ""
 
 
@@ -149,16 +152,16 @@ def wait_until(link, done, process=None, patience: float = 60.0):
 
 
 def on_the_table(link) -> int:
-    return sum(support == "table" for support in link.do("tell")["supports"].values())
+    return sum(support == "table" for support in link.do("supports")["supports"].values())
 
 
-def wait_for(link, objects: int, process: subprocess.Popen[str], patience: float = 400.0) -> None:
+def wait_for(link, objects: int, process: subprocess.Popen[str], patience: float = 120.0) -> None:
     """Until that number of objects stand on the table."""
     until = time.monotonic() + patience
     while on_the_table(link) < objects:
         assert process.poll() is None, "the run has ended"
         assert time.monotonic() < until
-        time.sleep(0.2)
+        time.sleep(0.5)
 
 
 @pytest.mark.slow
@@ -173,9 +176,11 @@ def test_emulators_of_another_world_are_named(tmp_path):
 def test_pick_place_goes_on_after_what_goes_wrong(tmp_path):
     """Packets of arm and base that are late, a reflex, the emergency stop, and no camera."""
     path = robot_file(tmp_path)
-    with emulated(path, "household", 0) as link:
+    with (
+        emulated(path, "household", 0) as link,
+        program("-c", ATTENDED, path, tmp_path) as process,
+    ):
         link.do("delay 0.01 0.005")
-        process = begin_attended(path, record=tmp_path)
         wait_for(link, 1, process)
         link.do("arm reflex")
         wait_for(link, 2, process)
