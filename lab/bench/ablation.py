@@ -48,13 +48,15 @@ LONG_TASKS = (
     "run restock_shelf --world physics",
     "run pick_place --localisation poor",
 )
+_WORLDS = "bench obstacles --robot frankie --controller frankie --count 10"
 TRIALS = {  # by the beginning of the path of a mechanism; the first that fits
     "perception/grasps/scene_memory": TASKS,
     "perception/grasps/tracker": TASKS,
     "perception/grasps": ("grasp eval --tilts 0,45,90 --scenes 30",),
     "perception/networks": ("grasp eval --tilts 0,45,90 --scenes 30",),
     "controller/stance/moving_goal": ("run follow_moving_object",),
-    "controller": ("bench obstacles --robot frankie --controller frankie --count 10",),
+    "controller/stance": (_WORLDS, "run restock_shelf", "run clear_counter"),
+    "controller": (_WORLDS,),
 }
 
 

@@ -232,20 +232,23 @@ def test_nothing_is_left_of_a_server_that_simulates(folder, how):
     command = [sys.executable, "-m", "frankie_task_cli", "mcp", "--folder", str(folder)]
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
     server = subprocess.Popen(command, **pipes, text=True)
-    server.stdin.write(request(1, "initialize", **BEGIN))
-    server.stdin.write('{"jsonrpc": "2.0", "method": "notifications/initialized"}\n')
-    asked = {"task": ENDLESS, "limit_s": 300}
-    server.stdin.write(request(2, "tools/call", name="simulate", arguments=asked))
-    server.stdin.flush()
-    until(lambda: simulates(folder))
-    if how == "the server is killed":
-        server.send_signal(signal.SIGKILL)
-    elif how == "the call is cancelled":
-        cancelled = {"method": "notifications/cancelled", "params": {"requestId": 2}}
-        server.stdin.write(json.dumps({"jsonrpc": "2.0"} | cancelled) + "\n")
+    try:
+        server.stdin.write(request(1, "initialize", **BEGIN))
+        server.stdin.write('{"jsonrpc": "2.0", "method": "notifications/initialized"}\n')
+        asked = {"task": ENDLESS, "limit_s": 300}
+        server.stdin.write(request(2, "tools/call", name="simulate", arguments=asked))
         server.stdin.flush()
-        until(lambda: not simulates(folder))
-        assert server.poll() is None
-    server.stdin.close()
-    assert server.wait(30.0) in (0, -signal.SIGKILL)
+        until(lambda: simulates(folder))
+        if how == "the server is killed":
+            server.send_signal(signal.SIGKILL)
+        elif how == "the call is cancelled":
+            cancelled = {"method": "notifications/cancelled", "params": {"requestId": 2}}
+            server.stdin.write(json.dumps({"jsonrpc": "2.0"} | cancelled) + "\n")
+            server.stdin.flush()
+            until(lambda: not simulates(folder))
+            assert server.poll() is None
+        server.stdin.close()
+        assert server.wait(30.0) in (0, -signal.SIGKILL)
+    finally:
+        server.kill()
     until(lambda: not left(folder))

@@ -1,10 +1,11 @@
 """Ablation: what is changed in a copy, and what counts as worse."""
 
+from itertools import chain
 from pathlib import Path
 
 import pytest
 
-from lab.bench.ablation import AS_IS, LONG_TASKS, TASKS, Mechanism, mechanisms, rows
+from lab.bench.ablation import AS_IS, LONG_TASKS, TRIALS, Mechanism, mechanisms, rows
 
 SOURCE = "_FAR: float = 0.5  # [m]\n_FARTHER = 2 * _FAR\n"
 
@@ -40,6 +41,7 @@ def test_worse_is_what_is_worse_beyond_chance_on_the_same_seeds():
 
 
 def test_what_tasks_are_run_is_shipped():
-    for words in (*TASKS, *LONG_TASKS):
-        named = Path(words.split()[1])
-        assert (Path("trees") / f"{named}.yaml").exists() or named.exists()
+    for words in (*LONG_TASKS, *chain.from_iterable(TRIALS.values())):
+        if words.startswith("run "):
+            named = Path(words.split()[1])
+            assert (Path("trees") / f"{named}.yaml").exists() or named.exists()

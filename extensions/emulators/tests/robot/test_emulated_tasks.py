@@ -35,7 +35,7 @@ tree:
 
 
 @contextmanager
-def program(*words: object) -> Iterator[subprocess.Popen[str]]:
+def started(*words: object) -> Iterator[subprocess.Popen[str]]:
     """Python in a process of its own, with a run whose summary it prints."""
     process = subprocess.Popen(
         [sys.executable, *map(str, words)],
@@ -117,7 +117,7 @@ def test_base_and_arm_come_to_rest_when_the_program_is_killed_or_suspended(tmp_p
     task.write_text(SHORT.replace("[0.9, 0.1, 0.7]", "[2.2, 0.4, 0.9]"))
     run = ["-m", "frankie_task_cli", "run", task, "--robot", path, "--view", "none", "--json"]
     run += ["--record", tmp_path, "--scene", "single", "--seed", "1", "--localisation", "exact"]
-    with emulated(path) as link, program(*run) as process:
+    with emulated(path) as link, started(*run) as process:
         wait_until(link, lambda told: told["wanted"][0] > 0.2 and brisk(told["qd"]), process)
         process.send_signal(how)
         killed = stopwatch()
@@ -178,7 +178,7 @@ def test_pick_place_goes_on_after_what_goes_wrong(tmp_path):
     path = robot_file(tmp_path)
     with (
         emulated(path, "household", 0) as link,
-        program("-c", ATTENDED, path, tmp_path) as process,
+        started("-c", ATTENDED, path, tmp_path) as process,
     ):
         link.do("delay 0.01 0.005")
         wait_for(link, 1, process)
