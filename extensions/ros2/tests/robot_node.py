@@ -206,7 +206,7 @@ class Node:
         """Images of half the size, some fifteen a second."""
         camera, number = self.camera, 0
         while True:
-            number += 1
+            number, begun = number + 1, time.monotonic()
             with self.lock:
                 shapes, wTc, head = self.body.shapes(), self.body.wTe * camera.eTc, header()
             rng = np.random.default_rng((1, number))
@@ -217,7 +217,7 @@ class Node:
             info = T["CameraInfo"](head, *size, *model, k, turn, [0.0] * 12, 0, 0, region)
             self.later(self.send, "rt/camera/depth/camera_info", info)
             self.later(self.send, "rt/camera/depth/image_rect_raw", image(depth, head))
-            time.sleep(0.06)
+            time.sleep(max(0.06, 2.0 * (time.monotonic() - begun)))  # on a slow computer: fewer
 
     def look(self, head) -> None:
         scan, laser = self.laser.latest(), self.body.description.laser
@@ -240,6 +240,7 @@ def main() -> None:
         os._exit(0)
 
     hurry()  # and its threads
+    sys.setswitchinterval(2e-4)  # who films waits for who moves, and for each message of theirs
     for work in (listen, node.film):
         threading.Thread(target=work, daemon=True).start()
     print("ready", flush=True)

@@ -47,7 +47,8 @@ def started(*words: object) -> Iterator[subprocess.Popen[str]]:
     try:
         yield process
     except AssertionError:
-        if process.poll() is None:
+        assert process.stdout is not None
+        if not process.stdout.closed:  # its summary was not judged yet
             process.send_signal(signal.SIGINT)
             summary(process, 60.0)
         raise

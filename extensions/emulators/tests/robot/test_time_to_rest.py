@@ -111,10 +111,13 @@ def stand(tmp_path_factory):
 def gate(stand):
     """Healthy, and back where it was."""
     _, robot = stand
-    if not healthy(robot.read()):
-        robot.recover()
     gate = Gate(robot, robot.description, 0.01)
-    until(robot, gate, healthy)
+    end = stopwatch() + 60.0
+    while not healthy(state := robot.read()):
+        assert stopwatch() < end, state.faults
+        if not state.recovering:
+            robot.recover()  # again, if what has stopped it came back
+        go_on(robot, gate, 0.3, None)
     gate.acknowledge()
     for _ in range(500):
         state = tick(robot, gate, back(robot.read(), robot.start))[0]
