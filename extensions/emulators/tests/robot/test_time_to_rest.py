@@ -115,9 +115,10 @@ def gate(stand):
     end = stopwatch() + 60.0
     while not healthy(state := robot.read()):
         assert stopwatch() < end, state.faults
-        if not state.recovering:
-            robot.recover()  # again, if what has stopped it came back
-        go_on(robot, gate, 0.3, None)
+        robot.recover()  # again, if what has stopped it came back
+        again = stopwatch() + 10.0
+        while stopwatch() < again and not healthy(tick(robot, gate)[0]):
+            pass
     gate.acknowledge()
     for _ in range(500):
         state = tick(robot, gate, back(robot.read(), robot.start))[0]
