@@ -32,10 +32,9 @@ class RefusingGroup(TyperGroup):
                 what = told.param.opts[-1]
                 what = what if what.startswith("-") else what.upper()
                 refuse(f"{told.ctx.command_path}: {what} is missing: {told.param.help}")
-            if kind == "NoSuchOption" and told.ctx.info_name == "run":
-                instead = FORMER_OPTIONS.get(told.option_name)
-                if instead is not None:
-                    refuse(f"{told.option_name} is not an option any more; write {instead}")
+            is_of_run = kind == "NoSuchOption" and told.ctx.info_name == "run"
+            if is_of_run and (instead := FORMER_OPTIONS.get(told.option_name)):
+                refuse(f"{told.option_name} is not an option any more; write {instead}")
             if not isinstance(error, UserError):
                 raise
             refuse(str(error))

@@ -71,7 +71,7 @@ class RemoteTruth:
         self.fixtures, self.mapped = world.fixtures, world.mapped
         self.objects: Sequence[SimObject] = world.objects  # with their latest known poses
         self.walkers: Sequence[Any] = world.walkers
-        self._supports: dict[str, str] = link.do("supports")["supports"]
+        self._supports: dict[str, str] = {}
         self._over = threading.Event()
         self._update(answer)
         self._thread = threading.Thread(target=self._follow, name="truth", daemon=True)

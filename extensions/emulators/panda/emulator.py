@@ -89,7 +89,7 @@ class PandaServer:
         self._move: Request | None = None
         self._recovery: Request | None = None
         self._grip: Request | None = None
-        self._sent, self._line_took = 0.0, False
+        self._sent, self._state_taken = 0.0, False
         self._late_commands: list[tuple[int, bytes]] = []
         self._late_states: list[tuple[int, bytes]] = []
         self._model, self._nowhere = robot_model("frankie"), SE3.Identity()
@@ -134,12 +134,13 @@ class PandaServer:
         if line_works:
             self._serve()
         is_lost = "lost-bursts" in self._reported and self.arm.number % _BURST_EVERY < _BURST
-        command = self._command(line_works and not is_lost)
-        self.arm.tick(command, excused=excused and not self._line_took)
-        self._line_took = False
+        command, taken = self._command(line_works and not is_lost)
+        self.arm.tick(command, excused=excused and not (taken or self._state_taken))
+        self._state_taken = False
         if self._arm_port.is_listened_to and line_works:
-            states, took = self.line.carry([self._state()], self.arm.number, self._late_states)
-            self._line_took = took  # the commander can't answer in time to what comes late
+            states, self._state_taken = self.line.carry(
+                [self._state()], self.arm.number, self._late_states
+            )  # the commander cannot answer in time to what is late
             for state in states:
                 self._arm_port.send_state(state)
             self._sent = stopwatch()
@@ -195,13 +196,13 @@ class PandaServer:
             is_busy = arm.mode is Mode.MOVE or arm.needs_recovery
             port.answer(request, bytes([wire.NOT_POSSIBLE if is_busy else wire.SUCCESS]))
 
-    def _command(self, line_works: bool) -> MotionCommand | None:
-        """The answer to the newest state, if it has arrived."""
+    def _command(self, line_works: bool) -> tuple[MotionCommand | None, bool]:
+        """The answer to the newest state, if it has arrived; whether the line took one."""
         number, packets = self.arm.number, list(self._arm_port.packets())
         arrived, took = self.line.carry(packets if line_works else (), number, self._late_commands)
-        self._line_took |= took or (bool(packets) and not line_works)
         commands = filter(None, map(wire.read_motion, arrived))
-        return next((one for one in commands if one.number == number), None)
+        newest = next((one for one in commands if one.number == number), None)
+        return newest, took or (bool(packets) and not line_works)
 
     def _state(self) -> bytes:
         arm = self.arm

@@ -3,6 +3,7 @@
 import select
 import socket
 import threading
+import time
 from collections import deque
 from collections.abc import Sequence
 from contextlib import suppress
@@ -138,8 +139,9 @@ class RealSenseEmulator:
             while outbox and outbox[0][0] <= now:
                 self._send(outbox.popleft()[1])
             if now >= due:
+                begun = time.thread_time()
                 shot = self._source()
-                took = stopwatch() - now  # the robot's program may need the same core
+                took = time.thread_time() - begun  # of a core that the robot's program needs, too
                 due = max(due + 1.0 / self.options.rate, now + 2.0 * took)
                 if shot is not None and shot is not last:
                     last = shot

@@ -56,7 +56,7 @@ def test_an_emulated_robot_is_good_and_has_not_moved(place):
     ):  # fmt: skip
         assert words in said(findings["base"], Verdict.GOOD)
     assert "interface version 5" in said(findings["arm"], Verdict.GOOD)
-    assert any("images/s" in text for _, text in findings["camera"])  # fewer on such a computer
+    assert "images/s" in said(findings["camera"], Verdict.GOOD)
     assert "hand-eye" in said(findings["calibration"], Verdict.OPEN)
     told = link.do("arm tell")
     np.testing.assert_allclose(told["q"], before, atol=1e-9)

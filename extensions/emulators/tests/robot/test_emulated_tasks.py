@@ -3,15 +3,13 @@
 import json
 import signal
 import subprocess
-import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 from command_line import call
-from emulated_robot import ROOT, emulated, needs_drivers, robot_file
+from emulated_robot import emulated, needs_drivers, robot_file
+from program import program
 
 from app.core import replay_run
 from config import UserError
@@ -34,29 +32,7 @@ tree:
 """
 
 
-@contextmanager
-def started(*words: object) -> Iterator[subprocess.Popen[str]]:
-    """Python in a process of its own, with a run whose summary it prints."""
-    process = subprocess.Popen(
-        [sys.executable, *map(str, words)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        cwd=ROOT,
-    )
-    try:
-        yield process
-    except AssertionError:
-        assert process.stdout is not None
-        if not process.stdout.closed:  # its summary was not judged yet
-            process.send_signal(signal.SIGINT)
-            summary(process, 60.0)
-        raise
-    finally:
-        process.kill()
-        process.communicate()
-
-
+RUN = "from frankie_task_cli import main; main()"
 ATTENDED = """
 import sys
 from pathlib import Path
@@ -74,10 +50,10 @@ print(run_task(options).summary.to_json())
 """
 
 
-def summary(process: subprocess.Popen[str], patience: float = 400.0) -> dict:
+def summary(process: subprocess.Popen[str]) -> dict:
     """What a run tells at its end; skips the test if it says why no robot could have held it."""
-    out, err = process.communicate(timeout=patience)
-    assert out, err
+    out, _ = process.communicate(timeout=400.0)
+    assert out
     told = json.loads(out)
     if told["outcome"] != "success" and told["too_slow"]:
         pytest.skip(told["too_slow"])
@@ -116,9 +92,9 @@ def test_base_and_arm_come_to_rest_when_the_program_is_killed_or_suspended(tmp_p
     """Commanded to rest within 0.25 s of the last good command, by the emulators' own clocks."""
     path, task = robot_file(tmp_path), tmp_path / "far.yaml"
     task.write_text(SHORT.replace("[0.9, 0.1, 0.7]", "[2.2, 0.4, 0.9]"))
-    run = ["-m", "frankie_task_cli", "run", task, "--robot", path, "--view", "none", "--json"]
-    run += ["--record", tmp_path, "--scene", "single", "--seed", "1", "--localisation", "exact"]
-    with emulated(path) as link, started(*run) as process:
+    run = ["run", task, "--robot", path, "--view", "none", "--json", "--record", tmp_path]
+    run += ["--scene", "single", "--seed", "1", "--localisation", "exact"]
+    with emulated(path) as link, program(RUN, *run) as process:
         wait_until(link, lambda told: told["wanted"][0] > 0.2 and brisk(told["qd"]), process)
         process.send_signal(how)
         killed = stopwatch()
@@ -157,11 +133,12 @@ def on_the_table(link) -> int:
 
 
 def wait_for(link, objects: int, process: subprocess.Popen[str], patience: float = 120.0) -> None:
-    """Until that number of objects stand on the table."""
+    """Until that number of objects stand on the table; a run that does not get there is ended."""
     until = time.monotonic() + patience
     while on_the_table(link) < objects:
-        assert process.poll() is None, "the run has ended"
-        assert time.monotonic() < until
+        if process.poll() is not None or time.monotonic() > until:
+            process.send_signal(signal.SIGINT)
+            pytest.fail(f"the run has not placed {objects}: {summary(process)}")
         time.sleep(0.5)
 
 
@@ -179,7 +156,7 @@ def test_pick_place_goes_on_after_what_goes_wrong(tmp_path):
     path = robot_file(tmp_path)
     with (
         emulated(path, "household", 0) as link,
-        started("-c", ATTENDED, path, tmp_path) as process,
+        program(ATTENDED, path, tmp_path) as process,
     ):
         link.do("delay 0.01 0.005")
         wait_for(link, 1, process)
