@@ -199,19 +199,19 @@ def near(is_so: Any, wanted: Any) -> bool:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("one", ACCEPTED, ids=lambda one: one["ask"])
-def test_what_is_accepted_does_in_the_world_what_was_asked(model, one):
+@pytest.mark.parametrize("number", range(len(ACCEPTED)), ids=lambda i: ACCEPTED[i]["ask"])
+def test_what_is_accepted_does_in_the_world_what_was_asked(model, number):
     """What `check` cannot see, as left for right, is seen there."""
+    one, seed = ACCEPTED[number], 1 + number % 3
     *others, last = offered(model, one)
     if "faults" in one:  # which a person causes
-        run = model.call("simulate", task=last, seed=1, faults=one["faults"])
+        run = model.call("simulate", task=last, seed=seed, faults=one["faults"])
         assert run["summary"]["outcome"] == "success", run["first_cause"]
         assert set(run["summary"]["lies_on"].values()) == {"floor"}
         return
     path = model.folder / "accepted.yaml"
     for text in others:
         path.write_text(text)
-        assert differs(one["after"], load(path), 1)
+        assert differs(one["after"], load(path), seed)
     path.write_text(last)
-    found = {seed: differs(one["after"], load(path), seed) for seed in (1, 2, 3)}
-    assert not any(found.values()), found
+    assert differs(one["after"], load(path), seed) == []

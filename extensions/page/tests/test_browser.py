@@ -120,8 +120,8 @@ def test_a_fault_is_told_and_an_emergency_stop_acknowledged_on_the_page(tmp_path
 
 @pytest.mark.slow
 def test_the_viewer_on_the_page_shows_the_moments_of_the_log_and_phones_nowhere(tmp_path, browser):
-    """Small, as the processor draws it; few frames pass while it does, and a click would wait for
-    two in which its button stands still."""
+    """In few pixels, as the processor draws them; few frames pass while it does, and a click would
+    wait for two in which its button stands still."""
 
     def press(selector: str) -> None:
         button = page.locator(selector).last
@@ -129,7 +129,8 @@ def test_the_viewer_on_the_page_shows_the_moments_of_the_log_and_phones_nowhere(
         button.dispatch_event("click")
 
     with Run(tmp_path, "--view", "web") as run:
-        page = browser.new_page(viewport={"width": 1000, "height": 500})
+        few = {"viewport": {"width": 1000, "height": 500}, "device_scale_factor": 0.2}
+        page = browser.new_page(**few)
         page.set_default_timeout(90_000)
         page.add_init_script("console.debug = () => {}")
         reached: list[str] = []

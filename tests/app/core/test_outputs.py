@@ -154,17 +154,17 @@ def test_a_disk_that_fills_under_way_costs_the_ends_of_files_though_the_robot_br
 
 @pytest.mark.slow
 def test_memory_does_not_grow_with_the_length_of_a_run(tmp_path):
-    """Five minutes of driving about, looked at every ten seconds."""
+    """Two minutes of driving about, looked at every four seconds."""
     options = RunOptions(tree=find("patrol"), record=tmp_path, parameters={"rounds": "1000"})
     ticks, sizes = count(), []
 
     def look() -> bool:
-        if next(ticks) % 1000 == 0:
+        if next(ticks) % 400 == 0:
             sizes.append(int(Path("/proc/self/statm").read_text().split()[1]))
         return len(sizes) > 30
 
     run_task(options, interrupted=look)
-    assert max(sizes[3:]) < 1.05 * sizes[3]
+    assert max(sizes[3:]) < 1.03 * sizes[3]
 
 
 def test_pictures_that_the_task_takes_are_in_the_folder_and_in_the_recording(tmp_path):

@@ -48,7 +48,8 @@ def test_an_emulated_robot_is_good_and_has_not_moved(place):
     findings = found(path)
     for part in PARTS:
         bad = [text for verdict, text in findings[part] if verdict is Verdict.BAD]
-        assert all("ms old" in text for text in bad), bad  # as on a computer that has other work
+        # Few and late, as on a computer that has other work.
+        assert all("ms old" in text for text in bad), bad
     for words in (
         "ArNetworking 5MTX", "full_scale of the file is what the base tells",
         "odometry: of its encoders", "localisation score: 0.87", "points in the last one",
@@ -56,7 +57,7 @@ def test_an_emulated_robot_is_good_and_has_not_moved(place):
     ):  # fmt: skip
         assert words in said(findings["base"], Verdict.GOOD)
     assert "interface version 5" in said(findings["arm"], Verdict.GOOD)
-    assert "images/s" in said(findings["camera"], Verdict.GOOD)
+    assert any("images/s, 0 lost" in text for _, text in findings["camera"])
     assert "hand-eye" in said(findings["calibration"], Verdict.OPEN)
     told = link.do("arm tell")
     np.testing.assert_allclose(told["q"], before, atol=1e-9)

@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 
 import pytest
-from command_line import call
+from command_line import call, in_real_time
 from emulated_robot import emulated, needs_drivers, robot_file
 from program import program
 
@@ -51,13 +51,10 @@ print(run_task(options).summary.to_json())
 
 
 def summary(process: subprocess.Popen[str]) -> dict:
-    """What a run tells at its end; skips the test if it says why no robot could have held it."""
+    """What a run tells at its end."""
     out, _ = process.communicate(timeout=400.0)
     assert out
-    told = json.loads(out)
-    if told["outcome"] != "success" and told["too_slow"]:
-        pytest.skip(told["too_slow"])
-    return told
+    return in_real_time(out)
 
 
 def test_a_run_starts_the_emulators_and_ends_them(tmp_path):
