@@ -24,13 +24,18 @@ from controller.model import RobotModel, manipulability, robot_model
 from controller.servo import pose_error
 from controller.settings import PAPER, PRESETS, ControllerSettings
 from controller.situation import Situation, linearise
-from controller.stance.bank_drawing import SEED, dexterity
+from controller.stance.dexterity import (
+    SEED,
+    dexterity,
+    manipulabilities,
+    stance_margins,
+    uniform_postures,
+)
 from controller.stance.finder import StanceFinder, stance_search, why_no_stance
 from controller.stance.free_space import se3_of
 from controller.stance.posture_bank import PostureBank, bank
 from controller.stance.reach import farthest, out_of_reach, reached_instead
 from controller.stance.stance import (
-    LIMIT_MARGIN,
     REACHED,
     Stance,
     refine,

@@ -35,6 +35,7 @@ from controller.model import RobotModel
 from controller.servo import PoseError
 from controller.settings import ControllerSettings
 from controller.stance.bias import Remaining, StanceBias
+from controller.stance.dexterity import dexterity
 from controller.stance.finder import StanceFinder
 from controller.stance.next_goal import NextGoalApproach
 from controller.stance.progress import Progress
@@ -64,7 +65,9 @@ class GuidanceResult(NamedTuple):
     bias: StanceBias | None = None  # None leaves the motion to the end effector, or it rests
     reusable: bool = False  # whether the bias may be used again, on a free way to the stance
     age: int = 1  # periods since it was computed
-    bearing: float = 0.0  # of the end effector, seen from the base, in the last stance [rad]
+    bearing: float = 0.0
+    """Of the end effector, seen from the base, in the last stance, else as the robot prefers it
+    [rad]."""
     base: Pose2D | None = None  # base pose of the stance, if there is one
     remaining: tuple[float, float] = (0.0, 0.0)
     """Least time of the base [s] and largest joint error [rad] to the stance with which the period
@@ -88,7 +91,8 @@ class Guidance:
         self._progress = Progress(settings)
         self.departure = NextGoalApproach(model, settings, self._finder)
         self.waits = False  # whether the robot gives way to a moving obstacle, which is no stall
-        self._result = GuidanceResult()
+        self._bearing = dexterity(model.description).bearing  # that the robot prefers
+        self._result = GuidanceResult(bearing=self._bearing)
         self.reset()
 
     def prepare(self, surroundings: Surroundings) -> None:
@@ -99,7 +103,9 @@ class Guidance:
         """Forget the goal: the next one is new."""
         self.state: State = Unjudged()
         self._attempt = NOTHING_TRIED
-        self._result = GuidanceResult(bearing=self._result.bearing if keeps_bearing else 0.0)
+        self._result = GuidanceResult(
+            bearing=self._result.bearing if keeps_bearing else self._bearing
+        )
         self._approach.reset()
         self.departure.reset()
 

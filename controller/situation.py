@@ -12,7 +12,7 @@ from config.poses import MapPose
 from controller.command import KinematicState, MotionGoal
 from controller.model import Lag, RobotModel, manipulability
 from controller.settings import ControllerSettings
-from controller.stance.bank_drawing import dexterity
+from controller.stance.dexterity import dexterity
 from controller.surroundings import Surroundings
 
 
@@ -41,14 +41,15 @@ def linearise(
         m, gradient = before.manipulability, before.gradient
     else:
         bTe, J, screws, hessian = model.kinematics(q)
-        n_base = model.n_base
+        n_base, usual = model.n_base, dexterity(model.description)
         gradient = np.zeros(model.n)
-        m, gradient[n_base:] = manipulability(screws[:, n_base:], hessian[n_base:, n_base:])
+        of = usual.columns(n_base, model.n)
+        m, gradient[of] = manipulability(screws[:, of], hessian[of][:, of])
         if settings.manipulability_of == "whole body":
             gradient = manipulability(screws, hessian)[1]
         elif settings.manipulability_of == "none":
             gradient = np.zeros(model.n)
-        gradient *= settings.manipulability_gain / dexterity(model.description)
+        gradient *= settings.manipulability_gain / usual.usual
     x, y, _ = bTe.translation.tolist()
     return Linearisation(bTe, J, m, gradient, atan2(y, x))
 

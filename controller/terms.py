@@ -141,7 +141,10 @@ def manipulability(cost: Cost, now: Situation, aim: Aim) -> None:
 
 
 def heading(cost: Cost, now: Situation, aim: Aim) -> None:
-    """-k_ε (θ_ε - θ) ω: the base turns until it sees the hand at the bearing θ (eq. 11, 13: 0)."""
+    """-k_ε (θ_ε - θ) ω: the base turns until it sees the hand at the bearing θ (eq. 11, 13).
+
+    The paper has θ = 0, as an arm that a swivel turns to the front prefers it.
+    """
     turn = now.settings.heading_gain * wrap(now.kinematics.heading_error - aim.bearing)
     cost.pull[now.model.turning] += turn
 

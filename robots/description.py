@@ -75,6 +75,16 @@ class ArmDescription:
     names: tuple[str, ...] = ()  # of the joints in its URDF, if they are known
     links: tuple[tuple[str, SE3], ...] = ()  # of the URDF: names, and frames on foot and links
 
+    @cached_property
+    def telescopes(self) -> tuple[int, ...]:
+        """(j,) the first slide of the telescope that a joint is part of, or the joint itself."""
+        firsts: list[int] = []
+        for joint, (placement, slides) in enumerate(zip(self.joints, self.slides, strict=True)):
+            along = slides and joint > 0 and self.slides[joint - 1]
+            is_next = along and placement.rotation[2, 2] > _UPRIGHT
+            firsts.append(firsts[-1] if is_next else joint)
+        return tuple(firsts)
+
     def called(self, joint: int) -> str:
         """A joint, counted from 0, in words."""
         return f"joint `{self.names[joint]}`" if self.names else f"joint {joint + 1}"

@@ -167,21 +167,18 @@ def _column_discs(description: RobotDescription) -> Array:
     """(3, N) x, y and radius of discs in b around the arm's foot and its links up to the swivel."""
     discs, swivel = [], description.swivel
     last = 0 if swivel is None else swivel.joint + 1
-    origin = description.bTa.translation[:2]
+    bTl = description.bTa
     for link in range(last + 1):
-        if link:
-            turn = description.bTa.rotation if link == 1 else np.eye(3)
-            origin = origin + (turn @ description.arm.joints[link - 1].translation)[:2]
+        bTl = bTl * description.arm.joints[link - 1] if link else bTl
         for part in description.arm.collision[link]:
+            pose = bTl * part.pose
             # The last of these turns: parts off its axis sweep a ring.
             turns = link == last and link > 0
-            offset = np.zeros(2) if turns else part.pose.translation[:2]
-            swept = hypot(*part.pose.translation[:2].tolist()) if turns else 0.0
-            along = part.pose.rotation[:2, 2] * getattr(part.shape, "half_length", 0.0)
+            centre = (bTl if turns else pose).translation[:2]
+            along = pose.rotation[:2, 2] * getattr(part.shape, "half_length", 0.0)
             radius = getattr(part.shape, "radius", 0.0)
-            if isinstance(part.shape, Hull):  # its pose is not turned
-                radius = hypot(*part.shape.half[:2])
-            radius += swept
-            centre = origin + offset
+            if isinstance(part.shape, Hull):
+                radius = hypot(*(np.abs(pose.rotation) @ np.array(part.shape.half))[:2].tolist())
+            radius += hypot(*(pose.translation[:2] - centre).tolist()) if turns else 0.0
             discs += [(*(centre - along), radius), (*(centre + along), radius)]
     return np.array(discs or [(*description.bTa.translation[:2], 0.0)]).T  # without shapes

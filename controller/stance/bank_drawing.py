@@ -9,7 +9,6 @@ import os
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
-from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -20,27 +19,33 @@ from config.arrays import Array
 from config.planar import wrap
 from controller.collision.self_collision import SelfCollision
 from controller.model import RobotModel
-from controller.stance.tool_poses import ToolPoses, forward_kinematics
-from robots import RobotDescription, load_robot, robot_names
+from controller.stance.dexterity import (
+    DRAWN,
+    SEED,
+    dexterity,
+    has_shipped_bank,
+    manipulabilities,
+    random_postures,
+    uniform_postures,
+)
+from controller.stance.tool_poses import forward_kinematics
+from robots import RobotDescription
 
 BANK = Path(__file__).with_name("postures.npy")
 """The shipped bank: (60 000, 7) joint positions in half precision [rad], by `draw` with `SEED`."""
-SEED = 20220101
 
 # A bank must be drawn again when one of these changes.
-_VERSION = 1
+_VERSION = 2
 _COUNT, _LEAST = 30_000, 2_000  # postures of a bank that is drawn, and that it must have
 _LIMIT_MARGIN = 0.2, 0.067  # least distance to every joint limit [rad], share of a short range
 _MIN_MANIPULABILITY = 0.035  # of an arm as dexterous as a Panda
 _MAX_BEARING = 0.3  # largest |θ_ε|, the bearing of the end effector seen from the arm's foot [rad]
 _MIN_REACH = 0.25, 0.25
 """Least horizontal distance of the end effector from the arm's foot [m], share of its reach."""
+_USUAL = 0.9  # quantile that counts as usual
 _CLEARANCE = 0.03, 0.25
 """Least distance from the robot itself and the floor [m], share of what is usual for it."""
-_DRAWN_AT_ONCE, _MOST_DRAWS = 4096, 300
-
-_PANDA = 0.0837  # what `_DEXTEROUS` of the random postures of a Panda do not exceed
-_DEXTEROUS = 0.9
+_MOST_DRAWS = 300
 
 
 def stored_postures(robot: RobotDescription, every: int = 1) -> Array:
@@ -60,11 +65,6 @@ def stored_postures(robot: RobotDescription, every: int = 1) -> Array:
     q = q[::every].astype(float)
     q = q[((robot.limits.q_min <= q) & (q <= robot.limits.q_max)).all(axis=1)]
     return np.asarray(q)
-
-
-def has_shipped_bank(robot: RobotDescription) -> bool:
-    """Whether joints and shapes of its arm are those of a shipped robot."""
-    return any(robot.arm.is_like(load_robot(name).arm) for name in robot_names())
 
 
 def _cached(robot: RobotDescription) -> Path:
@@ -96,17 +96,17 @@ def draw(robots: Sequence[RobotDescription], count: int, rng: np.random.Generato
     collisions = [SelfCollision(RobotModel(one)) for one in robots]
     at_origin = replace(robot, bTa=SE3(robot.bTa.rotation, np.zeros(3)))
     swivel, (low, high) = at_origin.swivel, robot.limits.within_a_turn
-    margins = robot.limits.margins(*_LIMIT_MARGIN)
+    margins = dexterity(robot).margins(robot, *_LIMIT_MARGIN)
     low, high = low + margins, high - margins
     least, nearest, clearance = _thresholds(robot, collisions[0])
     drawn: list[Array] = []
     for _ in range(_MOST_DRAWS):
-        q = rng.uniform(low, high, size=(_DRAWN_AT_ONCE, len(low)))
+        q = uniform_postures(robot, rng, low, high, DRAWN)
         if swivel is not None:
             q[:, swivel.joint] = 0.0
         tools = forward_kinematics(at_origin, q)
         x, y, _ = (tools.positions - (0.0 if swivel is None else swivel.pivot)).T
-        good = (tools.manipulability > least) & (np.hypot(x, y) > nearest)
+        good = (manipulabilities(robot, tools) > least) & (np.hypot(x, y) > nearest)
         if swivel is not None:
             turn = rng.uniform(-_MAX_BEARING, _MAX_BEARING, len(q)) - np.arctan2(y, x)
             q[:, swivel.joint] = turned = wrap(swivel.sign * turn)
@@ -117,36 +117,21 @@ def draw(robots: Sequence[RobotDescription], count: int, rng: np.random.Generato
     if len(drawn) < min(count, _LEAST):
         raise UserError(
             f"{robot.name}: hardly any posture of the arm is dexterous and clear of the robot "
-            f"itself ({len(drawn)} of {_DRAWN_AT_ONCE * _MOST_DRAWS}); look at its shapes with "
+            f"itself ({len(drawn)} of {DRAWN * _MOST_DRAWS}); look at its shapes with "
             "`frankie-task robot show`, and at `may_touch` in its file"
         )
     return np.array(drawn[:count])
-
-
-@lru_cache(maxsize=8)
-def dexterity(robot: RobotDescription) -> float:
-    """Typical manipulability of its arm, as a share of that of a Panda."""
-    if has_shipped_bank(robot):
-        return 1.0
-    usual = np.quantile(_random(robot, np.random.default_rng(SEED))[1].manipulability, _DEXTEROUS)
-    return max(float(usual) / _PANDA, 1e-6)
 
 
 def _thresholds(robot: RobotDescription, collision: SelfCollision) -> tuple[float, float, float]:
     """Least manipulability, distance from the foot [m] and clearance [m] of a good posture."""
     if has_shipped_bank(robot):
         return _MIN_MANIPULABILITY, _MIN_REACH[0], _CLEARANCE[0]
-    q, tools = _random(robot, np.random.default_rng(SEED))
+    q, tools = random_postures(robot, np.random.default_rng(SEED))
     reach = np.linalg.norm(tools.positions - robot.bTa.translation, axis=1).max()
-    usual = np.quantile([collision.clearance(p) for p in q], _DEXTEROUS)
+    usual = np.quantile([collision.clearance(p) for p in q], _USUAL)
     return (
-        _MIN_MANIPULABILITY * dexterity(robot),
+        _MIN_MANIPULABILITY * dexterity(robot).usual if dexterity(robot).has_spare_joints else -1.0,
         min(_MIN_REACH[0], _MIN_REACH[1] * float(reach)),
         min(_CLEARANCE[0], max(0.0, _CLEARANCE[1] * float(usual))),
     )
-
-
-def _random(robot: RobotDescription, rng: np.random.Generator) -> tuple[Array, ToolPoses]:
-    low, high = robot.limits.within_a_turn
-    q = rng.uniform(low, high, size=(_DRAWN_AT_ONCE, len(low)))
-    return q, forward_kinematics(robot, q)

@@ -15,8 +15,8 @@ from controller.floor.base_drive import drive_along
 from controller.floor.route import Route
 from controller.model import Lag, RobotModel
 from controller.settings import ControllerSettings
-from controller.stance.bank_drawing import dexterity
 from controller.stance.bias import StanceBias
+from controller.stance.dexterity import dexterity
 from controller.stance.finder import StanceFinder
 from controller.stance.search import StanceSearch
 from controller.stance.stance import Stance
@@ -39,7 +39,7 @@ class NextGoalApproach:
         self._model = model
         self._settings = settings
         self._finder = finder
-        self._dexterity = dexterity(model.description)
+        self._dexterity = dexterity(model.description).usual
         self._route = Route(model, settings)
         self._accelerations = model.acceleration_limits[: model.n_base]
         self.reset()

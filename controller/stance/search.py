@@ -18,11 +18,11 @@ from controller.collision.self_collision import SelfCollision
 from controller.floor.cost_field import CostField
 from controller.floor.floor_map import FloorMap
 from controller.model import RobotModel
+from controller.stance.dexterity import dexterity, stance_margins
 from controller.stance.docking import with_docking
 from controller.stance.free_space import FreeSpace, group_names, se3_of
 from controller.stance.posture_bank import Candidates, PostureBank, candidates, sideways
 from controller.stance.stance import (
-    LIMIT_MARGIN,
     REACHED,
     Stance,
     base_poses,
@@ -40,7 +40,7 @@ CHECKS = 6
 """Number of postures checked for contact in one piece; the last may be followed by the check of its
 motion, ..."""
 MOTION_CHECKS, MOTION_CHECKS_AMONG_FIXTURES = 3, 6  # ... which counts as this many
-_MAX_BATCHES = 3  # number of batches that are refined in one window
+_MAX_BATCHES = 3  # number of batches of the best that are refined in one window
 
 _CLEARANCE = 0.02  # distance to obstacles that the arm keeps on its motion, and there [m]
 _STANDING_ROOM = 0.05  # distance to obstacles that the base keeps [m]
@@ -138,13 +138,20 @@ class StanceSearch:
         """Find the best stance, one window after the other until it is good enough."""
         among_fixtures = self._space is not None
         for some in candidates(self._bank, self.mTe, among_fixtures=among_fixtures):
-            ranked = yield from self._rank(some)
-            for first in range(0, min(len(ranked[0]), _MAX_BATCHES * BATCH), BATCH):
+            postures, bases = yield from self._rank(some)
+            best = min(len(postures), _MAX_BATCHES * BATCH)
+            # Joint limits may keep the best ones away: then of all others every so many is tried.
+            others = np.linspace(best, len(postures) - 1, min(best, len(postures) - best))
+            order = np.concatenate([np.arange(best), others.astype(int)])
+            for first in range(0, len(order), BATCH):
+                if first >= best and self.error <= REACHED:
+                    break
                 yield
-                postures, errors = self._refine(*(each[first : first + BATCH] for each in ranked))
+                batch = order[first : first + BATCH]
+                refined, errors = self._refine(postures[batch], bases[batch])
                 self.error = min(self.error, float(errors.min()))
                 yield
-                yield from self._judge(postures, errors)
+                yield from self._judge(refined, errors)
                 if self._cost < _FAILED_COST:
                     return
 
@@ -172,7 +179,7 @@ class StanceSearch:
                 tools = tools.turned(swivel, some.turns[piece])
             costs[piece], bases[piece], _ = self._costs(postures[piece], tools)
         if swivel is not None:
-            joint, margins = swivel.joint, limits.margins(*LIMIT_MARGIN)
+            joint, margins = swivel.joint, stance_margins(self._model.description)
             low, high = (limits.q_min + margins)[joint], (limits.q_max - margins)[joint]
             costs[(postures[:, joint] < low) | (postures[:, joint] > high)] = inf
         order = np.argsort(costs)
@@ -188,7 +195,7 @@ class StanceSearch:
                 postures[:, swivel.joint] += swivel.sign * turns
             bases = np.tile(here, (len(postures), 1))
             postures = refine_standing(self._model, self.mTe, postures, bases)[0]
-        elif self._space is None:
+        elif self._space is None or not dexterity(self._model.description).is_of_the_arm:
             return refine(self._model, self.mTe, postures)
         return refine_standing(self._model, self.mTe, postures, bases)
 

@@ -11,10 +11,10 @@ from config.arrays import Array
 from config.planar import Pose2D, about_z, rotate
 from config.poses import MapPose
 from controller.model import RobotModel
+from controller.stance.dexterity import dexterity, stance_margins
 from controller.stance.tool_poses import ToolPoses, forward_kinematics
 
 REACHED = 1e-3  # largest sum of errors of a posture that reaches the goal [m + rad]
-LIMIT_MARGIN = 0.12, 0.04  # least distance of a posture to a joint limit [rad], share of its range
 _ITERATIONS = 5
 _MAX_ERROR = 0.5  # errors are clipped to this in an iteration [m and rad]
 _DAMPING = 1e-4  # of the damped least squares [m² and rad²]
@@ -106,7 +106,7 @@ def unwound(model: RobotModel, postures: Array, q: Array) -> Array:
     if not wide.any():
         return postures
     nearest = postures + 2.0 * np.pi * np.round((q - postures) / (2.0 * np.pi))
-    margins = limits.margins(*LIMIT_MARGIN)
+    margins = stance_margins(model.description)
     inside = (nearest > limits.q_min + margins) & (nearest < limits.q_max - margins)
     return np.where(wide & inside, nearest, postures)
 
@@ -121,9 +121,11 @@ def _solve(
 ) -> tuple[Array, Array]:
     """Postures (N, j) that solve M equations by damped least squares, and their errors (N,).
 
-    Joints near a limit stay there. `equations` gives errors (N, M) and Jacobians (N, M, j).
+    Joints near a limit stay, and others take over where an arm has any to spare. `equations` gives
+    errors (N, M) and Jacobians (N, M, j).
     """
-    margins = model.limits.margins(*LIMIT_MARGIN)
+    margins = stance_margins(model.description)
+    has_spare_joints = dexterity(model.description).has_spare_joints
     low, high = model.limits.q_min + margins, model.limits.q_max - margins
     for _ in range(_ITERATIONS):
         errors, J = equations(forward_kinematics(model.description, q))
@@ -132,8 +134,9 @@ def _solve(
             break
         errors = np.clip(errors, -_MAX_ERROR, _MAX_ERROR)
         step = _damped_least_squares(J, errors)
-        blocked = (q + step < low) | (q + step > high)
-        step = _damped_least_squares(np.where(blocked[:, None, :], 0.0, J), errors)
+        if has_spare_joints:
+            blocked = (q + step < low) | (q + step > high)
+            step = _damped_least_squares(np.where(blocked[:, None, :], 0.0, J), errors)
         q = np.clip(q + step, low, high)
     return q, left
 

@@ -11,7 +11,7 @@ from controller.collision.self_collision import SelfCollision
 from controller.floor.cost_field import CostField
 from controller.floor.floor_map import FloorMap
 from controller.model import RobotModel
-from controller.stance.bank_drawing import dexterity
+from controller.stance.dexterity import dexterity, manipulabilities
 from controller.stance.free_space import FreeSpace, se3_of
 from controller.stance.stance import Stance
 from controller.stance.tool_poses import ToolPoses
@@ -120,9 +120,10 @@ def stance_costs(
     driving, reverse = driving_times(model, start, bases)
     folding = (np.abs(postures - start.q) / (_ARM_SPEED * limits.qd)).max(axis=1)
     margins = np.minimum(postures - limits.q_min, limits.q_max - postures)
-    manipulability = tools.manipulability / dexterity(model.description)
+    usual = dexterity(model.description)
+    manipulability = manipulabilities(model.description, tools) / usual.usual
     lacking = (limits.margins(*_LIMIT_MARGIN) - margins).max(axis=1)
-    bearing = np.abs(np.arctan2(tools.positions[:, 1], tools.positions[:, 0]))
+    bearing = np.abs(usual.bearing_of(*tools.positions.T[:2]))
     costs = (
         np.maximum(driving, folding)
         + _OVERLAP * np.minimum(driving, folding)
@@ -131,7 +132,7 @@ def stance_costs(
         + _LIMIT_COST * np.maximum(0.0, lacking)
     )
     if start.floor is not None:
-        pointing = np.abs(np.arctan2(tools.rotations[:, 1, 2], tools.rotations[:, 0, 2]))
+        pointing = np.abs(usual.bearing_of(*tools.rotations[:, :2, 2].T))
         costs += _POINTING_COST * sideways * pointing
     if start.next_goal is not None:
         costs += leaving_times(model, start.next_goal, bases)

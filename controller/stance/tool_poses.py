@@ -19,13 +19,6 @@ class ToolPoses(NamedTuple):
     rotations: Array  # (N, 3, 3)
     J: Array  # (N, 6, 7) Jacobians at the end effector, linear first, in base axes
 
-    @property
-    def manipulability(self) -> Array:
-        """(N,) Yoshikawa's measure, of an arm with fewer than six joints that of its joints."""
-        J = self.J if self.J.shape[2] >= 6 else np.swapaxes(self.J, 1, 2)
-        squared: Array = np.linalg.det(J @ np.swapaxes(J, 1, 2))
-        return np.sqrt(np.maximum(squared, 0.0))
-
     def turned(self, swivel: Swivel, turns: Array) -> ToolPoses:
         """The same with the arm turned by (N,) angles about its swivel [rad]; J is not turned."""
         R, pivot = about_z(turns), swivel.pivot
