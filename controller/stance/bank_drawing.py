@@ -8,11 +8,9 @@ import hashlib
 import os
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from pinocchio import SE3
 
 from config import UserError, user_cache
 from config.arrays import Array
@@ -94,8 +92,8 @@ def draw(robots: Sequence[RobotDescription], count: int, rng: np.random.Generato
     """
     robot = robots[0]
     collisions = [SelfCollision(RobotModel(one)) for one in robots]
-    at_origin = replace(robot, bTa=SE3(robot.bTa.rotation, np.zeros(3)))
-    swivel, (low, high) = at_origin.swivel, robot.limits.within_a_turn
+    swivel, (low, high) = robot.swivel, robot.limits.within_a_turn
+    foot = robot.bTa.translation if swivel is None else swivel.pivot
     margins = dexterity(robot).margins(robot, *_LIMIT_MARGIN)
     low, high = low + margins, high - margins
     least, nearest, clearance = _thresholds(robot, collisions[0])
@@ -104,13 +102,15 @@ def draw(robots: Sequence[RobotDescription], count: int, rng: np.random.Generato
         q = uniform_postures(robot, rng, low, high, DRAWN)
         if swivel is not None:
             q[:, swivel.joint] = 0.0
-        tools = forward_kinematics(at_origin, q)
-        x, y, _ = (tools.positions - (0.0 if swivel is None else swivel.pivot)).T
+        tools = forward_kinematics(robot, q)
+        x, y, _ = (tools.positions - foot).T
         good = (manipulabilities(robot, tools) > least) & (np.hypot(x, y) > nearest)
-        if swivel is not None:
+        if swivel is not None and dexterity(robot).is_of_the_arm:
             turn = rng.uniform(-_MAX_BEARING, _MAX_BEARING, len(q)) - np.arctan2(y, x)
             q[:, swivel.joint] = turned = wrap(swivel.sign * turn)
             good &= (turned > low[swivel.joint]) & (turned < high[swivel.joint])
+        elif swivel is not None:  # too few joints to have the hand in front whatever its pose
+            q[:, swivel.joint] = rng.uniform(low[swivel.joint], high[swivel.joint], len(q))
         drawn += [p for p in q[good] if all(c.clearance(p) > clearance for c in collisions)]
         if len(drawn) >= count:
             break
@@ -131,7 +131,7 @@ def _thresholds(robot: RobotDescription, collision: SelfCollision) -> tuple[floa
     reach = np.linalg.norm(tools.positions - robot.bTa.translation, axis=1).max()
     usual = np.quantile([collision.clearance(p) for p in q], _USUAL)
     return (
-        _MIN_MANIPULABILITY * dexterity(robot).usual if dexterity(robot).has_spare_joints else -1.0,
+        _MIN_MANIPULABILITY * dexterity(robot).usual if dexterity(robot).is_of_the_arm else -1.0,
         min(_MIN_REACH[0], _MIN_REACH[1] * float(reach)),
         min(_CLEARANCE[0], max(0.0, _CLEARANCE[1] * float(usual))),
     )

@@ -32,18 +32,18 @@ class Dexterity(NamedTuple):
     bearing: float
     """Of the end effector seen from the base, as its postures have it; 0 where a swivel turns the
     arm to the front [rad]."""
-    has_spare_joints: bool
-    """Whether the arm has more joints than height and tilt of the end effector need; one without
-    has a single posture for both, at a joint limit or singular as that may be."""
 
     @property
     def is_of_the_arm(self) -> bool:
-        """Whether the arm moves the end effector in every direction, its base at rest."""
+        """Whether the arm moves the end effector in every direction, its base at rest.
+
+        Another has few postures for a pose, at a joint limit or singular as they may be.
+        """
         return self.rank == 6 and not self.base
 
     def margins(self, robot: RobotDescription, most: float, share: float) -> Array:
         """(j,) least distances to the joint limits as `Limits.margins`, where there is a choice."""
-        return robot.limits.margins(most, share) * self.has_spare_joints
+        return robot.limits.margins(most, share) * self.is_of_the_arm
 
     def columns(self, n_base: int, n: int) -> slice | list[int]:
         """Those of the Jacobian of base and arm, the base first."""
@@ -59,10 +59,13 @@ class Dexterity(NamedTuple):
 def dexterity(robot: RobotDescription) -> Dexterity:
     """The dexterity of a robot: of the arm where it has rank 6, else together with its base."""
     if has_shipped_bank(robot):
-        return Dexterity((), 6, 1.0, 0.0, True)
-    tools = random_postures(robot, np.random.default_rng(SEED))[1]
+        return Dexterity((), 6, 1.0, 0.0)
+    q, swivel = random_postures(robot, np.random.default_rng(SEED))[0], robot.swivel
+    if swivel is not None:
+        q[:, swivel.joint] = 0.0
+    tools = forward_kinematics(robot, q)
     base = range(robot.base.axes.shape[1])
-    found = Dexterity((), 0, 1.0, 0.0, True)
+    found = Dexterity((), 0, 1.0, 0.0)
     volume = 0.0
     for some in (some for count in range(len(base) + 1) for some in combinations(base, count)):
         values = np.median(_singular_values(_jacobians(robot, tools, some)), axis=0)
@@ -75,20 +78,12 @@ def dexterity(robot: RobotDescription) -> Dexterity:
     usual = max(float(np.quantile(m, _USUAL)) / _PANDA, 1e-6)
     x, y, _ = (m[:, None] * tools.positions).sum(axis=0).tolist()
     bearing = 0.0 if robot.swivel is not None else atan2(y, x)
-    return Dexterity(found.base, found.rank, usual, bearing, _has_spare_joints(robot, tools))
+    return Dexterity(found.base, found.rank, usual, bearing)
 
 
 def stance_margins(robot: RobotDescription) -> Array:
     """(j,) least distances of stances to the joint limits [rad]."""
     return dexterity(robot).margins(robot, *_LIMIT_MARGIN)
-
-
-def _has_spare_joints(robot: RobotDescription, tools: ToolPoses) -> bool:
-    """Whether more joints move height and tilt of the end effector than these need."""
-    J = tools.J[:, [2, 3, 4]]
-    moving = np.median(np.linalg.norm(J, axis=1), axis=0) > _INDEPENDENT
-    ranks = np.median(_singular_values(J), axis=0) > _INDEPENDENT
-    return len(set(np.array(robot.arm.telescopes)[moving])) > int(ranks.sum())
 
 
 def manipulabilities(

@@ -40,7 +40,7 @@ CHECKS = 6
 """Number of postures checked for contact in one piece; the last may be followed by the check of its
 motion, ..."""
 MOTION_CHECKS, MOTION_CHECKS_AMONG_FIXTURES = 3, 6  # ... which counts as this many
-_MAX_BATCHES = 3  # number of batches of the best that are refined in one window
+_MAX_BATCHES = 3  # number of batches that are refined in one window
 
 _CLEARANCE = 0.02  # distance to obstacles that the arm keeps on its motion, and there [m]
 _STANDING_ROOM = 0.05  # distance to obstacles that the base keeps [m]
@@ -137,21 +137,17 @@ class StanceSearch:
     def _look(self) -> Iterator[None]:
         """Find the best stance, one window after the other until it is good enough."""
         among_fixtures = self._space is not None
-        for some in candidates(self._bank, self.mTe, among_fixtures=among_fixtures):
-            postures, bases = yield from self._rank(some)
-            best = min(len(postures), _MAX_BATCHES * BATCH)
-            # Joint limits may keep the best ones away: then of all others every so many is tried.
-            others = np.linspace(best, len(postures) - 1, min(best, len(postures) - best))
-            order = np.concatenate([np.arange(best), others.astype(int)])
-            for first in range(0, len(order), BATCH):
-                if first >= best and self.error <= REACHED:
-                    break
+        has_few_joints = not dexterity(self._model.description).is_of_the_arm
+        for some in candidates(
+            self._bank, self.mTe, among_fixtures=among_fixtures, has_few_joints=has_few_joints
+        ):
+            ranked = yield from self._rank(some)
+            for first in range(0, min(len(ranked[0]), _MAX_BATCHES * BATCH), BATCH):
                 yield
-                batch = order[first : first + BATCH]
-                refined, errors = self._refine(postures[batch], bases[batch])
+                postures, errors = self._refine(*(each[first : first + BATCH] for each in ranked))
                 self.error = min(self.error, float(errors.min()))
                 yield
-                yield from self._judge(refined, errors)
+                yield from self._judge(postures, errors)
                 if self._cost < _FAILED_COST:
                     return
 

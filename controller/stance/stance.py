@@ -121,11 +121,11 @@ def _solve(
 ) -> tuple[Array, Array]:
     """Postures (N, j) that solve M equations by damped least squares, and their errors (N,).
 
-    Joints near a limit stay, and others take over where an arm has any to spare. `equations` gives
+    Joints near a limit stay, and others take over where the arm has a choice. `equations` gives
     errors (N, M) and Jacobians (N, M, j).
     """
     margins = stance_margins(model.description)
-    has_spare_joints = dexterity(model.description).has_spare_joints
+    has_choice = dexterity(model.description).is_of_the_arm
     low, high = model.limits.q_min + margins, model.limits.q_max - margins
     for _ in range(_ITERATIONS):
         errors, J = equations(forward_kinematics(model.description, q))
@@ -134,7 +134,7 @@ def _solve(
             break
         errors = np.clip(errors, -_MAX_ERROR, _MAX_ERROR)
         step = _damped_least_squares(J, errors)
-        if has_spare_joints:
+        if has_choice:
             blocked = (q + step < low) | (q + step > high)
             step = _damped_least_squares(np.where(blocked[:, None, :], 0.0, J), errors)
         q = np.clip(q + step, low, high)
