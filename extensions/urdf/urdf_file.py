@@ -54,6 +54,7 @@ class Urdf:
         self.links: dict[str, tuple[str, str]] = {}  # parent and child of a joint, by its name
         self.kinds: dict[str, str] = {}  # of its moving joints
         self.mimics: dict[str, Mimic] = {}
+        self.strong: set[str] = set()  # joints whose effort limit is believed
         self._written = ""  # the text, if its lines are those of the file
         try:
             root = ElementTree.fromstring(self._text(packages, arguments))
@@ -198,7 +199,9 @@ class Urdf:
             why = f"a speed limit of {speed:g}, not believed" if speed > 0.0 else "no speed limit"
             speed = _SPEEDS[kind]
             self.notes.append(f"joint `{name}` has {why}: {speed:g} is assumed")
-        effort = effort if 0.0 < effort < _MOST_EFFORT else _EFFORT
+        if 0.0 < effort < _MOST_EFFORT:
+            self.strong.add(name)
+        effort = effort if name in self.strong else _EFFORT
         for key, value in zip(keys, (low, high, speed, effort), strict=True):
             limit.set(key, repr(value))
         self.kinds[name] = kind

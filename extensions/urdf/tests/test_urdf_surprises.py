@@ -6,8 +6,10 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from command_line import call
+from pinocchio import SE3
 
 from app.live import SceneView, ShownRun
 from config import UserError
@@ -313,7 +315,18 @@ def test_a_mast_is_no_base(tmp_path):
     imported(written(tmp_path / "m.urdf", text), tmp_path / "m")
     robot = load_robot(tmp_path / "m")
     assert robot.base.size == (0.4, 0.4, 0.2)
-    assert robot.arm.collision[0]
+    (one,) = robot.arm.collision[0]
+    assert 2.0 * one.shape.half[2] == pytest.approx(1.3, rel=0.01)
+    bases = np.random.default_rng(0).uniform([-1, -2, -3], [4, 3, 3], (500, 3))
+    free = FloorMap(load_fixtures("kitchen"), robot).stands_free(bases)
+    for axis in "xz":  # the frame of its foot may be turned any way
+        turn = SE3(pin.utils.rotate(axis, np.pi / 2.0), np.zeros(3))
+        foot = (turn.inverse() * robot.arm.joints[0], *robot.arm.joints[1:])
+        shapes = ((one.moved(turn.inverse()),), *robot.arm.collision[1:])
+        arm_ = replace(robot.arm, joints=foot, collision=shapes)
+        turned = replace(robot, bTa=robot.bTa * turn, arm=arm_)
+        seen = FloorMap(load_fixtures("kitchen"), turned).stands_free(bases)
+        np.testing.assert_allclose(seen, free, atol=1e-9)
 
 
 def test_what_a_base_that_stands_still_does_not_reach_is_told_before_it_moves(tmp_path):
