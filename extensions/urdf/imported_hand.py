@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
@@ -116,6 +117,8 @@ def _why_none(arm: Arm, shaped: list[str]) -> str:
     """Why it has no gripper; `shaped` are the joints of its fingers that have shapes."""
     above = {one: set(arm.urdf.path_to(arm.urdf.links[one][0])) for one in arm.fingers}
     bare = [one for one in arm.fingers if not above[one] & set(arm.fingers) and one not in shaped]
+    if sucks := [one for one in arm.beyond if re.search(r"suction|vacuum", one, re.IGNORECASE)]:
+        return f"no fingers: suction, as of `{sucks[0]}`, is not supported"
     if not arm.fingers:
         return "none in the URDF"
     if bare:
