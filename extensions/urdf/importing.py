@@ -22,7 +22,7 @@ from extensions.urdf.hulls import hull_around, placed_points
 from extensions.urdf.imported_hand import hand_of
 from extensions.urdf.ready import ready_posture
 from extensions.urdf.touching_links import Part, postures, touching
-from extensions.urdf.urdf_file import OF_JOINT, Urdf, UrdfError
+from extensions.urdf.urdf_file import MOST_EFFORT, OF_JOINT, Urdf, UrdfError
 from robots import (
     GREY,
     SHIPPED,
@@ -222,17 +222,16 @@ class _Import:
             turn.actInv(one) for turn, one in zip(self._turns, model.inertias[1:], strict=True)
         ]
         solid = all(one.mass > 1e-4 and np.linalg.eigvalsh(one.inertia)[0] > 1e-9 for one in bodies)
-        accelerations, lag = self._swiftness(solid)
-        columns = arm.joints, self._joints, self.slides, model.joints[1:], accelerations
-        for name, pose, slides, joint, acceleration in zip(*columns, strict=True):
+        accelerations, torques, lag = self._swiftness(solid)
+        columns = arm.joints, self._joints, self.slides, model.joints[1:], accelerations, torques
+        for name, pose, slides, joint, acceleration, torque in zip(*columns, strict=True):
             ends = (model.lowerPositionLimit, model.upperPositionLimit)
             between = [round(float(end[joint.idx_q]), 6) for end in ends]
             kind = "prismatic" if slides else "revolute" if joint.nq == 1 else "continuous"
             row = {"name": name.removesuffix(OF_JOINT)} | _pose(pose) | {"kind": kind}
             row |= {"position": between} if joint.nq == 1 else {}
             row["speed"] = round(float(model.velocityLimit[joint.idx_v]), 6)
-            row["acceleration"] = acceleration
-            joints.append(row | {"torque": round(float(model.effortLimit[joint.idx_v]), 6)})
+            joints.append(row | {"acceleration": acceleration, "torque": torque})
             middle.append(sum(between) / 2.0 if joint.nq == 1 else 0.0)
         file = {"joints": joints, "flange": _pose(self._lTe), "ready": middle, "lag": lag}
         links = [arm.urdf.links[one] for one in arm.joints]
@@ -250,25 +249,30 @@ class _Import:
             self.notes.append("inertia: not of every link, so no physical world")
         return file
 
-    def _swiftness(self, solid: bool) -> tuple[list[float], float]:
-        """Accelerations of the joints and their lag: as of a Panda, less the farther the hand is.
+    def _swiftness(self, solid: bool) -> tuple[list[float], list[float], float]:
+        """Accelerations of the joints, torques, and lag: as of a Panda, less the farther the hand.
 
-        What a motor has left above the weight that it carries is a limit, too, if it has any and
-        all links have inertias (`solid`).
+        Where all links have inertias (`solid`), a motor accelerates as it can besides holding its
+        load; one whose torque is not given is as strong as it needs to be.
         """
         arm, model = self._arm, self._arm.model
         links = [float(np.linalg.norm(one.translation)) for one in (*self._joints[1:], self._lTe)]
         away = np.cumsum(links[::-1])[::-1]  # of the hand from each joint, at most
         share = np.minimum(1.0, _REACH / np.maximum(away, _ROD))
         most = np.where(self.slides, _ACCELERATIONS[1], share * _ACCELERATIONS[0])
-        told = f"by its reach of {away[0]:.2g} m"
+        torque, told = model.effortLimit, f"by its reach of {away[0]:.2g} m"
         if solid:
             data, origin = model.createData(), pin.neutral(model)
             drawn = [pin.integrate(model, origin, q) for q in postures(arm)[::10]]
             weights = [np.abs(pin.computeGeneralizedGravity(model, data, q)) for q in drawn]
-            bodies = [np.diag(pin.crba(model, data, q)) for q in drawn]
-            spare = (model.effortLimit - np.max(weights, axis=0)) / np.max(bodies, axis=0)
-            weak = (spare > 0.0) & (spare < most) & np.isin(arm.joints, [*arm.urdf.strong])
+            weight = np.max(weights, axis=0)
+            body = np.max([np.diag(pin.crba(model, data, q)) for q in drawn], axis=0)
+            given = np.isin(arm.joints, [*arm.urdf.strong])
+            torque = np.where(
+                given, torque, np.clip(weight + 2.0 * body * most, torque, MOST_EFFORT)
+            )
+            spare = (torque - weight) / body
+            weak = given & (spare > 0.0) & (spare < most)
             most = np.where(weak, spare, most)
             names = [name for name, one in zip(arm.joints, weak, strict=True) if one]
             told += f" and the torques of {quoted(names)}" if names else ""
@@ -279,7 +283,7 @@ class _Import:
         between = " to ".join(f"{one:g}" for one in sorted({min(figures), max(figures)}))
         told = f"{between} rad/s^2 (--acceleration), lag: {lag:g} s, {told}"
         self.notes.append(f"accelerations: {told}")
-        return figures, lag
+        return figures, _rounded(torque), lag
 
     def _parts(self, shapes: list[list[Geom]], base: dict[str, Any], mount: SE3) -> list[Part]:
         """Shapes by part, for the search of those that can touch."""

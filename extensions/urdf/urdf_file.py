@@ -18,7 +18,7 @@ from extensions.urdf.xacro_file import expanded
 
 _MOVING, _STILL = ("revolute", "continuous", "prismatic"), ("fixed", "floating", "planar")
 _SPEEDS = {"revolute": 1.0, "continuous": 1.0, "prismatic": 0.1}  # if none is given [rad/s, m/s]
-_EFFORT, _MOST_EFFORT = 50.0, 1e4  # if none is given, and what is believed [Nm, N]
+_EFFORT, MOST_EFFORT = 50.0, 1e4  # if none is given, and what is believed [Nm, N]
 _FASTEST = 50.0  # what is believed [rad/s, m/s]
 _ENDLESS = 1500.0  # a range this wide is none [rad]
 _MOST = 1e12
@@ -199,7 +199,7 @@ class Urdf:
             why = f"a speed limit of {speed:g}, not believed" if speed > 0.0 else "no speed limit"
             speed = _SPEEDS[kind]
             self.notes.append(f"joint `{name}` has {why}: {speed:g} is assumed")
-        if 0.0 < effort < _MOST_EFFORT:
+        if 0.0 < effort < MOST_EFFORT:
             self.strong.add(name)
         effort = effort if name in self.strong else _EFFORT
         for key, value in zip(keys, (low, high, speed, effort), strict=True):

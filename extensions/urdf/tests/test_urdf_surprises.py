@@ -316,18 +316,22 @@ def test_arms_are_as_swift_as_their_reach_and_their_torques_allow(tmp_path):
     inertia = '<inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" '
     text = arm().replace("<collision>", f'{inertia}ixz="0" iyz="0"/></inertial><collision>')
     cases = {"s": text, "long": text.replace("0 0 0.2", "0 0 0.6"), "weak": text}
+    cases["heavy"] = text.replace('effort="50"', "").replace('mass value="1"', 'mass value="99"')
     cases["weak"] = text.replace('effort="50"', 'effort="25"', 2).replace('effort="25"', 'x="1"', 1)
-    found = {}
+    found, strong = {}, {}
     for name, one in cases.items():
         notes = imported(written(tmp_path / f"{name}.urdf", one), tmp_path / name)
         robot = load_robot(tmp_path / name)
         found[name] = robot.limits.qdd, robot.arm.lag, " ".join(notes)
+        strong[name] = robot.arm.torque
     assert found["s"][0].max() == pytest.approx(6.0)
     assert found["long"][0][0] == pytest.approx(6.0 * 1.1 / 3.12, rel=0.05)
     assert found["long"][0][-1] == pytest.approx(6.0)
     assert found["long"][1] == pytest.approx(0.03 * 3.12 / 1.1, rel=0.05)
     assert "the torques of `a2`" in found["weak"][2]
     assert 0.0 < found["weak"][0][1] < 6.0
+    assert strong["s"].max() == 50.0
+    assert strong["heavy"][1] > 99.0 * 9.81 * (0.2 + 0.4 + 0.6 + 0.8)  # it holds its links
 
 
 def test_limits_that_are_none_or_degrees(tmp_path):
