@@ -110,6 +110,10 @@ class Urdf:
             key = "name" if one.tag == "joint" else "joint"
             if one.get(key) in names:
                 one.set(key, f"{one.get(key)}{OF_JOINT}")
+        if root.find("link/collision") is None and (drawn := root.findall("link/visual")):
+            self.notes.append("no collision shapes: the shapes that are drawn are taken for them")
+            for visual in drawn:
+                visual.tag = "collision"
         for joint in root.findall("joint"):
             self._joint(joint, names)
         for link in links:

@@ -377,6 +377,15 @@ def test_an_arm_without_shapes_stands_among_furniture_and_has_no_contact(tmp_pat
     assert floor.stands_free(np.zeros((1, 3))).shape == (1,)
 
 
+def test_shapes_that_are_drawn_stand_for_collision_shapes_if_there_are_none(tmp_path):
+    drawn = written(tmp_path / "s.urdf", arm().replace("collision>", "visual>"))
+    both = written(tmp_path / "t.urdf", arm(), link("cover", BOX.replace("collision>", "visual>")))
+    both.write_text(both.read_text().replace("</robot>", joint("c", "hand", "cover") + "</robot>"))
+    assert "the shapes that are drawn" in " ".join(imported(drawn, tmp_path / "s"))
+    assert all(load_robot(tmp_path / "s").arm.collision[1:6])
+    assert Urdf(both).geometry.ngeoms == Urdf(drawn).geometry.ngeoms == 7
+
+
 def test_a_mast_is_no_base(tmp_path):
     low = BOX.format(z=0.1, size="0.4 0.4 0.2")
     mast = BOX.format(z=0.65, size="0.07 0.07 1.3")
