@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 from os.path import isfile
 from pathlib import Path
 
+from app.core.base_lag import BaseLag
 from app.core.decisions import RecordedDecisions
 from app.core.files.folder import RECORDING, SUMMARY, VIEWER_LOG, make_folder, texts
 from app.core.files.outputs import Outputs
@@ -99,6 +100,7 @@ class Run:
         self._supports, self._began = supports(setup.truth), setup.clock.now()
         self._snapshots = Snapshots(self.nodes, setup.truth)
         self._measurements = Measurements(limits=setup.context.model.limits)
+        self._base_lag = BaseLag(setup.robot.description.base.lag)
         self._watchers = Watchers()
 
     def execute(self) -> Result:
@@ -136,6 +138,9 @@ class Run:
             self.console.control.stop()
         tell = self._watchers.tell
         tell("the instruments", self.instruments.after, tick)
+        state, now = tick.state, self.setup.clock.session.now()
+        followed = state.stamp, state.base_twist, now, tick.applied.base_twist
+        tell("the lag of the base", self._base_lag.note, *followed)
         tell("what watches the run", self._show, tick)
 
     def _show(self, tick: Tick) -> None:
@@ -212,7 +217,7 @@ class Run:
         """Close recorder and outputs, and summarise the run."""
         setup, options, truth = self.setup, self.options, self.setup.truth
         lost = [*self._watchers.failures, *self._close_recorder(), *self._outputs.close()]
-        lost += filter(None, [self._measurements.failed_stop])
+        lost += filter(None, [self._measurements.failed_stop, self._base_lag.told])
         return summarise(
             outcome,
             self._measurements,

@@ -11,7 +11,7 @@ from config.arrays import Array, Indices, Mask
 from config.planar import Pose2D, act
 from controller.floor.cost_field import CELL, CostField, Floor
 from controller.floor.footprints import Footprint, footprint
-from robots import Geom, Hull, RobotDescription
+from robots import Geom, Hull, RobotDescription, reach
 
 FAR = 1.0  # largest distance of a point in the map [m]
 NEAR = 0.7  # largest distance of the base in the map [m]
@@ -32,8 +32,10 @@ class FloorMap:
     def __init__(self, fixtures: tuple[Geom, ...], description: RobotDescription) -> None:
         self.fixtures = fixtures
         length, width, height = description.base.size
-        foot = description.bTa.translation
-        bands = ((_FLAT, height + _OVER_BASE), (float(foot[2]), float(foot[2]) + COLUMN))
+        foot = float(description.bTa.translation[2])
+        mast = [part.moved(description.bTa) for part in description.arm.collision[0]]
+        top = max([foot + COLUMN, *(reach(part, np.array([0.0, 0.0, 1.0])) for part in mast)])
+        bands = ((_FLAT, height + _OVER_BASE), (foot, top))
         standing = [[footprint(fixture, *band) for band in bands] for fixture in fixtures]
         known = [found for both in standing for found in both if found is not None]
         self.free = not known  # whether there are no obstacles
@@ -165,20 +167,26 @@ def _base_discs(length: float, width: float) -> Array:
 
 def _column_discs(description: RobotDescription) -> Array:
     """(3, N) x, y and radius of discs in b around the arm's foot and its links up to the swivel."""
-    discs, swivel = [], description.swivel
+    discs, swivel, bTl = [], description.swivel, description.bTa
     last = 0 if swivel is None else swivel.joint + 1
-    bTl = description.bTa
     for link in range(last + 1):
         bTl = bTl * description.arm.joints[link - 1] if link else bTl
         for part in description.arm.collision[link]:
-            pose = bTl * part.pose
-            # The last of these turns: parts off its axis sweep a ring.
-            turns = link == last and link > 0
-            centre = (bTl if turns else pose).translation[:2]
-            along = pose.rotation[:2, 2] * getattr(part.shape, "half_length", 0.0)
-            radius = getattr(part.shape, "radius", 0.0)
-            if isinstance(part.shape, Hull):
-                radius = hypot(*(np.abs(pose.rotation) @ np.array(part.shape.half))[:2].tolist())
-            radius += hypot(*(pose.translation[:2] - centre).tolist()) if turns else 0.0
-            discs += [(*(centre - along), radius), (*(centre + along), radius)]
+            circles = _circles(part.moved(bTl))
+            if link == last and link > 0:  # it turns: parts off its axis sweep a ring
+                x, y = bTl.translation[:2]
+                circles = [(x, y, max(hypot(a - x, b - y) + r for a, b, r in circles))]
+            discs += circles
     return np.array(discs or [(*description.bTa.translation[:2], 0.0)]).T  # without shapes
+
+
+def _circles(part: Geom) -> list[tuple[float, float, float]]:
+    """x, y and radius of circles around a capsule or a hull, seen from above."""
+    R, p = part.pose.rotation, part.pose.translation[:2]
+    if isinstance(part.shape, Hull):
+        corners = part.shape.vertices @ R.T[:, :2] + p
+        x, y = (corners.min(axis=0) + corners.max(axis=0)) / 2.0
+        return [(x, y, float(np.hypot(*(corners - [x, y]).T).max()))]
+    along = R[:2, 2] * getattr(part.shape, "half_length", 0.0)
+    radius = getattr(part.shape, "radius", 0.0)
+    return [(*(p - along), radius), (*(p + along), radius)]

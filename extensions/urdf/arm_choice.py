@@ -52,9 +52,15 @@ class Arm:
 
     @property
     def beyond(self) -> list[str]:
-        """The links after the one that the last joint moves."""
-        paths = {link: self.urdf.path_to(link) for link in self.urdf.parents}
-        return [link for link, path in paths.items() if self.joints[-1] in path[:-1]]
+        """The links of the hand: those after the one that the last joint moves.
+
+        That one is of the hand, too, if a single jaw hangs on it: it has the other.
+        """
+        urdf, last = self.urdf, self.urdf.links[self.joints[-1]][1]
+        has_jaw = [urdf.links[one][0] for one in self.fingers] == [last]
+        paths = {link: urdf.path_to(link) for link in urdf.parents}
+        hand = [link for link, path in paths.items() if self.joints[-1] in path[:-1]]
+        return [last] * has_jaw + hand
 
     def frame(self, link: str) -> tuple[int, SE3]:
         """The joint that moves a link (0: none), and its pose in that joint's frame."""

@@ -21,8 +21,8 @@ from extensions.urdf.arm_choice import choose_arm, drive_of
 from extensions.urdf.hulls import hull_around, placed_points
 from extensions.urdf.imported_hand import hand_of
 from extensions.urdf.ready import ready_posture
-from extensions.urdf.touching_links import Part, touching
-from extensions.urdf.urdf_file import OF_JOINT, Urdf, UrdfError
+from extensions.urdf.touching_links import Part, postures, touching
+from extensions.urdf.urdf_file import MOST_EFFORT, OF_JOINT, Urdf, UrdfError
 from robots import (
     GREY,
     SHIPPED,
@@ -35,8 +35,9 @@ from robots import (
     load_robot,
 )
 
-_LAG = 0.03  # of the joints [s]
-_ACCELERATIONS = (6.0, 1.0)  # of joints that turn and of those that slide [rad/s^2, m/s^2]
+_LAG = 0.03  # of the joints of a Panda, and of what is no longer [s]
+_ACCELERATIONS = (6.0, 1.0)  # the same, of joints that turn and that slide [rad/s^2, m/s^2]
+_REACH = 1.1  # from a joint of a Panda to the hand, at most [m]
 _LOW = 0.1  # shapes that come down to this height belong to the base [m] ...
 _SLENDER = 2.0  # ... unless they are so many times as high as wide: masts, which carry the arm
 _ROD = 0.04  # radius of a link without shapes [m]
@@ -216,21 +217,23 @@ class _Import:
         return shapes
 
     def _arm_of(self, shapes: list[list[Geom]], base: dict[str, Any], mount: SE3) -> dict[str, Any]:
-        arm, joints, middle = self._arm, [], []
-        model, turning = arm.model, self._options.acceleration or _ACCELERATIONS[0]
-        self.notes.append(f"accelerations: {turning:g} rad/s^2 (--acceleration)")
-        rows = zip(arm.joints, self._joints, self.slides, model.joints[1:], strict=True)
-        for name, pose, slides, joint in rows:
+        arm, joints, middle, model = self._arm, [], [], self._arm.model
+        bodies = [
+            turn.actInv(one) for turn, one in zip(self._turns, model.inertias[1:], strict=True)
+        ]
+        solid = all(one.mass > 1e-4 and np.linalg.eigvalsh(one.inertia)[0] > 1e-9 for one in bodies)
+        accelerations, torques, lag = self._swiftness(solid)
+        columns = arm.joints, self._joints, self.slides, model.joints[1:], accelerations, torques
+        for name, pose, slides, joint, acceleration, torque in zip(*columns, strict=True):
             ends = (model.lowerPositionLimit, model.upperPositionLimit)
             between = [round(float(end[joint.idx_q]), 6) for end in ends]
             kind = "prismatic" if slides else "revolute" if joint.nq == 1 else "continuous"
             row = {"name": name.removesuffix(OF_JOINT)} | _pose(pose) | {"kind": kind}
             row |= {"position": between} if joint.nq == 1 else {}
             row["speed"] = round(float(model.velocityLimit[joint.idx_v]), 6)
-            row["acceleration"] = _ACCELERATIONS[1] if slides else turning
-            joints.append(row | {"torque": round(float(model.effortLimit[joint.idx_v]), 6)})
+            joints.append(row | {"acceleration": acceleration, "torque": torque})
             middle.append(sum(between) / 2.0 if joint.nq == 1 else 0.0)
-        file = {"joints": joints, "flange": _pose(self._lTe), "ready": middle, "lag": _LAG}
+        file = {"joints": joints, "flange": _pose(self._lTe), "ready": middle, "lag": lag}
         links = [arm.urdf.links[one] for one in arm.joints]
         frames = [SE3.Identity(), *(turn.inverse() for turn in self._turns)]
         names = [links[0][0], *(child for _, child in links)]
@@ -240,14 +243,47 @@ class _Import:
         places = [mount * self._joints[0], *self._joints[1:]]
         parts = self._parts(shapes, base, mount)
         file["may_touch"] = touching(arm, parts, places, self.slides, self.notes)
-        bodies = [
-            turn.actInv(one) for turn, one in zip(self._turns, model.inertias[1:], strict=True)
-        ]
-        if all(one.mass > 1e-4 and np.linalg.eigvalsh(one.inertia)[0] > 1e-9 for one in bodies):
+        if solid:
             file["inertia"] = [_SMALL, *map(_inertia, bodies)]
         else:
             self.notes.append("inertia: not of every link, so no physical world")
         return file
+
+    def _swiftness(self, solid: bool) -> tuple[list[float], list[float], float]:
+        """Accelerations of the joints, torques, and lag: as of a Panda, less the farther the hand.
+
+        Where all links have inertias (`solid`), a motor accelerates as it can besides holding its
+        load; one whose torque is not given is as strong as it needs to be.
+        """
+        arm, model = self._arm, self._arm.model
+        links = [float(np.linalg.norm(one.translation)) for one in (*self._joints[1:], self._lTe)]
+        away = np.cumsum(links[::-1])[::-1]  # of the hand from each joint, at most
+        share = np.minimum(1.0, _REACH / np.maximum(away, _ROD))
+        most = np.where(self.slides, _ACCELERATIONS[1], share * _ACCELERATIONS[0])
+        torque, told = model.effortLimit, f"by its reach of {away[0]:.2g} m"
+        if solid:
+            data, origin = model.createData(), pin.neutral(model)
+            drawn = [pin.integrate(model, origin, q) for q in postures(arm)[::10]]
+            weights = [np.abs(pin.computeGeneralizedGravity(model, data, q)) for q in drawn]
+            weight = np.max(weights, axis=0)
+            body = np.max([np.diag(pin.crba(model, data, q)) for q in drawn], axis=0)
+            given = np.isin(arm.joints, [*arm.urdf.strong])
+            torque = np.where(
+                given, torque, np.clip(weight + 2.0 * body * most, torque, MOST_EFFORT)
+            )
+            spare = (torque - weight) / body
+            weak = given & (spare > 0.0) & (spare < most)
+            most = np.where(weak, spare, most)
+            names = [name for name, one in zip(arm.joints, weak, strict=True) if one]
+            told += f" and the torques of {quoted(names)}" if names else ""
+        if self._options.acceleration is not None:
+            most = np.where(self.slides, most, self._options.acceleration)
+        lag = round(_LAG * float(max(1.0, away[0] / _REACH)), 3)
+        figures = [float(f"{one:.3g}") for one in most]
+        between = " to ".join(f"{one:g}" for one in sorted({min(figures), max(figures)}))
+        told = f"{between} rad/s^2 (--acceleration), lag: {lag:g} s, {told}"
+        self.notes.append(f"accelerations: {told}")
+        return figures, _rounded(torque), lag
 
     def _parts(self, shapes: list[list[Geom]], base: dict[str, Any], mount: SE3) -> list[Part]:
         """Shapes by part, for the search of those that can touch."""
@@ -267,12 +303,13 @@ class _Import:
         """The camera on the end effector: at its frame, or beside the hand."""
         arm, link = self._arm, self._options.camera_frame
         hand, last = self._hand, len(self._joints)
-        named = [one for one in arm.urdf.parents if "camera" in one and "optical" in one]
+        named = [one for one in arm.urdf.parents if "camera" in one]
+        named = [one for one in named if "optical" in one] or named
         held = [one for one in ([link] if link else named) if one in arm.urdf.parents]
         held = [one for one in held if arm.frame(one)[0] == last]
         if link and not held:
-            what = f"`{link}` is not on the last link of the arm, where the camera has to be"
-            arm.urdf.refuse(what, "choose another --camera-frame")
+            what = f"camera on `{link}`: not on the hand, and no other place is supported"
+            arm.urdf.refuse(what, "leave out --camera-frame for a D435 beside the hand")
         if held:
             self.notes.append(f"camera: at `{held[0]}` (--camera-frame)")
             turn = np.eye(3) if "optical" in held[0] else _OPTICAL
@@ -283,8 +320,8 @@ class _Import:
             aside, behind = centre[0] + size[0] / 2.0 + _ASIDE, centre[2] - _BEHIND
             place = np.array([max(_BESIDE[0], aside), 0.0, min(-0.06, behind)])
         where = f"{place[0]:.3f} m beside and {-place[2]:.3f} m behind the grasp centre"
-        none = f"{quoted(named[:2])} not on the hand" if named else "none on the hand"
-        self.notes.append(f"camera: {none}, so a D435 {where} (--camera-frame)")
+        none = f"camera on `{named[0]}`: not" if named else "camera: none"
+        self.notes.append(f"{none} on the hand; a D435 is assumed {where} (--camera-frame)")
         return SE3(_ALONG, place)
 
     def _gripper(self) -> dict[str, Any]:

@@ -57,7 +57,7 @@ def touching(
         columns.append(slice(first, len(geometry.collisionPairs)))
     data, results = chain.createData(), pin.GeometryData(geometry)
     nearest = np.full((_DRAWN, len(pairs)), np.inf)
-    for row, q in zip(nearest, _postures(arm), strict=True):
+    for row, q in zip(nearest, postures(arm), strict=True):
         pin.computeDistances(chain, data, geometry, results, q)
         d = np.array([one.min_distance for one in results.distanceResults])
         row[:] = [d[column].min(initial=np.inf) for column in columns]
@@ -99,7 +99,8 @@ def _add(part: Part, geometry: pin.GeometryModel) -> list[int]:
     return [int(geometry.addGeometryObject(one)) for one in objects]
 
 
-def _postures(arm: Arm) -> Array:
+def postures(arm: Arm) -> Array:
+    """(N, j) random positions of its joints [rad, m], the same ones each time."""
     model, ends = arm.model, []
     for joint in model.joints[1:]:
         low, high = -np.pi, np.pi

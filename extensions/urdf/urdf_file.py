@@ -18,7 +18,7 @@ from extensions.urdf.xacro_file import expanded
 
 _MOVING, _STILL = ("revolute", "continuous", "prismatic"), ("fixed", "floating", "planar")
 _SPEEDS = {"revolute": 1.0, "continuous": 1.0, "prismatic": 0.1}  # if none is given [rad/s, m/s]
-_EFFORT, _MOST_EFFORT = 50.0, 1e4  # if none is given, and what is believed [Nm, N]
+_EFFORT, MOST_EFFORT = 50.0, 1e4  # if none is given, and what is believed [Nm, N]
 _FASTEST = 50.0  # what is believed [rad/s, m/s]
 _ENDLESS = 1500.0  # a range this wide is none [rad]
 _MOST = 1e12
@@ -54,6 +54,7 @@ class Urdf:
         self.links: dict[str, tuple[str, str]] = {}  # parent and child of a joint, by its name
         self.kinds: dict[str, str] = {}  # of its moving joints
         self.mimics: dict[str, Mimic] = {}
+        self.strong: set[str] = set()  # joints whose effort limit is believed
         self._written = ""  # the text, if its lines are those of the file
         try:
             root = ElementTree.fromstring(self._text(packages, arguments))
@@ -109,6 +110,10 @@ class Urdf:
             key = "name" if one.tag == "joint" else "joint"
             if one.get(key) in names:
                 one.set(key, f"{one.get(key)}{OF_JOINT}")
+        if root.find("link/collision") is None and (drawn := root.findall("link/visual")):
+            self.notes.append("no collision shapes: the shapes that are drawn are taken for them")
+            for visual in drawn:
+                visual.tag = "collision"
         for joint in root.findall("joint"):
             self._joint(joint, names)
         for link in links:
@@ -198,7 +203,9 @@ class Urdf:
             why = f"a speed limit of {speed:g}, not believed" if speed > 0.0 else "no speed limit"
             speed = _SPEEDS[kind]
             self.notes.append(f"joint `{name}` has {why}: {speed:g} is assumed")
-        effort = effort if 0.0 < effort < _MOST_EFFORT else _EFFORT
+        if 0.0 < effort < MOST_EFFORT:
+            self.strong.add(name)
+        effort = effort if name in self.strong else _EFFORT
         for key, value in zip(keys, (low, high, speed, effort), strict=True):
             limit.set(key, repr(value))
         self.kinds[name] = kind

@@ -6,8 +6,10 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from command_line import call
+from pinocchio import SE3
 
 from app.live import SceneView, ShownRun
 from config import UserError
@@ -23,6 +25,7 @@ from hw.motion_monitor import MotionMonitor
 from hw.sim import load_fixtures
 from robots import load_robot, robot_texts
 
+LEKIWI = Path(__file__).parent / "lekiwi_like.urdf"
 BOX = '<collision><origin xyz="0 0 {z}"/><geometry><box size="{size}"/></geometry></collision>'
 LIMIT = '<limit lower="{low}" upper="{high}" velocity="2" effort="50"/>'
 
@@ -252,11 +255,83 @@ def test_hands_are_told_as_what_they_are(tmp_path):
         "no collision shapes on what moves by `left`, `right`": bare,
         "one jaw (`left`)": finger("left", "hand", 1),
         "none in the URDF": "",
+        "suction, as of `vacuum_cup`, is not supported": link("vacuum_cup")
+        + joint("f", "hand", "vacuum_cup", kind="fixed"),
         "gripper: opens by 0.080 m": finger("left", "hand", 1) + finger("right", "hand", -1),
     }
     for number, (words, hand) in enumerate(hands.items()):
         file = written(tmp_path / f"{number}.urdf", arm(), hand)
         assert words in " ".join(notes_of(file))
+
+
+def hinged(side: float, low: float, high: float) -> str:
+    """A body with a fixed jaw 70 mm long at y = 0, and one that turns away from it."""
+    fixed = BOX.format(z=0.08, size="0.02 0.01 0.1").replace("0 0 0.08", f"0 {-0.005 * side} 0.08")
+    jaw = BOX.format(z=0.04, size="0.02 0.01 0.08").replace("0 0 0.04", f"0 {0.005 * side} 0.04")
+    body = BOX.format(z=0.02, size="0.06 0.06 0.04") + fixed
+    limit = LIMIT.format(low=low, high=high)
+    turns = joint("j", "body", "jaw", 0.05, axis=f"{-side} 0 0", limit=limit)
+    held = joint("b", "hand", "body", 0.12, kind="fixed")
+    return link("body", body) + held + link("jaw", jaw) + turns
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize(("low", "high", "wide"), [(0.0, 0.4, 0.4), (0.0, 1.6, 0.72)])
+def test_one_jaw_that_closes_on_a_fixed_one_is_a_gripper(tmp_path, side, low, high, wide):
+    file = written(tmp_path / "r.urdf", arm(), hinged(side, low, high))
+    notes: list[str] = []
+    hand = hand_of(choose_arm(Urdf(file), None, None, None, notes), None, None, notes)
+    assert f"jaw `j` closes on a fixed one, from {wide:.3g} to 0, opens by" in notes[-1]
+    assert hand.opening == pytest.approx(0.06 * np.sin(wide), abs=0.01)
+    aside = hand.rTe.translation[1]  # the middle of the opening, beside the fixed jaw
+    assert aside == pytest.approx(side * hand.opening / 2.0, abs=1e-6)
+    assert abs(hand.rTe.rotation[1, 1]) == pytest.approx(1.0)
+    assert hand.rTe.translation[2] == pytest.approx(0.25 - 0.01, abs=0.003)
+    centre, size = hand.palm
+    assert -0.09 < centre[2] + size[2] / 2.0 < -0.03
+    assert len(hand.collision) == 2
+
+
+def test_a_small_mobile_manipulator_with_one_jaw_is_imported_unedited(tmp_path):
+    code, told, _ = call("robot", "import", LEKIWI, "-o", tmp_path / "leki")
+    assert code == 0
+    for words in (
+        "gripper: jaw `gripper` closes on a fixed one",
+        "drive: omni, by its 3 wheels",
+        "camera on `front_camera_optical_frame`: not on the hand; a D435 is assumed",
+        "accelerations: 6 rad/s^2 (--acceleration), lag: 0.03 s",
+    ):
+        assert words in told
+    robot = load_robot(tmp_path / "leki")
+    assert robot.gripper.grasps
+    assert 0.04 < robot.gripper.opening < 0.08
+    assert robot.limits.base_twist[1] > 0.0
+    assert robot.base.size[2] < 0.11
+    model = RobotModel(robot)
+    assert SelfCollision(model).clearance(robot.arm.ready) > 0.005
+    assert model.bTe(robot.arm.ready).translation[0] > 0.1
+
+
+def test_arms_are_as_swift_as_their_reach_and_their_torques_allow(tmp_path):
+    inertia = '<inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" '
+    text = arm().replace("<collision>", f'{inertia}ixz="0" iyz="0"/></inertial><collision>')
+    cases = {"s": text, "long": text.replace("0 0 0.2", "0 0 0.6"), "weak": text}
+    cases["heavy"] = text.replace('effort="50"', "").replace('mass value="1"', 'mass value="99"')
+    cases["weak"] = text.replace('effort="50"', 'effort="25"', 2).replace('effort="25"', 'x="1"', 1)
+    found, strong = {}, {}
+    for name, one in cases.items():
+        notes = imported(written(tmp_path / f"{name}.urdf", one), tmp_path / name)
+        robot = load_robot(tmp_path / name)
+        found[name] = robot.limits.qdd, robot.arm.lag, " ".join(notes)
+        strong[name] = robot.arm.torque
+    assert found["s"][0].max() == pytest.approx(6.0)
+    assert found["long"][0][0] == pytest.approx(6.0 * 1.1 / 3.12, rel=0.05)
+    assert found["long"][0][-1] == pytest.approx(6.0)
+    assert found["long"][1] == pytest.approx(0.03 * 3.12 / 1.1, rel=0.05)
+    assert "the torques of `a2`" in found["weak"][2]
+    assert 0.0 < found["weak"][0][1] < 6.0
+    assert strong["s"].max() == 50.0
+    assert strong["heavy"][1] > 99.0 * 9.81 * (0.2 + 0.4 + 0.6 + 0.8)  # it holds its links
 
 
 def test_limits_that_are_none_or_degrees(tmp_path):
@@ -302,6 +377,15 @@ def test_an_arm_without_shapes_stands_among_furniture_and_has_no_contact(tmp_pat
     assert floor.stands_free(np.zeros((1, 3))).shape == (1,)
 
 
+def test_shapes_that_are_drawn_stand_for_collision_shapes_if_there_are_none(tmp_path):
+    drawn = written(tmp_path / "s.urdf", arm().replace("collision>", "visual>"))
+    both = written(tmp_path / "t.urdf", arm(), link("cover", BOX.replace("collision>", "visual>")))
+    both.write_text(both.read_text().replace("</robot>", joint("c", "hand", "cover") + "</robot>"))
+    assert "the shapes that are drawn" in " ".join(imported(drawn, tmp_path / "s"))
+    assert all(load_robot(tmp_path / "s").arm.collision[1:6])
+    assert Urdf(both).geometry.ngeoms == Urdf(drawn).geometry.ngeoms == 7
+
+
 def test_a_mast_is_no_base(tmp_path):
     low = BOX.format(z=0.1, size="0.4 0.4 0.2")
     mast = BOX.format(z=0.65, size="0.07 0.07 1.3")
@@ -313,7 +397,18 @@ def test_a_mast_is_no_base(tmp_path):
     imported(written(tmp_path / "m.urdf", text), tmp_path / "m")
     robot = load_robot(tmp_path / "m")
     assert robot.base.size == (0.4, 0.4, 0.2)
-    assert robot.arm.collision[0]
+    (one,) = robot.arm.collision[0]
+    assert 2.0 * one.shape.half[2] == pytest.approx(1.3, rel=0.01)
+    bases = np.random.default_rng(0).uniform([-1, -2, -3], [4, 3, 3], (500, 3))
+    free = FloorMap(load_fixtures("kitchen"), robot).stands_free(bases)
+    for axis in "xz":  # the frame of its foot may be turned any way
+        turn = SE3(pin.utils.rotate(axis, np.pi / 2.0), np.zeros(3))
+        foot = (turn.inverse() * robot.arm.joints[0], *robot.arm.joints[1:])
+        shapes = ((one.moved(turn.inverse()),), *robot.arm.collision[1:])
+        arm_ = replace(robot.arm, joints=foot, collision=shapes)
+        turned = replace(robot, bTa=robot.bTa * turn, arm=arm_)
+        seen = FloorMap(load_fixtures("kitchen"), turned).stands_free(bases)
+        np.testing.assert_allclose(seen, free, atol=1e-9)
 
 
 def test_what_a_base_that_stands_still_does_not_reach_is_told_before_it_moves(tmp_path):
