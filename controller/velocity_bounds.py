@@ -18,8 +18,10 @@ from controller.limits import Constraints
 from controller.model import RobotModel
 from controller.settings import ControllerSettings
 from controller.situation import Situation
+from controller.stance.dexterity import dexterity
 
 _SHORT = 0.4  # share of its range that the distances of a joint get where it is short [1/rad]
+_NO_CHOICE = 0.1  # share of the distance from a limit where an arm has few postures for a pose
 _UNCERTAIN, _LOST = 0.06, 0.08
 """Uncertainty from which on the base is slower, and at which it has half its speed [m]."""
 
@@ -36,6 +38,8 @@ class VelocityBounds:
         shares = limits.margins(1.0, _SHORT)
         columns = (limits.q_min, limits.q_max, limits.qd, limits.qdd, shares)
         rows = zip(*(column.tolist() for column in columns), strict=True)
+        has_choice = dexterity(model.description).is_of_the_arm
+        self._stop = self._dampers.stop_distance * (1.0 if has_choice else _NO_CHOICE)
         joints = [self._joint(lag, *row) for row in rows]
         speeds, changes = (
             model.velocity_limits.tolist(),
@@ -54,7 +58,7 @@ class VelocityBounds:
         self, lag: float, low: float, high: float, speed: float, acceleration: float, share: float
     ) -> _Joint:
         dampers = self._dampers
-        stop, influence = share * dampers.stop_distance, share * dampers.influence_distance
+        stop, influence = share * self._stop, share * dampers.influence_distance
         slope = dampers.damper_gain / (influence - stop)
         braking = speed * lag + speed * speed / (2.0 * acceleration)
         near = max(influence, stop + braking)

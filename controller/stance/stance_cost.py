@@ -32,6 +32,7 @@ _LIMIT_MARGIN = 0.35, 0.12
 """Distance to a joint limit below which a posture costs [rad], as share of a short range ..."""
 _LIMIT_COST = 2.0  # cost per missing distance to a joint limit [s/rad]
 _SAMPLES = np.linspace(0.0, 1.0, 17)[1:, None]  # shares of the arm's motion that are checked
+_IN_CONTACT = 1.0  # more than any way misses [m]
 _HERE = (0.3, 0.6)  # shares that are checked at the present place of the base, ...
 _THERE = ((0.4, 0.8), (0.4, 1.0), (0.2, 1.0))
 """... and distances before the stance [m] with shares that are checked there."""
@@ -149,11 +150,14 @@ def missing_clearance(
 ) -> float:
     """By how much the arm's straight motion in joint space comes nearer than `clearance` [m].
 
-    The sum for the robot itself and for fixtures, of which at most `clearance` counts.
+    The sum for the robot itself and for fixtures, of which at most `clearance` counts. A posture
+    that touches the robot itself misses `_IN_CONTACT`: it cannot be had.
     """
     way = stance.q - start.q
-    least = min(collision.clearance(posture) for posture in start.q + _SAMPLES * way)
-    missing = max(0.0, clearance - least)
+    clearances = [collision.clearance(posture) for posture in start.q + _SAMPLES * way]
+    if clearances[-1] < 0.0:
+        return _IN_CONTACT
+    missing = max(0.0, clearance - min(clearances))
     if space is None:
         return missing
     here, whole = se3_of(start.mTb), space.arm + space.hand
