@@ -49,11 +49,11 @@ class Remaining(NamedTuple):
         """Whether the end effector waits for base and arm."""
         return self.in_transport or self.docks
 
-    def blend(self, g: GuidanceSettings, *, detour: bool) -> float:
-        """s: share of the motion that is led by the stance; on a `detour` that is all until it."""
+    def blend(self, g: GuidanceSettings, *, to_the_end: bool) -> float:
+        """s: share of the motion that is led by the stance; `to_the_end` that is all until it."""
         if self.hand_waits or not self.lead.final:
             return 1.0
         x, y, turn = self.base_target
         left = hypot(x, y) / g.fade_base, abs(turn) / g.fade_heading
-        near = inf if detour else max(0.0, (self.distance - g.fade_distance) / g.fade_length)
+        near = inf if to_the_end else max(0.0, (self.distance - g.fade_distance) / g.fade_length)
         return min(1.0, near, max(*left, self.max_joint_error / g.fade_joint))

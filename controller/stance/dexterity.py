@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from config.arrays import Array
+from config.arrays import Array, Mask
 from controller.stance.tool_poses import ToolPoses, forward_kinematics
 from robots import RobotDescription, load_robot, robot_names
 
@@ -32,6 +32,9 @@ class Dexterity(NamedTuple):
     bearing: float
     """Of the end effector seen from the base, as its postures have it; 0 where a swivel turns the
     arm to the front [rad]."""
+    is_free: Mask
+    """(j,) joints that an arm of lower rank need not have where height and tilt of the end effector
+    ask for, as those that turn it about the vertical; all others of it go up to their limits."""
 
     @property
     def is_of_the_arm(self) -> bool:
@@ -43,7 +46,7 @@ class Dexterity(NamedTuple):
 
     def margins(self, robot: RobotDescription, most: float, share: float) -> Array:
         """(j,) least distances to the joint limits as `Limits.margins`, where there is a choice."""
-        return robot.limits.margins(most, share) * self.is_of_the_arm
+        return robot.limits.margins(most, share) * (self.is_of_the_arm | self.is_free)
 
     def columns(self, n_base: int, n: int) -> slice | list[int]:
         """Those of the Jacobian of base and arm, the base first."""
@@ -59,13 +62,14 @@ class Dexterity(NamedTuple):
 def dexterity(robot: RobotDescription) -> Dexterity:
     """The dexterity of a robot: of the arm where it has rank 6, else together with its base."""
     if has_shipped_bank(robot):
-        return Dexterity((), 6, 1.0, 0.0)
+        return Dexterity((), 6, 1.0, 0.0, np.ones(len(robot.arm.joints), bool))
     q, swivel = random_postures(robot, np.random.default_rng(SEED))[0], robot.swivel
     if swivel is not None:
         q[:, swivel.joint] = 0.0
     tools = forward_kinematics(robot, q)
     base = range(robot.base.axes.shape[1])
-    found = Dexterity((), 0, 1.0, 0.0)
+    is_free = np.median(np.linalg.norm(tools.J[:, [2, 3, 4]], axis=1), axis=0) < _INDEPENDENT
+    found = Dexterity((), 0, 1.0, 0.0, is_free)
     volume = 0.0
     for some in (some for count in range(len(base) + 1) for some in combinations(base, count)):
         values = np.median(_singular_values(_jacobians(robot, tools, some)), axis=0)
@@ -78,7 +82,7 @@ def dexterity(robot: RobotDescription) -> Dexterity:
     usual = max(float(np.quantile(m, _USUAL)) / _PANDA, 1e-6)
     x, y, _ = (m[:, None] * tools.positions).sum(axis=0).tolist()
     bearing = 0.0 if robot.swivel is not None else atan2(y, x)
-    return Dexterity(found.base, found.rank, usual, bearing)
+    return found._replace(usual=usual, bearing=bearing)
 
 
 def stance_margins(robot: RobotDescription) -> Array:

@@ -19,6 +19,7 @@ from controller.model import RobotModel
 from controller.servo import PoseError
 from controller.settings import ControllerSettings
 from controller.stance.bias import Remaining, StanceBias
+from controller.stance.dexterity import dexterity
 from controller.stance.finder import StanceFinder
 from controller.stance.moving_goal import (
     MIN_TRACKING,
@@ -65,6 +66,7 @@ class Approach:
         self.route = Route(model, settings)
         self._transport = TransportPosture(model, settings.guidance.posture_time)
         self._follower = MovingGoalFollower(model, settings) if is_followed(model) else None
+        self._has_choice = dexterity(model.description).is_of_the_arm
         self.reset()
 
     def reset(self) -> None:
@@ -150,7 +152,9 @@ class Approach:
 
         `error` is that of the end effector, `q` are (j,) joint positions [rad].
         """
-        g, blend = self._guidance, remaining.blend(self._guidance, detour=detour)
+        # An arm with few postures for a pose must be in the right one before the hand leads.
+        g, to_the_end = self._guidance, detour or not self._has_choice
+        blend = remaining.blend(g, to_the_end=to_the_end)
         min_tracking = 0.0 if detour or remaining.hand_waits else g.min_tracking * blend
         base_share = blend
         if goal.is_moving:
