@@ -26,6 +26,7 @@ from controller.model import RobotModel
 from controller.qp_solver import QP
 from controller.situation import Situation
 from controller.stance.bias import StanceBias
+from controller.stance.dexterity import dexterity
 from controller.validation import check_numbers
 
 
@@ -150,8 +151,8 @@ def heading(cost: Cost, now: Situation, aim: Aim) -> None:
 
 
 def resting_base(cost: Cost, now: Situation, aim: Aim) -> None:
-    """½ k |q̇_b|² for a goal with `base_rests`: the arm moves alone as far as it reaches."""
-    if aim.base_rests:
+    """½ k |q̇_b|² for a goal with `base_rests`: an arm that can moves alone as far as it reaches."""
+    if aim.base_rests and dexterity(now.model.description).is_of_the_arm:
         cost.resist(now.settings.resting_effort, 0.0)
 
 

@@ -88,6 +88,7 @@ def import_(
         console.say(line)
     with Terminal(stderr=True).status("drawing postures ..."):  # here, not in the first run
         postures = bank(made := load_robot(out))
+    console.say(f"dexterity: {_dexterity(made)}")
     console.say(f"gripper, for tasks that grasp: {_grasping(made, out)}")
     console.say(f"{out}: written, {len(postures.q)} postures drawn; next: frankie-task robot check")
 
@@ -102,12 +103,27 @@ def check(folder: _Folder) -> None:
     console, robot = Terminal(), load_robot(folder)
     count = len(bank(robot).q)
     console.say(f"{robot.name}: {counted(len(robot.arm.joints), 'joint')}, {count} postures")
+    console.say(f"dexterity: {_dexterity(robot)}")
     console.say("kinematic world: good")
     console.say(f"physical world: {_physics(robot) or 'good'}")
     console.say(f"gripper, for tasks that grasp: {_grasping(robot, folder)}")
     real = load_real_robot(folder)
     hardware = "a file with `hardware` that names this one is missing: docs/hardware.md"
     console.say(f"hardware: {hardware if real is None else 'see frankie-task doctor'}")
+
+
+def _dexterity(robot: RobotDescription) -> str:
+    """Of what it is, and what no posture has."""
+    from controller import dexterity
+
+    found = dexterity(robot)
+    ways = ["along x", "along y", "turning"]
+    base = [ways[int(robot.base.axes[:, one].argmax())] for one in found.base]
+    of = f"of the arm and its base {' and '.join(base)}" if base else "of the arm"
+    lacks = (
+        "" if found.rank == 6 else f", in {found.rank} of 6 directions: some poses cannot be had"
+    )
+    return of + lacks
 
 
 def _grasping(robot: RobotDescription, folder: str | Path) -> str:

@@ -17,6 +17,7 @@ from robots import CORNERS, Array, Geom
 
 _TIP = 0.02  # length of the pads along the approach [m]
 _OPENINGS = (0.005, 0.4)  # smallest and largest opening of a gripper [m]
+_WIDEST = 0.12  # opening of a gripper that is used: more is in the way beside an object [m]
 _PADS = (0.004, 0.01)  # least and most thickness of a pad [m]
 _POSTURES = 41  # of a jaw that closes on a fixed one, in its range
 _MIDDLE = 0.25  # share of the opening on both sides of its middle that belongs to what is held
@@ -62,6 +63,7 @@ class _Jaws(NamedTuple):
     sides: list[Array]  # points of the left ones and of the right ones, open
     fingers: list[Array]  # points of each that moves, open and closed
     palm: Array  # points of what stands still
+    wide: int = 1  # of the two ends of their range the open one
     speed: float = 0.0  # if one moves and the other does not
     told: str = ""
 
@@ -84,7 +86,7 @@ def hand_of(arm: Arm, approach: str | None, closing: str | None, notes: list[str
     flat = (one - (one @ z) * z for one in (*tried, *_WORLD))
     y = next(one / np.linalg.norm(one) for one in flat if np.linalg.norm(one) > 1e-3)
     R = np.column_stack([np.cross(y, z), y, z])
-    jaws = _on_fixed_jaw(arm, R) if len(moved) == 1 else _jaws(still, ends, R)
+    jaws = _on_fixed_jaw(arm, R) if len(moved) == 1 else _two_jaws(arm, still, ends, R)
     if jaws is None:
         why = _why_none(arm, list(ends[0]))
         notes.append(f"gripper: {why}, so no grasps without --gripper franka_hand")
@@ -208,6 +210,22 @@ def _on_fixed_jaw(arm: Arm, R: Array) -> _Jaws | None:
     )
 
 
+def _two_jaws(arm: Arm, still: Array, ends: list[_Fingers], R: Array) -> _Jaws | None:
+    """The two sides of a gripper, as far open as its tips are level and an object needs."""
+    full = _jaws(still, ends, R)
+    if full is None:
+        return None
+    shut = ends[1 - full.wide]
+    level = max(float((points @ R[:, 2]).max()) for points in shut.values()) - _TIP / 2.0
+    places = _points(arm, _POSTURES)[1]
+    some = [one for one in (_jaws(still, [shut, place], R) for place in places) if one is not None]
+    some = [one for one in some if level - one.middle[2] < _TIP and one.opening < _WIDEST]
+    used = max(some, key=lambda one: one.opening, default=full)
+    if full.opening - used.opening < _TIP:
+        return full
+    return used._replace(told=f"with level tips, of {full.opening:.3f} m, ")
+
+
 def _jaws(still: Array, ends: list[_Fingers], R: Array) -> _Jaws | None:
     """The two sides of a gripper with axes R in the wrist; None if they do not close."""
     turned = [{name: points @ R for name, points in end.items()} for end in ends]
@@ -230,7 +248,7 @@ def _jaws(still: Array, ends: list[_Fingers], R: Array) -> _Jaws | None:
         return None
     open_ = [np.vstack([ends[wide][name] for name in side]) for side in sides]
     fingers = [np.vstack([end[name] for end in ends]) for name in at]
-    return _Jaws(opening, tips[wide], open_, fingers, still)
+    return _Jaws(opening, tips[wide], open_, fingers, still, wide)
 
 
 def _tool(rTe: SE3, points: Array) -> Hand:
