@@ -211,16 +211,26 @@ def _on_fixed_jaw(arm: Arm, R: Array) -> _Jaws | None:
 
 
 def _two_jaws(arm: Arm, still: Array, ends: list[_Fingers], R: Array) -> _Jaws | None:
-    """The two sides of a gripper, as far open as its tips are level and an object needs."""
+    """The two sides of a gripper, from where they meet to where their tips are level still."""
     full = _jaws(still, ends, R)
     if full is None:
         return None
-    shut = ends[1 - full.wide]
-    level = max(float((points @ R[:, 2]).max()) for points in shut.values()) - _TIP / 2.0
-    places = _points(arm, _POSTURES)[1]
-    some = [one for one in (_jaws(still, [shut, place], R) for place in places) if one is not None]
-    some = [one for one in some if level - one.middle[2] < _TIP and one.opening < _WIDEST]
-    used = max(some, key=lambda one: one.opening, default=full)
+    places = _points(arm, _POSTURES)[1][:: 1 if full.wide else -1]
+    left = [name for name, one in places[-1].items() if one.mean(axis=0) @ R[:, 1] > full.middle[1]]
+
+    def gap(place: _Fingers) -> float:
+        sides = [
+            [one @ R for name, one in place.items() if (name in left) is k] for k in (True, False)
+        ]
+        tips = [_tip(np.vstack(side))[:, 1] for side in sides]
+        return float(tips[0].min() - tips[1].max())
+
+    meet = max((k for k, place in enumerate(places) if gap(place) <= 0.0), default=0)
+    shut = places[meet]
+    level = max(float((points @ R[:, 2]).max()) for points in shut.values()) - 1.5 * _TIP
+    some = [_jaws(still, [shut, place], R) for place in places[meet + 1 :]]
+    fits = [one for one in some if one and one.middle[2] > level and one.opening < _WIDEST]
+    used = max(fits, key=lambda one: one.opening, default=full)
     if full.opening - used.opening < _TIP:
         return full
     return used._replace(told=f"with level tips, of {full.opening:.3f} m, ")
