@@ -1,5 +1,5 @@
 # Everything a newcomer needs: `make run` shows the robot at work, `make test` shows that it is sound.
-# PYTHON=/path/to/python chooses a Python; without it install.sh finds one of 3.11 to 3.13.
+# PYTHON=/path/to/python chooses a Python; without it install.sh finds one of 3.11 to 3.14.
 PYTHON ?=
 BIN := .venv/bin
 TASK ?= trees/pick_place.yaml

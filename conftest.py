@@ -70,6 +70,9 @@ def same_priority() -> Iterator[None]:
 
     Libraries of real-time robots raise the priority of whoever calls them, and leave it so.
     """
+    if not hasattr(os, "sched_getscheduler"):
+        yield
+        return
     policy, priority = os.sched_getscheduler(0), os.sched_getparam(0)
     yield
     if (os.sched_getscheduler(0), os.sched_getparam(0)) != (policy, priority):

@@ -9,12 +9,12 @@ cd "$(dirname "$0")" || exit 1
 VENV=${VENV:-.venv}
 
 # A shim or a broken link has the right name and does not run: so every candidate is asked.
-USABLE='import sys, venv, ensurepip; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))'
+USABLE='import sys, venv, ensurepip; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 14))'
 
 usable() { "$1" -c "$USABLE" >/dev/null 2>&1; }
 
 find_python() {
-    for candidate in python3.11 python3.12 python3.13 python3 python; do
+    for candidate in python3.11 python3.12 python3.13 python3.14 python3 python; do
         # All of that name on the path: behind a shim that does not work there may be one that does.
         old_ifs=$IFS; IFS=:
         for folder in $PATH; do
@@ -32,11 +32,11 @@ find_python() {
 if [ -n "${PYTHON:-}" ]; then
     python=$PYTHON
     if ! usable "$python"; then
-        echo "PYTHON=$python: is no Python 3.11, 3.12 or 3.13 with venv; name another, or leave PYTHON out" >&2
+        echo "PYTHON=$python: is no Python 3.11 to 3.14 with venv; name another, or leave PYTHON out" >&2
         exit 2
     fi
 elif ! python=$(find_python); then
-    echo "frankie-task needs Python 3.11, 3.12 or 3.13 with venv, and there is none on this machine: install one (Debian, Ubuntu: apt install python3 python3-venv), or name it: make PYTHON=/path/to/python3.12" >&2
+    echo "frankie-task needs Python 3.11 to 3.14 with venv, and there is none on this machine: install one (Debian, Ubuntu: apt install python3 python3-venv; macOS: brew install python@3.14), or name it: make PYTHON=/path/to/python3.12" >&2
     exit 2
 fi
 if [ "${1:-}" = --which ]; then

@@ -18,7 +18,8 @@ def full_computer(monkeypatch):
         raise BlockingIOError(errno.EAGAIN, "Resource temporarily unavailable")
 
     with monkeypatch.context() as patch:
-        patch.setattr(threading, "_start_new_thread", no_thread)
-        patch.setattr(_thread, "start_new_thread", no_thread)
+        for name in ("start_new_thread", "start_joinable_thread"):  # before Python 3.13, and since
+            patch.setattr(_thread, name, no_thread, raising=False)
+            patch.setattr(threading, f"_{name}", no_thread, raising=False)
         patch.setattr(subprocess, "Popen", no_process)
         yield

@@ -21,6 +21,7 @@ CORE = (
     "controller",
     "perception",
     "perception.registration",
+    "hw.system",
     "hw.claims",
     "hw.clock",
     "hw",

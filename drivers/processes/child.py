@@ -7,11 +7,11 @@ import signal
 import sys
 import threading
 from collections.abc import Callable
-from contextlib import suppress
 from typing import Any, NoReturn
 
-from hw.claims import Claim, holder_of, stat_of
+from hw.claims import Claim, holder_of
 from hw.clock import stopwatch
+from hw.system import run_at, stat_of
 
 _CHECK = 0.1  # period of the check whether the parent is suspended [s]
 _SUSPENDED = 0.5  # after which a suspended parent counts as gone [s]
@@ -49,8 +49,9 @@ class Parent:
         """Claim a machine for the lifetime of this process; EndError: another program has it."""
         self._claim = Claim(machine).take()
         if self._claim is None:
-            holder = stat_of(holder_of(machine) or 0)
-            pid = holder[1] if holder else "that ends now"  # the program above the driver
+            driver = holder_of(machine)
+            above = stat_of(driver or 0)[1:2]  # the program that the driver works for
+            pid = above[0] if above else driver or "that ends now"
             raise EndError(f"another program on this computer commands it already (process {pid})")
 
     def request(self, patience: float = 0.0) -> Request | None:
@@ -117,8 +118,7 @@ def still_alive(patience: float = _HUNG) -> None:
 
 def hurry() -> None:
     """Request real-time priority, if the system allows it."""
-    with suppress(OSError):
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
+    run_at(_PRIORITY)
 
 
 def leave(code: int = 0) -> NoReturn:

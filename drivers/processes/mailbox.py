@@ -3,6 +3,7 @@
 import mmap
 import os
 import struct
+import tempfile
 from typing import Any
 
 _NUMBER = struct.Struct("<Q")
@@ -44,7 +45,11 @@ class Mailbox:
 
 def share_memory(count: int) -> int:
     """A file descriptor of memory for `count` mailboxes, to be inherited."""
-    descriptor = os.memfd_create("mailboxes")
+    if hasattr(os, "memfd_create"):
+        descriptor = os.memfd_create("mailboxes")
+    else:
+        with tempfile.TemporaryFile() as file:
+            descriptor = os.dup(file.fileno())
     os.ftruncate(descriptor, count * PAGE)
     return descriptor
 

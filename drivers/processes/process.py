@@ -15,8 +15,8 @@ from typing import IO, Any, TypeVar
 
 from drivers.processes.mailbox import open_memory, share_memory
 from hw import Clock, Fault, FaultKind, HardwareError
-from hw.claims import stat_of
 from hw.clock import stopwatch
+from hw.system import stat_of
 
 Record = TypeVar("Record")
 

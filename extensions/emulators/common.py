@@ -6,10 +6,10 @@ import socket
 import subprocess
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from typing import Any, NamedTuple, TypeAlias
 
 from config import UserError, suggest
+from hw.system import run_at
 
 Words: TypeAlias = Mapping[str, tuple[Callable[..., Any], str]]  # function and text by name
 
@@ -84,7 +84,6 @@ def listen(host: str, port: int) -> socket.socket:
 
 def be_prompt(priority: int) -> None:
     """Ask for real-time priority, if it is granted, and keep the garbage collector short."""
-    with suppress(OSError):
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
+    run_at(priority)
     gc.collect()
     gc.freeze()

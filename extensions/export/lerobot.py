@@ -1,7 +1,7 @@
 """Export of runs as a LeRobotDataset, layout version 3.
 
-The layout is plain Parquet, JSON and MP4 and is written directly: the `lerobot` package pins
-versions of Rerun and PyTorch that conflict with this project's.
+The layout is plain Parquet, JSON and MP4 and is written directly: the `lerobot` package brings
+PyTorch, and its viewer an older Rerun.
 """
 
 from __future__ import annotations
@@ -173,7 +173,7 @@ def _video_feature(video: Video, fps: int) -> dict[str, Any]:
             "video.codec": CODEC,
             "video.pix_fmt": "yuv420p",
             "video.fps": fps,
-            "video.is_depth_map": True,
+            "video.is_depth_map": False,  # in LeRobot's own scale; ours stands below
             "has_audio": False,
             "depth.metres_at_1": NEAR,
             "depth.metres_at_255": FAR,

@@ -7,6 +7,7 @@ other command has come for `FRESH`, and when the parent has ended.
 import os
 import socket
 import struct
+import sys
 import time
 from typing import Any, NamedTuple
 
@@ -20,6 +21,8 @@ STATUS = struct.Struct("<d16H")  # time [s], matched endpoints of each topic
 COMMAND = struct.Struct("<Id")
 """Length of the command [bytes], and how long it holds [s]; what follows the command stops it."""
 _STOPS, _STOP_EVERY = 0.5, 0.02  # a stop is repeated for this long, this often [s]
+_LOOPBACK = "lo" if sys.platform == "linux" else "lo0"
+_BOUND_IF = 25  # IP_BOUND_IF of macOS, which Python does not name
 _NAP, _LOOK = 2, 0.1  # waits for messages [ms]; period of the status [s]
 
 
@@ -55,7 +58,7 @@ def _aligned(route: Route) -> int:
 
 def configuration(address: str) -> str:
     """Settings of Cyclone DDS: loopback alone, or the network towards an address."""
-    interface, multicast = 'name="lo" multicast="false"', "false"
+    interface, multicast = f'name="{_LOOPBACK}" multicast="false"', "false"
     if address:
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as towards:
             towards.connect((address, 7400))
@@ -72,14 +75,19 @@ def configuration(address: str) -> str:
 
 def stay_on_loopback() -> None:
     """Bind the UDP sockets of this process to loopback: Cyclone DDS hears on every interface."""
-    for name in os.listdir("/proc/self/fd"):
+    for name in os.listdir("/dev/fd"):
         try:
             one = socket.socket(fileno=os.dup(int(name)))
         except OSError:
             continue  # no socket
         with one:
-            if one.family == socket.AF_INET:
-                one.setsockopt(socket.SOL_SOCKET, socket.SO_BINDTODEVICE, b"lo")
+            if one.family != socket.AF_INET:
+                continue
+            if hasattr(socket, "SO_BINDTODEVICE"):
+                one.setsockopt(socket.SOL_SOCKET, socket.SO_BINDTODEVICE, _LOOPBACK.encode())
+            else:
+                index = socket.if_nametoindex(_LOOPBACK)
+                one.setsockopt(socket.IPPROTO_IP, _BOUND_IF, index)
 
 
 class Carrier:

@@ -1,8 +1,7 @@
 """Opens a real robot from its file: drivers, lock and speed limits."""
 
-import os
 from collections.abc import Callable
-from contextlib import AbstractContextManager, ExitStack, nullcontext, suppress
+from contextlib import AbstractContextManager, ExitStack, nullcontext
 
 from controller import Command
 from hw.clock import WallClock
@@ -12,6 +11,7 @@ from hw.hardware.lock import RobotLock
 from hw.real_parts import parts_of
 from hw.robot import Preparing, Robot, RobotWrapper
 from hw.state import RobotState
+from hw.system import run_at
 from hw.truth import Knowing, Truth
 from hw.worlds import Backend, WorldOptions
 from robots import RealRobot, at_pace, load_real_robot, load_robot
@@ -37,14 +37,14 @@ class CommandedRobot(RobotWrapper):
     def connect(self) -> None:
         """Take the lock, connect every part, and prepare."""
         self._lock.take()
-        _hurry(os.SCHED_FIFO)  # of this thread, and of the drivers' threads that start now
+        run_at(_PRIORITY)  # of this thread, and of the drivers' threads that start now
         super().connect()
         try:
             self._prepare()
         except BaseException:
             super().close()
             raise
-        _hurry(os.SCHED_FIFO | os.SCHED_RESET_ON_FORK)  # but not of later threads
+        run_at(_PRIORITY, inherited=False)  # but not of later threads
 
     def send(self, command: Command) -> Command:
         """Send a command."""
@@ -67,7 +67,7 @@ class CommandedRobot(RobotWrapper):
             if is_real and self._has_moved and self._is_sound:
                 prove(self._real)
         finally:
-            _hurry(os.SCHED_OTHER)
+            run_at(0)
             self._lock.release()
             self._after()
 
@@ -124,9 +124,3 @@ def open_parts(
         map=real.map,
         of_scene=truth is not None,
     )
-
-
-def _hurry(policy: int) -> None:
-    with suppress(OSError):
-        priority = 0 if policy == os.SCHED_OTHER else _PRIORITY
-        os.sched_setscheduler(0, policy, os.sched_param(priority))

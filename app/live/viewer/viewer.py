@@ -8,6 +8,7 @@ address unless the user chooses another.
 import ipaddress
 import os
 import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -124,6 +125,8 @@ class Viewer:
 
 def has_screen() -> bool:
     """Whether a window can be opened."""
+    if sys.platform == "darwin":
+        return "SSH_CONNECTION" not in os.environ
     return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
