@@ -13,6 +13,7 @@ from robots import RobotDescription, load_robot, robot_names
 
 SEED = 20220101
 DRAWN = 4096  # postures that are drawn at once
+_JUDGED = 256  # of these by which the rank is judged
 
 _PANDA = 0.0837  # what `_USUAL` of the random postures of a Panda do not exceed
 _USUAL = 0.9
@@ -70,9 +71,9 @@ def dexterity(robot: RobotDescription) -> Dexterity:
     base = range(robot.base.axes.shape[1])
     is_free = np.median(np.linalg.norm(tools.J[:, [2, 3, 4]], axis=1), axis=0) < _INDEPENDENT
     found = Dexterity((), 0, 1.0, 0.0, is_free)
-    volume = 0.0
+    few, volume = ToolPoses(*(values[:_JUDGED] for values in tools)), 0.0
     for some in (some for count in range(len(base) + 1) for some in combinations(base, count)):
-        values = np.median(_singular_values(_jacobians(robot, tools, some)), axis=0)
+        values = np.median(_singular_values(_jacobians(robot, few, some)), axis=0)
         rank = int((values > _INDEPENDENT).sum())
         if rank > found.rank or (
             rank == found.rank and len(some) == len(found.base) and values[:rank].prod() > volume
