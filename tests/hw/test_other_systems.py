@@ -67,8 +67,10 @@ def test_the_doctor_says_that_there_is_no_real_time_priority(frankie_task):
 
 @pytest.mark.slow
 @pytest.mark.realtime
-def test_a_robot_of_real_drivers_does_a_task(frankie_task):
-    done = frankie_task("run", "pick_one", "--robot", "emulated", "--view", "none")
+def test_a_robot_of_real_drivers_moves_every_part(frankie_task, tmp_path):
+    steps = "[recover: {arm: ready}, drive: {forward_m: 0.2}, open_gripper]"
+    (tmp_path / "t.yaml").write_text(f"task: t\nscene: single\ntree: {{sequence: {steps}}}\n")
+    done = frankie_task("run", "t.yaml", "--robot", "emulated", "--view", "none")
     assert done.returncode == 0, done.stdout + done.stderr
 
 
